@@ -1,0 +1,58 @@
+"""Bushing: a linear spring and damper in the three directions of the plane, in the axes of frame_a.
+
+    g = (t_a . d, n_a . d, phi_b - phi_a),  d = r_b - r_a;  s_k = k_k g_k + c_k dg_k/dt
+"""
+
+from mbdsl.elements.coordinates import (
+    offset,
+    offset_gradient,
+    offset_hessian,
+    slide,
+    slide_gradient,
+    slide_hessian,
+)
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, kernel
+
+KIND = ForceKind(
+    "Bushing",
+    doc="A compliant joint: spring and damper along x and y of frame_a and about the angle.",
+    rows=3,
+    parameters=(
+        Parameter("k", "N/m", (0.0, 0.0), "stiffness along x and y of frame_a", shape=(2,)),
+        Parameter("c", "N.s/m", (0.0, 0.0), "damping along x and y of frame_a", shape=(2,)),
+        Parameter("k_phi", "N.m/rad", 0.0, "torsional stiffness"),
+        Parameter("c_phi", "N.m.s/rad", 0.0, "torsional damping"),
+        Parameter("phi0", "rad", 0.0, "angle without torque"),
+    ),
+    signals=(
+        Signal("x", "m", "cos(frame_a.phi)*(frame_b.x - frame_a.x) + sin(frame_a.phi)*(frame_b.y - frame_a.y)"),
+        Signal("y", "m", "cos(frame_a.phi)*(frame_b.y - frame_a.y) - sin(frame_a.phi)*(frame_b.x - frame_a.x)"),
+        Signal("phi", "rad", "frame_b.phi - frame_a.phi"),
+    ),
+    energy="0.5*k[1]*x^2 + 0.5*k[2]*y^2 + 0.5*k_phi*(phi - phi0)^2",
+    springs=lambda v: (
+        (v["k"][0], v["c"][0], 0.0),
+        (v["k"][1], v["c"][1], 0.0),
+        (v["k_phi"], v["c_phi"], v["phi0"]),
+    ),
+)
+
+
+@kernel
+def position(Z, a, b, p, g):
+    g[0] = slide(Z, a, b)
+    g[1] = offset(Z, a, b)
+    g[2] = Z[b, 2] - Z[a, 2]
+
+
+@kernel
+def jacobian(Z, a, b, p, G):
+    slide_gradient(Z, a, b, G, 0)
+    offset_gradient(Z, a, b, G, 1)
+    G[2, 2], G[2, 5] = -1.0, 1.0
+
+
+@kernel
+def hessian(Z, a, b, p, s, H):
+    slide_hessian(Z, a, b, s[0], H)
+    offset_hessian(Z, a, b, s[1], H)

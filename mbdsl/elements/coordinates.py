@@ -1,0 +1,95 @@
+"""Scalar coordinates of two frames, shared by the joints, drivers and forces that are made of them.
+
+z = (x_a, y_a, phi_a, x_b, y_b, phi_b); d = r_b - r_a; t, n are the x and y axes of frame a. Each coordinate has its
+value, its gradient (one row of G) and the product of its second derivative with a factor (added to H).
+"""
+
+from math import cos, hypot, sin
+
+from mbdsl.elements.kind import kernel
+
+
+@kernel
+def slide(Z, a, b):
+    """s = t . d, the position of b along the x axis of a [m]."""
+    return cos(Z[a, 2]) * (Z[b, 0] - Z[a, 0]) + sin(Z[a, 2]) * (Z[b, 1] - Z[a, 1])
+
+
+@kernel
+def slide_gradient(Z, a, b, G, k):
+    c, s = cos(Z[a, 2]), sin(Z[a, 2])
+    G[k, 0], G[k, 1] = -c, -s
+    G[k, 2] = c * (Z[b, 1] - Z[a, 1]) - s * (Z[b, 0] - Z[a, 0])
+    G[k, 3], G[k, 4] = c, s
+
+
+@kernel
+def slide_hessian(Z, a, b, factor, H):
+    c, s = factor * cos(Z[a, 2]), factor * sin(Z[a, 2])
+    _rotation_terms(-s, c, H)
+    H[2, 2] -= c * (Z[b, 0] - Z[a, 0]) + s * (Z[b, 1] - Z[a, 1])
+
+
+@kernel
+def offset(Z, a, b):
+    """e = n . d, the distance of b from the x axis of a, positive to its left [m]."""
+    return cos(Z[a, 2]) * (Z[b, 1] - Z[a, 1]) - sin(Z[a, 2]) * (Z[b, 0] - Z[a, 0])
+
+
+@kernel
+def offset_gradient(Z, a, b, G, k):
+    c, s = cos(Z[a, 2]), sin(Z[a, 2])
+    G[k, 0], G[k, 1] = s, -c
+    G[k, 2] = -c * (Z[b, 0] - Z[a, 0]) - s * (Z[b, 1] - Z[a, 1])
+    G[k, 3], G[k, 4] = -s, c
+
+
+@kernel
+def offset_hessian(Z, a, b, factor, H):
+    c, s = factor * cos(Z[a, 2]), factor * sin(Z[a, 2])
+    _rotation_terms(-c, -s, H)
+    H[2, 2] -= c * (Z[b, 1] - Z[a, 1]) - s * (Z[b, 0] - Z[a, 0])
+
+
+@kernel
+def _rotation_terms(ux, uy, H):
+    """d^2 g / (d phi_a d d) = u, as it appears for r_b (+) and r_a (-), symmetric."""
+    H[2, 3] += ux
+    H[3, 2] += ux
+    H[2, 4] += uy
+    H[4, 2] += uy
+    H[2, 0] -= ux
+    H[0, 2] -= ux
+    H[2, 1] -= uy
+    H[1, 2] -= uy
+
+
+@kernel
+def distance(Z, a, b):
+    """l = |d| [m]."""
+    return hypot(Z[b, 0] - Z[a, 0], Z[b, 1] - Z[a, 1])
+
+
+@kernel
+def distance_gradient(Z, a, b, G, k):
+    dx, dy = Z[b, 0] - Z[a, 0], Z[b, 1] - Z[a, 1]
+    l = hypot(dx, dy)
+    if l > 0.0:  # at zero length the direction is undefined, and a spring pulls nowhere
+        dx, dy = dx / l, dy / l
+    G[k, 0], G[k, 1], G[k, 3], G[k, 4] = -dx, -dy, dx, dy
+
+
+@kernel
+def distance_hessian(Z, a, b, factor, H):
+    dx, dy = Z[b, 0] - Z[a, 0], Z[b, 1] - Z[a, 1]
+    l = hypot(dx, dy)
+    if l > 0.0:
+        dx, dy = dx / l, dy / l
+        hxx, hxy, hyy = factor * dy * dy / l, -factor * dx * dy / l, factor * dx * dx / l
+        for i in (0, 3):
+            for j in (0, 3):
+                sign = 1.0 if i == j else -1.0
+                H[i, j] += sign * hxx
+                H[i, j + 1] += sign * hxy
+                H[i + 1, j] += sign * hxy
+                H[i + 1, j + 1] += sign * hyy

@@ -1,0 +1,31 @@
+"""Distance: a massless link that keeps two frame origins at a constant distance L > 0.
+
+    g = |r_b - r_a| - L                                                                  (1 row)
+"""
+
+from mbdsl.elements.coordinates import distance, distance_gradient, distance_hessian
+from mbdsl.elements.kind import JointKind, Parameter, Signal, kernel
+
+KIND = JointKind(
+    "Distance",
+    doc="A massless rigid link: the distance of the two frame origins stays constant.",
+    rows=1,
+    parameters=(Parameter("length", "m", doc="the distance kept", positive=True),),
+    signals=(Signal("s", "m", "hypot(frame_b.x - frame_a.x, frame_b.y - frame_a.y)", "distance of the frames"),),
+    table=lambda v: (v["length"],),
+)
+
+
+@kernel
+def position(Z, a, b, p, g):
+    g[0] = distance(Z, a, b) - p[0]
+
+
+@kernel
+def jacobian(Z, a, b, p, G):
+    distance_gradient(Z, a, b, G, 0)
+
+
+@kernel
+def hessian(Z, a, b, p, s, H):
+    distance_hessian(Z, a, b, s[0], H)

@@ -1,0 +1,34 @@
+"""DistanceDriver: prescribes the distance of two frame origins (a linear actuator; rheonomic).
+
+    g = |r_b - r_a| - u(t)                                                               (1 row)
+"""
+
+from mbdsl.elements.coordinates import distance, distance_gradient, distance_hessian
+from mbdsl.elements.kind import JointKind, Parameter, Signal, kernel
+
+KIND = JointKind(
+    "DistanceDriver",
+    doc="A linear actuator whose length is a given function of time.",
+    rows=1,
+    parameters=(Parameter("s", "m", doc="the distance, an expression in time; stays above zero", law=True),),
+    signals=(
+        Signal("s", "m", "hypot(frame_b.x - frame_a.x, frame_b.y - frame_a.y)", "distance of the frames"),
+        Signal("v", "m/s", "der(s)", "its rate"),
+    ),
+    driver="s",
+)
+
+
+@kernel
+def position(Z, a, b, p, g):
+    g[0] = distance(Z, a, b)
+
+
+@kernel
+def jacobian(Z, a, b, p, G):
+    distance_gradient(Z, a, b, G, 0)
+
+
+@kernel
+def hessian(Z, a, b, p, s, H):
+    distance_hessian(Z, a, b, s[0], H)

@@ -1,0 +1,35 @@
+"""Force: acts at the origin of frame_b, with components in the axes of frame_a (the world's where it is left out).
+
+    f = fx t_a + fy n_a.  frame_a only gives the directions: nothing acts back on it.
+"""
+
+from math import cos, sin
+
+from mbdsl.elements.kind import ForceKind, Parameter, kernel
+
+KIND = ForceKind(
+    "Force",
+    doc="A force on the origin of frame_b, in world axes, or in those of frame_a (a follower force: frame_a = frame_b).",
+    rows=2,
+    optional_ports=("frame_a",),
+    parameters=(
+        Parameter("fx", "N", 0.0, "component along x, a number or an expression", law=True),
+        Parameter("fy", "N", 0.0, "component along y, a number or an expression", law=True),
+    ),
+    laws=("fx", "fy"),
+    sign=1.0,
+)
+
+
+@kernel
+def jacobian(Z, a, b, p, G):
+    c, s = cos(Z[a, 2]), sin(Z[a, 2])
+    G[0, 3], G[0, 4] = c, s
+    G[1, 3], G[1, 4] = -s, c
+
+
+@kernel
+def hessian(Z, a, b, p, s, H):
+    co, si = cos(Z[a, 2]), sin(Z[a, 2])
+    H[3, 2] += -si * s[0] - co * s[1]
+    H[4, 2] += co * s[0] - si * s[1]

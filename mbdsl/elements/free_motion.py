@@ -1,0 +1,18 @@
+"""FreeMotion: no constraint at all; says that a body may move freely, and measures how it does."""
+
+from mbdsl.elements.kind import JointKind, Signal
+
+KIND = JointKind(
+    "FreeMotion",
+    doc="Nothing holds frame_b; it says that a body without joints or forces is meant to fly.",
+    rows=0,
+    reaction=(),
+    signals=(
+        Signal("x", "m", "frame_b.x - frame_a.x", "in world axes"),
+        Signal("y", "m", "frame_b.y - frame_a.y", "in world axes"),
+        Signal("phi", "rad", "frame_b.phi - frame_a.phi"),
+        Signal("vx", "m/s", "der(x)"),
+        Signal("vy", "m/s", "der(y)"),
+        Signal("w", "rad/s", "der(phi)"),
+    ),
+)

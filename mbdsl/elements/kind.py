@@ -1,0 +1,141 @@
+"""How an element kind is declared, and how kernels are marked.
+
+An element file holds a ``KIND`` (what the language, the docs and the checks need) and below it its kernels:
+plain functions on arrays. Declarations are read by ``mbdsl check``, which loads no numerics; therefore
+kernels are only marked here and compiled later, by :mod:`mbdsl.jit`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+REQUIRED = object()  #: default of a parameter that must be given
+
+Function = TypeVar("Function", bound=Callable)
+
+
+def kernel(function: Function) -> Function:
+    """Mark ``function`` as a kernel: array-only code that :mod:`mbdsl.jit` compiles when numerics start."""
+    function.__mbdsl_kernel__ = True  # type: ignore[attr-defined]
+    return function
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One modifier that a component of this kind takes.
+
+    ``unit`` is the unit a value must have the dimension of ("1": a pure number, "": not a number at all, as
+    with choices and frame lists). ``shape`` is () for a scalar, (2,) for a planar vector. ``law`` parameters take
+    expressions in time and signals, evaluated at every step. A default of None means "may be left out".
+    """
+
+    name: str
+    unit: str = "1"
+    default: object = REQUIRED
+    doc: str = ""
+    shape: tuple[int, ...] = ()
+    law: bool = False
+    minimum: float | None = None
+    positive: bool = False
+    choices: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A named quantity of a component.
+
+    ``formula`` is an expression of the mbdsl language over the ports' coordinates (``frame_a.x``, ``.y``, ``.phi``,
+    ``.vx``, ``.vy``, ``.w``), the component's own numeric parameters and signals declared before it; ``der(s)`` is
+    the time derivative of a position-level signal. The same formula serves outputs, force laws (with exact
+    derivatives) and initial values.
+    """
+
+    name: str
+    unit: str
+    formula: str
+    doc: str = ""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A word of the language.
+
+    ``ports`` are the frames that a component is attached to, in the order of its positional arguments; those in
+    ``optional_ports`` are the ground's origin when left out (a single frame given then fills the other port).
+    ``energy`` is the potential energy as a formula like those of :class:`Signal`, "" for none.
+    """
+
+    name: str
+    doc: str
+    ports: tuple[str, ...] = ()
+    optional_ports: tuple[str, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+    signals: tuple[Signal, ...] = ()
+    energy: str = ""
+    #: values (with defaults) -> error text or None: what the parameters' own declarations cannot say
+    check: Callable[[dict], str | None] = lambda values: None
+    #: values -> values that follow from them (a rod's inertia), applied after ``check``
+    derive: Callable[[dict], dict] = lambda values: {}
+    #: values -> the numbers of one component that its kernels read as ``p``
+    table: Callable[[dict], tuple[float, ...]] = lambda values: ()
+
+    def parameter(self, name: str) -> Parameter | None:
+        return next((p for p in self.parameters if p.name == name), None)
+
+
+@dataclass(frozen=True)
+class BodyKind(Kind):
+    """Something with coordinates, that carries frames (the ground: without coordinates).
+
+    ``coordinates`` names the generalised coordinates; the frame "c" (centre of mass) always exists and is what the
+    bare component name stands for where ``is_frame``. ``frames(values)`` gives the other frames that every such
+    component has, as {name: (x, y, phi)} in the body's own axes from its reference point; the parameter ``frames``
+    adds the user's. ``com(values)`` is the centre of mass from the same reference point.
+    """
+
+    coordinates: tuple[str, ...] = ()
+    frames: Callable[[dict], dict[str, tuple[float, float, float]]] = lambda values: {}
+    com: Callable[[dict], tuple[float, float]] = lambda values: (0.0, 0.0)
+    is_frame: bool = False
+
+
+@dataclass(frozen=True)
+class PairKind(Kind):
+    """Something between two frames, described by ``rows`` scalar coordinates g(z) of them.
+
+    Kernels of its file, for one component with frames ``a``, ``b`` (rows of the frame table ``Z``: x, y, phi, vx, vy,
+    w) and parameters ``p`` (a row of floats, from ``table``), with z = (z_a, z_b):
+
+    ``position(Z, a, b, p, g)``       g[0:rows]
+    ``jacobian(Z, a, b, p, G)``       G[0:rows, 0:6] = dg/dz; only the entries that are not always 0 are written
+    ``hessian(Z, a, b, p, s, H)``     H[0:6, 0:6] += d(G^T s)/dz; left out where G is constant
+    """
+
+    ports: tuple[str, ...] = ("frame_a", "frame_b")
+    rows: int = 0
+
+
+@dataclass(frozen=True)
+class JointKind(PairKind):
+    """Demands g(z) = 0, or g(z) = u(t) in its last row where ``driver`` names the law parameter u.
+
+    ``reaction`` names what it can transmit, of "fx", "fy", "tau".
+    """
+
+    reaction: tuple[str, ...] = ("fx", "fy")
+    driver: str | None = None
+
+
+@dataclass(frozen=True)
+class ForceKind(PairKind):
+    """Applies the wrench ``sign`` G^T s to its frames.
+
+    The magnitudes s are the expressions in the parameters named in ``laws`` (one a row) where the first of them is
+    given, else linear: s_k = k_k (g_k - g0_k) + c_k dg_k/dt with (k, c, g0) from ``springs(values)``.
+    """
+
+    laws: tuple[str, ...] = ()
+    sign: float = -1.0
+    springs: Callable[[dict], tuple[tuple[float, float, float], ...]] | None = None

@@ -1,0 +1,34 @@
+"""PointOnLine: the origin of frame_b moves on the x axis of frame_a (a pin in a slot), free to turn.
+
+    g = n_a . (r_b - r_a)                                                                (1 row)
+"""
+
+from mbdsl.elements import prismatic
+from mbdsl.elements.coordinates import offset, offset_gradient, offset_hessian
+from mbdsl.elements.kind import JointKind, Signal, kernel
+
+KIND = JointKind(
+    "PointOnLine",
+    doc="A pin in a slot: the origin of frame_b stays on the x axis of frame_a.",
+    rows=1,
+    signals=(
+        *prismatic.KIND.signals,
+        Signal("phi", "rad", "frame_b.phi - frame_a.phi", "angle of frame_b relative to frame_a"),
+        Signal("w", "rad/s", "der(phi)", "relative angular velocity"),
+    ),
+)
+
+
+@kernel
+def position(Z, a, b, p, g):
+    g[0] = offset(Z, a, b)
+
+
+@kernel
+def jacobian(Z, a, b, p, G):
+    offset_gradient(Z, a, b, G, 0)
+
+
+@kernel
+def hessian(Z, a, b, p, s, H):
+    offset_hessian(Z, a, b, s[0], H)

@@ -1,0 +1,43 @@
+"""Prismatic: frame_b slides along the x axis of frame_a without turning relative to it.
+
+    g1 = n_a . (r_b - r_a)
+    g2 = phi_b - phi_a - phi0                                                            (2 rows)
+"""
+
+from mbdsl.elements.coordinates import offset, offset_gradient, offset_hessian
+from mbdsl.elements.kind import JointKind, Parameter, Signal, kernel
+
+KIND = JointKind(
+    "Prismatic",
+    doc="A sliding joint: frame_b moves on the x axis of frame_a and keeps its angle to it.",
+    rows=2,
+    parameters=(Parameter("phi0", "rad", 0.0, "the constant angle of frame_b relative to frame_a"),),
+    signals=(
+        Signal(
+            "s",
+            "m",
+            "cos(frame_a.phi)*(frame_b.x - frame_a.x) + sin(frame_a.phi)*(frame_b.y - frame_a.y)",
+            "position of frame_b along the axis",
+        ),
+        Signal("v", "m/s", "der(s)", "sliding velocity"),
+    ),
+    reaction=("fx", "fy", "tau"),
+    table=lambda v: (v["phi0"],),
+)
+
+
+@kernel
+def position(Z, a, b, p, g):
+    g[0] = offset(Z, a, b)
+    g[1] = Z[b, 2] - Z[a, 2] - p[0]
+
+
+@kernel
+def jacobian(Z, a, b, p, G):
+    offset_gradient(Z, a, b, G, 0)
+    G[1, 2], G[1, 5] = -1.0, 1.0
+
+
+@kernel
+def hessian(Z, a, b, p, s, H):
+    offset_hessian(Z, a, b, s[0], H)

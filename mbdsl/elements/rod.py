@@ -1,0 +1,19 @@
+"""Rod: a uniform bar with frames a and b at its ends; a Body whose inertia follows from mass and length."""
+
+from mbdsl.elements import body
+from mbdsl.elements.kind import BodyKind, Parameter
+
+KIND = BodyKind(
+    "Rod",
+    doc="A uniform rigid bar: centre of mass at the midpoint, I = m length^2/12, frames a and b at its ends.",
+    parameters=(
+        Parameter("m", "kg", doc="mass", minimum=0.0),
+        Parameter("length", "m", doc="distance of the frames a and b", positive=True),
+        Parameter("frames", "", (), "further frames: frames(tip = {x, y, phi}, ...) from the midpoint"),
+    ),
+    signals=body.SIGNALS,
+    derive=lambda v: {"I": v["m"] * v["length"] ** 2 / 12},
+    coordinates=("x", "y", "phi"),
+    frames=body.ends,
+    table=lambda v: (v["m"], v["m"], v["I"]),
+)

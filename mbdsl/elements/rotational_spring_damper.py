@@ -1,0 +1,33 @@
+"""RotationalSpringDamper: a torsional spring and damper, linear or by a law of relative angle phi and rate w.
+
+    g = phi_b - phi_a;  torque  k (g - phi0) + c dg/dt, against the relative rotation
+"""
+
+from mbdsl.elements import revolute
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, kernel
+
+KIND = ForceKind(
+    "RotationalSpringDamper",
+    doc="A torsional spring and damper between two frames; positive torque resists a growing angle.",
+    rows=1,
+    parameters=(
+        Parameter("k", "N.m/rad", 0.0, "stiffness"),
+        Parameter("c", "N.m.s/rad", 0.0, "damping"),
+        Parameter("phi0", "rad", 0.0, "angle without torque"),
+        Parameter("torque", "N.m", None, "torque as an expression, e.g. of phi and w; instead of k and c", law=True),
+    ),
+    signals=(*revolute.KIND.signals, Signal("torque", "N.m", "k*(phi - phi0) + c*w", "resisting torque")),
+    energy="0.5*k*(phi - phi0)^2",
+    laws=("torque",),
+    springs=lambda v: ((v["k"], v["c"], v["phi0"]),),
+)
+
+
+@kernel
+def position(Z, a, b, p, g):
+    g[0] = Z[b, 2] - Z[a, 2]
+
+
+@kernel
+def jacobian(Z, a, b, p, G):
+    G[0, 2], G[0, 5] = -1.0, 1.0

@@ -1,0 +1,39 @@
+"""SpringDamper: a spring and a damper between two points, linear or by a law of distance s and its rate v.
+
+    g = |r_b - r_a|;  tension  k (g - s0) + c dg/dt
+"""
+
+from mbdsl.elements import distance_driver
+from mbdsl.elements.coordinates import distance, distance_gradient, distance_hessian
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, kernel
+
+KIND = ForceKind(
+    "SpringDamper",
+    doc="A spring and damper along the line between two points; positive force pulls them together.",
+    rows=1,
+    parameters=(
+        Parameter("k", "N/m", 0.0, "stiffness"),
+        Parameter("c", "N.s/m", 0.0, "damping"),
+        Parameter("s0", "m", 0.0, "free length"),
+        Parameter("force", "N", None, "tension as an expression, e.g. of s and v; instead of k and c", law=True),
+    ),
+    signals=(*distance_driver.KIND.signals, Signal("force", "N", "k*(s - s0) + c*v", "tension")),
+    energy="0.5*k*(s - s0)^2",
+    laws=("force",),
+    springs=lambda v: ((v["k"], v["c"], v["s0"]),),
+)
+
+
+@kernel
+def position(Z, a, b, p, g):
+    g[0] = distance(Z, a, b)
+
+
+@kernel
+def jacobian(Z, a, b, p, G):
+    distance_gradient(Z, a, b, G, 0)
+
+
+@kernel
+def hessian(Z, a, b, p, s, H):
+    distance_hessian(Z, a, b, s[0], H)

@@ -1,0 +1,32 @@
+"""TranslationalDriver: prescribes the position of frame_b along the x axis of frame_a (rheonomic).
+
+    g = t_a . (r_b - r_a) - u(t)                                                         (1 row)
+"""
+
+from mbdsl.elements import prismatic
+from mbdsl.elements.coordinates import slide, slide_gradient, slide_hessian
+from mbdsl.elements.kind import JointKind, Parameter, kernel
+
+KIND = JointKind(
+    "TranslationalDriver",
+    doc="A drive that moves a sliding joint as a given function of time.",
+    rows=1,
+    parameters=(Parameter("s", "m", doc="the position, an expression in time", law=True),),
+    signals=prismatic.KIND.signals,
+    driver="s",
+)
+
+
+@kernel
+def position(Z, a, b, p, g):
+    g[0] = slide(Z, a, b)
+
+
+@kernel
+def jacobian(Z, a, b, p, G):
+    slide_gradient(Z, a, b, G, 0)
+
+
+@kernel
+def hessian(Z, a, b, p, s, H):
+    slide_hessian(Z, a, b, s[0], H)

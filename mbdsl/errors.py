@@ -1,0 +1,104 @@
+"""What can go wrong, one class per stage, and how it is told.
+
+Every error that a user can cause derives from :class:`MbdslError`. It carries the place in the model that
+caused it (if there is one) and the process exit code that belongs to its stage; ``render()`` gives the text
+that a person reads: ``file:line:column: error: ...``, the line, a caret, and what would be right.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A place in a source text: 1-based line and column, the length marked, and the line itself."""
+
+    file: str
+    line: int
+    column: int
+    length: int = 1
+    text: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.column}"
+
+
+class MbdslError(Exception):
+    """An error to show to a user, never a traceback.
+
+    Parameters
+    ----------
+    message : str
+        What was found and what was expected, in one or two sentences.
+    span : Span, optional
+        Where; models built by library have none.
+    hint : str, optional
+        What to try.
+    notes : sequence of (str, Span or None)
+        Other places that belong to the problem, each with its own line.
+    """
+
+    exit_code = 2
+
+    def __init__(
+        self,
+        message: str,
+        span: Span | None = None,
+        hint: str | None = None,
+        notes: tuple[tuple[str, Span | None], ...] = (),
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.span = span
+        self.hint = hint
+        self.notes = tuple(notes)
+
+    def render(self) -> str:
+        """The whole message as a person reads it, several lines."""
+        lines = [f"{self.span}: error: {self.message}" if self.span else f"error: {self.message}"]
+        lines += _excerpt(self.span)
+        for text, span in self.notes:
+            lines.append(f"{span}: note: {text}" if span else f"note: {text}")
+            lines += _excerpt(span)
+        if self.hint:
+            lines.append(f"  = {self.hint}")
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return self.render()
+
+
+def _excerpt(span: Span | None) -> list[str]:
+    if span is None or not span.text:
+        return []
+    # A very long line is cut around the caret, so that the caret stays under its word.
+    text, start = span.text.rstrip("\n"), span.column - 1
+    left = max(0, start - 80)
+    shown = text[left : left + 160]
+    pad = "".join("\t" if c == "\t" else " " for c in shown[: start - left])
+    return [f"    {shown}", f"    {pad}{'^' * max(1, min(span.length, len(shown) - len(pad)))}"]
+
+
+class SyntaxProblem(MbdslError):
+    """The text is not of the language."""
+
+
+class ModelError(MbdslError):
+    """The text is of the language, but the model it describes makes no sense (names, units, structure)."""
+
+
+class UsageError(MbdslError):
+    """A command or function was called with arguments that do not fit."""
+
+
+class InitialisationError(MbdslError):
+    """No consistent initial state exists, or it was not found."""
+
+    exit_code = 3
+
+
+class IntegrationError(MbdslError):
+    """The integration could not go on. Results up to there are on the trajectory."""
+
+    exit_code = 4

@@ -1,0 +1,1 @@
+"""The language: text to syntax tree to Scene. Pure Python; no numerics are imported here."""

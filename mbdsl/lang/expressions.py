@@ -1,0 +1,410 @@
+"""Scalar expressions in time and the coordinates of frames, with exact derivatives.
+
+An :class:`Expr` is a node of a directed acyclic graph: equal expressions are the same object, so that a derivative
+shares its subexpressions with the expression it came from and stays linear in its size. Numbers are SI; units
+are checked before an expression gets here (:mod:`mbdsl.lang.units`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from weakref import WeakValueDictionary
+
+#: coordinate key -> key of its time derivative
+RATE = {"x": "vx", "y": "vy", "phi": "w"}
+COORDINATES = ("x", "y", "phi", "vx", "vy", "w")
+
+
+class Expr:
+    """One node: an operation ``op`` on ``args``, with a payload ``value`` for leaves and tables.
+
+    ``op`` is "const" (value: float), "time", "coordinate" (value: (frame, key)), "input" (value: name),
+    "table" (value: (Table, order of derivative)) or a key of ``OPERATIONS``.
+    """
+
+    __slots__ = ("__weakref__", "args", "op", "value")
+    _interned: WeakValueDictionary = WeakValueDictionary()
+
+    op: str
+    args: tuple[Expr, ...]
+    value: object
+
+    def __new__(cls, op: str, args: tuple[Expr, ...] = (), value: object = None) -> Expr:
+        # 0.0 and -0.0 are equal and hash alike; as constants they may share a node.
+        key = (op, args, value)
+        node = cls._interned.get(key)
+        if node is None:
+            node = object.__new__(cls)
+            node.op, node.args, node.value = op, args, value
+            cls._interned[key] = node
+        return node
+
+    def __reduce__(self):
+        return Expr, (self.op, self.args, self.value)
+
+    # -- arithmetic, with the simplifications that keep derivatives readable ---------------------------------
+    def __add__(self, other: Expr | float) -> Expr:
+        other = expr(other)
+        if is_const(self) and is_const(other):
+            return const(self.value + other.value)  # type: ignore[operator]
+        if is_const(self, 0.0):
+            return other
+        if is_const(other, 0.0):
+            return self
+        return Expr("add", (self, other))
+
+    def __radd__(self, other: float) -> Expr:
+        return expr(other) + self
+
+    def __neg__(self) -> Expr:
+        if is_const(self):
+            return const(-self.value)  # type: ignore[operator]
+        if self.op == "neg":
+            return self.args[0]
+        return Expr("neg", (self,))
+
+    def __sub__(self, other: Expr | float) -> Expr:
+        other = expr(other)
+        if is_const(self) and is_const(other):
+            return const(self.value - other.value)  # type: ignore[operator]
+        if is_const(other, 0.0):
+            return self
+        if is_const(self, 0.0):
+            return -other
+        return Expr("sub", (self, other))
+
+    def __rsub__(self, other: float) -> Expr:
+        return expr(other) - self
+
+    def __mul__(self, other: Expr | float) -> Expr:
+        other = expr(other)
+        if is_const(self) and is_const(other):
+            return const(self.value * other.value)  # type: ignore[operator]
+        for a, b in ((self, other), (other, self)):
+            if is_const(a, 0.0):
+                return const(0.0)
+            if is_const(a, 1.0):
+                return b
+            if is_const(a, -1.0):
+                return -b
+        return Expr("mul", (self, other))
+
+    def __rmul__(self, other: float) -> Expr:
+        return expr(other) * self
+
+    def __truediv__(self, other: Expr | float) -> Expr:
+        other = expr(other)
+        if is_const(other) and other.value != 0.0:
+            if is_const(self):
+                return const(self.value / other.value)  # type: ignore[operator]
+            if is_const(other, 1.0):
+                return self
+        if is_const(self, 0.0) and not is_const(other, 0.0):
+            return const(0.0)
+        return Expr("div", (self, other))
+
+    def __rtruediv__(self, other: float) -> Expr:
+        return expr(other) / self
+
+    def __pow__(self, other: Expr | float) -> Expr:
+        other = expr(other)
+        if is_const(other, 1.0):
+            return self
+        if is_const(other, 0.0):
+            return const(1.0)
+        if is_const(other, 2.0):
+            return self * self
+        return call("pow", self, other)
+
+    def __rpow__(self, other: float) -> Expr:
+        return expr(other) ** self
+
+    def __repr__(self) -> str:
+        return f"Expr({text(self)})"
+
+
+def const(value: float) -> Expr:
+    return Expr("const", (), float(value))
+
+
+def expr(value: Expr | float) -> Expr:
+    return value if isinstance(value, Expr) else const(value)
+
+
+def is_const(node: Expr, value: float | None = None) -> bool:
+    return node.op == "const" and (value is None or node.value == value)
+
+
+TIME = Expr("time")
+
+
+def coordinate(frame: str, key: str) -> Expr:
+    """Coordinate ``key`` (one of ``COORDINATES``) of the frame named ``frame``, in world axes."""
+    return Expr("coordinate", (), (frame, key))
+
+
+def input_signal(name: str) -> Expr:
+    return Expr("input", (), name)
+
+
+def call(op: str, *args: Expr | float) -> Expr:
+    """Apply ``op`` (a key of ``OPERATIONS``), evaluating it now if all arguments are constants."""
+    nodes = tuple(expr(a) for a in args)
+    if all(is_const(a) for a in nodes):
+        try:
+            return const(OPERATIONS[op](*(a.value for a in nodes)))
+        except (ValueError, ZeroDivisionError, OverflowError):
+            pass  # not a number here: evaluation reports it where it happens
+    if op == "select" and is_const(nodes[0]):
+        return nodes[1] if nodes[0].value else nodes[2]
+    if op == "select" and nodes[1] is nodes[2]:
+        return nodes[1]
+    if op == "ratio" and is_const(nodes[0], 0.0):
+        return const(0.0)
+    return Expr(op, nodes)
+
+
+def _ratio(a: float, b: float) -> float:
+    return a / b if b != 0.0 else 0.0
+
+
+def _sign(a: float) -> float:
+    return (a > 0.0) - (a < 0.0)
+
+
+#: op -> its value on floats; conditions are 1.0 (true) and 0.0 (false)
+OPERATIONS: dict[str, Callable[..., float]] = {
+    "add": lambda a, b: a + b,
+    "sub": lambda a, b: a - b,
+    "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b,
+    "neg": lambda a: -a,
+    "pow": math.pow,
+    "sin": math.sin,
+    "cos": math.cos,
+    "tan": math.tan,
+    "asin": math.asin,
+    "acos": math.acos,
+    "atan": math.atan,
+    "atan2": math.atan2,
+    "sinh": math.sinh,
+    "cosh": math.cosh,
+    "tanh": math.tanh,
+    "exp": math.exp,
+    "log": math.log,
+    "log10": math.log10,
+    "sqrt": math.sqrt,
+    "hypot": math.hypot,
+    "ratio": _ratio,  # a/b, and 0 where b = 0: the derivative of a distance at zero length
+    "abs": abs,
+    "sign": _sign,
+    "min": min,
+    "max": max,
+    "floor": math.floor,
+    "ceil": math.ceil,
+    "mod": lambda a, b: a - math.floor(a / b) * b,
+    "lt": lambda a, b: float(a < b),
+    "le": lambda a, b: float(a <= b),
+    "eq": lambda a, b: float(a == b),
+    "ne": lambda a, b: float(a != b),
+    "and": lambda a, b: float(a != 0.0 and b != 0.0),
+    "or": lambda a, b: float(a != 0.0 or b != 0.0),
+    "not": lambda a: float(a == 0.0),
+    "select": lambda c, a, b: a if c else b,
+}
+
+#: op -> partial derivatives with respect to its arguments, as functions of (node, *args)
+_PARTIALS: dict[str, Callable[..., tuple[Expr | float, ...]]] = {
+    "add": lambda n, a, b: (1.0, 1.0),
+    "sub": lambda n, a, b: (1.0, -1.0),
+    "mul": lambda n, a, b: (b, a),
+    "div": lambda n, a, b: (1.0 / b, -n / b),
+    "neg": lambda n, a: (-1.0,),
+    "pow": lambda n, a, b: (b * a ** (b - 1.0), 0.0 if is_const(b) else n * call("log", a)),
+    "sin": lambda n, a: (call("cos", a),),
+    "cos": lambda n, a: (-call("sin", a),),
+    "tan": lambda n, a: (1.0 + n * n,),
+    "asin": lambda n, a: (1.0 / call("sqrt", 1.0 - a * a),),
+    "acos": lambda n, a: (-1.0 / call("sqrt", 1.0 - a * a),),
+    "atan": lambda n, a: (1.0 / (1.0 + a * a),),
+    "atan2": lambda n, a, b: (b / (a * a + b * b), -a / (a * a + b * b)),
+    "sinh": lambda n, a: (call("cosh", a),),
+    "cosh": lambda n, a: (call("sinh", a),),
+    "tanh": lambda n, a: (1.0 - n * n,),
+    "exp": lambda n, a: (n,),
+    "log": lambda n, a: (1.0 / a,),
+    "log10": lambda n, a: (1.0 / (a * math.log(10.0)),),
+    "sqrt": lambda n, a: (0.5 / n,),
+    "hypot": lambda n, a, b: (call("ratio", a, n), call("ratio", b, n)),
+    "ratio": lambda n, a, b: (call("ratio", 1.0, b), -call("ratio", n, b)),
+    "abs": lambda n, a: (call("sign", a),),
+    "min": lambda n, a, b: (call("le", a, b), call("lt", b, a)),
+    "max": lambda n, a, b: (call("le", b, a), call("lt", a, b)),
+    "mod": lambda n, a, b: (1.0, -call("floor", a / b)),
+    "select": lambda n, c, a, b: (0.0, c, call("not", c)),
+}
+
+
+def walk(*roots: Expr) -> list[Expr]:
+    """All nodes below ``roots``, each once, arguments before the nodes that use them."""
+    order: list[Expr] = []
+    done: set[Expr] = set()
+    stack = [(root, False) for root in reversed(roots)]
+    while stack:
+        node, ready = stack.pop()
+        if node in done:
+            continue
+        if ready:
+            done.add(node)
+            order.append(node)
+        else:
+            stack.append((node, True))
+            stack.extend((a, False) for a in reversed(node.args) if a not in done)
+    return order
+
+
+def leaves(*roots: Expr) -> list[Expr]:
+    """The time, coordinate and input nodes that ``roots`` depend on."""
+    return [n for n in walk(*roots) if n.op in ("time", "coordinate", "input")]
+
+
+def diff(root: Expr, *variables: Expr) -> list[Expr]:
+    """Exact partial derivatives of ``root`` with respect to each leaf in ``variables`` (forward, on the graph)."""
+    results = []
+    order = walk(root)
+    for variable in variables:
+        d: dict[Expr, Expr] = {}
+        zero = const(0.0)
+        for n in order:
+            if n is variable:
+                d[n] = const(1.0)
+            elif all(is_const(d[a], 0.0) for a in n.args):
+                d[n] = zero
+            elif n.op == "table":
+                table, nth = n.value  # type: ignore[misc]
+                d[n] = Expr("table", n.args, (table, nth + 1)) * d[n.args[0]]
+            elif n.op == "select":
+                d[n] = call("select", n.args[0], d[n.args[1]], d[n.args[2]])
+            elif n.op in _PARTIALS:
+                total = zero
+                for a, p in zip(n.args, _PARTIALS[n.op](n, *n.args), strict=True):
+                    if not is_const(d[a], 0.0):
+                        total = total + expr(p) * d[a]
+                d[n] = total
+            else:  # comparisons, floor, ceil, sign: piecewise constant
+                d[n] = zero
+        results.append(d[root])
+    return results
+
+
+def is_velocity_level(root: Expr) -> bool:
+    return any(n.op == "coordinate" and n.value[1] in RATE.values() for n in leaves(root))  # type: ignore[index]
+
+
+def der(root: Expr) -> Expr:
+    """Total time derivative of a position-level expression.
+
+    Raises
+    ------
+    ValueError
+        If ``root`` depends on velocities (accelerations are no variables here).
+    """
+    variables = leaves(root)
+    total = const(0.0)
+    for leaf, partial in zip(variables, diff(root, *variables), strict=True):
+        if leaf.op == "time":
+            rate: Expr = const(1.0)
+        elif leaf.op == "coordinate" and leaf.value[1] in RATE:  # type: ignore[index]
+            frame, key = leaf.value  # type: ignore[misc]
+            rate = coordinate(frame, RATE[key])
+        else:
+            raise ValueError("der() of a quantity that depends on velocities")
+        total = total + partial * rate
+    return total
+
+
+def substitute(root: Expr, replacement: Callable[[Expr], Expr | None]) -> Expr:
+    """``root`` with every leaf for which ``replacement`` gives an expression replaced by it."""
+    new: dict[Expr, Expr] = {}
+    for n in walk(root):
+        found = replacement(n) if not n.args else None
+        if found is not None:
+            new[n] = found
+        elif all(new[a] is a for a in n.args):
+            new[n] = n
+        else:
+            new[n] = rebuild(n, [new[a] for a in n.args])
+    return new[root]
+
+
+_ARITHMETIC: dict[str, Callable[..., Expr]] = {
+    "add": lambda a, b: a + b,
+    "sub": lambda a, b: a - b,
+    "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b,
+    "neg": lambda a: -a,
+    "pow": lambda a, b: a**b,
+}
+
+
+def rebuild(node: Expr, args: list[Expr]) -> Expr:
+    if node.op == "table":
+        return Expr("table", tuple(args), node.value)
+    if node.op in _ARITHMETIC:
+        return _ARITHMETIC[node.op](*args)
+    return call(node.op, *args)
+
+
+def evaluate(
+    roots: Iterable[Expr],
+    leaf: Callable[[Expr], object],
+    operations: dict[str, Callable] = OPERATIONS,
+    table: Callable[[object, int, object], object] | None = None,
+) -> list:
+    """Values of ``roots`` given the value of every leaf; works on arrays with array ``operations``."""
+    roots = list(roots)
+    values: dict[Expr, object] = {}
+    for n in walk(*roots):
+        if n.op == "const":
+            values[n] = n.value
+        elif n.op == "table":
+            data, nth = n.value  # type: ignore[misc]
+            values[n] = (table or (lambda d, k, u: d.value(u, k)))(data, nth, values[n.args[0]])
+        elif n.args:
+            values[n] = operations[n.op](*(values[a] for a in n.args))
+        else:
+            values[n] = leaf(n)
+    return [values[r] for r in roots]
+
+
+_INFIX = {"add": " + ", "sub": " - ", "mul": "*", "div": "/", "lt": " < ", "le": " <= ", "eq": " == ", "ne": " <> "}
+
+
+def text(root: Expr) -> str:
+    """The expression as mbdsl text, for messages and ``mbdsl show`` (cut where it grows beyond reading)."""
+    shown: dict[Expr, str] = {}
+    for n in walk(root):
+        a = [shown[x] for x in n.args]
+        if n.op == "const":
+            shown[n] = repr(n.value)
+        elif n.op == "coordinate":
+            shown[n] = ".".join(n.value)  # type: ignore[arg-type]
+        elif n.op == "input":
+            shown[n] = str(n.value)
+        elif n.op == "time":
+            shown[n] = "time"
+        elif n.op in _INFIX:
+            shown[n] = f"({a[0]}{_INFIX[n.op]}{a[1]})"
+        elif n.op == "neg":
+            shown[n] = f"-{a[0]}"
+        elif n.op == "select":
+            shown[n] = f"(if {a[0]} then {a[1]} else {a[2]})"
+        elif n.op == "table":
+            data, nth = n.value  # type: ignore[misc]
+            shown[n] = f"{getattr(data, 'name', 'table')}{chr(39) * nth}({a[0]})"
+        else:
+            shown[n] = f"{n.op}({', '.join(a)})"
+        if len(shown[n]) > 400:
+            shown[n] = shown[n][:380] + "..."
+    return shown[root]

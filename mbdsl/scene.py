@@ -1,0 +1,114 @@
+"""The Scene: a flat list of components with numbers resolved to SI and source places kept.
+
+Text (:mod:`mbdsl.lang`) and the library API (:class:`mbdsl.builder.Builder`) both end here; everything
+downstream reads only this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from mbdsl.elements.kind import BodyKind, Kind
+from mbdsl.errors import Span
+from mbdsl.lang.expressions import Expr
+
+
+@dataclass(frozen=True)
+class Table:
+    """Points of a function of one variable, with the way it goes between and beyond them.
+
+    ``smoothness`` is "linear", "cubic" (twice continuously differentiable spline) or "monotone" (shape-preserving
+    cubic); ``extrapolation`` is "hold", "linear", "periodic" or "error".
+    """
+
+    name: str
+    u: tuple[float, ...]
+    y: tuple[float, ...]
+    smoothness: str = "linear"
+    extrapolation: str = "hold"
+
+
+Value = float | int | bool | str | tuple | Expr | Table | None
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame fixed to a body (or to the ground): pose (x, y, phi) [m, m, rad] in the body's own axes, from the
+    body's reference point (not from its centre of mass)."""
+
+    name: str
+    body: str
+    x: float = 0.0
+    y: float = 0.0
+    phi: float = 0.0
+    span: Span | None = None
+
+
+@dataclass(frozen=True)
+class Component:
+    """One element of the mechanism, ``values`` complete (defaults filled in) and in SI."""
+
+    name: str
+    kind: Kind
+    values: Mapping[str, Value]
+    ports: Mapping[str, str] = field(default_factory=dict)  #: port name -> frame name
+    signals: Mapping[str, Expr] = field(default_factory=dict)  #: full signal name -> expression over frames
+    span: Span | None = None
+    doc: str = ""
+
+
+@dataclass(frozen=True)
+class InitialValue:
+    """``target`` = ``value`` at the start; kept exactly if ``fixed``, else a guess that assembly may move."""
+
+    name: str
+    target: Expr
+    value: float
+    fixed: bool
+    span: Span | None = None
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What ``annotation(experiment(...))`` says; None where it says nothing. Times in seconds."""
+
+    start: float = 0.0
+    stop: float | None = None
+    interval: float | None = None
+    tolerance: float | None = None
+    method: str | None = None
+    step: float | None = None
+
+
+@dataclass(frozen=True)
+class ParameterValue:
+    """A resolved parameter of the top-level model, for ``--set`` and for listings."""
+
+    name: str
+    value: Value
+    unit: str = ""
+    doc: str = ""
+    span: Span | None = None
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A mechanism: components and frames by full name, in the order of their declaration."""
+
+    name: str
+    components: Mapping[str, Component]
+    frames: Mapping[str, Frame]
+    initial: tuple[InitialValue, ...] = ()
+    experiment: Experiment = Experiment()
+    parameters: Mapping[str, ParameterValue] = field(default_factory=dict)
+    doc: str = ""
+    files: tuple[str, ...] = ()  #: the source files read, the main one first
+
+    def bodies(self) -> list[Component]:
+        """Components that have coordinates, in order (the ground has none)."""
+        return [c for c in self.components.values() if isinstance(c.kind, BodyKind) and c.kind.coordinates]
+
+    def signals(self) -> dict[str, Expr]:
+        """Every signal that is an expression over frames and time, by full name."""
+        return {name: e for c in self.components.values() for name, e in c.signals.items()}
