@@ -40,6 +40,7 @@ class MbdslError(Exception):
     """
 
     exit_code = 2
+    severity = "error"
 
     def __init__(
         self,
@@ -56,7 +57,7 @@ class MbdslError(Exception):
 
     def render(self) -> str:
         """The whole message as a person reads it, several lines."""
-        lines = [f"{self.span}: error: {self.message}" if self.span else f"error: {self.message}"]
+        lines = [f"{self.span}: {self.severity}: {self.message}" if self.span else f"{self.severity}: {self.message}"]
         lines += _excerpt(self.span)
         for text, span in self.notes:
             lines.append(f"{span}: note: {text}" if span else f"note: {text}")
@@ -86,6 +87,12 @@ class SyntaxProblem(MbdslError):
 
 class ModelError(MbdslError):
     """The text is of the language, but the model it describes makes no sense (names, units, structure)."""
+
+
+class ModelWarning(MbdslError):
+    """A model that makes sense but is hardly what was meant. Collected and shown, not raised."""
+
+    severity = "warning"
 
 
 class UsageError(MbdslError):

@@ -1,0 +1,328 @@
+"""The MechanismGraph: bodies are nodes, joints and forces are edges; what can be told without numbers.
+
+Here a model's structure is checked (everything held, nothing joined to itself), counted (loops, Gruebler count) and
+ordered (in which order to place bodies, in which order to eliminate unknowns). It is plain Python on purpose:
+``mbdsl check`` answers in less time than importing networkx takes. :meth:`MechanismGraph.networkx` hands the graph
+over to those who want its algorithms.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+from mbdsl import graph_checks
+from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
+from mbdsl.errors import ModelWarning
+from mbdsl.lang.expressions import Expr, leaves
+from mbdsl.ordering import minimum_degree
+from mbdsl.scene import Component, Scene
+from mbdsl.wording import count, few
+
+if TYPE_CHECKING:
+    import networkx
+
+GROUND = ""  #: the node that all components without coordinates share
+
+
+class Edge(NamedTuple):
+    """A joint or force and the two bodies it connects; ``also`` are bodies that a force's law reads."""
+
+    component: Component
+    body_i: str
+    body_j: str
+    also: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        return self.component.name
+
+    @property
+    def rows(self) -> int:
+        return self.component.kind.rows if isinstance(self.component.kind, JointKind) else 0
+
+    def other(self, body: str) -> str:
+        return self.body_j if body == self.body_i else self.body_i
+
+
+class Placement(NamedTuple):
+    """``body`` can be placed from ``parent`` (already placed) by ``joint``; None where no joint leads to it."""
+
+    body: str
+    parent: str
+    joint: str | None
+
+
+class SubMechanism(NamedTuple):
+    """Bodies that joints and forces connect without passing through the ground, and their count of freedoms."""
+
+    bodies: tuple[str, ...]
+    coordinates: int
+    rows: int
+
+    @property
+    def mobility(self) -> int:
+        return self.coordinates - self.rows
+
+
+@dataclass(frozen=True)
+class MechanismGraph:
+    """Structure of a :class:`~mbdsl.scene.Scene`. Bodies, joints and forces keep the scene's order.
+
+    Attributes
+    ----------
+    bodies : dict of str to Component
+        The components with coordinates.
+    ground : Component
+        The (first) ground; as a node it is ``GROUND``.
+    warnings : tuple of ModelWarning
+        What is suspicious but no error.
+    """
+
+    scene: Scene
+    ground: Component
+    bodies: Mapping[str, Component]
+    joints: tuple[Edge, ...]
+    forces: tuple[Edge, ...]
+    warnings: tuple[ModelWarning, ...] = field(default=(), compare=False)
+
+    # -- counts ----------------------------------------------------------------------------------------------
+    @cached_property
+    def coordinates(self) -> int:
+        return sum(_coordinates(c) for c in self.bodies.values())
+
+    @cached_property
+    def rows(self) -> int:
+        return sum(e.rows for e in self.joints)
+
+    @property
+    def mobility(self) -> int:
+        """Gruebler count: coordinates less constraint rows. Redundant constraints make it smaller than the truth."""
+        return self.coordinates - self.rows
+
+    @cached_property
+    def loops(self) -> int:
+        """Independent kinematic loops. A driver beside the joint that it drives closes none."""
+        joints = [e for e in self.joints if e.rows]
+        driven = {frozenset((e.body_i, e.body_j)) for e in joints if not _is_driver(e)}
+        edges = [e for e in joints if not (_is_driver(e) and frozenset((e.body_i, e.body_j)) in driven)]
+        groups = _groups((GROUND, *self.bodies), ((e.body_i, e.body_j) for e in edges))
+        return len(edges) - (len(self.bodies) + 1) + len(groups)
+
+    @cached_property
+    def sub_mechanisms(self) -> tuple[SubMechanism, ...]:
+        """Parts that do not influence one another (the ground, which does not move, connects nothing)."""
+        links = [(e.body_i, e.body_j, *e.also) for e in (*self.joints, *self.forces)]
+        groups = _groups(self.bodies, ([b for b in link if b != GROUND] for link in links))
+        number = {body: k for k, group in enumerate(groups) for body in group}
+        rows = [0] * len(groups)
+        for e in self.joints:
+            rows[number[e.body_j if e.body_i == GROUND else e.body_i]] += e.rows
+        return tuple(
+            SubMechanism(tuple(group), sum(_coordinates(self.bodies[b]) for b in group), rows[k])
+            for k, group in enumerate(groups)
+        )
+
+    # -- orders ----------------------------------------------------------------------------------------------
+    @cached_property
+    def _tree(self) -> tuple[Placement, ...]:
+        at: dict[str, list[Edge]] = {GROUND: [], **{name: [] for name in self.bodies}}
+        for e in (*self.joints, *self.forces):
+            at[e.body_i].append(e)
+            if e.body_j != e.body_i:
+                at[e.body_j].append(e)
+        placed, order, ticket = {GROUND}, [], 0
+        # The joint that fixes most comes first, then the one nearest to the ground: a rod is placed by its pin on
+        # the crank rather than by the slot that guides its other end.
+        heap: list[tuple[int, int, int, str, str, Edge]] = []
+
+        def reach(body: str, depth: int) -> None:
+            nonlocal ticket
+            placed.add(body)
+            for e in at[body]:
+                ticket += 1
+                if e.other(body) not in placed:
+                    heapq.heappush(heap, (-e.rows, depth, ticket, e.other(body), body, e))
+
+        reach(GROUND, 1)
+        for start in self.bodies:  # floating groups do not pass the checks; a graph made by hand may have them
+            while heap:
+                _, depth, _, body, parent, e = heapq.heappop(heap)
+                if body not in placed:
+                    order.append(Placement(body, parent, e.name if e.rows else None))
+                    reach(body, depth + 1)
+            if start not in placed:
+                order.append(Placement(start, GROUND, None))
+                reach(start, 1)
+        return tuple(order)
+
+    def tree(self) -> tuple[Placement, ...]:
+        """A spanning tree as the order in which bodies can be placed, each from one that has its place already."""
+        return self._tree
+
+    def elimination_order(self) -> list[str]:
+        """Names of bodies and joints in an order that keeps a factorisation of the Newton matrix sparse and safe.
+
+        Minimum degree, under two rules that keep every pivot block regular without numerical pivoting as long as
+        all masses are positive and the constraints independent: the joint by which a body hangs in the spanning
+        tree comes after that body; a joint that closes a loop after all bodies of the loop.
+        """
+        parent = {p.body: p.parent for p in self._tree}
+        hangs = {p.joint: p.body for p in self._tree if p.joint}
+        sizes = {name: _coordinates(c) for name, c in self.bodies.items()}
+        adjacent: dict[str, set[str]] = {name: set() for name in sizes}
+        after: dict[str, set[str]] = {}
+        for e in (*self.joints, *self.forces):
+            nodes = {b for b in (e.body_i, e.body_j, *e.also) if b != GROUND}
+            if e.rows:
+                after[e.name] = self._needs(e, parent, hangs.get(e.name))
+                sizes[e.name] = e.rows
+                adjacent[e.name] = set()
+                nodes.add(e.name)
+            for node in nodes:
+                adjacent[node] |= nodes
+        return minimum_degree(adjacent, sizes, after)
+
+    def _needs(self, joint: Edge, parent: Mapping[str, str], child: str | None) -> set[str]:
+        # A child that can turn has full rank in every joint's rows; a point mass has none in a row of angles.
+        if child is not None and "phi" in _kind(self.bodies[child]).coordinates:
+            return {child}
+        return set(_loop(joint.body_i, joint.body_j, parent)) - {GROUND}
+
+    # -- for people and other tools ----------------------------------------------------------------------------
+    def networkx(self) -> networkx.MultiGraph:
+        """The same graph for networkx: nodes carry ``component``, edges ``component`` and ``rows``; ground is ``""``."""
+        import networkx as nx
+
+        graph = nx.MultiGraph(name=self.scene.name)
+        graph.add_node(GROUND, component=self.ground)
+        for name, component in self.bodies.items():
+            graph.add_node(name, component=component)
+        for e in (*self.joints, *self.forces):
+            graph.add_edge(e.body_i, e.body_j, key=e.name, component=e.component, rows=e.rows)
+        return graph
+
+    def summary(self) -> str:
+        """Counts and mobility, a few lines."""
+        parts = self.sub_mechanisms
+        counts = (count(len(self.bodies), "body", "bodies"), count(len(self.joints), "joint"))
+        counts += (count(len(self.forces), "force"), count(self.loops, "independent loop"))
+        sides = f"{count(self.coordinates, 'coordinate')} - {count(self.rows, 'constraint row')}"
+        lines = [f"{self.scene.name}: {', '.join(counts)}", f"mobility {self.mobility} = {sides} (Gruebler count)"]
+        if len(parts) > 1:
+            lines.append(f"{len(parts)} independent sub-mechanisms:")
+            lines += [f"  mobility {p.mobility}: {few(p.bodies)}" for p in parts[:20]]
+            lines += [f"  and {len(parts) - 20} more"] if len(parts) > 20 else []
+        for p in parts:
+            if p.mobility < 0:
+                rows = count(-p.mobility, "constraint row")
+                lines.append(f"at least {rows} of {few(p.bodies)} must be redundant, or the part cannot be assembled")
+        return "\n".join(lines)
+
+    def describe(self) -> str:
+        """Everything, as ``mbdsl show --stage graph`` prints it."""
+        tree = self.tree()
+        hangs = {p.joint for p in tree}
+        lines = [self.summary(), "", "bodies"]
+        lines += [f"  {n}  {c.kind.name}  {', '.join(_kind(c).coordinates)}" for n, c in self.bodies.items()]
+        for title, edges in (("joints", self.joints), ("forces", self.forces)):
+            lines += ["", title] if edges else []
+            for e in edges:
+                loop = "" if title == "forces" or not e.rows or e.name in hangs else "  closes a loop"
+                rows = f"  {count(e.rows, 'row')}" if title == "joints" else ""
+                frames = ", ".join(e.component.ports.values())
+                lines.append(f"  {e.name}  {e.component.kind.name}({frames}){rows}{loop}")
+        lines += ["", "placed from the ground"]
+        for p in tree:
+            by = f"by {p.joint}" if p.joint else "as its initial values say"
+            lines.append(f"  {p.body}  {by}, from {p.parent or self.ground.name}")
+        return "\n".join(lines)
+
+
+def build(scene: Scene) -> MechanismGraph:
+    """The graph of ``scene``, checked.
+
+    Raises
+    ------
+    ModelError
+        No ground, no body, a joint between two frames of one body, bodies that nothing holds.
+    """
+    grounds = [c for c in scene.components.values() if isinstance(c.kind, BodyKind) and not c.kind.coordinates]
+    graph_checks.ground_and_bodies(scene, grounds)
+    bodies = {c.name: c for c in scene.bodies()}
+    joints = tuple(_edge(scene, bodies, c) for c in scene.components.values() if isinstance(c.kind, JointKind))
+    forces = tuple(_edge(scene, bodies, c) for c in scene.components.values() if isinstance(c.kind, ForceKind))
+    held = _groups((GROUND, *bodies), ((e.body_i, e.body_j) for e in (*joints, *forces)))
+    graph_checks.joints_join(joints, grounds[0])
+    graph_checks.all_held(bodies, [group for group in held if GROUND not in group], grounds[0])
+    return MechanismGraph(scene, grounds[0], bodies, joints, forces, graph_checks.warnings(joints, forces))
+
+
+def _edge(scene: Scene, bodies: Mapping[str, Component], component: Component) -> Edge:
+    def body(frame: str) -> str:
+        owner = scene.frames[frame].body
+        return owner if owner in bodies else GROUND
+
+    ends = [body(frame) for frame in component.ports.values()]
+    read = {
+        body(leaf.value[0])  # type: ignore[index]
+        for value in component.values.values()
+        if isinstance(value, Expr)
+        for leaf in leaves(value)
+        if leaf.op == "coordinate"
+    }
+    return Edge(component, ends[0], ends[-1], tuple(sorted(read - set(ends))))
+
+
+def _kind(component: Component) -> BodyKind:
+    kind = component.kind
+    if not isinstance(kind, BodyKind):
+        raise TypeError(f"{component.name} is no body")
+    return kind
+
+
+def _coordinates(component: Component) -> int:
+    return len(_kind(component).coordinates)
+
+
+def _is_driver(e: Edge) -> bool:
+    return isinstance(e.component.kind, JointKind) and e.component.kind.driver is not None
+
+
+def _groups(nodes: Iterable[str], links: Iterable[Iterable[str]]) -> list[list[str]]:
+    """The connected groups of ``nodes``, in order (union-find with path halving)."""
+    root = {node: node for node in nodes}
+
+    def find(node: str) -> str:
+        while root[node] != node:
+            root[node] = root[root[node]]
+            node = root[node]
+        return node
+
+    for link in links:
+        first = None
+        for node in link:
+            if first is None:
+                first = find(node)
+            else:
+                root[find(node)] = first
+    groups: dict[str, list[str]] = {}
+    for node in root:
+        groups.setdefault(find(node), []).append(node)
+    return list(groups.values())
+
+
+def _loop(i: str, j: str, parent: Mapping[str, str]) -> list[str]:
+    """Bodies on the loop that an edge between i and j closes in the tree, their common ancestor included."""
+    up = [i]
+    while up[-1] in parent:
+        up.append(parent[up[-1]])
+    place = {body: k for k, body in enumerate(up)}
+    path = []
+    while j not in place:
+        path.append(j)
+        j = parent[j]
+    return up[: place[j] + 1] + path

@@ -1,0 +1,101 @@
+"""What is wrong, or suspicious, in the structure of a mechanism, before any number is looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from mbdsl.elements.kind import BodyKind, ForceKind
+from mbdsl.errors import ModelError, ModelWarning
+from mbdsl.scene import Component, Scene
+from mbdsl.wording import count, few
+
+if TYPE_CHECKING:
+    from mbdsl.graph import Edge
+
+
+def ground_and_bodies(scene: Scene, grounds: Sequence[Component]) -> None:
+    """There is a ground, with one gravity, and something to move."""
+    if not grounds:
+        raise ModelError(
+            f"model {scene.name!r} has no Ground: nothing says what stands still, or where gravity points",
+            hint="declare one, such as:  Ground world;",
+        )
+    first = grounds[0]
+    if not scene.bodies():
+        raise ModelError(
+            f"model {scene.name!r} has no bodies: there is nothing to move",
+            first.span,
+            "declare one, such as:  Rod link(m = 1 kg, length = 1 m);",
+        )
+    for other in grounds[1:]:
+        if any(first.values.get(key) != other.values.get(key) for key in ("g", "n")):
+            raise ModelError(
+                f"grounds {first.name!r} and {other.name!r} disagree about gravity; there is only one world",
+                other.span,
+                "give both the same g and n",
+                ((f"{first.name!r} is declared here", first.span),),
+            )
+
+
+def joints_join(joints: Sequence[Edge], ground: Component) -> None:
+    """Every joint has its frames on two different bodies, or on one and the ground."""
+    for e in joints:
+        if e.body_i == e.body_j:
+            kind, frames = e.component.kind.name, " and ".join(e.component.ports.values())
+            owner = f"body {e.body_i!r}" if e.body_i else f"the ground {ground.name!r}"
+            raise ModelError(
+                f"{kind} {e.name!r} joins {owner} to itself: {frames} are both fixed to it",
+                e.component.span,
+                "a joint needs frames of two different bodies, or of one body and the ground",
+            )
+
+
+def all_held(bodies: Mapping[str, Component], floating: Sequence[Sequence[str]], ground: Component) -> None:
+    """No group of bodies is left without a joint or force that leads to the ground."""
+    if not floating:
+        return
+
+    def told(group: Sequence[str]) -> str:
+        if len(group) == 1:
+            return f"body {group[0]!r} has no path to ground: no joint or force holds it"
+        return f"bodies {few(group)} have no path to ground: no joint or force leads from them to {ground.name!r}"
+
+    first = bodies[floating[0][0]]
+    frame = first.name if isinstance(first.kind, BodyKind) and first.kind.is_frame else f"{first.name}.c"
+    raise ModelError(
+        told(floating[0]),
+        first.span,
+        f"add a joint or a force; if it is meant to fly:  FreeMotion free({ground.name}, {frame});",
+        tuple((told(group), bodies[group[0]].span) for group in floating[1:4]),
+    )
+
+
+def warnings(joints: Sequence[Edge], forces: Sequence[Edge]) -> tuple[ModelWarning, ...]:
+    """Joints said twice, springs that can move nothing."""
+    found = []
+    seen: dict[tuple, Edge] = {}
+    for e in joints:
+        if not e.rows:
+            continue
+        key = (e.component.kind.name, frozenset(e.component.ports.values()))
+        first = seen.setdefault(key, e)
+        if first is not e and dict(first.component.values) == dict(e.component.values):
+            found.append(
+                ModelWarning(
+                    f"{e.component.kind.name} {e.name!r} repeats {first.name!r}: same frames, same values",
+                    e.component.span,
+                    f"its {count(e.rows, 'constraint row')} can only be redundant; leave one of the two out",
+                    ((f"{first.name!r} is declared here", first.component.span),),
+                )
+            )
+    for e in forces:
+        if e.body_i == e.body_j and isinstance(e.component.kind, ForceKind) and e.component.kind.springs:
+            found.append(
+                ModelWarning(
+                    f"{e.component.kind.name} {e.name!r} has both frames on one body and cannot move anything",
+                    e.component.span,
+                    "attach one of its frames to another body",
+                )
+            )
+    return tuple(found)

@@ -1,0 +1,25 @@
+"""Small phrases that messages share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+def count(number: int, one: str, many: str = "") -> str:
+    """``1 joint``, ``2 joints``."""
+    return f"{number} {one if number == 1 else many or one + 's'}"
+
+
+def few(names: Iterable[str], most: int = 6) -> str:
+    """The first names of what may be thousands."""
+    names = list(names)
+    shown = ", ".join(names[:most])
+    return shown if len(names) <= most else f"{shown}, ... ({len(names)} in all)"
+
+
+def did_you_mean(name: str, known: Iterable[str], most: int = 3) -> str | None:
+    """A hint with the known names nearest to ``name``, else None."""
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, list(known), most, 0.6)
+    return f"did you mean {' or '.join(near)}?" if near else None
