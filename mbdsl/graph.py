@@ -194,7 +194,7 @@ class MechanismGraph:
 
     # -- for people and other tools ----------------------------------------------------------------------------
     def networkx(self) -> networkx.MultiGraph:
-        """The same graph for networkx: nodes carry ``component``, edges ``component`` and ``rows``; ground is ``""``."""
+        """The same graph for networkx: nodes carry ``component``, edges also ``rows``; the ground is the node ``""``."""
         import networkx as nx
 
         graph = nx.MultiGraph(name=self.scene.name)
@@ -208,8 +208,8 @@ class MechanismGraph:
     def summary(self) -> str:
         """Counts and mobility, a few lines."""
         parts = self.sub_mechanisms
-        counts = (count(len(self.bodies), "body", "bodies"), count(len(self.joints), "joint"))
-        counts += (count(len(self.forces), "force"), count(self.loops, "independent loop"))
+        counts = [count(len(self.bodies), "body", "bodies"), count(len(self.joints), "joint")]
+        counts += [count(len(self.forces), "force"), count(self.loops, "independent loop")]
         sides = f"{count(self.coordinates, 'coordinate')} - {count(self.rows, 'constraint row')}"
         lines = [f"{self.scene.name}: {', '.join(counts)}", f"mobility {self.mobility} = {sides} (Gruebler count)"]
         if len(parts) > 1:

@@ -138,7 +138,7 @@ def test_body_held_by_a_spring_alone_has_no_joint_to_be_placed_by():
 
 def fill(g):
     """Entries of the block factor's lower triangle, by plain symbolic elimination in the order given."""
-    size = {name: 3 for name in g.bodies} | {e.name: e.rows for e in g.joints}
+    size = dict.fromkeys(g.bodies, 3) | {e.name: e.rows for e in g.joints}
     near = {name: set() for name in size}
     for e in (*g.joints, *g.forces):
         nodes = {n for n in (e.body_i, e.body_j, *e.also, e.name) if n in near}
@@ -182,7 +182,7 @@ def triangle():
 def test_block_elimination_in_this_order_needs_no_pivoting(make):
     g = make().build()
     rng = np.random.default_rng(7)
-    size = {name: 3 for name in g.bodies} | {e.name: e.rows for e in g.joints}
+    size = dict.fromkeys(g.bodies, 3) | {e.name: e.rows for e in g.joints}
     blocks = {(n, n): np.eye(k) * (n in g.bodies) for n, k in size.items()}
     for e in g.joints:
         for body in {e.body_i, e.body_j} - {GROUND}:
