@@ -194,7 +194,7 @@ class MechanismGraph:
 
     # -- for people and other tools ----------------------------------------------------------------------------
     def networkx(self) -> networkx.MultiGraph:
-        """The same graph for networkx: nodes carry ``component``, edges also ``rows``; the ground is the node ``""``."""
+        """The same graph for networkx: nodes carry ``component``, edges also ``rows``; the ground is ``""``."""
         import networkx as nx
 
         graph = nx.MultiGraph(name=self.scene.name)

@@ -1,0 +1,98 @@
+"""Result files: one module per format, found by looking; the suffix of a file's name chooses.
+
+A format is a module of this package with ``SUFFIX``, ``write(stream, path, columns, units, meta)`` and ``read(path)``.
+``columns`` maps signal names to arrays of one length, ``time`` first; ``units`` maps them to unit texts; ``meta`` are
+plain values (``complete``, ``model``, ``method``, ``step``, ``version``, ...).
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import pkgutil
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+from mbdsl.errors import UsageError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    Columns = Mapping[str, np.ndarray]
+    Meta = Mapping[str, str | float | bool]
+
+
+@cache
+def formats() -> dict[str, ModuleType]:
+    """Suffix -> the module that reads and writes it."""
+    found = {}
+    for info in pkgutil.iter_modules(__path__):
+        module = importlib.import_module(f"{__name__}.{info.name}")
+        if hasattr(module, "SUFFIX"):
+            found[module.SUFFIX] = module
+    return dict(sorted(found.items()))
+
+
+def format_of(path: str | os.PathLike) -> ModuleType:
+    """The module for the suffix of ``path``.
+
+    Raises
+    ------
+    UsageError
+        The suffix is none of the known ones.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in formats():
+        known = ", ".join(formats())
+        told = f"unknown suffix {suffix!r} of" if suffix else "no suffix on"
+        raise UsageError(f"{told} result file {str(path)!r}", hint=f"known are {known}")
+    return formats()[suffix]
+
+
+def write(
+    path: str | os.PathLike,
+    columns: Columns,
+    units: Mapping[str, str] | None = None,
+    meta: Meta | None = None,
+) -> None:
+    """Write a result file, all or nothing: it gets its name once it is whole.
+
+    Raises
+    ------
+    UsageError
+        Unknown suffix, or the file cannot be written.
+    """
+    module = format_of(path)
+    target = Path(os.path.realpath(path))
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        try:
+            with open(part, "wb") as stream:
+                module.write(stream, target, columns, units or {}, meta or {})
+            os.replace(part, target)
+        finally:
+            part.unlink(missing_ok=True)
+        if hasattr(module, "settle"):
+            module.settle(target, meta or {})
+    except OSError as problem:
+        raise UsageError(f"cannot write {str(path)!r}: {problem.strerror or problem}") from problem
+
+
+def read(path: str | os.PathLike) -> tuple[dict[str, np.ndarray], dict[str, str | float | bool]]:
+    """Columns and meta of a result file.
+
+    Raises
+    ------
+    UsageError
+        Unknown suffix, or the file cannot be read, or it is not of its suffix's format.
+    """
+    module = format_of(path)
+    try:
+        return module.read(Path(path))
+    except OSError as problem:
+        raise UsageError(f"cannot read {str(path)!r}: {problem.strerror or problem}") from problem
+    except (ValueError, KeyError, IndexError, TypeError) as problem:
+        raise UsageError(f"{str(path)!r} is not a {module.SUFFIX} result file: {problem}") from problem

@@ -1,0 +1,99 @@
+"""Dymola's and OpenModelica's trajectory file: MATLAB 4 matrices, version 1.1, ``binTrans``.
+
+Read by OMPlot, OMEdit, DyMat, BuildingsPy and others. The matrices, as those tools expect them:
+
+``Aclass``     4 lines of text: "Atrajectory", "1.1", "", "binTrans"
+``name``       the signals' names, ``description`` their texts "[unit]"; one name a column (transposed)
+``dataInfo``   int32 (4, signals): data matrix (0: the abscissa), row in it, interpolation 0, extrapolation -1
+``data_1``     constants: start and stop time in row 1, then one row a constant, two columns
+``data_2``     trajectories: time in row 1, then one row a signal, one column a time
+
+``meta`` is kept in the constants ``mbdsl.KEY``: the number if it is one, the value in the description.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+if TYPE_CHECKING:
+    import numpy as np
+
+SUFFIX = ".mat"
+PREFIX = "mbdsl."
+_TYPES = {0: "<f8", 10: "<f4", 20: "<i4", 50: "u1", 51: "u1"}  #: code of little-endian matrices -> dtype
+
+
+def write(stream: BinaryIO, path: Path, columns: Mapping, units: Mapping, meta: Mapping) -> None:
+    import numpy as np
+
+    signals = list(columns)
+    names = signals + [PREFIX + key for key in meta]
+    notes = [f"[{units[name]}]" if units.get(name) else "" for name in signals]
+    notes += [json.dumps(value) for value in meta.values()]
+    info = [(2 if k else 0, k + 1, 0, -1) for k in range(len(signals))]
+    info += [(1, k + 2, 0, 0) for k in range(len(meta))]
+    time = np.asarray(columns[signals[0]], dtype=float)
+    constants = [(time[0], time[-1]) if time.size else (0.0, 0.0)]
+    constants += [(x, x) for x in (float(v) if isinstance(v, (int, float)) else np.nan for v in meta.values())]
+    _matrix(stream, "Aclass", _text(["Atrajectory", "1.1", "", "binTrans"]).T, 51)
+    _matrix(stream, "name", _text(names), 51)
+    _matrix(stream, "description", _text(notes), 51)
+    _matrix(stream, "dataInfo", np.array(info, dtype="<i4").T, 20)
+    _matrix(stream, "data_1", np.array(constants), 0)
+    _matrix(stream, "data_2", np.vstack([np.asarray(c, dtype=float) for c in columns.values()]), 0)
+
+
+def read(path: Path) -> tuple[dict, dict]:
+    matrices = dict(_matrices(path.read_bytes()))
+    kind = _lines(matrices["Aclass"].T)
+    if kind[:2] != ["Atrajectory", "1.1"] or kind[3] not in ("binTrans", "binNormal"):
+        raise ValueError(f"it is {', '.join(kind)}, not a binary trajectory of version 1.1")
+    if kind[3] == "binNormal":
+        matrices = {key: value.T for key, value in matrices.items()}
+    names, notes = _lines(matrices["name"]), _lines(matrices["description"])
+    columns, meta = {}, {"complete": True}
+    for name, note, (matrix, row, *_) in zip(names, notes, matrices["dataInfo"].T.tolist(), strict=True):
+        if matrix == 1 and name.startswith(PREFIX):
+            meta[name[len(PREFIX) :]] = json.loads(note)
+        elif matrix in (0, 2):
+            values = matrices["data_2"][abs(row) - 1].astype(float)
+            columns[name] = values if row > 0 else -values  # a negated alias, as Dymola writes them
+    return columns, meta
+
+
+def _text(lines: list[str]) -> np.ndarray:
+    """One line a column, padded with blanks."""
+    import numpy as np
+
+    raw = [line.encode() for line in lines]
+    width = max(1, *map(len, raw))
+    return np.frombuffer(b"".join(line.ljust(width) for line in raw), dtype="u1").reshape(len(raw), width).T
+
+
+def _lines(matrix: np.ndarray) -> list[str]:
+    return [bytes(column).decode(errors="replace").rstrip(" \0") for column in matrix.astype("u1").T]
+
+
+def _matrix(stream: BinaryIO, name: str, values: np.ndarray, code: int) -> None:
+    stream.write(struct.pack("<5i", code, *values.shape, 0, len(name) + 1) + name.encode() + b"\0")
+    stream.write(values.astype(_TYPES[code], copy=False).tobytes(order="F"))
+
+
+def _matrices(data: bytes):
+    import numpy as np
+
+    at = 0
+    while at < len(data):
+        if len(data) - at < 20:
+            raise ValueError("the file ends within a header")
+        code, rows, columns, imaginary, length = struct.unpack_from("<5i", data, at)
+        if code not in _TYPES or imaginary or rows < 0 or columns < 0 or not 0 < length < 64:
+            raise ValueError("the file has no matrices of MATLAB 4, or of a kind not used in trajectories")
+        name = data[at + 20 : at + 20 + length].rstrip(b"\0").decode()
+        values = np.frombuffer(data, _TYPES[code], rows * columns, at + 20 + length)
+        yield name, values.reshape((rows, columns), order="F")
+        at += 20 + length + values.nbytes

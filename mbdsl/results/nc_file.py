@@ -1,0 +1,50 @@
+"""NetCDF 3 (64-bit offsets), which xarray, MATLAB, ncdump and others read: one variable a signal, over ``time``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import BinaryIO
+
+SUFFIX = ".nc"
+PREFIX = "mbdsl_"  #: of the global attributes that hold ``meta``
+
+
+def write(stream: BinaryIO, path: Path, columns: Mapping, units: Mapping, meta: Mapping) -> None:
+    import numpy as np
+    from scipy.io import netcdf_file
+
+    time = next(iter(columns))
+    rows = len(columns[time])
+    with netcdf_file(stream, "w", version=2) as file:
+        file.createDimension(time, rows or None)  # the format knows no empty dimension, only one without an end
+        for name, values in columns.items():
+            variable = file.createVariable(name, np.dtype(">f8"), (time,))
+            variable[:] = np.asarray(values, dtype=float)
+            if units.get(name):
+                variable.units = units[name].encode()
+        for key, value in meta.items():
+            setattr(file, PREFIX + key, value.encode() if isinstance(value, str) else _number(value))
+
+
+def read(path: Path) -> tuple[dict, dict]:
+    import numpy as np
+    from scipy.io import netcdf_file
+
+    with netcdf_file(path, "r", mmap=False) as file:
+        columns = {name: np.array(v[:], dtype=float) for name, v in file.variables.items()}
+        found = {k.removeprefix(PREFIX): v for k, v in file._attributes.items() if k.startswith(PREFIX)}
+    return columns, {"complete": True, **{key: _value(value) for key, value in found.items()}}
+
+
+def _number(value: float | bool):
+    """A boolean as a byte, so that it reads back as one; a number as the double that it is."""
+    import numpy as np
+
+    return np.int8(value) if isinstance(value, bool) else np.float64(value)
+
+
+def _value(stored) -> str | float | bool:
+    if isinstance(stored, bytes):
+        return stored.decode(errors="replace")
+    return bool(stored) if getattr(stored, "dtype", None) == "int8" else float(stored)

@@ -1,0 +1,35 @@
+"""NumPy's archive: ``numpy.load("result.npz")["crank.phi"]``; units and meta as JSON text in ``_mbdsl``."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import BinaryIO
+
+SUFFIX = ".npz"
+ABOUT = "_mbdsl"
+
+
+def write(stream: BinaryIO, path: Path, columns: Mapping, units: Mapping, meta: Mapping) -> None:
+    # Not numpy.savez: it takes the names as keyword arguments, and "file" is one of its own.
+    import numpy as np
+
+    about = np.array(json.dumps({"names": list(columns), "units": dict(units), "meta": dict(meta)}))
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
+        for name, values in {**{k: np.asarray(v, dtype=float) for k, v in columns.items()}, ABOUT: about}.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, values, allow_pickle=False)
+
+
+def read(path: Path) -> tuple[dict, dict]:
+    import numpy as np
+
+    try:
+        with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as archive:
+            about = json.loads(archive[ABOUT].item()) if ABOUT in archive.files else {}
+            names = about.get("names", archive.files)
+            return {name: archive[name] for name in names}, about.get("meta", {"complete": True})
+    except (zipfile.BadZipFile, EOFError) as problem:
+        raise ValueError(str(problem)) from problem
