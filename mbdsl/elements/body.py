@@ -4,6 +4,7 @@ Coordinates are x, y of the centre of mass and the angle phi, so that M = diag(m
 velocity-dependent inertia forces. How frames move with these coordinates: :mod:`mbdsl.elements.rigid_frames`.
 """
 
+from mbdsl.elements import rigid_frames as motion
 from mbdsl.elements.kind import BodyKind, Parameter, Signal
 
 SIGNALS = (

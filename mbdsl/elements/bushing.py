@@ -3,14 +3,7 @@
     g = (t_a . d, n_a . d, phi_b - phi_a),  d = r_b - r_a;  s_k = k_k g_k + c_k dg_k/dt
 """
 
-from mbdsl.elements.coordinates import (
-    offset,
-    offset_gradient,
-    offset_hessian,
-    slide,
-    slide_gradient,
-    slide_hessian,
-)
+from mbdsl.elements.coordinates import angle, offset, offset_hessian, slide, slide_hessian
 from mbdsl.elements.kind import ForceKind, Parameter, Signal, kernel
 
 KIND = ForceKind(
@@ -39,17 +32,10 @@ KIND = ForceKind(
 
 
 @kernel
-def position(Z, a, b, p, g):
-    g[0] = slide(Z, a, b)
-    g[1] = offset(Z, a, b)
-    g[2] = Z[b, 2] - Z[a, 2]
-
-
-@kernel
-def jacobian(Z, a, b, p, G):
-    slide_gradient(Z, a, b, G, 0)
-    offset_gradient(Z, a, b, G, 1)
-    G[2, 2], G[2, 5] = -1.0, 1.0
+def gradient(Z, a, b, p, G):
+    slide(Z, a, b, G, 0)
+    offset(Z, a, b, G, 1)
+    angle(Z, a, b, G, 2)
 
 
 @kernel

@@ -1,58 +1,50 @@
 """Scalar coordinates of two frames, shared by the joints, drivers and forces that are made of them.
 
-z = (x_a, y_a, phi_a, x_b, y_b, phi_b); d = r_b - r_a; t, n are the x and y axes of frame a. Each coordinate has its
-value, its gradient (one row of G) and the product of its second derivative with a factor (added to H).
+z = (x_a, y_a, phi_a, x_b, y_b, phi_b); d = r_b - r_a; t, n are the x and y axes of frame a. Each coordinate g has a
+function that fills row k of G with dg/dz and, in column VALUE, g itself, and one that adds factor * d^2 g/dz^2 to H.
 """
 
 from math import cos, hypot, sin
 
-from mbdsl.elements.kind import kernel
+from mbdsl.elements.kind import VALUE, kernel
 
 
 @kernel
-def slide(Z, a, b):
-    """s = t . d, the position of b along the x axis of a [m]."""
-    return cos(Z[a, 2]) * (Z[b, 0] - Z[a, 0]) + sin(Z[a, 2]) * (Z[b, 1] - Z[a, 1])
-
-
-@kernel
-def slide_gradient(Z, a, b, G, k):
+def slide(Z, a, b, G, k):
+    """g = t . d, the position of b along the x axis of a [m]."""
     c, s = cos(Z[a, 2]), sin(Z[a, 2])
-    G[k, 0], G[k, 1] = -c, -s
-    G[k, 2] = c * (Z[b, 1] - Z[a, 1]) - s * (Z[b, 0] - Z[a, 0])
+    dx, dy = Z[b, 0] - Z[a, 0], Z[b, 1] - Z[a, 1]
+    G[k, VALUE] = c * dx + s * dy
+    G[k, 0], G[k, 1], G[k, 2] = -c, -s, c * dy - s * dx
     G[k, 3], G[k, 4] = c, s
 
 
 @kernel
 def slide_hessian(Z, a, b, factor, H):
     c, s = factor * cos(Z[a, 2]), factor * sin(Z[a, 2])
-    _rotation_terms(-s, c, H)
+    rotation_terms(-s, c, H)
     H[2, 2] -= c * (Z[b, 0] - Z[a, 0]) + s * (Z[b, 1] - Z[a, 1])
 
 
 @kernel
-def offset(Z, a, b):
-    """e = n . d, the distance of b from the x axis of a, positive to its left [m]."""
-    return cos(Z[a, 2]) * (Z[b, 1] - Z[a, 1]) - sin(Z[a, 2]) * (Z[b, 0] - Z[a, 0])
-
-
-@kernel
-def offset_gradient(Z, a, b, G, k):
+def offset(Z, a, b, G, k):
+    """g = n . d, the distance of b from the x axis of a, positive to its left [m]."""
     c, s = cos(Z[a, 2]), sin(Z[a, 2])
-    G[k, 0], G[k, 1] = s, -c
-    G[k, 2] = -c * (Z[b, 0] - Z[a, 0]) - s * (Z[b, 1] - Z[a, 1])
+    dx, dy = Z[b, 0] - Z[a, 0], Z[b, 1] - Z[a, 1]
+    G[k, VALUE] = c * dy - s * dx
+    G[k, 0], G[k, 1], G[k, 2] = s, -c, -c * dx - s * dy
     G[k, 3], G[k, 4] = -s, c
 
 
 @kernel
 def offset_hessian(Z, a, b, factor, H):
     c, s = factor * cos(Z[a, 2]), factor * sin(Z[a, 2])
-    _rotation_terms(-c, -s, H)
+    rotation_terms(-c, -s, H)
     H[2, 2] -= c * (Z[b, 1] - Z[a, 1]) - s * (Z[b, 0] - Z[a, 0])
 
 
 @kernel
-def _rotation_terms(ux, uy, H):
+def rotation_terms(ux, uy, H):
     """d^2 g / (d phi_a d d) = u, as it appears for r_b (+) and r_a (-), symmetric."""
     H[2, 3] += ux
     H[3, 2] += ux
@@ -65,16 +57,19 @@ def _rotation_terms(ux, uy, H):
 
 
 @kernel
-def distance(Z, a, b):
-    """l = |d| [m]."""
-    return hypot(Z[b, 0] - Z[a, 0], Z[b, 1] - Z[a, 1])
+def angle(Z, a, b, G, k):
+    """g = phi_b - phi_a [rad]."""
+    G[k, VALUE] = Z[b, 2] - Z[a, 2]
+    G[k, 2], G[k, 5] = -1.0, 1.0
 
 
 @kernel
-def distance_gradient(Z, a, b, G, k):
+def distance(Z, a, b, G, k):
+    """g = |d| [m]; at zero length the direction is undefined, and nothing pulls."""
     dx, dy = Z[b, 0] - Z[a, 0], Z[b, 1] - Z[a, 1]
     l = hypot(dx, dy)
-    if l > 0.0:  # at zero length the direction is undefined, and a spring pulls nowhere
+    G[k, VALUE] = l
+    if l > 0.0:
         dx, dy = dx / l, dy / l
     G[k, 0], G[k, 1], G[k, 3], G[k, 4] = -dx, -dy, dx, dy
 

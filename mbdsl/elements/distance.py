@@ -3,8 +3,8 @@
     g = |r_b - r_a| - L                                                                  (1 row)
 """
 
-from mbdsl.elements.coordinates import distance, distance_gradient, distance_hessian
-from mbdsl.elements.kind import JointKind, Parameter, Signal, kernel
+from mbdsl.elements.coordinates import distance, distance_hessian
+from mbdsl.elements.kind import JointKind, Parameter, Signal, VALUE, kernel
 
 KIND = JointKind(
     "Distance",
@@ -17,13 +17,9 @@ KIND = JointKind(
 
 
 @kernel
-def position(Z, a, b, p, g):
-    g[0] = distance(Z, a, b) - p[0]
-
-
-@kernel
-def jacobian(Z, a, b, p, G):
-    distance_gradient(Z, a, b, G, 0)
+def gradient(Z, a, b, p, G):
+    distance(Z, a, b, G, 0)
+    G[0, VALUE] -= p[0]
 
 
 @kernel

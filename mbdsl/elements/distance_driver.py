@@ -3,7 +3,7 @@
     g = |r_b - r_a| - u(t)                                                               (1 row)
 """
 
-from mbdsl.elements.coordinates import distance, distance_gradient, distance_hessian
+from mbdsl.elements.coordinates import distance, distance_hessian
 from mbdsl.elements.kind import JointKind, Parameter, Signal, kernel
 
 KIND = JointKind(
@@ -20,13 +20,8 @@ KIND = JointKind(
 
 
 @kernel
-def position(Z, a, b, p, g):
-    g[0] = distance(Z, a, b)
-
-
-@kernel
-def jacobian(Z, a, b, p, G):
-    distance_gradient(Z, a, b, G, 0)
+def gradient(Z, a, b, p, G):
+    distance(Z, a, b, G, 0)
 
 
 @kernel

@@ -3,7 +3,7 @@
     g = (r_b - r_a, phi_b - phi_a - phi0)                                                (3 rows)
 """
 
-from mbdsl.elements.kind import JointKind, Parameter, kernel
+from mbdsl.elements.kind import JointKind, Parameter, VALUE, kernel
 
 KIND = JointKind(
     "Fixed",
@@ -16,13 +16,8 @@ KIND = JointKind(
 
 
 @kernel
-def position(Z, a, b, p, g):
-    g[0] = Z[b, 0] - Z[a, 0]
-    g[1] = Z[b, 1] - Z[a, 1]
-    g[2] = Z[b, 2] - Z[a, 2] - p[0]
-
-
-@kernel
-def jacobian(Z, a, b, p, G):
+def gradient(Z, a, b, p, G):
     for k in range(3):
+        G[k, VALUE] = Z[b, k] - Z[a, k]
         G[k, k], G[k, k + 3] = -1.0, 1.0
+    G[2, VALUE] -= p[0]

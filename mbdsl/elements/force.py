@@ -22,7 +22,7 @@ KIND = ForceKind(
 
 
 @kernel
-def jacobian(Z, a, b, p, G):
+def gradient(Z, a, b, p, G):
     c, s = cos(Z[a, 2]), sin(Z[a, 2])
     G[0, 3], G[0, 4] = c, s
     G[1, 3], G[1, 4] = -s, c

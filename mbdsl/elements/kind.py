@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
+VALUE = 6  #: column of the gradient table G that holds the value g
 REQUIRED = object()  #: default of a parameter that must be given
 
 Function = TypeVar("Function", bound=Callable)
@@ -108,8 +109,7 @@ class PairKind(Kind):
     Kernels of its file, for one component with frames ``a``, ``b`` (rows of the frame table ``Z``: x, y, phi, vx, vy,
     w) and parameters ``p`` (a row of floats, from ``table``), with z = (z_a, z_b):
 
-    ``position(Z, a, b, p, g)``       g[0:rows]
-    ``jacobian(Z, a, b, p, G)``       G[0:rows, 0:6] = dg/dz; only the entries that are not always 0 are written
+    ``gradient(Z, a, b, p, G)``       G[0:rows, 0:6] = dg/dz, G[0:rows, VALUE] = g(z); entries always 0 are not written
     ``hessian(Z, a, b, p, s, H)``     H[0:6, 0:6] += d(G^T s)/dz; left out where G is constant
     """
 

@@ -4,7 +4,7 @@
 """
 
 from mbdsl.elements import prismatic
-from mbdsl.elements.coordinates import offset, offset_gradient, offset_hessian
+from mbdsl.elements.coordinates import offset, offset_hessian
 from mbdsl.elements.kind import JointKind, Signal, kernel
 
 KIND = JointKind(
@@ -20,13 +20,8 @@ KIND = JointKind(
 
 
 @kernel
-def position(Z, a, b, p, g):
-    g[0] = offset(Z, a, b)
-
-
-@kernel
-def jacobian(Z, a, b, p, G):
-    offset_gradient(Z, a, b, G, 0)
+def gradient(Z, a, b, p, G):
+    offset(Z, a, b, G, 0)
 
 
 @kernel

@@ -4,8 +4,8 @@
     g2 = phi_b - phi_a - phi0                                                            (2 rows)
 """
 
-from mbdsl.elements.coordinates import offset, offset_gradient, offset_hessian
-from mbdsl.elements.kind import JointKind, Parameter, Signal, kernel
+from mbdsl.elements.coordinates import angle, offset, offset_hessian
+from mbdsl.elements.kind import JointKind, Parameter, Signal, VALUE, kernel
 
 KIND = JointKind(
     "Prismatic",
@@ -27,15 +27,10 @@ KIND = JointKind(
 
 
 @kernel
-def position(Z, a, b, p, g):
-    g[0] = offset(Z, a, b)
-    g[1] = Z[b, 2] - Z[a, 2] - p[0]
-
-
-@kernel
-def jacobian(Z, a, b, p, G):
-    offset_gradient(Z, a, b, G, 0)
-    G[1, 2], G[1, 5] = -1.0, 1.0
+def gradient(Z, a, b, p, G):
+    offset(Z, a, b, G, 0)
+    angle(Z, a, b, G, 1)
+    G[1, VALUE] -= p[0]
 
 
 @kernel

@@ -3,7 +3,7 @@
     g = r_b - r_a                                                                        (2 rows)
 """
 
-from mbdsl.elements.kind import JointKind, Signal, kernel
+from mbdsl.elements.kind import JointKind, Signal, VALUE, kernel
 
 KIND = JointKind(
     "Revolute",
@@ -17,12 +17,7 @@ KIND = JointKind(
 
 
 @kernel
-def position(Z, a, b, p, g):
-    g[0] = Z[b, 0] - Z[a, 0]
-    g[1] = Z[b, 1] - Z[a, 1]
-
-
-@kernel
-def jacobian(Z, a, b, p, G):
-    G[0, 0], G[0, 3] = -1.0, 1.0
-    G[1, 1], G[1, 4] = -1.0, 1.0
+def gradient(Z, a, b, p, G):
+    for k in range(2):
+        G[k, VALUE] = Z[b, k] - Z[a, k]
+        G[k, k], G[k, 3 + k] = -1.0, 1.0

@@ -4,6 +4,7 @@
 """
 
 from mbdsl.elements import revolute
+from mbdsl.elements.coordinates import angle
 from mbdsl.elements.kind import JointKind, Parameter, kernel
 
 KIND = JointKind(
@@ -18,10 +19,5 @@ KIND = JointKind(
 
 
 @kernel
-def position(Z, a, b, p, g):
-    g[0] = Z[b, 2] - Z[a, 2]
-
-
-@kernel
-def jacobian(Z, a, b, p, G):
-    G[0, 2], G[0, 5] = -1.0, 1.0
+def gradient(Z, a, b, p, G):
+    angle(Z, a, b, G, 0)

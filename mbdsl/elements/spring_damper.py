@@ -4,7 +4,7 @@
 """
 
 from mbdsl.elements import distance_driver
-from mbdsl.elements.coordinates import distance, distance_gradient, distance_hessian
+from mbdsl.elements.coordinates import distance, distance_hessian
 from mbdsl.elements.kind import ForceKind, Parameter, Signal, kernel
 
 KIND = ForceKind(
@@ -25,13 +25,8 @@ KIND = ForceKind(
 
 
 @kernel
-def position(Z, a, b, p, g):
-    g[0] = distance(Z, a, b)
-
-
-@kernel
-def jacobian(Z, a, b, p, G):
-    distance_gradient(Z, a, b, G, 0)
+def gradient(Z, a, b, p, G):
+    distance(Z, a, b, G, 0)
 
 
 @kernel

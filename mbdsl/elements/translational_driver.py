@@ -4,7 +4,7 @@
 """
 
 from mbdsl.elements import prismatic
-from mbdsl.elements.coordinates import slide, slide_gradient, slide_hessian
+from mbdsl.elements.coordinates import slide, slide_hessian
 from mbdsl.elements.kind import JointKind, Parameter, kernel
 
 KIND = JointKind(
@@ -18,13 +18,8 @@ KIND = JointKind(
 
 
 @kernel
-def position(Z, a, b, p, g):
-    g[0] = slide(Z, a, b)
-
-
-@kernel
-def jacobian(Z, a, b, p, G):
-    slide_gradient(Z, a, b, G, 0)
+def gradient(Z, a, b, p, G):
+    slide(Z, a, b, G, 0)
 
 
 @kernel

@@ -1,0 +1,50 @@
+"""How the one frame of a point mass moves with q = (x, y): B = [[1, 0], [0, 1], [0, 0]], constant."""
+
+from mbdsl.elements.kind import kernel
+from mbdsl.layout import FP, FRAMES, GD, Q, V
+
+
+@kernel
+def move(block, Y, Z, F, I):
+    for e in range(I[block]):
+        o = I[block + 1] + 5 * e
+        d, f0, k = I[o], I[o + 1], I[o + 3]
+        for f in range(f0, f0 + I[o + 2]):
+            for j in range(14):
+                Z[f, j] = 0.0
+            Z[f, 0], Z[f, 1], Z[f, 2] = Y[Q, d], Y[Q, d + 1], F[k + 2]
+            Z[f, 3], Z[f, 4] = Y[V, d], Y[V, d + 1]
+            k += 3
+
+
+@kernel
+def collect(block, Y, Z, I):
+    for e in range(I[block]):
+        o = I[block + 1] + 5 * e
+        for f in range(I[o + 1], I[o + 1] + I[o + 2]):
+            Y[FP, I[o]] += Z[f, 6]
+            Y[FP, I[o] + 1] += Z[f, 7]
+
+
+@kernel
+def collect_mu(block, Y, Z, I):
+    for e in range(I[block]):
+        o = I[block + 1] + 5 * e
+        for f in range(I[o + 1], I[o + 1] + I[o + 2]):
+            Y[GD, I[o]] += Z[f, 11]
+            Y[GD, I[o] + 1] += Z[f, 12]
+
+
+@kernel
+def jacobians(block, Y, Z, F, I):
+    for e in range(I[block]):
+        o = I[block + 1] + 5 * e
+        for f in range(I[o + 1], I[o + 1] + I[o + 2]):
+            k = I[I[FRAMES] + 2 * f + 1]
+            for j in range(12):
+                F[k + j] = 0.0
+            F[k], F[k + 3] = 1.0, 1.0
+
+
+#: B is constant, so a force adds no stiffness of its own
+stiffness = None

@@ -1,0 +1,98 @@
+"""Compilation: marked kernels become numba functions, and stay plain Python where numba is absent or switched off.
+
+Element files only mark their kernels (:func:`mbdsl.elements.kind.kernel`), because ``mbdsl check`` reads the files
+without numerics. :func:`activate` replaces the marks by compiled functions, in the modules that use them.
+
+Compiled code is kept on disk under a folder named by the digest of the package's sources: an edited kernel can never
+meet the machine code of its former self.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+import tempfile
+import warnings
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+
+from mbdsl import __version__
+
+_compiled: dict[Callable, Callable] = {}
+
+
+@cache
+def numba() -> ModuleType | None:
+    """The numba module, or None where it cannot be imported (then everything runs as Python, slowly)."""
+    try:
+        import numba
+    except ImportError as error:
+        warnings.warn(f"numba cannot be imported ({error}); running uncompiled, some 100 times slower", stacklevel=2)
+        return None
+    return numba
+
+
+def enabled() -> bool:
+    """Whether kernels are compiled at all."""
+    module = numba()
+    return module is not None and not module.config.DISABLE_JIT
+
+
+@cache
+def cache_directory() -> Path:
+    """Where compiled code and emitted modules of this version live; created if need be.
+
+    ``MBDSL_CACHE_DIR`` names another place for the parent folder.
+    """
+    package = Path(__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        stat = path.stat()
+        digest.update(f"{path.relative_to(package)} {stat.st_size} {stat.st_mtime_ns}\n".encode())
+    module = numba()
+    name = f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{module.__version__ if module else 'plain'}"
+    name += f"-{digest.hexdigest()[:12]}"
+    chosen = os.environ.get("MBDSL_CACHE_DIR")
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    for parent in [Path(chosen)] if chosen else [Path(home) / "mbdsl"]:
+        folder = parent / name
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            if os.access(folder, os.W_OK):
+                return folder
+        except OSError:
+            pass
+    # Nowhere to keep things: a private folder for this process, so that nobody else's code can lie in wait there.
+    return Path(tempfile.mkdtemp(prefix="mbdsl-"))
+
+
+def compile(function: Callable, signature=None, cached: bool = True, **options) -> Callable:
+    """``numba.njit`` with the project's cache folder and settings; the function itself where JIT is off."""
+    if not enabled():
+        return function
+    module = numba()
+    former = module.config.CACHE_DIR
+    module.config.CACHE_DIR = str(cache_directory())
+    try:
+        arguments = (signature,) if signature is not None else ()
+        return module.njit(*arguments, cache=cached, error_model="numpy", **options)(function)
+    finally:
+        module.config.CACHE_DIR = former
+
+
+def activate(*modules: ModuleType) -> None:
+    """Replace every marked kernel that ``modules`` define or import by its compiled function.
+
+    Compilation itself happens when a kernel is first called from compiled code, so the order does not matter.
+    """
+    if not enabled():
+        return
+    for module in modules:
+        for name, value in list(vars(module).items()):
+            if getattr(value, "__mbdsl_kernel__", False) and not hasattr(value, "py_func"):
+                if value not in _compiled:
+                    _compiled[value] = compile(value, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+                setattr(module, name, _compiled[value])

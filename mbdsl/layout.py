@@ -1,0 +1,51 @@
+"""Names for the rows, columns and header entries of the flat buffers that compiled code works on.
+
+Every scene has the same types: ``Y`` (rows, N) vectors of the step, ``Z`` (frames, columns) the frame table, ``C``
+(coordinates of frame pairs, columns) the gradient table, ``F`` float tables and registers, ``I`` integer tables, ``A``
+(matrices, size) and ``P`` pivots of the iteration matrices.
+"""
+
+# -- rows of Y, each N = n + m entries: n for the coordinates, m for the constraints ----------------------------
+Q, V = 0, 1  #: q and v at the end of the step (first n entries)
+X = 2  #: first unknown and multipliers, [a; lam]
+X2 = 3  #: second unknown and multipliers of stabilised methods, [abar; mu]
+FP = 4  #: result of evaluate: [f; Phi], f = Q - Phi_q^T lam
+GD = 5  #: result of evaluate: [Phi_q^T mu; Phi_q v + Phi_t]
+R, R2 = 6, 7  #: residuals that belong to X and X2
+D, D2 = 8, 9  #: Newton corrections of X and X2
+Q0, V0, F0 = 10, 11, 12  #: q, v, f at the start of the step
+Q1, V1, F1 = 13, 14, 15  #: q, v, f one step before
+XA, XB, XC, XD = 16, 17, 18, 19  #: X at the last four steps, newest first
+X2A, X2B, X2C, X2D = 20, 21, 22, 23  #: the same for X2
+SCALE = 24  #: 1/scale of each coordinate, for norms
+T1, T2 = 25, 26  #: scratch
+ROWS = 27
+
+# -- columns of Z: pose x, y, phi; rates; accumulated wrench; lever of rigid bodies; wrench of mu -----------------
+COLUMNS = 14
+
+# -- columns of C: gradient dg/dz, value g, magnitude s (of forces), rate of the gradient w^T d^2g/dz^2 ----------
+MAGNITUDE = 7
+GRADIENT_RATE = 8  #: 8 .. 13
+GRADIENT_COLUMNS = 14
+
+# -- header of I ---------------------------------------------------------------------------------------------
+N_Q, N_PHI, N_ALL, N_FRAMES = 0, 1, 2, 3
+N_SPRINGS, N_LAWS = 4, 5  #: rows of C that are linear springs, then those with magnitudes from expressions
+GROUND_FRAMES = 6
+FRAMES = 7  #: offset in I of (number of coordinates nb, offset in F of B and (B v)_q) of each frame
+PAIRS = 8  #: offset in I, per row of C: a, b, first slot, offset in F of d^2g/dz^2 (36) or -1, detail
+# detail: offset in I of (u, u', u'') registers of a driver or -1; of (k, c, g0) in F; of a law's leaf list in I
+PAIR = 5  #: ints a row
+FORCE0 = 9  #: offset in F of the constant generalised force (gravity), n entries
+MASS = 10  #: offset in F of the diagonal of M, n entries
+MASS_SLOTS = 11  #: first slot of that diagonal, relative to SLOTS
+SLOTS = 12  #: offset in I of the slots (positions in A), in the order in which the loops write them
+TAPE, TAPE_LENGTH, GRADIENT_LENGTH = 13, 14, 15  #: offset in I of the tape; instructions for values, then gradients
+REGISTERS = 16  #: offset in F of the register file
+TABLES = 17  #: offset in I of (points, offset in F, extrapolation) of each table
+SOLVER = 18  #: 0 dense, 1 sparse
+SIZE = 19  #: entries of one row of A
+SPARSE = 20  #: offset in I of the sparse solver's tables
+BLOCKS = 24  #: first block header
+BLOCK = 4  #: ints of a block: count, then body: offset in I; pair: first row of C, offset and stride in F

@@ -1,0 +1,192 @@
+"""The one place of specialisation: from the kinds present, a short module that calls their kernels and nothing else.
+
+``emit`` writes the text, ``load`` compiles it (or finds it compiled). The key is the structure of the scene and the
+digest of the package, never a number of the model, so that changing a parameter or an expression compiles nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import ModuleType
+
+from mbdsl import jit, layout
+from mbdsl.system import loops, tape
+from mbdsl.system.tables import Block
+
+KIND_PREFIX = "mbdsl_kind_"
+
+
+def emit(blocks: list[Block], has_tape: bool, with_mu: bool) -> str:
+    """The text of the module for these blocks; ``with_mu`` adds the forces of the stabilising multipliers."""
+    bodies = [(header(k), b) for k, b in enumerate(blocks) if b.role == "body"]
+    pairs = [(header(k), b) for k, b in enumerate(blocks) if b.role != "body"]
+    roles = {b.role for b in blocks}
+    evaluate = ["loops.start(Y, Z, F, I)"]
+    evaluate += [f"{b.name}.move({h}, Y, Z, F, I)" for h, b in bodies]
+    if has_tape:
+        evaluate.append("tape.run(t, 0, I[TAPE_LENGTH], Z, F, I)")
+    evaluate += [f"{b.name}.fill({h}, Z, C, F, I)" for h, b in pairs]
+    if "joint" in roles:
+        evaluate.append("loops.constraints(Y, Z, C, F, I)")
+    if any(b.driven for b in blocks):
+        evaluate.append("loops.drive(Y, F, I)")
+    if "spring" in roles:
+        evaluate.append("loops.springs(Z, C, F, I)")
+    if "law" in roles:
+        evaluate.append("loops.laws(Z, C, F, I)")
+    evaluate += [f"{b.name}.collect({h}, Y, Z, I)" for h, b in bodies]
+    if with_mu and "joint" in roles:
+        evaluate.append("loops.stabilise(Y, Z, C, I)")
+        evaluate += [f"{b.name}.collect_mu({h}, Y, Z, I)" for h, b in bodies]
+
+    tangent = ["loops.begin_matrix(cM, F, I, A)"]
+    tangent += [f"{b.name}.jacobians({h}, Y, Z, F, I)" for h, b in bodies]
+    if has_tape:
+        tangent.append("tape.run(t, I[TAPE_LENGTH], I[GRADIENT_LENGTH], Z, F, I)")
+    tangent += [f"{b.name}.curve({h}, Z, C, F, I)" for h, b in pairs if b.curved]
+    if "joint" in roles:
+        tangent.append("loops.constraint_tangents(cK, cP, cN, Y, C, F, I, A)")
+    if "spring" in roles:
+        tangent.append("loops.spring_tangents(F.size - 72, cK, cD, C, F, I, A)")
+    if "law" in roles:
+        tangent.append("loops.law_tangents(F.size - 72, cK, cD, C, F, I, A)")
+    tangent += [f"{b.name}.stiffness({h}, cK, Z, I, A)" for h, b in bodies if b.module.stiffness is not None]
+
+    lines = [
+        f'"""Emitted by mbdsl for scenes of: {", ".join(dict.fromkeys(b.name for b in blocks))}."""',
+        "",
+        *(f"import {KIND_PREFIX}{b.name} as {b.name}" for h, b in pairs),
+        "",
+        *(f"from mbdsl.elements import {b.name}" for h, b in bodies),
+        *(["from mbdsl.layout import GRADIENT_LENGTH, TAPE_LENGTH"] if has_tape else []),
+        f"from mbdsl.system import loops{', tape' if has_tape else ''}",
+        "",
+        "",
+        "def evaluate(t, Y, Z, C, F, I):",
+        *(f"    {line}" for line in evaluate),
+        "",
+        "",
+        "def tangent(t, cM, cK, cD, cP, cN, Y, Z, C, F, I, A):",
+        *(f"    {line}" for line in tangent),
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def header(block: int) -> int:
+    """Where the header of a block stands in I."""
+    return layout.BLOCKS + layout.BLOCK * block
+
+
+def emit_kind(block: Block) -> str:
+    """The text of the module of one kind: its kernels under the loops, the same for every scene it is in."""
+    name, rows = block.name, block.components[0].kind.rows  # type: ignore[attr-defined]
+    curve = f"""
+
+def curve(block, Z, C, F, I):
+    loops.curve(block, {rows}, {name}.hessian, Z, C, F, I)
+"""
+    return f'''"""Emitted by mbdsl: the loops of {name}."""
+
+from mbdsl.elements import {name}
+from mbdsl.system import loops
+
+
+def fill(block, Z, C, F, I):
+    loops.fill(block, {rows}, {name}.gradient, Z, C, F, I)
+{curve if block.curved else ""}'''
+
+
+@dataclass(frozen=True)
+class Kernels:
+    """The compiled functions of one structure."""
+
+    evaluate: Callable
+    tangent: Callable
+
+
+_loaded: dict[str, ModuleType] = {}
+
+
+def load(blocks: list[Block], has_tape: bool, with_mu: bool) -> Kernels:
+    """Compile the code of a structure, or find it compiled."""
+    text = emit(blocks, has_tape, with_mu)
+    name = "mbdsl_emitted_" + hashlib.sha256(text.encode()).hexdigest()[:16]
+    if name not in _loaded:
+        jit.activate(loops, tape, *_modules(blocks))
+        for block in blocks:
+            kind_name = KIND_PREFIX + block.name
+            if block.role != "body" and kind_name not in _loaded:
+                module = _import(kind_name, emit_kind(block))
+                module.fill = jit.compile(module.fill)  # type: ignore[attr-defined]
+                if block.curved:
+                    module.curve = jit.compile(module.curve)  # type: ignore[attr-defined]
+        module = _import(name, text)
+        module.evaluate = jit.compile(module.evaluate, evaluate_signature())  # type: ignore[attr-defined]
+        module.tangent = jit.compile(module.tangent, tangent_signature())  # type: ignore[attr-defined]
+    module = _loaded[name]
+    return Kernels(module.evaluate, module.tangent)
+
+
+def _import(name: str, text: str) -> ModuleType:
+    """A module from text, kept as a file: numba keeps machine code beside the file that it came from."""
+    path = jit.cache_directory() / f"{name}.py"
+    if not path.exists():
+        part = path.with_suffix(f".{os.getpid()}.part")
+        part.write_text(text)
+        part.replace(path)
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None  # a path that exists always gives both
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # before executing: numba finds the module of a cached function by its name
+    spec.loader.exec_module(module)
+    _loaded[name] = module
+    return module
+
+
+def _modules(blocks: list[Block]) -> list[ModuleType]:
+    """The element modules of ``blocks``, and the modules of kernels that they import."""
+    found = {b.module for b in blocks}
+    pending = list(found)
+    while pending:
+        for value in vars(pending.pop()).values():
+            if getattr(value, "__mbdsl_kernel__", False) or hasattr(value, "py_func"):
+                module = sys.modules[value.__module__]
+                if module not in found:
+                    found.add(module)
+                    pending.append(module)
+    return sorted(found, key=lambda m: m.__name__)
+
+
+def array_types():
+    """(float64 vector, float64 matrix, int64 vector, int64 matrix) as numba types."""
+    types = jit.numba().types  # type: ignore[union-attr]
+    return (
+        types.Array(types.float64, 1, "C"),
+        types.Array(types.float64, 2, "C"),
+        types.Array(types.int64, 1, "C"),
+        types.Array(types.int64, 2, "C"),
+    )
+
+
+def evaluate_signature():
+    """evaluate(t, Y, Z, C, F, I), None where JIT is off."""
+    if not jit.enabled():
+        return None
+    types = jit.numba().types  # type: ignore[union-attr]
+    vector, matrix, ints, _ = array_types()
+    return types.void(types.float64, matrix, matrix, matrix, vector, ints)
+
+
+def tangent_signature():
+    """tangent(t, cM, cK, cD, cP, cN, Y, Z, C, F, I, A), None where JIT is off."""
+    if not jit.enabled():
+        return None
+    types = jit.numba().types  # type: ignore[union-attr]
+    vector, matrix, ints, _ = array_types()
+    return types.void(*[types.float64] * 6, matrix, matrix, matrix, vector, ints, vector)

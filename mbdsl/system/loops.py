@@ -1,0 +1,253 @@
+"""The loops over rows of the gradient table: scalar coordinates g(z) of frame pairs become f, Phi and A.
+
+What differs between kinds is only how g, its gradient G and its second derivative H follow from two frames; the loops
+``fill`` and ``curve`` are therefore compiled once a kind. All else is the same for every constraint, spring and law:
+
+    constraint   Phi = g - u(t),  wrench -= G^T lam (and += G^T mu)
+    spring       s = k (g - g0) + c dg/dt,  wrench -= G^T s
+    law          s from an expression, wrench += sign G^T s
+"""
+
+from __future__ import annotations
+
+from mbdsl.elements.kind import VALUE, kernel
+from mbdsl.layout import (
+    FORCE0,
+    FP,
+    FRAMES,
+    GD,
+    GRADIENT_RATE,
+    GROUND_FRAMES,
+    MAGNITUDE,
+    MASS,
+    MASS_SLOTS,
+    N_LAWS,
+    N_PHI,
+    N_Q,
+    N_SPRINGS,
+    PAIR,
+    PAIRS,
+    REGISTERS,
+    SLOTS,
+    X2,
+    X,
+)
+
+
+@kernel
+def fill(block, rows, gradient, Z, C, F, I):
+    """g and G of every component of a kind."""
+    for e in range(I[block]):
+        r = I[block + 1] + rows * e
+        o = I[PAIRS] + PAIR * r
+        gradient(Z, I[o], I[o + 1], F[I[block + 2] + I[block + 3] * e :], C[r:])
+
+
+@kernel
+def curve(block, rows, hessian, Z, C, F, I):
+    """d^2g/dz^2 and w^T d^2g/dz^2 of every component of a kind whose gradient is not constant."""
+    for e in range(I[block]):
+        for k in range(rows):
+            r = I[block + 1] + rows * e + k
+            o = I[PAIRS] + PAIR * r
+            a, b, h = I[o], I[o + 1], I[o + 3]
+            if h < 0:
+                continue
+            H = F[h : h + 36].reshape((6, 6))
+            for j in range(36):
+                F[h + j] = 0.0
+            unit = C[r, GRADIENT_RATE:]
+            for j in range(rows):
+                unit[j] = 0.0
+            unit[k] = 1.0
+            hessian(Z, a, b, F[I[block + 2] + I[block + 3] * e :], unit, H)
+            for j in range(6):
+                rate = 0.0
+                for i in range(3):
+                    rate += Z[a, 3 + i] * F[h + 6 * i + j] + Z[b, 3 + i] * F[h + 6 * (3 + i) + j]
+                C[r, GRADIENT_RATE + j] = rate
+
+
+@kernel
+def start(Y, Z, F, I):
+    """f starts as the constant generalised force; the ground's wrenches start at zero."""
+    for i in range(I[N_Q]):
+        Y[FP, i] = F[I[FORCE0] + i]
+        Y[GD, i] = 0.0
+    for f in range(I[GROUND_FRAMES]):
+        for j in range(6, 14):
+            Z[f, j] = 0.0
+
+
+@kernel
+def constraints(Y, Z, C, F, I):
+    """Phi, Phi_q v + Phi_t, and the constraint forces -Phi_q^T lam on the frames."""
+    n = I[N_Q]
+    for r in range(I[N_PHI]):
+        o = I[PAIRS] + PAIR * r
+        a, b = I[o], I[o + 1]
+        lam = Y[X, n + r]
+        rate = 0.0
+        for j in range(3):
+            rate += C[r, j] * Z[a, 3 + j] + C[r, 3 + j] * Z[b, 3 + j]
+            Z[a, 6 + j] -= C[r, j] * lam
+            Z[b, 6 + j] -= C[r, 3 + j] * lam
+        Y[FP, n + r] = C[r, VALUE]
+        Y[GD, n + r] = rate
+
+
+@kernel
+def drive(Y, F, I):
+    """Phi -= u(t) and Phi_q v + Phi_t -= u'(t) in the rows of drivers."""
+    n = I[N_Q]
+    for r in range(I[N_PHI]):
+        u = I[I[PAIRS] + PAIR * r + 4]
+        if u >= 0:
+            Y[FP, n + r] -= F[I[REGISTERS] + I[u]]
+            Y[GD, n + r] -= F[I[REGISTERS] + I[u + 1]]
+
+
+@kernel
+def stabilise(Y, Z, C, I):
+    """Phi_q^T mu, on the frames."""
+    n = I[N_Q]
+    for r in range(I[N_PHI]):
+        o = I[PAIRS] + PAIR * r
+        a, b = I[o], I[o + 1]
+        mu = Y[X2, n + r]
+        for j in range(3):
+            Z[a, 11 + j] += C[r, j] * mu
+            Z[b, 11 + j] += C[r, 3 + j] * mu
+
+
+@kernel
+def springs(Z, C, F, I):
+    """Linear springs and dampers: wrench -= G^T (k (g - g0) + c dg/dt)."""
+    for r in range(I[N_PHI], I[N_PHI] + I[N_SPRINGS]):
+        o = I[PAIRS] + PAIR * r
+        a, b, p = I[o], I[o + 1], I[o + 4]
+        rate = 0.0
+        for j in range(3):
+            rate += C[r, j] * Z[a, 3 + j] + C[r, 3 + j] * Z[b, 3 + j]
+        s = F[p] * (C[r, VALUE] - F[p + 2]) + F[p + 1] * rate
+        C[r, MAGNITUDE] = s
+        for j in range(3):
+            Z[a, 6 + j] -= C[r, j] * s
+            Z[b, 6 + j] -= C[r, 3 + j] * s
+
+
+@kernel
+def laws(Z, C, F, I):
+    """Forces by expression: wrench += sign G^T s. The leaf list starts with the register of s, and the sign."""
+    first = I[N_PHI] + I[N_SPRINGS]
+    for r in range(first, first + I[N_LAWS]):
+        o = I[PAIRS] + PAIR * r
+        a, b = I[o], I[o + 1]
+        s = I[I[o + 4] + 1] * F[I[REGISTERS] + I[I[o + 4]]]
+        C[r, MAGNITUDE] = -s
+        for j in range(3):
+            Z[a, 6 + j] += C[r, j] * s
+            Z[b, 6 + j] += C[r, 3 + j] * s
+
+
+# -- tangents ------------------------------------------------------------------------------------------------
+
+
+@kernel
+def begin_matrix(cM, F, I, A):
+    """A = cM M for a constant diagonal M."""
+    for i in range(A.size):
+        A[i] = 0.0
+    for i in range(I[N_Q]):
+        A[I[I[SLOTS] + I[MASS_SLOTS] + i]] += cM * F[I[MASS] + i]
+
+
+@kernel
+def frame_block(slot, fr, fc, cT, T, cTd, Td, F, I, A):
+    """A[slots] += B_r^T (cT T B_c + cTd Td (B v)_q,c), T and Td 3 x 3 blocks in F, with row stride 6."""
+    nr, kr = I[I[FRAMES] + 2 * fr], I[I[FRAMES] + 2 * fr + 1]
+    nc, kc = I[I[FRAMES] + 2 * fc], I[I[FRAMES] + 2 * fc + 1]
+    for j in range(nc):
+        t0, t1, t2 = 0.0, 0.0, 0.0
+        for l in range(3):
+            bl, dl = cT * F[kc + l * nc + j], cTd * F[kc + (3 + l) * nc + j]
+            t0 += F[T + l] * bl + F[Td + l] * dl
+            t1 += F[T + 6 + l] * bl + F[Td + 6 + l] * dl
+            t2 += F[T + 12 + l] * bl + F[Td + 12 + l] * dl
+        for i in range(nr):
+            A[I[slot + i * nc + j]] += F[kr + i] * t0 + F[kr + nr + i] * t1 + F[kr + 2 * nr + i] * t2
+    return slot + nr * nc
+
+
+@kernel
+def pair_blocks(slot, a, b, cT, T, cTd, Td, F, I, A):
+    """The four blocks of 6 x 6 matrices T and Td in F over the frames (a, b); returns the slot behind them."""
+    for i in range(2):
+        for j in range(2):
+            at = 18 * i + 3 * j
+            fr, fc = (a, b)[i], (a, b)[j]
+            slot = frame_block(slot, fr, fc, cT, T + at, cTd, Td + at, F, I, A)
+    return slot
+
+
+@kernel
+def constraint_tangents(cK, cP, cN, Y, C, F, I, A):
+    """cK (Phi_q^T lam)_q; Phi_q^T to the right; cP Phi_q + cN (Phi_q v)_q below."""
+    n = I[N_Q]
+    for r in range(I[N_PHI]):
+        o = I[PAIRS] + PAIR * r
+        slot = I[SLOTS] + I[o + 2]
+        if I[o + 3] >= 0:
+            slot = pair_blocks(slot, I[o], I[o + 1], cK * Y[X, n + r], I[o + 3], 0.0, I[o + 3], F, I, A)
+        for side in range(2):
+            f = I[o + side]
+            nb, kb = I[I[FRAMES] + 2 * f], I[I[FRAMES] + 2 * f + 1]
+            for j in range(nb):
+                value, rate = 0.0, 0.0
+                for l in range(3):
+                    g, k = C[r, 3 * side + l], kb + l * nb + j
+                    value += g * F[k]
+                    rate += C[r, GRADIENT_RATE + 3 * side + l] * F[k] + g * F[k + 3 * nb]
+                A[I[slot + j]] += value
+                A[I[slot + nb + j]] += cP * value + cN * rate
+            slot += 2 * nb
+
+
+@kernel
+def spring_tangents(scratch, cK, cD, C, F, I, A):
+    """-df on frames: s H + G (k G + c w^T H) with respect to z, c G G with respect to w."""
+    for r in range(I[N_PHI], I[N_PHI] + I[N_SPRINGS]):
+        o = I[PAIRS] + PAIR * r
+        a, b, h, p = I[o], I[o + 1], I[o + 3], I[o + 4]
+        for i in range(6):
+            for j in range(6):
+                damping = F[p + 1] * C[r, i] * C[r, j]
+                stiffness = C[r, i] * (F[p] * C[r, j] + F[p + 1] * C[r, GRADIENT_RATE + j])
+                if h >= 0:
+                    stiffness += C[r, MAGNITUDE] * F[h + 6 * i + j]
+                F[scratch + 6 * i + j] = cK * stiffness + cD * damping
+                F[scratch + 36 + 6 * i + j] = damping
+        pair_blocks(I[SLOTS] + I[o + 2], a, b, 1.0, scratch, cK, scratch + 36, F, I, A)
+
+
+@kernel
+def law_tangents(scratch, cK, cD, C, F, I, A):
+    """-df = s H - sign G ds/dz over every frame that s depends on (s already holds the sign)."""
+    first = I[N_PHI] + I[N_SPRINGS]
+    for r in range(first, first + I[N_LAWS]):
+        o = I[PAIRS] + PAIR * r
+        a, b, h, leaf = I[o], I[o + 1], I[o + 3], I[o + 4]
+        slot = I[SLOTS] + I[o + 2]
+        if h >= 0:
+            slot = pair_blocks(slot, a, b, cK * C[r, MAGNITUDE], h, 0.0, h, F, I, A)
+        sign = I[leaf + 1]
+        for k in range(I[leaf + 2]):
+            at = leaf + 3 + 7 * k
+            for i in range(6):
+                for j in range(3):
+                    dz = -sign * C[r, i] * F[I[REGISTERS] + I[at + 1 + j]]
+                    dw = -sign * C[r, i] * F[I[REGISTERS] + I[at + 4 + j]]
+                    F[scratch + 6 * i + j] = cK * dz + cD * dw
+                    F[scratch + 36 + 6 * i + j] = dw
+            slot = frame_block(slot, a, I[at], 1.0, scratch, cK, scratch + 36, F, I, A)
+            slot = frame_block(slot, b, I[at], 1.0, scratch + 18, cK, scratch + 54, F, I, A)

@@ -1,0 +1,368 @@
+"""Scene to flat buffers: numbers the coordinates, constraints and frames, and fills the tables that kernels read.
+
+The result is data only; its *structure* (which kinds, which features) is what :mod:`mbdsl.system.emit` turns into
+code. Two scenes of the same structure share their code, whatever their sizes and numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl import layout
+from mbdsl.elements import modules
+from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
+from mbdsl.lang.expressions import COORDINATES, Expr, coordinate, der, diff, expr, leaves
+from mbdsl.scene import Component, Scene
+from mbdsl.system.tape import Tape
+
+
+@dataclass(frozen=True)
+class Block:
+    """All components of one kind that one loop visits; ``role`` is "body", "joint", "spring" or "law"."""
+
+    role: str
+    module: ModuleType
+    components: tuple[Component, ...]
+    driven: bool = False
+
+    @property
+    def name(self) -> str:
+        return self.module.__name__.rsplit(".", 1)[-1]
+
+    @property
+    def curved(self) -> bool:
+        return getattr(self.module, "hessian", None) is not None
+
+
+@dataclass
+class Tables:
+    """The buffers of a scene, and where to find what in them."""
+
+    scene: Scene
+    blocks: list[Block]
+    n: int
+    m: int
+    coordinates: dict[str, int]  #: body name -> first coordinate
+    rows: dict[str, int]  #: joint name -> first constraint row
+    frames: dict[str, int]  #: frame name -> row of the frame table
+    F: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    I: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
+    Z: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, layout.COLUMNS)))
+    scale: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    pattern: tuple[NDArray[np.int64], NDArray[np.int64]] = (np.empty(0, np.int64), np.empty(0, np.int64))
+
+    @property
+    def pair_rows(self) -> int:
+        """Rows of the gradient table."""
+        return sum(len(b.components) * b.components[0].kind.rows for b in self.blocks if b.role != "body")  # type: ignore
+
+    @property
+    def has_tape(self) -> bool:
+        return any(b.role == "law" or b.driven for b in self.blocks)
+
+
+class _Buffers:
+    """Growing float and integer buffers; ``floats``/``ints`` give the offset of what they append."""
+
+    def __init__(self, header: int) -> None:
+        self.F: list[float] = []
+        self.I: list[int] = [0] * header
+        self.requests: list[tuple[int, int]] = []
+
+    def floats(self, values) -> int:
+        offset = len(self.F)
+        self.F.extend(values)
+        return offset
+
+    def ints(self, values) -> int:
+        offset = len(self.I)
+        self.I.extend(values)
+        return offset
+
+    def slots(self, rows, columns) -> int:
+        """Ask for entries (r, c) of the iteration matrix; returns where their slots will stand, relative."""
+        offset = len(self.requests)
+        self.requests.extend((r, c) for r in rows for c in columns)
+        return offset
+
+
+def body_pose(component: Component, frame) -> tuple[float, float, float]:
+    """A frame's (x, y, phi) from the centre of mass, in the body's axes."""
+    cx, cy = component.kind.com(component.values) if isinstance(component.kind, BodyKind) else (0.0, 0.0)
+    return frame.x - cx, frame.y - cy, frame.phi
+
+
+def build_tables(scene: Scene) -> Tables:
+    """Number and tabulate ``scene``."""
+    table = modules()
+    bodies = scene.bodies()
+    blocks = _blocks(scene, table)
+    coordinates: dict[str, int] = {}
+    n = 0
+    for body in bodies:
+        coordinates[body.name] = n
+        n += len(body.kind.coordinates)
+    rows: dict[str, int] = {}
+    m = 0
+    for block in blocks:
+        if block.role == "joint":
+            for c in block.components:
+                rows[c.name] = m
+                m += c.kind.rows
+    frames = _used_frames(scene, blocks)
+    tables = Tables(scene, blocks, n, m, coordinates, rows, frames)
+    _fill(tables)
+    return tables
+
+
+def _blocks(scene: Scene, table: dict[str, ModuleType]) -> list[Block]:
+    groups: dict[tuple, list[Component]] = {}
+    for c in scene.components.values():
+        module = table[c.kind.name]
+        if isinstance(c.kind, BodyKind) and c.kind.coordinates:
+            groups.setdefault((0, "body", module.motion.__name__, False), []).append(c)
+        elif isinstance(c.kind, JointKind) and c.kind.rows:
+            groups.setdefault((1, "joint", module.__name__, c.kind.driver is not None), []).append(c)
+        elif isinstance(c.kind, ForceKind):
+            by_law = c.kind.springs is None or (c.kind.laws and c.values[c.kind.laws[0]] is not None)
+            groups.setdefault((2, "law" if by_law else "spring", module.__name__, False), []).append(c)
+    blocks = []
+    for key in sorted(groups):
+        members = groups[key]
+        module = table[members[0].kind.name]
+        blocks.append(Block(key[1], module.motion if key[1] == "body" else module, tuple(members), key[3]))
+    return blocks
+
+
+def law_expressions(c: Component) -> list[Expr]:
+    return [expr(c.values[name]) for name in c.kind.laws]  # type: ignore[attr-defined]
+
+
+def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
+    """Frames that some joint, force or expression touches: the ground's first, then body by body."""
+    used: dict[str, None] = {}
+    for block in blocks:
+        if block.role == "body":
+            continue
+        for c in block.components:
+            for port in c.kind.ports:
+                used[c.ports[port]] = None
+            if block.role == "law":
+                for leaf in leaves(*law_expressions(c)):
+                    if leaf.op == "coordinate":
+                        used[leaf.value[0]] = None  # type: ignore[index]
+    body_order = {body.name: i + 1 for i, b in enumerate(blocks) if b.role == "body" for body in b.components}
+    position = {name: i for i, name in enumerate(c.name for b in blocks if b.role == "body" for c in b.components)}
+    ordered = sorted(used, key=lambda f: (scene.frames[f].body in body_order, position.get(scene.frames[f].body, -1)))
+    return {name: i for i, name in enumerate(ordered)}
+
+
+def _fill(tables: Tables) -> None:
+    scene, frames, n, m = tables.scene, tables.frames, tables.n, tables.m
+    buffers = _Buffers(layout.BLOCKS + layout.BLOCK * len(tables.blocks))
+    I = buffers.I
+    I[layout.N_Q], I[layout.N_PHI], I[layout.N_ALL], I[layout.N_FRAMES] = n, m, n + m, len(frames)
+
+    # Frames: how many coordinates each depends on, and room for B and (B v)_q.
+    dofs: list[tuple[int, ...]] = []
+    Z = np.zeros((max(1, len(frames)), layout.COLUMNS))
+    lengths = []
+    ground = 0
+    for name, f in frames.items():
+        frame = scene.frames[name]
+        body = scene.components[frame.body]
+        x, y, phi = body_pose(body, frame)
+        lengths.append(np.hypot(x, y))
+        nb = len(body.kind.coordinates)  # type: ignore[attr-defined]
+        if nb == 0:
+            Z[f, :3] = x, y, phi
+            ground += 1
+        first = tables.coordinates.get(frame.body, 0)
+        dofs.append(tuple(range(first, first + nb)))
+    I[layout.GROUND_FRAMES] = ground
+    I[layout.FRAMES] = buffers.ints(
+        [v for d in dofs for v in (len(d), buffers.floats([0.0] * (6 * len(d))))]
+    )
+
+    _fill_mass(tables, buffers)
+    # Translations are measured in the mechanism's size, angles in radians.
+    size = max(lengths, default=0.0) or 1.0
+    tables.scale = np.ones(n)
+    for body in scene.bodies():
+        d = tables.coordinates[body.name]
+        tables.scale[d : d + 2] = 1.0 / size
+
+    tape = Tape(frames)
+    later: list[Callable[[], None]] = []
+    _fill_bodies(tables, buffers)
+    _fill_pairs(tables, buffers, dofs, tape, later)
+    _fill_tape(buffers, tape, later)
+
+    requests = np.array(buffers.requests, dtype=np.int64).reshape(-1, 2)
+    tables.pattern = (requests[:, 0], requests[:, 1])
+    tables.F = np.array(buffers.F + [0.0] * 72)  # the end is scratch of the tangents
+    tables.I = np.array(I, dtype=np.int64)
+    tables.Z = Z
+
+
+def _fill_mass(tables: Tables, buffers: _Buffers) -> None:
+    """The diagonal mass matrix and the constant force of gravity, which is proportional to it."""
+    ground = next((c for c in tables.scene.components.values() if c.kind.name == "Ground"), None)
+    direction = np.array(ground.values["n"], float) if ground else np.zeros(2)
+    length = np.hypot(*direction)
+    field_ = float(ground.values["g"]) * direction / length if ground and length else np.zeros(2)  # type: ignore
+    diagonal, force = [], []
+    for body in tables.scene.bodies():
+        entries = body.kind.table(body.values)
+        diagonal.extend(entries)
+        force.extend(e * field_[i] if i < 2 else 0.0 for i, e in enumerate(entries))
+    buffers.I[layout.MASS] = buffers.floats(diagonal)
+    buffers.I[layout.FORCE0] = buffers.floats(force)
+    offset = len(buffers.requests)
+    for i in range(tables.n):
+        buffers.slots((i,), (i,))
+    buffers.I[layout.MASS_SLOTS] = offset
+
+
+def _fill_bodies(tables: Tables, buffers: _Buffers) -> None:
+    """Per body: first coordinate, first frame, number of frames, offset of the frames' poses, slot of the last q."""
+    names: dict[str, list[str]] = {}
+    for name in tables.frames:
+        names.setdefault(tables.scene.frames[name].body, []).append(name)
+    for k, block in enumerate(tables.blocks):
+        if block.role != "body":
+            continue
+        ints: list[int] = []
+        for c in block.components:
+            own = names.get(c.name, [])
+            offset = buffers.floats(v for name in own for v in body_pose(c, tables.scene.frames[name]))
+            d = tables.coordinates[c.name]
+            last = d + len(c.kind.coordinates) - 1  # type: ignore[attr-defined]
+            ints += [d, tables.frames[own[0]] if own else 0, len(own), offset, buffers.slots((last,), (last,))]
+        header = layout.BLOCKS + layout.BLOCK * k
+        buffers.I[header] = len(block.components)
+        buffers.I[header + 1] = buffers.ints(ints)
+
+
+def _fill_pairs(tables: Tables, buffers: _Buffers, dofs, tape: Tape, later: list[Callable[[], None]]) -> None:
+    """Per row of the gradient table: a, b, first slot, second derivative, detail (see mbdsl.layout)."""
+    n, ints, row = tables.n, [], 0
+    counts = {"joint": 0, "spring": 0, "law": 0}
+    details: list[tuple[int, list[int]]] = []
+    for k, block in enumerate(tables.blocks):
+        if block.role == "body":
+            continue
+        rows = block.components[0].kind.rows  # type: ignore[attr-defined]
+        header = layout.BLOCKS + layout.BLOCK * k
+        parameters = [tuple(c.kind.table(c.values)) for c in block.components]
+        buffers.I[header : header + 4] = [
+            len(block.components),
+            row,
+            buffers.floats(v for p in parameters for v in p),
+            len(parameters[0]),
+        ]
+        for c in block.components:
+            a, b = (tables.frames[c.ports[port]] for port in c.kind.ports)
+            for j in range(rows):
+                first = len(buffers.requests)
+                detail = -1
+                if block.curved or block.role == "spring":
+                    for r, s in ((a, a), (a, b), (b, a), (b, b)):
+                        buffers.slots(dofs[r], dofs[s])
+                if block.role == "joint":
+                    for f in (a, b):
+                        buffers.slots(dofs[f], (n + row,))
+                        buffers.slots((n + row,), dofs[f])
+                    if block.driven and j == rows - 1:
+                        u = expr(c.values[c.kind.driver])  # type: ignore[attr-defined]
+                        registers = [tape.add(u), tape.add(der(u)), 0]
+                        details.append((len(ints) + 4, registers))
+                        later.append(_second_rate(u, registers, tape))
+                elif block.role == "spring":
+                    detail = buffers.floats(c.kind.springs(c.values)[j])  # type: ignore[attr-defined]
+                else:
+                    leaf = _law(tables, buffers, dofs, c, j, (a, b), tape, later)
+                    details.append((len(ints) + 4, leaf))
+                hessian = buffers.floats([0.0] * 36) if block.curved else -1
+                ints += [a, b, first, hessian, detail]
+                row += 1
+            counts[block.role] += rows
+    I = buffers.I
+    I[layout.N_SPRINGS], I[layout.N_LAWS] = counts["spring"], counts["law"]
+    I[layout.PAIRS] = offset = buffers.ints(ints)
+
+    def place_details() -> None:
+        for position, values in details:
+            I[offset + position] = buffers.ints(values)
+
+    later.append(place_details)
+
+
+def _second_rate(u: Expr, registers: list[int], tape: Tape) -> Callable[[], None]:
+    """u'' is needed for accelerations only, so it belongs to the gradient tape."""
+
+    def fill() -> None:
+        registers[2] = tape.add(der(der(u)))
+
+    return fill
+
+
+def _law(tables, buffers, dofs, c, j, pair, tape, later) -> list[int]:
+    """Register of s, sign, number of frames that s depends on; per frame: its row and the registers of ds/dz."""
+    law = law_expressions(c)[j]
+    used = dict.fromkeys(x.value[0] for x in leaves(law) if x.op == "coordinate")
+    leaf = [tape.add(law), int(c.kind.sign), len(used)]
+    for name in used:
+        for f in pair:
+            buffers.slots(dofs[f], dofs[tables.frames[name]])
+
+    def fill() -> None:
+        for name in used:
+            partials = diff(law, *(coordinate(name, key) for key in COORDINATES))
+            leaf.extend([tables.frames[name], *(tape.add(g) for g in partials)])
+
+    later.append(fill)
+    return leaf
+
+
+def _fill_tape(buffers: _Buffers, tape: Tape, later: list[Callable[[], None]]) -> None:
+    """Values are complete; now the gradients, then the program itself and the tables that it reads."""
+    I = buffers.I
+    values = len(tape.code)
+    for fill in later:
+        fill()
+    I[layout.TAPE] = buffers.ints(v for instruction in tape.code for v in instruction)
+    I[layout.TAPE_LENGTH], I[layout.GRADIENT_LENGTH] = values, len(tape.code) - values
+    I[layout.REGISTERS] = buffers.floats(tape.registers)
+    headers = []
+    for table in tape.tables:
+        breaks, coefficients = piecewise(table)
+        beyond = {"hold": 0, "linear": 1, "periodic": 2, "error": 3}[table.extrapolation]
+        headers += [len(breaks), buffers.floats(breaks), beyond]
+        buffers.floats(coefficients.ravel())
+    I[layout.TABLES] = buffers.ints(headers)
+
+
+def piecewise(table) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Breaks (k,) and coefficients (k, 4), ascending powers of (u - break); the last row is for the end point."""
+    u, y = np.array(table.u, float), np.array(table.y, float)
+    if table.smoothness == "linear" or len(u) == 2:
+        c = np.zeros((len(u) - 1, 4))
+        c[:, 0], c[:, 1] = y[:-1], np.diff(y) / np.diff(u)
+    else:
+        from scipy.interpolate import CubicSpline, PchipInterpolator
+
+        # not-a-knot needs four points, else a natural spline; periodic ends must meet exactly
+        if table.smoothness == "monotone":
+            spline = PchipInterpolator(u, y)
+        elif table.extrapolation == "periodic" and y[0] == y[-1]:
+            spline = CubicSpline(u, y, bc_type="periodic")
+        else:
+            spline = CubicSpline(u, y, bc_type="not-a-knot" if len(u) > 3 else "natural")
+        c = spline.c[::-1].T.copy()
+    return u, np.vstack([c, np.zeros((1, 4))])

@@ -1,0 +1,197 @@
+"""User expressions inside the step loop: a short program over registers, run by one compiled interpreter.
+
+An expression is data to the compiled code, so that editing one costs no compilation. Values and exact derivatives
+share their subexpressions: the value tape runs at every evaluation, the gradient tape continues it where the Newton
+matrix is built. An instruction is (op, target, a, b, c); operands are registers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from numpy import arccos as acos
+from numpy import arcsin as asin
+from numpy import arctan as atan
+from numpy import arctan2 as atan2
+from numpy import ceil, cos, cosh, exp, floor, hypot, log, log10, nan, sin, sinh, sqrt, tan, tanh
+
+from mbdsl.elements.kind import kernel
+from mbdsl.lang.expressions import COORDINATES, Expr, const, walk
+from mbdsl.layout import REGISTERS, TABLES, TAPE
+
+# Order matters: cheap and frequent operations first, as the interpreter compares in this order.
+_NAMES = (
+    "load add sub mul div neg sin cos ratio hypot sqrt select lt le eq ne and or not abs sign min max pow tan asin "
+    "acos atan atan2 sinh cosh tanh exp log log10 floor ceil mod table"
+).split()
+OPCODE = {name: i for i, name in enumerate(_NAMES)}
+LOAD, ADD, SUB, MUL, DIV, NEG, SIN, COS, RATIO, HYPOT, SQRT, SELECT = range(12)
+LT, LE, EQ, NE, AND, OR, NOT, ABS, SIGN, MIN, MAX, POW, TAN, ASIN = range(12, 26)
+ACOS, ATAN, ATAN2, SINH, COSH, TANH, EXP, LOG, LOG10, FLOOR, CEIL, MOD, TABLE = range(26, 39)
+
+
+@dataclass
+class Tape:
+    """A program under construction: ``code`` in order, ``registers`` their initial content (constants, time)."""
+
+    frames: dict[str, int]
+    code: list[tuple[int, int, int, int, int]] = field(default_factory=list)
+    registers: list[float] = field(default_factory=lambda: [0.0])  #: register 0 is time
+    tables: list = field(default_factory=list)
+    _where: dict[Expr, int] = field(default_factory=dict)
+
+    def add(self, root: Expr) -> int:
+        """The register that will hold ``root``; appends the instructions that are not there yet."""
+        for node in walk(root):
+            if node in self._where:
+                continue
+            if node.op == "time":
+                self._where[node] = 0
+                continue
+            self._where[node] = target = len(self.registers)
+            self.registers.append(float(node.value) if node.op == "const" else 0.0)  # type: ignore[arg-type]
+            if node.op == "const":
+                continue
+            if node.op == "coordinate":
+                frame, key = node.value  # type: ignore[misc]
+                self.code.append((LOAD, target, self.frames[frame], COORDINATES.index(key), 0))
+                continue
+            if node.op == "table":
+                table, order = node.value  # type: ignore[misc]
+                if table not in self.tables:
+                    self.tables.append(table)
+                self.code.append((TABLE, target, self._where[node.args[0]], self.tables.index(table), order))
+                continue
+            a = [self._where[x] for x in node.args] + [0, 0]
+            self.code.append((OPCODE[node.op], target, a[0], a[1], a[2]))
+        return self._where[root]
+
+    def zero(self) -> int:
+        return self.add(const(0.0))
+
+
+@kernel
+def interpolate(u, order, header, F, I):
+    """Piecewise cubic: derivative ``order`` at u of the table whose (points, offset, extrapolation) is at ``header``."""
+    n, o, beyond = I[header], I[header + 1], I[header + 2]
+    first, last = F[o], F[o + n - 1]
+    outside = u < first or u > last
+    if outside and beyond == 2:  # periodic
+        u = first + (u - first) - floor((u - first) / (last - first)) * (last - first)
+    if beyond == 3 and outside:
+        return nan if order == 0 else 0.0  # "error": not a number, which stops the integration
+    v = min(max(u, first), last)
+    lo, hi = 0, n - 1
+    while hi - lo > 1:
+        mid = (lo + hi) // 2
+        if F[o + mid] <= v:
+            lo = mid
+        else:
+            hi = mid
+    c = o + n + 4 * lo
+    x = v - F[o + lo]
+    if outside and beyond < 2:
+        slope = F[c + 1] + x * (2.0 * F[c + 2] + x * 3.0 * F[c + 3])
+        value = F[c] + x * (F[c + 1] + x * (F[c + 2] + x * F[c + 3]))
+        if beyond == 0:  # hold
+            slope = 0.0
+        if order == 0:
+            return value + slope * (u - v)
+        return slope if order == 1 else 0.0
+    if order == 0:
+        return F[c] + x * (F[c + 1] + x * (F[c + 2] + x * F[c + 3]))
+    if order == 1:
+        return F[c + 1] + x * (2.0 * F[c + 2] + x * 3.0 * F[c + 3])
+    if order == 2:
+        return 2.0 * F[c + 2] + 6.0 * x * F[c + 3]
+    return 6.0 * F[c + 3] if order == 3 else 0.0
+
+
+@kernel
+def run(t, first, count, Z, F, I):
+    """Run instructions ``first`` ... ``first + count - 1`` of the tape."""
+    r = I[REGISTERS]
+    F[r] = t
+    for i in range(first, first + count):
+        o = I[TAPE] + 5 * i
+        op, target = I[o], r + I[o + 1]
+        if op == LOAD:
+            F[target] = Z[I[o + 2], I[o + 3]]
+            continue
+        a, b = F[r + I[o + 2]], F[r + I[o + 3]]
+        if op == ADD:
+            y = a + b
+        elif op == SUB:
+            y = a - b
+        elif op == MUL:
+            y = a * b
+        elif op == DIV:
+            y = a / b
+        elif op == NEG:
+            y = -a
+        elif op == SIN:
+            y = sin(a)
+        elif op == COS:
+            y = cos(a)
+        elif op == RATIO:
+            y = a / b if b != 0.0 else 0.0
+        elif op == HYPOT:
+            y = hypot(a, b)
+        elif op == SQRT:
+            y = sqrt(a)
+        elif op == SELECT:
+            y = b if a != 0.0 else F[r + I[o + 4]]
+        elif op == LT:
+            y = 1.0 if a < b else 0.0
+        elif op == LE:
+            y = 1.0 if a <= b else 0.0
+        elif op == EQ:
+            y = 1.0 if a == b else 0.0
+        elif op == NE:
+            y = 1.0 if a != b else 0.0
+        elif op == AND:
+            y = 1.0 if a != 0.0 and b != 0.0 else 0.0
+        elif op == OR:
+            y = 1.0 if a != 0.0 or b != 0.0 else 0.0
+        elif op == NOT:
+            y = 1.0 if a == 0.0 else 0.0
+        elif op == ABS:
+            y = abs(a)
+        elif op == SIGN:
+            y = 1.0 if a > 0.0 else (-1.0 if a < 0.0 else 0.0)
+        elif op == MIN:
+            y = min(a, b)
+        elif op == MAX:
+            y = max(a, b)
+        elif op == POW:
+            y = a**b
+        elif op == TAN:
+            y = tan(a)
+        elif op == ASIN:
+            y = asin(a)
+        elif op == ACOS:
+            y = acos(a)
+        elif op == ATAN:
+            y = atan(a)
+        elif op == ATAN2:
+            y = atan2(a, b)
+        elif op == SINH:
+            y = sinh(a)
+        elif op == COSH:
+            y = cosh(a)
+        elif op == TANH:
+            y = tanh(a)
+        elif op == EXP:
+            y = exp(a)
+        elif op == LOG:
+            y = log(a)
+        elif op == LOG10:
+            y = log10(a)
+        elif op == FLOOR:
+            y = floor(a) * 1.0
+        elif op == CEIL:
+            y = ceil(a) * 1.0
+        elif op == MOD:
+            y = a - floor(a / b) * b
+        else:
+            y = interpolate(a, I[o + 4], I[TABLES] + 3 * I[o + 3], F, I)
+        F[target] = y
