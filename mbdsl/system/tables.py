@@ -130,7 +130,8 @@ def _blocks(scene: Scene, table: dict[str, ModuleType]) -> list[Block]:
             groups.setdefault((1, "joint", module.__name__, c.kind.driver is not None), []).append(c)
         elif isinstance(c.kind, ForceKind):
             by_law = c.kind.springs is None or (c.kind.laws and c.values[c.kind.laws[0]] is not None)
-            groups.setdefault((2, "law" if by_law else "spring", module.__name__, False), []).append(c)
+            order, role = (3, "law") if by_law else (2, "spring")
+            groups.setdefault((order, role, module.__name__, False), []).append(c)
     blocks = []
     for key in sorted(groups):
         members = groups[key]
