@@ -18,23 +18,23 @@ def ground_and_bodies(scene: Scene, grounds: Sequence[Component]) -> None:
     """There is a ground, with one gravity, and something to move."""
     if not grounds:
         raise ModelError(
-            f"model {scene.name!r} has no Ground: nothing says what stands still, or where gravity points",
+            f"model `{scene.name}` has no Ground: nothing says what stands still, or where gravity points",
             hint="declare one, such as:  Ground world;",
         )
     first = grounds[0]
     if not scene.bodies():
         raise ModelError(
-            f"model {scene.name!r} has no bodies: there is nothing to move",
+            f"model `{scene.name}` has no bodies: there is nothing to move",
             first.span,
             "declare one, such as:  Rod link(m = 1 kg, length = 1 m);",
         )
     for other in grounds[1:]:
         if any(first.values.get(key) != other.values.get(key) for key in ("g", "n")):
             raise ModelError(
-                f"grounds {first.name!r} and {other.name!r} disagree about gravity; there is only one world",
+                f"grounds `{first.name}` and `{other.name}` disagree about gravity; there is only one world",
                 other.span,
                 "give both the same g and n",
-                ((f"{first.name!r} is declared here", first.span),),
+                ((f"`{first.name}` is declared here", first.span),),
             )
 
 
@@ -43,9 +43,9 @@ def joints_join(joints: Sequence[Edge], ground: Component) -> None:
     for e in joints:
         if e.body_i == e.body_j:
             kind, frames = e.component.kind.name, " and ".join(e.component.ports.values())
-            owner = f"body {e.body_i!r}" if e.body_i else f"the ground {ground.name!r}"
+            owner = f"body `{e.body_i}`" if e.body_i else f"the ground `{ground.name}`"
             raise ModelError(
-                f"{kind} {e.name!r} joins {owner} to itself: {frames} are both fixed to it",
+                f"{kind} `{e.name}` joins {owner} to itself: {frames} are both fixed to it",
                 e.component.span,
                 "a joint needs frames of two different bodies, or of one body and the ground",
             )
@@ -58,8 +58,8 @@ def all_held(bodies: Mapping[str, Component], floating: Sequence[Sequence[str]],
 
     def told(group: Sequence[str]) -> str:
         if len(group) == 1:
-            return f"body {group[0]!r} has no path to ground: no joint or force holds it"
-        return f"bodies {few(group)} have no path to ground: no joint or force leads from them to {ground.name!r}"
+            return f"body `{group[0]}` has no path to ground: no joint or force holds it"
+        return f"bodies {few(group)} have no path to ground: no joint or force leads from them to `{ground.name}`"
 
     first = bodies[floating[0][0]]
     frame = first.name if isinstance(first.kind, BodyKind) and first.kind.is_frame else f"{first.name}.c"
@@ -83,17 +83,17 @@ def warnings(joints: Sequence[Edge], forces: Sequence[Edge]) -> tuple[ModelWarni
         if first is not e and dict(first.component.values) == dict(e.component.values):
             found.append(
                 ModelWarning(
-                    f"{e.component.kind.name} {e.name!r} repeats {first.name!r}: same frames, same values",
+                    f"{e.component.kind.name} `{e.name}` repeats `{first.name}`: same frames, same values",
                     e.component.span,
                     f"its {count(e.rows, 'constraint row')} can only be redundant; leave one of the two out",
-                    ((f"{first.name!r} is declared here", first.component.span),),
+                    ((f"`{first.name}` is declared here", first.component.span),),
                 )
             )
     for e in forces:
         if e.body_i == e.body_j and isinstance(e.component.kind, ForceKind) and e.component.kind.springs:
             found.append(
                 ModelWarning(
-                    f"{e.component.kind.name} {e.name!r} has both frames on one body and cannot move anything",
+                    f"{e.component.kind.name} `{e.name}` has both frames on one body and cannot move anything",
                     e.component.span,
                     "attach one of its frames to another body",
                 )

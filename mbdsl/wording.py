@@ -15,11 +15,3 @@ def few(names: Iterable[str], most: int = 6) -> str:
     names = list(names)
     shown = ", ".join(names[:most])
     return shown if len(names) <= most else f"{shown}, ... ({len(names)} in all)"
-
-
-def did_you_mean(name: str, known: Iterable[str], most: int = 3) -> str | None:
-    """A hint with the known names nearest to ``name``, else None."""
-    from difflib import get_close_matches
-
-    near = get_close_matches(name, list(known), most, 0.6)
-    return f"did you mean {' or '.join(near)}?" if near else None

@@ -47,8 +47,8 @@ def format_of(path: str | os.PathLike) -> ModuleType:
     suffix = Path(path).suffix.lower()
     if suffix not in formats():
         known = ", ".join(formats())
-        told = f"unknown suffix {suffix!r} of" if suffix else "no suffix on"
-        raise UsageError(f"{told} result file {str(path)!r}", hint=f"known are {known}")
+        told = f"unknown suffix `{suffix}` of" if suffix else "no suffix on"
+        raise UsageError(f"{told} result file `{path!s}`", hint=f"known are {known}")
     return formats()[suffix]
 
 
@@ -78,7 +78,7 @@ def write(
         if hasattr(module, "settle"):
             module.settle(target, meta or {})
     except OSError as problem:
-        raise UsageError(f"cannot write {str(path)!r}: {problem.strerror or problem}") from problem
+        raise UsageError(f"cannot write `{path!s}`: {problem.strerror or problem}") from problem
 
 
 def read(path: str | os.PathLike) -> tuple[dict[str, np.ndarray], dict[str, str | float | bool]]:
@@ -93,6 +93,6 @@ def read(path: str | os.PathLike) -> tuple[dict[str, np.ndarray], dict[str, str 
     try:
         return module.read(Path(path))
     except OSError as problem:
-        raise UsageError(f"cannot read {str(path)!r}: {problem.strerror or problem}") from problem
+        raise UsageError(f"cannot read `{path!s}`: {problem.strerror or problem}") from problem
     except (ValueError, KeyError, IndexError, TypeError) as problem:
-        raise UsageError(f"{str(path)!r} is not a {module.SUFFIX} result file: {problem}") from problem
+        raise UsageError(f"`{path!s}` is not a {module.SUFFIX} result file: {problem}") from problem

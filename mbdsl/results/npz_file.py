@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import BinaryIO
@@ -14,6 +13,8 @@ ABOUT = "_mbdsl"
 
 def write(stream: BinaryIO, path: Path, columns: Mapping, units: Mapping, meta: Mapping) -> None:
     # Not numpy.savez: it takes the names as keyword arguments, and "file" is one of its own.
+    import zipfile
+
     import numpy as np
 
     about = np.array(json.dumps({"names": list(columns), "units": dict(units), "meta": dict(meta)}))
@@ -24,6 +25,8 @@ def write(stream: BinaryIO, path: Path, columns: Mapping, units: Mapping, meta: 
 
 
 def read(path: Path) -> tuple[dict, dict]:
+    import zipfile
+
     import numpy as np
 
     try:

@@ -217,7 +217,7 @@ def test_a_long_chain_is_no_recursion_and_no_square():
 # -- what is refused -----------------------------------------------------------------------------------------------
 def test_floating_body_is_named_with_its_place_and_the_ways_out():
     assert refused(chain(1).body("other")).render() == (
-        "m.mbd:4:3: error: body 'other' has no path to ground: no joint or force holds it\n"
+        "m.mbd:4:3: error: body `other` has no path to ground: no joint or force holds it\n"
         "      other Rod;\n"
         "      ^^^^^\n"
         "  = add a joint or a force; if it is meant to fly:  FreeMotion free(world, other.c);"
@@ -227,7 +227,7 @@ def test_floating_body_is_named_with_its_place_and_the_ways_out():
 def test_every_floating_group_is_told():
     error = refused(chain(1).body("a", "b", "c").add("s", "SpringDamper", "a.b", "b.a"))
     assert "bodies a, b have no path to ground" in error.message
-    assert [text for text, _ in error.notes] == ["body 'c' has no path to ground: no joint or force holds it"]
+    assert [text for text, _ in error.notes] == ["body `c` has no path to ground: no joint or force holds it"]
 
 
 def test_floating_point_mass_is_its_own_frame():
@@ -260,7 +260,7 @@ def test_no_bodies():
 
 def test_grounds_that_disagree():
     error = refused(chain(1).add("moon", "Ground", g=1.62, n=(0.0, -1.0)))
-    assert "'world' and 'moon' disagree about gravity" in error.message
+    assert "`world` and `moon` disagree about gravity" in error.message
     assert chain(1).add("again", "Ground", g=9.81, n=(0.0, -1.0)).build().mobility == 1
 
 
@@ -273,7 +273,7 @@ def test_joint_of_a_body_with_itself(frames):
 # -- what is only suspicious ----------------------------------------------------------------------------------------
 def test_the_same_joint_twice():
     (warning,) = chain(1).add("again", "Revolute", "link0.a", "world").build().warnings
-    assert warning.render().startswith("m.mbd:4:3: warning: Revolute 'again' repeats 'J0': same frames, same values")
+    assert warning.render().startswith("m.mbd:4:3: warning: Revolute `again` repeats `J0`: same frames, same values")
 
 
 def test_spring_that_moves_nothing():

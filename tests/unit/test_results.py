@@ -129,7 +129,7 @@ def test_xarray_reads_the_netcdf(tmp_path):
 
 
 # -- what goes wrong -------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize(("name", "told"), [("r.xls", "unknown suffix '.xls'"), ("r", "no suffix on result file 'r'")])
+@pytest.mark.parametrize(("name", "told"), [("r.xls", "unknown suffix `.xls`"), ("r", "no suffix on result file `r`")])
 def test_unknown_suffix_lists_the_known_ones(name, told):
     with pytest.raises(UsageError) as caught:
         results.write(name, {"time": np.zeros(1)})

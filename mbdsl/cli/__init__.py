@@ -1,0 +1,111 @@
+"""The command line. One command is one module of this package, found by looking.
+
+A command module has ``register(subparsers)``, which adds its parser and returns it, and ``run(args)``, which does
+the work and returns the exit code. Modules whose names begin with an underscore are shared helpers. What is slow to
+import is imported inside ``run``: ``mbdsl --help`` has to answer at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import pkgutil
+import sys
+from collections.abc import Sequence
+from types import ModuleType
+from typing import NoReturn
+
+import mbdsl
+from mbdsl.errors import MbdslError, UsageError
+from mbdsl.lang.suggest import did_you_mean
+
+INTERRUPTED = 130
+BROKEN_PIPE = 141
+EPILOG = """\
+exit codes: 0 done, 2 the input is wrong, 3 no consistent initial state, 4 the integration could not go on,
+130 interrupted. mbdsl COMMAND --help tells more."""
+
+
+class Parser(argparse.ArgumentParser):
+    """Argument errors are told as all others are."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(message, hint=f"see {self.prog} --help")
+
+
+def commands() -> dict[str, ModuleType]:
+    """Command name -> its module."""
+    found = {}
+    for info in pkgutil.iter_modules(__path__):
+        if not info.name.startswith("_"):
+            found[info.name] = importlib.import_module(f"{__name__}.{info.name}")
+    return dict(sorted(found.items()))
+
+
+def make_parser() -> Parser:
+    parser = Parser(
+        prog="mbdsl",
+        description="Declarative multibody dynamics: models as text, simulated as differential-algebraic equations.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"mbdsl {mbdsl.__version__}")
+    debug = {"action": "store_true", "default": argparse.SUPPRESS, "help": "show a traceback where something fails"}
+    parser.add_argument("--debug", **debug)  # type: ignore[arg-type]
+    subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", dest="command", required=True)
+    for module in commands().values():
+        subparser = module.register(subparsers)
+        subparser.add_argument("--debug", **debug)
+        subparser.set_defaults(run=module.run)
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return the exit code. Errors are told in words; only ``--debug`` lets tracebacks out."""
+    argv = sys.argv[1:] if argv is None else list(argv)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):  # a terminal without Unicode gets escapes instead of a failure
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        code = _run(argv)
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        # The reader has left (| head). Python would complain once more when it flushes at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BROKEN_PIPE
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except MbdslError as problem:
+        if "--debug" in argv:
+            raise
+        print(problem.render(), file=sys.stderr)
+        return problem.exit_code
+    except Exception as problem:
+        if "--debug" in argv:
+            raise
+        told = " ".join(str(problem).split())
+        print(f"internal error: {type(problem).__name__}: {told}", file=sys.stderr)
+        print("  = this is a defect of mbdsl; please report it, --debug shows where it happened", file=sys.stderr)
+        return 1
+
+
+def _run(argv: list[str]) -> int:
+    parser = make_parser()
+    if not argv:
+        parser.print_help()
+        return 0
+    _check_command(argv[0])
+    args = parser.parse_args(argv)
+    return args.run(args)
+
+
+def _check_command(word: str) -> None:
+    if word.startswith("-") or word in commands():
+        return
+    if word.endswith(".mbd"):
+        raise UsageError(f"what to do with `{word}`?", hint=f"try:  mbdsl simulate {word}")
+    raise UsageError(f"there is no command `{word}`", hint=did_you_mean(word, commands(), "commands"))

@@ -1,0 +1,52 @@
+"""A scene as text: every component with its numbers in SI, every frame, every signal."""
+
+from __future__ import annotations
+
+from mbdsl.lang.expressions import Expr, text
+from mbdsl.scene import Scene, Table
+
+
+def describe(scene: Scene) -> str:
+    lines = [f"scene {scene.name}" + (f'  "{scene.doc}"' if scene.doc else "")]
+    section(lines, "parameters", [f"{p.name} = {value(p.value)} {p.unit}".rstrip() for p in scene.parameters.values()])
+    for c in scene.components.values():
+        ports = ", ".join(f"{port} = {frame}" for port, frame in c.ports.items())
+        section(
+            lines,
+            f"{c.kind.name} {c.name}" + (f"({ports})" if ports else "") + (f"  // {c.span}" if c.span else ""),
+            [f"{name} = {_with_unit(c.kind, name, v)}" for name, v in c.values.items() if v is not None],
+            [f"frame {f.name} = {value((f.x, f.y, f.phi))}" for f in scene.frames.values() if f.body == c.name],
+            [f"signal {name} = {text(e)}" for name, e in c.signals.items()],
+        )
+    section(
+        lines,
+        "initial",
+        [f"{i.name} = {value(i.value)}{' (fixed)' if i.fixed else ' (guess)'}" for i in scene.initial],
+    )
+    said = {name: getattr(scene.experiment, name) for name in scene.experiment.__dataclass_fields__}
+    section(lines, "experiment", [f"{name} = {value(v)}" for name, v in said.items() if v is not None])
+    return "\n".join(lines)
+
+
+def section(lines: list[str], title: str, *parts: list[str]) -> None:
+    body = [line for part in parts for line in part]
+    if body:
+        lines += ["", title, *(f"  {line}" for line in body)]
+    elif title[0].isupper():  # a component with nothing to say is still there
+        lines += ["", title]
+
+
+def _with_unit(kind, name: str, v) -> str:
+    parameter = kind.parameter(name)
+    unit = parameter.unit if parameter and parameter.unit not in ("", "1") else ""
+    return f"{value(v)} {unit}".rstrip()
+
+
+def value(v) -> str:
+    if isinstance(v, Expr):
+        return text(v)
+    if isinstance(v, Table):
+        return f"table of {len(v.u)} points ({v.smoothness}, {v.extrapolation})"
+    if isinstance(v, tuple):
+        return "{" + ", ".join(value(x) for x in v) + "}"
+    return f'"{v}"' if isinstance(v, str) else repr(v)

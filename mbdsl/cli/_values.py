@@ -1,0 +1,90 @@
+"""Values and model arguments on the command line, with units as in the language."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mbdsl.scene import Scene
+
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+
+
+def quantity(text: str, unit: str) -> float:
+    """The number in ``text``, in ``unit``; bare numbers are in ``unit`` already.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        No number, no unit, or a unit of another dimension.
+    """
+    from mbdsl.lang import units
+
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        raise argparse.ArgumentTypeError(f"`{text}` is no number, with or without a unit, such as 1.5{unit}")
+    number, written = float(match[1]), match[2]
+    if not written:
+        return number
+    found, wanted = units.parse(written), units.parse(unit)
+    if found is None:
+        raise argparse.ArgumentTypeError(f"unknown unit `{written}` in `{text}`; expected {unit}, or a multiple of it")
+    if wanted is None or found.dimension != wanted.dimension:
+        raise argparse.ArgumentTypeError(f"`{text}` has the wrong unit: expected {unit}, found {written}")
+    return number * found.factor / wanted.factor
+
+
+def seconds(text: str) -> float:
+    return quantity(text, "s")
+
+
+def _bounded(parse: Callable[[str], float], fits: Callable[[float], bool], wanted: str) -> Callable[[str], float]:
+    def checked(text: str) -> float:
+        value = parse(text)
+        if not fits(value):
+            raise argparse.ArgumentTypeError(f"`{text}` is {value:g}, expected a value {wanted}")
+        return value
+
+    return checked
+
+
+positive_seconds = _bounded(seconds, lambda x: 0.0 < x < float("inf"), "above 0")
+interval_seconds = _bounded(seconds, lambda x: 0.0 <= x < float("inf"), "of 0 or more")
+
+
+def tolerance(text: str) -> float:
+    return _bounded(lambda t: quantity(t, "1"), lambda x: 0.0 < x < 1.0, "between 0 and 1")(text)
+
+
+def number(text: str) -> float:
+    return quantity(text, "1")
+
+
+def assignment(text: str) -> tuple[str, str]:
+    """NAME=VALUE, the value left as text: the language reads it."""
+    name, equals, value = text.partition("=")
+    if not equals or not name.strip() or not value.strip():
+        raise argparse.ArgumentTypeError(f"expected NAME=VALUE, found `{text}`")
+    return name.strip(), value.strip()
+
+
+def add_model(parser: argparse.ArgumentParser) -> None:
+    """The arguments that every command on a model takes."""
+    parser.add_argument("model", metavar="MODEL", help="the model's file (.mbd)")
+    parser.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        type=assignment,
+        action="append",
+        default=[],
+        help='override a parameter, repeatable; with units: --set "k=120 N/mm"',
+    )
+
+
+def load_model(args: argparse.Namespace) -> Scene:
+    from mbdsl.lang.load import load
+
+    return load(args.model, dict(args.set))

@@ -1,0 +1,158 @@
+"""mbdsl simulate: the main job, from a model to a result file."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import mbdsl
+from mbdsl import results
+from mbdsl.cli import _values as values
+from mbdsl.cli._progress import Display
+from mbdsl.errors import IntegrationError, UsageError
+
+if TYPE_CHECKING:
+    from mbdsl.trajectory import Trajectory
+
+OPTIONS = ("alpha", "gamma", "beta")
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "simulate",
+        help="integrate a model and write its trajectory",
+        description="Integrate a model in time and write the signals asked for. Times take units: 2, 2s, 1ms.",
+    )
+    values.add_model(parser)
+    parser.add_argument("--method", metavar="NAME", help="integrator; default: the model's, else hht-si2")
+    parser.add_argument("--alpha", metavar="A", type=values.number, help="method parameter")
+    parser.add_argument("--gamma", metavar="G", type=values.number, help="method parameter")
+    parser.add_argument("--beta", metavar="B", type=values.number, help="method parameter")
+    step = parser.add_mutually_exclusive_group()
+    step.add_argument("--step", metavar="H", type=values.positive_seconds, help="fixed step size")
+    step.add_argument("--tol", metavar="TOL", type=values.tolerance, help="error-controlled steps, to this tolerance")
+    parser.add_argument("--start", metavar="T0", type=values.seconds, help="start time; default: the model's, else 0")
+    parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time, hit exactly; default: the model's")
+    parser.add_argument(
+        "--interval",
+        metavar="DT",
+        type=values.interval_seconds,
+        help="output interval; default (stop - start)/500; 0 writes every step",
+    )
+    parser.add_argument(
+        "--signals",
+        metavar="PATTERN,...",
+        help="what to write (globs); default: every body's coordinates and velocities",
+    )
+    suffixes = ", ".join(results.formats())
+    parser.add_argument("--output", metavar="FILE", help=f"result file ({suffixes}); default: the model's name + .csv")
+    parser.add_argument("--stats", metavar="FILE.json", help="write counts and phase times")
+    talk = parser.add_mutually_exclusive_group()
+    talk.add_argument("--quiet", action="store_true", help="say nothing unless something is wrong")
+    talk.add_argument("--verbose", action="store_true", help="say more about what was done")
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    output = args.output or f"{Path(args.model).stem}.csv"
+    for path in (output, args.stats):  # said now rather than after the work is done
+        if path and not Path(path).resolve().parent.is_dir():
+            raise UsageError(f"cannot write `{path}`: there is no folder `{Path(path).parent!s}`")
+    results.format_of(output)
+
+    begun = perf_counter()
+    scene = values.load_model(args)
+    parse = perf_counter() - begun
+
+    from mbdsl.simulation import simulate
+
+    display = None if args.quiet else Display(sys.stderr)
+    failure = None
+    try:
+        trajectory = simulate(
+            scene,
+            method=args.method,
+            step=args.step,
+            tol=args.tol,
+            start=args.start,
+            stop=args.stop,
+            interval=args.interval,
+            options={name: getattr(args, name) for name in OPTIONS if getattr(args, name) is not None},
+            progress=display,
+            announce=display.say if display else None,
+        )
+    except IntegrationError as problem:
+        if getattr(problem, "trajectory", None) is None:
+            raise
+        trajectory, failure = problem.trajectory, problem
+    finally:
+        if display:
+            display.close()
+
+    begun = perf_counter()
+    names = write(trajectory, output, args.signals)
+    trajectory.stats["seconds"].update(parse=parse, write=perf_counter() - begun)
+    if args.stats:
+        write_stats(args.stats, trajectory.stats)
+    if not args.quiet:
+        print(summary(trajectory, output, names, args.verbose))
+    if failure:
+        raise failure
+    if trajectory.status == "interrupted":
+        print(f"{output} ends at t = {trajectory.t[-1]:g} s and is marked incomplete", file=sys.stderr)
+        raise KeyboardInterrupt
+    return 0
+
+
+def write(trajectory: Trajectory, output: str, signals: str | None) -> list[str]:
+    """Write the signals asked for; their names."""
+    patterns = re.split(r",(?![^\[]*\])", signals or "")  # a comma within brackets belongs to a name
+    names = list(trajectory.select([p.strip() for p in patterns]) if signals else trajectory.default_names)
+    names = [name for name in names if name != "time"]
+    columns = {"time": trajectory.t, **{name: trajectory[name] for name in names}}
+    units = {"time": "s", **{name: trajectory.unit(name) for name in names}}
+    results.write(output, columns, units, about(trajectory))
+    return names
+
+
+def about(trajectory: Trajectory) -> dict[str, str | float | bool]:
+    """What a result file says about itself."""
+    stats = trajectory.stats
+    said = {"model": trajectory.scene.name, "method": stats["method"], "step": stats["h"], "tolerance": stats["tol"]}
+    return {
+        "complete": trajectory.status == "done",
+        **{key: value for key, value in said.items() if value is not None},
+        "status": trajectory.status,
+        "version": mbdsl.__version__,
+    }
+
+
+def write_stats(path: str, stats: dict) -> None:
+    try:
+        Path(path).write_text(json.dumps(stats, indent=2) + "\n", encoding="utf-8")
+    except OSError as problem:
+        raise UsageError(f"cannot write `{path}`: {problem.strerror or problem}") from problem
+
+
+def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool) -> str:
+    stats, seconds = trajectory.stats, trajectory.stats["seconds"]
+    steps, iterations = stats["steps"], stats["iterations"]
+    reached = trajectory.t[-1] if len(trajectory.t) else 0.0
+    lines = [
+        f"{trajectory.scene.name}: {steps} steps of {stats['method']} to t = {reached:g} s, "
+        f"{iterations} iterations ({iterations / max(1, steps):.2f} a step), {seconds['integrate']:.3g} s",
+        f"{output}: {len(trajectory.t)} rows, time and {len(names)} signals",
+    ]
+    if verbose:
+        sizes = ", ".join(f"{key} = {stats[key]}" for key in ("n", "m", "p"))
+        counts = f"{stats['matrix_evaluations']} matrices, {stats['factorisations']} factorisations"
+        lines.append(f"{sizes}; {stats['rejected']} steps rejected, {counts}")
+        lines.append("seconds: " + ", ".join(f"{phase} {spent:.3g}" for phase, spent in seconds.items()))
+        if trajectory.message:
+            lines.append(trajectory.message)
+    return "\n".join(lines)
