@@ -99,7 +99,10 @@ def _run(argv: list[str]) -> int:
         parser.print_help()
         return 0
     _check_command(argv[0])
-    args = parser.parse_args(argv)
+    try:
+        args = parser.parse_args(argv)
+    except SystemExit as stop:  # --help and --version have been answered
+        return int(stop.code or 0)
     return args.run(args)
 
 

@@ -73,8 +73,7 @@ def test_quick_commands_load_no_numerics(arguments):
     model = Path(__file__).parents[2] / "models" / "slider_crank.mbd"
     arguments = [str(model) if a == "MODEL" else a for a in arguments]
     code = (
-        "import sys, mbdsl.cli\n"
-        "try:\n    code = mbdsl.cli.main(sys.argv[1:])\nexcept SystemExit as stop:\n    code = stop.code\n"
+        "import sys, mbdsl.cli\ncode = mbdsl.cli.main(sys.argv[1:])\n"
         f"print(code, *sorted(set(sys.modules) & set({NUMERICS!r})), file=sys.stderr)"
     )
     done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True)

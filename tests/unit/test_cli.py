@@ -1,0 +1,317 @@
+"""The command line's own work: arguments, exit codes, messages, progress, files. The simulation is a double here."""
+
+import io
+import json
+import os
+import subprocess
+import sys
+import types
+
+import numpy as np
+import pytest
+
+import mbdsl
+from mbdsl import cli, results
+from mbdsl.cli import _progress, _values
+from mbdsl.errors import InitialisationError, IntegrationError, ModelError, Span
+from mbdsl.scene import Scene
+
+
+class Trajectory:
+    """As :class:`mbdsl.trajectory.Trajectory`, of a crank that turns once."""
+
+    default_names = ("crank.x", "crank.phi")
+    names = (*default_names, "energy.total")
+    message = "crank.phi moved by 0.1 from its guess"
+
+    def __init__(self, status="done"):
+        self.t, self.status, self.scene = np.linspace(0.0, 1.0, 5), status, Scene("Crank", {}, {})
+        counts = dict(n=3, m=2, p=0, steps=10, rejected=0, iterations=21, matrix_evaluations=2, factorisations=2)
+        seconds = {"build": 0.1, "compile": 0.0, "initialise": 0.0, "integrate": 0.25}
+        self.stats = {"method": "hht-si2", "h": 0.1, "tol": None, "status": status, **counts, "seconds": seconds}
+
+    def __getitem__(self, name):
+        return self.t * (self.names.index(name) + 1)
+
+    def select(self, patterns):
+        return [name for name in self.names if name in patterns]
+
+    def unit(self, name):
+        return "rad" if name.endswith("phi") else "m"
+
+
+@pytest.fixture
+def simulation(monkeypatch, tmp_path):
+    """Replaces loading and simulating; ``given`` collects what was asked, ``act`` says what happens."""
+    double = types.SimpleNamespace(given={}, act=lambda **given: Trajectory())
+
+    def simulate(scene, **given):
+        double.given = given
+        return double.act(**given)
+
+    monkeypatch.setitem(sys.modules, "mbdsl.simulation", types.SimpleNamespace(simulate=simulate))
+    monkeypatch.setattr(_values, "load_model", lambda args: Scene("Crank", {}, {}))
+    monkeypatch.chdir(tmp_path)
+    return double
+
+
+@pytest.fixture
+def say(capsys):
+    """Run a command; exit code, standard output, standard error."""
+
+    def run(*argv):
+        return (cli.main(argv), *capsys.readouterr())
+
+    return run
+
+
+# -- commands and help ------------------------------------------------------------------------------------------
+def test_help_names_every_command(say):
+    code, out, err = say("--help")
+    assert (code, err) == (0, "")
+    assert {"check", "simulate", "methods", "show"} <= set(cli.commands())
+    assert all(f"\n    {name} " in out for name in cli.commands())
+
+
+def test_no_arguments_are_a_call_for_help(say):
+    assert say() == say("--help")
+
+
+@pytest.mark.parametrize("command", cli.commands())
+def test_every_command_has_help(say, command):
+    code, out, _ = say(command, "--help")
+    assert code == 0
+    assert out.startswith(f"usage: mbdsl {command}")
+
+
+def test_version(say):
+    assert say("--version") == (0, f"mbdsl {mbdsl.__version__}\n", "")
+
+
+def test_module_runs_as_the_program():
+    done = subprocess.run([sys.executable, "-m", "mbdsl", "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"mbdsl {mbdsl.__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("argv", "told"),
+    [
+        (["simulat", "x.mbd"], "error: there is no command `simulat`\n  = did you mean `simulate`?\n"),
+        (["x.mbd"], "error: what to do with `x.mbd`?\n  = try:  mbdsl simulate x.mbd\n"),
+        (["check"], "error: the following arguments are required: MODEL\n  = see mbdsl check --help\n"),
+        (["check", "x.mbd", "--set", "k"], "error: argument --set: expected NAME=VALUE, found `k`\n"),
+        (["show", "x.mbd", "--stage", "cod"], "error: argument --stage: invalid choice: 'cod' (choose from"),
+        (
+            ["simulate", "x.mbd", "--step", "1kg"],
+            "error: argument --step: `1kg` has the wrong unit: expected s, found kg\n",
+        ),
+        (["simulate", "x.mbd", "--step", "1 parsec"], "error: argument --step: unknown unit `parsec` in `1 parsec`;"),
+        (["simulate", "x.mbd", "--step", "fast"], "error: argument --step: `fast` is no number"),
+        (["simulate", "x.mbd", "--step", "0"], "error: argument --step: `0` is 0, expected a value above 0\n"),
+        (["simulate", "x.mbd", "--interval=-1ms"], "`-1ms` is -0.001, expected a value of 0 or more\n"),
+        (["simulate", "x.mbd", "--tol", "2"], "error: argument --tol: `2` is 2, expected a value between 0 and 1\n"),
+        (["simulate", "x.mbd", "--step", "1", "--tol", "1e-3"], "--tol: not allowed with argument --step\n"),
+        (["simulate", "x.mbd", "--output", "x.xls"], "  = known are .csv, .mat, .nc, .npz\n"),
+        (["simulate", "x.mbd", "--output", "no/x.csv"], "error: cannot write `no/x.csv`: there is no folder `no`\n"),
+        (["simulate", "x.mbd", "--stats", "no/x.json"], "error: cannot write `no/x.json`: there is no folder `no`\n"),
+    ],
+)
+def test_wrong_arguments(say, simulation, argv, told):
+    code, out, err = say(*argv)
+    assert (code, out) == (2, "")
+    assert told in err
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("1ms", 1e-3), ("2 s", 2.0), ("0.5", 0.5), (" 1e-3s ", 1e-3), ("2 min", 120.0), (".5", 0.5), ("5e2us", 5e-4)],
+)
+def test_seconds_take_units(text, value):
+    assert _values.seconds(text) == pytest.approx(value, rel=1e-15)
+
+
+# -- simulate ---------------------------------------------------------------------------------------------------
+def test_simulate_passes_on_what_was_said_and_nothing_else(say, simulation):
+    say("simulate", "m.mbd")
+    quiet = {"method", "step", "tol", "start", "stop", "interval"}
+    assert {name for name, value in simulation.given.items() if value is None} == quiet
+    assert simulation.given["options"] == {}
+    said = "--method hht-i3 --alpha -0.1 --step 1ms --start 1 --stop 2s --interval 0".split()
+    say("simulate", "m.mbd", *said)
+    wanted = dict(method="hht-i3", options={"alpha": -0.1}, step=1e-3, tol=None, start=1.0, stop=2.0, interval=0.0)
+    assert {name: simulation.given[name] for name in wanted} == wanted
+
+
+def test_simulate_writes_bodies_beside_the_time(say, simulation):
+    code, out, err = say("simulate", "models/m.mbd")
+    assert (code, err) == (0, "")
+    assert out == (
+        "Crank: 10 steps of hht-si2 to t = 1 s, 21 iterations (2.10 a step), 0.25 s\n"
+        "m.csv: 5 rows, time and 2 signals\n"
+    )
+    columns, meta = results.read("m.csv")
+    assert list(columns) == ["time", "crank.x", "crank.phi"]
+    assert columns["crank.phi"].tolist() == (2 * Trajectory().t).tolist()
+    assert meta["complete"]
+
+
+def test_verbose_tells_sizes_phases_and_how_far_guesses_moved(say, simulation):
+    out = say("simulate", "m.mbd", "--verbose")[1]
+    assert "n = 3, m = 2, p = 0; 0 steps rejected, 2 matrices, 2 factorisations" in out
+    assert "integrate 0.25" in out
+    assert "crank.phi moved by 0.1 from its guess" in out
+
+
+def test_quiet_says_nothing(say, simulation):
+    assert say("simulate", "m.mbd", "--quiet") == (0, "", "")
+    assert simulation.given["progress"] is None
+    assert simulation.given["announce"] is None
+
+
+def test_signals_are_split_at_commas_outside_brackets(say, simulation, monkeypatch):
+    asked = []
+    monkeypatch.setattr(Trajectory, "select", lambda self, patterns: asked.extend(patterns) or ["crank.x"])
+    say("simulate", "m.mbd", "--signals", "crank.*, a[1,2].x,O.f?")
+    assert asked == ["crank.*", "a[1,2].x", "O.f?"]
+
+
+def test_stats_have_the_promised_keys(say, simulation):
+    say("simulate", "m.mbd", "--stats", "s.json")
+    with open("s.json") as stream:
+        stats = json.load(stream)
+    keys = "method h tol status n m p steps rejected iterations matrix_evaluations factorisations seconds".split()
+    assert list(stats) == keys
+    assert set(stats["seconds"]) == {"parse", "build", "compile", "initialise", "integrate", "write"}
+
+
+def test_result_files_know_what_they_are(say, simulation):
+    say("simulate", "m.mbd", "--output", "m.npz")
+    assert results.read("m.npz")[1] == {
+        "complete": True, "model": "Crank", "method": "hht-si2", "step": 0.1, "status": "done",
+        "version": mbdsl.__version__,
+    }  # fmt: skip
+
+
+def test_failed_integration_leaves_what_there_is_and_says_so(say, simulation):
+    def act(**given):
+        problem = IntegrationError("Newton's iteration fails at t = 1 s", hint="try a smaller step")
+        problem.trajectory = Trajectory("failed")
+        raise problem
+
+    simulation.act = act
+    code, _, err = say("simulate", "m.mbd")
+    assert code == 4
+    assert err == "error: Newton's iteration fails at t = 1 s\n  = try a smaller step\n"
+    assert results.read("m.csv")[1]["complete"] is False
+
+
+def test_interrupted_simulation_leaves_what_there_is(say, simulation):
+    simulation.act = lambda **given: Trajectory("interrupted")
+    code, _, err = say("simulate", "m.mbd")
+    assert code == 130
+    assert err == "m.csv ends at t = 1 s and is marked incomplete\ninterrupted\n"
+    assert os.path.exists("m.csv.incomplete")
+    simulation.act = lambda **given: Trajectory()
+    assert say("simulate", "m.mbd")[0] == 0
+    assert sorted(os.listdir()) == ["m.csv"]
+
+
+# -- errors -----------------------------------------------------------------------------------------------------
+def raiser(problem):
+    def act(**given):
+        raise problem
+
+    return act
+
+
+@pytest.mark.parametrize(
+    ("problem", "code", "told"),
+    [
+        (ModelError("no", Span("m.mbd", 2, 3, 4, "  this")), 2, "m.mbd:2:3: error: no\n      this\n      ^^^^\n"),
+        (InitialisationError("cannot be assembled"), 3, "error: cannot be assembled\n"),
+        (KeyboardInterrupt(), 130, "interrupted\n"),
+    ],
+)
+def test_problems_have_their_codes(say, simulation, problem, code, told):
+    simulation.act = raiser(problem)
+    assert say("simulate", "m.mbd") == (code, "", told)
+
+
+def test_a_defect_is_one_line_and_a_request(say, simulation):
+    simulation.act = raiser(ZeroDivisionError("float division\nby zero"))
+    code, out, err = say("simulate", "m.mbd")
+    assert (code, out) == (1, "")
+    assert err.startswith("internal error: ZeroDivisionError: float division by zero\n")
+    assert "please report it" in err
+    with pytest.raises(ZeroDivisionError):
+        say("simulate", "m.mbd", "--debug")
+    with pytest.raises(ZeroDivisionError):
+        say("--debug", "simulate", "m.mbd")
+
+
+def test_reader_that_leaves_is_no_error():
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run([sys.executable, "-m", "mbdsl", "--help"], stdout=write, stderr=subprocess.PIPE, check=False)
+    os.close(write)
+    assert done.stderr == b""
+    assert done.returncode == cli.BROKEN_PIPE
+
+
+# -- progress ---------------------------------------------------------------------------------------------------
+class Terminal(io.StringIO):
+    encoding = "utf-8"
+
+    def isatty(self):
+        return True
+
+
+def progress(seconds, t=0.5):
+    return types.SimpleNamespace(t=t, start=0.0, stop=2.0, h=1e-3, steps=500, iterations=1000, seconds=seconds)
+
+
+def test_short_work_shows_nothing():
+    for stream in (Terminal(), io.StringIO()):
+        display = _progress.Display(stream)
+        display(progress(0.9))
+        display.close()
+        assert stream.getvalue() == ""
+
+
+def test_terminal_gets_one_line_that_goes_away():
+    display = _progress.Display(Terminal())
+    display(progress(1.5))
+    shown = display.stream.getvalue()
+    assert shown.startswith("\r█████...............  25%  t = 0.5 of 2 s  h = 0.001 s  2.0 iterations/step")
+    display(progress(1.55))
+    assert display.stream.getvalue() == shown
+    display.close()
+    assert "\n" not in display.stream.getvalue()
+    assert display.stream.getvalue().endswith(" \r")
+
+
+def test_other_outputs_get_a_line_every_few_seconds():
+    display = _progress.Display(io.StringIO())
+    for k in range(1, 121):
+        display(progress(k / 10, t=k / 60))
+    lines = display.stream.getvalue().splitlines()
+    assert lines[0] == "  8%  t = 0.1667 of 2 s  h = 0.001 s  2.0 iterations/step  11 s left"
+    assert len(lines) == 3
+
+
+def test_a_line_in_between_does_not_tear_the_bar():
+    display = _progress.Display(Terminal())
+    display(progress(2.0))
+    display.say("compiling ...")
+    assert display.stream.getvalue().endswith(" \rcompiling ...\n")
+
+
+@pytest.mark.parametrize(("seconds", "text"), [(4.4, "4 s"), (75, "1:15 min"), (90061, "25:01:01")])
+def test_durations(seconds, text):
+    assert _progress.clock(seconds) == text
+
+
+def test_progress_before_the_first_step():
+    p = types.SimpleNamespace(t=0.0, start=0.0, stop=2.0, h=1e-3, steps=0, iterations=0, seconds=3.0)
+    assert "just begun" in _progress.text(p)
