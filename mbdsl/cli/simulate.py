@@ -87,9 +87,9 @@ def run(args: argparse.Namespace) -> int:
             announce=display.say if display else None,
         )
     except IntegrationError as problem:
-        if getattr(problem, "trajectory", None) is None:
+        trajectory, failure = getattr(problem, "trajectory", None), problem
+        if trajectory is None:
             raise
-        trajectory, failure = problem.trajectory, problem
     finally:
         if display:
             display.close()
