@@ -17,14 +17,9 @@ def run(args: argparse.Namespace) -> int:
     from mbdsl.integrators import methods
 
     for name, method in methods().items():
-        print(f"{name}  order {method.order}, index {method.index}, enforces {method.enforces}")
-        if method.parameters:
-            print(f"    parameters: {parameters(method.parameters)}")
+        print(f"{name:12}order {method.order}, index {method.index}, enforces {' and '.join(method.enforces)}")
+        print(f"    {method.doc}")
+        for option, o in method.parameters.items():
+            print(f"    --{option} {o.default:g}  ({o.lower:.4g} to {o.upper:.4g})  {o.doc}")
         print(f"    {method.source}")
     return 0
-
-
-def parameters(given) -> str:
-    """Names with their defaults."""
-    pairs = given.items() if hasattr(given, "items") else given
-    return ", ".join(f"{p[0]} = {p[1]:g}" if isinstance(p, tuple) else str(p) for p in pairs)
