@@ -315,3 +315,18 @@ def test_durations(seconds, text):
 def test_progress_before_the_first_step():
     p = types.SimpleNamespace(t=0.0, start=0.0, stop=2.0, h=1e-3, steps=0, iterations=0, seconds=3.0)
     assert "just begun" in _progress.text(p)
+
+
+# -- methods ----------------------------------------------------------------------------------------------------
+def test_methods_are_listed_with_their_source(say):
+    from mbdsl.integrators import methods
+
+    code, out, _ = say("methods")
+    assert code == 0
+    for method in methods().values():
+        first, *rest = out[out.index(f"{method.name:12}") :].splitlines()
+        assert first == f"{method.name:12}order {method.order}, index {method.index}, " + (
+            f"enforces {' and '.join(method.enforces)}"
+        )
+        assert f"    {method.source}" in rest
+        assert all(f"    --{name} " in out for name in method.parameters)
