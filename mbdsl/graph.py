@@ -106,11 +106,14 @@ class MechanismGraph:
     @cached_property
     def loops(self) -> int:
         """Independent kinematic loops. A driver beside the joint that it drives closes none."""
-        joints = [e for e in self.joints if e.rows]
-        driven = {frozenset((e.body_i, e.body_j)) for e in joints if not _is_driver(e)}
-        edges = [e for e in joints if not (_is_driver(e) and frozenset((e.body_i, e.body_j)) in driven)]
+        edges = self._kinematic()
         groups = _groups((GROUND, *self.bodies), ((e.body_i, e.body_j) for e in edges))
         return len(edges) - (len(self.bodies) + 1) + len(groups)
+
+    def _kinematic(self) -> list[Edge]:
+        joints = [e for e in self.joints if e.rows]
+        driven = {frozenset((e.body_i, e.body_j)) for e in joints if not _is_driver(e)}
+        return [e for e in joints if not (_is_driver(e) and frozenset((e.body_i, e.body_j)) in driven)]
 
     @cached_property
     def sub_mechanisms(self) -> tuple[SubMechanism, ...]:
@@ -225,13 +228,13 @@ class MechanismGraph:
     def describe(self) -> str:
         """Everything, as ``mbdsl show --stage graph`` prints it."""
         tree = self.tree()
-        hangs = {p.joint for p in tree}
+        closing = {e.name for e in self._kinematic()} - {p.joint for p in tree}
         lines = [self.summary(), "", "bodies"]
         lines += [f"  {n}  {c.kind.name}  {', '.join(_kind(c).coordinates)}" for n, c in self.bodies.items()]
         for title, edges in (("joints", self.joints), ("forces", self.forces)):
             lines += ["", title] if edges else []
             for e in edges:
-                loop = "" if title == "forces" or not e.rows or e.name in hangs else "  closes a loop"
+                loop = "  closes a loop" if e.name in closing else ""
                 rows = f"  {count(e.rows, 'row')}" if title == "joints" else ""
                 frames = ", ".join(e.component.ports.values())
                 lines.append(f"  {e.name}  {e.component.kind.name}({frames}){rows}{loop}")

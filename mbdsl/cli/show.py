@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mbdsl.cli._values import add_model, load_model
+from mbdsl.errors import UsageError
 
 if TYPE_CHECKING:
     from mbdsl.system import System
@@ -32,9 +32,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _syntax(args: argparse.Namespace) -> str:
+    from mbdsl.lang.library import read
     from mbdsl.lang.parser import parse
+    from mbdsl.lang.syntax import dump
 
-    return str(parse(Path(args.model).read_text(encoding="utf-8"), args.model))
+    if args.set:
+        raise UsageError("--set changes no syntax", hint="the stages from scene on show what it does")
+    return dump(parse(read(args.model), args.model))
 
 
 def _scene(args: argparse.Namespace) -> str:
