@@ -1,3 +1,44 @@
 """mbdsl: a Modelica-style declarative tool for multibody dynamics."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mbdsl.builder import Builder as Builder
+    from mbdsl.errors import MbdslError as MbdslError
+    from mbdsl.lang.load import load as load
+    from mbdsl.lang.load import parse_text as parse
+    from mbdsl.scene import Scene as Scene
+
 __version__ = "0.1.0"
+
+#: public name -> (module, its name there); loaded when first used, so that `import mbdsl` is quick
+_PUBLIC = {
+    "load": ("mbdsl.lang.load", "load"),
+    "parse": ("mbdsl.lang.load", "parse_text"),
+    "Builder": ("mbdsl.builder", "Builder"),
+    "Scene": ("mbdsl.scene", "Scene"),
+    "MbdslError": ("mbdsl.errors", "MbdslError"),
+    "SyntaxProblem": ("mbdsl.errors", "SyntaxProblem"),
+    "ModelError": ("mbdsl.errors", "ModelError"),
+    "UsageError": ("mbdsl.errors", "UsageError"),
+    "InitialisationError": ("mbdsl.errors", "InitialisationError"),
+    "IntegrationError": ("mbdsl.errors", "IntegrationError"),
+}
+__all__ = ["__version__", *_PUBLIC]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'mbdsl' has no attribute {name!r}")
+    from importlib import import_module
+
+    module, attribute = _PUBLIC[name]
+    value = getattr(import_module(module), attribute)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_PUBLIC})

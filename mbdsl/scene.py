@@ -10,8 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from mbdsl.elements.kind import BodyKind, Kind
-from mbdsl.errors import Span
-from mbdsl.lang.expressions import Expr
+from mbdsl.errors import ModelError, Span
+from mbdsl.lang.expressions import COORDINATES, Expr, const, coordinate
+from mbdsl.lang.suggest import did_you_mean
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ class Component:
     signals: Mapping[str, Expr] = field(default_factory=dict)  #: full signal name -> expression over frames
     span: Span | None = None
     doc: str = ""
+    energy: Expr | None = None  #: potential energy, where the kind has a formula for it
 
 
 @dataclass(frozen=True)
@@ -104,11 +106,45 @@ class Scene:
     parameters: Mapping[str, ParameterValue] = field(default_factory=dict)
     doc: str = ""
     files: tuple[str, ...] = ()  #: the source files read, the main one first
+    variables: Mapping[str, Expr] = field(default_factory=dict)  #: ``Real F = 2*time;``: names for expressions
 
     def bodies(self) -> list[Component]:
         """Components that have coordinates, in order (the ground has none)."""
         return [c for c in self.components.values() if isinstance(c.kind, BodyKind) and c.kind.coordinates]
 
     def signals(self) -> dict[str, Expr]:
-        """Every signal that is an expression over frames and time, by full name."""
-        return {name: e for c in self.components.values() for name, e in c.signals.items()}
+        """Every named signal that is an expression over frames and time; those of frames are not listed."""
+        found = {name: e for c in self.components.values() for name, e in c.signals.items()}
+        return found | dict(self.variables)
+
+    def signal(self, name: str) -> Expr:
+        """A signal by its full name: of a component (``spring.s``), of a frame (``rod.b.x``), or a variable.
+
+        Raises
+        ------
+        ModelError
+            If there is none of this name; the message lists the closest.
+        """
+        if name in self.variables:
+            return self.variables[name]
+        owner, _, key = name.rpartition(".")
+        component = self.components.get(owner)
+        if component is not None and name in component.signals:
+            return component.signals[name]
+        frame = self.frames.get(owner)
+        if frame is None and component is not None and isinstance(component.kind, BodyKind) and component.kind.is_frame:
+            frame = self.frames.get(f"{owner}.c")
+        if frame is not None and key in COORDINATES:
+            kind = self.components[frame.body].kind
+            if key in ("phi", "w") and isinstance(kind, BodyKind) and "phi" not in (kind.coordinates or ("phi",)):
+                return const(0.0)  # a point mass does not turn
+            return coordinate(frame.name, key)
+        raise ModelError(f"there is no signal `{name}`", hint=self._closest(name, owner))
+
+    def _closest(self, name: str, owner: str) -> str | None:
+        if owner in self.components and (own := list(self.components[owner].signals)):
+            return did_you_mean(name, own, f"`{owner}` has")
+        if owner in self.frames:
+            return did_you_mean(name, [f"{owner}.{key}" for key in COORDINATES], "it has")
+        close = did_you_mean(owner, [*self.components, *self.frames], "components")
+        return close or did_you_mean(name, self.variables)

@@ -1,0 +1,385 @@
+"""The flat model in the making: parts, connections and initial values are collected, then become a Scene.
+
+Both front-ends end here, the text (:mod:`mbdsl.lang.instantiate`) and the library (:mod:`mbdsl.builder`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from mbdsl.elements.kind import BodyKind
+from mbdsl.errors import ModelError
+from mbdsl.lang import check, expressions, limits, quantities, units, values
+from mbdsl.lang import syntax as s
+from mbdsl.lang.connections import Node, connect
+from mbdsl.lang.evaluate import Budget, evaluate, place
+from mbdsl.lang.members import Disabled, FrameMember, Many, Namespace, Slot
+from mbdsl.lang.modifiers import Contexts
+from mbdsl.lang.parts import Part, is_body
+from mbdsl.lang.scope import Scope
+from mbdsl.lang.source import At, span_of
+from mbdsl.lang.values import Quantity, Value
+from mbdsl.scene import Component, Experiment, Frame, InitialValue, ParameterValue, Scene
+
+_COORDINATE_UNIT = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
+
+
+class Positional:
+    """A frame argument of a declaration; all elements of an array share it."""
+
+    __slots__ = ("_found", "e", "level", "scope")
+
+    def __init__(self, e: s.Expression, scope: Scope, level: int) -> None:
+        self.e, self.scope, self.level = e, scope, level
+        self._found: Any = None
+
+    def find(self, contexts: Contexts) -> Frame | Node | Part:
+        if self._found is None:
+            self._found = self.scope.frame(self.e)
+        found = self._found
+        inside = contexts[self.level :]
+        if isinstance(found, Many) and inside:
+            index, size = inside[-1]
+            if len(found.items) != size:
+                raise ModelError(
+                    f"`{s.write(self.e)}` names {len(found.items)} frames for {size} elements", span_of(self.e.at)
+                )
+            found = found.items[index]
+        if isinstance(found, Many):
+            raise ModelError(f"`{s.write(self.e)}` names {len(found.items)} frames, expected one", span_of(self.e.at))
+        if isinstance(found, Disabled):
+            raise ModelError(f"`{s.write(self.e)}`: `{found.name}` is switched off by its condition", span_of(self.e.at))
+        return found
+
+
+class Assembly:
+    """Everything that a model adds up to."""
+
+    def __init__(self) -> None:
+        self.budget = Budget()
+        self.parts: dict[str, Part] = {}
+        self.frames: list[FrameMember] = []
+        self.slots: list[Slot] = []
+        self.ground: Part | None = None
+        self._active: dict[object, tuple[str, At]] = {}
+        self._attachments: list[tuple[Part, list[Positional]]] = []
+        self._connectors: list[tuple[Node, Positional, Contexts]] = []
+        self._connects: list[tuple[s.Expression, s.Expression, Scope, At]] = []
+        self._initial: list[tuple[s.Initial, Scope]] = []
+
+    # -- collecting --------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def defining(self, key: object, label: str, at: At) -> Iterator[None]:
+        """While the block runs, needing ``key`` again is an error that names the circle."""
+        if key in self._active:
+            names = list(self._active.values())
+            circle = names[list(self._active).index(key) :]
+            shown = " -> ".join(name for name, _ in [*circle, circle[0]])
+            notes = tuple((f"{name} is defined here", span_of(where)) for name, where in circle[1:] if where)
+            raise ModelError(f"cyclic definition: {shown}", span_of(circle[0][1]), notes=notes[:5])
+        self._active[key] = (label, at)
+        try:
+            yield
+        finally:
+            del self._active[key]
+
+    def add(self, part: Part, positional: list[Positional]) -> None:
+        """Take in a component with its positional arguments."""
+        if len(self.parts) >= limits.COMPONENTS:
+            raise ModelError(f"more than {limits.COMPONENTS} components", span_of(part.at))
+        if positional and is_body(part):
+            p = positional[0]
+            raise ModelError(
+                f"{part.kind.name} `{part.name}` is a body, it is attached to nothing",
+                span_of(p.e.at),
+                "give its parameters by name, and hold it with joints",
+            )
+        if isinstance(part.kind, BodyKind) and not part.kind.coordinates:
+            if self.ground is not None:
+                raise ModelError(
+                    f"a second {part.kind.name} `{part.name}`: there is one world",
+                    span_of(part.at),
+                    f"fix points of it with `Frame p({self.ground.name}, r = {{x, y}});`; "
+                    f"sub-models share it by `outer Ground {self.ground.name};`",
+                    (("the first one is here", span_of(self.ground.at)),) if self.ground.at else (),
+                )
+            self.ground = part
+        self.parts[part.name] = part
+        if positional or any(port in part.template.modifiers for port in part.kind.ports):
+            self._attachments.append((part, positional))
+
+    def attach_connector(self, node: Node, positional: Positional, contexts: Contexts) -> None:
+        self._connectors.append((node, positional, contexts))
+
+    def connect(self, first: s.Expression, second: s.Expression, scope: Scope, at: At) -> None:
+        self._connects.append((first, second, scope, at))
+
+    def initial(self, item: s.Initial, scope: Scope) -> None:
+        self._initial.append((item, scope))
+
+    # -- frames ------------------------------------------------------------------------------------------------
+
+    def coordinate(self, frame: Frame, key: str) -> Quantity:
+        """A coordinate of a frame as an expression; what cannot move is zero."""
+        kind = self.parts[frame.body].kind
+        dimension = units.dimension(_COORDINATE_UNIT[key])
+        if key in ("phi", "w") and isinstance(kind, BodyKind) and kind.coordinates and "phi" not in kind.coordinates:
+            return Quantity(expressions.const(0.0), dimension)
+        return Quantity(expressions.coordinate(frame.name, key), dimension)
+
+    def connect_all(self) -> None:
+        """Settle which port sits on which frame."""
+        for part, positional in self._attachments:
+            self._attach(part, positional)
+        for node, argument, contexts in self._connectors:
+            found = argument.find(contexts)
+            if isinstance(found, Part):
+                raise ModelError(
+                    f"`{found.name}` is a {found.kind.name}, expected a frame for `{node.name}`", span_of(argument.e.at)
+                )
+            connect(node, found, argument.e.at)
+        for first, second, scope, at in self._connects:
+            self._connect(self._ends(first, scope), self._ends(second, scope), at)
+        for part in self.parts.values():
+            for port in part.kind.optional_ports:
+                if part.nodes[port].frame is None:
+                    connect(part.nodes[port], self._world(part), part.at)
+
+    def _world(self, part: Part) -> Frame:
+        if self.ground is None:
+            raise ModelError(
+                f"{part.kind.name} `{part.name}` acts from the ground, but none is declared",
+                span_of(part.at),
+                "declare it: `Ground ground;`",
+            )
+        return self.ground.frames["c"]
+
+    def _attach(self, part: Part, positional: list[Positional]) -> None:
+        kind = part.kind
+        found = [(p.find(part.contexts), p.e.at) for p in positional]
+        named = [port for port in kind.ports if port in part.template.modifiers]
+        if len(found) == 1 and isinstance(found[0][0], Part):
+            other, at = found[0]
+            assert isinstance(other, Part)
+            if other is part:
+                raise ModelError(f"`{part.name}` cannot be attached to itself", span_of(at))
+            for port in kind.ports:
+                connect(part.nodes[port], other.nodes[port], at)
+            return
+        free = [port for port in kind.ports if port not in named]
+        if len(found) == 1 and kind.optional_ports and len(free) == len(kind.ports):
+            free = [port for port in free if port not in kind.optional_ports]
+        if len(found) > len(free):
+            hint = f"its frames are {' and '.join(kind.ports)}; everything else is given by name"
+            raise ModelError(
+                f"{kind.name} `{part.name}` takes {len(kind.ports)} frames, found {len(found) + len(named)}",
+                span_of(found[len(free)][1]),
+                hint,
+            )
+        for port, (frame, at) in zip(free, found, strict=False):
+            if isinstance(frame, Part):
+                raise ModelError(
+                    f"`{frame.name}` is a {frame.kind.name}, expected a frame for `{port}` of `{part.name}`",
+                    span_of(at),
+                    f"its ports are {', '.join(f'{frame.name}.{p}' for p in frame.nodes)}; "
+                    f"alone, as `{kind.name} {part.name}({frame.name})`, it stands for both",
+                )
+            connect(part.nodes[port], frame, at)
+        for port in named:
+            modifier = part.template.modifiers[port]
+            if modifier.value is None:
+                raise ModelError(f"`{port}` of `{part.name}` takes a frame", span_of(modifier.at))
+            frame = Positional(modifier.value, modifier.scope, modifier.level).find(part.contexts)
+            if isinstance(frame, Part):
+                raise ModelError(
+                    f"`{frame.name}` is a {frame.kind.name}, expected a frame for `{port}`", modifier.value_span()
+                )
+            connect(part.nodes[port], frame, modifier.value.at)
+
+    def _ends(self, e: s.Expression, scope: Scope) -> list[tuple[Frame | Node | None, At]]:
+        found = scope.frame(e)
+        ends: list[tuple[Frame | Node | None, At]] = []
+        for item in found.items if isinstance(found, Many) else [found]:
+            if isinstance(item, Part):
+                raise ModelError(
+                    f"`{item.name}` is a {item.kind.name}, expected one of its ports",
+                    span_of(e.at),
+                    f"its ports: {', '.join(f'{item.name}.{p}' for p in item.nodes)}",
+                )
+            ends.append((None if isinstance(item, Disabled) else item, e.at))
+        return ends
+
+    def _connect(self, first: list, second: list, at: At) -> None:
+        if len(first) != len(second):
+            raise ModelError(f"connect() of {len(first)} frames with {len(second)}", span_of(at))
+        for (a, _), (b, where) in zip(first, second, strict=True):
+            if a is not None and b is not None:  # connections of what is switched off fall away
+                connect(a, b, where)
+
+    # -- the result --------------------------------------------------------------------------------------------
+
+    def scene(
+        self,
+        root: Namespace,
+        name: str,
+        doc: str = "",
+        experiment: Experiment | None = None,
+        files: tuple[str, ...] = (),
+    ) -> Scene:
+        """Check what is left to check, and make the Scene."""
+        for part in self.parts.values():
+            part.values  # noqa: B018  errors in values come before those of connections
+        if self.ground is None:
+            first = next((p for p in self.parts.values() if is_body(p)), None)
+            message = "the model has no ground" if first or self.parts else "the model has no components"
+            where = span_of(first.at) if first is not None else None
+            raise ModelError(message, where, "declare it: `Ground ground;`")
+        self.connect_all()
+        parameters, variables = self._slots(root)
+        components: dict[str, Component] = {part.name: part.component() for part in self.parts.values()}
+        frames = {frame.name: frame for part in self.parts.values() if is_body(part) for frame in part.frames.values()}
+        for member in self.frames:
+            frame = member.target()
+            if isinstance(frame, Frame) and frame.name == member.name:
+                frames[frame.name] = frame
+        return Scene(
+            name,
+            components,
+            frames,
+            tuple(self._initial_values()),
+            experiment or Experiment(),
+            parameters,
+            doc,
+            files,
+            variables=variables,
+        )
+
+    def _slots(self, root: Namespace) -> tuple[dict[str, ParameterValue], dict[str, expressions.Expr]]:
+        parameters, variables = {}, {}
+        own = {id(m) for m in root.members.values() if isinstance(m, Slot)}
+        for slot in self.slots:
+            value = slot.value()
+            if slot.constant:
+                if id(slot) in own:
+                    unit = slot.unit or _unit_of(value)
+                    parameters[slot.name] = ParameterValue(slot.name, _plain(value), unit, slot.doc, span_of(slot.at))
+            else:
+                for suffix, q in _scalars(value):
+                    if not isinstance(q.value, str):
+                        variables[slot.name + suffix] = expressions.expr(q.value)
+        return parameters, variables
+
+    def _initial_values(self) -> Iterator[InitialValue]:
+        """One value a name: what is fixed beats guesses, a later guess beats an earlier one."""
+        found: dict[str, tuple[InitialValue, At]] = {}
+        for initial, at in [*self._starts(), *self._given()]:
+            before = found.get(initial.name)
+            if before is not None and before[0].fixed:
+                if not initial.fixed:
+                    continue
+                first = span_of(before[1])
+                raise ModelError(
+                    f"the initial value of `{initial.name}` is fixed twice",
+                    initial.span,
+                    notes=(("first fixed here", first),) if first else (),
+                )
+            found[initial.name] = (initial, at)
+        return (initial for initial, _ in found.values())
+
+    def _starts(self) -> Iterator[tuple[InitialValue, At]]:
+        """Modifiers like ``phi(start = 10 deg, fixed = true)``."""
+        for part in self.parts.values():
+            modifiers = part.template.modifiers
+            if not modifiers:
+                continue
+            for signal in part.kind.signals:
+                modifier = modifiers.get(signal.name)
+                if modifier is None or not modifier.inner or modifier.value is not None:
+                    continue
+                name = f"{part.name}.{signal.name}"
+                start, fixed = modifier.inner.get("start"), modifier.inner.get("fixed")
+                if start is None or start.value is None:
+                    raise ModelError(f"`{name}` has no start", span_of(modifier.at), "write `start = ...`")
+                keep = False
+                if fixed is not None and fixed.value is not None:
+                    decided = fixed.pick(fixed.evaluate(), 0, part.contexts)
+                    if isinstance(decided, tuple) or not isinstance(decided.value, bool):
+                        raise ModelError(
+                            f"`fixed` is true or false, found {values.describe(decided)}", fixed.value_span()
+                        )
+                    keep = decided.value
+                try:
+                    value = start.pick(start.evaluate(), 0, part.contexts)
+                    yield self._initial_value(name, part.signal(signal.name), value, keep, start.at), start.at
+                except ModelError as problem:
+                    raise place(problem, start.value.at) from None
+
+    def _given(self) -> Iterator[tuple[InitialValue, At]]:
+        """The initial equations."""
+        for item, scope in self._initial:
+            target = evaluate(item.target, scope.for_signals())
+            value = evaluate(item.value, scope)
+            name = self._target_name(item.target, scope)
+            targets, given = [target], [value]
+            if isinstance(target, tuple):
+                targets = list(target)
+                given = list(value) if isinstance(value, tuple) else [value] * len(targets)
+                if len(given) != len(targets):
+                    raise ModelError(
+                        f"found an array of {len(given)} for {len(targets)} initial values", span_of(item.value.at)
+                    )
+            for k, (t, v) in enumerate(zip(targets, given, strict=True)):
+                label = f"{name}[{k + 1}]" if isinstance(target, tuple) else name
+                try:
+                    assert isinstance(t, Quantity)
+                    yield self._initial_value(label, t, v, item.mode == "fixed", item.at), item.at
+                except ModelError as problem:
+                    raise place(problem, item.at) from None
+
+    def _target_name(self, target: s.Expression, scope: Scope) -> str:
+        inner = target.arguments[0].value if isinstance(target, s.Call) and target.arguments else target
+        if not isinstance(inner, s.Reference) or (isinstance(target, s.Call) and s.write(target.function) != "der"):
+            raise ModelError(
+                f"found `{s.write(target)}` on the left of an initial equation, expected a signal",
+                span_of(target.at),
+                "e.g. `crank.phi = 30 deg;` or `guess rod.w = 1 rad/s;`",
+            )
+        entity = scope.for_signals().resolve(inner)
+        name = getattr(entity, "name", s.write(inner))
+        return f"der({name})" if isinstance(target, s.Call) else name
+
+    def _initial_value(self, name: str, target: Quantity, value: Value, fixed: bool, at: At) -> InitialValue:
+        if isinstance(value, tuple):
+            raise ModelError(f"found {values.describe(value)} for `{name}`, expected a single value")
+        if not isinstance(target.value, expressions.Expr) or not expressions.leaves(target.value):
+            raise ModelError(f"`{name}` cannot be given an initial value: it does not vary", span_of(at))
+        if any(leaf.op == "time" for leaf in expressions.leaves(target.value)):
+            raise ModelError(f"`{name}` depends on time; only positions and velocities have initial values", span_of(at))
+        q = check.fit(value, target.dimension, f"the initial value of `{name}`")
+        return InitialValue(
+            name, target.value, check.number(q, f"the initial value of `{name}`"), fixed, span_of(at)  # type: ignore[arg-type]
+        )
+
+
+def _unit_of(value: Value) -> str:
+    while isinstance(value, tuple) and value:
+        value = value[0]
+    if isinstance(value, tuple) or value.dimension is None or value.boolean:
+        return ""
+    unit = quantities.unit_text(value.dimension)
+    return "" if unit == "1" else unit
+
+
+def _plain(value: Value) -> Any:
+    return tuple(_plain(v) for v in value) if isinstance(value, tuple) else value.value
+
+
+def _scalars(value: Value, suffix: str = "") -> Iterator[tuple[str, Quantity]]:
+    if not isinstance(value, tuple):
+        yield suffix, value
+        return
+    for i, inner in enumerate(value, 1):
+        yield from _scalars(inner, f"{suffix[:-1]},{i}]" if suffix else f"[{i}]")

@@ -1,0 +1,98 @@
+"""Values against what is expected of them: dimension, shape, type, range."""
+
+from __future__ import annotations
+
+import math
+
+from mbdsl.elements.kind import Parameter
+from mbdsl.errors import ModelError
+from mbdsl.lang import expressions, quantities, units, values
+from mbdsl.lang.suggest import did_you_mean
+from mbdsl.lang.units import Dimension
+from mbdsl.lang.values import Quantity, Value, describe
+
+
+def fit(value: Value, dimension: Dimension | None, what: str, unit: str = "") -> Value:
+    """``value`` as a number (or array) of ``dimension``; bare numbers take it."""
+    if isinstance(value, tuple):
+        return tuple(fit(v, dimension, what, unit) for v in value)
+    if not value.number:
+        expected = quantities.words(dimension, unit) if dimension is not None else "a number"
+        raise ModelError(f"{what}: found {describe(value)}, expected {expected}")
+    if dimension is None or value.dimension == dimension:
+        return value
+    if value.dimension is None:
+        return Quantity(value.value, dimension)
+    raise ModelError(f"{what}: found {describe(value)}, expected {quantities.words(dimension, unit)}")
+
+
+def shape_words(shape: tuple[int, ...]) -> str:
+    if not shape:
+        return "a single value"
+    return "an array of " + " x ".join(map(str, shape)) + " values"
+
+
+def number(q: Quantity, what: str) -> float:
+    """A finite float known now."""
+    value = q.value
+    if isinstance(value, expressions.Expr) and expressions.is_const(value):
+        value = value.value  # type: ignore[assignment]
+    if isinstance(value, expressions.Expr):
+        raise ModelError(f"{what} must be known before the start; it depends on time or signals")
+    result = float(value)  # type: ignore[arg-type]
+    if not math.isfinite(result):
+        raise ModelError(f"{what} is no finite number")
+    return result
+
+
+def floats(value: Value, what: str) -> float | tuple:
+    if isinstance(value, tuple):
+        return tuple(floats(v, what) for v in value)
+    return number(value, what)
+
+
+def argument(parameter: Parameter, value: Value, owner: str) -> float | str | tuple:
+    """The value of a component's parameter in SI, checked against its declaration."""
+    what = f"`{parameter.name}` of `{owner}`"
+    if parameter.choices or parameter.unit == "":
+        if isinstance(value, tuple) or not isinstance(value.value, str):
+            raise ModelError(f"{what}: found {describe(value)}, expected a text")
+        if parameter.choices and value.value not in parameter.choices:
+            shown = ", ".join(f'"{c}"' for c in parameter.choices)
+            hint = did_you_mean(value.value, parameter.choices)
+            raise ModelError(f'{what}: found "{value.value}", expected one of {shown}', hint=hint)
+        return value.value
+    value = fit(value, units.dimension(parameter.unit), what, parameter.unit)
+    found = values.shape(value)
+    if found != parameter.shape:
+        raise ModelError(f"{what}: found {shape_words(found)}, expected {shape_words(parameter.shape)}")
+    result = floats(value, what)
+    for x in result if isinstance(result, tuple) else (result,):
+        if parameter.positive and not x > 0.0:
+            raise ModelError(f"{what} is {x:g}, it must be positive")
+        if parameter.minimum is not None and x < parameter.minimum:
+            raise ModelError(f"{what} is {x:g}, it must be at least {parameter.minimum:g}")
+    return result
+
+
+def law(parameter: Parameter, value: Value, owner: str) -> expressions.Expr:
+    """The expression of a component's law, checked against its declaration."""
+    what = f"`{parameter.name}` of `{owner}`"
+    value = fit(value, units.dimension(parameter.unit), what, parameter.unit)
+    if isinstance(value, tuple):
+        raise ModelError(f"{what}: found {describe(value)}, expected a single value")
+    if isinstance(value.value, expressions.Expr):
+        return value.value
+    return expressions.const(number(value, what))
+
+
+def pose(value: Value, what: str) -> tuple[float, float, float]:
+    """``{x, y}`` or ``{x, y, phi}``"""
+    if not isinstance(value, tuple) or len(value) not in (2, 3) or any(isinstance(v, tuple) for v in value):
+        raise ModelError(f"{what}: found {describe(value)}, expected a position {{x, y}} or a pose {{x, y, phi}}")
+    parts = [*value, Quantity(0.0)] if len(value) == 2 else list(value)
+    fitted = [
+        number(fit(p, units.dimension(unit), f"{name} of {what}", unit), f"{name} of {what}")  # type: ignore[arg-type]
+        for p, unit, name in zip(parts, ("m", "m", "rad"), ("x", "y", "phi"), strict=True)
+    ]
+    return fitted[0], fitted[1], fitted[2]

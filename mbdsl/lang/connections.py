@@ -1,0 +1,78 @@
+"""Which port sits on which frame: connections joined into sets that share one frame."""
+
+from __future__ import annotations
+
+from mbdsl.errors import ModelError
+from mbdsl.lang.source import At, span_of
+from mbdsl.scene import Frame
+
+
+class Node:
+    """A port of a joint or force, or a connector of a sub-model; after all connections it has a frame."""
+
+    __slots__ = ("_above", "_at", "_frame", "at", "name")
+
+    def __init__(self, name: str, at: At = None) -> None:
+        self.name = name
+        self.at = at
+        self._above: Node | None = None
+        self._frame: Frame | None = None
+        self._at: At = None
+
+    def _top(self) -> Node:
+        top = self
+        while top._above is not None:
+            top = top._above
+        while self is not top:  # shorten the way for the next time
+            self._above, self = top, self._above  # type: ignore[assignment]
+        return top
+
+    @property
+    def frame(self) -> Frame | None:
+        return self._top()._frame
+
+
+def connect(a: Node | Frame, b: Node | Frame, at: At) -> None:
+    """Say that ``a`` and ``b`` are the same frame.
+
+    Raises
+    ------
+    ModelError
+        If they already are two different frames.
+    """
+    if isinstance(a, Frame) and isinstance(b, Frame):
+        if a is not b:
+            raise ModelError(
+                f"`{a.name}` and `{b.name}` are frames of bodies, they cannot be connected directly",
+                span_of(at),
+                f"use a joint between them, e.g. `Revolute J({a.name}, {b.name});`",
+            )
+        return
+    if isinstance(a, Frame):
+        a, b = b, a
+    assert isinstance(a, Node)
+    top = a._top()
+    if isinstance(b, Frame):
+        if top._frame is None:
+            top._frame, top._at = b, at
+        elif top._frame is not b:
+            raise _twice(a.name, top._frame, top._at, b, at)
+        return
+    other = b._top()
+    if other is top:
+        return
+    if top._frame is not None and other._frame is not None and top._frame is not other._frame:
+        raise _twice(b.name, other._frame, other._at, top._frame, at)
+    if top._frame is None:
+        top._frame, top._at = other._frame, other._at
+    other._above = top
+
+
+def _twice(name: str, first: Frame, first_at: At, second: Frame, at: At) -> ModelError:
+    place = span_of(first_at)
+    return ModelError(
+        f"`{name}` is connected twice: to `{first.name}` and to `{second.name}`",
+        span_of(at),
+        "a port sits on one frame; bodies meet through joints",
+        (("first connected here", place),) if place else (),
+    )

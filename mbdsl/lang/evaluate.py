@@ -1,0 +1,259 @@
+"""Syntax to values: what an expression is worth in a scope."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+from mbdsl.errors import ModelError
+from mbdsl.lang import expressions, functions, values
+from mbdsl.lang import syntax as s
+from mbdsl.lang.limits import NODES
+from mbdsl.lang.source import At, span_of
+from mbdsl.lang.values import Quantity, Value
+
+
+class Budget:
+    """Counts the work of one model, so that reading it ends."""
+
+    def __init__(self) -> None:
+        self.left = NODES
+
+    def spend(self, amount: int = 1) -> None:
+        self.left -= amount
+        if self.left < 0:
+            raise ModelError(f"the model asks for more than {NODES} operations before it even starts")
+
+
+class Scope(Protocol):
+    """What names mean where an expression stands."""
+
+    budget: Budget
+
+    def value(self, reference: s.Reference) -> Value:
+        """Value of a name; raises ModelError where it has none here."""
+
+    def apply(self, reference: s.Reference, argument: Value) -> Value | None:
+        """``reference`` as a table at ``argument``; None if it is no table."""
+
+    def with_locals(self, names: dict[str, Value]) -> Scope:
+        """The same scope with further names, as in a loop."""
+
+    def last(self) -> Value:
+        """The value of `end` in an index."""
+
+    def function_names(self) -> list[str]:
+        """Tables that could be called."""
+
+
+def evaluate(e: s.Expression, scope: Scope) -> Value:
+    """The value of ``e``; an error without a place gets that of the innermost expression at fault."""
+    try:
+        return _evaluate(e, scope)
+    except ModelError as problem:
+        if problem.span is None:
+            problem.span = span_of(e.at)
+        raise
+
+
+def _evaluate(e: s.Expression, scope: Scope) -> Value:
+    scope.budget.spend()
+    match e:
+        case s.Number():
+            if e.unit is None:
+                return Quantity(e.value, None, True)
+            return Quantity(e.value * e.unit.factor, e.unit.dimension)
+        case s.Reference():
+            return scope.value(e)
+        case s.Binary():
+            return _binary(e, scope)
+        case s.Unary(operator, operand):
+            value = evaluate(operand, scope)
+            if operator == "not":
+                return values.logical("not", value)
+            return values.negate(value) if operator == "-" else value
+        case s.Call():
+            return _spend(_call(e, scope), scope)
+        case s.Array(items, unit):
+            found: Value = tuple(evaluate(item, scope) for item in items)
+            return _rectangular(values.with_unit(found, unit) if unit else found)
+        case s.Boolean(value):
+            return values.boolean(value)
+        case s.String(value):
+            return Quantity(value)
+        case s.Choice():
+            return _choice(e, scope)
+        case s.Range():
+            return tuple(values.literal(x) for x in range_values(e, scope))
+        case s.Comprehension(item, iterators, unit):
+            found = tuple(evaluate(item, inner) for inner in loop(iterators, scope))
+            return _rectangular(values.with_unit(found, unit) if unit else found)
+        case s.Literal(value):
+            return value
+        case s.Last():
+            return scope.last()
+    raise ModelError("`:` is an index, it has no value here")
+
+
+def _spend(value: Value, scope: Scope) -> Value:
+    if isinstance(value, tuple):
+        scope.budget.spend(math.prod(values.shape(value)))
+    return value
+
+
+def _rectangular(value: Value) -> Value:
+    """An array whose elements are all scalars or all arrays of one size."""
+    if isinstance(value, tuple):
+        inner = values.shape(value[0]) if value else ()
+        for item in value:
+            if values.shape(item) != inner:
+                raise ModelError(
+                    f"the elements of an array have the same size, found {values.describe(value[0])} "
+                    f"and {values.describe(item)}"
+                )
+    return value
+
+
+_OPERATORS = {
+    "+": values.add,
+    "-": values.subtract,
+    "*": values.multiply,
+    "/": values.divide,
+    "^": values.power,
+    "and": lambda a, b: values.logical("and", a, b),
+    "or": lambda a, b: values.logical("or", a, b),
+}
+
+
+def _binary(e: s.Binary, scope: Scope) -> Value:
+    # Sums and products lean to the left; their length must not become depth.
+    spine = [e]
+    while isinstance(e.left, s.Binary):
+        e = e.left
+        spine.append(e)
+    result = evaluate(e.left, scope)
+    for node in reversed(spine):
+        scope.budget.spend()
+        if node.operator in ("and", "or") and isinstance(result, Quantity) and isinstance(result.value, bool):
+            if result.value is (node.operator == "or"):
+                continue  # decided: the other side may not even make sense (`i > 1 and x[i - 1] > 0`)
+        right = evaluate(node.right, scope)
+        try:
+            operation = _OPERATORS.get(node.operator)
+            result = operation(result, right) if operation else values.compare(node.operator, result, right)
+        except ModelError as problem:
+            if problem.span is None:
+                problem.span = span_of(node.at)
+            raise
+        if isinstance(result, tuple):
+            _spend(result, scope)
+    return result
+
+
+def _choice(e: s.Choice, scope: Scope) -> Value:
+    branches = []
+    otherwise: Value | None = None
+    for condition, value in e.branches:
+        decided = evaluate(condition, scope)
+        if isinstance(decided, tuple) or not decided.boolean:
+            raise ModelError(
+                f"`if` takes a condition (true or false), found {values.describe(decided)}", span_of(condition.at)
+            )
+        known = decided.value if isinstance(decided.value, bool) else None
+        if isinstance(decided.value, expressions.Expr) and expressions.is_const(decided.value):
+            known = bool(decided.value.value)
+        if known is None:
+            branches.append((decided, evaluate(value, scope)))
+        elif known:
+            otherwise = evaluate(value, scope)
+            break
+    result = evaluate(e.otherwise, scope) if otherwise is None else otherwise
+    for decided, value in reversed(branches):
+        result = values.choose(decided, value, result)
+    return result
+
+
+def _call(e: s.Call, scope: Scope) -> Value:
+    name = s.write(e.function)
+    named = next((a for a in e.arguments if a.name or a.each or a.final), None)
+    if named is not None:
+        raise ModelError(f"{name}() takes values only, found `{s.write_argument(named)}`", span_of(named.at))
+    expressions_ = [a.value for a in e.arguments if a.value is not None]
+    if name == "der":
+        return _der(expressions_, scope)
+    if name in functions.FUNCTIONS:
+        return functions.call(name, [evaluate(a, scope) for a in expressions_])
+    if len(expressions_) == 1:
+        found = scope.apply(e.function, evaluate(expressions_[0], scope))
+        if found is not None:
+            return found
+    from mbdsl.lang.suggest import did_you_mean
+
+    known = [*functions.FUNCTIONS, "der", *scope.function_names()]
+    raise ModelError(f"no function is called `{name}`", span_of(e.function.at), did_you_mean(name, known))
+
+
+def _der(arguments: list[s.Expression], scope: Scope) -> Value:
+    if len(arguments) != 1:
+        raise ModelError(f"der() takes 1 argument, found {len(arguments)}")
+    inner = values.numeric(evaluate(arguments[0], scope), "der()")
+    dimension = None
+    if inner.dimension is not None:
+        dimension = values.units.multiply(inner.dimension, values.units.dimension("s"), -1)
+    try:
+        rate = expressions.der(expressions.expr(inner.value))  # type: ignore[arg-type]
+    except ValueError:
+        raise ModelError(
+            "der() takes a position or an angle; accelerations are results, they cannot be used in the model"
+        ) from None
+    return Quantity(rate, dimension)
+
+
+def range_values(e: s.Range, scope: Scope) -> list[int | float]:
+    """The numbers of ``first:step:last``."""
+    bounds = [evaluate(x, scope) for x in (e.start, e.step, e.stop) if x is not None]
+    if e.step is None or all(isinstance(getattr(b, "value", None), int) for b in bounds):
+        first, *step, last = (functions.count(b, "a bound of a range") for b in bounds)
+        by = step[0] if step else 1
+        if by == 0:
+            raise ModelError("the step of a range is zero")
+        found = range(first, last + (1 if by > 0 else -1), by)
+        if len(found):
+            functions.bounded(len(found))
+        scope.budget.spend(len(found))
+        return list(found)
+    numbers = [values.numeric(b, "a range") for b in bounds]
+    if any(q.varying or q.dimension not in (None, values.NUMBER) for q in numbers):
+        raise ModelError("the bounds of a range are pure numbers known before the start")
+    start, by_, stop = (float(q.value) for q in numbers)  # type: ignore[arg-type]
+    if by_ == 0:
+        raise ModelError("the step of a range is zero")
+    n = max(0, math.floor((stop - start) / by_ * (1 + 1e-12)) + 1)
+    functions.bounded(n)
+    scope.budget.spend(n)
+    return [start + i * by_ for i in range(n)]
+
+
+def loop(iterators: tuple[s.Iterator, ...], scope: Scope):
+    """One scope for every pass of a loop, the last iterator running fastest."""
+    if not iterators:
+        yield scope
+        return
+    first, *rest = iterators
+    over = evaluate(first.values, scope)
+    if not isinstance(over, tuple):
+        raise ModelError(
+            f"a loop runs over a range or an array, found {values.describe(over)}",
+            span_of(first.values.at),
+            "write e.g. `for i in 1:N loop`",
+        )
+    for item in over:
+        scope.budget.spend()
+        yield from loop(tuple(rest), scope.with_locals({first.name: item}))
+
+
+def place(problem: ModelError, at: At) -> ModelError:
+    """``problem`` with a place, if it has none yet."""
+    if problem.span is None:
+        problem.span = span_of(at)
+    return problem

@@ -1,0 +1,82 @@
+"""``annotation(experiment(StopTime = 2, ...))``"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mbdsl.errors import ModelError
+from mbdsl.lang import check, functions, units, values
+from mbdsl.lang import syntax as s
+from mbdsl.lang.evaluate import evaluate, place
+from mbdsl.lang.scope import Scope
+from mbdsl.lang.source import span_of
+from mbdsl.lang.suggest import did_you_mean
+from mbdsl.scene import Experiment
+
+#: key -> (field of Experiment, unit; "" for a text)
+KEYS = {
+    "StartTime": ("start", "s"),
+    "StopTime": ("stop", "s"),
+    "Interval": ("interval", "s"),
+    "Tolerance": ("tolerance", "1"),
+    "Method": ("method", ""),
+    "Step": ("step", "s"),
+    "NumberOfIntervals": ("", "1"),
+}
+
+
+def read_experiment(annotations: list[s.Annotation], scope: Scope) -> Experiment:
+    """What the annotations of a model say; the last one wins, other annotations mean nothing here."""
+    found: dict[str, Any] = {}
+    places: dict[str, s.Argument] = {}
+    for annotation in annotations:
+        for part in annotation.arguments:
+            call = part.value if isinstance(part.value, s.Call) and not part.name else None
+            name = part.name or (s.write(call.function) if call else "")
+            if name.lower() == "experiment":
+                for argument in part.modifiers or (call.arguments if call else ()):
+                    _read(argument, scope, found)
+                    places[argument.name] = argument
+    intervals = found.pop("", None)
+    experiment = Experiment(**found)
+    if intervals is not None and experiment.interval is None and experiment.stop is not None:
+        found["interval"] = (experiment.stop - experiment.start) / intervals
+        experiment = Experiment(**found)
+    if experiment.stop is not None and experiment.stop <= experiment.start:
+        raise ModelError(
+            f"StopTime {experiment.stop:g} s is not after StartTime {experiment.start:g} s",
+            span_of(places["StopTime"].at),
+        )
+    return experiment
+
+
+def _read(argument: s.Argument, scope: Scope, found: dict[str, Any]) -> None:
+    if argument.name not in KEYS or argument.value is None:
+        name = argument.name or s.write(argument.value)
+        raise ModelError(f"experiment has no `{name}`", span_of(argument.at), did_you_mean(name, KEYS, "it has"))
+    field, unit = KEYS[argument.name]
+    what = f"`{argument.name}`"
+    value = evaluate(argument.value, scope)
+    try:
+        found[field] = setting(argument.name, field, unit, value)
+    except ModelError as problem:
+        raise place(problem, argument.value.at) from None
+
+
+def setting(name: str, field: str, unit: str, value: values.Value) -> Any:
+    """A checked value for one key of an experiment."""
+    what = f"`{name}`"
+    if not unit:
+        if isinstance(value, tuple) or not isinstance(value.value, str):
+            raise ModelError(f'{what}: found {values.describe(value)}, expected a text such as "hht-si2"')
+        return value.value
+    if not field:
+        number: float = functions.count(value, what)
+    else:
+        fitted = check.floats(check.fit(value, units.dimension(unit), what, unit), what)
+        if isinstance(fitted, tuple):
+            raise ModelError(f"{what}: found {values.describe(value)}, expected a single value")
+        number = fitted
+    if (field in ("tolerance", "step", "") and number <= 0) or (field == "interval" and number < 0):
+        raise ModelError(f"{what} is {number:g}, it must be positive")
+    return number

@@ -1,0 +1,205 @@
+"""The functions of the language, with what they do to dimensions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from mbdsl.errors import ModelError
+from mbdsl.lang import limits, units, values
+from mbdsl.lang.expressions import OPERATIONS
+from mbdsl.lang.units import NUMBER
+from mbdsl.lang.values import Quantity, Value, compute, describe, numeric
+
+CONSTANTS = {
+    "pi": math.pi,
+    "e": math.e,
+    "Modelica.Constants.pi": math.pi,
+    "Modelica.Constants.e": math.e,
+}
+
+#: functions of pure numbers: name -> operation
+_PURE = {name: name for name in "sin cos tan asin acos atan sinh cosh tanh exp log log10".split()} | {"ln": "log"}
+_PYTHON: dict[str, Callable] = dict(OPERATIONS)
+
+
+def _integer(x: float) -> int:
+    return math.floor(x)
+
+
+def _pure(name: str, arguments: list[Value]) -> Value:
+    (a,) = arguments
+    if isinstance(a, tuple):
+        return tuple(_pure(name, [x]) for x in a)
+    numeric(a, f"{name}()")
+    if a.dimension not in (None, NUMBER):
+        raise ModelError(f"{name}() takes a pure number or an angle, found {describe(a)}")
+    operation = _PURE[name]
+    return Quantity(compute(operation, _PYTHON[operation], a), NUMBER)
+
+
+def _sqrt(arguments: list[Value]) -> Value:
+    (a,) = arguments
+    a = numeric(a, "sqrt()")
+    dimension = None if a.dimension is None else units.power(a.dimension, values.Fraction(1, 2))
+    return Quantity(compute("sqrt", math.sqrt, a), dimension, a.literal)
+
+
+def _same(name: str) -> Callable[[list[Value]], Value]:
+    """Functions of one value that keep its dimension."""
+
+    def apply(arguments: list[Value]) -> Value:
+        (a,) = arguments
+        if isinstance(a, tuple):
+            return tuple(apply([x]) for x in a)
+        numeric(a, f"{name}()")
+        if name in ("floor", "ceil") and a.dimension not in (None, NUMBER):
+            raise ModelError(f"{name}() takes a pure number, found {describe(a)}")
+        return Quantity(compute(name, _PYTHON[name], a), a.dimension, a.literal)
+
+    return apply
+
+
+def _sign(arguments: list[Value]) -> Value:
+    a = numeric(arguments[0], "sign()")
+    return Quantity(compute("sign", OPERATIONS["sign"], a), NUMBER)
+
+
+def _pair(name: str, keep: bool = True) -> Callable[[list[Value]], Value]:
+    """Functions of two values of one dimension; ``keep``: the result has it too."""
+
+    def apply(arguments: list[Value]) -> Value:
+        a, b = (numeric(x, f"{name}()") for x in arguments)
+        dimension = values.common(a, b, f"{name}()")
+        result = compute(name, _PYTHON[name], a, b)
+        return Quantity(result, dimension if keep else NUMBER, keep and a.literal and b.literal)
+
+    return apply
+
+
+def _extreme(name: str) -> Callable[[list[Value]], Value]:
+    pair = _pair(name)
+
+    def apply(arguments: list[Value]) -> Value:
+        items = list(arguments[0]) if len(arguments) == 1 and isinstance(arguments[0], tuple) else arguments
+        if not items:
+            raise ModelError(f"{name}() of nothing")
+        result = items[0]
+        for item in items[1:]:
+            result = pair([result, item])
+        return numeric(result, f"{name}()")
+
+    return apply
+
+
+def _fold(name: str, start: int, step: Callable[[Value, Value], Value]) -> Callable[[list[Value]], Value]:
+    def apply(arguments: list[Value]) -> Value:
+        (a,) = arguments
+        if not isinstance(a, tuple):
+            raise ModelError(f"{name}() takes an array, found {describe(a)}")
+        items = [apply([x]) if isinstance(x, tuple) else x for x in a]
+        result = items[0] if items else values.literal(start)
+        for item in items[1:]:
+            result = step(result, item)
+        return result
+
+    return apply
+
+
+def count(value: Value, what: str) -> int:
+    """A whole number known now."""
+    if isinstance(value, tuple) or not value.number or value.dimension not in (None, NUMBER):
+        raise ModelError(f"{what} is a whole number, found {describe(value)}")
+    if value.varying:
+        raise ModelError(f"{what} must be known before the start; it depends on time or signals")
+    number = getattr(value.value, "value", value.value)
+    if not isinstance(number, int | float) or number != int(number):
+        raise ModelError(f"{what} is a whole number, found {number!r}")
+    return int(number)
+
+
+def bounded(*sizes: int) -> int:
+    """The number of elements of an array, if it is one that may be made."""
+    total = 1
+    for size in sizes:
+        if size < 0:
+            raise ModelError(f"an array cannot have {size} elements")
+        total *= size
+    if total > limits.ARRAY:
+        raise ModelError(f"an array of {total} elements is more than the {limits.ARRAY} allowed")
+    return total
+
+
+def _size(arguments: list[Value]) -> Value:
+    a = arguments[0]
+    if not isinstance(a, tuple):
+        raise ModelError(f"size() takes an array, found {describe(a)}")
+    sizes = [values.literal(n) for n in values.shape(a)]
+    if len(arguments) == 1:
+        return tuple(sizes)
+    index = count(arguments[1], "the second argument of size()")
+    if not 1 <= index <= len(sizes):
+        raise ModelError(f"size(..., {index}) of an array with {len(sizes)} dimension{'s' * (len(sizes) > 1)}")
+    return sizes[index - 1]
+
+
+def _fill(value: Value, sizes: list[Value]) -> Value:
+    counts = [count(n, "the size of an array") for n in sizes]
+    bounded(*counts, *values.shape(value))
+    for n in reversed(counts):
+        value = (value,) * n
+    return value
+
+
+def _linspace(arguments: list[Value]) -> Value:
+    first, last = numeric(arguments[0], "linspace()"), numeric(arguments[1], "linspace()")
+    n = count(arguments[2], "the number of points of linspace()")
+    if n < 2:
+        raise ModelError(f"linspace() needs at least 2 points, found {n}")
+    bounded(n)
+    step = values.subtract(last, first)
+    return tuple(values.add(first, values.multiply(step, values.literal(i / (n - 1)))) for i in range(n))
+
+
+def _div(arguments: list[Value]) -> Value:
+    a, b = (numeric(x, "div()") for x in arguments)
+    result = compute("floor", lambda x: math.trunc(x), values.divide(a, b))  # type: ignore[arg-type]
+    return Quantity(result, NUMBER, True)
+
+
+def _to_integer(arguments: list[Value]) -> Value:
+    a = numeric(arguments[0], "integer()")
+    return Quantity(compute("floor", _integer, a), a.dimension, True)
+
+
+#: name -> (smallest and largest number of arguments, implementation)
+FUNCTIONS: dict[str, tuple[int, int, Callable[[list[Value]], Value]]] = {
+    **{name: (1, 1, lambda a, name=name: _pure(name, a)) for name in _PURE},
+    "sqrt": (1, 1, _sqrt),
+    "abs": (1, 1, _same("abs")),
+    "sign": (1, 1, _sign),
+    "floor": (1, 1, _same("floor")),
+    "ceil": (1, 1, _same("ceil")),
+    "integer": (1, 1, _to_integer),
+    "atan2": (2, 2, _pair("atan2", keep=False)),
+    "hypot": (2, 2, _pair("hypot")),
+    "mod": (2, 2, _pair("mod")),
+    "div": (2, 2, _div),
+    "min": (1, 100, _extreme("min")),
+    "max": (1, 100, _extreme("max")),
+    "sum": (1, 1, _fold("sum", 0, values.add)),
+    "product": (1, 1, _fold("product", 1, values.multiply)),
+    "size": (1, 2, _size),
+    "fill": (2, 5, lambda a: _fill(a[0], a[1:])),
+    "zeros": (1, 4, lambda a: _fill(values.literal(0), a)),
+    "ones": (1, 4, lambda a: _fill(values.literal(1), a)),
+    "linspace": (3, 3, _linspace),
+}
+
+
+def call(name: str, arguments: list[Value]) -> Value:
+    least, most, function = FUNCTIONS[name]
+    if not least <= len(arguments) <= most:
+        expected = str(least) if least == most else f"{least} to {most}" if most < 100 else f"at least {least}"
+        raise ModelError(f"{name}() takes {expected} argument{'s' * (expected != '1')}, found {len(arguments)}")
+    return function(arguments)

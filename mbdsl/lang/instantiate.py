@@ -1,0 +1,513 @@
+"""From models to parts: declarations are walked through, sub-models and arrays opened, loops run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from mbdsl.elements import kinds
+from mbdsl.errors import ModelError
+from mbdsl.lang import check, functions, limits, quantities, units, values
+from mbdsl.lang import syntax as s
+from mbdsl.lang.assembly import Assembly, Positional
+from mbdsl.lang.connections import Node
+from mbdsl.lang.evaluate import evaluate, loop, place
+from mbdsl.lang.library import Unit
+from mbdsl.lang.members import Array, Disabled, Entity, FrameMember, Namespace, TableMember
+from mbdsl.lang.modifiers import Contexts, Modifiers, bind, merge
+from mbdsl.lang.parameters import make_slot
+from mbdsl.lang.parts import Part, Template
+from mbdsl.lang.scope import Scope, as_frame
+from mbdsl.lang.source import At, span_of
+from mbdsl.lang.suggest import did_you_mean
+from mbdsl.scene import Frame
+
+ALIASES = {"World": "Ground"}
+FRAME_TYPES = ("Frame", "Frame_a", "Frame_b")
+VALUE_TYPES = ("", "Real", "Integer", "Boolean", "String")
+
+
+@dataclass(frozen=True)
+class Member:
+    """An item of a model or of one that it extends, with the file it came from and the modifiers of `extends`."""
+
+    item: s.Item
+    unit: Unit
+    modifiers: Modifiers
+
+
+class Instance:
+    """A model being opened under a name."""
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        namespace: Namespace,
+        model: s.Model,
+        unit: Unit,
+        modifiers: Modifiers,
+        chain: tuple[s.Model, ...] = (),
+        at: At = None,
+    ) -> None:
+        self.assembly = assembly
+        self.namespace = namespace
+        self.model = model
+        self.modifiers = modifiers
+        self.chain = (*chain, model)
+        self.scope = Scope(namespace)
+        self.level = len(namespace.contexts)
+        self.annotations: list[s.Annotation] = []
+        self.equations: list[s.Item] = []
+        self.initial: list[s.Item] = []
+        if model in chain:
+            circle = " -> ".join(f"`{m.name}`" for m in [*chain[chain.index(model) :], model])
+            raise ModelError(f"`{model.name}` contains itself: {circle}", span_of(at))
+        if len(self.chain) > limits.INSTANCE_DEPTH:
+            raise ModelError(f"sub-models more than {limits.INSTANCE_DEPTH} deep", span_of(at))
+        self.members = list(self._collect(model, unit, {}, ()))
+
+    def build(self) -> None:
+        """Make everything that the model declares."""
+        for member in self.members:
+            self._announce(member, self._condition_free(member))
+        self._refuse_unknown_modifiers()
+        for name in list(self.namespace.pending):
+            self.namespace.find(name)
+        for member in self.members:
+            if isinstance(member.item, s.For | s.If):
+                self._block(member, self.scope)
+        for item in self.equations:
+            self._equation(item, self.scope)
+        for item in self.initial:
+            self._initial(item, self.scope)
+
+    # -- what there is -----------------------------------------------------------------------------------------
+
+    def _collect(self, model: s.Model, unit: Unit, modifiers: Modifiers, below: tuple) -> Iterator[Member]:
+        if model in below:
+            circle = " -> ".join(f"`{m.name}`" for m in [*below[below.index(model) :], model])
+            raise ModelError(f"`{model.name}` extends itself: {circle}", span_of(model.at))
+        for item in model.items:
+            if isinstance(item, s.Extends):
+                found = unit.find(item.base)
+                if found is None:
+                    if item.base in kinds() or item.base in ALIASES:
+                        raise ModelError(
+                            f"`{item.base}` is a built-in kind, only models can be extended", span_of(item.at)
+                        )
+                    hint = did_you_mean(item.base, unit.names(), "models here")
+                    raise ModelError(f"there is no model `{item.base}` to extend", span_of(item.at), hint)
+                positional, own = bind(item.arguments, self.scope, self.level)
+                if positional:
+                    raise ModelError("`extends` takes modifiers `name = value`", span_of(positional[0].at))
+                yield from self._collect(*found, merge(modifiers, own), (*below, model))
+                known = {m.item.name for m in self._collect(*found, {}, (*below, model)) if isinstance(m.item, s.Declaration)}
+                for name, modifier in own.items():
+                    if name not in known:
+                        hint = did_you_mean(name, known, f"`{item.base}` has")
+                        raise ModelError(f"`{item.base}` has no `{name}`", span_of(modifier.at), hint)
+            elif isinstance(item, s.Annotation):
+                self.annotations.append(item)
+            else:
+                yield Member(item, unit, modifiers)
+        self.equations += model.equations
+        self.initial += model.initial
+
+    def _condition_free(self, member: Member) -> list[s.Declaration]:
+        return [member.item] if isinstance(member.item, s.Declaration) else list(_declarations(member.item))
+
+    def _announce(self, member: Member, declarations: list[s.Declaration]) -> None:
+        """Take note of names before anything is made, so that order plays no part."""
+        for d in declarations:
+            if isinstance(member.item, s.Declaration):
+                self.namespace.declare(d.name, d.at)
+                self.namespace.pending[d.name] = lambda d=d: self._declare(member, d, self.scope)
+            elif d.name not in self.namespace.pending:
+                if d.name in self.namespace.places:
+                    if all(d.name not in {x.name for x in _declarations(m.item)} for m in self.members if m is not member):
+                        continue
+                    self.namespace.declare(d.name, d.at)
+                self.namespace.places[d.name] = d.at
+
+    def _refuse_unknown_modifiers(self) -> None:
+        for name, modifier in self.modifiers.items():
+            if name not in self.namespace.places:
+                owner = self.namespace.name or self.model.name
+                hint = did_you_mean(name, self.namespace.places, f"{self.model.name} has")
+                raise ModelError(f"`{owner}` has no `{name}`", span_of(modifier.at), hint)
+
+    # -- declarations ------------------------------------------------------------------------------------------
+
+    def _block(self, member: Member, scope: Scope, item: s.Item | None = None) -> None:
+        item = member.item if item is None else item
+        if isinstance(item, s.For):
+            for inner in loop(item.iterators, scope):
+                for each in item.items:
+                    self._block(member, inner, each)
+        elif isinstance(item, s.If):
+            for condition, items in item.branches:
+                if condition is None or self._decide(condition, scope):
+                    for each in items:
+                        self._block(member, scope, each)
+                    break
+        elif isinstance(item, s.Declaration):
+            self._declare(member, item, scope, block=True)
+
+    def _decide(self, condition: s.Expression, scope: Scope) -> bool:
+        value = evaluate(condition, scope)
+        if isinstance(value, tuple) or not isinstance(value.value, bool):
+            raise ModelError(
+                f"a condition is true or false, found {values.describe(value)}", span_of(condition.at)
+            )
+        return value.value
+
+    def _declare(self, member: Member, d: s.Declaration, scope: Scope, block: bool = False) -> None:
+        """Make what ``d`` declares and enter it under its name."""
+        given = self.modifiers.get(d.name)
+        outside = member.modifiers.get(d.name)
+        if outside is not None:
+            given = outside if given is None else given.under(outside) if not outside.final else given
+        kind = self._classify(d, member.unit)
+        looped = block and d.indices
+        if block and kind == "value":
+            raise ModelError(
+                "parameters cannot be declared in a loop or `if`", span_of(d.at), "declare an array: `Real k[N] = {...}`"
+            )
+        if d.condition is not None and kind != "value" and not self._decide(d.condition, scope):
+            self._enter(d, looped, scope, lambda name, contexts: Disabled(name, d.at))
+            return
+        if kind == "value":
+            slot = make_slot(self.assembly, self.namespace, d, scope, given, self.level)
+            self.namespace.members[d.name] = slot
+            return
+        if "outer" in d.prefixes:
+            self.namespace.members[d.name] = self._outer(d)
+            return
+        if d.prefixes & {"parameter", "constant"}:
+            raise self._no_type(d, member.unit)
+        positional, own = bind(d.arguments, scope, self.level)
+        modifiers = merge(given.inner, own) if given is not None and given.inner else own
+        if given is not None and given.value is not None and kind != "frame":
+            raise ModelError(f"`{d.name}` is a {d.type}, it has no single value", given.value_span())
+        arguments = [Positional(e, scope, self.level) for e in positional]
+        if kind == "frame":
+            value = given.value if given is not None and given.value is not None else d.value
+            where = given.scope if given is not None and given.value is not None else scope
+            self._enter(d, looped, scope, lambda name, c: self._frame(name, c, d, arguments, modifiers, value, where))
+            return
+        if d.value is not None:
+            raise ModelError(
+                f"`{d.name}` is a {d.type}, it has no single value",
+                span_of(d.value.at),
+                f"give its parameters in parentheses: `{d.type} {d.name}(...)`",
+            )
+        if kind == "table":
+            if arguments:
+                raise ModelError("a Table takes `table = [...]`", span_of(positional[0].at))
+            for name, modifier in modifiers.items():
+                if name not in ("table", "smoothness", "extrapolation"):
+                    hint = did_you_mean(name, ("table", "smoothness", "extrapolation"), "a Table has")
+                    raise ModelError(f"a Table has no `{name}`", span_of(modifier.at), hint)
+            self._enter(d, looped, scope, lambda name, c: TableMember(self.assembly, name, modifiers, d.at))
+        elif isinstance(kind, str):
+            template = Template(kinds()[kind], modifiers)
+            template.unknown(d.name)
+            elements = given.elements if given is not None else {}
+            self._enter(d, looped, scope, lambda name, c: self._part(name, c, template, arguments, d, elements))
+        else:
+            model, unit = kind
+            if model.partial:
+                raise ModelError(
+                    f"`{model.name}` is partial: it can be extended, but not used as it is", span_of(d.type_at)
+                )
+            self._enter(d, looped, scope, lambda name, c: self._sub(name, c, model, unit, modifiers, arguments, d))
+
+    def _classify(self, d: s.Declaration, unit: Unit) -> str | tuple[s.Model, Unit]:
+        """What a declaration declares: "value", "frame", "table", a kind's name, or a model."""
+        name = d.type
+        if name in VALUE_TYPES:
+            return "value"
+        found = unit.find(name)
+        if found is not None:
+            return found
+        if name in FRAME_TYPES:
+            return "frame"
+        if name == "Table":
+            return "table"
+        kind = ALIASES.get(name, name)
+        quantity = quantities.type_unit(name) is not None
+        if quantity and (kind not in kinds() or d.value is not None or d.prefixes & {"parameter", "constant"}):
+            return "value"
+        if kind in kinds():
+            return kind
+        raise self._no_type(d, unit)
+
+    def _no_type(self, d: s.Declaration, unit: Unit) -> ModelError:
+        if d.prefixes & {"parameter", "constant"}:
+            known = [*VALUE_TYPES[1:], *quantities.TYPES]
+            return ModelError(f"`{d.type}` is no type of a parameter", span_of(d.type_at), did_you_mean(d.type, known))
+        known = [*kinds(), *ALIASES, "Table", "Frame", *unit.names(), *VALUE_TYPES[1:], *quantities.TYPES]
+        hint = did_you_mean(d.type, known) or f"the kinds are {', '.join(kinds())}"
+        return ModelError(f"there is no kind of component or model called `{d.type}`", span_of(d.type_at), hint)
+
+    def _enter(self, d: s.Declaration, looped: object, scope: Scope, make) -> None:
+        """Make one thing or an array of them; in a loop the indices say which element it is."""
+        namespace, full = self.namespace, self.namespace.full(d.name)
+        if looped:
+            index = tuple(self._index(i, scope) for i in d.indices)
+            array = namespace.members.get(d.name)
+            if array is None:
+                array = namespace.members[d.name] = Array(full, len(index), d.at)
+            name = f"{full}[{','.join(map(str, index))}]"
+            if not isinstance(array, Array) or len(array.sizes) != len(index) or index in array.items:
+                what = "is declared twice" if isinstance(array, Array) and index in array.items else "is already declared"
+                raise ModelError(f"`{name}` {what}", span_of(d.at))
+            array.add(index, make(name, namespace.contexts))
+            return
+        if not d.indices:
+            if d.name in namespace.members:
+                raise ModelError(
+                    f"`{full}` is declared twice", span_of(d.at), "in a loop, components have indices: `J[i]`"
+                )
+            namespace.members[d.name] = make(full, namespace.contexts)
+            return
+        sizes = [self._index(i, scope, "the size of an array", 0) for i in d.indices]
+        try:
+            count = functions.bounded(*sizes)
+            if count > limits.COMPONENTS - len(self.assembly.parts):
+                raise ModelError(f"`{full}` has {count} elements, a model has at most {limits.COMPONENTS} components")
+        except ModelError as problem:
+            raise place(problem, d.at) from None
+        array = namespace.members[d.name] = Array(full, len(sizes), d.at)
+        array.sizes = tuple(sizes)
+        for index in _indices(sizes):
+            contexts = (*namespace.contexts, *((i - 1, size) for i, size in zip(index, sizes, strict=True)))
+            array.items[index] = make(f"{full}[{','.join(map(str, index))}]", contexts)
+
+    def _index(self, e: s.Expression, scope: Scope, what: str = "an index", least: int = 1) -> int:
+        if isinstance(e, s.Everything):
+            raise ModelError("the size of an array of components must be given", span_of(e.at))
+        try:
+            n = functions.count(evaluate(e, scope), what)
+            if n < least:
+                raise ModelError(f"{what} is {n}, it must be at least {least}")
+        except ModelError as problem:
+            raise place(problem, e.at) from None
+        return n
+
+    # -- the things themselves ---------------------------------------------------------------------------------
+
+    def _part(
+        self, name: str, contexts: Contexts, template: Template, arguments: list[Positional], d: s.Declaration, elements: dict
+    ) -> Part:
+        if elements:
+            index = tuple(i + 1 for i, _ in contexts[self.level :])
+            if index in elements:
+                template = Template(template.kind, merge(elements[index].inner, template.modifiers))
+                template.unknown(name)
+        part = Part(self.assembly, name, template, contexts, d.at, d.doc)
+        self.assembly.add(part, arguments)
+        return part
+
+    def _frame(
+        self,
+        name: str,
+        contexts: Contexts,
+        d: s.Declaration,
+        arguments: list[Positional],
+        modifiers: Modifiers,
+        value: s.Expression | None,
+        scope: Scope,
+    ) -> Node | FrameMember:
+        if value is not None:
+            member = FrameMember(self.assembly, name, lambda: _alias(Positional(value, scope, self.level), contexts), d.at)
+            self.assembly.frames.append(member)
+            return member
+        if not arguments:
+            if modifiers:
+                first = next(iter(modifiers.values()))
+                raise ModelError(
+                    f"`{name}` is a connector, it has no parameters",
+                    span_of(first.at),
+                    f"a frame fixed to a body names it first: `Frame {d.name}(ground, r = {{x, y}});`",
+                )
+            return Node(name, d.at)
+        if len(arguments) > 1:
+            raise ModelError("a Frame is fixed to one body or frame", span_of(arguments[1].e.at))
+        for key, modifier in modifiers.items():
+            if key not in ("r", "phi"):
+                raise ModelError(
+                    f"a Frame has no `{key}`", span_of(modifier.at), did_you_mean(key, ("r", "phi"), "a Frame has")
+                )
+        make = lambda: fixed_frame(name, arguments[0], modifiers, contexts, d.at)  # noqa: E731
+        member = FrameMember(self.assembly, name, make, d.at)
+        self.assembly.frames.append(member)
+        return member
+
+    def _sub(
+        self,
+        name: str,
+        contexts: Contexts,
+        model: s.Model,
+        unit: Unit,
+        modifiers: Modifiers,
+        arguments: list[Positional],
+        d: s.Declaration,
+    ) -> Namespace:
+        namespace = Namespace(self.assembly, name, self.namespace, contexts)
+        instance = Instance(self.assembly, namespace, model, unit, modifiers, self.chain, d.at)
+        connectors = [
+            m.item.name
+            for m in instance.members
+            if isinstance(m.item, s.Declaration)
+            and m.item.type in FRAME_TYPES
+            and not m.item.arguments
+            and m.item.value is None
+        ]
+        if len(arguments) > len(connectors):
+            raise ModelError(
+                f"{model.name} `{name}` takes {len(connectors)} frames, found {len(arguments)}",
+                span_of(arguments[len(connectors)].e.at),
+                "its connectors are those declared `Frame name;`",
+            )
+        taken = [c for c in connectors if c in modifiers and modifiers[c].value is not None]
+        instance.modifiers = {k: m for k, m in modifiers.items() if k not in taken}
+        instance.build()
+        free = [c for c in connectors if c not in taken]
+        for connector, argument in zip(free, arguments, strict=False):
+            self._bind(namespace, connector, argument, contexts)
+        for connector in taken:
+            modifier = modifiers[connector]
+            assert modifier.value is not None
+            self._bind(namespace, connector, Positional(modifier.value, modifier.scope, modifier.level), contexts)
+        return namespace
+
+    def _bind(self, namespace: Namespace, connector: str, argument: Positional, contexts: Contexts) -> None:
+        node = namespace.members.get(connector)
+        if isinstance(node, Node):
+            self.assembly.attach_connector(node, argument, contexts)
+
+    def _outer(self, d: s.Declaration) -> Entity:
+        above = self.namespace.parent
+        while above is not None:
+            found = above.find(d.name)
+            if found is not None:
+                return found
+            above = above.parent
+        raise ModelError(
+            f"no model around `{self.namespace.name or self.model.name}` has an `{d.name}`",
+            span_of(d.at),
+            f"declare it there: `{d.type} {d.name};`",
+        )
+
+    # -- equations ---------------------------------------------------------------------------------------------
+
+    def _equation(self, item: s.Item, scope: Scope) -> None:
+        if isinstance(item, s.Connect):
+            self.assembly.connect(item.first, item.second, scope, item.at)
+        elif isinstance(item, s.Relation):
+            raise _no_equation(item)
+        else:
+            self._repeat(item, scope, self._equation)
+
+    def _initial(self, item: s.Item, scope: Scope) -> None:
+        if isinstance(item, s.Initial):
+            self.assembly.initial(item, scope)
+        else:
+            self._repeat(item, scope, self._initial)
+
+    def _repeat(self, item: s.Item, scope: Scope, action) -> None:
+        if isinstance(item, s.For):
+            for inner in loop(item.iterators, scope):
+                for each in item.items:
+                    action(each, inner)
+        elif isinstance(item, s.If):
+            for condition, items in item.branches:
+                if condition is None or self._decide(condition, scope):
+                    for each in items:
+                        action(each, scope)
+                    break
+
+
+def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Contexts, at: At) -> Frame:
+    """A frame at a place on a body, or relative to another frame."""
+    from math import cos, sin
+
+    entity = base.scope.resolve(base.e) if isinstance(base.e, s.Reference) else None
+    x0 = y0 = phi0 = 0.0
+    if isinstance(entity, Part) and hasattr(entity.kind, "coordinates"):
+        body = entity.name  # a body's bare name: its reference point
+    else:
+        found = base.find(contexts)
+        if not isinstance(found, Frame):
+            raise ModelError(
+                f"`{s.write(base.e)}` is a port or connector, a Frame is fixed to a body or to its frames",
+                span_of(base.e.at),
+            )
+        body, x0, y0, phi0 = found.body, found.x, found.y, found.phi
+    x = y = phi = 0.0
+    if (r := modifiers.get("r")) is not None and r.value is not None:
+        try:
+            picked = r.pick(r.evaluate(), 1, contexts)
+            if values.shape(picked) != (2,):
+                raise ModelError(f"`r` of `{name}`: found {values.describe(picked)}, expected a position {{x, y}}")
+            x, y, _ = check.pose(picked, f"`r` of `{name}`")
+        except ModelError as problem:
+            raise place(problem, r.value.at) from None
+    if (angle := modifiers.get("phi")) is not None and angle.value is not None:
+        try:
+            what = f"`phi` of `{name}`"
+            q = check.fit(angle.pick(angle.evaluate(), 0, contexts), units.NUMBER, what, "rad")
+            phi = check.floats(q, what)  # type: ignore[assignment]
+            if isinstance(phi, tuple):
+                raise ModelError(f"{what}: found an array, expected a single angle")
+        except ModelError as problem:
+            raise place(problem, angle.value.at) from None
+    c, sn = cos(phi0), sin(phi0)
+    return Frame(name, body, x0 + c * x - sn * y, y0 + sn * x + c * y, phi0 + phi, span_of(at))
+
+
+def _alias(argument: Positional, contexts: Contexts) -> Frame | Node:
+    found = argument.find(contexts)
+    if isinstance(found, Part):
+        found = as_frame(found, s.write(argument.e))  # type: ignore[assignment]
+    if not isinstance(found, Frame | Node):
+        raise ModelError(f"`{s.write(argument.e)}` is no frame", span_of(argument.e.at))
+    return found
+
+
+def _declarations(item: s.Item) -> Iterator[s.Declaration]:
+    """All declarations in a loop or `if`."""
+    if isinstance(item, s.Declaration):
+        yield item
+    elif isinstance(item, s.For):
+        for inner in item.items:
+            yield from _declarations(inner)
+    elif isinstance(item, s.If):
+        for _, items in item.branches:
+            for inner in items:
+                yield from _declarations(inner)
+
+
+def _indices(sizes: Iterable[int]) -> Iterator[tuple[int, ...]]:
+    first, *rest = sizes
+    for i in range(1, first + 1):
+        if rest:
+            for inner in _indices(rest):
+                yield (i, *inner)
+        else:
+            yield (i,)
+
+
+def _no_equation(item: s.Relation) -> ModelError:
+    if item.right is None:
+        return ModelError(
+            f"found `{s.write(item.left)}`, expected `connect(a, b);`",
+            span_of(item.left.at),
+        )
+    return ModelError(
+        "mbdsl has no free equations: the equation section holds `connect(a, b);`",
+        span_of(item.left.at),
+        "give a variable its value where it is declared, `Real F = 2 N * sin(time);`; "
+        "initial values stand under `initial equation`",
+    )

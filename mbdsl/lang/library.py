@@ -1,0 +1,160 @@
+"""Files and what they define: imports, and which model a name means in which file."""
+
+from __future__ import annotations
+
+import os
+import stat
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from mbdsl.errors import ModelError, UsageError
+from mbdsl.lang import limits
+from mbdsl.lang import syntax as s
+from mbdsl.lang.parser import parse
+from mbdsl.lang.source import span_of
+from mbdsl.lang.suggest import did_you_mean
+
+
+@dataclass
+class Unit:
+    """One file with the files that it imports."""
+
+    file: s.File
+    imports: list[Unit] = field(default_factory=list)
+    aliases: dict[str, Unit] = field(default_factory=dict)
+
+    def own(self, name: str) -> s.Model | None:
+        return next((m for m in self.file.models if m.name == name), None)
+
+    def find(self, name: str) -> tuple[s.Model, Unit] | None:
+        """The model that ``name`` (perhaps ``alias.Name``) means in this file."""
+        alias, dot, rest = name.partition(".")
+        if dot:
+            unit = self.aliases.get(alias)
+            model = unit.own(rest) if unit is not None else None
+            return (model, unit) if model is not None and unit is not None else None
+        for unit in [self, *self.imports]:
+            model = unit.own(name)
+            if model is not None:
+                return model, unit
+        return None
+
+    def names(self) -> list[str]:
+        """All models that can be named in this file."""
+        found = [m.name for unit in [self, *self.imports] for m in unit.file.models]
+        return found + [f"{alias}.{m.name}" for alias, unit in self.aliases.items() for m in unit.file.models]
+
+
+class Library:
+    """The files of one model, each read once."""
+
+    def __init__(self) -> None:
+        self._units: dict[str, Unit] = {}
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        return tuple(unit.file.name for unit in self._units.values())
+
+    def add(self, text: str, file: str) -> Unit:
+        """Take in a text and, in turn, all that it imports."""
+        unit = self._parse(text, file)
+        waiting = [unit]
+        while waiting:
+            waiting += self._import(waiting.pop())
+        return unit
+
+    def _parse(self, text: str, file: str) -> Unit:
+        unit = Unit(parse(text, file))
+        self._units[_key(file)] = unit
+        seen: dict[str, s.Model] = {}
+        for model in unit.file.models:
+            if model.name in seen:
+                raise ModelError(
+                    f"a second model `{model.name}` in this file",
+                    span_of(model.at),
+                    notes=(("the first one is here", span_of(seen[model.name].at)),),
+                )
+            seen[model.name] = model
+        return unit
+
+    def _import(self, unit: Unit) -> list[Unit]:
+        """Connect ``unit`` with the files that it imports; those that are new come back."""
+        new = []
+        for item in unit.file.imports:
+            path = _resolve(item, unit.file.name)
+            known = self._units.get(_key(path))
+            if known is None:
+                if len(self._units) >= limits.FILES:
+                    raise ModelError(f"more than {limits.FILES} files", span_of(item.at))
+                try:
+                    known = self._parse(read(path), path)
+                except UsageError as problem:
+                    raise ModelError(f"cannot import: {problem.message}", span_of(item.at), problem.hint) from None
+                new.append(known)
+            if item.alias:
+                if item.alias in unit.aliases:
+                    raise ModelError(f"`{item.alias}` already names another import", span_of(item.at))
+                unit.aliases[item.alias] = known
+            elif known is not unit and known not in unit.imports:
+                for model in known.file.models:
+                    other = unit.find(model.name)
+                    if other is not None:
+                        raise ModelError(
+                            f"`{model.name}` is defined in {known.file.name} and in {other[1].file.name}",
+                            span_of(item.at),
+                            f'give the import a name: `import "{item.path}" as parts;`, then `parts.{model.name}`',
+                            (("the other one is here", span_of(other[0].at)),),
+                        )
+                unit.imports.append(known)
+        return new
+
+
+def _key(file: str) -> str:
+    return os.path.normcase(os.path.abspath(file))
+
+
+def _resolve(item: s.Import, importing: str) -> str:
+    path = item.path
+    if "://" in path or path.startswith(("/", "\\", "~")) or path[1:2] == ":":
+        raise ModelError(
+            f'cannot import "{path}"', span_of(item.at), "an import is a path relative to the importing file"
+        )
+    if not path or "\0" in path:
+        raise ModelError("this import names no file", span_of(item.at))
+    return os.path.normpath(os.path.join(os.path.dirname(importing), path))
+
+
+def read(path: str) -> str:
+    """The text of a file, which must be a regular one and of bounded size.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be read as text.
+    """
+    try:
+        status = os.stat(path)
+        if stat.S_ISDIR(status.st_mode):
+            raise UsageError(f"{path} is a directory, expected a .mbd file")
+        if not stat.S_ISREG(status.st_mode):
+            raise UsageError(f"{path} is no regular file")
+        if status.st_size > 4 * limits.FILE_SIZE:
+            raise UsageError(f"{path} has {status.st_size} bytes; a model has at most {limits.FILE_SIZE} characters")
+        return Path(path).read_text(encoding="utf-8-sig")
+    except (FileNotFoundError, NotADirectoryError):
+        raise UsageError(f"there is no file {path}", hint=_close_file(path)) from None
+    except UnicodeDecodeError:
+        raise UsageError(f"{path} is no text (UTF-8)") from None
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or "not a valid path"
+        raise UsageError(f"cannot read {path}: {reason}") from None
+
+
+def _close_file(path: str) -> str | None:
+    folder = os.path.dirname(path) or "."
+    try:
+        names = [n for n in sorted(os.listdir(folder))[:2000] if n.endswith(".mbd")]
+    except OSError:
+        return None
+    hint = did_you_mean(os.path.basename(path), names)
+    return hint

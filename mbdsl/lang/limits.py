@@ -1,0 +1,14 @@
+"""What a model may ask for. Reading a file is bounded in time and memory; each limit has a clear message.
+
+They are far beyond what a planar mechanism needs; a model that meets one has a mistake in it.
+"""
+
+FILE_SIZE = 1_000_000  #: characters of one source text
+FILES = 200  #: files of one model, with all that they import
+NESTING = 100  #: brackets, statements or expressions inside each other
+INSTANCE_DEPTH = 40  #: sub-models inside sub-models
+COMPONENTS = 200_000  #: components of the flat model
+ARRAY = 250_000  #: numbers of one array
+NODES = 5_000_000  #: operations evaluated for one model, all together
+INTEGER = 2**53  #: integers beyond this are not exact as floating-point numbers
+TEXT = 10_000  #: characters of a string value

@@ -1,0 +1,99 @@
+"""Text to Scene."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+from mbdsl.errors import ModelError, UsageError
+from mbdsl.lang import syntax as s
+from mbdsl.lang.assembly import Assembly
+from mbdsl.lang.experiment import read_experiment
+from mbdsl.lang.instantiate import Instance
+from mbdsl.lang.library import Library, Unit, read
+from mbdsl.lang.members import Namespace
+from mbdsl.lang.overrides import read_overrides
+from mbdsl.lang.source import span_of
+from mbdsl.lang.suggest import did_you_mean
+from mbdsl.scene import Scene
+
+
+def load(path: str | os.PathLike[str], overrides: Mapping[str, str | float] = {}, model: str | None = None) -> Scene:
+    """Read a model from a file.
+
+    Parameters
+    ----------
+    path : path-like
+        The ``.mbd`` file.
+    overrides : mapping
+        Values for parameters in place of the model's own: ``{"k": "120 N/mm", "crank.m": 4.0}``, numbers in SI.
+    model : str, optional
+        Which model of the file; default is the one named like the file, else the last.
+
+    Raises
+    ------
+    MbdslError
+        If there is anything wrong with the file or the model.
+    """
+    file = os.fspath(path)
+    return parse_text(read(file), file, overrides, model)
+
+
+def parse_text(
+    text: str, file: str = "<text>", overrides: Mapping[str, str | float] = {}, model: str | None = None
+) -> Scene:
+    """Read a model from a text; ``file`` is its name in messages, and imports are relative to it."""
+    with _deep():
+        library = Library()
+        unit = library.add(text, file)
+        return _flatten(_main(unit, model), unit, library, overrides)
+
+
+def _main(unit: Unit, name: str | None) -> s.Model:
+    models = unit.file.models
+    if name is not None:
+        found = unit.own(name)
+        if found is None:
+            raise UsageError(
+                f"{unit.file.name} has no model `{name}`", hint=did_you_mean(name, [m.name for m in models], "it has")
+            )
+        return found
+    if not models:
+        raise ModelError(
+            f"{unit.file.name} holds no model", span_of(unit.file.at), "a model is written `model Name ... end Name;`"
+        )
+    stem = os.path.splitext(os.path.basename(unit.file.name))[0]
+    named = [m for m in models if _plain(m.name) == _plain(stem)]
+    complete = [m for m in models if not m.partial]
+    if not (named or complete):
+        raise ModelError(f"all models of {unit.file.name} are partial", span_of(models[-1].at))
+    return (named or complete)[-1]
+
+
+def _plain(name: str) -> str:
+    return name.replace("_", "").replace("-", "").lower()
+
+
+def _flatten(model: s.Model, unit: Unit, library: Library, overrides: Mapping[str, str | float]) -> Scene:
+    assembly = Assembly()
+    root = Namespace(assembly)
+    instance = Instance(assembly, root, model, unit, {})
+    instance.modifiers = read_overrides(overrides, instance)
+    instance.build()
+    experiment = read_experiment(instance.annotations, instance.scope)
+    return assembly.scene(root, model.name, model.doc, experiment, library.files)
+
+
+@contextmanager
+def _deep() -> Iterator[None]:
+    """Room for models that are nested as deep as the limits allow."""
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, 20_000))
+    try:
+        yield
+    except RecursionError:
+        raise ModelError("the definitions of this model refer to each other too deeply") from None
+    finally:
+        sys.setrecursionlimit(before)

@@ -1,0 +1,241 @@
+"""What a model's names stand for: parameters, arrays of components, frames, tables, sub-models."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Union
+
+from mbdsl.errors import ModelError
+from mbdsl.lang import check, expressions, units, values
+from mbdsl.lang.connections import Node
+from mbdsl.lang.modifiers import Contexts, Modifiers
+from mbdsl.lang.source import At, span_of
+from mbdsl.lang.values import Quantity, Value
+from mbdsl.scene import Frame, Table
+
+if TYPE_CHECKING:
+    from mbdsl.lang.assembly import Assembly
+    from mbdsl.lang.parts import Part
+    from mbdsl.lang.scope import Signal
+
+_SMOOTHNESS = ("linear", "cubic", "monotone")
+_EXTRAPOLATION = ("hold", "linear", "periodic", "error")
+
+
+class Namespace:
+    """The names of one model or sub-model. ``name`` is "" at the top."""
+
+    def __init__(
+        self, assembly: Assembly, name: str = "", parent: Namespace | None = None, contexts: Contexts = ()
+    ) -> None:
+        self.assembly = assembly
+        self.name = name
+        self.parent = parent
+        self.contexts = contexts
+        self.members: dict[str, Entity] = {}
+        self.places: dict[str, At] = {}  # where names were declared
+        self.pending: dict[str, Callable[[], None]] = {}  # declared, but not made yet
+
+    def full(self, name: str) -> str:
+        return f"{self.name}.{name}" if self.name else name
+
+    def find(self, name: str) -> Entity | None:
+        found = self.members.get(name)
+        if found is None and name in self.pending:
+            make = self.pending.pop(name)
+            make()
+            found = self.members.get(name)
+        return found
+
+    def names(self) -> list[str]:
+        return list(dict.fromkeys([*self.members, *self.pending]))
+
+    def declare(self, name: str, at: At) -> None:
+        """Take note of a name; it must be new."""
+        if name == "time":
+            raise ModelError("`time` is the name of the simulated time, it cannot be declared", span_of(at))
+        if name in self.places:
+            first = span_of(self.places[name])
+            notes = (("first declared here", first),) if first else ()
+            raise ModelError(f"`{self.full(name)}` is declared twice", span_of(at), notes=notes)
+        self.places[name] = at
+
+
+class Many:
+    """Several things named at once: ``link.a``, ``link[2:4]``."""
+
+    __slots__ = ("items",)
+
+    def __init__(self, items: list) -> None:
+        self.items = items
+
+
+class Disabled:
+    """A component whose condition is false."""
+
+    __slots__ = ("at", "name")
+
+    def __init__(self, name: str, at: At) -> None:
+        self.name = name
+        self.at = at
+
+
+class Array:
+    """Components with indices. In a loop they come one by one."""
+
+    __slots__ = ("at", "items", "name", "sizes")
+
+    def __init__(self, name: str, rank: int, at: At) -> None:
+        self.name = name
+        self.at = at
+        self.items: dict[tuple[int, ...], Entity] = {}
+        self.sizes = (0,) * rank
+
+    def add(self, index: tuple[int, ...], entity: Entity) -> None:
+        self.items[index] = entity
+        self.sizes = tuple(map(max, self.sizes, index))
+
+    def shape(self) -> tuple[int, ...]:
+        return self.sizes
+
+    def in_order(self) -> list[Entity]:
+        return [self.items[key] for key in sorted(self.items)]
+
+    def select(self, positions: list[list[int] | int], owner: str, at: At) -> Entity:
+        keys: list[tuple[int, ...]] = [()]
+        single = True
+        for position in positions:
+            if isinstance(position, int):
+                keys = [(*key, position) for key in keys]
+            else:
+                single = False
+                keys = [(*key, i) for key in keys for i in position]
+        found = []
+        for key in keys:
+            if key not in self.items:
+                shown = ", ".join(map(str, key))
+                raise ModelError(f"`{owner}[{shown}]` is not declared", span_of(at))
+            found.append(self.items[key])
+        return found[0] if single else Many(found)
+
+
+class Slot:
+    """A parameter, constant or variable: a name with a value, found when it is first asked for."""
+
+    def __init__(
+        self, assembly: Assembly, name: str, make: Callable[[], Value], at: At, doc: str = "", unit: str = ""
+    ) -> None:
+        self.assembly = assembly
+        self.name = name
+        self.at = at
+        self.doc = doc
+        self.unit = unit
+        self.constant = True
+        self._make = make
+        self._value: Value | None = None
+
+    def value(self) -> Value:
+        if self._value is None:
+            with self.assembly.defining(self, f"`{self.name}`", self.at):
+                self._value = self._make()
+        return self._value
+
+
+class FrameMember:
+    """A frame by a name of its own: fixed to a body, or another name for a frame or port."""
+
+    def __init__(self, assembly: Assembly, name: str, make: Callable[[], Frame | Node], at: At) -> None:
+        self.assembly = assembly
+        self.name = name
+        self.at = at
+        self._make = make
+        self._target: Frame | Node | None = None
+
+    def target(self) -> Frame | Node:
+        if self._target is None:
+            with self.assembly.defining(self, f"`{self.name}`", self.at):
+                self._target = self._make()
+        return self._target
+
+
+class TableMember:
+    """A function given by points."""
+
+    def __init__(self, assembly: Assembly, name: str, modifiers: Modifiers, at: At) -> None:
+        self.assembly = assembly
+        self.name = name
+        self.at = at
+        self.modifiers = modifiers
+        self._made: tuple[Table, units.Dimension | None, units.Dimension | None] | None = None
+
+    def made(self) -> tuple[Table, units.Dimension | None, units.Dimension | None]:
+        """The table, and the dimensions of its two columns."""
+        if self._made is None:
+            with self.assembly.defining(self, f"`{self.name}`", self.at):
+                self._made = self._make()
+        return self._made
+
+    def _make(self) -> tuple[Table, units.Dimension | None, units.Dimension | None]:
+        given = self.modifiers.get("table")
+        if given is None or given.value is None:
+            raise ModelError(
+                f"Table `{self.name}` needs `table`", span_of(self.at), "write `table = [0 s, 0 N; 1 s, 2 N]`"
+            )
+        span = given.value_span()
+        rows = given.evaluate()
+        what = f"`table` of `{self.name}`"
+        found = values.shape(rows)
+        if len(found) != 2 or found[1] != 2:
+            raise ModelError(f"{what}: found {check.shape_words(found)}, expected rows of two values `[u, y; ...]`", span)
+        if found[0] < 2:
+            raise ModelError(f"{what} has {found[0]} row, it needs at least 2", span)
+        try:
+            (u, u_dimension), (y, y_dimension) = (self._column(rows, k) for k in (0, 1))  # type: ignore[arg-type]
+        except ModelError as problem:
+            problem.span = problem.span or span
+            raise
+        for k, (before, after) in enumerate(zip(u, u[1:], strict=False)):
+            if not before < after:
+                raise ModelError(
+                    f"{what}: the first column must grow, but row {k + 2} has {after:g} after {before:g}", span
+                )
+        smoothness = self._choice("smoothness", _SMOOTHNESS)
+        extrapolation = self._choice("extrapolation", _EXTRAPOLATION)
+        if extrapolation == "periodic" and y[0] != y[-1]:
+            raise ModelError(f"{what} is periodic, but begins with {y[0]:g} and ends with {y[-1]:g}", span)
+        return Table(self.name, u, y, smoothness, extrapolation), u_dimension, y_dimension
+
+    def _column(self, rows: tuple, k: int) -> tuple[tuple[float, ...], units.Dimension | None]:
+        what = f"column {k + 1} of `{self.name}`"
+        dimension = None
+        numbers = []
+        for row in rows:
+            q = values.numeric(row[k], what)
+            dimension = values.common(Quantity(0, dimension), q, what)
+            numbers.append(check.number(q, what))
+        return tuple(numbers), dimension
+
+    def _choice(self, name: str, choices: tuple[str, ...]) -> str:
+        from mbdsl.elements.kind import Parameter
+
+        modifier = self.modifiers.get(name)
+        if modifier is None or modifier.value is None:
+            return choices[0]
+        try:
+            return check.argument(Parameter(name, "", choices=choices), modifier.evaluate(), self.name)  # type: ignore[return-value]
+        except ModelError as problem:
+            problem.span = problem.span or modifier.value_span()
+            raise
+
+    def at_argument(self, argument: Value, varying: bool) -> Quantity:
+        table, u_dimension, y_dimension = self.made()
+        q = values.numeric(argument, f"`{self.name}`")
+        if u_dimension is not None:
+            check.fit(q, u_dimension, f"the argument of `{self.name}`")
+        if not varying:
+            raise ModelError(f"the table `{self.name}` is used in laws only; this value must be known before the start")
+        node = expressions.Expr("table", (expressions.expr(q.value),), (table, 0))  # type: ignore[arg-type]
+        return Quantity(node, y_dimension)
+
+
+Entity = Union[Quantity, tuple, Slot, "Signal", Frame, Node, FrameMember, TableMember, "Part", Array, Many, Disabled, Namespace]

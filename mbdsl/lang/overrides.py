@@ -1,0 +1,65 @@
+"""``--set NAME=VALUE``: values from outside, as modifiers of the main model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from mbdsl.errors import MbdslError, UsageError
+from mbdsl.lang import syntax as s
+from mbdsl.lang.instantiate import Instance
+from mbdsl.lang.modifiers import Modifier, Modifiers
+from mbdsl.lang.parser import parse_expression
+from mbdsl.lang.suggest import did_you_mean
+
+
+def read_overrides(overrides: Mapping[str, str | float], instance: Instance) -> Modifiers:
+    """Modifiers that give each named parameter its value; ``crank.m`` and ``link[3].m`` reach into components."""
+    result: Modifiers = {}
+    names = [m.item.name for m in instance.members if isinstance(m.item, s.Declaration)]
+    values = [
+        m.item.name
+        for m in instance.members
+        if isinstance(m.item, s.Declaration) and m.item.prefixes & {"parameter", "constant"}
+    ]
+    for name, given in overrides.items():
+        try:
+            target = parse_expression(name, "<name>")
+        except MbdslError:
+            target = None
+        if not isinstance(target, s.Reference):
+            raise UsageError(f"`{name}` is no name of a parameter")
+        first = target.steps[0].name
+        if first not in names:
+            hint = did_you_mean(first, values, "parameters") or did_you_mean(first, names)
+            raise UsageError(f"the model has no parameter `{first}` to set", hint=hint)
+        if len(target.steps) == 1 and first not in values:
+            raise UsageError(f"`{first}` is no parameter", hint=f"set one of its parameters: `{first}.name=value`")
+        value = _value(name, given)
+        level = result
+        element: Modifier | None = None
+        for k, step in enumerate(target.steps):
+            modifier = level.get(step.name)
+            if modifier is None:
+                modifier = level[step.name] = Modifier(s.Argument(step.name, at=value.at), instance.scope, 0)
+            if step.indices:
+                index = tuple(i.value for i in step.indices if isinstance(i, s.Number) and isinstance(i.value, int))
+                if len(index) != len(step.indices) or k == len(target.steps) - 1:
+                    raise UsageError(f"cannot set `{name}`", hint="an index is a number: `link[3].m`")
+                element = modifier.elements.get(index)
+                if element is None:
+                    element = modifier.elements[index] = Modifier(
+                        s.Argument(step.name, at=value.at), instance.scope, 0
+                    )
+                modifier = element
+            if k == len(target.steps) - 1:
+                modifier.value = value
+            level = modifier.inner
+    return result
+
+
+def _value(name: str, given: str | float) -> s.Expression:
+    if isinstance(given, str):
+        return parse_expression(given, f"--set {name}")
+    if isinstance(given, bool):
+        return s.Boolean(given)
+    return s.Number(given)

@@ -1,0 +1,176 @@
+"""Declarations of values: ``parameter Mass m = 3 kg``, ``Real F = 2 N*sin(time)``."""
+
+from __future__ import annotations
+
+from mbdsl.errors import ModelError
+from mbdsl.lang import check, functions, quantities, units, values
+from mbdsl.lang import syntax as s
+from mbdsl.lang.assembly import Assembly
+from mbdsl.lang.evaluate import evaluate, place
+from mbdsl.lang.members import Namespace, Slot
+from mbdsl.lang.modifiers import Modifier, Modifiers, bind, merge
+from mbdsl.lang.scope import Scope
+from mbdsl.lang.source import span_of
+from mbdsl.lang.suggest import did_you_mean
+from mbdsl.lang.units import Dimension
+from mbdsl.lang.values import Quantity, Value
+
+ATTRIBUTES = ("unit", "min", "max", "quantity", "displayUnit", "start", "fixed", "nominal")
+
+
+def make_slot(
+    assembly: Assembly, namespace: Namespace, d: s.Declaration, scope: Scope, given: Modifier | None, level: int
+) -> Slot:
+    """The member for a declared value; ``given`` is what modifies it from outside."""
+    constant = bool(d.prefixes & {"parameter", "constant"})
+    positional, own = bind(d.arguments, scope, level)
+    if positional:
+        raise ModelError(f"found `{s.write(positional[0])}`, expected attributes such as `unit = \"kg\"`", span_of(d.at))
+    for name, modifier in own.items():
+        if name not in ATTRIBUTES:
+            hint = did_you_mean(name, ATTRIBUTES, "attributes")
+            raise ModelError(f"a {d.type or 'parameter'} has no attribute `{name}`", span_of(modifier.at), hint)
+    if given is not None and ("final" in d.prefixes or "constant" in d.prefixes):
+        word = "final" if "final" in d.prefixes else "a constant"
+        note = ((f"declared here", span_of(d.at)),)
+        raise ModelError(f"`{d.name}` is {word}, it cannot be modified", given.value_span(), notes=note)
+    attributes = merge(given.inner, own) if given is not None and given.inner else own
+    for name, modifier in attributes.items():
+        if name not in ATTRIBUTES:
+            hint = did_you_mean(name, ATTRIBUTES, "attributes")
+            raise ModelError(f"a {d.type or 'parameter'} has no attribute `{name}`", span_of(modifier.at), hint)
+    unit = quantities.type_unit(d.type) or ""
+    full = namespace.full(d.name)
+    slot = Slot(assembly, full, lambda: _evaluate(slot, d, scope, given, attributes, unit, namespace), d.at, d.doc, unit)
+    slot.constant = constant
+    assembly.slots.append(slot)
+    return slot
+
+
+def _evaluate(
+    slot: Slot,
+    d: s.Declaration,
+    scope: Scope,
+    given: Modifier | None,
+    attributes: Modifiers,
+    unit: str,
+    namespace: Namespace,
+) -> Value:
+    what = f"`{slot.name}`"
+    if not slot.constant:
+        scope = scope.for_signals()
+    written = attributes.get("unit")
+    if written is not None and written.value is not None:
+        unit = slot.unit = _unit_attribute(written)
+    dimension: Dimension | None = units.dimension(unit) if unit else None
+    sizes = [functions.count(evaluate(i, scope), f"the size of {what}") if not isinstance(i, s.Everything) else -1 for i in d.indices]
+    for size in sizes:
+        if size > 0:
+            functions.bounded(size)
+
+    if given is not None and given.value is not None:
+        if dimension is None and d.value is not None:
+            dimension = _dimension_of(evaluate(d.value, scope))
+            unit = slot.unit = unit or (quantities.unit_text(dimension) if dimension else "")
+        value, at = given.evaluate(), given.value.at
+        try:
+            rank = len(sizes) if sizes or d.type else min(len(values.shape(value)), 0)
+            value = given.pick(value, rank, namespace.contexts)
+        except ModelError as problem:
+            raise place(problem, at) from None
+    elif d.value is not None:
+        value, at = evaluate(d.value, scope), d.value.at
+    elif "start" in attributes and attributes["start"].value is not None:
+        value, at = attributes["start"].evaluate(), attributes["start"].value.at
+    else:
+        word = "parameter" if slot.constant else "variable"
+        raise ModelError(f"{word} {what} has no value", span_of(d.at), f"write `{d.name} = ...`")
+    try:
+        return _check(value, d, what, dimension, unit, sizes, attributes)
+    except ModelError as problem:
+        raise place(problem, at) from None
+
+
+def _unit_attribute(written: Modifier) -> str:
+    value = written.evaluate()
+    text = value.value if isinstance(value, Quantity) else None
+    if not isinstance(text, str):
+        raise ModelError(f"`unit` is a text, found {values.describe(value)}", written.value_span(), 'e.g. unit = "kg"')
+    if units.parse(text) is None:
+        raise ModelError(f'unknown unit "{text}"', written.value_span(), "units are e.g. kg, m/s2, N.m/rad, deg")
+    return text
+
+
+def _check(
+    value: Value, d: s.Declaration, what: str, dimension: Dimension | None, unit: str, sizes: list[int], attributes: Modifiers
+) -> Value:
+    shape = values.shape(value)
+    if (sizes or d.type) and (len(sizes) != len(shape) or any(a not in (b, -1) for a, b in zip(sizes, shape, strict=True))):
+        hint = None
+        if not sizes and shape:
+            hint = f"an array is declared `{d.name}[{', '.join(map(str, shape))}]`"
+        elif sizes and not shape:
+            hint = f"write `fill(..., {', '.join(map(str, sizes))})` for equal values"
+        expected = check.shape_words(tuple(sizes)) if -1 not in sizes else "an array"
+        raise ModelError(f"{what}: found {check.shape_words(shape)}, expected {expected}", None, hint)
+    if unit:
+        factor = units.parse(unit)
+        if factor is not None and factor.factor != 1.0 and "unit" in attributes:
+            value = _scaled(value, factor)
+    if d.type not in ("", "Boolean", "String", "Integer"):
+        value = check.fit(value, dimension, what, unit)
+    elif dimension is not None:
+        value = check.fit(value, dimension, what, unit)
+    value = _typed(value, d.type, what)
+    for name in ("min", "max"):
+        bound = attributes.get(name)
+        if bound is not None and bound.value is not None:
+            _range(value, name, bound, what)
+    return value
+
+
+def _scaled(value: Value, unit: units.Unit) -> Value:
+    """A bare number given to something declared in a unit like "deg" is in that unit."""
+    if isinstance(value, tuple):
+        return tuple(_scaled(v, unit) for v in value)
+    if value.dimension is None and value.number:
+        return Quantity(values.compute("mul", lambda x, y: x * y, value, Quantity(unit.factor)), unit.dimension)
+    return value
+
+
+def _typed(value: Value, type_name: str, what: str) -> Value:
+    if isinstance(value, tuple):
+        return tuple(_typed(v, type_name, what) for v in value)
+    if type_name == "Integer":
+        return values.literal(functions.count(value, what))
+    if type_name == "Boolean":
+        if not value.boolean:
+            raise ModelError(f"{what}: found {values.describe(value)}, expected true or false")
+        return value
+    if type_name == "String":
+        if not isinstance(value.value, str):
+            raise ModelError(f"{what}: found {values.describe(value)}, expected a text")
+        return value
+    if value.literal:
+        return Quantity(value.value, value.dimension)
+    return value
+
+
+def _range(value: Value, name: str, bound: Modifier, what: str) -> None:
+    limit = values.numeric(bound.evaluate(), f"`{name}`")
+    for q in _flat(value):
+        if q.varying or not q.number:
+            continue
+        values.common(q, limit, f"`{name}`")
+        wrong = q.value < limit.value if name == "min" else q.value > limit.value  # type: ignore[operator]
+        if wrong:
+            word = "least" if name == "min" else "most"
+            raise ModelError(f"{what} is {q.value:g}, it must be at {word} {limit.value:g}")
+
+
+def _flat(value: Value) -> list[Quantity]:
+    return [q for v in value for q in _flat(v)] if isinstance(value, tuple) else [value]
+
+
+def _dimension_of(value: Value) -> Dimension | None:
+    return next((q.dimension for q in _flat(value) if q.dimension is not None and q.number), None)

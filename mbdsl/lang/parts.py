@@ -1,0 +1,386 @@
+"""A component in the making: its values, its frames, its ports and its signals.
+
+Everything is worked out when it is asked for, so that the order of declarations plays no part, and kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import TYPE_CHECKING
+
+from mbdsl.elements import kinds
+from mbdsl.elements.kind import REQUIRED, BodyKind, JointKind, Kind, PairKind, Parameter
+from mbdsl.errors import ModelError
+from mbdsl.lang import check, expressions, units
+from mbdsl.lang import syntax as s
+from mbdsl.lang.connections import Node
+from mbdsl.lang.evaluate import Budget, evaluate, place
+from mbdsl.lang.expressions import Expr
+from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers
+from mbdsl.lang.source import At, span_of
+from mbdsl.lang.suggest import did_you_mean
+from mbdsl.lang.values import Quantity, Value
+from mbdsl.scene import Component, Frame
+
+if TYPE_CHECKING:
+    from mbdsl.lang.assembly import Assembly
+
+#: quantities that are results of a simulation, and no variables of its equations
+ACCELERATIONS = ("ax", "ay", "alpha")
+REACTIONS = ("fx", "fy", "tau")
+
+
+class Template:
+    """What the elements of one declaration have in common: kind and modifiers, and the values if they are equal."""
+
+    __slots__ = ("kind", "modifiers", "shared")
+
+    def __init__(self, kind: Kind, modifiers: Modifiers) -> None:
+        self.kind = kind
+        self.modifiers = modifiers
+        self.shared: tuple[dict, dict] | None = None
+
+    def unknown(self, owner: str) -> None:
+        """Complain about modifiers that the kind does not know."""
+        kind = self.kind
+        signals = {signal.name for signal in kind.signals}
+        for name, modifier in self.modifiers.items():
+            start = bool(modifier.inner) and modifier.value is None
+            if (kind.parameter(name) and not (start and name in signals)) or name in kind.ports:
+                continue
+            if start and name in signals:
+                for attribute, inner in modifier.inner.items():
+                    if attribute not in ("start", "fixed"):
+                        hint = did_you_mean(attribute, ("start", "fixed"), "attributes of a signal")
+                        raise ModelError(f"a signal has no attribute `{attribute}`", span_of(inner.at), hint)
+                continue
+            known = [*(p.name for p in kind.parameters), *kind.ports]
+            if name in signals:
+                message = f"`{name}` of `{owner}` is a signal; only its start can be given"
+                raise ModelError(message, span_of(modifier.at), f"write `{name}(start = ..., fixed = true)`")
+            hint = did_you_mean(name, known, f"{kind.name} takes")
+            raise ModelError(f"{kind.name} `{owner}` has no parameter `{name}`", span_of(modifier.at), hint)
+
+
+class Part:
+    """One component of the flat model while it is being made."""
+
+    __slots__ = (
+        "_frames", "_laws", "_signals", "_values", "assembly", "at", "contexts", "doc", "kind", "name", "nodes", "template",
+    )  # fmt: skip
+
+    def __init__(
+        self, assembly: Assembly, name: str, template: Template, contexts: Contexts = (), at: At = None, doc: str = ""
+    ) -> None:
+        self.assembly = assembly
+        self.name = name
+        self.kind = template.kind
+        self.template = template
+        self.contexts = contexts
+        self.at = at
+        self.doc = doc
+        self.nodes = {port: Node(f"{name}.{port}", at) for port in template.kind.ports}
+        self._values: dict | None = None
+        self._frames: dict[str, Frame] | None = None
+        self._signals: dict[str, Quantity] = {}
+        self._laws: dict[str, Expr] = {}
+
+    # -- values ------------------------------------------------------------------------------------------------
+
+    def _modifier(self, name: str) -> Modifier | None:
+        modifier = self.template.modifiers.get(name)
+        return modifier if modifier is not None and modifier.value is not None else None
+
+    @property
+    def values(self) -> dict:
+        """All parameters but the laws, in SI, with defaults and what follows from them."""
+        if self._values is None:
+            if self.template.shared is None:
+                with self.assembly.defining(self, f"`{self.name}`", self.at):
+                    self._values = self._make_values()
+            else:
+                self._values = self.template.shared[0]
+        return self._values
+
+    def _make_values(self) -> dict:
+        same = True
+        found: dict = {}
+        for parameter in self.kind.parameters:
+            if parameter.law:
+                if parameter.default is REQUIRED and self._modifier(parameter.name) is None:
+                    raise self._missing(parameter)
+                found[parameter.name] = None
+                continue
+            if parameter.name == "frames":
+                found["frames"], equal = self._user_frames()
+                same = same and equal
+                continue
+            modifier = self._modifier(parameter.name)
+            if modifier is None:
+                given = self.template.modifiers.get(parameter.name)
+                if given is not None and given.inner:
+                    raise ModelError(f"`{parameter.name}` takes a value, not modifiers", span_of(given.at))
+                if parameter.default is REQUIRED:
+                    raise self._missing(parameter)
+                found[parameter.name] = parameter.default
+                continue
+            value = modifier.evaluate()
+            try:
+                picked = modifier.pick(value, len(parameter.shape), self.contexts)
+                found[parameter.name] = check.argument(parameter, picked, self.name)
+            except ModelError as problem:
+                raise place(problem, modifier.value.at) from None  # type: ignore[union-attr]
+            same = same and picked is value
+        problem_text = self.kind.check(found)
+        if problem_text:
+            raise ModelError(f"{self.kind.name} `{self.name}`: {problem_text}", span_of(self.at))
+        try:
+            found.update(self.kind.derive(found))
+        except ArithmeticError:
+            raise ModelError(f"{self.kind.name} `{self.name}`: its values are too large", span_of(self.at)) from None
+        if same:
+            self.template.shared = (found, self._poses(found))
+        return found
+
+    def _missing(self, parameter: Parameter) -> ModelError:
+        unit = "" if parameter.unit in ("", "1") else f" [{parameter.unit}]"
+        example = {"kg": "1 kg", "m": "1 m", "rad": "2*time", "N.m": "1 N.m"}.get(parameter.unit, "...")
+        return ModelError(
+            f"{self.kind.name} `{self.name}` needs `{parameter.name}`: {parameter.doc}{unit}",
+            span_of(self.at),
+            f"write `{parameter.name} = {example}`",
+        )
+
+    def _user_frames(self) -> tuple[tuple, bool]:
+        given = self.template.modifiers.get("frames")
+        if given is None:
+            return (), True
+        if given.value is not None or not given.inner:
+            raise ModelError(
+                f"`frames` of `{self.name}` is a list of named frames", span_of(given.at), "write `frames(tip = {x, y})`"
+            )
+        found, same = [], True
+        for name, modifier in given.inner.items():
+            what = f"frame `{name}` of `{self.name}`"
+            if modifier.value is None:
+                raise ModelError(f"{what} has no position", span_of(modifier.at), f"write `{name} = {{x, y}}`")
+            value = modifier.evaluate()
+            try:
+                picked = modifier.pick(value, 1, self.contexts)
+                found.append((name, check.pose(picked, what)))
+            except ModelError as problem:
+                raise place(problem, modifier.value.at) from None
+            same = same and picked is value
+        return tuple(found), same
+
+    def law(self, name: str) -> Expr | None:
+        """The expression given for a law parameter; its default where none is given."""
+        if name in self._laws:
+            return self._laws[name]
+        parameter = self.kind.parameter(name)
+        assert parameter is not None
+        modifier = self._modifier(name)
+        if modifier is None:
+            default = parameter.default
+            return None if default is None or default is REQUIRED else expressions.const(default)  # type: ignore[arg-type]
+        assert modifier.value is not None
+        with self.assembly.defining((self, name), f"`{self.name}.{name}`", modifier.value.at):
+            value = evaluate(modifier.value, modifier.scope.for_law(self, name))
+            try:
+                picked = modifier.pick(value, 0, self.contexts)
+                self._laws[name] = check.law(parameter, picked, self.name)
+            except ModelError as problem:
+                raise place(problem, modifier.value.at) from None
+        return self._laws[name]
+
+    # -- frames ------------------------------------------------------------------------------------------------
+
+    def _poses(self, found: dict) -> dict[str, tuple[float, float, float]]:
+        """Frames of a body by their own names, in the body's axes."""
+        if not isinstance(self.kind, BodyKind):
+            return {}
+        com = self.kind.com(found)
+        poses = {"c": (com[0], com[1], 0.0), **self.kind.frames(found)}
+        for name, pose in found.get("frames", ()):
+            taken = name in poses or self.kind.parameter(name) or any(x.name == name for x in self.kind.signals)
+            if taken or name in ACCELERATIONS:
+                modifier = self.template.modifiers["frames"].inner[name]
+                what = "a frame" if name in poses else "a parameter or signal"
+                raise ModelError(f"`{self.name}` already has {what} `{name}`", span_of(modifier.at))
+            poses[name] = pose
+        return poses
+
+    @property
+    def frames(self) -> dict[str, Frame]:
+        """Frames of a body by their own names."""
+        if self._frames is None:
+            found = self.values
+            shared = self.template.shared
+            poses = shared[1] if shared is not None and shared[0] is found else self._poses(found)
+            span = span_of(self.at)
+            self._frames = {name: Frame(f"{self.name}.{name}", self.name, *pose, span) for name, pose in poses.items()}
+        return self._frames
+
+    def port_frame(self, port: str) -> Frame:
+        """The frame that a port sits on, once everything is connected."""
+        frame = self.nodes[port].frame
+        if frame is None:
+            other = next((n for p, n in self.nodes.items() if p != port and n.frame is not None), None)
+            where = f" (its other port is on `{other.frame.name}`)" if other is not None and other.frame else ""
+            raise ModelError(
+                f"`{port}` of {self.kind.name} `{self.name}` is not connected{where}",
+                span_of(self.at),
+                f"name two frames, `{self.kind.name} {self.name}(a, b)`, or `connect({self.name}.{port}, ...);`",
+            )
+        return frame
+
+    # -- signals -----------------------------------------------------------------------------------------------
+
+    def signal_names(self) -> tuple[str, ...]:
+        return _signal_names(self.kind.name, tuple(n for n in _law_names(self.kind.name) if self._has_law(n)))
+
+    def _has_law(self, name: str) -> bool:
+        parameter = self.kind.parameter(name)
+        return parameter is not None and (self._modifier(name) is not None or parameter.default not in (None, REQUIRED))
+
+    def signal(self, name: str) -> Quantity:
+        """A signal by its own name, as an expression over frames."""
+        found = self._signals.get(name)
+        if found is not None:
+            return found
+        parameter = self.kind.parameter(name)
+        driver = isinstance(self.kind, JointKind) and self.kind.driver == name
+        if parameter is not None and parameter.law and not driver and self._has_law(name):
+            found = Quantity(self.law(name), units.dimension(parameter.unit))  # type: ignore[arg-type]
+        else:
+            declared = next(x for x in self.kind.signals if x.name == name)
+            value = evaluate(formula(declared.formula), Formula(self))
+            assert isinstance(value, Quantity)
+            found = Quantity(expressions.expr(value.value), units.dimension(declared.unit))  # type: ignore[arg-type]
+        self._signals[name] = found
+        return found
+
+    def own(self, name: str) -> Value | Node | Frame | None:
+        """What ``name`` means inside the component: parameter, port or frame; None for signals and strangers."""
+        if name in self.nodes:
+            return self.nodes[name]
+        parameter = self.kind.parameter(name)
+        if parameter is not None and not parameter.law and parameter.unit:
+            return self._quantity(self.values[name], parameter.unit)
+        if isinstance(self.kind, BodyKind):
+            return self.frames.get(name)
+        return None
+
+    def _quantity(self, value: object, unit: str) -> Value | None:
+        if isinstance(value, tuple):
+            return tuple(self._quantity(v, unit) for v in value)  # type: ignore[misc]
+        return None if value is None else Quantity(value, units.dimension(unit))  # type: ignore[arg-type]
+
+    def output_only(self, name: str) -> bool:
+        """Whether ``name`` is a result that laws cannot use."""
+        if isinstance(self.kind, BodyKind):
+            return name in ACCELERATIONS and bool(self.kind.coordinates)
+        return isinstance(self.kind, JointKind) and name in REACTIONS and name in self.kind.reaction
+
+    def known_names(self) -> list[str]:
+        """For "did you mean"."""
+        names = [*self.signal_names(), *self.nodes, *(p.name for p in self.kind.parameters if p.name != "frames")]
+        return names + (list(self.frames) if isinstance(self.kind, BodyKind) else [])
+
+    # -- the result --------------------------------------------------------------------------------------------
+
+    def component(self) -> Component:
+        laws = {p.name: self.law(p.name) for p in self.kind.parameters if p.law}
+        return Component(
+            self.name,
+            self.kind,
+            {**self.values, **laws} if laws else self.values,
+            {port: self.port_frame(port).name for port in self.nodes},
+            Signals(self),
+            span_of(self.at),
+            self.doc,
+        )
+
+
+class Signals(Mapping[str, Expr]):
+    """Signals of a component by full name, made when they are looked at."""
+
+    __slots__ = ("_names", "_part")
+
+    def __init__(self, part: Part) -> None:
+        self._part = part
+        self._names = part.signal_names()
+
+    def __getitem__(self, name: str) -> Expr:
+        owner, _, own = name.rpartition(".")
+        if owner != self._part.name or own not in self._names:
+            raise KeyError(name)
+        return self._part.signal(own).value  # type: ignore[return-value]
+
+    def __iter__(self) -> Iterator[str]:
+        return (f"{self._part.name}.{name}" for name in self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def __repr__(self) -> str:
+        return f"Signals({', '.join(self)})"
+
+
+class Formula:
+    """The scope of a signal's formula: ports, own parameters and other signals."""
+
+    def __init__(self, part: Part) -> None:
+        self.part = part
+        self.budget: Budget = part.assembly.budget
+
+    def value(self, reference: s.Reference) -> Value:
+        first = reference.steps[0]
+        if len(reference.steps) == 2:
+            frame = self.part.frames[first.name] if first.name == "c" else self.part.port_frame(first.name)
+            return self.part.assembly.coordinate(frame, reference.steps[1].name)
+        own = self.part.own(first.name)
+        if isinstance(own, Quantity | tuple):
+            for index in first.indices:
+                own = own[index.value - 1]  # type: ignore[union-attr,index]
+            return own
+        return self.part.signal(first.name)
+
+    def apply(self, reference: s.Reference, argument: Value) -> Value | None:
+        return None
+
+    def with_locals(self, names: dict[str, Value]) -> Formula:
+        raise NotImplementedError("formulas have no loops")
+
+    def last(self) -> Value:
+        raise NotImplementedError("formulas have no `end`")
+
+    def function_names(self) -> list[str]:
+        return []
+
+
+@cache
+def formula(text: str) -> s.Expression:
+    """The syntax tree of a kind's formula."""
+    from mbdsl.lang.parser import parse_expression
+
+    return parse_expression(text, "<formula>")
+
+
+@cache
+def _law_names(kind: str) -> tuple[str, ...]:
+    return tuple(p.name for p in kinds()[kind].parameters if p.law)
+
+
+@cache
+def _signal_names(kind: str, laws: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys([*(x.name for x in kinds()[kind].signals), *laws]))
+
+
+def is_body(part: Part) -> bool:
+    return isinstance(part.kind, BodyKind)
+
+
+def is_pair(part: Part) -> bool:
+    return isinstance(part.kind, PairKind)

@@ -1,0 +1,362 @@
+"""What names mean: the way from ``arm.link[3].b.x`` to a parameter, a frame or a signal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from mbdsl.errors import ModelError
+from mbdsl.lang import functions, units, values
+from mbdsl.lang import syntax as s
+from mbdsl.lang.connections import Node
+from mbdsl.lang.evaluate import evaluate
+from mbdsl.lang.expressions import COORDINATES, TIME
+from mbdsl.lang.members import Array, Disabled, FrameMember, Many, Namespace, Slot, TableMember
+from mbdsl.lang.parts import ACCELERATIONS, Part, is_body
+from mbdsl.lang.source import At, span_of
+from mbdsl.lang.suggest import did_you_mean
+from mbdsl.lang.values import Quantity, Value
+from mbdsl.scene import Frame
+
+if TYPE_CHECKING:
+    from mbdsl.lang.members import Entity
+
+
+class Signal:
+    """A name that stands for something that varies."""
+
+    __slots__ = ("_make", "name")
+
+    def __init__(self, name: str, make: Callable[[], Quantity]) -> None:
+        self.name = name
+        self._make = make
+
+    def value(self) -> Quantity:
+        return self._make()
+
+
+class Scope:
+    """A place in a model: a namespace, loop variables, and the component whose law is being read."""
+
+    __slots__ = ("budget", "law", "locals", "namespace", "owner", "size", "varying")
+
+    def __init__(
+        self, namespace: Namespace, local: dict[str, Value] | None = None, varying: bool = False, size: int | None = None
+    ) -> None:
+        self.namespace = namespace
+        self.locals = local or {}
+        self.varying = varying
+        self.size = size  # of the dimension that is being indexed: the value of `end`
+        self.owner: Part | None = None
+        self.law = ""
+        self.budget = namespace.assembly.budget
+
+    def with_locals(self, names: dict[str, Value]) -> Scope:
+        return self._copy({**self.locals, **names}, self.varying, self.size)
+
+    def for_signals(self) -> Scope:
+        return self if self.varying else self._copy(self.locals, True, self.size)
+
+    def for_law(self, owner: Part, law: str) -> Scope:
+        scope = self._copy(self.locals, True, self.size)
+        scope.owner, scope.law = owner, law
+        return scope
+
+    def _copy(self, local: dict[str, Value], varying: bool, size: int | None) -> Scope:
+        scope = Scope(self.namespace, local, varying, size)
+        scope.owner, scope.law = self.owner, self.law
+        return scope
+
+    # -- values ------------------------------------------------------------------------------------------------
+
+    def value(self, reference: s.Reference) -> Value:
+        steps = reference.steps
+        if len(steps) == 1 and not steps[0].indices and steps[0].name in self.locals:
+            return self.locals[steps[0].name]
+        return self._value(self.resolve(reference), reference)
+
+    def _value(self, entity: Entity, reference: s.Reference) -> Value:
+        if isinstance(entity, Quantity | tuple):
+            return entity
+        if isinstance(entity, Slot):
+            value = entity.value()
+            if not self.varying and _varies(value):
+                raise self._not_constant(s.write(reference))
+            return value
+        if isinstance(entity, Signal):
+            if not self.varying:
+                raise self._not_constant(entity.name)
+            return entity.value()
+        if isinstance(entity, Many):
+            return tuple(self._value(item, reference) for item in entity.items)
+        if isinstance(entity, Disabled):
+            raise _disabled(entity, s.write(reference))
+        name = s.write(reference)
+        if isinstance(entity, Frame | Node | FrameMember):
+            raise ModelError(f"`{name}` is a frame, expected a value", None, f"its signals are {name}.x, .y, .phi, ...")
+        if isinstance(entity, TableMember):
+            raise ModelError(f"`{name}` is a table, expected a value", None, f"call it: `{name}(time)`")
+        if isinstance(entity, Part):
+            known = [n for n in entity.known_names() if "." not in n]
+            raise ModelError(
+                f"`{name}` is a {entity.kind.name}, expected a value", None, f"it has {', '.join(known[:12])}"
+            )
+        raise ModelError(f"`{name}` is a component, expected a value")
+
+    def _not_constant(self, name: str) -> ModelError:
+        return ModelError(f"`{name}` varies in time, but this value must be known before the start")
+
+    def last(self) -> Value:
+        if self.size is None:
+            raise ModelError("`end` is an index, it has no value here")
+        return values.literal(self.size)
+
+    def apply(self, reference: s.Reference, argument: Value) -> Value | None:
+        name = reference.steps[0].name
+        if len(reference.steps) == 1 and name not in self.locals and self.namespace.find(name) is None:
+            return None
+        entity = self.resolve(reference)
+        if not isinstance(entity, TableMember):
+            if isinstance(entity, Disabled):
+                raise _disabled(entity, s.write(reference))
+            return None
+        return entity.at_argument(argument, self.varying)
+
+    def function_names(self) -> list[str]:
+        return [name for name, member in self.namespace.members.items() if isinstance(member, TableMember)]
+
+    # -- names -------------------------------------------------------------------------------------------------
+
+    def resolve(self, reference: s.Reference) -> Entity:
+        """The thing that ``reference`` names."""
+        steps = reference.steps
+        first = steps[0]
+        entity = self._first(first, reference)
+        so_far = first.name
+        entity = self._index(entity, first, so_far)
+        for step in steps[1:]:
+            entity = self._step(entity, step, so_far)
+            so_far = f"{so_far}.{step.name}"
+            entity = self._index(entity, step, so_far)
+        return entity
+
+    def _first(self, step: s.Step, reference: s.Reference) -> Entity:
+        name = step.name
+        if name in self.locals:
+            return self.locals[name]
+        found = self.namespace.find(name)
+        owner = self.owner
+        if owner is not None:
+            inner = self._own(owner, name)
+            if inner is not None and found is not None and not _same(found, inner):
+                raise ModelError(
+                    f"`{name}` is ambiguous here: `{owner.name}` has one, and so has the model around it",
+                    span_of(step.at),
+                    f"write `{_local(owner)}.{name}` for that of the {owner.kind.name}; to mean the other, rename it",
+                )
+            if found is None and inner is not None:
+                return inner
+        if found is not None:
+            return found
+        if name == "time":
+            if not self.varying:
+                raise self._not_constant("time")
+            return Quantity(TIME, units.dimension("s"))
+        written = s.write(reference)
+        if written in functions.CONSTANTS:
+            return Quantity(functions.CONSTANTS[written], units.NUMBER)
+        if name in functions.CONSTANTS:
+            return Quantity(functions.CONSTANTS[name], units.NUMBER)
+        raise self._unknown(name, step.at)
+
+    def _unknown(self, name: str, at: At) -> ModelError:
+        known = [*self.locals, *self.namespace.names(), *functions.CONSTANTS, "time"]
+        if self.owner is not None:
+            known += self.owner.known_names()
+            if self.owner.output_only(name):
+                return _output_only(f"{self.owner.name}.{name}", at)
+        if name in ("ground", "world") and self.namespace.assembly.ground is None:
+            return ModelError(f"unknown name `{name}`", span_of(at), f"declare it: `Ground {name};`")
+        where = f" in `{self.namespace.name}`" if self.namespace.name else ""
+        hint = did_you_mean(name, known)
+        if hint is None and name in functions.FUNCTIONS:
+            hint = f"{name}(...) is a function"
+        return ModelError(f"unknown name `{name}`{where}", span_of(at), hint)
+
+    def _own(self, owner: Part, name: str) -> Entity | None:
+        if name != self.law and name in owner.signal_names():
+            return Signal(f"{owner.name}.{name}", lambda: owner.signal(name))
+        if name == self.law and any(x.name == name for x in owner.kind.signals):
+            # `torque = ...` cannot use itself, but a driver's `phi` is not the measured one either.
+            return None
+        return owner.own(name)
+
+    def _step(self, entity: Entity, step: s.Step, owner: str) -> Entity:
+        name = step.name
+        if isinstance(entity, Many):
+            return Many([self._step(item, step, owner) for item in entity.items])
+        if isinstance(entity, Array):
+            return Many([self._step(item, step, owner) for item in entity.in_order()])
+        if isinstance(entity, Disabled):
+            return entity
+        if isinstance(entity, Namespace):
+            found = entity.find(name)
+            if found is None:
+                hint = did_you_mean(name, entity.names(), f"`{owner}` has")
+                raise ModelError(f"`{owner}` has no `{name}`", span_of(step.at), hint)
+            return found
+        if isinstance(entity, FrameMember):
+            entity = entity.target()
+        if isinstance(entity, Frame | Node):
+            if name in COORDINATES:
+                return Signal(f"{owner}.{name}", lambda: _coordinate(self.namespace, entity, name))
+            if name in ACCELERATIONS:
+                raise _output_only(f"{owner}.{name}", step.at)
+            hint = did_you_mean(name, COORDINATES, "a frame has")
+            raise ModelError(f"the frame `{owner}` has no `{name}`", span_of(step.at), hint)
+        if isinstance(entity, Part):
+            return self._of_part(entity, step, owner)
+        kind = "a table" if isinstance(entity, TableMember) else "a value"
+        raise ModelError(f"`{owner}` is {kind}, it has no `{name}`", span_of(step.at))
+
+    def _of_part(self, part: Part, step: s.Step, owner: str) -> Entity:
+        name = step.name
+        if name in part.signal_names():
+            return Signal(f"{part.name}.{name}", lambda: part.signal(name))
+        found = part.own(name)
+        if found is not None:
+            return found
+        if part.output_only(name):
+            raise _output_only(f"{owner}.{name}", step.at)
+        if is_body(part) and part.kind.is_frame and name in COORDINATES:  # type: ignore[attr-defined]
+            frame = part.frames["c"]
+            return Signal(f"{owner}.{name}", lambda: _coordinate(self.namespace, frame, name))
+        known = part.known_names()
+        hint = did_you_mean(name, known, f"it has")
+        raise ModelError(f"{part.kind.name} `{owner}` has no `{name}`", span_of(step.at), hint)
+
+    def _index(self, entity: Entity, step: s.Step, owner: str) -> Entity:
+        if not step.indices:
+            return entity
+        if isinstance(entity, Slot):
+            entity = self._value(entity, s.Reference((step,), at=step.at))
+        if isinstance(entity, Disabled):
+            return entity
+        if isinstance(entity, Array):
+            return entity.select(self._positions(step, entity.shape(), owner, "component"), owner, step.at)
+        if isinstance(entity, tuple):
+            return self._element(entity, step, owner)
+        raise ModelError(f"`{owner}` is no array, it has no elements", span_of(step.at))
+
+    def _element(self, value: tuple, step: s.Step, owner: str) -> Value:
+        positions = self._positions(step, values.shape(value), owner, "value")
+
+        def take(inner: Value, rest: list[list[int] | int]) -> Value:
+            if not rest:
+                return inner
+            index, *more = rest
+            assert isinstance(inner, tuple)
+            if isinstance(index, int):
+                return take(inner[index - 1], more)
+            return tuple(take(inner[i - 1], more) for i in index)
+
+        return take(value, positions)
+
+    def _positions(self, step: s.Step, shape: tuple[int, ...], owner: str, what: str) -> list[list[int] | int]:
+        """Indices as numbers, 1-based; lists where a range or `:` was given."""
+        if len(step.indices) > len(shape) or (what == "component" and len(step.indices) != len(shape)):
+            raise ModelError(
+                f"`{owner}` has {len(shape)} dimension{'s' * (len(shape) != 1)}, found {len(step.indices)} indices",
+                span_of(step.at),
+            )
+        found: list[list[int] | int] = []
+        for index, size in zip(step.indices, shape, strict=False):
+            if isinstance(index, s.Everything):
+                found.append(list(range(1, size + 1)))
+                continue
+            value = evaluate(index, self._copy(self.locals, self.varying, size))
+            if isinstance(value, tuple):
+                numbers = [functions.count(v, f"an index of `{owner}`") for v in value]
+            else:
+                numbers = [functions.count(value, f"an index of `{owner}`")]
+            for n in numbers:
+                if not 1 <= n <= size:
+                    raise ModelError(
+                        f"`{owner}[{n}]` does not exist: `{owner}` has elements 1 to {size}", span_of(index.at)
+                    )
+            found.append(numbers if isinstance(value, tuple) else numbers[0])
+        return found
+
+    # -- frames ------------------------------------------------------------------------------------------------
+
+    def frame(self, e: s.Expression) -> Frame | Node | Part | Many | Disabled:
+        """What an argument that should be a frame stands for; a joint stands for its two frames."""
+        if not isinstance(e, s.Reference):
+            raise ModelError(f"found `{s.write(e)}`, expected a frame", span_of(e.at), "e.g. `rod.b`, or `ground`")
+        try:
+            return as_frame(self.resolve(e), s.write(e))
+        except ModelError as problem:
+            if problem.span is None:
+                problem.span = span_of(e.at)
+            raise
+
+
+def as_frame(entity: Entity, name: str) -> Frame | Node | Part | Many | Disabled:
+    if isinstance(entity, Frame | Node | Disabled):
+        return entity
+    if isinstance(entity, FrameMember):
+        return entity.target()
+    if isinstance(entity, Many):
+        return Many([as_frame(item, name) for item in entity.items])
+    if isinstance(entity, Array):
+        return Many([as_frame(item, name) for item in entity.in_order()])
+    if isinstance(entity, Part):
+        if not is_body(entity):
+            return entity
+        if entity.kind.is_frame:  # type: ignore[attr-defined]
+            return entity.frames["c"]
+        frames = ", ".join(f"{name}.{f}" for f in entity.frames)
+        raise ModelError(f"`{name}` is a {entity.kind.name}, expected one of its frames", None, f"its frames: {frames}")
+    if isinstance(entity, Namespace):
+        connectors = [n for n, m in entity.members.items() if isinstance(m, Node | FrameMember)]
+        listed = f"its connectors: {', '.join(f'{name}.{c}' for c in connectors)}" if connectors else None
+        raise ModelError(f"`{name}` is a sub-model, expected a frame", None, listed)
+    raise ModelError(f"`{name}` is {'a table' if isinstance(entity, TableMember) else 'a value'}, expected a frame")
+
+
+def _coordinate(namespace: Namespace, entity: Frame | Node, key: str) -> Quantity:
+    frame = entity if isinstance(entity, Frame) else entity.frame
+    if frame is None:
+        raise ModelError(f"`{entity.name}` is not connected, it has no `{key}`")
+    return namespace.assembly.coordinate(frame, key)
+
+
+def _varies(value: Value) -> bool:
+    return any(_varies(v) for v in value) if isinstance(value, tuple) else value.varying
+
+
+def _same(found: Entity, inner: Entity) -> bool:
+    """Whether two meanings of a name are one: the model's ``k`` given to a spring as its ``k``."""
+    if isinstance(found, Slot) and isinstance(inner, Quantity):
+        value = found.value()
+        return isinstance(value, Quantity) and value.value == inner.value
+    return found is inner
+
+
+def _local(part: Part) -> str:
+    return part.name.rpartition(".")[2]
+
+
+def _output_only(name: str, at: At) -> ModelError:
+    return ModelError(
+        f"`{name}` is a result of the simulation, it cannot be used in the model",
+        span_of(at),
+        "accelerations and reactions can be written out, but laws may depend on positions and velocities only",
+    )
+
+
+def _disabled(entity: Disabled, name: str) -> ModelError:
+    return ModelError(
+        f"`{name}` does not exist here: `{entity.name}` is switched off by its condition",
+        notes=(("declared here", span_of(entity.at)),) if entity.at else (),
+    )

@@ -1,0 +1,49 @@
+"""A source text and places in it."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from functools import cached_property
+from itertools import accumulate
+
+from mbdsl.errors import Span
+
+
+class Source:
+    """One text of the language, with the name under which messages show it."""
+
+    def __init__(self, file: str, text: str) -> None:
+        self.file = file
+        self.text = text
+
+    @cached_property
+    def _starts(self) -> list[int]:
+        return [0, *accumulate(len(line) for line in self.text.split("\n") for line in (line + "\n",))]
+
+    def span(self, start: int, end: int) -> Span:
+        """The place from ``start`` to ``end`` (offsets), cut at the end of its first line."""
+        start = min(start, len(self.text))
+        line = bisect_right(self._starts, start) - 1
+        first = self._starts[line]
+        last = self._starts[line + 1] - 1 if line + 1 < len(self._starts) else len(self.text)
+        text = self.text[first:last].rstrip("\r")
+        length = max(1, min(end, first + len(text)) - start)
+        return Span(self.file, line + 1, start - first + 1, length, text)
+
+    def __repr__(self) -> str:
+        return f"Source({self.file!r})"
+
+
+#: where a piece of syntax stands: source, start and end offsets; None for what has no text
+At = tuple[Source, int, int] | None
+
+
+def span_of(at: At) -> Span | None:
+    return at[0].span(at[1], at[2]) if at is not None else None
+
+
+def cover(first: At, last: At) -> At:
+    """From the beginning of ``first`` to the end of ``last``."""
+    if first is None or last is None:
+        return first or last
+    return first[0], first[1], last[2]

@@ -1,0 +1,203 @@
+"""What the parser stumbled over, in the words of a person who writes models."""
+
+from __future__ import annotations
+
+import difflib
+
+from mbdsl.errors import Span, SyntaxProblem
+from mbdsl.lang import units
+from mbdsl.lang.lalr import Unexpected
+from mbdsl.lang.lexer import KEYWORDS, PUNCTUATION, Token
+from mbdsl.lang.source import Source
+
+#: terminals that begin an expression
+_EXPRESSION = frozenset("NUMBER TRUE FALSE LAST LPAR LBRACE LMATRIX MINUS PLUS NOT".split())
+_OPERATORS = frozenset("PLUS MINUS STAR SLASH POWER RELATION AND OR".split())
+_BEGINNINGS = frozenset(
+    "MODEL PARTIAL END EXTENDS IMPORT PARAMETER CONSTANT FINAL INNER OUTER CONNECTOR PUBLIC PROTECTED INITIAL "
+    "EQUATION FOR CONNECT ANNOTATION FIXED GUESS NAME $END".split()
+)
+#: words of Modelica that mbdsl does not know; they may be names, but where they break the syntax this is said
+_FOREIGN = {
+    "algorithm": "mbdsl has no algorithms: a model is components, connections and expressions",
+    "class": "write `model`",
+    "block": "write `model`",
+    "package": "a file is already a collection of models: leave the package out, use `import \"file.mbd\";`",
+    "function": "mbdsl has no user-defined functions; use expressions, or a Table",
+    "record": "mbdsl has no records: write `model`, or plain parameters",
+    "within": "mbdsl has no packages: leave the `within` clause out",
+    "when": "mbdsl has no events: use an `if` expression in a law",
+    "while": "mbdsl has no algorithms: use `for i in 1:N loop ... end for;`",
+    "redeclare": "components cannot be redeclared, only their values modified",
+    "replaceable": "components cannot be redeclared, only their values modified",
+    "input": "mbdsl has no input variables: use a parameter, a Table or an expression in time",
+    "output": "every quantity can be written out: use `mbdsl simulate --signals`",
+    "flow": "connectors are frames: write `connector Frame name;`",
+    "stream": "connectors are frames: write `connector Frame name;`",
+    "discrete": "mbdsl has no events",
+    "external": "mbdsl calls no external code",
+}
+_WORDS = {"NAME": "a name", "STRING": "a text in double quotes", "$END": "the end of the text", "UNIT": "a unit"}
+_SYMBOLS = {name: f"`{symbol}`" for symbol, name in PUNCTUATION.items() if name != "RELATION"} | {
+    "RELATION": "a comparison",
+    "LMATRIX": "`[`",
+}
+
+
+def explain(problem: Unexpected, source: Source, tokens: list[Token], start: str) -> SyntaxProblem:
+    """The error to show for a token that does not fit."""
+    token, previous, expected = problem.token, problem.previous, problem.expected
+    here = source.span(token.start, max(token.end, token.start + 1))
+    before = tokens[: tokens.index(token)] if token in tokens else tokens
+    blocks = _open_blocks(before)
+
+    if previous is not None and previous.type == "END":
+        return _wrong_end(token, blocks, source, here)
+    if (
+        previous is not None
+        and "SEMICOLON" in expected
+        and token.type in _BEGINNINGS
+        and (token.type != "NAME" or _line(source, token.start) > _line(source, previous.end))
+    ):
+        behind = source.span(previous.end, previous.end + 1)
+        return SyntaxProblem(f"`;` is missing after {_show(previous)}", behind)
+    if token.type == "$END":
+        if start == "file" and blocks:
+            kind, opened = blocks[-1]
+            closing = f"end {opened.text};" if kind == "model" else f"end {kind};"
+            name = f"model `{opened.text}`" if kind == "model" else f"`{kind}`"
+            note = (f"the {name} begins here", source.span(opened.start, opened.end))
+            return SyntaxProblem(f"the text ends inside the {name}; `{closing}` is missing", here, notes=(note,))
+        return SyntaxProblem(f"the text ends, expected {_list(expected)}", here)
+    special = _special(token, previous, expected, before, source)
+    if special is not None:
+        message, hint = special
+        return SyntaxProblem(message, here, hint)
+    hint = None
+    if token.type == "NAME" and (close := difflib.get_close_matches(token.text, KEYWORDS, 1, 0.75)):
+        hint = f"did you mean `{close[0]}`?"
+    return SyntaxProblem(f"found {_show(token)}, expected {_list(expected)}", here, hint)
+
+
+def _wrong_end(token: Token, blocks: list[tuple[str, Token]], source: Source, here: Span) -> SyntaxProblem:
+    found = f"`end {token.text}`" if token.text else "the end of the text"
+    if not blocks:
+        return SyntaxProblem(f"found {found}, but nothing is open here", here)
+    kind, opened = blocks[-1]
+    right = f"end {opened.text};" if kind == "model" else f"end {kind};"
+    name = f"model `{opened.text}`" if kind == "model" else f"`{kind}`"
+    if token.type == "SEMICOLON":
+        found = "`end;`"
+    return SyntaxProblem(
+        f"{found} does not match the {name} that is open here",
+        here,
+        f"write `{right}`",
+        ((f"the {name} begins here", source.span(opened.start, opened.end)),),
+    )
+
+
+def _special(
+    token: Token, previous: Token | None, expected: set[str], before: list[Token], source: Source
+) -> tuple[str, str | None] | None:
+    """Mistakes that have a message of their own."""
+    statement = before[-3:] + [token]
+    for i in range(len(statement) - 1, 0, -1):
+        if statement[i - 1].type in ("SEMICOLON", "STRING"):
+            statement = statement[i:]
+            break
+    for t in statement:
+        if t.text in _FOREIGN and t.type == "NAME":
+            return f"`{t.text}` is not part of mbdsl", _FOREIGN[t.text]
+    section = next((t.type for t in reversed(before) if t.type in ("EQUATION", "MODEL", "PUBLIC", "PROTECTED")), "")
+    kind, text = token.type, token.text
+    if not any(t.type == "MODEL" for t in before) and kind in ("NAME", "PARAMETER", "CONSTANT", "EQUATION", "CONNECT"):
+        if len(before) == 0 or before[-1].type == "SEMICOLON":
+            close = difflib.get_close_matches(text.lower(), ["model", "import", "partial"], 1, 0.7)
+            hint = f"did you mean `{close[0]}`?" if close and close[0] != text else None
+            return f"found {_show(token)}, but a file consists of `model Name ... end Name;`", hint
+    if kind == "CONNECT" and section != "EQUATION":
+        return "`connect` belongs into the equation section", "write `equation` on a line before it"
+    if section == "EQUATION" and (
+        kind in ("PARAMETER", "CONSTANT", "EXTENDS", "FINAL", "CONNECTOR", "INNER", "OUTER")
+        or (kind == "NAME" and previous is not None and previous.type == "NAME")
+    ):
+        return "found a declaration in the equation section", "declarations come before `equation`"
+    if kind in ("PARAMETER", "CONSTANT", "FINAL") and "NAME" in expected and previous is not None:
+        if previous.type == "LOOP":
+            return "parameters cannot be declared in a loop", "declare an array: `parameter Real k[N] = ...;`"
+    if kind == "EQUAL" and previous is not None and previous.type == "COLON":
+        return "`:=` is an assignment, which mbdsl does not have", "write `=`"
+    if kind == "EQUAL" and "RELATION" in expected:
+        return "found `=` in an expression", "a comparison is written `==`"
+    if kind == "RELATION" and text == "==" and "EQUAL" in expected:
+        return "found `==`, expected `=`", None
+    if kind == "NAME" and previous is not None and "STAR" in expected:
+        if units.scan(text) is not None and previous.type == "RPAR":
+            return f"found {_show(token)} behind `)`", "a unit follows a number: write `(...)*(1 unit)`"
+        if previous.type == "NUMBER" and "." not in text:
+            return (
+                f"found {_show(token)} behind the number {previous.text}: no such unit",
+                "units are e.g. kg, m/s2, N.m/rad, deg, ms; a product is written with `*`",
+            )
+    if kind.lower() in KEYWORDS and "NAME" in expected and text:
+        return f"`{text}` is a word of the language and cannot be a name here", None
+    if kind == "NUMBER" and previous is not None and previous.type in ("NAME", "RSQB") and "STAR" in expected:
+        return f"found {_show(token)}, expected an operator before it", None
+    if kind == "LSQB" and previous is not None and previous.type == "RPAR":
+        return "found `[` behind `)`", "indices follow a name: `name[i](...)`"
+    return None
+
+
+def _open_blocks(tokens: list[Token]) -> list[tuple[str, Token]]:
+    """What is open after ``tokens``: ("model", its name), ("for", ...) or ("if", ...)."""
+    blocks: list[tuple[str, Token]] = []
+    depth = 0
+    for i, token in enumerate(tokens):
+        last = tokens[i - 1].type if i else ""
+        depth += (token.text in ("(", "{", "[")) - (token.text in (")", "}", "]"))
+        if last == "END":
+            if blocks and token.type in ("NAME", "FOR", "IF"):
+                blocks.pop()
+        elif token.type == "NAME" and last == "MODEL":
+            blocks.append(("model", token))
+        elif depth == 0 and token.type == "FOR":
+            blocks.append(("for", token))
+        elif token.type == "IF" and last in ("SEMICOLON", "LOOP", "EQUATION", "PUBLIC", "PROTECTED"):
+            blocks.append(("if", token))
+    return blocks
+
+
+def _line(source: Source, at: int) -> int:
+    return source.text.count("\n", 0, at)
+
+
+def _show(token: Token) -> str:
+    if token.type == "$END":
+        return "the end of the text"
+    text = token.text if len(token.text) <= 40 else token.text[:37] + "..."
+    return text if token.type == "STRING" else f"`{text}`"
+
+
+def _list(expected: set[str]) -> str:
+    """The terminals in words, the usual ones first."""
+    rest = set(expected)
+    words = []
+    if rest >= _EXPRESSION - {"LAST", "PLUS", "NOT"}:
+        words.append("an expression")
+        rest -= _EXPRESSION | {"NAME", "STRING", "IF", "COLON"}
+    elif len(rest & _OPERATORS) >= 4:
+        words.append("an operator")
+        rest -= _OPERATORS
+        rest -= {"COLON", "LPAR", "LSQB", "DOT", "FOR", "UNIT"}
+    if rest >= {"PARAMETER", "NAME", "END"}:
+        return "a declaration, `equation`, or `end`"
+    if "PARAMETER" in rest and "CONSTANT" in rest:
+        rest -= {"PARAMETER", "CONSTANT", "FINAL", "INNER", "OUTER", "CONNECTOR", "NAME"}
+        words.append("a declaration")
+    order = ["SEMICOLON", "COMMA", "RPAR", "RBRACE", "RSQB", "EQUAL"]
+    rest.discard("STRING" if len(rest) > 1 else "")
+    for name in sorted(rest, key=lambda n: (order.index(n) if n in order else len(order), n)):
+        words.append(_WORDS.get(name) or _SYMBOLS.get(name) or f"`{name.lower()}`")
+    if len(words) > 6:
+        words = words[:6]
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}" if words else "nothing more"

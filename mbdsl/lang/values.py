@@ -1,0 +1,266 @@
+"""Values with dimensions, and arithmetic on them.
+
+A :class:`Quantity` is a scalar: a number, truth value or text known now, or an :class:`Expr` that varies in time. Its
+dimension is None where nothing says what it is ("bare": SI, fits anything). Arrays are tuples of quantities.
+
+The rules for bare values: a sum takes the dimension of the side that has one. In a product, a number written out
+(``literal``) is a pure number beside something constant (``2*L1`` is a length), but leaves the result bare beside
+something that varies (``-100*x`` may be a force). Any other bare value leaves a product bare.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Union
+
+from mbdsl.errors import ModelError
+from mbdsl.lang import expressions, limits, units
+from mbdsl.lang.expressions import Expr
+from mbdsl.lang.quantities import words
+from mbdsl.lang.units import NUMBER, Dimension
+
+
+class Quantity:
+    """One scalar value. ``boolean`` tells a condition from a number where ``value`` is an expression."""
+
+    __slots__ = ("boolean", "dimension", "literal", "value")
+
+    def __init__(
+        self,
+        value: float | int | bool | str | Expr,
+        dimension: Dimension | None = None,
+        literal: bool = False,
+        boolean: bool = False,
+    ) -> None:
+        self.value = value
+        self.dimension = dimension
+        self.literal = literal
+        self.boolean = boolean or value is True or value is False
+
+    @property
+    def varying(self) -> bool:
+        return isinstance(self.value, Expr) and not expressions.is_const(self.value)
+
+    @property
+    def number(self) -> bool:
+        return not self.boolean and not isinstance(self.value, str)
+
+    def __repr__(self) -> str:
+        return f"Quantity({describe(self)}, {self.value!r})"
+
+
+Value = Union[Quantity, tuple["Value", ...]]
+
+
+def literal(value: float | int) -> Quantity:
+    return Quantity(value, None, True)
+
+
+def boolean(value: bool | Expr) -> Quantity:
+    return Quantity(value, NUMBER, boolean=True)
+
+
+def describe(value: Value) -> str:
+    """What ``value`` is, for messages: "a length [m]", "an array of 3"."""
+    if isinstance(value, tuple):
+        return f"an array of {len(value)}"
+    if value.boolean:
+        return "a Boolean"
+    if isinstance(value.value, str):
+        return "a text"
+    if value.dimension is None:
+        return "a number" if value.literal else "a number without unit"
+    return words(value.dimension)
+
+
+def numeric(q: Value, what: str) -> Quantity:
+    if isinstance(q, tuple) or not q.number:
+        raise ModelError(f"{what} takes numbers, found {describe(q)}")
+    return q
+
+
+def common(a: Quantity, b: Quantity, operation: str) -> Dimension | None:
+    """The dimension of two values that must have the same."""
+    if a.dimension is None:
+        return b.dimension
+    if b.dimension is not None and a.dimension != b.dimension:
+        raise ModelError(f"{operation} takes two values of the same dimension, found {describe(a)} and {describe(b)}")
+    return a.dimension
+
+
+def checked(value: float | int) -> float | int:
+    """A result of arithmetic, if it is a number that can be used."""
+    if isinstance(value, int):
+        if abs(value) > limits.INTEGER:
+            return float(value) if abs(value) < 10**300 else _overflow()
+        return value
+    if math.isinf(value) or math.isnan(value):
+        _overflow()
+    return value
+
+
+def _overflow() -> float:
+    raise ModelError("the result is no finite number")
+
+
+def compute(operation: str, now: Callable, *operands: Quantity) -> float | int | Expr:
+    """``now`` on the values if they are known, else an expression."""
+    if any(isinstance(q.value, Expr) for q in operands):
+        arguments = [expressions.expr(q.value) for q in operands]  # type: ignore[arg-type]
+        if operation in expressions._ARITHMETIC:
+            return expressions._ARITHMETIC[operation](*arguments)
+        return expressions.call(operation, *arguments)
+    try:
+        result = now(*(q.value for q in operands))
+    except ZeroDivisionError:
+        raise ModelError("division by zero") from None
+    except (ValueError, OverflowError):
+        raise ModelError("the result is no finite number") from None
+    return result if isinstance(result, bool) else checked(result)
+
+
+def add(a: Value, b: Value) -> Value:
+    return _sum("+", "add", lambda x, y: x + y, a, b)
+
+
+def subtract(a: Value, b: Value) -> Value:
+    return _sum("-", "sub", lambda x, y: x - y, a, b)
+
+
+def _sum(symbol: str, operation: str, now: Callable, a: Value, b: Value) -> Value:
+    if isinstance(a, tuple) and isinstance(b, tuple):
+        if len(a) != len(b):
+            raise ModelError(f"`{symbol}` takes arrays of the same size, found {describe(a)} and {describe(b)}")
+        return tuple(_sum(symbol, operation, now, x, y) for x, y in zip(a, b, strict=True))
+    if isinstance(a, tuple) or isinstance(b, tuple):
+        raise ModelError(f"`{symbol}` takes two numbers or two arrays, found {describe(a)} and {describe(b)}")
+    a, b = numeric(a, f"`{symbol}`"), numeric(b, f"`{symbol}`")
+    dimension = common(a, b, f"`{symbol}`")
+    return Quantity(compute(operation, now, a, b), dimension, a.literal and b.literal)
+
+
+def negate(a: Value) -> Value:
+    if isinstance(a, tuple):
+        return tuple(negate(x) for x in a)
+    numeric(a, "`-`")
+    return Quantity(compute("neg", lambda x: -x, a), a.dimension, a.literal)
+
+
+def multiply(a: Value, b: Value) -> Value:
+    if isinstance(a, tuple) and isinstance(b, tuple):
+        raise ModelError("`*` of two arrays is not defined; write `sum({a[i]*b[i] for i in 1:size(a, 1)})`")
+    if isinstance(a, tuple):
+        return tuple(multiply(x, b) for x in a)
+    if isinstance(b, tuple):
+        return tuple(multiply(a, x) for x in b)
+    a, b = numeric(a, "`*`"), numeric(b, "`*`")
+    return Quantity(compute("mul", lambda x, y: x * y, a, b), _product(a, b, 1), a.literal and b.literal)
+
+
+def divide(a: Value, b: Value) -> Value:
+    if isinstance(a, tuple):
+        return tuple(divide(x, b) for x in a)
+    if isinstance(b, tuple):
+        raise ModelError("`/` divides by a number, found an array")
+    a, b = numeric(a, "`/`"), numeric(b, "`/`")
+    return Quantity(compute("div", lambda x, y: x / y, a, b), _product(a, b, -1), a.literal and b.literal)
+
+
+def _product(a: Quantity, b: Quantity, sign: int) -> Dimension | None:
+    if a.dimension is not None and b.dimension is not None:
+        return units.multiply(a.dimension, b.dimension, sign)
+    if a.literal and b.dimension is not None and not b.varying:
+        return units.power(b.dimension, sign)
+    if b.literal and a.dimension is not None and not a.varying:
+        return a.dimension
+    return None
+
+
+def power(a: Value, b: Value) -> Value:
+    a, b = numeric(a, "`^`"), numeric(b, "`^`")
+    if b.dimension not in (None, NUMBER):
+        raise ModelError(f"an exponent is a pure number, found {describe(b)}")
+    dimension: Dimension | None
+    if a.dimension is None or a.dimension == NUMBER:
+        dimension = a.dimension
+    elif isinstance(b.value, Expr):
+        raise ModelError(f"a power of {describe(a)} takes a constant exponent")
+    else:
+        dimension = units.power(a.dimension, Fraction(b.value).limit_denominator(12))  # type: ignore[arg-type]
+    return Quantity(compute("pow", _power, a, b), dimension, a.literal and b.literal)
+
+
+def _power(a: float, b: float) -> float | int:
+    if isinstance(a, int) and isinstance(b, int) and 0 <= b <= 60 and abs(a) <= 2 ** (53 // max(b, 1)):
+        return a**b
+    return math.pow(a, b)
+
+
+_COMPARISONS: dict[str, tuple[str, Callable, bool]] = {
+    "<": ("lt", lambda x, y: x < y, False),
+    "<=": ("le", lambda x, y: x <= y, False),
+    ">": ("lt", lambda x, y: x < y, True),
+    ">=": ("le", lambda x, y: x <= y, True),
+    "==": ("eq", lambda x, y: x == y, False),
+    "<>": ("ne", lambda x, y: x != y, False),
+}
+
+
+def compare(symbol: str, a: Value, b: Value) -> Quantity:
+    operation, now, swap = _COMPARISONS[symbol]
+    if isinstance(a, tuple) or isinstance(b, tuple):
+        raise ModelError(f"`{symbol}` compares two numbers, found {describe(a)} and {describe(b)}")
+    if isinstance(a.value, str) and isinstance(b.value, str) and symbol in ("==", "<>"):
+        return boolean(now(a.value, b.value))
+    if a.boolean and b.boolean and symbol in ("==", "<>"):
+        return boolean(compute(operation, now, a, b))  # type: ignore[arg-type]
+    a, b = numeric(a, f"`{symbol}`"), numeric(b, f"`{symbol}`")
+    common(a, b, f"`{symbol}`")
+    if swap:
+        a, b = b, a
+    return boolean(compute(operation, now, a, b))  # type: ignore[arg-type]
+
+
+def logical(symbol: str, *operands: Value) -> Quantity:
+    for q in operands:
+        if isinstance(q, tuple) or not q.boolean:
+            raise ModelError(f"`{symbol}` takes conditions (true or false), found {describe(q)}")
+    now = {"and": lambda x, y: x and y, "or": lambda x, y: x or y, "not": lambda x: not x}[symbol]
+    return boolean(compute(symbol, now, *operands))  # type: ignore[arg-type]
+
+
+def choose(condition: Quantity, a: Value, b: Value) -> Value:
+    """``if`` with a condition that varies."""
+    if isinstance(a, tuple) or isinstance(b, tuple):
+        raise ModelError("an `if` that depends on time or signals chooses between numbers, found an array")
+    if a.boolean and b.boolean:
+        return boolean(expressions.call("select", condition.value, _expr(a), _expr(b)))  # type: ignore[arg-type]
+    a, b = numeric(a, "`if`"), numeric(b, "`if`")
+    dimension = common(a, b, "`if`")
+    result = expressions.call("select", condition.value, _expr(a), _expr(b))  # type: ignore[arg-type]
+    return Quantity(result, dimension, a.literal and b.literal)
+
+
+def _expr(q: Quantity) -> Expr:
+    return expressions.expr(q.value)  # type: ignore[arg-type]
+
+
+def with_unit(value: Value, unit: units.Unit) -> Value:
+    """``{1, 2} m``: the unit applies to every element."""
+    if isinstance(value, tuple):
+        return tuple(with_unit(x, unit) for x in value)
+    if value.dimension is not None or not value.number:
+        raise ModelError(f"the unit {unit.text} is given to {describe(value)}, which is not a bare number")
+    scaled = compute("mul", lambda x, y: x * y, value, Quantity(unit.factor))
+    return Quantity(scaled, unit.dimension)
+
+
+def shape(value: Value) -> tuple[int, ...]:
+    """Sizes of an array along its dimensions (as its first elements have them); () for a scalar."""
+    sizes = []
+    while isinstance(value, tuple):
+        sizes.append(len(value))
+        value = value[0] if value else Quantity(0)
+    return tuple(sizes)
