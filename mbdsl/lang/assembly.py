@@ -24,6 +24,7 @@ from mbdsl.lang.values import Quantity, Value
 from mbdsl.scene import Component, Experiment, Frame, InitialValue, ParameterValue, Scene
 
 _COORDINATE_UNIT = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
+_COORDINATE_DIMENSION = {key: units.dimension(unit) for key, unit in _COORDINATE_UNIT.items()}
 
 
 class Positional:
@@ -125,7 +126,7 @@ class Assembly:
     def coordinate(self, frame: Frame, key: str) -> Quantity:
         """A coordinate of a frame as an expression; what cannot move is zero."""
         kind = self.parts[frame.body].kind
-        dimension = units.dimension(_COORDINATE_UNIT[key])
+        dimension = _COORDINATE_DIMENSION[key]
         if key in ("phi", "w") and isinstance(kind, BodyKind) and kind.coordinates and "phi" not in kind.coordinates:
             return Quantity(expressions.const(0.0), dimension)
         return Quantity(expressions.coordinate(frame.name, key), dimension)
@@ -320,9 +321,8 @@ class Assembly:
     def _given(self) -> Iterator[tuple[InitialValue, At]]:
         """The initial equations."""
         for item, scope in self._initial:
-            target = evaluate(item.target, scope.for_signals())
+            name, target = self._target(item.target, scope.for_signals())
             value = evaluate(item.value, scope)
-            name = self._target_name(item.target, scope)
             targets, given = [target], [value]
             if isinstance(target, tuple):
                 targets = list(target)
@@ -339,29 +339,34 @@ class Assembly:
                 except ModelError as problem:
                     raise place(problem, item.at) from None
 
-    def _target_name(self, target: s.Expression, scope: Scope) -> str:
-        inner = target.arguments[0].value if isinstance(target, s.Call) and target.arguments else target
-        if not isinstance(inner, s.Reference) or (isinstance(target, s.Call) and s.write(target.function) != "der"):
-            raise ModelError(
-                f"found `{s.write(target)}` on the left of an initial equation, expected a signal",
-                span_of(target.at),
-                "e.g. `crank.phi = 30 deg;` or `guess rod.w = 1 rad/s;`",
-            )
-        entity = scope.for_signals().resolve(inner)
-        name = getattr(entity, "name", s.write(inner))
-        return f"der({name})" if isinstance(target, s.Call) else name
+    def _target(self, target: s.Expression, scope: Scope) -> tuple[str, Value]:
+        """Name and value of the left side of an initial equation: a signal, or der(signal)."""
+        if isinstance(target, s.Reference):
+            try:
+                entity = scope.resolve(target)
+                return getattr(entity, "name", None) or s.write(target), scope.value_of(entity, target)
+            except ModelError as problem:
+                raise place(problem, target.at) from None
+        inner = target.arguments[0].value if isinstance(target, s.Call) and len(target.arguments) == 1 else None
+        if isinstance(inner, s.Reference) and isinstance(target, s.Call) and s.write(target.function) == "der":
+            return f"der({self._target(inner, scope)[0]})", evaluate(target, scope)
+        raise ModelError(
+            f"found `{s.write(target)}` on the left of an initial equation, expected a signal",
+            span_of(target.at),
+            "e.g. `crank.phi = 30 deg;` or `guess rod.w = 1 rad/s;`",
+        )
 
     def _initial_value(self, name: str, target: Quantity, value: Value, fixed: bool, at: At) -> InitialValue:
         if isinstance(value, tuple):
             raise ModelError(f"found {values.describe(value)} for `{name}`, expected a single value")
-        if not isinstance(target.value, expressions.Expr) or not expressions.leaves(target.value):
+        leaves = expressions.leaves(target.value) if isinstance(target.value, expressions.Expr) else []
+        if not leaves:
             raise ModelError(f"`{name}` cannot be given an initial value: it does not vary", span_of(at))
-        if any(leaf.op == "time" for leaf in expressions.leaves(target.value)):
+        if any(leaf.op == "time" for leaf in leaves):
             raise ModelError(f"`{name}` depends on time; only positions and velocities have initial values", span_of(at))
-        q = check.fit(value, target.dimension, f"the initial value of `{name}`")
-        return InitialValue(
-            name, target.value, check.number(q, f"the initial value of `{name}`"), fixed, span_of(at)  # type: ignore[arg-type]
-        )
+        what = f"the initial value of `{name}`"
+        number = check.number(check.fit(value, target.dimension, what), what)  # type: ignore[arg-type]
+        return InitialValue(name, target.value, number, fixed, span_of(at))  # type: ignore[arg-type]
 
 
 def _unit_of(value: Value) -> str:

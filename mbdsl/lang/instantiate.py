@@ -121,7 +121,7 @@ class Instance:
         for d in declarations:
             if isinstance(member.item, s.Declaration):
                 self.namespace.declare(d.name, d.at)
-                self.namespace.pending[d.name] = lambda d=d: self._declare(member, d, self.scope)
+                self.namespace.pending[d.name] = lambda d=d: self.declare(member, d, self.scope)
             elif d.name not in self.namespace.pending:
                 if d.name in self.namespace.places:
                     if all(d.name not in {x.name for x in _declarations(m.item)} for m in self.members if m is not member):
@@ -151,7 +151,7 @@ class Instance:
                         self._block(member, scope, each)
                     break
         elif isinstance(item, s.Declaration):
-            self._declare(member, item, scope, block=True)
+            self.declare(member, item, scope, block=True)
 
     def _decide(self, condition: s.Expression, scope: Scope) -> bool:
         value = evaluate(condition, scope)
@@ -161,7 +161,7 @@ class Instance:
             )
         return value.value
 
-    def _declare(self, member: Member, d: s.Declaration, scope: Scope, block: bool = False) -> None:
+    def declare(self, member: Member, d: s.Declaration, scope: Scope, block: bool = False) -> None:
         """Make what ``d`` declares and enter it under its name."""
         given = self.modifiers.get(d.name)
         outside = member.modifiers.get(d.name)
@@ -470,7 +470,7 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
 def _alias(argument: Positional, contexts: Contexts) -> Frame | Node:
     found = argument.find(contexts)
     if isinstance(found, Part):
-        found = as_frame(found, s.write(argument.e))  # type: ignore[assignment]
+        found = as_frame(found, argument.e)  # type: ignore[assignment]
     if not isinstance(found, Frame | Node):
         raise ModelError(f"`{s.write(argument.e)}` is no frame", span_of(argument.e.at))
     return found

@@ -45,7 +45,7 @@ def parse_text(
     text: str, file: str = "<text>", overrides: Mapping[str, str | float] = {}, model: str | None = None
 ) -> Scene:
     """Read a model from a text; ``file`` is its name in messages, and imports are relative to it."""
-    with _deep():
+    with deep():
         library = Library()
         unit = library.add(text, file)
         return _flatten(_main(unit, model), unit, library, overrides)
@@ -87,7 +87,7 @@ def _flatten(model: s.Model, unit: Unit, library: Library, overrides: Mapping[st
 
 
 @contextmanager
-def _deep() -> Iterator[None]:
+def deep() -> Iterator[None]:
     """Room for models that are nested as deep as the limits allow."""
     before = sys.getrecursionlimit()
     sys.setrecursionlimit(max(before, 20_000))

@@ -238,7 +238,8 @@ class Part:
     # -- signals -----------------------------------------------------------------------------------------------
 
     def signal_names(self) -> tuple[str, ...]:
-        return _signal_names(self.kind.name, tuple(n for n in _law_names(self.kind.name) if self._has_law(n)))
+        laws = _law_names(self.kind.name)
+        return _signal_names(self.kind.name, tuple(n for n in laws if self._has_law(n)) if laws else ())
 
     def _has_law(self, name: str) -> bool:
         parameter = self.kind.parameter(name)
@@ -255,6 +256,8 @@ class Part:
             found = Quantity(self.law(name), units.dimension(parameter.unit))  # type: ignore[arg-type]
         else:
             declared = next(x for x in self.kind.signals if x.name == name)
+            if declared.formula.startswith("c.") and declared.formula[2:] in expressions.COORDINATES:
+                return self.assembly.coordinate(self.frames["c"], declared.formula[2:])
             value = evaluate(formula(declared.formula), Formula(self))
             assert isinstance(value, Quantity)
             found = Quantity(expressions.expr(value.value), units.dimension(declared.unit))  # type: ignore[arg-type]

@@ -73,9 +73,9 @@ class Scope:
         steps = reference.steps
         if len(steps) == 1 and not steps[0].indices and steps[0].name in self.locals:
             return self.locals[steps[0].name]
-        return self._value(self.resolve(reference), reference)
+        return self.value_of(self.resolve(reference), reference)
 
-    def _value(self, entity: Entity, reference: s.Reference) -> Value:
+    def value_of(self, entity: Entity, reference: s.Reference) -> Value:
         if isinstance(entity, Quantity | tuple):
             return entity
         if isinstance(entity, Slot):
@@ -88,7 +88,7 @@ class Scope:
                 raise self._not_constant(entity.name)
             return entity.value()
         if isinstance(entity, Many):
-            return tuple(self._value(item, reference) for item in entity.items)
+            return tuple(self.value_of(item, reference) for item in entity.items)
         if isinstance(entity, Disabled):
             raise _disabled(entity, s.write(reference))
         name = s.write(reference)
@@ -131,13 +131,17 @@ class Scope:
         """The thing that ``reference`` names."""
         steps = reference.steps
         first = steps[0]
+        if first.name == "Modelica" and (constant := s.write(reference)) in functions.CONSTANTS:
+            return Quantity(functions.CONSTANTS[constant], units.NUMBER)
         entity = self._first(first, reference)
+        if first.indices:
+            entity = self._index(entity, first, first.name)
         so_far = first.name
-        entity = self._index(entity, first, so_far)
         for step in steps[1:]:
             entity = self._step(entity, step, so_far)
             so_far = f"{so_far}.{step.name}"
-            entity = self._index(entity, step, so_far)
+            if step.indices:
+                entity = self._index(entity, step, so_far)
         return entity
 
     def _first(self, step: s.Step, reference: s.Reference) -> Entity:
@@ -162,9 +166,6 @@ class Scope:
             if not self.varying:
                 raise self._not_constant("time")
             return Quantity(TIME, units.dimension("s"))
-        written = s.write(reference)
-        if written in functions.CONSTANTS:
-            return Quantity(functions.CONSTANTS[written], units.NUMBER)
         if name in functions.CONSTANTS:
             return Quantity(functions.CONSTANTS[name], units.NUMBER)
         raise self._unknown(name, step.at)
@@ -236,10 +237,8 @@ class Scope:
         raise ModelError(f"{part.kind.name} `{owner}` has no `{name}`", span_of(step.at), hint)
 
     def _index(self, entity: Entity, step: s.Step, owner: str) -> Entity:
-        if not step.indices:
-            return entity
         if isinstance(entity, Slot):
-            entity = self._value(entity, s.Reference((step,), at=step.at))
+            entity = self.value_of(entity, s.Reference((step,), at=step.at))
         if isinstance(entity, Disabled):
             return entity
         if isinstance(entity, Array):
@@ -270,12 +269,20 @@ class Scope:
                 span_of(step.at),
             )
         found: list[list[int] | int] = []
+        scope = self
         for index, size in zip(step.indices, shape, strict=False):
             if isinstance(index, s.Everything):
                 found.append(list(range(1, size + 1)))
                 continue
-            value = evaluate(index, self._copy(self.locals, self.varying, size))
-            if isinstance(value, tuple):
+            if not isinstance(index, s.Number | s.Reference) and size != scope.size:
+                scope = self._copy(self.locals, self.varying, size)  # for `end`
+            value = evaluate(index, scope)
+            if isinstance(value, Quantity) and type(value.value) is int:
+                if 1 <= value.value <= size:
+                    found.append(value.value)
+                    continue
+                numbers = [value.value]
+            elif isinstance(value, tuple):
                 numbers = [functions.count(v, f"an index of `{owner}`") for v in value]
             else:
                 numbers = [functions.count(value, f"an index of `{owner}`")]
@@ -294,29 +301,32 @@ class Scope:
         if not isinstance(e, s.Reference):
             raise ModelError(f"found `{s.write(e)}`, expected a frame", span_of(e.at), "e.g. `rod.b`, or `ground`")
         try:
-            return as_frame(self.resolve(e), s.write(e))
+            return as_frame(self.resolve(e), e)
         except ModelError as problem:
             if problem.span is None:
                 problem.span = span_of(e.at)
             raise
 
 
-def as_frame(entity: Entity, name: str) -> Frame | Node | Part | Many | Disabled:
+def as_frame(entity: Entity, e: s.Expression) -> Frame | Node | Part | Many | Disabled:
+    """The frame that ``entity``, written as ``e``, stands for."""
     if isinstance(entity, Frame | Node | Disabled):
         return entity
     if isinstance(entity, FrameMember):
         return entity.target()
     if isinstance(entity, Many):
-        return Many([as_frame(item, name) for item in entity.items])
+        return Many([as_frame(item, e) for item in entity.items])
     if isinstance(entity, Array):
-        return Many([as_frame(item, name) for item in entity.in_order()])
+        return Many([as_frame(item, e) for item in entity.in_order()])
     if isinstance(entity, Part):
         if not is_body(entity):
             return entity
         if entity.kind.is_frame:  # type: ignore[attr-defined]
             return entity.frames["c"]
+        name = s.write(e)
         frames = ", ".join(f"{name}.{f}" for f in entity.frames)
         raise ModelError(f"`{name}` is a {entity.kind.name}, expected one of its frames", None, f"its frames: {frames}")
+    name = s.write(e)
     if isinstance(entity, Namespace):
         connectors = [n for n, m in entity.members.items() if isinstance(m, Node | FrameMember)]
         listed = f"its connectors: {', '.join(f'{name}.{c}' for c in connectors)}" if connectors else None

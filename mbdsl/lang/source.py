@@ -15,6 +15,7 @@ class Source:
     def __init__(self, file: str, text: str) -> None:
         self.file = file
         self.text = text
+        self._spans: dict[tuple[int, int], Span] = {}  # loops ask for the same places again and again
 
     @cached_property
     def _starts(self) -> list[int]:
@@ -22,6 +23,12 @@ class Source:
 
     def span(self, start: int, end: int) -> Span:
         """The place from ``start`` to ``end`` (offsets), cut at the end of its first line."""
+        found = self._spans.get((start, end))
+        if found is None:
+            found = self._spans[start, end] = self._span(start, end)
+        return found
+
+    def _span(self, start: int, end: int) -> Span:
         start = min(start, len(self.text))
         line = bisect_right(self._starts, start) - 1
         first = self._starts[line]

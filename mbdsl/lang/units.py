@@ -161,6 +161,7 @@ def parse(text: str) -> Unit | None:
     return unit
 
 
+@cache
 def dimension(text: str) -> Dimension:
     """Dimension of a unit that is known to be right (from a declaration)."""
     unit = parse(text)

@@ -1,0 +1,250 @@
+"""A model built from Python: the same names, the same checks and the same Scene as by text.
+
+    >>> b = Builder("Pendulum")
+    >>> ground = b.Ground("ground")
+    >>> rod = b.Rod("rod", m="2 kg", length="50 cm")
+    >>> pin = b.Revolute("pin", ground, rod.a)
+    >>> b.initial(rod.phi, "-30 deg")
+    >>> b.scene().frames["rod.a"].x
+    -0.25
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+from mbdsl.elements import kinds
+from mbdsl.errors import ModelError, UsageError
+from mbdsl.lang import syntax as s
+from mbdsl.lang.assembly import Assembly
+from mbdsl.lang.experiment import KEYS, setting
+from mbdsl.lang.expressions import COORDINATES, Expr
+from mbdsl.lang.instantiate import ALIASES, Instance, Member
+from mbdsl.lang.library import Unit
+from mbdsl.lang.load import deep
+from mbdsl.lang.members import Array, FrameMember, Namespace
+from mbdsl.lang.parser import parse_expression
+from mbdsl.lang.parts import Part
+from mbdsl.lang.suggest import did_you_mean
+from mbdsl.lang.values import Quantity, Value
+from mbdsl.scene import Experiment, Scene
+
+#: what may be given as a value: a number in SI, a text of the language, an array, an expression
+Given = Any
+_NAME = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(?:\[([0-9]+(?:, ?[0-9]+)*)\])?")
+
+
+class Handle:
+    """A component, frame or signal of a model under construction; ``str()`` gives its full name.
+
+    Its attributes are the frames, ports and signals that it has: ``rod.b``, ``rod.b.x``, ``pin.phi``.
+    """
+
+    def __init__(self, builder: Builder, name: str, known: Callable[[], Sequence[str]]) -> None:
+        self._builder, self._name, self._known = builder, name, known
+
+    def __getattr__(self, name: str) -> Handle:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        known = self._known()
+        if name not in known:
+            hint = did_you_mean(name, known, "it has")
+            raise AttributeError(f"`{self._name}` has no `{name}`" + (f"; {hint}" if hint else ""))
+        return Handle(self._builder, f"{self._name}.{name}", lambda: COORDINATES)
+
+    def __dir__(self) -> list[str]:
+        return list(self._known())
+
+    def __str__(self) -> str:
+        return self._name
+
+    def __repr__(self) -> str:
+        return f"<{self._name} of {self._builder.name}>"
+
+
+class Builder:
+    """Collects components and makes a :class:`~mbdsl.scene.Scene` of them.
+
+    Every kind of the language is a method: ``b.Rod("rod", m=1.0, length=0.5)`` is ``b.add("Rod", "rod", ...)``.
+    Values are numbers in SI, texts in the language's own syntax (``"30 deg"``, ``"100 N/m*(s - 0.2 m)"``), sequences
+    for arrays, or :class:`~mbdsl.lang.expressions.Expr` for laws.
+
+    Parameters
+    ----------
+    name : str
+        Name of the model.
+    doc : str
+        One line about it.
+    """
+
+    def __init__(self, name: str, doc: str = "") -> None:
+        self.name = name
+        self.doc = doc
+        self._assembly = Assembly()
+        self._root = Namespace(self._assembly)
+        self._unit = Unit(s.File("<library>", (), ()))
+        self._instance = Instance(self._assembly, self._root, s.Model(name, doc, (), (), ()), self._unit, {})
+        self._experiment: dict[str, Any] = {}
+
+    def __getattr__(self, name: str) -> Callable[..., Handle]:
+        if name in kinds() or name in ALIASES:
+            return partial(self.add, name)
+        hint = did_you_mean(name, kinds())
+        raise AttributeError(f"Builder has no `{name}`" + (f"; {hint}" if hint else ""))
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *kinds()]
+
+    # -- what a model is made of -------------------------------------------------------------------------------
+
+    def add(self, kind: str, name: str, *frames: Handle | str, doc: str = "", **values: Given) -> Handle:
+        """Add a component.
+
+        Parameters
+        ----------
+        kind : str
+            One of the language's kinds, e.g. ``"Revolute"``.
+        name : str
+            Its name; ``"link[3]"`` makes it an element of an array.
+        *frames : Handle or str
+            What it is attached to, in the order of its ports; a joint stands for its two frames.
+        **values
+            Its parameters. ``frames={"tip": (0.3, 0)}`` gives a body more frames, ``phi={"start": 0.1, "fixed":
+            True}`` an initial value.
+
+        Returns
+        -------
+        Handle
+            Its attributes are its frames and signals.
+        """
+        if kind not in kinds() and kind not in ALIASES:
+            raise ModelError(f"there is no kind of component called `{kind}`", hint=did_you_mean(kind, kinds()))
+        self._declare(name, kind, doc, [_reference(f) for f in frames], values)
+        part = self._part(name)
+        return Handle(self, name, part.known_names)
+
+    def parameter(self, name: str, value: Given, doc: str = "", type: str = "") -> Handle:
+        """Give a value a name, for use in texts; ``type`` may be a quantity such as "Mass"."""
+        declaration = s.Declaration(frozenset({"parameter"}), type, name, value=_node(value, name), doc=doc)
+        self._enter(declaration)
+        return Handle(self, name, tuple)
+
+    def variable(self, name: str, value: Given, doc: str = "") -> Handle:
+        """Give an expression of time and signals a name; it becomes a signal of the model."""
+        self._enter(s.Declaration(frozenset(), "Real", name, value=_node(value, name), doc=doc))
+        return Handle(self, name, tuple)
+
+    def frame(self, name: str, base: Handle | str, r: Given = (0.0, 0.0), phi: Given = 0.0) -> Handle:
+        """A frame fixed to the body ``base``, or relative to another frame."""
+        self._declare(name, "Frame", "", [_reference(base)], {"r": r, "phi": phi})
+        return Handle(self, name, lambda: COORDINATES)
+
+    def table(
+        self, name: str, table: Given, smoothness: str = "linear", extrapolation: str = "hold", doc: str = ""
+    ) -> Handle:
+        """A function given by points, rows of two values or a text ``"[0 s, 0 N; 1 s, 2 N]"``."""
+        values = {"table": table, "smoothness": s.String(smoothness), "extrapolation": s.String(extrapolation)}
+        self._declare(name, "Table", doc, [], values)
+        return Handle(self, name, tuple)
+
+    def connect(self, first: Handle | str, second: Handle | str) -> None:
+        """Say that two ports, or a port and a frame, are the same."""
+        self._assembly.connect(_reference(first), _reference(second), self._instance.scope, None)
+
+    def initial(self, target: Handle | str, value: Given, fixed: bool = True) -> None:
+        """Give a position or velocity its value at the start, exactly or (``fixed=False``) as a guess."""
+        mode = "fixed" if fixed else "guess"
+        item = s.Initial(mode, parse_expression(str(target), "<initial>"), _node(value, str(target)))
+        self._assembly.initial(item, self._instance.scope)
+
+    def experiment(
+        self,
+        stop: Given = None,
+        start: Given = None,
+        interval: Given = None,
+        tolerance: Given = None,
+        method: str | None = None,
+        step: Given = None,
+    ) -> None:
+        """What to simulate unless the caller says otherwise; times in seconds or with a unit."""
+        given = {"stop": stop, "start": start, "interval": interval, "tolerance": tolerance, "step": step}
+        for key, (field, unit) in KEYS.items():
+            if given.get(field) is not None:
+                self._experiment[field] = setting(key, field, unit, self._value(given[field], key))
+        if method is not None:
+            self._experiment["method"] = method
+
+    def scene(self) -> Scene:
+        """The model as a Scene; everything is checked."""
+        with deep():
+            return self._assembly.scene(self._root, self.name, self.doc, Experiment(**self._experiment))
+
+    # -- how ---------------------------------------------------------------------------------------------------
+
+    def _declare(
+        self, name: str, type_name: str, doc: str, frames: list[s.Expression], values: Mapping[str, Given]
+    ) -> None:
+        match = _NAME.fullmatch(name)
+        if match is None:
+            raise UsageError(f"{name!r} is no name", hint="a name is made of letters a-z, digits and `_`")
+        indices = tuple(s.Number(int(i)) for i in match.group(2).split(",")) if match.group(2) else ()
+        arguments = [s.Argument("", frame) for frame in frames]
+        arguments += [_argument(key, value, name) for key, value in values.items() if value is not None]
+        self._enter(s.Declaration(frozenset(), type_name, match.group(1), indices, tuple(arguments), doc=doc))
+
+    def _enter(self, d: s.Declaration) -> None:
+        with deep():
+            if not d.indices:
+                self._root.declare(d.name, None)
+            else:
+                self._root.places[d.name] = None
+            try:
+                self._instance.declare(Member(d, self._unit, {}), d, self._instance.scope, bool(d.indices))
+            except ModelError:
+                if not d.indices:
+                    del self._root.places[d.name]
+                raise
+
+    def _part(self, name: str) -> Part:
+        return self._assembly.parts[name.replace(" ", "")]
+
+    def _value(self, given: Given, what: str) -> Value:
+        from mbdsl.lang.evaluate import evaluate
+
+        return evaluate(_node(given, what), self._instance.scope)
+
+
+def _reference(frame: Handle | str) -> s.Expression:
+    if not isinstance(frame, Handle | str):
+        raise UsageError(f"found {frame!r}, expected a frame", hint="frames are attributes of components: `rod.b`")
+    return parse_expression(str(frame), "<frame>")
+
+
+def _argument(name: str, value: Given, owner: str) -> s.Argument:
+    if isinstance(value, Mapping):
+        return s.Argument(name, None, tuple(_argument(k, v, f"{owner}.{name}") for k, v in value.items()))
+    return s.Argument(name, _node(value, f"{owner}.{name}"))
+
+
+def _node(value: Given, what: str) -> s.Expression:
+    """A value from Python as syntax."""
+    if isinstance(value, s.Expression):
+        return value
+    if isinstance(value, str):
+        return parse_expression(value, f"<{what}>")
+    if isinstance(value, Handle):
+        return parse_expression(str(value), f"<{what}>")
+    if isinstance(value, Expr):
+        return s.Literal(Quantity(value))
+    if hasattr(value, "tolist"):  # numpy's scalars and arrays
+        value = value.tolist()
+    if isinstance(value, bool):
+        return s.Boolean(value)
+    if isinstance(value, int | float):
+        return s.Number(value)
+    if isinstance(value, Sequence):
+        return s.Array(tuple(_node(v, what) for v in value))
+    raise UsageError(f"`{what}`: found {value!r}, expected a number, a text or a sequence")
