@@ -153,6 +153,5 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         counts = f"{stats['matrix_evaluations']} matrices, {stats['factorisations']} factorisations"
         lines.append(f"{sizes}; {stats['rejected']} steps rejected, {counts}")
         lines.append("seconds: " + ", ".join(f"{phase} {spent:.3g}" for phase, spent in seconds.items()))
-        if trajectory.message:
-            lines.append(trajectory.message)
+        lines += [f"initial value of {m.name}: guessed {m.guess:.9g}, found {m.value:.9g}" for m in trajectory.moved]
     return "\n".join(lines)

@@ -22,7 +22,7 @@ class Trajectory:
 
     default_names = ("crank.x", "crank.phi")
     names = (*default_names, "energy.total")
-    message = "crank.phi moved by 0.1 from its guess"
+    moved = (types.SimpleNamespace(name="crank.phi", guess=0.5, value=0.25),)
 
     def __init__(self, status="done"):
         self.t, self.status, self.scene = np.linspace(0.0, 1.0, 5), status, Scene("Crank", {}, {})
@@ -160,7 +160,7 @@ def test_verbose_tells_sizes_phases_and_how_far_guesses_moved(say, simulation):
     out = say("simulate", "m.mbd", "--verbose")[1]
     assert "n = 3, m = 2, p = 0; 0 steps rejected, 2 matrices, 2 factorisations" in out
     assert "integrate 0.25" in out
-    assert "crank.phi moved by 0.1 from its guess" in out
+    assert "initial value of crank.phi: guessed 0.5, found 0.25" in out
 
 
 def test_quiet_says_nothing(say, simulation):

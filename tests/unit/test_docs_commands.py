@@ -2,7 +2,7 @@
 
 In order of the page, in one folder that has the models: ``mbd`` fences whose first line is ``// NAME.mbd`` become that
 file; in ``bash`` and ``console`` fences every ``mbdsl`` command runs; what a ``console`` fence shows below ``$ command``
-has to be what is printed, ``...`` standing for anything; ``python`` fences run one after the other.
+has to be what is printed, ``...`` standing for anything there or, in a line of its own, for any lines; ``python`` fences run one after the other.
 """
 
 import contextlib
@@ -42,9 +42,12 @@ def commands(body, console):
 
 
 def matches(shown, printed):
-    """Whether ``shown`` is ``printed``, "..." standing for anything and blanks at the end for nothing."""
-    pattern = ".*".join(re.escape(part) for part in shown.strip().split("..."))
-    return re.fullmatch(pattern, printed.strip(), re.DOTALL) is not None
+    """Whether ``shown`` is ``printed``; "..." is any part of a line, or any number of lines where it has its own."""
+    pattern = "".join(
+        r"(?:.*\n)*" if line == "..." else ".*".join(re.escape(part) for part in line.split("...")) + r"\n"
+        for line in shown.strip().splitlines()
+    )
+    return re.fullmatch(pattern, "".join(line + "\n" for line in printed.strip().splitlines())) is not None
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -85,7 +88,16 @@ def test_the_reader_of_fences():
 
 @pytest.mark.parametrize(
     ("shown", "printed", "same"),
-    [("a\n", "a", True), ("a\n", "b", False), ("a ... c\n", "a 1 c", True), ("a\n", "a\nb", False), ("", "a", False)],
+    [
+        ("a\n", "a", True),
+        ("a\n", "b", False),
+        ("a ... c\n", "a 1 c", True),
+        ("a\n", "a\nb", False),
+        ("", "a", False),
+        ("...\na\n", "a\n", True),
+        ("...\na\n", "x\ny\na", True),
+        ("a...\n", "a\nb", False),
+    ],
 )
 def test_what_is_shown_is_compared(shown, printed, same):
     assert matches(shown, printed) is same
