@@ -5,14 +5,14 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-import mbdsl
+from mbdsl.simulation import simulate
 
 HERE = Path(__file__).resolve().parent
-SHOWN = np.linspace(0.0, 0.4, 9)  #: times at which the mechanism is drawn [s]
+SHOWN = np.linspace(0.0, 0.35, 8)  #: times at which the mechanism is drawn [s]
 
 
-def main() -> None:
-    trajectory = mbdsl.simulate(mbdsl.load(HERE.parent / "models" / "slider_crank.mbd"), method="hht-si2", step=1e-3)
+def main(target: Path = HERE / "slider_crank.png") -> None:
+    trajectory = simulate(HERE.parent / "models" / "slider_crank.mbd", method="hht-si2", step=1e-3)
     t = trajectory.t
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.6), width_ratios=(1, 1.2), layout="constrained")
 
@@ -33,7 +33,7 @@ def main() -> None:
     speed.plot(t, trajectory["crank.w"], color="tab:orange")
     speed.set_ylabel("angular velocity [rad/s]", color="tab:orange")
 
-    figure.savefig(HERE / "slider_crank.png", dpi=110)
+    figure.savefig(target, dpi=110)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ has to be what is printed, ``...`` standing for anything there or, in a line of 
 import contextlib
 import io
 import re
+import runpy
 import shlex
 import shutil
 import sys
@@ -68,6 +69,12 @@ def test_page(page, tmp_path, monkeypatch):
                 code, printed = run(command)
                 assert code == 0 or (shown and "error: " in shown), f"{command}\n{printed}"
                 assert shown is None or matches(shown, printed), f"{command}\n{printed}"
+
+
+def test_the_picture_can_be_drawn(tmp_path, monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    runpy.run_path(str(ROOT / "docs" / "draw_slider_crank.py"))["main"](tmp_path / "picture.png")
+    assert (tmp_path / "picture.png").stat().st_size > 10_000
 
 
 def test_readme_begins_with_the_two_commands():
