@@ -84,6 +84,8 @@ class Assembly:
         self._active[key] = (label, at)
         try:
             yield
+        except ModelError as problem:
+            raise place(problem, at) from None
         finally:
             del self._active[key]
 
@@ -233,12 +235,12 @@ class Assembly:
         """Check what is left to check, and make the Scene."""
         for part in self.parts.values():
             part.values  # noqa: B018  errors in values come before those of connections
+        self.connect_all()
         if self.ground is None:
             first = next((p for p in self.parts.values() if is_body(p)), None)
             message = "the model has no ground" if first or self.parts else "the model has no components"
             where = span_of(first.at) if first is not None else None
             raise ModelError(message, where, "declare it: `Ground ground;`")
-        self.connect_all()
         parameters, variables = self._slots(root)
         components: dict[str, Component] = {part.name: part.component() for part in self.parts.values()}
         frames = {frame.name: frame for part in self.parts.values() if is_body(part) for frame in part.frames.values()}

@@ -8,7 +8,7 @@ from typing import Protocol
 from mbdsl.errors import ModelError
 from mbdsl.lang import expressions, functions, values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.limits import NODES
+from mbdsl.lang.limits import ARRAY, NODES
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
 
@@ -218,8 +218,8 @@ def range_values(e: s.Range, scope: Scope) -> list[int | float]:
         if by == 0:
             raise ModelError("the step of a range is zero")
         found = range(first, last + (1 if by > 0 else -1), by)
-        if len(found):
-            functions.bounded(len(found))
+        if bool(found) and (last - first) // by >= ARRAY:
+            raise ModelError(f"this range has {(last - first) // by + 1} numbers, more than the {ARRAY} allowed")
         scope.budget.spend(len(found))
         return list(found)
     numbers = [values.numeric(b, "a range") for b in bounds]

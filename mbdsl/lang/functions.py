@@ -33,7 +33,10 @@ def _pure(name: str, arguments: list[Value]) -> Value:
         return tuple(_pure(name, [x]) for x in a)
     numeric(a, f"{name}()")
     if a.dimension not in (None, NUMBER):
-        raise ModelError(f"{name}() takes a pure number or an angle, found {describe(a)}")
+        hint = None
+        if a.dimension == units.dimension("s"):
+            hint = "give the time a rate, e.g. `2 rad/s * time`"
+        raise ModelError(f"{name}() takes a pure number or an angle, found {describe(a)}", hint=hint)
     operation = _PURE[name]
     return Quantity(compute(operation, _PYTHON[operation], a), NUMBER)
 

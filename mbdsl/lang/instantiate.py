@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from math import prod
 
 from mbdsl.elements import kinds
 from mbdsl.errors import ModelError
@@ -71,10 +72,10 @@ class Instance:
         for member in self.members:
             self._announce(member, self._condition_free(member))
         self._refuse_unknown_modifiers()
-        for name in list(self.namespace.pending):
-            self.namespace.find(name)
         for member in self.members:
-            if isinstance(member.item, s.For | s.If):
+            if isinstance(member.item, s.Declaration):
+                self.namespace.find(member.item.name)
+            else:
                 self._block(member, self.scope)
         for item in self.equations:
             self._equation(item, self.scope)
@@ -246,7 +247,8 @@ class Instance:
         if d.prefixes & {"parameter", "constant"}:
             known = [*VALUE_TYPES[1:], *quantities.TYPES]
             return ModelError(f"`{d.type}` is no type of a parameter", span_of(d.type_at), did_you_mean(d.type, known))
-        known = [*kinds(), *ALIASES, "Table", "Frame", *unit.names(), *VALUE_TYPES[1:], *quantities.TYPES]
+        known = [*kinds(), *ALIASES, "Table", "Frame", *unit.names(), *VALUE_TYPES[1:]]
+        known += quantities.TYPES if d.value is not None else ()
         hint = did_you_mean(d.type, known) or f"the kinds are {', '.join(kinds())}"
         return ModelError(f"there is no kind of component or model called `{d.type}`", span_of(d.type_at), hint)
 
@@ -272,12 +274,11 @@ class Instance:
             namespace.members[d.name] = make(full, namespace.contexts)
             return
         sizes = [self._index(i, scope, "the size of an array", 0) for i in d.indices]
-        try:
-            count = functions.bounded(*sizes)
-            if count > limits.COMPONENTS - len(self.assembly.parts):
-                raise ModelError(f"`{full}` has {count} elements, a model has at most {limits.COMPONENTS} components")
-        except ModelError as problem:
-            raise place(problem, d.at) from None
+        count = prod(sizes)
+        if count > limits.COMPONENTS - len(self.assembly.parts):
+            raise ModelError(
+                f"`{full}` has {count} elements, but a model has at most {limits.COMPONENTS} components", span_of(d.at)
+            )
         array = namespace.members[d.name] = Array(full, len(sizes), d.at)
         array.sizes = tuple(sizes)
         for index in _indices(sizes):
@@ -395,7 +396,7 @@ class Instance:
                 return found
             above = above.parent
         raise ModelError(
-            f"no model around `{self.namespace.name or self.model.name}` has an `{d.name}`",
+            f"`{self.namespace.name or self.model.name}` expects `{d.name}` from a model around it, but there is none",
             span_of(d.at),
             f"declare it there: `{d.type} {d.name};`",
         )

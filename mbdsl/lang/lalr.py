@@ -45,9 +45,9 @@ class Tables(NamedTuple):
 class Unexpected(Exception):
     """A token that does not fit; ``expected`` are the terminals that would."""
 
-    def __init__(self, token: Token, previous: Token | None, expected: set[str], values: list) -> None:
+    def __init__(self, token: Token, previous: Token | None, expected: set[str]) -> None:
         super().__init__(token.type)
-        self.token, self.previous, self.expected, self.values = token, previous, expected, values
+        self.token, self.previous, self.expected = token, previous, expected
 
 
 @cache
@@ -130,19 +130,18 @@ def parse(tokens: list[Token], start: str, builders: dict[str, Callable[[list], 
     states, rules, starts, accept = tables()
     stack, values = [starts[start]], []
     goal = accept[start]
-    previous = None
-    for token in tokens:
+    for i, token in enumerate(tokens):
         kind = token.type
         while True:
             if kind == "$END" and stack[-1] == goal:
                 return values[-1]
             action = states[stack[-1]].get(kind)
             if action is None:
-                raise Unexpected(token, previous, _acceptable(stack), values)
+                previous = tokens[i - 1] if i else None
+                raise Unexpected(token, previous, _acceptable(_states_before(tokens[:i], start)))
             if action >= 0:
                 stack.append(action)
                 values.append(token)
-                previous = token
                 break
             rule = rules[-1 - action]
             size = rule.size
@@ -169,6 +168,20 @@ def parse(tokens: list[Token], start: str, builders: dict[str, Callable[[list], 
             stack.append(states[stack[-1]][rule.symbol])
             values.append(value)
     raise AssertionError("tokens end with $END")
+
+
+def _states_before(tokens: list[Token], start: str) -> list[int]:
+    """The stack right after ``tokens``, before the next one made the parser close what it cannot follow."""
+    states, rules, starts, _ = tables()
+    stack = [starts[start]]
+    for token in tokens:
+        while (action := states[stack[-1]][token.type]) < 0:
+            rule = rules[-1 - action]
+            if rule.size:
+                del stack[-rule.size :]
+            stack.append(states[stack[-1]][rule.symbol])
+        stack.append(action)
+    return stack
 
 
 def _acceptable(stack: list[int]) -> set[str]:

@@ -153,8 +153,8 @@ def read(path: str) -> str:
 def _close_file(path: str) -> str | None:
     folder = os.path.dirname(path) or "."
     try:
-        names = [n for n in sorted(os.listdir(folder))[:2000] if n.endswith(".mbd")]
+        names = [n[:-4] for n in sorted(os.listdir(folder))[:2000] if n.endswith(".mbd")]
     except OSError:
         return None
-    hint = did_you_mean(os.path.basename(path), names)
-    return hint
+    close = did_you_mean(os.path.basename(path).removesuffix(".mbd"), names)
+    return close.replace("`?", ".mbd`?").replace("` or", ".mbd` or") if close else None

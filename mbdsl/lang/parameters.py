@@ -62,6 +62,8 @@ def _evaluate(
     written = attributes.get("unit")
     if written is not None and written.value is not None:
         unit = slot.unit = _unit_attribute(written)
+        if units.parse(unit).factor != 1.0:  # type: ignore[union-attr]
+            slot.unit = quantities.unit_text(units.dimension(unit)).replace("1", "rad")  # values are kept in SI
     dimension: Dimension | None = units.dimension(unit) if unit else None
     sizes = [functions.count(evaluate(i, scope), f"the size of {what}") if not isinstance(i, s.Everything) else -1 for i in d.indices]
     for size in sizes:

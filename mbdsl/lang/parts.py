@@ -92,6 +92,10 @@ class Part:
         modifier = self.template.modifiers.get(name)
         return modifier if modifier is not None and modifier.value is not None else None
 
+    def given(self, name: str) -> bool:
+        """Whether a law should find the component's own ``name``: not where it is a parameter left at its default."""
+        return self.kind.parameter(name) is None or name in self.template.modifiers or name in self.signal_names()
+
     @property
     def values(self) -> dict:
         """All parameters but the laws, in SI, with defaults and what follows from them."""

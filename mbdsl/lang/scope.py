@@ -152,7 +152,7 @@ class Scope:
         owner = self.owner
         if owner is not None:
             inner = self._own(owner, name)
-            if inner is not None and found is not None and not _same(found, inner):
+            if inner is not None and found is not None and owner.given(name) and not _same(found, inner):
                 raise ModelError(
                     f"`{name}` is ambiguous here: `{owner.name}` has one, and so has the model around it",
                     span_of(step.at),

@@ -69,14 +69,25 @@ def explain(problem: Unexpected, source: Source, tokens: list[Token], start: str
             note = (f"the {name} begins here", source.span(opened.start, opened.end))
             return SyntaxProblem(f"the text ends inside the {name}; `{closing}` is missing", here, notes=(note,))
         return SyntaxProblem(f"the text ends, expected {_list(expected)}", here)
-    special = _special(token, previous, expected, before, source)
+    following = tokens[len(before) + 1] if len(before) + 1 < len(tokens) else token
+    special = _special(token, previous, expected, before, following)
     if special is not None:
         message, hint = special
         return SyntaxProblem(message, here, hint)
-    hint = None
+    hint = _misspelt(before)
     if token.type == "NAME" and (close := difflib.get_close_matches(token.text, KEYWORDS, 1, 0.75)):
         hint = f"did you mean `{close[0]}`?"
     return SyntaxProblem(f"found {_show(token)}, expected {_list(expected)}", here, hint)
+
+
+def _misspelt(before: list[Token]) -> str | None:
+    """A hint if the statement begins with something like a keyword."""
+    for token in reversed(before[-3:]):
+        if token.type != "NAME":
+            break
+        if close := difflib.get_close_matches(token.text, KEYWORDS, 1, 0.8):
+            return f"did you mean `{close[0]}` instead of `{token.text}`?"
+    return None
 
 
 def _wrong_end(token: Token, blocks: list[tuple[str, Token]], source: Source, here: Span) -> SyntaxProblem:
@@ -97,7 +108,7 @@ def _wrong_end(token: Token, blocks: list[tuple[str, Token]], source: Source, he
 
 
 def _special(
-    token: Token, previous: Token | None, expected: set[str], before: list[Token], source: Source
+    token: Token, previous: Token | None, expected: set[str], before: list[Token], following: Token
 ) -> tuple[str, str | None] | None:
     """Mistakes that have a message of their own."""
     statement = before[-3:] + [token]
@@ -125,7 +136,7 @@ def _special(
     if kind in ("PARAMETER", "CONSTANT", "FINAL") and "NAME" in expected and previous is not None:
         if previous.type == "LOOP":
             return "parameters cannot be declared in a loop", "declare an array: `parameter Real k[N] = ...;`"
-    if kind == "EQUAL" and previous is not None and previous.type == "COLON":
+    if kind == "COLON" and following.type == "EQUAL":
         return "`:=` is an assignment, which mbdsl does not have", "write `=`"
     if kind == "EQUAL" and "RELATION" in expected:
         return "found `=` in an expression", "a comparison is written `==`"
