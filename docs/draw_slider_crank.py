@@ -24,7 +24,7 @@ def main(target: Path = HERE / "slider_crank.png") -> None:
         shade = plt.get_cmap("viridis")(k / len(SHOWN))
         left.plot(*points, "o-", color=shade, linewidth=3, markersize=5, solid_capstyle="round")
     left.axhline(0.0, color="0.7", linewidth=1, zorder=0)
-    left.set(aspect="equal", title=f"every {1e3 * SHOWN[1]:.0f} ms, from dark to bright", xlabel="x [m]", ylabel="y [m]")
+    left.set(aspect="equal", title="every 50 ms, from dark to bright", xlabel="x [m]", ylabel="y [m]")
 
     right.plot(t, np.degrees(trajectory["crank.phi"]), color="tab:blue")
     right.set(title="models/slider_crank.mbd, hht-si2", xlabel="time [s]", xlim=(t[0], t[-1]))

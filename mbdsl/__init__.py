@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from mbdsl.lang.load import load as load
     from mbdsl.lang.load import parse_text as parse
     from mbdsl.scene import Scene as Scene
+    from mbdsl.simulation import simulate as simulate
+    from mbdsl.trajectory import Trajectory as Trajectory
 
 __version__ = "0.1.0"
 
@@ -19,6 +21,8 @@ _PUBLIC = {
     "parse": ("mbdsl.lang.load", "parse_text"),
     "Builder": ("mbdsl.builder", "Builder"),
     "Scene": ("mbdsl.scene", "Scene"),
+    "simulate": ("mbdsl.simulation", "simulate"),
+    "Trajectory": ("mbdsl.trajectory", "Trajectory"),
     "MbdslError": ("mbdsl.errors", "MbdslError"),
     "SyntaxProblem": ("mbdsl.errors", "SyntaxProblem"),
     "ModelError": ("mbdsl.errors", "ModelError"),

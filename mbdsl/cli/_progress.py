@@ -3,26 +3,17 @@
 from __future__ import annotations
 
 import shutil
-from typing import Protocol, TextIO
+from typing import TYPE_CHECKING, TextIO
+
+if TYPE_CHECKING:
+    from mbdsl.simulation import Progress
 
 PATIENCE = 1.0  #: seconds of work before anything is shown
 BETWEEN_LINES = 5.0  #: seconds between plain lines
 
 
-class Progress(Protocol):
-    """What a simulation tells about itself."""
-
-    t: float
-    start: float
-    stop: float
-    h: float
-    steps: int
-    iterations: int
-    seconds: float
-
-
 class Display:
-    """Call it with every :class:`Progress`; ``say`` prints a line without tearing the bar; ``close`` removes it."""
+    """Call it with every ``Progress``; ``say`` prints a line without tearing the bar; ``close`` removes it."""
 
     def __init__(self, stream: TextIO) -> None:
         self.stream = stream

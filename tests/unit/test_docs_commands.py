@@ -1,8 +1,9 @@
 """README and docs say what is true: their commands and Python snippets run, and print what is shown.
 
 In order of the page, in one folder that has the models: ``mbd`` fences whose first line is ``// NAME.mbd`` become that
-file; in ``bash`` and ``console`` fences every ``mbdsl`` command runs; what a ``console`` fence shows below ``$ command``
-has to be what is printed, ``...`` standing for anything there or, in a line of its own, for any lines; ``python`` fences run one after the other.
+file; in ``bash`` and ``console`` fences every ``mbdsl`` command runs; what a ``console`` fence shows below ``$ ...``
+has to be what is printed, "..." standing for anything there or, in a line of its own, for any lines; ``python``
+fences run one after the other.
 """
 
 import contextlib
