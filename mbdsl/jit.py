@@ -3,18 +3,19 @@
 Element files only mark their kernels (:func:`mbdsl.elements.kind.kernel`), because ``mbdsl check`` reads the files
 without numerics. :func:`activate` replaces the marks by compiled functions, in the modules that use them.
 
-Compiled code is kept on disk under a folder named by the digest of the package's sources: an edited kernel can never
+Compiled code is kept on disk under a folder named by the digest of the sources it comes from: an edited kernel can never
 meet the machine code of its former self.
 """
 
 from __future__ import annotations
 
 import hashlib
+import importlib.util
 import os
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -49,7 +50,8 @@ def cache_directory() -> Path:
     """
     package = Path(__file__).parent
     digest = hashlib.sha256()
-    for path in sorted(package.rglob("*.py")):
+    compiled = [path for folder in ("elements", "system", "integrators") for path in (package / folder).rglob("*.py")]
+    for path in sorted([*compiled, package / "layout.py", package / "jit.py"]):
         stat = path.stat()
         digest.update(f"{path.relative_to(package)} {stat.st_size} {stat.st_mtime_ns}\n".encode())
     module = numba()
@@ -94,5 +96,44 @@ def activate(*modules: ModuleType) -> None:
         for name, value in list(vars(module).items()):
             if getattr(value, "__mbdsl_kernel__", False) and not hasattr(value, "py_func"):
                 if value not in _compiled:
-                    _compiled[value] = compile(value, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+                    inline = "always" if hasattr(value, "__mbdsl_template__") else "never"
+                    _compiled[value] = compile(value, inline=inline, no_cpython_wrapper=True, no_cfunc_wrapper=True)
                 setattr(module, name, _compiled[value])
+
+
+_imported: dict[str, ModuleType] = {}
+
+
+def import_text(name: str, text: str, functions: Mapping[str, object]) -> ModuleType:
+    """The module ``name`` made from emitted ``text``, with ``functions`` (name -> signature or None) compiled.
+
+    It is kept as a file, since numba keeps machine code by the file that it came from.
+    """
+    if name in _imported:
+        return _imported[name]
+    path = cache_directory() / f"{name}.py"
+    if not path.exists():
+        part = path.with_suffix(f".{os.getpid()}.part")
+        part.write_text(text)
+        part.replace(path)
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None  # a path that exists always gives both
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # before executing: numba finds the module of a cached function by its name
+    spec.loader.exec_module(module)
+    for function, signature in functions.items():
+        if hasattr(module, function):
+            setattr(module, function, compile(getattr(module, function), signature))
+    _imported[name] = module
+    return module
+
+
+def is_warm() -> bool:
+    """Whether something was compiled here before, or nothing needs to be."""
+    return not enabled() or (cache_directory() / "warm").exists()
+
+
+def mark_warm() -> None:
+    """Remember that compiled code is on disk."""
+    if enabled():
+        (cache_directory() / "warm").touch()

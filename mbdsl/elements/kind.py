@@ -23,6 +23,12 @@ def kernel(function: Function) -> Function:
     return function
 
 
+def template(function: Function) -> Function:
+    """Mark a kernel that takes other kernels as arguments: compiled into its caller, once for each of them."""
+    function.__mbdsl_template__ = True  # type: ignore[attr-defined]
+    return kernel(function)
+
+
 @dataclass(frozen=True)
 class Parameter:
     """One modifier that a component of this kind takes.

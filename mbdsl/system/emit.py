@@ -7,8 +7,6 @@ digest of the package, never a number of the model, so that changing a parameter
 from __future__ import annotations
 
 import hashlib
-import importlib.util
-import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -110,43 +108,16 @@ class Kernels:
     tangent: Callable
 
 
-_loaded: dict[str, ModuleType] = {}
-
-
 def load(blocks: list[Block], has_tape: bool, with_mu: bool) -> Kernels:
     """Compile the code of a structure, or find it compiled."""
     text = emit(blocks, has_tape, with_mu)
+    jit.activate(loops, tape, *_modules(blocks))
+    for block in blocks:
+        if block.role != "body":
+            jit.import_text(KIND_PREFIX + block.name, emit_kind(block), {"fill": None, "curve": None})
     name = "mbdsl_emitted_" + hashlib.sha256(text.encode()).hexdigest()[:16]
-    if name not in _loaded:
-        jit.activate(loops, tape, *_modules(blocks))
-        for block in blocks:
-            kind_name = KIND_PREFIX + block.name
-            if block.role != "body" and kind_name not in _loaded:
-                module = _import(kind_name, emit_kind(block))
-                module.fill = jit.compile(module.fill)  # type: ignore[attr-defined]
-                if block.curved:
-                    module.curve = jit.compile(module.curve)  # type: ignore[attr-defined]
-        module = _import(name, text)
-        module.evaluate = jit.compile(module.evaluate, evaluate_signature())  # type: ignore[attr-defined]
-        module.tangent = jit.compile(module.tangent, tangent_signature())  # type: ignore[attr-defined]
-    module = _loaded[name]
+    module = jit.import_text(name, text, {"evaluate": evaluate_signature(), "tangent": tangent_signature()})
     return Kernels(module.evaluate, module.tangent)
-
-
-def _import(name: str, text: str) -> ModuleType:
-    """A module from text, kept as a file: numba keeps machine code beside the file that it came from."""
-    path = jit.cache_directory() / f"{name}.py"
-    if not path.exists():
-        part = path.with_suffix(f".{os.getpid()}.part")
-        part.write_text(text)
-        part.replace(path)
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None and spec.loader is not None  # a path that exists always gives both
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # before executing: numba finds the module of a cached function by its name
-    spec.loader.exec_module(module)
-    _loaded[name] = module
-    return module
 
 
 def _modules(blocks: list[Block]) -> list[ModuleType]:

@@ -10,7 +10,7 @@ What differs between kinds is only how g, its gradient G and its second derivati
 
 from __future__ import annotations
 
-from mbdsl.elements.kind import VALUE, kernel
+from mbdsl.elements.kind import VALUE, kernel, template
 from mbdsl.layout import (
     FORCE0,
     FP,
@@ -34,7 +34,7 @@ from mbdsl.layout import (
 )
 
 
-@kernel
+@template
 def fill(block, rows, gradient, Z, C, F, I):
     """g and G of every component of a kind."""
     for e in range(I[block]):
@@ -43,7 +43,7 @@ def fill(block, rows, gradient, Z, C, F, I):
         gradient(Z, I[o], I[o + 1], F[I[block + 2] + I[block + 3] * e :], C[r:])
 
 
-@kernel
+@template
 def curve(block, rows, hessian, Z, C, F, I):
     """d^2g/dz^2 and w^T d^2g/dz^2 of every component of a kind whose gradient is not constant."""
     for e in range(I[block]):

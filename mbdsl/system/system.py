@@ -97,7 +97,8 @@ class System:
         w.Y[layout.V, :n] = 0.0 if v is None else v
         w.Y[layout.X, n : n + self.m] = 0.0 if lam is None else lam
         w.Y[layout.X2, n : n + self.m] = 0.0 if mu is None else mu
-        self.kernels(mu is not None).evaluate(float(t), w.Y, w.Z, w.C, w.F, w.I)
+        with_mu = mu is not None or True in self._kernels  # either serves; what is loaded costs nothing
+        self.kernels(with_mu).evaluate(float(t), w.Y, w.Z, w.C, w.F, w.I)
         return w
 
     def evaluate(self, t: float, q, v=None, lam=None) -> tuple[Array, Array, Array]:
@@ -121,6 +122,11 @@ class System:
         """Phi_q^T mu (n,)."""
         return self._at(t, q, mu=mu).Y[layout.GD, : self.n].copy()
 
+    def gradient_table(self) -> Array:
+        """Rows of the gradient table (see :mod:`mbdsl.layout`) at the last state evaluated."""
+        assert self._work is not None
+        return self._work.C
+
     def mass(self) -> Array:
         """The diagonal of the mass matrix (n,)."""
         o = self.tables.I[layout.MASS]
@@ -134,7 +140,7 @@ class System:
         w = self._at(t, q, v, lam)
         if self._A is None:
             self._A = np.zeros(self.size)
-        self.kernels().tangent(float(t), cM, cK, cD, cP, cN, w.Y, w.Z, w.C, w.F, w.I, self._A)
+        self.kernels(True in self._kernels).tangent(float(t), cM, cK, cD, cP, cN, w.Y, w.Z, w.C, w.F, w.I, self._A)
         size = self.n + self.m
         return csr_matrix((self._A.copy(), self.tables.pattern), shape=(size, size))
 

@@ -1,0 +1,242 @@
+"""The step loop of every method: history, prediction, Newton iteration, matrix reuse, convergence, output.
+
+A method gives the formulas (``residual``, ``matrix``, ``correct``, ``finish``, ``resize``); all else is here, so that a
+comparison of methods compares methods and nothing else. Compiled once a method; allocates nothing.
+"""
+
+from __future__ import annotations
+
+from mbdsl.elements.kind import kernel, template
+from mbdsl.layout import (
+    F0,
+    F1,
+    FP,
+    N_ALL,
+    N_Q,
+    Q0,
+    Q1,
+    SCALE,
+    V0,
+    V1,
+    X2,
+    X2A,
+    X2B,
+    X2C,
+    X2D,
+    XA,
+    XB,
+    XC,
+    XD,
+    Q,
+    R,
+    R2,
+    V,
+    X,
+)
+
+# -- status --------------------------------------------------------------------------------------------------
+RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE = 0, 1, 2, 3, 4
+
+# -- K: floats of the run ------------------------------------------------------------------------------------
+START, STOP, H, T, H_LAST, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, WORST = range(9)
+K_SIZE = 9
+
+# -- J: integers of the run ----------------------------------------------------------------------------------
+STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, WORST_ROW = range(11)
+J_SIZE = 11
+
+MAX_ITERATIONS = 12
+#: contraction above which the next step starts with a new matrix
+SLOW = 0.05
+EPS = 2.220446049250313e-16
+
+
+@kernel
+def predict(row, a, b, c, d, order, n, Y):
+    """Y[row] by polynomial extrapolation of the last steps."""
+    if order == 0:
+        for i in range(n):
+            Y[row, i] = Y[a, i]
+    elif order == 1:
+        for i in range(n):
+            Y[row, i] = 2.0 * Y[a, i] - Y[b, i]
+    elif order == 2:
+        for i in range(n):
+            Y[row, i] = 3.0 * (Y[a, i] - Y[b, i]) + Y[c, i]
+    else:
+        for i in range(n):
+            Y[row, i] = 4.0 * (Y[a, i] + Y[c, i]) - 6.0 * Y[b, i] - Y[d, i]
+
+
+@kernel
+def best_order(history, n, Y):
+    """Which extrapolation would have met the step just done best: smooth motion likes high orders, ringing none."""
+    e0, e1, e2, e3 = 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        x, a, b, c, d, s = Y[X, i], Y[XA, i], Y[XB, i], Y[XC, i], Y[XD, i], Y[SCALE, i]
+        e0 = max(e0, s * abs(x - a))
+        e1 = max(e1, s * abs(x - 2.0 * a + b))
+        e2 = max(e2, s * abs(x - 3.0 * (a - b) - c))
+        e3 = max(e3, s * abs(x - 4.0 * (a + c) + 6.0 * b + d))
+    best, error = 0, e0
+    if history > 1 and e1 < error:
+        best, error = 1, e1
+    if history > 2 and e2 < error:
+        best, error = 2, e2
+    if history > 3 and e3 < error:
+        best, error = 3, e3
+    return best
+
+
+@kernel
+def largest(row, n, Y):
+    """Largest magnitude in a row; not a number if there is one."""
+    value = 0.0
+    for i in range(n):
+        y = abs(Y[row, i])
+        if not y <= value:
+            value = y
+    return value
+
+
+@kernel
+def scaled(row, n, Y):
+    value = 0.0
+    for i in range(n):
+        value = max(value, abs(Y[row, i]) * Y[SCALE, i])
+    return value
+
+
+@template
+def newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C, F, I, A, P):
+    """Solve the step for the unknowns X (and X2); a status.
+
+    An iterate is accepted when the error that the contraction leaves is below what the step itself gets wrong by
+    discretisation, or at rounding; in position units, and with a residual that has not grown.
+    """
+    n = I[N_Q]
+    size = 1.0 + scaled(Q0, n, Y)
+    floor = 4.0 * EPS * size
+    # a relative to the local error of order h^4, and for stabilised methods h dv below the velocity tolerance
+    tolerance = K[RELATIVE_TOL] * h * h * h * h * scaled(XA, n, Y)
+    if J[STABILISED]:
+        tolerance = min(tolerance, K[VELOCITY_TOL] * h)
+    tolerance = max(tolerance, floor)
+    fresh = J[FRESH] == 0
+    contraction = min(K[CONTRACTION], 0.9)
+    former, former_residual = 0.0, 0.0
+    for k in range(MAX_ITERATIONS):
+        residual(evaluate, t, h, c, Y, Z, C, F, I)
+        J[ITERATIONS] += 1
+        remaining = largest(R, I[N_ALL], Y)
+        if J[STABILISED]:
+            remaining = max(remaining, largest(R2, I[N_ALL], Y))
+        if not remaining < 1e300:
+            return NOT_FINITE
+        if J[FRESH] == 0:
+            J[MATRICES] += 1
+            J[FACTORISATIONS] += 1
+            if not matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
+                return SINGULAR
+            J[FRESH] = 1
+        change = correct(h, c, Y, I, A, P)
+        if not change < 1e300:
+            return NOT_FINITE
+        if k > 0:
+            contraction = change / former if former > 0.0 else 0.0
+        K[CONTRACTION] = max(contraction, 1e-4) if k > 0 else max(K[CONTRACTION], 1e-4)
+        grown = k > 0 and remaining > 10.0 * former_residual and change > 100.0 * floor
+        if not grown:
+            if change <= floor:
+                return RUNNING
+            if contraction < 0.9 and change * contraction / (1.0 - contraction) <= tolerance:
+                return RUNNING
+            if k > 2 and contraction > 0.5 and change <= 1e3 * floor:
+                return RUNNING  # rounding keeps it from getting better
+        if k > 0 and contraction > 0.3 and not fresh:
+            J[FRESH] = 0  # an old matrix that contracts badly is renewed at once
+            fresh = True
+        elif k > 2 and contraction > 0.3:
+            J[FRESH] = 0  # far from the solution a new matrix each iteration: plain Newton
+        former, former_residual = change, remaining
+    return DIVERGED
+
+
+@kernel
+def record(t0, h, K, J, Y, I, times, out):
+    """Output times passed by this step: q, v by cubic Hermite interpolation, multipliers linearly."""
+    n, size = I[N_Q], I[N_ALL]
+    while J[OUTPUT] < times.size and times[J[OUTPUT]] <= t0 + h + 1e-9 * h:
+        k = J[OUTPUT]
+        x = min(1.0, (times[k] - t0) / h)
+        for i in range(n):
+            q0, v0, q1, v1 = Y[Q0, i], h * Y[V0, i], Y[Q, i], h * Y[V, i]
+            if x == 1.0:
+                out[k, i], out[k, n + i] = q1, Y[V, i]
+            else:
+                c2, c3 = 3.0 * (q1 - q0) - 2.0 * v0 - v1, 2.0 * (q0 - q1) + v0 + v1
+                out[k, i] = q0 + x * (v0 + x * (c2 + x * c3))
+                out[k, n + i] = (v0 + x * (2.0 * c2 + x * 3.0 * c3)) / h
+        for i in range(n, size):
+            out[k, n + i] = Y[XA, i] + x * (Y[X, i] - Y[XA, i])
+        J[OUTPUT] += 1
+
+
+@kernel
+def shift(n, size, stabilised, Y):
+    """The step becomes history."""
+    for i in range(n):
+        Y[Q1, i], Y[V1, i], Y[F1, i] = Y[Q0, i], Y[V0, i], Y[F0, i]
+        Y[Q0, i], Y[V0, i], Y[F0, i] = Y[Q, i], Y[V, i], Y[FP, i]
+    for i in range(size):
+        Y[XD, i], Y[XC, i], Y[XB, i], Y[XA, i] = Y[XC, i], Y[XB, i], Y[XA, i], Y[X, i]
+    if stabilised:
+        for i in range(size):
+            Y[X2D, i], Y[X2C, i], Y[X2B, i], Y[X2A, i] = Y[X2C, i], Y[X2B, i], Y[X2A, i], Y[X2, i]
+
+
+@template
+def advance(
+    residual, matrix, correct, finish, resize, evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out
+):
+    """At most ``steps`` steps; a status. Everything needed to go on is in the buffers."""
+    n, size = I[N_Q], I[N_ALL]
+    for _ in range(steps):
+        k = J[STEP]
+        if k >= J[LAST_STEP]:
+            return DONE
+        t0, h = K[START] + k * K[H], K[H]
+        t = K[START] + (k + 1) * K[H]
+        if k == J[LAST_STEP] - 1:  # the stop time is hit exactly
+            t = K[STOP]
+            if abs(t - t0 - h) > 1e-9 * h:
+                h = t - t0
+        if h != K[H_LAST]:
+            if K[H_LAST] > 0.0:
+                if J[HISTORY] > 1:
+                    resize(K[H_LAST], h, c, Y, I)
+                J[FRESH], J[ORDER] = 0, 0
+            K[H_LAST] = h
+        status = DIVERGED
+        for attempt in range(2):
+            order = J[ORDER] if attempt == 0 else 0
+            predict(X, XA, XB, XC, XD, order, size, Y)
+            if J[STABILISED]:
+                predict(X2, X2A, X2B, X2C, X2D, order, size, Y)
+            status = newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C, F, I, A, P)
+            if status == RUNNING:
+                break
+            J[FRESH] = 0
+        if status != RUNNING:
+            K[T] = t
+            return status
+        finish(h, c, Y, F, I)
+        if K[CONTRACTION] > SLOW:
+            J[FRESH] = 0
+        J[ORDER] = best_order(J[HISTORY], n, Y)
+        record(t0, h, K, J, Y, I, times, out)
+        shift(n, size, J[STABILISED] != 0, Y)
+        J[HISTORY] = min(J[HISTORY] + 1, 4)
+        J[STEP] = k + 1
+        K[T] = t
+    return DONE if J[STEP] >= J[LAST_STEP] else RUNNING

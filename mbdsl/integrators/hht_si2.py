@@ -1,0 +1,105 @@
+"""HHT-SI2: Hilber-Hughes-Taylor, stabilised index 2; both constraint levels hold, order 2 in q, v, a and lam.
+
+Unknowns a_{n+1}, lam_{n+1} and, local to the step, abar, mu; f = Q - Phi_q^T lam:
+
+    q_{n+1} = q_n + h v_n + h^2/2 [(1 - 2 beta) a_n + 2 beta a_{n+1}] + h^2/2 abar
+    v_{n+1} = v_n + h [(1 - gamma) a_n + gamma a_{n+1}]
+    R1:  1/(1+alpha) Mhat a_{n+1} - f_{n+1} + alpha/(1+alpha) f_n = 0
+    R2:  Mhat abar + Phi_q^T mu = 0
+    R3:  1/h^2 Phi(q_{n+1}, t_{n+1}) = 0
+    R4:  1/h (Phi_q v + Phi_t)_{n+1} = 0
+
+The system of twice the size is not solved as one. With N = (Phi_q v)_q, the rows R2, R3 and R4 give
+Phi_q dabar = -2 R3 + 2 beta/gamma R4 up to h N, so that (dabar, dmu) comes first, from [[M, Phi_q^T], [Phi_q, 0]],
+and then (da, dlam) from the rows R1, R4 with q already moved by h^2/2 dabar. What is neglected is of first order in
+h and multiplies corrections only: the converged solution is that of the full system.
+
+Source: Negrut, Jay, Khude (2009), eqs. (12)-(13), with the signs of the issue's section 2 (the paper's R1 has one
+misprint); the splitting is ours.
+"""
+
+from mbdsl.elements.kind import kernel
+from mbdsl.integrators.hht_i3 import ALPHA, coefficients
+from mbdsl.integrators.linear import factor, solve
+from mbdsl.integrators.method import Method
+from mbdsl.layout import D2, F0, FP, GD, MASS, N_ALL, N_Q, Q0, R2, SCALE, V0, X2, XA, XB, D, Q, R, V, X
+
+METHOD = Method(
+    "hht-si2",
+    doc="Hilber-Hughes-Taylor, stabilised: positions and velocities on their constraints",
+    order=2,
+    index=2,
+    enforces=("Phi", "dPhi"),
+    source="Negrut, Jay, Khude (2009), eqs. (12)-(13)",
+    parameters={"alpha": ALPHA},
+    coefficients=coefficients,
+    with_mu=True,
+    matrices=2,
+)
+
+
+@kernel
+def residual(evaluate, t, h, c, Y, Z, C, F, I):
+    alpha, beta, gamma = c[0], c[1], c[2]
+    n = I[N_Q]
+    for i in range(n):
+        a0, a = Y[XA, i], Y[X, i]
+        Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h / 2 * ((1 - 2 * beta) * a0 + 2 * beta * a + Y[X2, i])
+        Y[V, i] = Y[V0, i] + h * ((1 - gamma) * a0 + gamma * a)
+    evaluate(t, Y, Z, C, F, I)
+    for i in range(n):
+        mass = F[I[MASS] + i]
+        Y[R, i] = mass * Y[X, i] / (1 + alpha) - Y[FP, i] + alpha / (1 + alpha) * Y[F0, i]
+        Y[R2, i] = mass * Y[X2, i] + Y[GD, i]
+    for i in range(n, I[N_ALL]):
+        Y[R, i] = Y[GD, i] / h  # R4, the partner of R1
+        Y[R2, i] = Y[FP, i] / (h * h)  # R3, the partner of R2
+
+
+@kernel
+def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
+    """[[M/(1+alpha) + beta h^2 K + gamma h D, Phi_q^T], [gamma Phi_q + beta h N, 0]] and [[M, Phi_q^T], [Phi_q, 0]]."""
+    alpha, beta, gamma = c[0], c[1], c[2]
+    tangent(t, 1 / (1 + alpha), beta * h * h, gamma * h, gamma, beta * h, Y, Z, C, F, I, A[0])
+    tangent(t, 1.0, 0.0, 0.0, 1.0, 0.0, Y, Z, C, F, I, A[1])
+    return factor(A[0], P[0], I) and factor(A[1], P[1], I)
+
+
+@kernel
+def correct(h, c, Y, I, A, P):
+    """Solve for the corrections, apply them; the largest scaled change of a position."""
+    beta, gamma = c[1], c[2]
+    n = I[N_Q]
+    for i in range(n):
+        Y[D2, i] = -Y[R2, i]
+    for i in range(n, I[N_ALL]):
+        Y[D2, i] = 2 * (beta / gamma * Y[R, i] - Y[R2, i])
+    solve(A[1], P[1], I, Y, D2)
+    for i in range(I[N_ALL]):
+        Y[D, i] = -Y[R, i]
+    solve(A[0], P[0], I, Y, D)
+    change = 0.0
+    for i in range(I[N_ALL]):
+        Y[X, i] += Y[D, i]
+        Y[X2, i] += Y[D2, i]
+    for i in range(n):
+        change = max(change, (beta * abs(Y[D, i]) + abs(Y[D2, i]) / 2) * Y[SCALE, i])
+    return h * h * change
+
+
+@kernel
+def finish(h, c, Y, F, I):
+    """q, v and f at the accepted unknowns; f from R1, which saves an evaluation."""
+    alpha, beta, gamma = c[0], c[1], c[2]
+    for i in range(I[N_Q]):
+        a0, a = Y[XA, i], Y[X, i]
+        Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h / 2 * ((1 - 2 * beta) * a0 + 2 * beta * a + Y[X2, i])
+        Y[V, i] = Y[V0, i] + h * ((1 - gamma) * a0 + gamma * a)
+        Y[FP, i] = (F[I[MASS] + i] * a + alpha * Y[F0, i]) / (1 + alpha)
+
+
+@kernel
+def resize(old, new, c, Y, I):
+    """A step of another size follows: a_n ~ q''(t_n + alpha h) moves along its secant."""
+    for i in range(I[N_Q]):
+        Y[XA, i] += c[0] * (new - old) / old * (Y[XA, i] - Y[XB, i])

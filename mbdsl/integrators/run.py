@@ -1,0 +1,143 @@
+"""One integration in progress: the buffers, the compiled loop, and ``advance``."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl import jit, layout
+from mbdsl.errors import UsageError
+from mbdsl.integrators import driver, linear, modules
+from mbdsl.system import System
+from mbdsl.system.emit import array_types, evaluate_signature, tangent_signature
+
+Array = NDArray[np.float64]
+
+
+def check_options(name: str, options: Mapping[str, float | None]) -> dict[str, float]:
+    """Options of a method with defaults filled in.
+
+    Raises
+    ------
+    UsageError
+        For a parameter that the method does not have, or a value outside its interval.
+    """
+    declared = modules()[name].METHOD.parameters
+    values = {key: option.default for key, option in declared.items()}
+    for key, value in options.items():
+        if value is None:
+            continue
+        if key not in declared:
+            has = ", ".join(declared) or "no parameters"
+            raise UsageError(f"{name} has no parameter {key}", hint=f"it has {has}")
+        low, high = declared[key].lower, declared[key].upper
+        if not low - 1e-12 <= value <= high + 1e-12:
+            raise UsageError(
+                f"{key} = {value:g} is outside [{low:g}, {high:g}] for {name}", hint=f"{key}: {declared[key].doc}"
+            )
+        values[key] = float(value)
+    return values
+
+
+def compiled(name: str, module: ModuleType):
+    """The step loop compiled for one method: its kernels are known to the compiler, the scene's are pointers."""
+    jit.activate(driver, linear, module)
+    short = module.__name__.rsplit(".", 1)[-1]
+    text = f'''"""Emitted by mbdsl: the step loop of {name}."""
+
+from mbdsl.integrators import driver
+from mbdsl.integrators import {short} as method
+
+
+def advance(evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
+    return driver.advance(
+        method.residual, method.matrix, method.correct, method.finish, method.resize,
+        evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out,
+    )
+'''
+    signature = None
+    if jit.enabled():
+        types = jit.numba().types  # type: ignore[union-attr]
+        vector, matrix, ints, int_matrix = array_types()
+        signature = types.int64(
+            types.FunctionType(evaluate_signature()),
+            types.FunctionType(tangent_signature()),
+            types.int64,
+            *[vector, vector, ints, matrix, matrix, matrix, vector, ints, matrix, int_matrix, vector, matrix],
+        )
+    return jit.import_text(f"mbdsl_method_{short}", text, {"advance": signature}).advance
+
+
+@dataclass
+class Integration:
+    """Buffers and compiled functions of one run from a consistent initial state with fixed steps."""
+
+    system: System
+    method: str
+    h: float
+    start: float
+    stop: float
+    times: Array  #: output times after the start
+    options: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        module = modules()[self.method]
+        declaration = module.METHOD
+        system, N = self.system, self.system.n + self.system.m
+        rows, columns = system.tables.pattern
+        work = system.workspace(rows * N + columns)
+        self.Y, self.Z, self.C, self.F, self.I = work.Y, work.Z, work.C, work.F, work.I
+        self.A = np.zeros((declaration.matrices, N * N))
+        self.P = np.zeros((declaration.matrices, N), np.int64)
+        self.I[layout.SIZE] = N * N
+        self.c = np.array(declaration.coefficients(check_options(self.method, self.options)), float)
+        self.K = np.zeros(driver.K_SIZE)
+        self.J = np.zeros(driver.J_SIZE, np.int64)
+        self.out = np.zeros((len(self.times), N + system.n))
+        steps = max(1, math.ceil((self.stop - self.start) / self.h - 1e-9)) if self.stop > self.start else 0
+        self.K[driver.START], self.K[driver.STOP], self.K[driver.H] = self.start, self.stop, self.h
+        self.K[driver.T] = self.start
+        self.K[driver.CONTRACTION] = 0.5
+        self.K[driver.VELOCITY_TOL], self.K[driver.RELATIVE_TOL] = 1e-12, 1e-4
+        self.J[driver.LAST_STEP] = steps
+        self.J[driver.STABILISED] = declaration.with_mu
+        kernels = system.kernels(declaration.with_mu)
+        self.evaluate, self.tangent = kernels.evaluate, kernels.tangent
+        self._advance = compiled(self.method, module)
+
+    def begin(self, q: Array, v: Array, a: Array, lam: Array) -> None:
+        """Set the consistent state at the start."""
+        n, Y = self.system.n, self.Y
+        Y[layout.Q0, :n] = Y[layout.Q, :n] = q
+        Y[layout.V0, :n] = Y[layout.V, :n] = v
+        Y[layout.F0, :n] = self.system.mass() * a
+        Y[layout.XA, :n], Y[layout.XA, n:] = a, lam
+        self.J[driver.HISTORY] = 1
+
+    def advance(self, steps: int = sys.maxsize) -> int:
+        """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.driver`."""
+        return int(
+            self._advance(
+                self.evaluate,
+                self.tangent,
+                steps,
+                self.c,
+                self.K,
+                self.J,
+                self.Y,
+                self.Z,
+                self.C,
+                self.F,
+                self.I,
+                self.A,
+                self.P,
+                self.times,
+                self.out,
+            )
+        )

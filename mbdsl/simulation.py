@@ -1,0 +1,261 @@
+"""From a model to its Trajectory: graph, System, consistent initial state, integration, output."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mbdsl import graph, jit, layout
+from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.integrators import driver, methods
+from mbdsl.integrators.run import Integration, check_options
+from mbdsl.scene import Scene
+from mbdsl.system import build
+from mbdsl.system.initial import InitialState, initial_state
+from mbdsl.system.system import System
+from mbdsl.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from mbdsl.builder import Builder
+
+DEFAULT_METHOD = "hht-si2"
+DEFAULT_STEP = 1e-3
+#: floats of stored output beyond which a larger interval is asked for
+MOST_OUTPUT = 250_000_000
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far an integration is; given to the callback some ten times a second."""
+
+    t: float
+    start: float
+    stop: float
+    h: float
+    steps: int
+    iterations: int
+    seconds: float
+
+
+def as_scene(model: Scene | Builder | str | PathLike, parameters: Mapping | None = None) -> Scene:
+    """A Scene from whatever stands for a model: itself, a Builder, or the path of a ``.mbd`` file."""
+    if isinstance(model, Scene):
+        if parameters:
+            raise UsageError("a Scene has its parameters resolved already", hint="give parameters to mbdsl.load")
+        return model
+    if isinstance(model, (str, Path, PathLike)):
+        from mbdsl.lang.load import load
+
+        return load(model, parameters or {})
+    return model.scene()
+
+
+def simulate(
+    model: Scene | Builder | str | PathLike,
+    *,
+    method: str | None = None,
+    step: float | None = None,
+    tol: float | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    interval: float | None = None,
+    options: Mapping[str, float | None] | None = None,
+    parameters: Mapping[str, str | float] | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    announce: Callable[[str], None] | None = None,
+) -> Trajectory:
+    """Integrate ``model`` and return its trajectory.
+
+    Parameters
+    ----------
+    model : Scene, Builder or path
+    method : str, optional
+        Name of an integrator; default the model's, else "hht-si2".
+    step : float, optional [s]
+        Fixed step; default the model's, else 1 ms. The last step is shortened to end at ``stop``.
+    start, stop : float, optional [s]
+        Default the model's.
+    interval : float, optional [s]
+        Output interval; default (stop - start)/500; 0 stores every step.
+    options : mapping, optional
+        Parameters of the method, such as {"alpha": -0.1}.
+    parameters : mapping, optional
+        Overrides of the model's parameters, as numbers or texts with units ("120 N/mm"), for a model given by path.
+    progress, announce : callables, optional
+        Told how far it is, and what takes long before it starts.
+
+    Raises
+    ------
+    ModelError, UsageError
+        If model or arguments make no sense.
+    InitialisationError
+        If no consistent initial state is found.
+    IntegrationError
+        If the integration cannot go on; its ``trajectory`` holds the results up to there.
+    """
+    seconds = dict.fromkeys(("parse", "build", "compile", "initialise", "integrate", "write"), 0.0)
+    clock = perf_counter()
+
+    def lap(phase: str) -> None:
+        nonlocal clock
+        now = perf_counter()
+        seconds[phase] += now - clock
+        clock = now
+
+    scene = as_scene(model, parameters)
+    lap("parse")
+    run = _plan(scene, method, step, tol, start, stop, interval, options)
+    mechanism = graph.build(scene)
+    system = build(scene, mechanism)
+    lap("build")
+    if announce is not None and not jit.is_warm():
+        announce("compiling kernels (first run on this machine, takes some seconds) ...")
+    integration = Integration(system, run.method, run.h, run.start, run.stop, run.times, run.options)
+    jit.mark_warm()
+    lap("compile")
+    initial = initial_state(system, mechanism, run.start)
+    integration.begin(initial.q, initial.v, initial.a, initial.lam)
+    lap("initialise")
+    status = _integrate(integration, run, progress)
+    lap("integrate")
+    trajectory = _collect(system, integration, initial, run, status, seconds)
+    if status not in (driver.DONE, driver.RUNNING):
+        raise _failure(integration, trajectory, status)
+    return trajectory
+
+
+@dataclass(frozen=True)
+class _Plan:
+    method: str
+    h: float
+    start: float
+    stop: float
+    times: np.ndarray
+    options: Mapping[str, float]
+
+
+def _plan(scene: Scene, method, step, tol, start, stop, interval, options) -> _Plan:
+    said = scene.experiment
+    method = method or said.method or DEFAULT_METHOD
+    if method not in methods():
+        raise UsageError(f"there is no method `{method}`", hint=f"methods: {', '.join(methods())}")
+    if tol is not None:
+        raise UsageError("error-controlled steps (tol) are not available yet", hint="give a fixed step")
+    start = float(said.start if start is None else start)
+    end = said.stop if stop is None else stop
+    if end is None:
+        raise UsageError(
+            f"no stop time: {scene.name} has none in its experiment annotation", hint="give one, e.g. --stop 2s"
+        )
+    end = float(end)
+    h = float(step if step is not None else said.step if said.step is not None else DEFAULT_STEP)
+    interval = interval if interval is not None else said.interval
+    for name, value in (("start", start), ("stop", end), ("step", h)):
+        if not np.isfinite(value):
+            raise UsageError(f"{name} = {value} is not a finite number")
+    if end < start:
+        raise UsageError(f"the stop time {end:g} s is before the start time {start:g} s")
+    if not h > 0.0:
+        raise UsageError(f"the step must be above zero, not {h:g} s")
+    if start + h == start or (end - start) / h > 1e12:
+        raise UsageError(f"a step of {h:g} s is too small for times from {start:g} to {end:g} s")
+    if interval is not None and not 0.0 <= interval < np.inf:
+        raise UsageError(f"the output interval must not be negative, not {interval:g} s")
+    spacing = (end - start) / 500 if interval is None else interval or h
+    count = int(np.ceil((end - start) / spacing - 1e-9)) if end > start else 0
+    columns = 2 * sum(len(b.kind.coordinates) for b in scene.bodies()) + 8  # type: ignore[attr-defined]
+    if count * columns > MOST_OUTPUT:
+        raise UsageError(
+            f"{count} output points of {columns} numbers do not fit in memory",
+            hint=f"give an output interval of {(end - start) * columns / MOST_OUTPUT:.2g} s or more",
+        )
+    times = start + spacing * np.arange(1, count + 1)
+    if count:
+        times[-1] = end
+    return _Plan(method, h, start, end, times, check_options(method, options or {}))
+
+
+def _integrate(integration: Integration, run: _Plan, progress) -> int:
+    """Advance in slices of about a tenth of a second, so that progress shows and an interruption is heard."""
+    slice_, begun = 64, perf_counter()
+    try:
+        while True:
+            before = perf_counter()
+            status = integration.advance(slice_)
+            now = perf_counter()
+            if status != driver.RUNNING:
+                return status
+            if progress is not None:
+                K, J = integration.K, integration.J
+                steps, iterations = int(J[driver.STEP]), int(J[driver.ITERATIONS])
+                progress(Progress(float(K[driver.T]), run.start, run.stop, run.h, steps, iterations, now - begun))
+            slice_ = int(min(1e9, max(1, slice_ * min(4.0, 0.1 / max(now - before, 1e-9)))))
+    except KeyboardInterrupt:
+        return driver.RUNNING
+
+
+def _collect(
+    system: System, integration: Integration, initial: InitialState, run: _Plan, status: int, seconds: dict
+) -> Trajectory:
+    J, n = integration.J, system.n
+    done = int(J[driver.OUTPUT])
+    out = integration.out[:done]
+    stats = {
+        "method": run.method,
+        "h": run.h,
+        "tol": None,
+        "status": {driver.DONE: "done", driver.RUNNING: "interrupted"}.get(status, "failed"),
+        "n": n,
+        "m": system.m,
+        "p": system.p,
+        "steps": int(J[driver.STEP]),
+        "rejected": 0,
+        "iterations": int(J[driver.ITERATIONS]),
+        "matrix_evaluations": int(J[driver.MATRICES]),
+        "factorisations": int(J[driver.FACTORISATIONS]),
+        "seconds": seconds,
+    }
+    t = np.concatenate([[run.start], run.times[:done]])
+    q = np.vstack([initial.q, out[:, :n]])
+    v = np.vstack([initial.v, out[:, n : 2 * n]])
+    lam = np.vstack([initial.lam, out[:, 2 * n :]])
+    return Trajectory(system, t, q, v, lam, stats, initial.moved)
+
+
+REASONS = {
+    driver.SINGULAR: "the iteration matrix is singular",
+    driver.DIVERGED: "Newton's iteration does not converge",
+    driver.NOT_FINITE: "the equations give values that are not finite",
+}
+
+
+def _failure(integration: Integration, trajectory: Trajectory, status: int) -> IntegrationError:
+    """What went wrong, when, in which equations, and what to try."""
+    system, Y, n = integration.system, integration.Y, integration.system.n
+    names = system.names() + system.constraint_names()
+    residual = np.abs(Y[layout.R, : len(names)])
+    bad = np.flatnonzero(~np.isfinite(residual))
+    worst = bad[:3] if len(bad) else np.argsort(-residual)[:3]
+    t = integration.K[driver.T]
+    where = ", ".join(names[k] if k >= n else f"equation of motion of {names[k]}" for k in worst)
+    row = next((int(k) - n for k in worst if k >= n), None)
+    span = None
+    if row is not None:
+        owner = max((r, j) for j, r in system.tables.rows.items() if r <= row)[1]
+        span = system.scene.components[owner].span
+    hint = {
+        driver.SINGULAR: "redundant constraints, a singular pose, or a body without mass that moves freely",
+        driver.DIVERGED: "try a smaller step; near a singular pose, another initial value",
+        driver.NOT_FINITE: "an expression leaves its domain, or the step is far too large",
+    }[status]
+    message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.h:g} s); worst: {where}"
+    error = IntegrationError(message, span, hint=hint)
+    trajectory.message = message
+    error.trajectory = trajectory  # type: ignore[attr-defined]
+    return error

@@ -1,0 +1,309 @@
+"""Consistent initial values: positions assembled, then velocities, then accelerations and multipliers.
+
+What the user fixed is kept exactly; guesses move as little as they can, and coordinates about which nothing was said
+move before guesses do:
+
+    min 1/2 |W (q - g)|^2   subject to   Phi(q, t0) = 0,  sigma_fixed(q) = its value
+
+by Gauss-Newton steps with the constraints linearised, of limited length.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, sin
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import bmat, csc_matrix, csr_matrix, diags, vstack
+from scipy.sparse.linalg import splu
+
+from mbdsl.elements.kind import JointKind
+from mbdsl.errors import InitialisationError, Span
+from mbdsl.graph import MechanismGraph
+from mbdsl.lang.expressions import Expr, const, is_velocity_level
+from mbdsl.scene import InitialValue
+from mbdsl.system.signals import gradients, values
+from mbdsl.system.system import System
+
+Array = NDArray[np.float64]
+
+GUESSED, UNSAID = 1.0, 1e-3  #: weights of a coordinate with a guess, and of one without
+LONGEST = 0.5  #: largest change of a scaled coordinate in one iteration
+#: systems up to this size are solved by dense least squares, which takes any rank
+DENSE = 400
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A guess and where assembly left it."""
+
+    name: str
+    guess: float
+    value: float
+
+
+@dataclass(frozen=True)
+class InitialState:
+    """Consistent q, v, a (n,) and lam (m,) at time t."""
+
+    t: float
+    q: Array
+    v: Array
+    a: Array
+    lam: Array
+    moved: tuple[Moved, ...] = ()
+    redundant: tuple[int, ...] = ()  #: constraint rows that depend on others
+
+
+def initial_state(system: System, graph: MechanismGraph, t: float) -> InitialState:
+    """Assemble ``system`` at time ``t``.
+
+    Raises
+    ------
+    InitialisationError
+        If no state satisfies the constraints and fixed values, or none was found; it names them.
+    """
+    given = [x for x in system.scene.initial]
+    positions = [x for x in given if not is_velocity_level(x.target)]
+    velocities = [x for x in given if is_velocity_level(x.target)]
+    placed = place(system, graph, t, positions)
+    q = _positions(system, t, placed, positions)
+    v = _velocities(system, t, q, velocities)
+    redundant = _redundant(system, t, q)
+    a, lam = accelerations(system, t, q, v)
+    moved = []
+    for item, value in zip(given, values(system, [x.target for x in given], np.array([t]), q[None], v[None])):
+        if not item.fixed and abs(value[0] - item.value) > 1e-9 * (1 + abs(item.value)):
+            moved.append(Moved(item.name, item.value, float(value[0])))
+    return InitialState(t, q, v, a, lam, tuple(moved), redundant)
+
+
+# -- a first placing -----------------------------------------------------------------------------------------
+
+
+def place(system: System, graph: MechanismGraph, t: float, given: list[InitialValue]) -> Array:
+    """Poses of all bodies (n,), from the ground outwards: at what was said, else where the joints put them."""
+    scene, tables = system.scene, system.tables
+    said = {x.target: x.value for x in sorted(given, key=lambda x: x.fixed)}
+    pose = {name: _frame_pose(system, name) for name in scene.frames if not _coordinates(system, name)}
+    frames_of: dict[str, list[str]] = {}
+    for name, frame in scene.frames.items():
+        frames_of.setdefault(frame.body, []).append(name)
+    q = np.zeros(system.n)
+    for placement in graph.tree():
+        body = scene.components[placement.body]
+        x, y, phi = 0.0, 0.0, 0.0
+        if placement.joint is not None:
+            x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, t)
+        values_said = [said.get(body.signals.get(f"{body.name}.{key}")) for key in ("x", "y", "phi")]
+        if values_said[2] is not None and placement.joint is not None:
+            # turn about the joint, not about the centre of mass
+            x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, t, values_said[2])
+        x, y, phi = (new if new is not None else old for new, old in zip(values_said, (x, y, phi), strict=True))
+        d = tables.coordinates[body.name]
+        q[d : d + len(body.kind.coordinates)] = (x, y, phi)[: len(body.kind.coordinates)]  # type: ignore
+        for name in frames_of.get(body.name, ()):
+            sx, sy, f = _frame_pose(system, name)
+            pose[name] = (x + cos(phi) * sx - sin(phi) * sy, y + sin(phi) * sx + cos(phi) * sy, phi + f)
+    return q
+
+
+def _coordinates(system: System, frame: str) -> tuple[str, ...]:
+    return system.scene.components[system.scene.frames[frame].body].kind.coordinates  # type: ignore[attr-defined]
+
+
+def _frame_pose(system: System, name: str) -> tuple[float, float, float]:
+    from mbdsl.system.tables import body_pose
+
+    frame = system.scene.frames[name]
+    return body_pose(system.scene.components[frame.body], frame)
+
+
+def _by_joint(system, joint, body, pose, said, t, angle=None) -> tuple[float, float, float]:
+    """Pose of ``body``'s centre of mass so that the frames of ``joint`` meet, with its angle if that is known."""
+    component = system.scene.components[joint]
+    frame_a, frame_b = (component.ports[p] for p in component.kind.ports)
+    forward = system.scene.frames[frame_b].body == body
+    base, own = pose[frame_a if forward else frame_b], frame_b if forward else frame_a
+
+    def known(key: str) -> float | None:
+        target = component.signals.get(f"{joint}.{key}")
+        if component.kind.driver == key:
+            law = component.values[key]
+            return float(values(system, [law if isinstance(law, Expr) else const(law)], np.array([t]), *_none)[0][0])
+        return said.get(target) if target is not None else None
+
+    _none = (np.zeros((1, system.n)), np.zeros((1, system.n)))
+    relative = known("phi")
+    if relative is None:
+        relative = float(component.values.get("phi0") or 0.0)
+    along = known("s")
+    if along is None:
+        along = float(component.values.get("length") or 0.0) if component.kind.name == "Distance" else 0.0
+    sx, sy, phi0 = _frame_pose(system, own)
+    turn = relative if forward else -relative
+    phi = angle if angle is not None else base[2] + turn - phi0
+    axis = base[2] if forward else phi + phi0
+    shift = along if forward else -along
+    x, y = base[0] + shift * cos(axis), base[1] + shift * sin(axis)
+    return x - cos(phi) * sx + sin(phi) * sy, y - sin(phi) * sx - cos(phi) * sy, phi
+
+
+# -- positions -----------------------------------------------------------------------------------------------
+
+
+def _positions(system: System, t: float, guess: Array, given: list[InitialValue]) -> Array:
+    fixed = [x for x in given if x.fixed]
+    soft = [x for x in given if not x.fixed]
+    weight = np.full(system.n, UNSAID) * system.tables.scale
+    tolerance = 1e-13 * (1 + np.abs(guess).max(initial=0.0)) / max(1e-300, system.tables.scale.min(initial=1.0))
+    best, best_violation = guess, np.inf
+    rng = np.random.default_rng(0)
+    for attempt in range(6):
+        # A start at a singular pose has no direction to go: later attempts start beside it.
+        q = guess + (rng.normal(size=system.n) * 0.1 * attempt / system.tables.scale if attempt else 0.0)
+        for _ in range(100):
+            value, d_q, _v = _stack(system, fixed, t, q, np.zeros(system.n))
+            target = np.array([x.value for x in fixed])
+            r_c = np.concatenate([system.Phi(t, q), value - target])
+            soft_value, soft_q, _v = _stack(system, soft, t, q, np.zeros(system.n))
+            r_s = soft_value - np.array([x.value for x in soft])
+            J = vstack([system.Phi_q(t, q), csr_matrix(d_q)]).tocsr()
+            step = _constrained(weight, weight * (q - guess), soft_q * GUESSED, r_s * GUESSED, J, r_c)
+            violation = np.abs(r_c).max(initial=0.0)
+            if violation < best_violation:
+                best, best_violation = q, violation
+            length = np.abs(step * system.tables.scale).max(initial=0.0)
+            if not np.isfinite(length):
+                break
+            q = q + step * min(1.0, LONGEST / max(length, 1e-300))
+            if violation <= tolerance and length < 1e-13:
+                return best
+            if violation <= tolerance and length < 1e-6 and not soft:
+                return best
+        if best_violation <= 1e3 * tolerance:
+            return best
+    raise _inconsistent(system, t, best, fixed, velocity=None)
+
+
+def _stack(system: System, items: list[InitialValue], t: float, q: Array, v: Array):
+    return gradients(system, [x.target for x in items], t, q, v)
+
+
+def _constrained(weight: Array, r_w: Array, A_s: Array, r_s: Array, J: csr_matrix, r_c: Array) -> Array:
+    """min |r_w + W d|^2 + |r_s + A_s d|^2 subject to J d = -r_c (in the least-squares sense where it has no solution)."""
+    n = len(weight)
+    if n <= DENSE:
+        dense = J.toarray()
+        U, s, Vt = np.linalg.svd(dense, full_matrices=True)
+        rank = int((s > 1e-10 * s.max(initial=0.0)).sum()) if s.size else 0
+        d = Vt[:rank].T @ ((U[:, :rank].T @ -r_c) / s[:rank])
+        Z = Vt[rank:].T
+        if Z.shape[1]:
+            A = np.vstack([weight[:, None] * Z, A_s @ Z])
+            b = -np.concatenate([r_w + weight * d, r_s + A_s @ d])
+            d = d + Z @ np.linalg.lstsq(A, b, rcond=None)[0]
+        return d
+    S = csr_matrix(A_s)
+    H = diags(weight**2) + S.T @ S
+    scale = float(abs(H).max()) * 1e-14 + 1e-20
+    K = bmat([[H, J.T], [J, -scale * diags(np.ones(J.shape[0]))]], format="csc")
+    return splu(csc_matrix(K)).solve(np.concatenate([-(weight * r_w) - S.T @ r_s, -r_c]))[:n]
+
+
+# -- velocities, accelerations -------------------------------------------------------------------------------
+
+
+def _velocities(system: System, t: float, q: Array, given: list[InitialValue]) -> Array:
+    fixed = [x for x in given if x.fixed]
+    soft = [x for x in given if not x.fixed]
+    v = np.zeros(system.n)
+    weight = np.full(system.n, UNSAID) * system.tables.scale
+    for _ in range(3):  # linear in v: the second pass refines, the third confirms
+        value, _q, d_v = _stack(system, fixed, t, q, v)
+        r_f = value - np.array([x.value for x in fixed])
+        soft_value, _q, soft_v = _stack(system, soft, t, q, v)
+        r_s = soft_value - np.array([x.value for x in soft])
+        r_c = np.concatenate([system.evaluate(t, q, v)[2], r_f])
+        J = vstack([system.Phi_q(t, q), csr_matrix(d_v)]).tocsr()
+        v = v + _constrained(weight, weight * v, soft_v * GUESSED, r_s * GUESSED, J, r_c)
+    value, *_ = _stack(system, fixed, t, q, v)
+    r_c = np.concatenate([system.evaluate(t, q, v)[2], value - np.array([x.value for x in fixed])])
+    if np.abs(r_c).max(initial=0.0) > 1e-9 * (1 + np.abs(v).max(initial=0.0)):
+        raise _inconsistent(system, t, q, fixed, velocity=v)
+    return v
+
+
+def accelerations(system: System, t: float, q: Array, v: Array) -> tuple[Array, Array]:
+    """a (n,) and lam (m,) from [[M, Phi_q^T], [Phi_q, 0]] [a; lam] = [Q; gamma_c].
+
+    Where constraints are redundant, lam is the solution of least norm.
+    """
+    n, m = system.n, system.m
+    J = system.Phi_q(t, q)
+    M = system.mass()
+    b = np.concatenate([system.Q(t, q, v), system.gamma_c(t, q, v)])
+    if not np.isfinite(b).all():
+        raise InitialisationError(
+            f"the forces at the start (time {t:g}) are not finite numbers",
+            hint="an expression divides by zero or leaves the domain of a function there",
+        )
+    if n + m <= DENSE:
+        K = np.block([[np.diag(M), J.T.toarray()], [J.toarray(), np.zeros((m, m))]])
+        x = np.linalg.lstsq(K, b, rcond=1e-13)[0]
+        r = b - K @ x
+    else:
+        K = bmat([[diags(M), J.T], [J, None]], format="csr")
+        regular = K + diags(np.concatenate([np.zeros(n), np.full(m, -1e-12 / max(M.max(), 1e-300))]))
+        lu = splu(csc_matrix(regular))
+        x = lu.solve(b)
+        for _ in range(3):
+            x = x + lu.solve(b - K @ x)
+        r = b - K @ x
+    if np.abs(r).max(initial=0.0) > 1e-8 * (1 + np.abs(b).max(initial=0.0)):
+        names = system.names() + system.constraint_names()
+        raise InitialisationError(
+            f"no accelerations satisfy the equations of motion at the start; worst: {names[int(np.abs(r).argmax())]}",
+            hint="a body without mass or inertia moves freely, or the start is a singular pose",
+        )
+    return x[:n], x[n:]
+
+
+def _redundant(system: System, t: float, q: Array) -> tuple[int, ...]:
+    """Rows of Phi_q that depend on those before them (pivoted QR), for small systems."""
+    if not 0 < system.m <= DENSE:
+        return ()
+    from scipy.linalg import qr
+
+    J = system.Phi_q(t, q).toarray()
+    _, R, pivots = qr(J.T, mode="economic", pivoting=True)
+    d = np.abs(np.diag(R))
+    rank = int((d > 1e-9 * d.max(initial=0.0)).sum())
+    return tuple(sorted(int(i) for i in pivots[rank:]))
+
+
+def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue], velocity) -> InitialisationError:
+    """Which constraints and fixed values cannot hold together, with their lines."""
+    level = "positions" if velocity is None else "velocities"
+    v = np.zeros(system.n) if velocity is None else velocity
+    residual = system.Phi(t, q) if velocity is None else system.evaluate(t, q, v)[2]
+    value, *_ = _stack(system, fixed, t, q, v)
+    wrong: list[tuple[float, str, Span | None]] = []
+    for name, row in system.tables.rows.items():
+        component = system.scene.components[name]
+        assert isinstance(component.kind, JointKind)
+        size = float(np.abs(residual[row : row + component.kind.rows]).max())
+        wrong.append((size, f"{component.kind.name} {name} is violated by {size:.3g}", component.span))
+    for item, x in zip(fixed, value, strict=True):
+        text = f"{item.name} = {item.value:.6g} is fixed, but comes out as {x:.6g}"
+        wrong.append((abs(float(x) - item.value), text, item.span))
+    wrong = [w for w in sorted(wrong, key=lambda w: -w[0]) if w[0] > 1e-9][:6]
+    return InitialisationError(
+        f"no consistent initial {level} found at time {t:g}",
+        span=wrong[0][2] if wrong else None,
+        notes=tuple((text, span) for _, text, span in wrong),
+        hint="check lengths and fixed values; give guesses near the pose that is meant"
+        if velocity is None
+        else "fix fewer velocities, or make them fit the joints and drivers",
+    )

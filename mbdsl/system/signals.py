@@ -1,0 +1,161 @@
+"""Signals at states: expressions over frames evaluated for arrays of states, and differentiated for assembly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.elements.kind import BodyKind
+from mbdsl.lang.expressions import OPERATIONS, Expr, diff, evaluate, leaves
+from mbdsl.scene import Scene
+from mbdsl.system.system import System
+from mbdsl.system.tables import body_pose, piecewise
+
+Array = NDArray[np.float64]
+
+#: the operations of expressions on arrays
+ARRAY_OPERATIONS = {
+    **OPERATIONS,
+    "div": np.divide,
+    "pow": np.power,
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "asin": np.arcsin,
+    "acos": np.arccos,
+    "atan": np.arctan,
+    "atan2": np.arctan2,
+    "sinh": np.sinh,
+    "cosh": np.cosh,
+    "tanh": np.tanh,
+    "exp": np.exp,
+    "log": np.log,
+    "log10": np.log10,
+    "sqrt": np.sqrt,
+    "hypot": np.hypot,
+    "ratio": lambda a, b: np.divide(a, b, out=np.zeros(np.broadcast(a, b).shape), where=np.asarray(b) != 0.0),
+    "abs": np.abs,
+    "sign": np.sign,
+    "min": np.minimum,
+    "max": np.maximum,
+    "floor": np.floor,
+    "ceil": np.ceil,
+    "mod": lambda a, b: a - np.floor(a / b) * b,
+    "lt": lambda a, b: np.less(a, b).astype(float),
+    "le": lambda a, b: np.less_equal(a, b).astype(float),
+    "eq": lambda a, b: np.equal(a, b).astype(float),
+    "ne": lambda a, b: np.not_equal(a, b).astype(float),
+    "and": lambda a, b: np.logical_and(a, b).astype(float),
+    "or": lambda a, b: np.logical_or(a, b).astype(float),
+    "not": lambda a: np.logical_not(a).astype(float),
+    "select": lambda c, a, b: np.where(np.asarray(c) != 0.0, a, b),
+}
+
+
+def frame_coordinate(system: System, name: str, key: str, q: Array, v: Array) -> Array:
+    """Coordinate ``key`` of frame ``name`` for states q, v of shape (N, n); shape (N,)."""
+    scene: Scene = system.scene
+    frame = scene.frames[name]
+    body = scene.components[frame.body]
+    assert isinstance(body.kind, BodyKind)
+    sx, sy, phi0 = body_pose(body, frame)
+    zero = np.zeros(len(q))
+    if not body.kind.coordinates:
+        return zero + {"x": sx, "y": sy, "phi": phi0}.get(key, 0.0)
+    d = system.tables.coordinates[frame.body]
+    if "phi" not in body.kind.coordinates:
+        source = {"x": q[:, d], "y": q[:, d + 1], "vx": v[:, d], "vy": v[:, d + 1]}
+        return source.get(key, zero + (phi0 if key == "phi" else 0.0))
+    if key == "phi":
+        return q[:, d + 2] + phi0
+    if key == "w":
+        return v[:, d + 2]
+    phi = q[:, d + 2]
+    if sx == 0.0 and sy == 0.0:
+        return {"x": q[:, d], "y": q[:, d + 1], "vx": v[:, d], "vy": v[:, d + 1]}[key]
+    c, s = np.cos(phi), np.sin(phi)
+    lx, ly = c * sx - s * sy, s * sx + c * sy
+    if key == "x":
+        return q[:, d] + lx
+    if key == "y":
+        return q[:, d + 1] + ly
+    return v[:, d] - ly * v[:, d + 2] if key == "vx" else v[:, d + 1] + lx * v[:, d + 2]
+
+
+def table_value(table, order: int, u) -> Array:
+    """Derivative ``order`` of a table at an array of arguments, as the compiled interpolation gives it."""
+    breaks, c = piecewise(table)
+    u = np.asarray(u, float)
+    first, last = breaks[0], breaks[-1]
+    outside = (u < first) | (u > last)
+    if table.extrapolation == "periodic":
+        u = np.where(outside, first + np.mod(u - first, last - first), u)
+        outside = np.zeros_like(outside)
+    x0 = np.clip(u, first, last)
+    k = np.clip(np.searchsorted(breaks, x0, side="right") - 1, 0, len(breaks) - 2)
+    x = x0 - breaks[k]
+    c0, c1, c2, c3 = c[k].T
+    slope = c1 + x * (2 * c2 + x * 3 * c3)
+    if order == 0:
+        value = c0 + x * (c1 + x * (c2 + x * c3))
+        if table.extrapolation == "linear":
+            value = value + slope * (u - x0)
+        return np.where(outside, np.nan, value) if table.extrapolation == "error" else value
+    if order == 1:
+        return np.where(outside, 0.0, slope) if table.extrapolation == "hold" else slope
+    higher = 2 * c2 + 6 * x * c3 if order == 2 else 6 * c3 if order == 3 else 0.0 * x
+    return np.where(outside, 0.0, higher)
+
+
+def values(system: System, roots: Sequence[Expr], t: Array, q: Array, v: Array) -> list[Array]:
+    """Expressions at N states: t (N,), q and v (N, n); each result has shape (N,)."""
+
+    def leaf(node: Expr) -> Array:
+        if node.op == "time":
+            return t
+        name, key = node.value  # type: ignore[misc]
+        return frame_coordinate(system, name, key, q, v)
+
+    with np.errstate(all="ignore"):
+        results = evaluate(roots, leaf, ARRAY_OPERATIONS, table_value)  # type: ignore[arg-type]
+    return [np.broadcast_to(np.asarray(r, float), (len(t),)) for r in results]
+
+
+def gradients(system: System, roots: Iterable[Expr], t: float, q: Array, v: Array) -> tuple[Array, Array, Array]:
+    """Values (k,), and derivatives with respect to q (k, n) and v (k, n) of expressions at one state."""
+    roots = list(roots)
+    n = system.n
+    value, d_q, d_v = np.zeros(len(roots)), np.zeros((len(roots), n)), np.zeros((len(roots), n))
+    tt, qq, vv = np.array([t]), q[None, :], v[None, :]
+    for i, root in enumerate(roots):
+        variables = [leaf for leaf in leaves(root) if leaf.op == "coordinate"]
+        found = values(system, [root, *diff(root, *variables)], tt, qq, vv)
+        value[i] = found[0][0]
+        for leaf, partial in zip(variables, found[1:], strict=True):
+            _chain(system, leaf, partial[0], q, v, d_q[i], d_v[i])
+    return value, d_q, d_v
+
+
+def _chain(system: System, leaf: Expr, partial: float, q: Array, v: Array, d_q: Array, d_v: Array) -> None:
+    """Add partial * d(frame coordinate)/d(q, v)."""
+    name, key = leaf.value  # type: ignore[misc]
+    frame = system.scene.frames[name]
+    body = system.scene.components[frame.body]
+    keys = body.kind.coordinates  # type: ignore[attr-defined]
+    if not keys:
+        return
+    d = system.tables.coordinates[frame.body]
+    index = {"x": 0, "y": 1, "phi": 2, "vx": 0, "vy": 1, "w": 2}[key]
+    target = d_v if key in ("vx", "vy", "w") else d_q
+    if index >= len(keys):
+        return
+    target[d + index] += partial
+    if "phi" in keys and index < 2:
+        sx, sy, _ = body_pose(body, frame)
+        c, s = np.cos(q[d + 2]), np.sin(q[d + 2])
+        lx, ly = c * sx - s * sy, s * sx + c * sy
+        target[d + 2] += partial * (-ly, lx)[index]
+        if target is d_v:
+            d_q[d + 2] += partial * (-lx, -ly)[index] * v[d + 2]

@@ -1,0 +1,259 @@
+"""Trajectory: what came out of a simulation, as named signals computed when somebody asks for them."""
+
+from __future__ import annotations
+
+import difflib
+import fnmatch
+from collections.abc import Iterable
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
+from mbdsl.errors import UsageError
+from mbdsl.lang.expressions import Expr, const, coordinate
+from mbdsl.scene import Scene
+from mbdsl.system.initial import Moved, accelerations
+from mbdsl.system.signals import values
+from mbdsl.system.system import System
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+Array = NDArray[np.float64]
+
+UNITS = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
+ACCELERATIONS = {"ax": "m/s2", "ay": "m/s2", "alpha": "rad/s2"}
+REACTIONS = {"fx": "N", "fy": "N", "tau": "N.m"}
+
+
+class Trajectory:
+    """States over time, and every signal of the model by name.
+
+    Attributes
+    ----------
+    t : (N,) [s]
+    q, v : (N, n) [m, rad; m/s, rad/s]
+        Generalised coordinates and velocities, in the order of ``system.names()``.
+    lam : (N, m)
+        Multipliers of the constraints, in the order of ``system.constraint_names()``; the constraint force is
+        -Phi_q^T lam.
+    status : str
+        "done", "interrupted" or "failed"; ``message`` says why.
+    stats : dict
+        Counts and phase times.
+    moved : tuple of Moved
+        Guesses of initial values and where assembly left them.
+
+    Examples
+    --------
+    ``trajectory["crank.phi"]`` is an (N,) array; ``trajectory.select(["*.w"])`` lists names that match.
+    """
+
+    def __init__(
+        self, system: System, t: Array, q: Array, v: Array, lam: Array, stats: dict, moved: tuple[Moved, ...] = ()
+    ) -> None:
+        self.system, self.t, self.q, self.v, self.lam, self.stats, self.moved = system, t, q, v, lam, stats, moved
+        self.message = ""
+        self._known: dict[str, Array] = {}
+
+    @property
+    def scene(self) -> Scene:
+        return self.system.scene
+
+    @property
+    def status(self) -> str:
+        return self.stats["status"]
+
+    def __repr__(self) -> str:
+        span = f"{self.t[0]:g} ... {self.t[-1]:g} s" if len(self.t) else "empty"
+        return f"<Trajectory of {self.scene.name}: {len(self.t)} points, {span}, {self.status}>"
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    # -- names -------------------------------------------------------------------------------------------------
+    @cached_property
+    def _expressions(self) -> dict[str, tuple[Expr, str]]:
+        """Signal name -> (expression, unit) of all that follows from q, v and t."""
+        scene = self.scene
+        found: dict[str, tuple[Expr, str]] = {}
+        for c in scene.components.values():
+            units = {s.name: s.unit for s in c.kind.signals} | {p.name: p.unit for p in c.kind.parameters if p.law}
+            for name, expression in c.signals.items():
+                found[name] = (expression, units.get(name[len(c.name) + 1 :], ""))
+        for name in scene.frames:
+            for key, unit in UNITS.items():
+                found.setdefault(f"{name}.{key}", (coordinate(name, key), unit))
+        for name, expression in scene.variables.items():
+            found.setdefault(name, (expression, ""))
+        for name, energy in zip(("kinetic", "potential", "total"), _energies(scene), strict=True):
+            found[f"energy.{name}"] = (energy, "J")
+        return found
+
+    @cached_property
+    def _computed(self) -> dict[str, str]:
+        """Name -> unit of what takes more than q, v and t: accelerations, reactions, residuals of constraints."""
+        found = {}
+        for c in self.scene.components.values():
+            if isinstance(c.kind, BodyKind) and c.kind.coordinates:
+                for key, unit in zip(ACCELERATIONS, ACCELERATIONS.values(), strict=True):
+                    if key != "alpha" or "phi" in c.kind.coordinates:
+                        found[f"{c.name}.{key}"] = unit
+            elif isinstance(c.kind, JointKind):
+                found.update({f"{c.name}.{key}": REACTIONS[key] for key in c.kind.reaction})
+                for k in range(c.kind.rows):
+                    found[f"{c.name}.Phi[{k + 1}]"] = ""
+                    found[f"{c.name}.dPhi[{k + 1}]"] = ""
+        return found
+
+    @property
+    def names(self) -> list[str]:
+        """Every signal, "time" first."""
+        return ["time", *self._expressions, *self._computed]
+
+    @property
+    def default_names(self) -> list[str]:
+        """Every body's coordinates and velocities."""
+        keys = {"x": "vx", "y": "vy", "phi": "w"}
+        bodies = self.scene.bodies()
+        found = [f"{b.name}.{key}" for b in bodies for key in b.kind.coordinates]  # type: ignore[attr-defined]
+        return found + [f"{b.name}.{keys[key]}" for b in bodies for key in b.kind.coordinates]  # type: ignore
+
+    def select(self, patterns: Iterable[str]) -> list[str]:
+        """Names that match any of ``patterns`` (globs; a name with brackets also matches itself).
+
+        Raises
+        ------
+        UsageError
+            If a pattern matches nothing.
+        """
+        names, chosen = self.names, {}
+        known = set(names)
+        for pattern in patterns:
+            if pattern in known:
+                chosen[pattern] = None
+                continue
+            # [1] is an index here far more often than a set of characters
+            literal = pattern.replace("[", "[[]")
+            found = fnmatch.filter(names, literal) or fnmatch.filter(names, pattern)
+            if not found:
+                raise self._unknown(pattern)
+            chosen.update(dict.fromkeys(found))
+        return list(chosen)
+
+    def _unknown(self, name: str) -> UsageError:
+        near = difflib.get_close_matches(name, self.names, n=3)
+        hint = f"did you mean {' or '.join(near)}?" if near else "`names` lists every signal"
+        return UsageError(f"there is no signal `{name}` in {self.scene.name}", hint=hint)
+
+    def unit(self, name: str) -> str:
+        """The SI unit of a signal, "" where it is a pure number or unknown."""
+        if name == "time":
+            return "s"
+        unit = self._expressions[name][1] if name in self._expressions else self._computed.get(name, "")
+        return "" if unit == "1" else unit
+
+    # -- values ------------------------------------------------------------------------------------------------
+    def __contains__(self, name: str) -> bool:
+        return name == "time" or name in self._expressions or name in self._computed
+
+    def __getitem__(self, name: str) -> Array:
+        if name == "time":
+            return self.t
+        if name not in self._known:
+            if name in self._expressions:
+                (value,) = values(self.system, [self._expressions[name][0]], self.t, self.q, self.v)
+                self._known[name] = np.array(value)
+            elif name in self._computed:
+                self._compute(name)
+            else:
+                raise self._unknown(name)
+        return self._known[name]
+
+    def _compute(self, name: str) -> None:
+        owner, key = name.rsplit(".", 1)
+        if key in ACCELERATIONS:
+            for k, coordinate_name in enumerate(self.system.names()):
+                body, c = coordinate_name.rsplit(".", 1)
+                self._known[f"{body}.{dict(x='ax', y='ay', phi='alpha')[c]}"] = self.a[:, k]
+            return
+        Phi, dPhi, reactions = self._constraints
+        row = self.system.tables.rows.get(owner, 0)
+        kind = self.scene.components[owner].kind
+        assert isinstance(kind, JointKind)
+        for k in range(kind.rows):
+            self._known[f"{owner}.Phi[{k + 1}]"] = Phi[:, row + k]
+            self._known[f"{owner}.dPhi[{k + 1}]"] = dPhi[:, row + k]
+        wrench = reactions[:, row : row + kind.rows].sum(axis=1)
+        for k, reaction in enumerate(REACTIONS):
+            self._known[f"{owner}.{reaction}"] = wrench[:, k]
+
+    @cached_property
+    def a(self) -> Array:
+        """Accelerations (N, n) that satisfy the equations of motion at each (t, q, v)."""
+        return np.array(
+            [accelerations(self.system, t, q, v)[0] for t, q, v in zip(self.t, self.q, self.v, strict=True)]
+        ).reshape(len(self.t), self.system.n)
+
+    @cached_property
+    def _constraints(self) -> tuple[Array, Array, Array]:
+        """Phi (N, m), Phi_q v + Phi_t (N, m), and each row's force and torque on frame_b (N, m, 3)."""
+        m, N = self.system.m, len(self.t)
+        Phi, dPhi, wrench = np.zeros((N, m)), np.zeros((N, m)), np.zeros((N, m, 3))
+        for i in range(N):
+            _, Phi[i], dPhi[i] = self.system.evaluate(self.t[i], self.q[i], self.v[i], self.lam[i])
+            G = self.system.gradient_table()
+            wrench[i] = -G[:m, 3:6] * self.lam[i][:, None]
+        return Phi, dPhi, wrench
+
+    def state(self, time: float) -> tuple[Array, Array]:
+        """q and v (n,) at the stored point nearest to ``time``."""
+        k = int(np.abs(self.t - time).argmin())
+        return self.q[k], self.v[k]
+
+    def to_dict(self, patterns: Iterable[str] | None = None) -> dict[str, Array]:
+        """Signals by name, time first; those that match ``patterns`` or the default ones."""
+        chosen = self.select(patterns) if patterns is not None else self.default_names
+        return {"time": self.t, **{name: self[name] for name in chosen if name != "time"}}
+
+    def to_pandas(self, patterns: Iterable[str] | None = None) -> pandas.DataFrame:
+        """The same as a data frame indexed by time (needs pandas)."""
+        import pandas
+
+        data = self.to_dict(patterns)
+        return pandas.DataFrame({k: v for k, v in data.items() if k != "time"}, index=pandas.Index(self.t, name="time"))
+
+    def to_xarray(self, patterns: Iterable[str] | None = None) -> xarray.Dataset:
+        """The same as a data set over time, units as attributes (needs xarray)."""
+        import xarray
+
+        data = self.to_dict(patterns)
+        variables = {k: ("time", v, {"units": self.unit(k)}) for k, v in data.items() if k != "time"}
+        return xarray.Dataset(variables, coords={"time": ("time", self.t, {"units": "s"})})
+
+
+def _energies(scene: Scene) -> tuple[Expr, Expr, Expr]:
+    """Kinetic and potential energy and their sum. Potential: gravity (zero at the ground's origin) and linear springs;
+    forces given by expressions have none."""
+    kinetic, potential = const(0.0), const(0.0)
+    ground = next((c for c in scene.components.values() if c.kind.name == "Ground"), None)
+    n = np.array(ground.values["n"], float) if ground else np.zeros(2)
+    size = float(np.hypot(*n))
+    g = float(ground.values["g"]) * n / size if ground and size else np.zeros(2)  # type: ignore[arg-type]
+    for c in scene.components.values():
+        if isinstance(c.kind, BodyKind) and c.kind.coordinates:
+            masses = c.kind.table(dict(c.values))
+            for key, rate, mass in zip(("x", "y", "phi"), ("vx", "vy", "w"), masses, strict=False):
+                speed = coordinate(f"{c.name}.c", rate)
+                kinetic = kinetic + 0.5 * mass * (speed * speed)
+                if key != "phi":
+                    potential = potential - mass * float(g["xy".index(key)]) * coordinate(f"{c.name}.c", key)
+        elif isinstance(c.kind, ForceKind) and c.energy is not None:
+            potential = potential + c.energy
+    return kinetic, potential, kinetic + potential
+
+
