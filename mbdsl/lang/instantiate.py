@@ -50,6 +50,7 @@ class Instance:
         chain: tuple[s.Model, ...] = (),
         at: At = None,
     ) -> None:
+        assembly.budget.spend(100)  # empty sub-models are no components, and yet there may be too many
         self.assembly = assembly
         self.namespace = namespace
         self.model = model
@@ -89,6 +90,7 @@ class Instance:
             circle = " -> ".join(f"`{m.name}`" for m in [*below[below.index(model) :], model])
             raise ModelError(f"`{model.name}` extends itself: {circle}", span_of(model.at))
         for item in model.items:
+            self.assembly.budget.spend(20)  # bases of bases of bases add up
             if isinstance(item, s.Extends):
                 found = unit.find(item.base)
                 if found is None:
@@ -101,12 +103,13 @@ class Instance:
                 positional, own = bind(item.arguments, self.scope, self.level)
                 if positional:
                     raise ModelError("`extends` takes modifiers `name = value`", span_of(positional[0].at))
-                yield from self._collect(*found, merge(modifiers, own), (*below, model))
-                known = {m.item.name for m in self._collect(*found, {}, (*below, model)) if isinstance(m.item, s.Declaration)}
+                base = list(self._collect(*found, merge(modifiers, own), (*below, model)))
+                known = [name for m in base for name in _names(m.item)]
                 for name, modifier in own.items():
                     if name not in known:
                         hint = did_you_mean(name, known, f"`{item.base}` has")
                         raise ModelError(f"`{item.base}` has no `{name}`", span_of(modifier.at), hint)
+                yield from base
             elif isinstance(item, s.Annotation):
                 self.annotations.append(item)
             else:
@@ -488,6 +491,10 @@ def _declarations(item: s.Item) -> Iterator[s.Declaration]:
         for _, items in item.branches:
             for inner in items:
                 yield from _declarations(inner)
+
+
+def _names(item: s.Item) -> list[str]:
+    return [d.name for d in _declarations(item)]
 
 
 def _indices(sizes: Iterable[int]) -> Iterator[tuple[int, ...]]:

@@ -27,6 +27,7 @@ PUNCTUATION = {
 NUMBER = re.compile(r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _TOKEN = re.compile(
     r"(?P<skip>[ \t\r\n\f\v\u00a0]+|//[^\n]*|/\*(?s:.*?)\*/)"
+    r"|(?P<comment>/\*)"
     rf"|(?P<number>{NUMBER.pattern})"
     r"|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
     r'|(?P<string>"(?:[^"\\]|\\(?s:.))*")'
@@ -73,6 +74,8 @@ def tokenize(source: Source) -> list[Token]:
             raise _strange(source, at)
         end = found.end()
         group = found.lastgroup
+        if group == "comment":
+            raise SyntaxProblem("this comment has no end", source.span(at, end), "close it with `*/`")
         if group == "name":
             word = text[at:end]
             if word in KEYWORDS:

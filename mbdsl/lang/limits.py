@@ -9,6 +9,6 @@ NESTING = 100  #: brackets, statements or expressions inside each other
 INSTANCE_DEPTH = 40  #: sub-models inside sub-models
 COMPONENTS = 200_000  #: components of the flat model
 ARRAY = 250_000  #: numbers of one array
-NODES = 5_000_000  #: operations evaluated for one model, all together
+NODES = 3_000_000  #: operations evaluated for one model, all together
 INTEGER = 2**53  #: integers beyond this are not exact as floating-point numbers
 TEXT = 10_000  #: characters of a string value

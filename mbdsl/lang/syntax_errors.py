@@ -193,7 +193,7 @@ def _list(expected: set[str]) -> str:
     """The terminals in words, the usual ones first."""
     rest = set(expected)
     words = []
-    if rest >= _EXPRESSION - {"LAST", "PLUS", "NOT"}:
+    if rest >= {"NUMBER", "LPAR", "LBRACE", "NAME"}:
         words.append("an expression")
         rest -= _EXPRESSION | {"NAME", "STRING", "IF", "COLON"}
     elif len(rest & _OPERATORS) >= 4:
