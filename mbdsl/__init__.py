@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from mbdsl.builder import Builder as Builder
     from mbdsl.errors import MbdslError as MbdslError
     from mbdsl.lang.load import load as load
-    from mbdsl.lang.load import parse_text as parse
+    from mbdsl.lang.load import parse_text as parse  # noqa: F401
     from mbdsl.scene import Scene as Scene
     from mbdsl.simulation import simulate as simulate
     from mbdsl.trajectory import Trajectory as Trajectory

@@ -1,12 +1,12 @@
 """A model built from Python: the same names, the same checks and the same Scene as by text.
 
-    >>> b = Builder("Pendulum")
-    >>> ground = b.Ground("ground")
-    >>> rod = b.Rod("rod", m="2 kg", length="50 cm")
-    >>> pin = b.Revolute("pin", ground, rod.a)
-    >>> b.initial(rod.phi, "-30 deg")
-    >>> b.scene().frames["rod.a"].x
-    -0.25
+>>> b = Builder("Pendulum")
+>>> ground = b.Ground("ground")
+>>> rod = b.Rod("rod", m="2 kg", length="50 cm")
+>>> pin = b.Revolute("pin", ground, rod.a)
+>>> b.initial(rod.phi, "-30 deg")
+>>> b.scene().frames["rod.a"].x
+-0.25
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from mbdsl.lang.expressions import COORDINATES, Expr
 from mbdsl.lang.instantiate import ALIASES, Instance, Member
 from mbdsl.lang.library import Unit
 from mbdsl.lang.load import deep
-from mbdsl.lang.members import Array, FrameMember, Namespace
+from mbdsl.lang.members import Namespace
 from mbdsl.lang.parser import parse_expression
 from mbdsl.lang.parts import Part
 from mbdsl.lang.suggest import did_you_mean

@@ -51,7 +51,9 @@ class Positional:
         if isinstance(found, Many):
             raise ModelError(f"`{s.write(self.e)}` names {len(found.items)} frames, expected one", span_of(self.e.at))
         if isinstance(found, Disabled):
-            raise ModelError(f"`{s.write(self.e)}`: `{found.name}` is switched off by its condition", span_of(self.e.at))
+            raise ModelError(
+                f"`{s.write(self.e)}`: `{found.name}` is switched off by its condition", span_of(self.e.at)
+            )
         return found
 
 
@@ -365,7 +367,9 @@ class Assembly:
         if not leaves:
             raise ModelError(f"`{name}` cannot be given an initial value: it does not vary", span_of(at))
         if any(leaf.op == "time" for leaf in leaves):
-            raise ModelError(f"`{name}` depends on time; only positions and velocities have initial values", span_of(at))
+            raise ModelError(
+                f"`{name}` depends on time; only positions and velocities have initial values", span_of(at)
+            )
         what = f"the initial value of `{name}`"
         number = check.number(check.fit(value, target.dimension, what), what)  # type: ignore[arg-type]
         return InitialValue(name, target.value, number, fixed, span_of(at))  # type: ignore[arg-type]

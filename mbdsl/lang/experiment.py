@@ -55,7 +55,6 @@ def _read(argument: s.Argument, scope: Scope, found: dict[str, Any]) -> None:
         name = argument.name or s.write(argument.value)
         raise ModelError(f"experiment has no `{name}`", span_of(argument.at), did_you_mean(name, KEYS, "it has"))
     field, unit = KEYS[argument.name]
-    what = f"`{argument.name}`"
     value = evaluate(argument.value, scope)
     try:
         found[field] = setting(argument.name, field, unit, value)

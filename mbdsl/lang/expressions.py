@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from typing import ClassVar
 from weakref import WeakValueDictionary
 
 #: coordinate key -> key of its time derivative
@@ -24,7 +25,7 @@ class Expr:
     """
 
     __slots__ = ("__weakref__", "args", "op", "value")
-    _interned: WeakValueDictionary = WeakValueDictionary()
+    _interned: ClassVar[WeakValueDictionary] = WeakValueDictionary()
 
     op: str
     args: tuple[Expr, ...]

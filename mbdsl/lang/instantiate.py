@@ -128,7 +128,9 @@ class Instance:
                 self.namespace.pending[d.name] = lambda d=d: self.declare(member, d, self.scope)
             elif d.name not in self.namespace.pending:
                 if d.name in self.namespace.places:
-                    if all(d.name not in {x.name for x in _declarations(m.item)} for m in self.members if m is not member):
+                    if all(
+                        d.name not in {x.name for x in _declarations(m.item)} for m in self.members if m is not member
+                    ):
                         continue
                     self.namespace.declare(d.name, d.at)
                 self.namespace.places[d.name] = d.at
@@ -160,9 +162,7 @@ class Instance:
     def _decide(self, condition: s.Expression, scope: Scope) -> bool:
         value = evaluate(condition, scope)
         if isinstance(value, tuple) or not isinstance(value.value, bool):
-            raise ModelError(
-                f"a condition is true or false, found {values.describe(value)}", span_of(condition.at)
-            )
+            raise ModelError(f"a condition is true or false, found {values.describe(value)}", span_of(condition.at))
         return value.value
 
     def declare(self, member: Member, d: s.Declaration, scope: Scope, block: bool = False) -> None:
@@ -175,7 +175,9 @@ class Instance:
         looped = block and d.indices
         if block and kind == "value":
             raise ModelError(
-                "parameters cannot be declared in a loop or `if`", span_of(d.at), "declare an array: `Real k[N] = {...}`"
+                "parameters cannot be declared in a loop or `if`",
+                span_of(d.at),
+                "declare an array: `Real k[N] = {...}`",
             )
         if d.condition is not None and kind != "value" and not self._decide(d.condition, scope):
             self._enter(d, looped, scope, lambda name, contexts: Disabled(name, d.at))
@@ -265,7 +267,9 @@ class Instance:
                 array = namespace.members[d.name] = Array(full, len(index), d.at)
             name = f"{full}[{','.join(map(str, index))}]"
             if not isinstance(array, Array) or len(array.sizes) != len(index) or index in array.items:
-                what = "is declared twice" if isinstance(array, Array) and index in array.items else "is already declared"
+                what = (
+                    "is declared twice" if isinstance(array, Array) and index in array.items else "is already declared"
+                )
                 raise ModelError(f"`{name}` {what}", span_of(d.at))
             array.add(index, make(name, namespace.contexts))
             return
@@ -302,7 +306,13 @@ class Instance:
     # -- the things themselves ---------------------------------------------------------------------------------
 
     def _part(
-        self, name: str, contexts: Contexts, template: Template, arguments: list[Positional], d: s.Declaration, elements: dict
+        self,
+        name: str,
+        contexts: Contexts,
+        template: Template,
+        arguments: list[Positional],
+        d: s.Declaration,
+        elements: dict,
     ) -> Part:
         if elements:
             index = tuple(i + 1 for i, _ in contexts[self.level :])
@@ -324,7 +334,9 @@ class Instance:
         scope: Scope,
     ) -> Node | FrameMember:
         if value is not None:
-            member = FrameMember(self.assembly, name, lambda: _alias(Positional(value, scope, self.level), contexts), d.at)
+            member = FrameMember(
+                self.assembly, name, lambda: _alias(Positional(value, scope, self.level), contexts), d.at
+            )
             self.assembly.frames.append(member)
             return member
         if not arguments:

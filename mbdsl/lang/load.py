@@ -90,7 +90,8 @@ def _flatten(model: s.Model, unit: Unit, library: Library, overrides: Mapping[st
 def deep() -> Iterator[None]:
     """Room for models that are nested as deep as the limits allow."""
     before = sys.getrecursionlimit()
-    sys.setrecursionlimit(max(before, 20_000))
+    # Since 3.11 calls of Python functions take no room on the stack of C, which is what really is limited.
+    sys.setrecursionlimit(max(before, 10_000 if sys.version_info >= (3, 11) else 4_000))
     try:
         yield
     except RecursionError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import TYPE_CHECKING, Union
 
 from mbdsl.errors import ModelError
@@ -186,7 +187,9 @@ class TableMember:
         what = f"`table` of `{self.name}`"
         found = values.shape(rows)
         if len(found) != 2 or found[1] != 2:
-            raise ModelError(f"{what}: found {check.shape_words(found)}, expected rows of two values `[u, y; ...]`", span)
+            raise ModelError(
+                f"{what}: found {check.shape_words(found)}, expected rows of two values `[u, y; ...]`", span
+            )
         if found[0] < 2:
             raise ModelError(f"{what} has {found[0]} row, it needs at least 2", span)
         try:
@@ -194,7 +197,7 @@ class TableMember:
         except ModelError as problem:
             problem.span = problem.span or span
             raise
-        for k, (before, after) in enumerate(zip(u, u[1:], strict=False)):
+        for k, (before, after) in enumerate(pairwise(u)):
             if not before < after:
                 raise ModelError(
                     f"{what}: the first column must grow, but row {k + 2} has {after:g} after {before:g}", span
@@ -238,4 +241,6 @@ class TableMember:
         return Quantity(node, y_dimension)
 
 
-Entity = Union[Quantity, tuple, Slot, "Signal", Frame, Node, FrameMember, TableMember, "Part", Array, Many, Disabled, Namespace]
+Entity = Union[
+    Quantity, tuple, Slot, "Signal", Frame, Node, FrameMember, TableMember, "Part", Array, Many, Disabled, Namespace
+]

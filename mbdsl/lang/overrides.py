@@ -47,9 +47,7 @@ def read_overrides(overrides: Mapping[str, str | float], instance: Instance) -> 
                     raise UsageError(f"cannot set `{name}`", hint="an index is a number: `link[3].m`")
                 element = modifier.elements.get(index)
                 if element is None:
-                    element = modifier.elements[index] = Modifier(
-                        s.Argument(step.name, at=value.at), instance.scope, 0
-                    )
+                    element = modifier.elements[index] = Modifier(s.Argument(step.name, at=value.at), instance.scope, 0)
                 modifier = element
             if k == len(target.steps) - 1:
                 modifier.value = value

@@ -25,14 +25,14 @@ def make_slot(
     constant = bool(d.prefixes & {"parameter", "constant"})
     positional, own = bind(d.arguments, scope, level)
     if positional:
-        raise ModelError(f"found `{s.write(positional[0])}`, expected attributes such as `unit = \"kg\"`", span_of(d.at))
+        raise ModelError(f'found `{s.write(positional[0])}`, expected attributes such as `unit = "kg"`', span_of(d.at))
     for name, modifier in own.items():
         if name not in ATTRIBUTES:
             hint = did_you_mean(name, ATTRIBUTES, "attributes")
             raise ModelError(f"a {d.type or 'parameter'} has no attribute `{name}`", span_of(modifier.at), hint)
     if given is not None and ("final" in d.prefixes or "constant" in d.prefixes):
         word = "final" if "final" in d.prefixes else "a constant"
-        note = ((f"declared here", span_of(d.at)),)
+        note = (("declared here", span_of(d.at)),)
         raise ModelError(f"`{d.name}` is {word}, it cannot be modified", given.value_span(), notes=note)
     attributes = merge(given.inner, own) if given is not None and given.inner else own
     for name, modifier in attributes.items():
@@ -41,7 +41,9 @@ def make_slot(
             raise ModelError(f"a {d.type or 'parameter'} has no attribute `{name}`", span_of(modifier.at), hint)
     unit = quantities.type_unit(d.type) or ""
     full = namespace.full(d.name)
-    slot = Slot(assembly, full, lambda: _evaluate(slot, d, scope, given, attributes, unit, namespace), d.at, d.doc, unit)
+    slot = Slot(
+        assembly, full, lambda: _evaluate(slot, d, scope, given, attributes, unit, namespace), d.at, d.doc, unit
+    )
     slot.constant = constant
     assembly.slots.append(slot)
     return slot
@@ -65,7 +67,10 @@ def _evaluate(
         if units.parse(unit).factor != 1.0:  # type: ignore[union-attr]
             slot.unit = quantities.unit_text(units.dimension(unit)).replace("1", "rad")  # values are kept in SI
     dimension: Dimension | None = units.dimension(unit) if unit else None
-    sizes = [functions.count(evaluate(i, scope), f"the size of {what}") if not isinstance(i, s.Everything) else -1 for i in d.indices]
+    sizes = [
+        functions.count(evaluate(i, scope), f"the size of {what}") if not isinstance(i, s.Everything) else -1
+        for i in d.indices
+    ]
     for size in sizes:
         if size > 0:
             functions.bounded(size)
@@ -104,10 +109,18 @@ def _unit_attribute(written: Modifier) -> str:
 
 
 def _check(
-    value: Value, d: s.Declaration, what: str, dimension: Dimension | None, unit: str, sizes: list[int], attributes: Modifiers
+    value: Value,
+    d: s.Declaration,
+    what: str,
+    dimension: Dimension | None,
+    unit: str,
+    sizes: list[int],
+    attributes: Modifiers,
 ) -> Value:
     shape = values.shape(value)
-    if (sizes or d.type) and (len(sizes) != len(shape) or any(a not in (b, -1) for a, b in zip(sizes, shape, strict=True))):
+    if (sizes or d.type) and (
+        len(sizes) != len(shape) or any(a not in (b, -1) for a, b in zip(sizes, shape, strict=True))
+    ):
         hint = None
         if not sizes and shape:
             hint = f"an array is declared `{d.name}[{', '.join(map(str, shape))}]`"
@@ -119,9 +132,7 @@ def _check(
         factor = units.parse(unit)
         if factor is not None and factor.factor != 1.0 and "unit" in attributes:
             value = _scaled(value, factor)
-    if d.type not in ("", "Boolean", "String", "Integer"):
-        value = check.fit(value, dimension, what, unit)
-    elif dimension is not None:
+    if d.type not in ("", "Boolean", "String", "Integer") or dimension is not None:
         value = check.fit(value, dimension, what, unit)
     value = _typed(value, d.type, what)
     for name in ("min", "max"):

@@ -66,9 +66,8 @@ class Template:
 class Part:
     """One component of the flat model while it is being made."""
 
-    __slots__ = (
-        "_frames", "_laws", "_signals", "_values", "assembly", "at", "contexts", "doc", "kind", "name", "nodes", "template",
-    )  # fmt: skip
+    __slots__ = ("_frames", "_laws", "_signals", "_values", "assembly", "at", "contexts", "doc", "kind", "name", "nodes")
+    __slots__ += ("template",)
 
     def __init__(
         self, assembly: Assembly, name: str, template: Template, contexts: Contexts = (), at: At = None, doc: str = ""
@@ -162,7 +161,9 @@ class Part:
             return (), True
         if given.value is not None or not given.inner:
             raise ModelError(
-                f"`frames` of `{self.name}` is a list of named frames", span_of(given.at), "write `frames(tip = {x, y})`"
+                f"`frames` of `{self.name}` is a list of named frames",
+                span_of(given.at),
+                "write `frames(tip = {x, y})`",
             )
         found, same = [], True
         for name, modifier in given.inner.items():

@@ -41,7 +41,11 @@ class Scope:
     __slots__ = ("budget", "law", "locals", "namespace", "owner", "size", "varying")
 
     def __init__(
-        self, namespace: Namespace, local: dict[str, Value] | None = None, varying: bool = False, size: int | None = None
+        self,
+        namespace: Namespace,
+        local: dict[str, Value] | None = None,
+        varying: bool = False,
+        size: int | None = None,
     ) -> None:
         self.namespace = namespace
         self.locals = local or {}
@@ -152,6 +156,11 @@ class Scope:
         owner = self.owner
         if owner is not None:
             inner = self._own(owner, name)
+            if inner is not None and found is not None and not isinstance(found, Slot):
+                # Outside, the name is that of a component: alone it has no value, so `s` in the law of a spring `s`
+                # can only mean its length, and `s.v` only the component.
+                found = None if len(reference.steps) == 1 and isinstance(found, Part | Namespace) else found
+                inner = inner if found is None else None
             if inner is not None and found is not None and owner.given(name) and not _same(found, inner):
                 raise ModelError(
                     f"`{name}` is ambiguous here: `{owner.name}` has one, and so has the model around it",
@@ -233,7 +242,7 @@ class Scope:
             frame = part.frames["c"]
             return Signal(f"{owner}.{name}", lambda: _coordinate(self.namespace, frame, name))
         known = part.known_names()
-        hint = did_you_mean(name, known, f"it has")
+        hint = did_you_mean(name, known, "it has")
         raise ModelError(f"{part.kind.name} `{owner}` has no `{name}`", span_of(step.at), hint)
 
     def _index(self, entity: Entity, step: s.Step, owner: str) -> Entity:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 
 def did_you_mean(name: str, known: Iterable[str], listed: str = "") -> str | None:
-    """A hint with the names closest to ``name``; failing that, and if they are few, all of them as "``listed``: ..."."""
+    """A hint with the names closest to ``name``; failing that, and if they are few, all of them behind ``listed``."""
     names = list(dict.fromkeys(known))[:5000]
     lower = {n.lower(): n for n in reversed(names)}
     close = [lower[c] for c in difflib.get_close_matches(name.lower(), lower, 3, 0.6)]

@@ -277,7 +277,21 @@ def write(e: Expression | None) -> str:
     raise TypeError(f"no expression: {e!r}")
 
 
-_PRECEDENCE = {"or": 1, "and": 2, "==": 3, "<>": 3, "<": 3, "<=": 3, ">": 3, ">=": 3, "+": 4, "-": 4, "*": 5, "/": 5, "^": 6}
+_PRECEDENCE = {
+    "or": 1,
+    "and": 2,
+    "==": 3,
+    "<>": 3,
+    "<": 3,
+    "<=": 3,
+    ">": 3,
+    ">=": 3,
+    "+": 4,
+    "-": 4,
+    "*": 5,
+    "/": 5,
+    "^": 6,
+}
 
 
 def _inner(e: Expression) -> str:

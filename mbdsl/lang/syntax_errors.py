@@ -22,7 +22,7 @@ _FOREIGN = {
     "algorithm": "mbdsl has no algorithms: a model is components, connections and expressions",
     "class": "write `model`",
     "block": "write `model`",
-    "package": "a file is already a collection of models: leave the package out, use `import \"file.mbd\";`",
+    "package": 'a file is already a collection of models: leave the package out, use `import "file.mbd";`',
     "function": "mbdsl has no user-defined functions; use expressions, or a Table",
     "record": "mbdsl has no records: write `model`, or plain parameters",
     "within": "mbdsl has no packages: leave the `within` clause out",
@@ -150,6 +150,8 @@ def _special(
                 f"found {_show(token)} behind the number {previous.text}: no such unit",
                 "units are e.g. kg, m/s2, N.m/rad, deg, ms; a product is written with `*`",
             )
+    if kind == "IF" and "NUMBER" in expected:
+        return "found `if` inside an expression", "put it in parentheses: `1 + (if a then b else c)`"
     if kind.lower() in KEYWORDS and "NAME" in expected and text:
         return f"`{text}` is a word of the language and cannot be a name here", None
     if kind == "NUMBER" and previous is not None and previous.type in ("NAME", "RSQB") and "STAR" in expected:

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 
-
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd")
 
 #: exponents of ``BASE``

@@ -51,7 +51,7 @@ class Quantity:
         return f"Quantity({describe(self)}, {self.value!r})"
 
 
-Value = Union[Quantity, tuple["Value", ...]]
+Value = Union[Quantity, tuple["Value", ...]]  # noqa: UP007  (it names itself)
 
 
 def literal(value: float | int) -> Quantity:
