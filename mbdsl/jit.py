@@ -80,7 +80,8 @@ def compile(function: Callable, signature=None, cached: bool = True, **options) 
     module.config.CACHE_DIR = str(cache_directory())
     try:
         arguments = (signature,) if signature is not None else ()
-        return module.njit(*arguments, cache=cached, error_model="numpy", **options)(function)
+        # Without numba's runtime nothing can be allocated, and no time goes into counting references.
+        return module.njit(*arguments, cache=cached, error_model="numpy", _nrt=False, **options)(function)
     finally:
         module.config.CACHE_DIR = former
 
@@ -97,7 +98,10 @@ def activate(*modules: ModuleType) -> None:
             if getattr(value, "__mbdsl_kernel__", False) and not hasattr(value, "py_func"):
                 if value not in _compiled:
                     inline = "always" if hasattr(value, "__mbdsl_template__") else "never"
-                    _compiled[value] = compile(value, inline=inline, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+                    # What every scene calls is kept by itself; the rest lives in what it is compiled into.
+                    kept = value.__module__.startswith("mbdsl.system") or value.__module__.endswith("_frames")
+                    options = {"inline": inline, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+                    _compiled[value] = compile(value, cached=kept, **options)
                 setattr(module, name, _compiled[value])
 
 

@@ -1,26 +1,47 @@
 """Linear algebra of the iteration matrix behind two names, ``factor`` and ``solve``.
 
-Small systems: dense LU with partial pivoting on a row-major matrix.
+Normally the sparse LU of :mod:`mbdsl.integrators.sparse`; where that loses a pivot (massless coordinates, redundant
+constraints, singular poses), a dense LU with partial pivoting.
 """
 
 from __future__ import annotations
 
 from mbdsl.elements.kind import kernel
-from mbdsl.layout import N_ALL
+from mbdsl.integrators.sparse import sparse_factor, sparse_solve
+from mbdsl.layout import N_ALL, SOLVER
+
+DENSE, SPARSE_LU = 0, 1  #: values of I[SOLVER]
 
 
 @kernel
 def factor(A, P, I):
-    """LU factors of the N x N matrix in A, in place, pivot rows in P; False where it is singular to rounding."""
+    """Factorise the matrix in A in place; False where it is singular to rounding."""
+    return sparse_factor(A, P, I) if I[SOLVER] == SPARSE_LU else dense_factor(A, P, I)
+
+
+@kernel
+def solve(A, P, I, Y, row):
+    """Y[row] <- A^{-1} Y[row]."""
+    if I[SOLVER] == SPARSE_LU:
+        sparse_solve(A, I, Y, row)
+    else:
+        dense_solve(A, P, I, Y, row)
+
+
+@kernel
+def dense_factor(A, P, I):
+    """LU of the row-major N x N matrix in A, pivot rows in P."""
     n = I[N_ALL]
+    largest = 0.0
+    for k in range(n * n):
+        largest = max(largest, abs(A[k]))
     for k in range(n):
-        pivot, largest = k, abs(A[k * n + k])
+        pivot, size = k, abs(A[k * n + k])
         for i in range(k + 1, n):
-            candidate = abs(A[i * n + k])
-            if candidate > largest:
-                pivot, largest = i, candidate
+            if abs(A[i * n + k]) > size:
+                pivot, size = i, abs(A[i * n + k])
         P[k] = pivot
-        if not largest > 1e-300:
+        if not size > 1e-15 * largest:
             return False
         if pivot != k:
             for j in range(n):
@@ -36,8 +57,7 @@ def factor(A, P, I):
 
 
 @kernel
-def solve(A, P, I, Y, row):
-    """Y[row] <- A^{-1} Y[row]."""
+def dense_solve(A, P, I, Y, row):
     n = I[N_ALL]
     for k in range(n):
         if P[k] != k:

@@ -13,11 +13,14 @@ from numpy.typing import NDArray
 
 from mbdsl import jit, layout
 from mbdsl.errors import UsageError
-from mbdsl.integrators import driver, linear, modules
+from mbdsl.integrators import driver, linear, modules, sparse
 from mbdsl.system import System
 from mbdsl.system.emit import array_types, evaluate_signature, tangent_signature
 
 Array = NDArray[np.float64]
+
+#: largest system that the dense solver with pivoting may take over
+PIVOTING_LIMIT = 2000
 
 
 def check_options(name: str, options: Mapping[str, float | None]) -> dict[str, float]:
@@ -47,7 +50,7 @@ def check_options(name: str, options: Mapping[str, float | None]) -> dict[str, f
 
 def compiled(name: str, module: ModuleType):
     """The step loop compiled for one method: its kernels are known to the compiler, the scene's are pointers."""
-    jit.activate(driver, linear, module)
+    jit.activate(driver, linear, sparse, module)
     short = module.__name__.rsplit(".", 1)[-1]
     text = f'''"""Emitted by mbdsl: the step loop of {name}."""
 
@@ -89,17 +92,13 @@ class Integration:
     def __post_init__(self) -> None:
         module = modules()[self.method]
         declaration = module.METHOD
-        system, N = self.system, self.system.n + self.system.m
-        rows, columns = system.tables.pattern
-        work = system.workspace(rows * N + columns)
-        self.Y, self.Z, self.C, self.F, self.I = work.Y, work.Z, work.C, work.F, work.I
-        self.A = np.zeros((declaration.matrices, N * N))
-        self.P = np.zeros((declaration.matrices, N), np.int64)
-        self.I[layout.SIZE] = N * N
+        self.matrices = declaration.matrices
+        self.system.kernels(declaration.with_mu)
+        self._use(linear.SPARSE_LU)
         self.c = np.array(declaration.coefficients(check_options(self.method, self.options)), float)
         self.K = np.zeros(driver.K_SIZE)
         self.J = np.zeros(driver.J_SIZE, np.int64)
-        self.out = np.zeros((len(self.times), N + system.n))
+        self.out = np.zeros((len(self.times), 2 * self.system.n + self.system.m))
         steps = max(1, math.ceil((self.stop - self.start) / self.h - 1e-9)) if self.stop > self.start else 0
         self.K[driver.START], self.K[driver.STOP], self.K[driver.H] = self.start, self.stop, self.h
         self.K[driver.T] = self.start
@@ -107,9 +106,28 @@ class Integration:
         self.K[driver.VELOCITY_TOL], self.K[driver.RELATIVE_TOL] = 1e-12, 1e-4
         self.J[driver.LAST_STEP] = steps
         self.J[driver.STABILISED] = declaration.with_mu
-        kernels = system.kernels(declaration.with_mu)
+        kernels = self.system.kernels(declaration.with_mu)
         self.evaluate, self.tangent = kernels.evaluate, kernels.tangent
         self._advance = compiled(self.method, module)
+
+    def _use(self, solver: int) -> None:
+        """Lay out the buffers for a solver; the vectors keep their content."""
+        system, N = self.system, self.system.n + self.system.m
+        rows, columns = system.tables.pattern
+        if solver == linear.SPARSE_LU:
+            pattern = sparse.analyse(N, rows, columns, system.elimination_order())
+            slots, size, table = pattern.slots, pattern.size, pattern.table
+        else:
+            slots, size, table = rows * N + columns, N * N, np.empty(0, np.int64)
+        work = system.workspace(slots)
+        if hasattr(self, "Y"):
+            work.Y[:] = self.Y
+        self.Y, self.Z, self.C, self.F = work.Y, work.Z, work.C, work.F
+        self.I = np.concatenate([work.I, table])
+        self.I[layout.SOLVER], self.I[layout.SPARSE], self.I[layout.SIZE] = solver, len(work.I), size
+        self.A = np.zeros((self.matrices, size))
+        self.P = np.zeros((self.matrices, N), np.int64)
+        self.solver = solver
 
     def begin(self, q: Array, v: Array, a: Array, lam: Array) -> None:
         """Set the consistent state at the start."""
@@ -122,6 +140,15 @@ class Integration:
 
     def advance(self, steps: int = sys.maxsize) -> int:
         """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.driver`."""
+        status = self._call(steps)
+        if status == driver.SINGULAR and self.solver == linear.SPARSE_LU and len(self.P[0]) <= PIVOTING_LIMIT:
+            # The order from the graph gave no usable pivots here: go on with a solver that searches for them.
+            self._use(linear.DENSE)
+            self.J[driver.FRESH] = 0
+            status = self._call(steps)
+        return status
+
+    def _call(self, steps: int) -> int:
         return int(
             self._advance(
                 self.evaluate,

@@ -12,15 +12,14 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from mbdsl import layout
+from mbdsl.graph import MechanismGraph
+from mbdsl.graph import build as build_graph
 from mbdsl.scene import Scene
 from mbdsl.system import emit
 from mbdsl.system.emit import Kernels
 from mbdsl.system.tables import Tables, build_tables
 
 Array = NDArray[np.float64]
-
-#: largest N = n + m for which the iteration matrix is dense
-DENSE_LIMIT = 24
 
 
 @dataclass
@@ -43,6 +42,7 @@ class System:
     """
 
     scene: Scene
+    graph: MechanismGraph
     tables: Tables
     code: str = ""
     _kernels: dict[bool, Kernels] = field(default_factory=dict)
@@ -172,6 +172,18 @@ class System:
                 Phi_tt[r] = -F[I[layout.REGISTERS] + I[registers + 2]]
         return -(N @ np.asarray(v, float)) - Phi_tt
 
+    def elimination_order(self) -> NDArray[np.int64]:
+        """The order, from the graph, in which coordinates and constraints are eliminated (n + m,): new -> old."""
+        order: list[int] = []
+        for name in self.graph.elimination_order():
+            component = self.scene.components[name]
+            if name in self.tables.coordinates:
+                first, count = self.tables.coordinates[name], len(component.kind.coordinates)  # type: ignore
+            else:
+                first, count = self.n + self.tables.rows[name], component.kind.rows  # type: ignore[attr-defined]
+            order.extend(range(first, first + count))
+        return np.array(order, np.int64)
+
     def names(self) -> list[str]:
         """A name for each coordinate, e.g. "crank.phi" (n,)."""
         return [f"{b.name}.{key}" for b in self.scene.bodies() for key in b.kind.coordinates]
@@ -196,9 +208,8 @@ class System:
         return "\n".join(lines)
 
 
-def build(scene: Scene, graph: object = None) -> System:
+def build(scene: Scene, graph: MechanismGraph | None = None) -> System:
     """Scene to System: numbers, tables and the text of the specialised code; compiles nothing yet."""
     tables = build_tables(scene)
-    return System(scene, tables, emit.emit(tables.blocks, tables.has_tape, False))
-
-
+    mechanism = graph if graph is not None else build_graph(scene)
+    return System(scene, mechanism, tables, emit.emit(tables.blocks, tables.has_tape, False))
