@@ -66,8 +66,20 @@ class Template:
 class Part:
     """One component of the flat model while it is being made."""
 
-    __slots__ = ("_frames", "_laws", "_signals", "_values", "assembly", "at", "contexts", "doc", "kind", "name", "nodes")
-    __slots__ += ("template",)
+    __slots__ = (
+        "_frames",
+        "_laws",
+        "_signals",
+        "_values",
+        "assembly",
+        "at",
+        "contexts",
+        "doc",
+        "kind",
+        "name",
+        "nodes",
+        "template",
+    )
 
     def __init__(
         self, assembly: Assembly, name: str, template: Template, contexts: Contexts = (), at: At = None, doc: str = ""

@@ -1,0 +1,79 @@
+"""The reference of all kinds as Markdown, from their declarations; docs/language.md holds it.
+
+``python -m mbdsl.lang.reference docs/language.md`` writes it into the page, between its two markers.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from mbdsl.elements import kinds
+from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter
+
+BEGIN = "<!-- kinds: made by `python -m mbdsl.lang.reference docs/language.md` -->"
+END = "<!-- end of kinds -->"
+_TITLES = (("Bodies", BodyKind), ("Joints and drivers", JointKind), ("Forces", ForceKind))
+
+
+def reference() -> str:
+    """Tables of parameters and signals of every kind, by family."""
+    parts = [BEGIN]
+    for title, family in _TITLES:
+        parts.append(f"### {title}")
+        parts += [_kind(kind) for kind in kinds().values() if isinstance(kind, family)]
+    return "\n\n".join([*parts, END]) + "\n"
+
+
+def _kind(kind: Kind) -> str:
+    lines = [f"#### `{kind.name}`", "", kind.doc, ""]
+    if kind.ports:
+        ports = [f"`{p}`" + (" (may be left out)" if p in kind.optional_ports else "") for p in kind.ports]
+        lines += [f"Frames: {', '.join(ports)}.", ""]
+    if kind.parameters:
+        lines += ["| parameter | unit | default | |", "|---|---|---|---|"]
+        lines += [f"| `{p.name}` | {p.unit} | {_default(p)} | {_notes(p)} |" for p in kind.parameters]
+        lines.append("")
+    if kind.signals:
+        lines += ["| signal | unit | |", "|---|---|---|"]
+        lines += [f"| `{x.name}` | {x.unit} | {x.doc} |" for x in kind.signals]
+        lines.append("")
+    if isinstance(kind, JointKind) and kind.reaction:
+        names = ", ".join(f"`{r}`" for r in kind.reaction)
+        lines += [f"Reaction on `frame_b`, for output only: {names}.", ""]
+    return "\n".join(lines).rstrip()
+
+
+def _default(p: Parameter) -> str:
+    if p.default is REQUIRED:
+        return "required"
+    if p.default is None or p.default == ():
+        return "-"
+    if isinstance(p.default, tuple):
+        return "{" + ", ".join(f"{x:g}" for x in p.default) + "}"
+    return f"{p.default:g}" if isinstance(p.default, float) else str(p.default)
+
+
+def _notes(p: Parameter) -> str:
+    notes = [p.doc] if p.doc else []
+    if p.law:
+        notes.append("may be an expression in time and signals")
+    if p.positive:
+        notes.append("positive")
+    elif p.minimum is not None:
+        notes.append(f"at least {p.minimum:g}")
+    if p.choices:
+        notes.append("one of " + ", ".join(f'"{c}"' for c in p.choices))
+    return "; ".join(notes)
+
+
+def insert(page: str) -> str:
+    """The text of a page with the reference between its markers."""
+    before, _, rest = page.partition(BEGIN)
+    _, _, after = rest.partition(END + "\n")
+    return before + reference() + after
+
+
+if __name__ == "__main__":
+    target = Path(sys.argv[1])
+    target.write_text(insert(target.read_text(encoding="utf-8")), encoding="utf-8")

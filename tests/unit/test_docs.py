@@ -1,0 +1,55 @@
+"""The pages say what is true: every ``mbd`` snippet is read.
+
+A snippet that contains a whole model is read as it is; any other stands, as docs/language.md says, for a part of a model
+with a ground, two rods and two joints.
+"""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from mbdsl.lang.load import parse_text
+from mbdsl.lang.quantities import TYPES
+from mbdsl.lang.reference import reference
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+FENCE = re.compile(r"^```mbd[^\n]*\n(.*?)^```", re.MULTILINE | re.DOTALL)
+BEFORE = (
+    "model Snippet Ground ground; Rod crank(m = 1 kg, length = 0.3 m); Rod rod(m = 1 kg, length = 0.6 m); "
+    "Revolute O(ground, crank.a); Revolute A(crank.b, rod.a); "
+)
+
+
+def snippets():
+    for page in PAGES:
+        if page.exists():
+            text = page.read_text(encoding="utf-8")
+            for match in FENCE.finditer(text):
+                line = text.count("\n", 0, match.start()) + 2
+                yield pytest.param(match.group(1), id=f"{page.name}:{line}")
+
+
+@pytest.mark.parametrize("text", list(snippets()))
+def test_snippet(text):
+    whole = re.search(r"^\s*(partial\s+)?model\s", text, re.MULTILINE)
+    scene = parse_text(text if whole else f"{BEFORE}\n{text}\nend Snippet;")
+    assert scene.components
+
+
+def test_there_are_snippets():
+    assert len(list(snippets())) > 15
+
+
+def test_reference_of_kinds_is_up_to_date():
+    """Run ``python -m mbdsl.lang.reference docs/language.md``."""
+    assert reference() in (ROOT / "docs" / "language.md").read_text(encoding="utf-8")
+
+
+def test_every_type_and_function_is_in_the_page():
+    from mbdsl.lang.functions import FUNCTIONS
+    from mbdsl.lang.units import _PLAIN, _PREFIXED
+
+    words = set(re.findall(r"[A-Za-z][A-Za-z0-9]*", (ROOT / "docs" / "language.md").read_text(encoding="utf-8")))
+    assert {*TYPES, *FUNCTIONS, *_PLAIN, *_PREFIXED} <= words
