@@ -34,7 +34,7 @@ def run(args: argparse.Namespace) -> int:
 def _syntax(args: argparse.Namespace) -> str:
     from mbdsl.lang.library import read
     from mbdsl.lang.parser import parse
-    from mbdsl.lang.syntax import dump
+    from mbdsl.lang.write import dump
 
     if args.set:
         raise UsageError("--set changes no syntax", hint="the stages from scene on show what it does")

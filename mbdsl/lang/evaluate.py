@@ -11,6 +11,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.limits import ARRAY, NODES
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
+from mbdsl.lang.write import write, write_argument
 
 
 class Budget:
@@ -89,7 +90,7 @@ def _evaluate(e: s.Expression, scope: Scope) -> Value:
             found = tuple(evaluate(item, inner) for inner in loop(iterators, scope))
             return _rectangular(values.with_unit(found, unit) if unit else found)
         case s.Literal(value):
-            return value
+            return value  # type: ignore[return-value]
         case s.Last():
             return scope.last()
     raise ModelError("`:` is an index, it has no value here")
@@ -174,10 +175,10 @@ def _choice(e: s.Choice, scope: Scope) -> Value:
 
 
 def _call(e: s.Call, scope: Scope) -> Value:
-    name = s.write(e.function)
+    name = write(e.function)
     named = next((a for a in e.arguments if a.name or a.each or a.final), None)
     if named is not None:
-        raise ModelError(f"{name}() takes values only, found `{s.write_argument(named)}`", span_of(named.at))
+        raise ModelError(f"{name}() takes values only, found `{write_argument(named)}`", span_of(named.at))
     expressions_ = [a.value for a in e.arguments if a.value is not None]
     if name == "der":
         return _der(expressions_, scope)

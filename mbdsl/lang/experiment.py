@@ -11,6 +11,7 @@ from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import span_of
 from mbdsl.lang.suggest import did_you_mean
+from mbdsl.lang.write import write
 from mbdsl.scene import Experiment
 
 #: key -> (field of Experiment, unit; "" for a text)
@@ -32,7 +33,7 @@ def read_experiment(annotations: list[s.Annotation], scope: Scope) -> Experiment
     for annotation in annotations:
         for part in annotation.arguments:
             call = part.value if isinstance(part.value, s.Call) and not part.name else None
-            name = part.name or (s.write(call.function) if call else "")
+            name = part.name or (write(call.function) if call else "")
             if name.lower() == "experiment":
                 for argument in part.modifiers or (call.arguments if call else ()):
                     _read(argument, scope, found)
@@ -52,7 +53,7 @@ def read_experiment(annotations: list[s.Annotation], scope: Scope) -> Experiment
 
 def _read(argument: s.Argument, scope: Scope, found: dict[str, Any]) -> None:
     if argument.name not in KEYS or argument.value is None:
-        name = argument.name or s.write(argument.value)
+        name = argument.name or write(argument.value)
         raise ModelError(f"experiment has no `{name}`", span_of(argument.at), did_you_mean(name, KEYS, "it has"))
     field, unit = KEYS[argument.name]
     value = evaluate(argument.value, scope)

@@ -371,12 +371,16 @@ def evaluate(
             values[n] = n.value
         elif n.op == "table":
             data, nth = n.value  # type: ignore[misc]
-            values[n] = (table or (lambda d, k, u: d.value(u, k)))(data, nth, values[n.args[0]])
+            values[n] = (table or _table)(data, nth, values[n.args[0]])
         elif n.args:
             values[n] = operations[n.op](*(values[a] for a in n.args))
         else:
             values[n] = leaf(n)
     return [values[r] for r in roots]
+
+
+def _table(data: object, nth: int, u: object) -> object:
+    raise TypeError("expressions with tables are evaluated with `table=`")
 
 
 _INFIX = {"add": " + ", "sub": " - ", "mul": "*", "div": "/", "lt": " < ", "le": " <= ", "eq": " == ", "ne": " <> "}

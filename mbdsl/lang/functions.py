@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 from mbdsl.errors import ModelError
 from mbdsl.lang import limits, units, values
@@ -177,7 +178,7 @@ def _to_integer(arguments: list[Value]) -> Value:
 
 #: name -> (smallest and largest number of arguments, implementation)
 FUNCTIONS: dict[str, tuple[int, int, Callable[[list[Value]], Value]]] = {
-    **{name: (1, 1, lambda a, name=name: _pure(name, a)) for name in _PURE},
+    **{name: (1, 1, partial(_pure, name)) for name in _PURE},
     "sqrt": (1, 1, _sqrt),
     "abs": (1, 1, _same("abs")),
     "sign": (1, 1, _sign),

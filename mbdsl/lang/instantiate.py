@@ -4,28 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from math import prod
 
 from mbdsl.elements import kinds
 from mbdsl.errors import ModelError
-from mbdsl.lang import check, functions, limits, quantities, units, values
+from mbdsl.lang import functions, limits, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assembly import Assembly, Positional
+from mbdsl.lang.classify import ALIASES, FRAME_TYPES, classify, no_type
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import evaluate, loop, place
+from mbdsl.lang.frames import alias, fixed_frame
 from mbdsl.lang.library import Unit
 from mbdsl.lang.members import Array, Disabled, Entity, FrameMember, Namespace, TableMember
 from mbdsl.lang.modifiers import Contexts, Modifiers, bind, merge
 from mbdsl.lang.parameters import make_slot
 from mbdsl.lang.parts import Part, Template
-from mbdsl.lang.scope import Scope, as_frame
+from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.suggest import did_you_mean
-from mbdsl.scene import Frame
-
-ALIASES = {"World": "Ground"}
-FRAME_TYPES = ("Frame", "Frame_a", "Frame_b")
-VALUE_TYPES = ("", "Real", "Integer", "Boolean", "String")
+from mbdsl.lang.write import write
 
 
 @dataclass(frozen=True)
@@ -61,8 +60,8 @@ class Instance:
         self.annotations: list[s.Annotation] = []
         self.equations: list[s.Item] = []
         self.initial: list[s.Item] = []
-        if model in chain:
-            circle = " -> ".join(f"`{m.name}`" for m in [*chain[chain.index(model) :], model])
+        if any(m is model for m in chain):
+            circle = _circle(chain, model)
             raise ModelError(f"`{model.name}` contains itself: {circle}", span_of(at))
         if len(self.chain) > limits.INSTANCE_DEPTH:
             raise ModelError(f"sub-models more than {limits.INSTANCE_DEPTH} deep", span_of(at))
@@ -71,7 +70,7 @@ class Instance:
     def build(self) -> None:
         """Make everything that the model declares."""
         for member in self.members:
-            self._announce(member, self._condition_free(member))
+            self._announce(member)
         self._refuse_unknown_modifiers()
         for member in self.members:
             if isinstance(member.item, s.Declaration):
@@ -86,8 +85,8 @@ class Instance:
     # -- what there is -----------------------------------------------------------------------------------------
 
     def _collect(self, model: s.Model, unit: Unit, modifiers: Modifiers, below: tuple) -> Iterator[Member]:
-        if model in below:
-            circle = " -> ".join(f"`{m.name}`" for m in [*below[below.index(model) :], model])
+        if any(m is model for m in below):
+            circle = _circle(below, model)
             raise ModelError(f"`{model.name}` extends itself: {circle}", span_of(model.at))
         for item in model.items:
             self.assembly.budget.spend(20)  # bases of bases of bases add up
@@ -117,23 +116,17 @@ class Instance:
         self.equations += model.equations
         self.initial += model.initial
 
-    def _condition_free(self, member: Member) -> list[s.Declaration]:
-        return [member.item] if isinstance(member.item, s.Declaration) else list(_declarations(member.item))
-
-    def _announce(self, member: Member, declarations: list[s.Declaration]) -> None:
+    def _announce(self, member: Member) -> None:
         """Take note of names before anything is made, so that order plays no part."""
-        for d in declarations:
-            if isinstance(member.item, s.Declaration):
-                self.namespace.declare(d.name, d.at)
-                self.namespace.pending[d.name] = lambda d=d: self.declare(member, d, self.scope)
-            elif d.name not in self.namespace.pending:
-                if d.name in self.namespace.places:
-                    if all(
-                        d.name not in {x.name for x in _declarations(m.item)} for m in self.members if m is not member
-                    ):
-                        continue
-                    self.namespace.declare(d.name, d.at)
-                self.namespace.places[d.name] = d.at
+        if isinstance(member.item, s.Declaration):
+            d = member.item
+            self.namespace.declare(d.name, d.at)
+            self.namespace.pending[d.name] = partial(self.declare, member, d, self.scope)
+            return
+        for d in _declarations(member.item):
+            if d.name in self.namespace.pending:
+                self.namespace.declare(d.name, d.at)  # an error: only pieces of one array may share a name
+            self.namespace.places.setdefault(d.name, d.at)
 
     def _refuse_unknown_modifiers(self) -> None:
         for name, modifier in self.modifiers.items():
@@ -171,7 +164,7 @@ class Instance:
         outside = member.modifiers.get(d.name)
         if outside is not None:
             given = outside if given is None else given.under(outside) if not outside.final else given
-        kind = self._classify(d, member.unit)
+        kind = classify(d, member.unit)
         looped = block and d.indices
         if block and kind == "value":
             raise ModelError(
@@ -190,7 +183,7 @@ class Instance:
             self.namespace.members[d.name] = self._outer(d)
             return
         if d.prefixes & {"parameter", "constant"}:
-            raise self._no_type(d, member.unit)
+            raise no_type(d, member.unit)
         positional, own = bind(d.arguments, scope, self.level)
         modifiers = merge(given.inner, own) if given is not None and given.inner else own
         if given is not None and given.value is not None and kind != "frame":
@@ -227,35 +220,6 @@ class Instance:
                     f"`{model.name}` is partial: it can be extended, but not used as it is", span_of(d.type_at)
                 )
             self._enter(d, looped, scope, lambda name, c: self._sub(name, c, model, unit, modifiers, arguments, d))
-
-    def _classify(self, d: s.Declaration, unit: Unit) -> str | tuple[s.Model, Unit]:
-        """What a declaration declares: "value", "frame", "table", a kind's name, or a model."""
-        name = d.type
-        if name in VALUE_TYPES:
-            return "value"
-        found = unit.find(name)
-        if found is not None:
-            return found
-        if name in FRAME_TYPES:
-            return "frame"
-        if name == "Table":
-            return "table"
-        kind = ALIASES.get(name, name)
-        quantity = quantities.type_unit(name) is not None
-        if quantity and (kind not in kinds() or d.value is not None or d.prefixes & {"parameter", "constant"}):
-            return "value"
-        if kind in kinds():
-            return kind
-        raise self._no_type(d, unit)
-
-    def _no_type(self, d: s.Declaration, unit: Unit) -> ModelError:
-        if d.prefixes & {"parameter", "constant"}:
-            known = [*VALUE_TYPES[1:], *quantities.TYPES]
-            return ModelError(f"`{d.type}` is no type of a parameter", span_of(d.type_at), did_you_mean(d.type, known))
-        known = [*kinds(), *ALIASES, "Table", "Frame", *unit.names(), *VALUE_TYPES[1:]]
-        known += quantities.TYPES if d.value is not None else ()
-        hint = did_you_mean(d.type, known) or f"the kinds are {', '.join(kinds())}"
-        return ModelError(f"there is no kind of component or model called `{d.type}`", span_of(d.type_at), hint)
 
     def _enter(self, d: s.Declaration, looped: object, scope: Scope, make) -> None:
         """Make one thing or an array of them; in a loop the indices say which element it is."""
@@ -335,7 +299,7 @@ class Instance:
     ) -> Node | FrameMember:
         if value is not None:
             member = FrameMember(
-                self.assembly, name, lambda: _alias(Positional(value, scope, self.level), contexts), d.at
+                self.assembly, name, lambda: alias(Positional(value, scope, self.level), contexts), d.at
             )
             self.assembly.frames.append(member)
             return member
@@ -445,53 +409,6 @@ class Instance:
                     break
 
 
-def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Contexts, at: At) -> Frame:
-    """A frame at a place on a body, or relative to another frame."""
-    from math import cos, sin
-
-    entity = base.scope.resolve(base.e) if isinstance(base.e, s.Reference) else None
-    x0 = y0 = phi0 = 0.0
-    if isinstance(entity, Part) and hasattr(entity.kind, "coordinates"):
-        body = entity.name  # a body's bare name: its reference point
-    else:
-        found = base.find(contexts)
-        if not isinstance(found, Frame):
-            raise ModelError(
-                f"`{s.write(base.e)}` is a port or connector, a Frame is fixed to a body or to its frames",
-                span_of(base.e.at),
-            )
-        body, x0, y0, phi0 = found.body, found.x, found.y, found.phi
-    x = y = phi = 0.0
-    if (r := modifiers.get("r")) is not None and r.value is not None:
-        try:
-            picked = r.pick(r.evaluate(), 1, contexts)
-            if values.shape(picked) != (2,):
-                raise ModelError(f"`r` of `{name}`: found {values.describe(picked)}, expected a position {{x, y}}")
-            x, y, _ = check.pose(picked, f"`r` of `{name}`")
-        except ModelError as problem:
-            raise place(problem, r.value.at) from None
-    if (angle := modifiers.get("phi")) is not None and angle.value is not None:
-        try:
-            what = f"`phi` of `{name}`"
-            q = check.fit(angle.pick(angle.evaluate(), 0, contexts), units.NUMBER, what, "rad")
-            phi = check.floats(q, what)  # type: ignore[assignment]
-            if isinstance(phi, tuple):
-                raise ModelError(f"{what}: found an array, expected a single angle")
-        except ModelError as problem:
-            raise place(problem, angle.value.at) from None
-    c, sn = cos(phi0), sin(phi0)
-    return Frame(name, body, x0 + c * x - sn * y, y0 + sn * x + c * y, phi0 + phi, span_of(at))
-
-
-def _alias(argument: Positional, contexts: Contexts) -> Frame | Node:
-    found = argument.find(contexts)
-    if isinstance(found, Part):
-        found = as_frame(found, argument.e)  # type: ignore[assignment]
-    if not isinstance(found, Frame | Node):
-        raise ModelError(f"`{s.write(argument.e)}` is no frame", span_of(argument.e.at))
-    return found
-
-
 def _declarations(item: s.Item) -> Iterator[s.Declaration]:
     """All declarations in a loop or `if`."""
     if isinstance(item, s.Declaration):
@@ -503,6 +420,12 @@ def _declarations(item: s.Item) -> Iterator[s.Declaration]:
         for _, items in item.branches:
             for inner in items:
                 yield from _declarations(inner)
+
+
+def _circle(chain: tuple[s.Model, ...], model: s.Model) -> str:
+    """How a chain of models came back to one of them."""
+    start = next(i for i, m in enumerate(chain) if m is model)
+    return " -> ".join(f"`{m.name}`" for m in [*chain[start:], model])
 
 
 def _names(item: s.Item) -> list[str]:
@@ -522,7 +445,7 @@ def _indices(sizes: Iterable[int]) -> Iterator[tuple[int, ...]]:
 def _no_equation(item: s.Relation) -> ModelError:
     if item.right is None:
         return ModelError(
-            f"found `{s.write(item.left)}`, expected `connect(a, b);`",
+            f"found `{write(item.left)}`, expected `connect(a, b);`",
             span_of(item.left.at),
         )
     return ModelError(

@@ -128,7 +128,9 @@ def parse(tokens: list[Token], start: str, builders: dict[str, Callable[[list], 
         At the first token that does not fit.
     """
     states, rules, starts, accept = tables()
-    stack, values = [starts[start]], []
+    stack = [starts[start]]
+    values: list[Any] = []
+    children: list[Any]
     goal = accept[start]
     for i, token in enumerate(tokens):
         kind = token.type
@@ -151,7 +153,7 @@ def parse(tokens: list[Token], start: str, builders: dict[str, Callable[[list], 
             if rule.splice:
                 # A repetition grows the list of its first part in place, so that long lists take linear time.
                 if rule.symbol.startswith("_") and rule.splice[0] == 0:
-                    flat = children[0]
+                    flat: list[Any] = children[0]
                     for i, child in enumerate(children[1:], 1):
                         flat.extend(child) if i in rule.splice else flat.append(child)
                 else:

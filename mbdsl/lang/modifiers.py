@@ -11,6 +11,7 @@ from mbdsl.lang import values
 from mbdsl.lang.evaluate import evaluate
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Value
+from mbdsl.lang.write import write, write_argument
 
 if TYPE_CHECKING:
     from mbdsl.lang.scope import Scope
@@ -94,7 +95,7 @@ def bind(arguments: Iterable[s.Argument], scope: Scope, level: int) -> tuple[lis
             assert argument.value is not None
             if named:
                 raise ModelError(
-                    f"found `{s.write(argument.value)}` behind a named argument",
+                    f"found `{write(argument.value)}` behind a named argument",
                     span_of(argument.value.at),
                     "frames come first, then `name = value`",
                 )
@@ -108,7 +109,7 @@ def bind(arguments: Iterable[s.Argument], scope: Scope, level: int) -> tuple[lis
         else:
             if argument.indices:
                 raise ModelError(
-                    f"`{s.write_argument(argument)}`: single elements cannot be modified",
+                    f"`{write_argument(argument)}`: single elements cannot be modified",
                     span_of(argument.at),
                     "give an array of values: `name = {...}`",
                 )

@@ -14,6 +14,7 @@ from mbdsl.lang.source import span_of
 from mbdsl.lang.suggest import did_you_mean
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value
+from mbdsl.lang.write import write
 
 ATTRIBUTES = ("unit", "min", "max", "quantity", "displayUnit", "start", "fixed", "nominal")
 
@@ -25,7 +26,7 @@ def make_slot(
     constant = bool(d.prefixes & {"parameter", "constant"})
     positional, own = bind(d.arguments, scope, level)
     if positional:
-        raise ModelError(f'found `{s.write(positional[0])}`, expected attributes such as `unit = "kg"`', span_of(d.at))
+        raise ModelError(f'found `{write(positional[0])}`, expected attributes such as `unit = "kg"`', span_of(d.at))
     for name, modifier in own.items():
         if name not in ATTRIBUTES:
             hint = did_you_mean(name, ATTRIBUTES, "attributes")

@@ -12,6 +12,7 @@ from mbdsl.lang.lexer import NUMBER, Token, tokenize
 from mbdsl.lang.mbdyn import refuse_mbdyn
 from mbdsl.lang.source import At, Source, cover, span_of
 from mbdsl.lang.syntax_errors import explain
+from mbdsl.lang.write import write
 
 
 def parse(text: str, file: str = "<text>") -> s.File:
@@ -221,7 +222,7 @@ class _Builders:
         target, modifiers = (first.function, first.arguments) if isinstance(first, s.Call) else (first, ())
         if not isinstance(target, s.Reference) or (value is not None and len(target.steps) != 1):
             raise SyntaxProblem(
-                f"found `{s.write(first)}` on the left of `=`, expected a name",
+                f"found `{write(first)}` on the left of `=`, expected a name",
                 span_of(first.at),
                 "modifiers of inner parts nest: `arm(rod(m = 2 kg))`" if isinstance(target, s.Reference) else None,
             )

@@ -5,7 +5,6 @@ Everything is worked out when it is asked for, so that the order of declarations
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -13,11 +12,11 @@ from mbdsl.elements import kinds
 from mbdsl.elements.kind import REQUIRED, BodyKind, JointKind, Kind, PairKind, Parameter
 from mbdsl.errors import ModelError
 from mbdsl.lang import check, expressions, units
-from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node
-from mbdsl.lang.evaluate import Budget, evaluate, place
+from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.expressions import Expr
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers
+from mbdsl.lang.signals import Formula, Signals, formula
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.suggest import did_you_mean
 from mbdsl.lang.values import Quantity, Value
@@ -236,7 +235,9 @@ class Part:
             shared = self.template.shared
             poses = shared[1] if shared is not None and shared[0] is found else self._poses(found)
             span = span_of(self.at)
-            self._frames = {name: Frame(f"{self.name}.{name}", self.name, *pose, span) for name, pose in poses.items()}
+            self._frames = {
+                name: Frame(f"{self.name}.{name}", self.name, x, y, phi, span) for name, (x, y, phi) in poses.items()
+            }
         return self._frames
 
     def port_frame(self, port: str) -> Frame:
@@ -321,71 +322,6 @@ class Part:
             span_of(self.at),
             self.doc,
         )
-
-
-class Signals(Mapping[str, Expr]):
-    """Signals of a component by full name, made when they are looked at."""
-
-    __slots__ = ("_names", "_part")
-
-    def __init__(self, part: Part) -> None:
-        self._part = part
-        self._names = part.signal_names()
-
-    def __getitem__(self, name: str) -> Expr:
-        owner, _, own = name.rpartition(".")
-        if owner != self._part.name or own not in self._names:
-            raise KeyError(name)
-        return self._part.signal(own).value  # type: ignore[return-value]
-
-    def __iter__(self) -> Iterator[str]:
-        return (f"{self._part.name}.{name}" for name in self._names)
-
-    def __len__(self) -> int:
-        return len(self._names)
-
-    def __repr__(self) -> str:
-        return f"Signals({', '.join(self)})"
-
-
-class Formula:
-    """The scope of a signal's formula: ports, own parameters and other signals."""
-
-    def __init__(self, part: Part) -> None:
-        self.part = part
-        self.budget: Budget = part.assembly.budget
-
-    def value(self, reference: s.Reference) -> Value:
-        first = reference.steps[0]
-        if len(reference.steps) == 2:
-            frame = self.part.frames[first.name] if first.name == "c" else self.part.port_frame(first.name)
-            return self.part.assembly.coordinate(frame, reference.steps[1].name)
-        own = self.part.own(first.name)
-        if isinstance(own, Quantity | tuple):
-            for index in first.indices:
-                own = own[index.value - 1]  # type: ignore[union-attr,index]
-            return own
-        return self.part.signal(first.name)
-
-    def apply(self, reference: s.Reference, argument: Value) -> Value | None:
-        return None
-
-    def with_locals(self, names: dict[str, Value]) -> Formula:
-        raise NotImplementedError("formulas have no loops")
-
-    def last(self) -> Value:
-        raise NotImplementedError("formulas have no `end`")
-
-    def function_names(self) -> list[str]:
-        return []
-
-
-@cache
-def formula(text: str) -> s.Expression:
-    """The syntax tree of a kind's formula."""
-    from mbdsl.lang.parser import parse_expression
-
-    return parse_expression(text, "<formula>")
 
 
 @cache

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from mbdsl.lang import units
 from mbdsl.lang.units import BASE, NUMBER, Dimension
 
@@ -109,7 +111,7 @@ def unit_text(dimension: Dimension) -> str:
     above, below = [], []
     for base, exponent in zip(BASE, dimension, strict=True):
         if exponent:
-            size = abs(exponent)
+            size = abs(Fraction(exponent))
             shown = base if size == 1 else f"{base}{size}" if size == int(size) else f"{base}^({size})"
             (above if exponent > 0 else below).append(shown)
     text = ".".join(above) or "1"

@@ -16,6 +16,7 @@ from mbdsl.lang.parts import ACCELERATIONS, Part, is_body
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.suggest import did_you_mean
 from mbdsl.lang.values import Quantity, Value
+from mbdsl.lang.write import write
 from mbdsl.scene import Frame
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ class Scope:
         if isinstance(entity, Slot):
             value = entity.value()
             if not self.varying and _varies(value):
-                raise self._not_constant(s.write(reference))
+                raise self._not_constant(write(reference))
             return value
         if isinstance(entity, Signal):
             if not self.varying:
@@ -94,8 +95,8 @@ class Scope:
         if isinstance(entity, Many):
             return tuple(self.value_of(item, reference) for item in entity.items)
         if isinstance(entity, Disabled):
-            raise _disabled(entity, s.write(reference))
-        name = s.write(reference)
+            raise _disabled(entity, write(reference))
+        name = write(reference)
         if isinstance(entity, Frame | Node | FrameMember):
             raise ModelError(f"`{name}` is a frame, expected a value", None, f"its signals are {name}.x, .y, .phi, ...")
         if isinstance(entity, TableMember):
@@ -122,7 +123,7 @@ class Scope:
         entity = self.resolve(reference)
         if not isinstance(entity, TableMember):
             if isinstance(entity, Disabled):
-                raise _disabled(entity, s.write(reference))
+                raise _disabled(entity, write(reference))
             return None
         return entity.at_argument(argument, self.varying)
 
@@ -135,7 +136,7 @@ class Scope:
         """The thing that ``reference`` names."""
         steps = reference.steps
         first = steps[0]
-        if first.name == "Modelica" and (constant := s.write(reference)) in functions.CONSTANTS:
+        if first.name == "Modelica" and (constant := write(reference)) in functions.CONSTANTS:
             return Quantity(functions.CONSTANTS[constant], units.NUMBER)
         entity = self._first(first, reference)
         if first.indices:
@@ -308,7 +309,7 @@ class Scope:
     def frame(self, e: s.Expression) -> Frame | Node | Part | Many | Disabled:
         """What an argument that should be a frame stands for; a joint stands for its two frames."""
         if not isinstance(e, s.Reference):
-            raise ModelError(f"found `{s.write(e)}`, expected a frame", span_of(e.at), "e.g. `rod.b`, or `ground`")
+            raise ModelError(f"found `{write(e)}`, expected a frame", span_of(e.at), "e.g. `rod.b`, or `ground`")
         try:
             return as_frame(self.resolve(e), e)
         except ModelError as problem:
@@ -332,10 +333,10 @@ def as_frame(entity: Entity, e: s.Expression) -> Frame | Node | Part | Many | Di
             return entity
         if entity.kind.is_frame:  # type: ignore[attr-defined]
             return entity.frames["c"]
-        name = s.write(e)
+        name = write(e)
         frames = ", ".join(f"{name}.{f}" for f in entity.frames)
         raise ModelError(f"`{name}` is a {entity.kind.name}, expected one of its frames", None, f"its frames: {frames}")
-    name = s.write(e)
+    name = write(e)
     if isinstance(entity, Namespace):
         connectors = [n for n, m in entity.members.items() if isinstance(m, Node | FrameMember)]
         listed = f"its connectors: {', '.join(f'{name}.{c}' for c in connectors)}" if connectors else None

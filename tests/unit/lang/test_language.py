@@ -10,7 +10,7 @@ from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import expressions as ex
 from mbdsl.lang.load import load, parse_text
 from mbdsl.lang.parser import parse
-from mbdsl.lang.syntax import dump
+from mbdsl.lang.write import dump
 
 ROD = "Rod rod(m = 1 kg, length = 1 m);"
 
@@ -326,7 +326,8 @@ def test_every_signal_of_every_kind_has_the_dimension_it_declares():
     from mbdsl.lang import units
     from mbdsl.lang.assembly import Assembly
     from mbdsl.lang.evaluate import evaluate
-    from mbdsl.lang.parts import Formula, Part, Template, formula
+    from mbdsl.lang.parts import Part, Template
+    from mbdsl.lang.signals import Formula, formula
     from mbdsl.lang.values import Quantity
 
     b = scene(f"{ROD}").frames
@@ -445,7 +446,7 @@ def test_dump():
 
 def test_expressions_written_are_read_back_the_same():
     from mbdsl.lang.parser import parse_expression
-    from mbdsl.lang.syntax import write
+    from mbdsl.lang.write import write
 
     for text in ("a - b - c", "a - (b - c)", "-a^2", "(-a)^2", "a^b^c", "(a^b)^c", "a/b*c", "a/(b*c)", "not (a and b)",
                  "1:2:3", "if a then b else c", "{1, 2} m", "f(x, g(y))", 'f("a\\"b")', "a[1, :].b", "{i for i in 1:3}"):  # fmt: skip

@@ -1,0 +1,63 @@
+"""Frames with names of their own: fixed to a body, relative to another frame, or another name for one."""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+from mbdsl.errors import ModelError
+from mbdsl.lang import check, units, values
+from mbdsl.lang import syntax as s
+from mbdsl.lang.assembly import Positional
+from mbdsl.lang.connections import Node
+from mbdsl.lang.evaluate import place
+from mbdsl.lang.modifiers import Contexts, Modifiers
+from mbdsl.lang.parts import Part, is_body
+from mbdsl.lang.scope import as_frame
+from mbdsl.lang.source import At, span_of
+from mbdsl.lang.write import write
+from mbdsl.scene import Frame
+
+
+def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Contexts, at: At) -> Frame:
+    """A frame at a place on a body, or relative to another frame."""
+    entity = base.scope.resolve(base.e) if isinstance(base.e, s.Reference) else None
+    x0 = y0 = phi0 = 0.0
+    if isinstance(entity, Part) and is_body(entity):
+        body = entity.name  # a body's bare name: its reference point
+    else:
+        found = base.find(contexts)
+        if not isinstance(found, Frame):
+            raise ModelError(
+                f"`{write(base.e)}` is a port or connector, a Frame is fixed to a body or to its frames",
+                span_of(base.e.at),
+            )
+        body, x0, y0, phi0 = found.body, found.x, found.y, found.phi
+    x = y = phi = 0.0
+    if (r := modifiers.get("r")) is not None and r.value is not None:
+        try:
+            picked = r.pick(r.evaluate(), 1, contexts)
+            if values.shape(picked) != (2,):
+                raise ModelError(f"`r` of `{name}`: found {values.describe(picked)}, expected a position {{x, y}}")
+            x, y, _ = check.pose(picked, f"`r` of `{name}`")
+        except ModelError as problem:
+            raise place(problem, r.value.at) from None
+    if (angle := modifiers.get("phi")) is not None and angle.value is not None:
+        try:
+            what = f"`phi` of `{name}`"
+            q = check.fit(angle.pick(angle.evaluate(), 0, contexts), units.NUMBER, what, "rad")
+            phi = check.floats(q, what)  # type: ignore[assignment]
+            if isinstance(phi, tuple):
+                raise ModelError(f"{what}: found an array, expected a single angle")
+        except ModelError as problem:
+            raise place(problem, angle.value.at) from None
+    c, sn = cos(phi0), sin(phi0)
+    return Frame(name, body, x0 + c * x - sn * y, y0 + sn * x + c * y, phi0 + phi, span_of(at))
+
+
+def alias(argument: Positional, contexts: Contexts) -> Frame | Node:
+    found = argument.find(contexts)
+    if isinstance(found, Part):
+        found = as_frame(found, argument.e)  # type: ignore[assignment]
+    if not isinstance(found, Frame | Node):
+        raise ModelError(f"`{write(argument.e)}` is no frame", span_of(argument.e.at))
+    return found

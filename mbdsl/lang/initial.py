@@ -1,0 +1,121 @@
+"""Initial values: from ``initial equation`` sections and from ``start`` modifiers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from mbdsl.errors import ModelError
+from mbdsl.lang import check, expressions, values
+from mbdsl.lang import syntax as s
+from mbdsl.lang.evaluate import evaluate, place
+from mbdsl.lang.parts import Part
+from mbdsl.lang.scope import Scope
+from mbdsl.lang.source import At, span_of
+from mbdsl.lang.values import Quantity, Value
+from mbdsl.lang.write import write
+from mbdsl.scene import InitialValue
+
+
+class InitialValues:
+    """What a model says about its start."""
+
+    def __init__(self, parts: Iterable[Part], equations: list[tuple[s.Initial, Scope]]) -> None:
+        self.parts = parts
+        self.equations = equations
+
+    def values(self) -> Iterator[InitialValue]:
+        """One value a name: what is fixed beats guesses, a later guess beats an earlier one."""
+        found: dict[str, tuple[InitialValue, At]] = {}
+        for initial, at in [*self._starts(), *self._given()]:
+            before = found.get(initial.name)
+            if before is not None and before[0].fixed:
+                if not initial.fixed:
+                    continue
+                first = span_of(before[1])
+                raise ModelError(
+                    f"the initial value of `{initial.name}` is fixed twice",
+                    initial.span,
+                    notes=(("first fixed here", first),) if first else (),
+                )
+            found[initial.name] = (initial, at)
+        return (initial for initial, _ in found.values())
+
+    def _starts(self) -> Iterator[tuple[InitialValue, At]]:
+        """Modifiers like ``phi(start = 10 deg, fixed = true)``."""
+        for part in self.parts:
+            modifiers = part.template.modifiers
+            if not modifiers:
+                continue
+            for signal in part.kind.signals:
+                modifier = modifiers.get(signal.name)
+                if modifier is None or not modifier.inner or modifier.value is not None:
+                    continue
+                name = f"{part.name}.{signal.name}"
+                start, fixed = modifier.inner.get("start"), modifier.inner.get("fixed")
+                if start is None or start.value is None:
+                    raise ModelError(f"`{name}` has no start", span_of(modifier.at), "write `start = ...`")
+                keep = False
+                if fixed is not None and fixed.value is not None:
+                    decided = fixed.pick(fixed.evaluate(), 0, part.contexts)
+                    if isinstance(decided, tuple) or not isinstance(decided.value, bool):
+                        raise ModelError(
+                            f"`fixed` is true or false, found {values.describe(decided)}", fixed.value_span()
+                        )
+                    keep = decided.value
+                try:
+                    value = start.pick(start.evaluate(), 0, part.contexts)
+                    yield self._initial_value(name, part.signal(signal.name), value, keep, start.at), start.at
+                except ModelError as problem:
+                    raise place(problem, start.value.at) from None
+
+    def _given(self) -> Iterator[tuple[InitialValue, At]]:
+        """The initial equations."""
+        for item, scope in self.equations:
+            name, target = self._target(item.target, scope.for_signals())
+            value = evaluate(item.value, scope)
+            targets, given = [target], [value]
+            if isinstance(target, tuple):
+                targets = list(target)
+                given = list(value) if isinstance(value, tuple) else [value] * len(targets)
+                if len(given) != len(targets):
+                    raise ModelError(
+                        f"found an array of {len(given)} for {len(targets)} initial values", span_of(item.value.at)
+                    )
+            for k, (t, v) in enumerate(zip(targets, given, strict=True)):
+                label = f"{name}[{k + 1}]" if isinstance(target, tuple) else name
+                try:
+                    assert isinstance(t, Quantity)
+                    yield self._initial_value(label, t, v, item.mode == "fixed", item.at), item.at
+                except ModelError as problem:
+                    raise place(problem, item.at) from None
+
+    def _target(self, target: s.Expression, scope: Scope) -> tuple[str, Value]:
+        """Name and value of the left side of an initial equation: a signal, or der(signal)."""
+        if isinstance(target, s.Reference):
+            try:
+                entity = scope.resolve(target)
+                return getattr(entity, "name", None) or write(target), scope.value_of(entity, target)
+            except ModelError as problem:
+                raise place(problem, target.at) from None
+        inner = target.arguments[0].value if isinstance(target, s.Call) and len(target.arguments) == 1 else None
+        if isinstance(inner, s.Reference) and isinstance(target, s.Call) and write(target.function) == "der":
+            return f"der({self._target(inner, scope)[0]})", evaluate(target, scope)
+        raise ModelError(
+            f"found `{write(target)}` on the left of an initial equation, expected a signal",
+            span_of(target.at),
+            "e.g. `crank.phi = 30 deg;` or `guess rod.w = 1 rad/s;`",
+        )
+
+    def _initial_value(self, name: str, target: Quantity, value: Value, fixed: bool, at: At) -> InitialValue:
+        if isinstance(value, tuple):
+            raise ModelError(f"found {values.describe(value)} for `{name}`, expected a single value")
+        leaves = expressions.leaves(target.value) if isinstance(target.value, expressions.Expr) else []
+        if not leaves:
+            raise ModelError(f"`{name}` cannot be given an initial value: it does not vary", span_of(at))
+        if any(leaf.op == "time" for leaf in leaves):
+            raise ModelError(
+                f"`{name}` depends on time; only positions and velocities have initial values", span_of(at)
+            )
+        what = f"the initial value of `{name}`"
+        number = check.number(check.fit(value, target.dimension, what), what)  # type: ignore[arg-type]
+        return InitialValue(name, target.value, number, fixed, span_of(at))  # type: ignore[arg-type]
