@@ -8,6 +8,10 @@ that a person reads: ``file:line:column: error: ...``, the line, a caret, and wh
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mbdsl.trajectory import Trajectory
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +110,7 @@ class InitialisationError(MbdslError):
 
 
 class IntegrationError(MbdslError):
-    """The integration could not go on. Results up to there are on the trajectory."""
+    """The integration could not go on; ``trajectory`` holds the results up to there."""
 
     exit_code = 4
+    trajectory: Trajectory | None = None

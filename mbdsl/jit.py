@@ -1,15 +1,16 @@
 """Compilation: marked kernels become numba functions, and stay plain Python where numba is absent or switched off.
 
-Element files only mark their kernels (:func:`mbdsl.elements.kind.kernel`), because ``mbdsl check`` reads the files
+Element files only mark their kernels (:mod:`mbdsl.kernels`), because ``mbdsl check`` reads the files
 without numerics. :func:`activate` replaces the marks by compiled functions, in the modules that use them.
 
-Compiled code is kept on disk under a folder named by the digest of the sources it comes from: an edited kernel can never
-meet the machine code of its former self.
+Compiled code is kept on disk under a folder named by the digest of the sources it comes from: an edited kernel can
+never meet the machine code of its former self.
 """
 
 from __future__ import annotations
 
 import hashlib
+import importlib
 import importlib.util
 import os
 import sys
@@ -34,6 +35,19 @@ def numba() -> ModuleType | None:
         warnings.warn(f"numba cannot be imported ({error}); running uncompiled, some 100 times slower", stacklevel=2)
         return None
     return numba
+
+
+def skip_blas() -> None:
+    """Keep numba from loading scipy.linalg, in a process of our own that uses no BLAS: it saves a fifth of a second."""
+    module = numba()
+    if module is None or "numba.np.arraymath" in sys.modules or "scipy.linalg" in sys.modules:
+        return
+    blas = "scipy.linalg.cython_blas"
+    sys.modules[blas] = None  # type: ignore[assignment]  # importing it fails, which numba is prepared for
+    try:
+        importlib.import_module("numba.np.arraymath")
+    finally:
+        del sys.modules[blas]
 
 
 def enabled() -> bool:
@@ -73,9 +87,9 @@ def cache_directory() -> Path:
 
 def compile(function: Callable, signature=None, cached: bool = True, **options) -> Callable:
     """``numba.njit`` with the project's cache folder and settings; the function itself where JIT is off."""
-    if not enabled():
-        return function
     module = numba()
+    if module is None or not enabled():
+        return function
     former = module.config.CACHE_DIR
     module.config.CACHE_DIR = str(cache_directory())
     try:

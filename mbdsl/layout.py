@@ -25,7 +25,7 @@ ROWS = 27
 COLUMNS = 14
 
 # -- columns of C: gradient dg/dz, value g, magnitude s (of forces), rate of the gradient w^T d^2g/dz^2 ----------
-MAGNITUDE = 7
+VALUE, MAGNITUDE = 6, 7
 GRADIENT_RATE = 8  #: 8 .. 13
 GRADIENT_COLUMNS = 14
 

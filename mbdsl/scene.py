@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from mbdsl.elements.kind import BodyKind, Kind
 from mbdsl.errors import ModelError, Span
@@ -52,7 +53,7 @@ class Component:
 
     name: str
     kind: Kind
-    values: Mapping[str, Value]
+    values: Mapping[str, Any]  #: of type Value
     ports: Mapping[str, str] = field(default_factory=dict)  #: port name -> frame name
     signals: Mapping[str, Expr] = field(default_factory=dict)  #: full signal name -> expression over frames
     span: Span | None = None

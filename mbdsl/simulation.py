@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from os import PathLike
-from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -49,10 +48,10 @@ def as_scene(model: Scene | Builder | str | PathLike, parameters: Mapping | None
         if parameters:
             raise UsageError("a Scene has its parameters resolved already", hint="give parameters to mbdsl.load")
         return model
-    if isinstance(model, (str, Path, PathLike)):
+    if isinstance(model, (str, PathLike)):
         from mbdsl.lang.load import load
 
-        return load(model, parameters or {})
+        return load(cast("str | PathLike[str]", model), parameters or {})
     return model.scene()
 
 
@@ -169,7 +168,7 @@ def _plan(scene: Scene, method, step, tol, start, stop, interval, options) -> _P
         raise UsageError(f"the output interval must not be negative, not {interval:g} s")
     spacing = (end - start) / 500 if interval is None else interval or h
     count = int(np.ceil((end - start) / spacing - 1e-9)) if end > start else 0
-    columns = 2 * sum(len(b.kind.coordinates) for b in scene.bodies()) + 8  # type: ignore[attr-defined]
+    columns = 2 * sum(len(b.kind.coordinates) for b in scene.bodies()) + 8
     if count * columns > MOST_OUTPUT:
         raise UsageError(
             f"{count} output points of {columns} numbers do not fit in memory",
@@ -257,5 +256,5 @@ def _failure(integration: Integration, trajectory: Trajectory, status: int) -> I
     message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.h:g} s); worst: {where}"
     error = IntegrationError(message, span, hint=hint)
     trajectory.message = message
-    error.trajectory = trajectory  # type: ignore[attr-defined]
+    error.trajectory = trajectory
     return error

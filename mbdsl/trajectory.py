@@ -120,8 +120,8 @@ class Trajectory:
         """Every body's coordinates and velocities."""
         keys = {"x": "vx", "y": "vy", "phi": "w"}
         bodies = self.scene.bodies()
-        found = [f"{b.name}.{key}" for b in bodies for key in b.kind.coordinates]  # type: ignore[attr-defined]
-        return found + [f"{b.name}.{keys[key]}" for b in bodies for key in b.kind.coordinates]  # type: ignore
+        found = [f"{b.name}.{key}" for b in bodies for key in b.kind.coordinates]
+        return found + [f"{b.name}.{keys[key]}" for b in bodies for key in b.kind.coordinates]
 
     def select(self, patterns: Iterable[str]) -> list[str]:
         """Names that match any of ``patterns`` (globs; a name with brackets also matches itself).

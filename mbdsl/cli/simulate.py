@@ -69,8 +69,10 @@ def run(args: argparse.Namespace) -> int:
     scene = values.load_model(args)
     parse = perf_counter() - begun
 
+    from mbdsl import jit
     from mbdsl.simulation import simulate
 
+    jit.skip_blas()
     display = None if args.quiet else Display(sys.stderr)
     failure = None
     try:

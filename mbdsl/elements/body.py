@@ -4,6 +4,8 @@ Coordinates are x, y of the centre of mass and the angle phi, so that M = diag(m
 velocity-dependent inertia forces. How frames move with these coordinates: :mod:`mbdsl.elements.rigid_frames`.
 """
 
+from collections.abc import Mapping
+
 from mbdsl.elements import rigid_frames as motion
 from mbdsl.elements.kind import BodyKind, Parameter, Signal
 
@@ -17,19 +19,19 @@ SIGNALS = (
 )
 
 
-def ends(values: dict) -> dict[str, tuple[float, float, float]]:
+def ends(values: Mapping) -> dict[str, tuple[float, float, float]]:
     """Frames a and b at -length/2 and +length/2 on the body's x axis."""
     half = values["length"]
     return {} if half is None else {"a": (-half / 2, 0.0, 0.0), "b": (half / 2, 0.0, 0.0)}
 
 
-def check(values: dict) -> str | None:
+def check(values: Mapping) -> str | None:
     if values["I"] is None and values["length"] is None:
         return "the moment of inertia I is missing; give I, or the length of a uniform body"
     return None
 
 
-def derive(values: dict) -> dict:
+def derive(values: Mapping) -> dict:
     return {"I": values["m"] * values["length"] ** 2 / 12} if values["I"] is None else {}
 
 

@@ -4,7 +4,8 @@
 """
 
 from mbdsl.elements.coordinates import angle, offset, offset_hessian, slide, slide_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, kernel
+from mbdsl.elements.kind import ForceKind, Parameter, Signal
+from mbdsl.kernels import kernel
 
 KIND = ForceKind(
     "Bushing",

@@ -6,7 +6,8 @@ function that fills row k of G with dg/dz and, in column VALUE, g itself, and on
 
 from math import cos, hypot, sin
 
-from mbdsl.elements.kind import VALUE, kernel
+from mbdsl.kernels import kernel
+from mbdsl.layout import VALUE
 
 
 @kernel

@@ -4,7 +4,8 @@
 """
 
 from mbdsl.elements.coordinates import distance, distance_hessian
-from mbdsl.elements.kind import JointKind, Parameter, Signal, kernel
+from mbdsl.elements.kind import JointKind, Parameter, Signal
+from mbdsl.kernels import kernel
 
 KIND = JointKind(
     "DistanceDriver",

@@ -3,7 +3,9 @@
     g = (r_b - r_a, phi_b - phi_a - phi0)                                                (3 rows)
 """
 
-from mbdsl.elements.kind import JointKind, Parameter, VALUE, kernel
+from mbdsl.elements.kind import JointKind, Parameter
+from mbdsl.kernels import kernel
+from mbdsl.layout import VALUE
 
 KIND = JointKind(
     "Fixed",

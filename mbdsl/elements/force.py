@@ -5,11 +5,12 @@
 
 from math import cos, sin
 
-from mbdsl.elements.kind import ForceKind, Parameter, kernel
+from mbdsl.elements.kind import ForceKind, Parameter
+from mbdsl.kernels import kernel
 
 KIND = ForceKind(
     "Force",
-    doc="A force on the origin of frame_b, in world axes, or in those of frame_a (a follower force: frame_a = frame_b).",
+    doc="A force on the origin of frame_b, in world axes or in those of frame_a (a follower force: frame_a = frame_b).",
     rows=2,
     optional_ports=("frame_a",),
     parameters=(

@@ -7,27 +7,10 @@ kernels are only marked here and compiled later, by :mod:`mbdsl.jit`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TypeVar
 
-VALUE = 6  #: column of the gradient table G that holds the value g
 REQUIRED = object()  #: default of a parameter that must be given
-
-Function = TypeVar("Function", bound=Callable)
-
-
-def kernel(function: Function) -> Function:
-    """Mark ``function`` as a kernel: array-only code that :mod:`mbdsl.jit` compiles when numerics start."""
-    function.__mbdsl_kernel__ = True  # type: ignore[attr-defined]
-    return function
-
-
-def template(function: Function) -> Function:
-    """Mark a kernel that takes other kernels as arguments: compiled into its caller, once for each of them."""
-    function.__mbdsl_template__ = True  # type: ignore[attr-defined]
-    return kernel(function)
-
 
 @dataclass(frozen=True)
 class Parameter:
@@ -81,12 +64,14 @@ class Kind:
     parameters: tuple[Parameter, ...] = ()
     signals: tuple[Signal, ...] = ()
     energy: str = ""
+    coordinates: tuple[str, ...] = ()  #: names of the generalised coordinates, of bodies
+    rows: int = 0  #: scalar coordinates g(z) of two frames, of joints and forces
     #: values (with defaults) -> error text or None: what the parameters' own declarations cannot say
-    check: Callable[[dict], str | None] = lambda values: None
+    check: Callable[[Mapping], str | None] = lambda values: None
     #: values -> values that follow from them (a rod's inertia), applied after ``check``
-    derive: Callable[[dict], dict] = lambda values: {}
+    derive: Callable[[Mapping], dict] = lambda values: {}
     #: values -> the numbers of one component that its kernels read as ``p``
-    table: Callable[[dict], tuple[float, ...]] = lambda values: ()
+    table: Callable[[Mapping], tuple[float, ...]] = lambda values: ()
 
     def parameter(self, name: str) -> Parameter | None:
         return next((p for p in self.parameters if p.name == name), None)
@@ -96,15 +81,14 @@ class Kind:
 class BodyKind(Kind):
     """Something with coordinates, that carries frames (the ground: without coordinates).
 
-    ``coordinates`` names the generalised coordinates; the frame "c" (centre of mass) always exists and is what the
+    The frame "c" (centre of mass) always exists and is what the
     bare component name stands for where ``is_frame``. ``frames(values)`` gives the other frames that every such
     component has, as {name: (x, y, phi)} in the body's own axes from its reference point; the parameter ``frames``
     adds the user's. ``com(values)`` is the centre of mass from the same reference point.
     """
 
-    coordinates: tuple[str, ...] = ()
-    frames: Callable[[dict], dict[str, tuple[float, float, float]]] = lambda values: {}
-    com: Callable[[dict], tuple[float, float]] = lambda values: (0.0, 0.0)
+    frames: Callable[[Mapping], dict[str, tuple[float, float, float]]] = lambda values: {}
+    com: Callable[[Mapping], tuple[float, float]] = lambda values: (0.0, 0.0)
     is_frame: bool = False
 
 
@@ -120,7 +104,6 @@ class PairKind(Kind):
     """
 
     ports: tuple[str, ...] = ("frame_a", "frame_b")
-    rows: int = 0
 
 
 @dataclass(frozen=True)
@@ -144,4 +127,4 @@ class ForceKind(PairKind):
 
     laws: tuple[str, ...] = ()
     sign: float = -1.0
-    springs: Callable[[dict], tuple[tuple[float, float, float], ...]] | None = None
+    springs: Callable[[Mapping], tuple[tuple[float, float, float], ...]] | None = None

@@ -1,6 +1,6 @@
 """How the one frame of a point mass moves with q = (x, y): B = [[1, 0], [0, 1], [0, 0]], constant."""
 
-from mbdsl.elements.kind import kernel
+from mbdsl.kernels import kernel
 from mbdsl.layout import FP, FRAMES, GD, Q, V
 
 

@@ -5,7 +5,8 @@
 
 from mbdsl.elements import prismatic
 from mbdsl.elements.coordinates import offset, offset_hessian
-from mbdsl.elements.kind import JointKind, Signal, kernel
+from mbdsl.elements.kind import JointKind, Signal
+from mbdsl.kernels import kernel
 
 KIND = JointKind(
     "PointOnLine",

@@ -5,7 +5,9 @@
 """
 
 from mbdsl.elements.coordinates import angle, offset, offset_hessian
-from mbdsl.elements.kind import JointKind, Parameter, Signal, VALUE, kernel
+from mbdsl.elements.kind import JointKind, Parameter, Signal
+from mbdsl.kernels import kernel
+from mbdsl.layout import VALUE
 
 KIND = JointKind(
     "Prismatic",

@@ -3,7 +3,9 @@
     g = r_b - r_a                                                                        (2 rows)
 """
 
-from mbdsl.elements.kind import JointKind, Signal, VALUE, kernel
+from mbdsl.elements.kind import JointKind, Signal
+from mbdsl.kernels import kernel
+from mbdsl.layout import VALUE
 
 KIND = JointKind(
     "Revolute",

@@ -12,7 +12,7 @@ first frame, number of frames, offset of the frames' (s_x, s_y, phi0), slot of (
 
 from math import cos, sin
 
-from mbdsl.elements.kind import kernel
+from mbdsl.kernels import kernel
 from mbdsl.layout import FP, FRAMES, GD, SLOTS, Q, V
 
 

@@ -5,7 +5,8 @@
 
 from mbdsl.elements import revolute
 from mbdsl.elements.coordinates import angle
-from mbdsl.elements.kind import JointKind, Parameter, kernel
+from mbdsl.elements.kind import JointKind, Parameter
+from mbdsl.kernels import kernel
 
 KIND = JointKind(
     "RotationalDriver",

@@ -5,7 +5,8 @@
 
 from mbdsl.elements import revolute
 from mbdsl.elements.coordinates import angle
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, kernel
+from mbdsl.elements.kind import ForceKind, Parameter, Signal
+from mbdsl.kernels import kernel
 
 KIND = ForceKind(
     "RotationalSpringDamper",

@@ -5,7 +5,8 @@
 
 from mbdsl.elements import distance_driver
 from mbdsl.elements.coordinates import distance, distance_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, kernel
+from mbdsl.elements.kind import ForceKind, Parameter, Signal
+from mbdsl.kernels import kernel
 
 KIND = ForceKind(
     "SpringDamper",

@@ -5,7 +5,8 @@
 
 from mbdsl.elements import revolute
 from mbdsl.elements.coordinates import angle
-from mbdsl.elements.kind import ForceKind, Parameter, kernel
+from mbdsl.elements.kind import ForceKind, Parameter
+from mbdsl.kernels import kernel
 
 KIND = ForceKind(
     "Torque",

@@ -5,7 +5,8 @@
 
 from mbdsl.elements import prismatic
 from mbdsl.elements.coordinates import slide, slide_hessian
-from mbdsl.elements.kind import JointKind, Parameter, kernel
+from mbdsl.elements.kind import JointKind, Parameter
+from mbdsl.kernels import kernel
 
 KIND = JointKind(
     "TranslationalDriver",

@@ -5,7 +5,8 @@
 
 from mbdsl.elements import prismatic
 from mbdsl.elements.coordinates import slide, slide_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, kernel
+from mbdsl.elements.kind import ForceKind, Parameter, Signal
+from mbdsl.kernels import kernel
 
 KIND = ForceKind(
     "TranslationalSpringDamper",

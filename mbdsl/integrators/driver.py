@@ -6,7 +6,7 @@ comparison of methods compares methods and nothing else. Compiled once a method;
 
 from __future__ import annotations
 
-from mbdsl.elements.kind import kernel, template
+from mbdsl.kernels import kernel, template
 from mbdsl.layout import (
     F0,
     F1,
@@ -15,6 +15,7 @@ from mbdsl.layout import (
     N_Q,
     Q0,
     Q1,
+    R2,
     SCALE,
     V0,
     V1,
@@ -29,7 +30,6 @@ from mbdsl.layout import (
     XD,
     Q,
     R,
-    R2,
     V,
     X,
 )

@@ -11,9 +11,9 @@ Source: Negrut, Jay, Khude, A discussion of low order numerical integration form
 dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eq. (8).
 """
 
-from mbdsl.elements.kind import kernel
 from mbdsl.integrators.linear import factor, solve
 from mbdsl.integrators.method import Method, Option
+from mbdsl.kernels import kernel
 from mbdsl.layout import F0, FP, MASS, N_ALL, N_Q, Q0, SCALE, V0, XA, XB, D, Q, R, V, X
 
 ALPHA = Option(-0.1, -1 / 3, 0.0, "numerical damping of high frequencies: 0 none, -1/3 most")

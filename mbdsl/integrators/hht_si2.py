@@ -18,10 +18,10 @@ Source: Negrut, Jay, Khude (2009), eqs. (12)-(13), with the signs of the issue's
 misprint); the splitting is ours.
 """
 
-from mbdsl.elements.kind import kernel
 from mbdsl.integrators.hht_i3 import ALPHA, coefficients
 from mbdsl.integrators.linear import factor, solve
 from mbdsl.integrators.method import Method
+from mbdsl.kernels import kernel
 from mbdsl.layout import D2, F0, FP, GD, MASS, N_ALL, N_Q, Q0, R2, SCALE, V0, X2, XA, XB, D, Q, R, V, X
 
 METHOD = Method(

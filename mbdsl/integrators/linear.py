@@ -6,8 +6,8 @@ constraints, singular poses), a dense LU with partial pivoting.
 
 from __future__ import annotations
 
-from mbdsl.elements.kind import kernel
 from mbdsl.integrators.sparse import sparse_factor, sparse_solve
+from mbdsl.kernels import kernel
 from mbdsl.layout import N_ALL, SOLVER
 
 DENSE, SPARSE_LU = 0, 1  #: values of I[SOLVER]

@@ -1,8 +1,9 @@
 """Sparse LU without pivoting, on a pattern and an order that are found once from the mechanism's graph.
 
 Bodies are eliminated before the joints between them: the pivots of a body are its masses, those of a joint the
-effective inverse masses that it sees, so that no search for pivots is needed while masses are positive and constraints
-independent. Growth is watched; where a pivot is lost, ``factor`` says so, and the dense solver with pivoting takes over.
+effective inverse masses that it sees, so that no search for pivots is needed while masses are positive and
+constraints independent. Growth is watched; where a pivot is lost, ``factor`` says so, and the dense solver with
+pivoting takes over.
 
 Storage: row by row, columns ascending in the new order, L (unit diagonal) left of the diagonal, U right of it, the
 reciprocal pivot on it. Tables, at I[SPARSE]: permutation (N: new -> old), row starts (N + 1), diagonal (N), columns.
@@ -15,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.elements.kind import kernel
+from mbdsl.kernels import kernel
 from mbdsl.layout import N_ALL, SPARSE, T1
 
 Ints = NDArray[np.int64]

@@ -66,6 +66,8 @@ class Instance:
         if len(self.chain) > limits.INSTANCE_DEPTH:
             raise ModelError(f"sub-models more than {limits.INSTANCE_DEPTH} deep", span_of(at))
         self.members = list(self._collect(model, unit, {}, ()))
+        blocks = (m.item for m in self.members if not isinstance(m.item, s.Declaration))
+        self.looped = {name for item in blocks for name in _names(item)}
 
     def build(self) -> None:
         """Make everything that the model declares."""
@@ -73,7 +75,7 @@ class Instance:
             self._announce(member)
         self._refuse_unknown_modifiers()
         for member in self.members:
-            if isinstance(member.item, s.Declaration):
+            if isinstance(member.item, s.Declaration) and not self._is_piece(member.item):
                 self.namespace.find(member.item.name)
             else:
                 self._block(member, self.scope)
@@ -118,8 +120,8 @@ class Instance:
 
     def _announce(self, member: Member) -> None:
         """Take note of names before anything is made, so that order plays no part."""
-        if isinstance(member.item, s.Declaration):
-            d = member.item
+        d = member.item
+        if isinstance(d, s.Declaration) and not self._is_piece(d):
             self.namespace.declare(d.name, d.at)
             self.namespace.pending[d.name] = partial(self.declare, member, d, self.scope)
             return
@@ -127,6 +129,10 @@ class Instance:
             if d.name in self.namespace.pending:
                 self.namespace.declare(d.name, d.at)  # an error: only pieces of one array may share a name
             self.namespace.places.setdefault(d.name, d.at)
+
+    def _is_piece(self, d: s.Declaration) -> bool:
+        """Whether an index says which element this is: where a loop declares others of the same name."""
+        return bool(d.indices) and d.name in self.looped
 
     def _refuse_unknown_modifiers(self) -> None:
         for name, modifier in self.modifiers.items():

@@ -321,7 +321,16 @@ class Part:
             Signals(self),
             span_of(self.at),
             self.doc,
+            self._energy(),
         )
+
+    def _energy(self) -> Expr | None:
+        """Potential energy by the kind's formula; forces that follow a law have none."""
+        if not self.kind.energy or any(self._has_law(name) for name in _law_names(self.kind.name)):
+            return None
+        value = evaluate(formula(self.kind.energy), Formula(self))
+        assert isinstance(value, Quantity)
+        return expressions.expr(value.value)  # type: ignore[arg-type]
 
 
 @cache

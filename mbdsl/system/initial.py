@@ -15,8 +15,6 @@ from math import cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import bmat, csc_matrix, csr_matrix, diags, vstack
-from scipy.sparse.linalg import splu
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import InitialisationError, Span
@@ -30,8 +28,6 @@ Array = NDArray[np.float64]
 
 GUESSED, UNSAID = 1.0, 1e-3  #: weights of a coordinate with a guess, and of one without
 LONGEST = 0.5  #: largest change of a scaled coordinate in one iteration
-#: systems up to this size are solved by dense least squares, which takes any rank
-DENSE = 400
 
 
 @dataclass(frozen=True)
@@ -64,7 +60,7 @@ def initial_state(system: System, graph: MechanismGraph, t: float) -> InitialSta
     InitialisationError
         If no state satisfies the constraints and fixed values, or none was found; it names them.
     """
-    given = [x for x in system.scene.initial]
+    given = list(system.scene.initial)
     positions = [x for x in given if not is_velocity_level(x.target)]
     velocities = [x for x in given if is_velocity_level(x.target)]
     placed = place(system, graph, t, positions)
@@ -73,7 +69,8 @@ def initial_state(system: System, graph: MechanismGraph, t: float) -> InitialSta
     redundant = _redundant(system, t, q)
     a, lam = accelerations(system, t, q, v)
     moved = []
-    for item, value in zip(given, values(system, [x.target for x in given], np.array([t]), q[None], v[None])):
+    found = values(system, [x.target for x in given], np.array([t]), q[None], v[None])
+    for item, value in zip(given, found, strict=True):
         if not item.fixed and abs(value[0] - item.value) > 1e-9 * (1 + abs(item.value)):
             moved.append(Moved(item.name, item.value, float(value[0])))
     return InitialState(t, q, v, a, lam, tuple(moved), redundant)
@@ -85,7 +82,7 @@ def initial_state(system: System, graph: MechanismGraph, t: float) -> InitialSta
 def place(system: System, graph: MechanismGraph, t: float, given: list[InitialValue]) -> Array:
     """Poses of all bodies (n,), from the ground outwards: at what was said, else where the joints put them."""
     scene, tables = system.scene, system.tables
-    said = {x.target: x.value for x in sorted(given, key=lambda x: x.fixed)}
+    said: dict[Expr | None, float] = {x.target: x.value for x in sorted(given, key=lambda x: x.fixed)}
     pose = {name: _frame_pose(system, name) for name in scene.frames if not _coordinates(system, name)}
     frames_of: dict[str, list[str]] = {}
     for name, frame in scene.frames.items():
@@ -102,7 +99,7 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
             x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, t, values_said[2])
         x, y, phi = (new if new is not None else old for new, old in zip(values_said, (x, y, phi), strict=True))
         d = tables.coordinates[body.name]
-        q[d : d + len(body.kind.coordinates)] = (x, y, phi)[: len(body.kind.coordinates)]  # type: ignore
+        q[d : d + len(body.kind.coordinates)] = (x, y, phi)[: len(body.kind.coordinates)]
         for name in frames_of.get(body.name, ()):
             sx, sy, f = _frame_pose(system, name)
             pose[name] = (x + cos(phi) * sx - sin(phi) * sy, y + sin(phi) * sx + cos(phi) * sy, phi + f)
@@ -110,7 +107,7 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
 
 
 def _coordinates(system: System, frame: str) -> tuple[str, ...]:
-    return system.scene.components[system.scene.frames[frame].body].kind.coordinates  # type: ignore[attr-defined]
+    return system.scene.components[system.scene.frames[frame].body].kind.coordinates
 
 
 def _frame_pose(system: System, name: str) -> tuple[float, float, float]:
@@ -169,7 +166,7 @@ def _positions(system: System, t: float, guess: Array, given: list[InitialValue]
             r_c = np.concatenate([system.Phi(t, q), value - target])
             soft_value, soft_q, _v = _stack(system, soft, t, q, np.zeros(system.n))
             r_s = soft_value - np.array([x.value for x in soft])
-            J = vstack([system.Phi_q(t, q), csr_matrix(d_q)]).tocsr()
+            J = _stacked(system.Phi_q(t, q), d_q)
             step = _constrained(weight, weight * (q - guess), soft_q * GUESSED, r_s * GUESSED, J, r_c)
             violation = np.abs(r_c).max(initial=0.0)
             if violation < best_violation:
@@ -191,13 +188,20 @@ def _stack(system: System, items: list[InitialValue], t: float, q: Array, v: Arr
     return gradients(system, [x.target for x in items], t, q, v)
 
 
-def _constrained(weight: Array, r_w: Array, A_s: Array, r_s: Array, J: csr_matrix, r_c: Array) -> Array:
-    """min |r_w + W d|^2 + |r_s + A_s d|^2 subject to J d = -r_c (in the least-squares sense where it has no solution)."""
+def _stacked(J, rows: Array):
+    if isinstance(J, np.ndarray):
+        return np.vstack([J, rows])
+    from scipy.sparse import csr_array, vstack
+
+    return vstack([J, csr_array(rows)]).tocsr()
+
+
+def _constrained(weight: Array, r_w: Array, A_s: Array, r_s: Array, J, r_c: Array) -> Array:
+    """min |r_w + W d|^2 + |r_s + A_s d|^2 subject to J d = -r_c (least squares if it has no solution)."""
     n = len(weight)
-    if n <= DENSE:
-        dense = J.toarray()
-        U, s, Vt = np.linalg.svd(dense, full_matrices=True)
-        rank = int((s > 1e-10 * s.max(initial=0.0)).sum()) if s.size else 0
+    if isinstance(J, np.ndarray):
+        U, s, Vt = np.linalg.svd(J, full_matrices=True)
+        rank = int((s > 1e-10 * s.max(initial=0.0)).sum())
         d = Vt[:rank].T @ ((U[:, :rank].T @ -r_c) / s[:rank])
         Z = Vt[rank:].T
         if Z.shape[1]:
@@ -205,11 +209,14 @@ def _constrained(weight: Array, r_w: Array, A_s: Array, r_s: Array, J: csr_matri
             b = -np.concatenate([r_w + weight * d, r_s + A_s @ d])
             d = d + Z @ np.linalg.lstsq(A, b, rcond=None)[0]
         return d
-    S = csr_matrix(A_s)
-    H = diags(weight**2) + S.T @ S
-    scale = float(abs(H).max()) * 1e-14 + 1e-20
-    K = bmat([[H, J.T], [J, -scale * diags(np.ones(J.shape[0]))]], format="csc")
-    return splu(csc_matrix(K)).solve(np.concatenate([-(weight * r_w) - S.T @ r_s, -r_c]))[:n]
+    from scipy.sparse import block_array, csc_array, csr_array, diags_array
+    from scipy.sparse.linalg import splu
+
+    S = csr_array(A_s)
+    H = diags_array(weight**2) + S.T @ S
+    regular = -(float(abs(H).max()) * 1e-14 + 1e-20) * np.ones(J.shape[0])
+    K = block_array([[H, J.T], [J, diags_array(regular)]])
+    return splu(csc_array(K)).solve(np.concatenate([-(weight * r_w) - S.T @ r_s, -r_c]))[:n]
 
 
 # -- velocities, accelerations -------------------------------------------------------------------------------
@@ -226,7 +233,7 @@ def _velocities(system: System, t: float, q: Array, given: list[InitialValue]) -
         soft_value, _q, soft_v = _stack(system, soft, t, q, v)
         r_s = soft_value - np.array([x.value for x in soft])
         r_c = np.concatenate([system.evaluate(t, q, v)[2], r_f])
-        J = vstack([system.Phi_q(t, q), csr_matrix(d_v)]).tocsr()
+        J = _stacked(system.Phi_q(t, q), d_v)
         v = v + _constrained(weight, weight * v, soft_v * GUESSED, r_s * GUESSED, J, r_c)
     value, *_ = _stack(system, fixed, t, q, v)
     r_c = np.concatenate([system.evaluate(t, q, v)[2], value - np.array([x.value for x in fixed])])
@@ -249,18 +256,21 @@ def accelerations(system: System, t: float, q: Array, v: Array) -> tuple[Array, 
             f"the forces at the start (time {t:g}) are not finite numbers",
             hint="an expression divides by zero or leaves the domain of a function there",
         )
-    if n + m <= DENSE:
-        K = np.block([[np.diag(M), J.T.toarray()], [J.toarray(), np.zeros((m, m))]])
+    if isinstance(J, np.ndarray):
+        K = np.block([[np.diag(M), J.T], [J, np.zeros((m, m))]])
         x = np.linalg.lstsq(K, b, rcond=1e-13)[0]
         r = b - K @ x
     else:
-        K = bmat([[diags(M), J.T], [J, None]], format="csr")
-        regular = K + diags(np.concatenate([np.zeros(n), np.full(m, -1e-12 / max(M.max(), 1e-300))]))
-        lu = splu(csc_matrix(regular))
+        from scipy.sparse import block_array, csc_array, diags_array
+        from scipy.sparse.linalg import splu
+
+        S = block_array([[diags_array(M), J.T], [J, None]], format="csr")
+        shift = np.concatenate([np.zeros(n), np.full(m, -1e-12 / max(M.max(), 1e-300))])
+        lu = splu(csc_array(S + diags_array(shift)))
         x = lu.solve(b)
         for _ in range(3):
-            x = x + lu.solve(b - K @ x)
-        r = b - K @ x
+            x = x + lu.solve(b - S @ x)
+        r = b - S @ x
     if np.abs(r).max(initial=0.0) > 1e-8 * (1 + np.abs(b).max(initial=0.0)):
         names = system.names() + system.constraint_names()
         raise InitialisationError(
@@ -271,16 +281,20 @@ def accelerations(system: System, t: float, q: Array, v: Array) -> tuple[Array, 
 
 
 def _redundant(system: System, t: float, q: Array) -> tuple[int, ...]:
-    """Rows of Phi_q that depend on those before them (pivoted QR), for small systems."""
-    if not 0 < system.m <= DENSE:
+    """Rows of Phi_q that depend on those before them, for systems of moderate size."""
+    J = system.Phi_q(t, q)
+    if not isinstance(J, np.ndarray) or not system.m:
         return ()
-    from scipy.linalg import qr
-
-    J = system.Phi_q(t, q).toarray()
-    _, R, pivots = qr(J.T, mode="economic", pivoting=True)
-    d = np.abs(np.diag(R))
-    rank = int((d > 1e-9 * d.max(initial=0.0)).sum())
-    return tuple(sorted(int(i) for i in pivots[rank:]))
+    dependent, basis = [], np.zeros((0, system.n))
+    for i, row in enumerate(J):
+        rest = row - basis.T @ (basis @ row)
+        rest -= basis.T @ (basis @ rest)  # twice is enough
+        size = np.linalg.norm(rest)
+        if size > 1e-9 * np.linalg.norm(row):
+            basis = np.vstack([basis, rest / size])
+        else:
+            dependent.append(i)
+    return tuple(dependent)
 
 
 def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue], velocity) -> InitialisationError:

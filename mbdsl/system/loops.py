@@ -10,7 +10,7 @@ What differs between kinds is only how g, its gradient G and its second derivati
 
 from __future__ import annotations
 
-from mbdsl.elements.kind import VALUE, kernel, template
+from mbdsl.kernels import kernel, template
 from mbdsl.layout import (
     FORCE0,
     FP,
@@ -29,6 +29,7 @@ from mbdsl.layout import (
     PAIRS,
     REGISTERS,
     SLOTS,
+    VALUE,
     X2,
     X,
 )

@@ -143,7 +143,7 @@ def _chain(system: System, leaf: Expr, partial: float, q: Array, v: Array, d_q: 
     name, key = leaf.value  # type: ignore[misc]
     frame = system.scene.frames[name]
     body = system.scene.components[frame.body]
-    keys = body.kind.coordinates  # type: ignore[attr-defined]
+    keys = body.kind.coordinates
     if not keys:
         return
     d = system.tables.coordinates[frame.body]

@@ -6,10 +6,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
 from mbdsl import layout
 from mbdsl.graph import MechanismGraph
@@ -19,7 +19,13 @@ from mbdsl.system import emit
 from mbdsl.system.emit import Kernels
 from mbdsl.system.tables import Tables, build_tables
 
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
 Array = NDArray[np.float64]
+
+#: up to this many unknowns matrices are handed out dense: importing scipy would take longer than using it
+DENSE_LIMIT = 400
 
 
 @dataclass
@@ -132,31 +138,36 @@ class System:
         o = self.tables.I[layout.MASS]
         return self.tables.F[o : o + self.n].copy()
 
-    def tangent(self, t: float, q, v=None, lam=None, *, cM=0.0, cK=0.0, cD=0.0, cP=0.0, cN=0.0) -> csr_matrix:
-        """[[cM M + cK K + cD D, Phi_q^T], [cP Phi_q + cN N, 0]] (n + m, n + m), sparse.
+    def tangent(self, t: float, q, v=None, lam=None, *, cM=0.0, cK=0.0, cD=0.0, cP=0.0, cN=0.0) -> Array | csr_array:
+        """[[cM M + cK K + cD D, Phi_q^T], [cP Phi_q + cN N, 0]] (n + m, n + m).
 
-        K = (Phi_q^T lam - Q)_q, D = -Q_v, N = (Phi_q v)_q.
+        K = (Phi_q^T lam - Q)_q, D = -Q_v, N = (Phi_q v)_q. Dense up to ``DENSE_LIMIT`` unknowns, sparse above.
         """
         w = self._at(t, q, v, lam)
         if self._A is None:
             self._A = np.zeros(self.size)
         self.kernels(True in self._kernels).tangent(float(t), cM, cK, cD, cP, cN, w.Y, w.Z, w.C, w.F, w.I, self._A)
         size = self.n + self.m
-        return csr_matrix((self._A.copy(), self.tables.pattern), shape=(size, size))
+        rows, columns = self.tables.pattern
+        if size <= DENSE_LIMIT:
+            return np.bincount(rows * size + columns, self._A, size * size).reshape(size, size)
+        from scipy.sparse import csr_array
 
-    def Phi_q(self, t: float, q) -> csr_matrix:
+        return csr_array((self._A.copy(), (rows, columns)), shape=(size, size))
+
+    def Phi_q(self, t: float, q) -> Array | csr_array:
         """Constraint Jacobian (m, n)."""
         return self.tangent(t, q, cP=1.0)[self.n :, : self.n]
 
-    def stiffness(self, t: float, q, v=None, lam=None) -> csr_matrix:
+    def stiffness(self, t: float, q, v=None, lam=None) -> Array | csr_array:
         """K = (Phi_q^T lam - Q)_q (n, n)."""
         return self.tangent(t, q, v, lam, cK=1.0)[: self.n, : self.n]
 
-    def damping(self, t: float, q, v=None) -> csr_matrix:
+    def damping(self, t: float, q, v=None) -> Array | csr_array:
         """D = -Q_v (n, n)."""
         return self.tangent(t, q, v, cD=1.0)[: self.n, : self.n]
 
-    def Phi_v_q(self, t: float, q, v) -> csr_matrix:
+    def Phi_v_q(self, t: float, q, v) -> Array | csr_array:
         """N = (Phi_q v)_q (m, n)."""
         return self.tangent(t, q, v, cN=1.0)[self.n :, : self.n]
 
@@ -178,9 +189,9 @@ class System:
         for name in self.graph.elimination_order():
             component = self.scene.components[name]
             if name in self.tables.coordinates:
-                first, count = self.tables.coordinates[name], len(component.kind.coordinates)  # type: ignore
+                first, count = self.tables.coordinates[name], len(component.kind.coordinates)
             else:
-                first, count = self.n + self.tables.rows[name], component.kind.rows  # type: ignore[attr-defined]
+                first, count = self.n + self.tables.rows[name], component.kind.rows
             order.extend(range(first, first + count))
         return np.array(order, np.int64)
 

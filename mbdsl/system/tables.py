@@ -59,7 +59,7 @@ class Tables:
     @property
     def pair_rows(self) -> int:
         """Rows of the gradient table."""
-        return sum(len(b.components) * b.components[0].kind.rows for b in self.blocks if b.role != "body")  # type: ignore
+        return sum(len(b.components) * b.components[0].kind.rows for b in self.blocks if b.role != "body")
 
     @property
     def has_tape(self) -> bool:
@@ -140,8 +140,15 @@ def _blocks(scene: Scene, table: dict[str, ModuleType]) -> list[Block]:
     return blocks
 
 
+def _frame(leaf: Expr) -> str:
+    """The frame of a coordinate leaf."""
+    frame, _ = leaf.value  # type: ignore[misc]
+    return frame
+
+
 def law_expressions(c: Component) -> list[Expr]:
-    return [expr(c.values[name]) for name in c.kind.laws]  # type: ignore[attr-defined]
+    assert isinstance(c.kind, ForceKind)
+    return [expr(c.values[name]) for name in c.kind.laws]
 
 
 def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
@@ -156,7 +163,7 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
             if block.role == "law":
                 for leaf in leaves(*law_expressions(c)):
                     if leaf.op == "coordinate":
-                        used[leaf.value[0]] = None  # type: ignore[index]
+                        used[_frame(leaf)] = None  # type: ignore[index]
     body_order = {body.name: i + 1 for i, b in enumerate(blocks) if b.role == "body" for body in b.components}
     position = {name: i for i, name in enumerate(c.name for b in blocks if b.role == "body" for c in b.components)}
     ordered = sorted(used, key=lambda f: (scene.frames[f].body in body_order, position.get(scene.frames[f].body, -1)))
@@ -179,7 +186,7 @@ def _fill(tables: Tables) -> None:
         body = scene.components[frame.body]
         x, y, phi = body_pose(body, frame)
         lengths.append(np.hypot(x, y))
-        nb = len(body.kind.coordinates)  # type: ignore[attr-defined]
+        nb = len(body.kind.coordinates)
         if nb == 0:
             Z[f, :3] = x, y, phi
             ground += 1
@@ -216,7 +223,7 @@ def _fill_mass(tables: Tables, buffers: _Buffers) -> None:
     ground = next((c for c in tables.scene.components.values() if c.kind.name == "Ground"), None)
     direction = np.array(ground.values["n"], float) if ground else np.zeros(2)
     length = np.hypot(*direction)
-    field_ = float(ground.values["g"]) * direction / length if ground and length else np.zeros(2)  # type: ignore
+    field_ = float(ground.values["g"]) * direction / length if ground and length else np.zeros(2)
     diagonal, force = [], []
     for body in tables.scene.bodies():
         entries = body.kind.table(body.values)
@@ -243,7 +250,7 @@ def _fill_bodies(tables: Tables, buffers: _Buffers) -> None:
             own = names.get(c.name, [])
             offset = buffers.floats(v for name in own for v in body_pose(c, tables.scene.frames[name]))
             d = tables.coordinates[c.name]
-            last = d + len(c.kind.coordinates) - 1  # type: ignore[attr-defined]
+            last = d + len(c.kind.coordinates) - 1
             ints += [d, tables.frames[own[0]] if own else 0, len(own), offset, buffers.slots((last,), (last,))]
         header = layout.BLOCKS + layout.BLOCK * k
         buffers.I[header] = len(block.components)
@@ -258,7 +265,7 @@ def _fill_pairs(tables: Tables, buffers: _Buffers, dofs, tape: Tape, later: list
     for k, block in enumerate(tables.blocks):
         if block.role == "body":
             continue
-        rows = block.components[0].kind.rows  # type: ignore[attr-defined]
+        rows = block.components[0].kind.rows
         header = layout.BLOCKS + layout.BLOCK * k
         parameters = [tuple(c.kind.table(c.values)) for c in block.components]
         buffers.I[header : header + 4] = [
@@ -279,13 +286,13 @@ def _fill_pairs(tables: Tables, buffers: _Buffers, dofs, tape: Tape, later: list
                     for f in (a, b):
                         buffers.slots(dofs[f], (n + row,))
                         buffers.slots((n + row,), dofs[f])
-                    if block.driven and j == rows - 1:
-                        u = expr(c.values[c.kind.driver])  # type: ignore[attr-defined]
+                    if isinstance(c.kind, JointKind) and c.kind.driver and j == rows - 1:
+                        u = expr(c.values[c.kind.driver])
                         registers = [tape.add(u), tape.add(der(u)), 0]
                         details.append((len(ints) + 4, registers))
                         later.append(_second_rate(u, registers, tape))
-                elif block.role == "spring":
-                    detail = buffers.floats(c.kind.springs(c.values)[j])  # type: ignore[attr-defined]
+                elif isinstance(c.kind, ForceKind) and c.kind.springs and block.role == "spring":
+                    detail = buffers.floats(c.kind.springs(c.values)[j])
                 else:
                     leaf = _law(tables, buffers, dofs, c, j, (a, b), tape, later)
                     details.append((len(ints) + 4, leaf))
@@ -313,10 +320,10 @@ def _second_rate(u: Expr, registers: list[int], tape: Tape) -> Callable[[], None
     return fill
 
 
-def _law(tables, buffers, dofs, c, j, pair, tape, later) -> list[int]:
+def _law(tables: Tables, buffers, dofs, c, j, pair, tape, later) -> list[int]:
     """Register of s, sign, number of frames that s depends on; per frame: its row and the registers of ds/dz."""
     law = law_expressions(c)[j]
-    used = dict.fromkeys(x.value[0] for x in leaves(law) if x.op == "coordinate")
+    used = dict.fromkeys(_frame(x) for x in leaves(law) if x.op == "coordinate")
     leaf = [tape.add(law), int(c.kind.sign), len(used)]
     for name in used:
         for f in pair:

@@ -8,13 +8,14 @@ matrix is built. An instruction is (op, target, a, b, c); operands are registers
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+
 from numpy import arccos as acos
 from numpy import arcsin as asin
 from numpy import arctan as atan
 from numpy import arctan2 as atan2
 from numpy import ceil, cos, cosh, exp, floor, hypot, log, log10, nan, sin, sinh, sqrt, tan, tanh
 
-from mbdsl.elements.kind import kernel
+from mbdsl.kernels import kernel
 from mbdsl.lang.expressions import COORDINATES, Expr, const, walk
 from mbdsl.layout import REGISTERS, TABLES, TAPE
 
@@ -71,7 +72,7 @@ class Tape:
 
 @kernel
 def interpolate(u, order, header, F, I):
-    """Piecewise cubic: derivative ``order`` at u of the table whose (points, offset, extrapolation) is at ``header``."""
+    """Piecewise cubic: derivative ``order`` at u of the table with (points, offset, extrapolation) at ``header``."""
     n, o, beyond = I[header], I[header + 1], I[header + 2]
     first, last = F[o], F[o + n - 1]
     outside = u < first or u > last

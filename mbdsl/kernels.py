@@ -1,0 +1,23 @@
+"""Marks for kernels: array-only functions that :mod:`mbdsl.jit` compiles when numerics start.
+
+Files that hold kernels are also read where no numerics may be loaded; therefore they only mark them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+Function = TypeVar("Function", bound=Callable)
+
+
+def kernel(function: Function) -> Function:
+    """Mark ``function`` for compilation."""
+    function.__mbdsl_kernel__ = True  # type: ignore[attr-defined]
+    return function
+
+
+def template(function: Function) -> Function:
+    """Mark a kernel that takes other kernels as arguments: compiled into its caller, once for each of them."""
+    function.__mbdsl_template__ = True  # type: ignore[attr-defined]
+    return kernel(function)
