@@ -20,10 +20,11 @@ from mbdsl.elements import kinds
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assembly import Assembly
+from mbdsl.lang.bases import Member
 from mbdsl.lang.classify import ALIASES
 from mbdsl.lang.experiment import KEYS, setting
 from mbdsl.lang.expressions import COORDINATES, Expr
-from mbdsl.lang.instantiate import Instance, Member
+from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.library import Unit
 from mbdsl.lang.load import deep
 from mbdsl.lang.members import Namespace

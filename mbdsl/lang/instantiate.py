@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from math import prod
 
@@ -12,7 +11,8 @@ from mbdsl.errors import ModelError
 from mbdsl.lang import functions, limits, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assembly import Assembly, Positional
-from mbdsl.lang.classify import ALIASES, FRAME_TYPES, classify, no_type
+from mbdsl.lang.bases import Content, Member, circle, declarations, declared_names
+from mbdsl.lang.classify import FRAME_TYPES, classify, no_type
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import evaluate, loop, place
 from mbdsl.lang.frames import alias, fixed_frame
@@ -25,15 +25,6 @@ from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.suggest import did_you_mean
 from mbdsl.lang.write import write
-
-
-@dataclass(frozen=True)
-class Member:
-    """An item of a model or of one that it extends, with the file it came from and the modifiers of `extends`."""
-
-    item: s.Item
-    unit: Unit
-    modifiers: Modifiers
 
 
 class Instance:
@@ -57,17 +48,15 @@ class Instance:
         self.chain = (*chain, model)
         self.scope = Scope(namespace)
         self.level = len(namespace.contexts)
-        self.annotations: list[s.Annotation] = []
-        self.equations: list[s.Item] = []
-        self.initial: list[s.Item] = []
         if any(m is model for m in chain):
-            circle = _circle(chain, model)
-            raise ModelError(f"`{model.name}` contains itself: {circle}", span_of(at))
+            raise ModelError(f"`{model.name}` contains itself: {circle(chain, model)}", span_of(at))
         if len(self.chain) > limits.INSTANCE_DEPTH:
             raise ModelError(f"sub-models more than {limits.INSTANCE_DEPTH} deep", span_of(at))
-        self.members = list(self._collect(model, unit, {}, ()))
+        self.content = Content(self.scope)
+        self.content.add(model, unit, {})
+        self.members = self.content.members
         blocks = (m.item for m in self.members if not isinstance(m.item, s.Declaration))
-        self.looped = {name for item in blocks for name in _names(item)}
+        self.looped = {name for item in blocks for name in declared_names(item)}
 
     def build(self) -> None:
         """Make everything that the model declares."""
@@ -79,44 +68,13 @@ class Instance:
                 self.namespace.find(member.item.name)
             else:
                 self._block(member, self.scope)
-        for item in self.equations:
+        self._refuse_unknown_elements()
+        for item in self.content.equations:
             self._equation(item, self.scope)
-        for item in self.initial:
+        for item in self.content.initial:
             self._initial(item, self.scope)
 
     # -- what there is -----------------------------------------------------------------------------------------
-
-    def _collect(self, model: s.Model, unit: Unit, modifiers: Modifiers, below: tuple) -> Iterator[Member]:
-        if any(m is model for m in below):
-            circle = _circle(below, model)
-            raise ModelError(f"`{model.name}` extends itself: {circle}", span_of(model.at))
-        for item in model.items:
-            self.assembly.budget.spend(20)  # bases of bases of bases add up
-            if isinstance(item, s.Extends):
-                found = unit.find(item.base)
-                if found is None:
-                    if item.base in kinds() or item.base in ALIASES:
-                        raise ModelError(
-                            f"`{item.base}` is a built-in kind, only models can be extended", span_of(item.at)
-                        )
-                    hint = did_you_mean(item.base, unit.names(), "models here")
-                    raise ModelError(f"there is no model `{item.base}` to extend", span_of(item.at), hint)
-                positional, own = bind(item.arguments, self.scope, self.level)
-                if positional:
-                    raise ModelError("`extends` takes modifiers `name = value`", span_of(positional[0].at))
-                base = list(self._collect(*found, merge(modifiers, own), (*below, model)))
-                known = [name for m in base for name in _names(m.item)]
-                for name, modifier in own.items():
-                    if name not in known:
-                        hint = did_you_mean(name, known, f"`{item.base}` has")
-                        raise ModelError(f"`{item.base}` has no `{name}`", span_of(modifier.at), hint)
-                yield from base
-            elif isinstance(item, s.Annotation):
-                self.annotations.append(item)
-            else:
-                yield Member(item, unit, modifiers)
-        self.equations += model.equations
-        self.initial += model.initial
 
     def _announce(self, member: Member) -> None:
         """Take note of names before anything is made, so that order plays no part."""
@@ -125,7 +83,7 @@ class Instance:
             self.namespace.declare(d.name, d.at)
             self.namespace.pending[d.name] = partial(self.declare, member, d, self.scope)
             return
-        for d in _declarations(member.item):
+        for d in declarations(member.item):
             if d.name in self.namespace.pending:
                 self.namespace.declare(d.name, d.at)  # an error: only pieces of one array may share a name
             self.namespace.places.setdefault(d.name, d.at)
@@ -140,6 +98,14 @@ class Instance:
                 owner = self.namespace.name or self.model.name
                 hint = did_you_mean(name, self.namespace.places, f"{self.model.name} has")
                 raise ModelError(f"`{owner}` has no `{name}`", span_of(modifier.at), hint)
+
+    def _refuse_unknown_elements(self) -> None:
+        for name, modifier in self.modifiers.items():
+            items = getattr(self.namespace.members.get(name), "items", {})
+            for index in modifier.elements:
+                if index not in items:
+                    shown = f"{name}[{', '.join(map(str, index))}]"
+                    raise ModelError(f"there is no `{shown}` to modify", span_of(modifier.at))
 
     # -- declarations ------------------------------------------------------------------------------------------
 
@@ -169,7 +135,7 @@ class Instance:
         given = self.modifiers.get(d.name)
         outside = member.modifiers.get(d.name)
         if outside is not None:
-            given = outside if given is None else given.under(outside) if not outside.final else given
+            given = merge({d.name: given}, {d.name: outside})[d.name] if given is not None else outside
         kind = classify(d, member.unit)
         looped = block and d.indices
         if block and kind == "value":
@@ -179,7 +145,7 @@ class Instance:
                 "declare an array: `Real k[N] = {...}`",
             )
         if d.condition is not None and kind != "value" and not self._decide(d.condition, scope):
-            self._enter(d, looped, scope, lambda name, contexts: Disabled(name, d.at))
+            self._enter(d, looped, scope, lambda name, c, i: Disabled(name, d.at))
             return
         if kind == "value":
             slot = make_slot(self.assembly, self.namespace, d, scope, given, self.level)
@@ -195,10 +161,13 @@ class Instance:
         if given is not None and given.value is not None and kind != "frame":
             raise ModelError(f"`{d.name}` is a {d.type}, it has no single value", given.value_span())
         arguments = [Positional(e, scope, self.level) for e in positional]
+        elements = given.elements if given is not None else {}
         if kind == "frame":
             value = given.value if given is not None and given.value is not None else d.value
             where = given.scope if given is not None and given.value is not None else scope
-            self._enter(d, looped, scope, lambda name, c: self._frame(name, c, d, arguments, modifiers, value, where))
+            self._enter(
+                d, looped, scope, lambda name, c, i: self._frame(name, c, d, arguments, modifiers, value, where)
+            )
             return
         if d.value is not None:
             raise ModelError(
@@ -213,19 +182,33 @@ class Instance:
                 if name not in ("table", "smoothness", "extrapolation"):
                     hint = did_you_mean(name, ("table", "smoothness", "extrapolation"), "a Table has")
                     raise ModelError(f"a Table has no `{name}`", span_of(modifier.at), hint)
-            self._enter(d, looped, scope, lambda name, c: TableMember(self.assembly, name, modifiers, d.at))
+            self._enter(d, looped, scope, lambda name, c, i: TableMember(self.assembly, name, modifiers, d.at))
         elif isinstance(kind, str):
             template = Template(kinds()[kind], modifiers)
             template.unknown(d.name)
-            elements = given.elements if given is not None else {}
-            self._enter(d, looped, scope, lambda name, c: self._part(name, c, template, arguments, d, elements))
+
+            def part(name: str, contexts: Contexts, index: tuple[int, ...]) -> Part:
+                own = template
+                if index in elements:
+                    own = Template(template.kind, merge(elements[index].inner, modifiers))
+                    own.unknown(name)
+                made = Part(self.assembly, name, own, contexts, d.at, d.doc)
+                self.assembly.add(made, arguments)
+                return made
+
+            self._enter(d, looped, scope, part)
         else:
             model, unit = kind
             if model.partial:
                 raise ModelError(
                     f"`{model.name}` is partial: it can be extended, but not used as it is", span_of(d.type_at)
                 )
-            self._enter(d, looped, scope, lambda name, c: self._sub(name, c, model, unit, modifiers, arguments, d))
+
+            def sub(name: str, contexts: Contexts, index: tuple[int, ...]) -> Namespace:
+                own = merge(elements[index].inner, modifiers) if index in elements else modifiers
+                return self._sub(name, contexts, model, unit, own, arguments, d)
+
+            self._enter(d, looped, scope, sub)
 
     def _enter(self, d: s.Declaration, looped: object, scope: Scope, make) -> None:
         """Make one thing or an array of them; in a loop the indices say which element it is."""
@@ -241,14 +224,14 @@ class Instance:
                     "is declared twice" if isinstance(array, Array) and index in array.items else "is already declared"
                 )
                 raise ModelError(f"`{name}` {what}", span_of(d.at))
-            array.add(index, make(name, namespace.contexts))
+            array.add(index, make(name, namespace.contexts, index))
             return
         if not d.indices:
             if d.name in namespace.members:
                 raise ModelError(
                     f"`{full}` is declared twice", span_of(d.at), "in a loop, components have indices: `J[i]`"
                 )
-            namespace.members[d.name] = make(full, namespace.contexts)
+            namespace.members[d.name] = make(full, namespace.contexts, ())
             return
         sizes = [self._index(i, scope, "the size of an array", 0) for i in d.indices]
         count = prod(sizes)
@@ -260,7 +243,7 @@ class Instance:
         array.sizes = tuple(sizes)
         for index in _indices(sizes):
             contexts = (*namespace.contexts, *((i - 1, size) for i, size in zip(index, sizes, strict=True)))
-            array.items[index] = make(f"{full}[{','.join(map(str, index))}]", contexts)
+            array.items[index] = make(f"{full}[{','.join(map(str, index))}]", contexts, index)
 
     def _index(self, e: s.Expression, scope: Scope, what: str = "an index", least: int = 1) -> int:
         if isinstance(e, s.Everything):
@@ -274,24 +257,6 @@ class Instance:
         return n
 
     # -- the things themselves ---------------------------------------------------------------------------------
-
-    def _part(
-        self,
-        name: str,
-        contexts: Contexts,
-        template: Template,
-        arguments: list[Positional],
-        d: s.Declaration,
-        elements: dict,
-    ) -> Part:
-        if elements:
-            index = tuple(i + 1 for i, _ in contexts[self.level :])
-            if index in elements:
-                template = Template(template.kind, merge(elements[index].inner, template.modifiers))
-                template.unknown(name)
-        part = Part(self.assembly, name, template, contexts, d.at, d.doc)
-        self.assembly.add(part, arguments)
-        return part
 
     def _frame(
         self,
@@ -413,29 +378,6 @@ class Instance:
                     for each in items:
                         action(each, scope)
                     break
-
-
-def _declarations(item: s.Item) -> Iterator[s.Declaration]:
-    """All declarations in a loop or `if`."""
-    if isinstance(item, s.Declaration):
-        yield item
-    elif isinstance(item, s.For):
-        for inner in item.items:
-            yield from _declarations(inner)
-    elif isinstance(item, s.If):
-        for _, items in item.branches:
-            for inner in items:
-                yield from _declarations(inner)
-
-
-def _circle(chain: tuple[s.Model, ...], model: s.Model) -> str:
-    """How a chain of models came back to one of them."""
-    start = next(i for i, m in enumerate(chain) if m is model)
-    return " -> ".join(f"`{m.name}`" for m in [*chain[start:], model])
-
-
-def _names(item: s.Item) -> list[str]:
-    return [d.name for d in _declarations(item)]
 
 
 def _indices(sizes: Iterable[int]) -> Iterator[tuple[int, ...]]:

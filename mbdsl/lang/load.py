@@ -82,7 +82,7 @@ def _flatten(model: s.Model, unit: Unit, library: Library, overrides: Mapping[st
     instance = Instance(assembly, root, model, unit, {})
     instance.modifiers = read_overrides(overrides, instance)
     instance.build()
-    experiment = read_experiment(instance.annotations, instance.scope)
+    experiment = read_experiment(instance.content.annotations, instance.scope)
     return assembly.scene(root, model.name, model.doc, experiment, library.files)
 
 

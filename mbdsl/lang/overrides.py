@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang import syntax as s
+from mbdsl.lang.bases import declared_names
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.modifiers import Modifier, Modifiers
 from mbdsl.lang.parser import parse_expression
@@ -15,7 +16,7 @@ from mbdsl.lang.suggest import did_you_mean
 def read_overrides(overrides: Mapping[str, str | float], instance: Instance) -> Modifiers:
     """Modifiers that give each named parameter its value; ``crank.m`` and ``link[3].m`` reach into components."""
     result: Modifiers = {}
-    names = [m.item.name for m in instance.members if isinstance(m.item, s.Declaration)]
+    names = [name for m in instance.members for name in declared_names(m.item)]
     values = [
         m.item.name
         for m in instance.members

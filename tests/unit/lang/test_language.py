@@ -143,6 +143,18 @@ def test_loops():
     assert found.components["J[2]"].ports == {"frame_a": "g0.c", "frame_b": "link[3].c"}
 
 
+def test_pieces_of_an_array():
+    found = scene(
+        "Rod r[3](each m = 1, each length = 1); Revolute J[3](g0, r[3].a);"
+        "for i in 1:2 loop Revolute J[i](r[i].b, r[i + 1].a); end for;"
+    )
+    assert [n for n in found.components if n[0] == "J"] == ["J[3]", "J[1]", "J[2]"]
+    with pytest.raises(ModelError, match=r"`J\[1\]` is declared twice"):
+        scene("Revolute J[1](g0, g0); for i in 1:2 loop Revolute J[i](g0, g0); end for;")
+    with pytest.raises(ModelError, match="`J` is declared twice"):
+        scene("Revolute J(g0, g0); for i in 1:2 loop Revolute J[i](g0, g0); end for;")
+
+
 @pytest.mark.parametrize("damped", [True, False])
 def test_conditions(damped):
     found = scene(
@@ -398,10 +410,19 @@ def test_overrides_reach_inside():
         "Arm arm[2](each L = 1 m, g0); ".replace("(each L = 1 m, g0)", "(g0, each L = 1 m)")
         + "Rod r[2](each m = 1, each length = 1);",
         ARM,
-        overrides={"arm.m": "7 kg", "r[2].m": "3 kg"},
+        overrides={"arm.m": "7 kg", "arm[2].L": "4 m", "r[2].m": "3 kg"},
     )
+    assert found.components["arm[2].rod"].values["length"] == 4.0
     assert found.components["arm[2].rod"].values["m"] == 7.0
     assert [found.components[f"r[{i}]"].values["m"] for i in (1, 2)] == [1.0, 3.0]
+
+
+def test_overrides_reach_into_loops():
+    text = "Rod r[2](each m = 1, each length = 1); for i in 1:2 loop Prismatic K[i](g0, r[i].a); end for;"
+    found = scene(text, overrides={"K[2].phi0": "90 deg"})
+    assert [found.components[f"K[{i}]"].values["phi0"] for i in (1, 2)] == [0.0, math.pi / 2]
+    with pytest.raises(ModelError, match=r"no `K\[3\]`"):
+        scene(text, overrides={"K[3].phi0": "90 deg"})
 
 
 @pytest.mark.parametrize(
@@ -413,6 +434,7 @@ def test_overrides_reach_inside():
         ({"rod": "3"}, UsageError, "is no parameter"),
         ({"rod.mm": "3"}, ModelError, "no parameter `mm`"),
         ({"1": "3"}, UsageError, "no name"),
+        ({"rod[1].m": "3"}, ModelError, "there is no `rod[1]`"),
         ({"c": "3"}, ModelError, "constant"),
     ],
 )
