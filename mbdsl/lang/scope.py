@@ -189,6 +189,15 @@ class Scope:
         if name in ("ground", "world") and self.namespace.assembly.ground is None:
             return ModelError(f"unknown name `{name}`", span_of(at), f"declare it: `Ground {name};`")
         where = f" in `{self.namespace.name}`" if self.namespace.name else ""
+        above = self.namespace.parent
+        if above is not None and above.find(name) is not None:
+            hint = "a sub-model does not see the names around it; pass it as a parameter or connector"
+            if isinstance(above.find(name), Part) and name == getattr(self.namespace.assembly.ground, "name", ""):
+                hint = f"a sub-model sees the world if it declares `outer Ground {name};`"
+            return ModelError(f"unknown name `{name}`{where}", span_of(at), hint)
+        if name in ("ground", "world") and self.namespace.assembly.ground is not None:
+            called = self.namespace.assembly.ground.name
+            return ModelError(f"unknown name `{name}`{where}", span_of(at), f"the ground is called `{called}` here")
         hint = did_you_mean(name, known)
         if hint is None and name in functions.FUNCTIONS:
             hint = f"{name}(...) is a function"

@@ -13,6 +13,8 @@ from mbdsl.lang.units import Unit
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Node:
+    """Any piece of syntax."""
+
     # Comparison and repr are written once, here: thirty generated ones would take a third of the time of a start.
     at: At = field(default=None, compare=False, repr=False)
 
@@ -35,22 +37,30 @@ class Node:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Expression(Node):
+    """Something that has a value."""
+
     depth: int = field(default=1, compare=False, repr=False, kw_only=True)  #: operations inside each other
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Number(Expression):
+    """``3 kg``"""
+
     value: float | int
     unit: Unit | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class String(Expression):
+    """A text, ``"..."``."""
+
     value: str
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Boolean(Expression):
+    """``true`` or ``false``"""
+
     value: bool
 
 
@@ -81,12 +91,16 @@ class Reference(Expression):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Unary(Expression):
+    """``-x``, ``not x``"""
+
     operator: str
     operand: Expression
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Binary(Expression):
+    """``x + y``"""
+
     operator: str
     left: Expression
     right: Expression
@@ -102,6 +116,8 @@ class Choice(Expression):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Range(Expression):
+    """``start:step:stop``"""
+
     start: Expression
     step: Expression | None
     stop: Expression
@@ -117,6 +133,8 @@ class Array(Expression):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Iterator(Node):
+    """``i in 1:N``"""
+
     name: str
     values: Expression
 
@@ -151,6 +169,8 @@ class Literal(Expression):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Call(Expression):
+    """``f(x)``, or modifiers behind a name"""
+
     function: Reference
     arguments: tuple[Argument, ...]
 
@@ -180,17 +200,23 @@ class Declaration(Item):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Extends(Item):
+    """``extends Base(m = 1 kg);``"""
+
     base: str
     arguments: tuple[Argument, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Annotation(Item):
+    """``annotation(...);``"""
+
     arguments: tuple[Argument, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Connect(Item):
+    """``connect(a, b);``"""
+
     first: Expression
     second: Expression
 
@@ -205,6 +231,8 @@ class Relation(Item):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Initial(Item):
+    """``guess rod.phi = 10 deg;``"""
+
     mode: str  #: "fixed" or "guess"
     target: Expression
     value: Expression
@@ -212,17 +240,23 @@ class Initial(Item):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class For(Item):
+    """``for i in 1:N loop ... end for;``"""
+
     iterators: tuple[Iterator, ...]
     items: tuple[Item, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class If(Item):
+    """``if condition then ... else ... end if;``, the condition of ``else`` is None"""
+
     branches: tuple[tuple[Expression | None, tuple[Item, ...]], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Model(Node):
+    """``model Name ... end Name;``"""
+
     name: str
     doc: str
     items: tuple[Item, ...]  #: declarations, extends clauses and annotations
@@ -233,12 +267,16 @@ class Model(Node):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Import(Node):
+    """``import "parts.mbd" as parts;``"""
+
     path: str
     alias: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class File(Node):
+    """A whole text."""
+
     name: str
     imports: tuple[Import, ...]
     models: tuple[Model, ...]

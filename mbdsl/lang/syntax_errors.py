@@ -140,6 +140,8 @@ def _special(
         return "`:=` is an assignment, which mbdsl does not have", "write `=`"
     if kind == "EQUAL" and "RELATION" in expected:
         return "found `=` in an expression", "a comparison is written `==`"
+    if kind == "RELATION" and any(t.type == "RELATION" for t in before[-12:]) and "STAR" in expected:
+        return f"found `{text}` behind another comparison", "write e.g. `a < b and b < c`"
     if kind == "RELATION" and text == "==" and "EQUAL" in expected:
         return "found `==`, expected `=`", None
     if kind == "NAME" and previous is not None and "STAR" in expected:
