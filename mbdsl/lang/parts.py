@@ -206,9 +206,20 @@ class Part:
             try:
                 picked = modifier.pick(value, 0, self.contexts)
                 self._laws[name] = check.law(parameter, picked, self.name)
+                if isinstance(self.kind, JointKind) and self.kind.driver == name:
+                    self._only_in_time(name)
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None
         return self._laws[name]
+
+    def _only_in_time(self, name: str) -> None:
+        found = next((leaf for leaf in expressions.leaves(self._laws[name]) if leaf.op != "time"), None)
+        if found is not None:
+            raise ModelError(
+                f"`{name}` of {self.kind.name} `{self.name}` depends on `{expressions.text(found)}`, but a driver "
+                "prescribes a motion in time",
+                hint="use `time`, parameters and tables; a force or torque may depend on signals",
+            )
 
     # -- frames ------------------------------------------------------------------------------------------------
 
