@@ -1,0 +1,355 @@
+"""Every derivative of every kind against differences of what it is a derivative of.
+
+Kinds are discovered, never listed: a new element file is tested by existing. Each pair kind is set between frames of
+every combination of bodies (two of each body kind, off their centres of mass and turned; the ground; one body with
+itself) in a scene that has every other kind too, between two frames of the ground where it can do nothing. All these
+scenes have one structure, so that the code is compiled once.
+
+Differences are five-point with step H: their truncation error is H^4/30 f^(5), with f^(5) up to 5!/l^5 = 4e3 at the
+smallest distance l = 0.5 m allowed here and magnitudes s, lam of a few units, that is 3e-14 * 4e3 * 10 = 1e-9; rounding
+adds eps/H = 2e-13 times values of up to 1e2. Hence TOLERANCE, relative to the largest entry; a wrong term is off by
+1e-2 or more.
+"""
+
+import copy
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_matrix
+
+from mbdsl import Builder, layout
+from mbdsl.elements import modules
+from mbdsl.elements.kind import REQUIRED, VALUE, BodyKind, ForceKind, JointKind, PairKind
+from mbdsl.graph import MechanismGraph
+from mbdsl.lang.expressions import COORDINATES, TIME, Expr, call, coordinate, der
+from mbdsl.system import build
+from mbdsl.system.signals import frame_coordinate, gradients, values
+from mbdsl.system.system import System
+
+H = 1e-3
+TOLERANCE = 1e-8
+STATES = 3
+NO_GRAPH = MechanismGraph.__new__(MechanismGraph)
+
+KINDS = {name: m.KIND for name, m in modules().items()}
+PAIRS = [k for k in KINDS.values() if isinstance(k, PairKind)]
+BODIES = [k for k in KINDS.values() if isinstance(k, BodyKind) and k.coordinates]
+
+
+def variants(kind):
+    """How a kind can be given: with linear springs, with laws, or in the one way there is."""
+    optional = [p.name for p in kind.parameters if p.law and p.default is None]
+    return ("linear", "law") if optional else ("",)
+
+
+CASES = [pytest.param(k, v, id=f"{k.name}-{v}" if v else k.name) for k in PAIRS for v in variants(k)]
+
+
+# -- scenes of random numbers ----------------------------------------------------------------------------------
+
+
+def number(p, rng):
+    """A random value for a declared parameter."""
+    if p.choices:
+        return str(rng.choice(p.choices))
+    drawn = rng.uniform(0.4, 1.6, p.shape) if p.positive or p.minimum is not None else rng.uniform(-1.5, 1.5, p.shape)
+    return float(drawn) if p.shape == () else tuple(float(x) for x in drawn)
+
+
+def law(frames, rng) -> Expr:
+    """A nonlinear function of time and of position and velocity of several frames, with an `if` in it."""
+    k = rng.uniform(0.5, 1.5, 8)
+    a, b, c = ({key: coordinate(frame, key) for key in COORDINATES} for frame in frames)
+    distance = call("hypot", a["x"] - c["x"], a["y"] - c["y"])
+    branch = call("select", call("lt", a["x"], b["x"]), a["vx"] * c["y"], k[7] * b["y"] * b["y"])
+    return (
+        k[0] * distance * call("sin", b["phi"] - k[1] * a["phi"])
+        + k[2] * c["vx"] * a["w"]
+        + k[3] * call("exp", 0.3 * b["x"]) * TIME
+        + k[4] * call("tanh", b["vy"]) * c["vy"]
+        + k[5] * call("atan2", a["y"], 3.0 + c["phi"] * c["phi"]) * b["w"]
+        + k[6] * branch
+    )
+
+
+def motion(rng) -> Expr:
+    """A nonlinear function of time."""
+    k = rng.uniform(0.5, 1.5, 4)
+    return k[0] + k[1] * call("sin", k[2] * TIME) + k[3] * TIME * TIME * call("exp", -TIME)
+
+
+def parameters(kind, variant, frames, rng):
+    given = {}
+    for p in kind.parameters:
+        if p.law:
+            if p.default is None and variant != "law":
+                continue
+            driver = isinstance(kind, JointKind) and p.name == kind.driver
+            given[p.name] = motion(rng) if driver else law(frames, rng)
+        elif p.unit:
+            given[p.name] = number(p, rng)
+    return given
+
+
+def add_body(builder, kind, name, rng):
+    """A body with two frames off its centre of mass; their names."""
+    given = {p.name: number(p, rng) for p in kind.parameters if p.unit and kind.name != "Ground"}
+    if kind.parameter("frames") is not None:
+        given["frames"] = {f: tuple(float(x) for x in side * rng.uniform(0.4, 1.0, 3)) for f, side in (("p", -1), ("q", 1))}
+    builder.add(kind.name, name, **given)
+    return [f"{name}.p", f"{name}.q"] if "frames" in given else [f"{name}.c", f"{name}.c"]
+
+
+def add_pair(builder, kind, variant, name, a, b, third, rng):
+    def written(frame):  # a body that is a frame is named without its centre
+        return frame[:-2] if frame.endswith(".c") and frame not in centres else frame
+
+    centres = {f"{kind.name}{i}.c" for kind in BODIES if not kind.is_frame for i in (1, 2)}
+    frames = (a, b, third)
+    builder.add(kind.name, name, written(a), written(b), **parameters(kind, variant, frames, rng))
+
+
+@cache
+def scene(tested: str, variant: str, centred: bool = False):
+    """The scene for one kind, and the names of its components. ``centred``: between the centres of two bodies only."""
+    rng = np.random.default_rng(sum(map(ord, tested + variant)))
+    builder = Builder(f"Test{tested}")
+    frames = {"ground": add_body(builder, KINDS["Ground"], "ground", rng)}
+    for kind in BODIES:
+        for i in (1, 2):
+            frames[f"{kind.name}{i}"] = add_body(builder, kind, f"{kind.name}{i}", rng)
+    for kind in PAIRS:
+        for way in variants(kind):
+            add_pair(builder, kind, way, f"idle{kind.name}{way}", *frames["ground"], "ground.p", rng)
+    names = []
+    if centred:
+        rotating = [k.name for k in BODIES if len(k.coordinates) == 3]
+        ends = [(f"{rotating[0]}1.c", f"{rotating[-1]}2.c")]
+    else:
+        places = ["ground", *(kind.name for kind in BODIES)]
+        ends = [
+            (frames[a if a == "ground" else f"{a}1"][0], frames[b if b == "ground" else f"{b}2"][1])
+            for a in places
+            for b in places
+            if not a == b == "ground"
+        ]
+        ends += [tuple(frames[f"{kind.name}1"]) for kind in BODIES if len(kind.coordinates) == 3]  # to itself
+    for k, (a, b) in enumerate(ends):
+        third = list(frames.values())[1 + k % (len(frames) - 1)][0]
+        names.append(f"c{k}")
+        add_pair(builder, KINDS[tested], variant, names[-1], a, b, third, rng)
+    return builder.scene(), tuple(names)
+
+
+@cache
+def system(tested: str, variant: str, centred: bool = False) -> System:
+    # The graph, which has no say in the numbers, would refuse joints that join the ground to itself.
+    return build(scene(tested, variant, centred)[0], NO_GRAPH)
+
+
+def states(s: System, names):
+    """Random (t, q, v, lam) with no two connected frames closer than half a metre."""
+    rng = np.random.default_rng(7)
+    found = []
+    ends = [tuple(s.scene.components[name].ports.values()) for name in names]
+    while len(found) < STATES:
+        q = rng.uniform(-3, 3, s.n)
+        v, lam = rng.normal(size=(2, s.n)), rng.normal(size=s.m)
+        x, y = ({f: frame_coordinate(s, f, k, q[None], v[:1])[0] for e in ends for f in e} for k in "xy")
+        if all(np.hypot(x[a] - x[b], y[a] - y[b]) > 0.5 for a, b in ends):
+            found.append((rng.uniform(0.1, 2.0), q, v[0], lam))
+    return found
+
+
+def first_row(s: System, name: str) -> int:
+    """Where the gradient table holds a component."""
+    row = 0
+    for block in s.tables.blocks:
+        if block.role != "body":
+            for c in block.components:
+                if c.name == name:
+                    return row
+                row += c.kind.rows
+    raise KeyError(name)
+
+
+# -- differences -----------------------------------------------------------------------------------------------
+
+
+def slope(f, h=H):
+    """df/dx at 0 of a function of a scalar."""
+    return (8 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12 * h)
+
+
+def jacobian(f, x):
+    unit = np.eye(len(x))
+    return np.array([slope(lambda d, e=e: f(x + d * e)) for e in unit]).T
+
+
+def agree(exact, differences, what):
+    exact = exact.toarray() if hasattr(exact, "toarray") else np.asarray(exact)
+    size = max(1.0, np.abs(differences).max(initial=0.0))
+    error = np.abs(exact - differences)
+    assert error.max(initial=0.0) <= TOLERANCE * size, (
+        f"{what}: {error.max():.2e} at {np.unravel_index(error.argmax(), error.shape)}"
+    )
+
+
+def check(s, t, q, v, lam):
+    """All derivatives of a system at one state."""
+    dense = s.Phi_q(t, q).toarray()
+    agree(dense, jacobian(lambda x: s.Phi(t, x), q), "Phi_q")
+    agree(s.Phi_t(t, q), slope(lambda d: s.Phi(t + d, q)), "Phi_t")
+    agree(s.evaluate(t, q, v)[2], dense @ v + s.Phi_t(t, q), "Phi_q v + Phi_t")
+    agree(s.Phi_v_q(t, q, v), jacobian(lambda x: s.evaluate(t, x, v)[2], q), "(Phi_q v)_q")
+    agree(s.stiffness(t, q, v, lam), -jacobian(lambda x: s.evaluate(t, x, v, lam)[0], q), "(Phi_q^T lam - Q)_q")
+    agree(s.damping(t, q, v), -jacobian(lambda x: s.Q(t, q, x), v), "-Q_v")
+    agree(s.evaluate(t, q, v, lam)[0], s.Q(t, q, v) - dense.T @ lam, "Q - Phi_q^T lam")
+    agree(s.constraint_force(t, q, lam), dense.T @ lam, "constraint_force")
+    a = np.cos(np.arange(s.n))  # some acceleration
+    along = slope(lambda d: s.evaluate(t + d, q + d * v + d * d / 2 * a, v + d * a)[2])
+    agree(dense @ a - s.gamma_c(t, q, v), along, "gamma_c")
+    both = s.tangent(t, q, v, lam, cM=1.0, cK=0.5, cD=0.25, cP=2.0, cN=0.125)
+    n = s.n
+    agree(both[:n, n:], dense.T, "the right block of the tangent")
+    parts = np.diag(s.mass()) + 0.5 * s.stiffness(t, q, v, lam).toarray() + 0.25 * s.damping(t, q, v).toarray()
+    agree(both[:n, :n], parts, "the sum of M, K and D")
+    agree(both[n:, :n], 2.0 * dense + 0.125 * s.Phi_v_q(t, q, v).toarray(), "the sum of Phi_q and N")
+
+
+# -- the tests -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("kind", "variant"), CASES)
+def test_derivatives_of_the_system(kind, variant):
+    s = system(kind.name, variant)
+    for state in states(s, scene(kind.name, variant)[1]):
+        check(s, *state)
+
+
+def wrong(right: System, method: str) -> System:
+    """A system in which the largest entry that ``method`` gives is off by a millionth."""
+
+    def off(*args):
+        value = getattr(right, method)(*args)
+        dense = value.toarray() if hasattr(value, "toarray") else value
+        dense.flat[np.abs(dense).argmax()] *= 1 + 1e-6
+        return csr_matrix(dense) if dense.ndim == 2 else dense
+
+    found = copy.copy(right)
+    setattr(found, method, off)
+    return found
+
+
+@pytest.mark.parametrize(
+    "method", ["Phi_q", "stiffness", "damping", "Phi_v_q", "Phi_t", "gamma_c", "constraint_force", "Q"]
+)
+def test_the_check_sees_a_wrong_derivative(method):
+    kind, variant = ("SpringDamper", "linear") if method in ("damping", "Q") else ("DistanceDriver", "")
+    right = system(kind, variant)
+    state = states(right, scene(kind, variant)[1])[0]
+    check(right, *state)
+    with pytest.raises(AssertionError):
+        check(wrong(right, method), *state)
+
+
+@pytest.mark.parametrize(("kind", "variant"), [c for c in CASES if c.values[0].rows])
+def test_kernels_at_frames(kind, variant):
+    """gradient and hessian themselves: between centres of mass, z = (z_a, z_b) are coordinates of the system."""
+    s = system(kind.name, variant, True)
+    (name,) = scene(kind.name, variant, True)[1]
+    a, b = s.scene.components[name].ports.values()
+    row = first_row(s, name)
+    at = [s.tables.coordinates[f[:-2]] + k for f in (a, b) for k in range(3)]
+    rows = slice(row, row + kind.rows)
+
+    def table(t, q, v):
+        s.stiffness(t, q, v, np.zeros(s.m))
+        return s.gradient_table()[rows].copy()
+
+    def moved(t, q, v, z, columns):
+        x = q.copy()
+        x[at] = z
+        return table(t, x, v)[:, columns]
+
+    for t, q, v, _ in states(s, [name]):
+        C = table(t, q, v)
+        if getattr(modules()[kind.name], "hessian", None) is None:
+            second = np.zeros((kind.rows, 6, 6))
+        else:
+            o = [s.tables.I[s.tables.I[layout.PAIRS] + layout.PAIR * r + 3] for r in range(row, row + kind.rows)]
+            second = np.array([s._work.F[h : h + 36].reshape(6, 6) for h in o])
+            agree(C[:, layout.GRADIENT_RATE :], np.einsum("i,kij->kj", v[at], second), "rate of the gradient")
+        if kind.name != "Force":  # its rows are directions, of no coordinate
+            agree(C[:, :6], jacobian(lambda z, t=t, q=q, v=v: moved(t, q, v, z, VALUE), q[at]), "gradient")
+            agree(second, second.transpose(0, 2, 1), "symmetry of the hessian")
+        by_z = [slope(lambda d, e=e, t=t, q=q, v=v: moved(t, q, v, q[at] + d * e, slice(6))) for e in np.eye(6)]
+        agree(second, np.array(by_z).transpose(1, 2, 0), "hessian")
+
+
+@pytest.mark.parametrize(("kind", "variant"), [c for c in CASES if c.values[0].signals and c.values[0].rows])
+def test_signals_are_what_the_kernels_compute(kind, variant):
+    """The coordinates in a kind's signals, written in the language, are those of its kernels; so are their rates."""
+    s, names = system(kind.name, variant), scene(kind.name, variant)[1]
+    if isinstance(kind, ForceKind):
+        own = [x.name for x in kind.signals[: kind.rows]]
+    elif kind.driver:
+        own = [kind.driver]
+    else:
+        pytest.skip("constrains other coordinates than it reports")
+    for t, q, v, _ in states(s, names):
+        s.evaluate(t, q, v)
+        C = s.gradient_table()
+        for name in names:
+            c, start = s.scene.components[name], first_row(s, name)
+            a, b = (s.tables.frames[f] for f in c.ports.values())
+            for k, key in enumerate(own):
+                root = c.signals[f"{name}.{key}"]
+                found = values(s, [root, der(root)], np.array([t]), q[None], v[None])
+                rate = C[start + k, :3] @ s._work.Z[a, 3:6] + C[start + k, 3:6] @ s._work.Z[b, 3:6]
+                # the same few operations in another order: a few roundings of values of some metres
+                assert found[0][0] == pytest.approx(C[start + k, VALUE], abs=1e-13)
+                assert found[1][0] == pytest.approx(rate, abs=1e-12)
+            if f"{name}.force" in c.signals or f"{name}.torque" in c.signals:
+                root = c.signals.get(f"{name}.force") or c.signals[f"{name}.torque"]
+                found = values(s, [root], np.array([t]), q[None], v[None])[0][0]
+                assert found == pytest.approx(C[start, layout.MAGNITUDE], rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", [k for k in PAIRS if k.energy], ids=lambda k: k.name)
+def test_springs_are_gradients_of_their_energy(kind):
+    s, names = system(kind.name, variants(kind)[0]), scene(kind.name, variants(kind)[0])[1]
+    roots = [s.scene.components[name].energy for name in names]
+    idle = s.scene.components
+    others = [c for c in idle.values() if isinstance(c.kind, ForceKind) and c.kind is not kind]
+    assert all(set(s.scene.frames[f].body for f in c.ports.values()) == {"ground"} for c in others)
+    weight = s.tables.F[s.tables.I[layout.FORCE0] :][: s.n]
+    for t, q, v, _ in states(s, names):
+        slopes = gradients(s, roots, t, q, v)[1].sum(axis=0)
+        # exact derivatives of both: rounding of some twenty terms of size 10
+        assert s.Q(t, q) - weight == pytest.approx(-slopes, abs=1e-12)
+
+
+def test_mass_and_weight():
+    """M is what the bodies' tables say, and at rest without forces Q is the weight."""
+    s = system("FreeMotion", "")
+    expected = []
+    for body in s.scene.bodies():
+        m = body.values["m"]
+        expected += [(m, 0.0), (m, -9.81 * m)]
+        expected += [(body.values["I"], 0.0)] if "phi" in body.kind.coordinates else []
+    M, Q = np.array(expected).T
+    assert s.mass() == pytest.approx(M, rel=1e-15)
+    assert s.Q(0.3, np.zeros(s.n)) == pytest.approx(Q, rel=1e-15)
+
+
+def test_every_required_parameter_was_drawn():
+    """The generator gives each numeric parameter a value of its own, so that none hides behind its default."""
+    for kind in PAIRS:
+        for way in variants(kind):
+            c = scene(kind.name, way)[0].components["c0"]
+            for p in kind.parameters:
+                if p.law or not p.unit:
+                    continue
+                assert p.default is REQUIRED or c.values[p.name] != p.default
