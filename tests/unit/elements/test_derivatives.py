@@ -16,11 +16,10 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_matrix
 
 from mbdsl import Builder, layout
 from mbdsl.elements import modules
-from mbdsl.elements.kind import REQUIRED, VALUE, BodyKind, ForceKind, JointKind, PairKind
+from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, PairKind
 from mbdsl.graph import MechanismGraph
 from mbdsl.lang.expressions import COORDINATES, TIME, Expr, call, coordinate, der
 from mbdsl.system import build
@@ -96,7 +95,9 @@ def add_body(builder, kind, name, rng):
     """A body with two frames off its centre of mass; their names."""
     given = {p.name: number(p, rng) for p in kind.parameters if p.unit and kind.name != "Ground"}
     if kind.parameter("frames") is not None:
-        given["frames"] = {f: tuple(float(x) for x in side * rng.uniform(0.4, 1.0, 3)) for f, side in (("p", -1), ("q", 1))}
+        given["frames"] = {
+            f: tuple(float(x) for x in side * rng.uniform(0.4, 1.0, 3)) for f, side in (("p", -1), ("q", 1))
+        }
     builder.add(kind.name, name, **given)
     return [f"{name}.p", f"{name}.q"] if "frames" in given else [f"{name}.c", f"{name}.c"]
 
@@ -187,8 +188,13 @@ def jacobian(f, x):
     return np.array([slope(lambda d, e=e: f(x + d * e)) for e in unit]).T
 
 
+def matrix(value):
+    """Whatever a System gives, which is sparse where it is large, as an array."""
+    return value.toarray() if hasattr(value, "toarray") else np.asarray(value)
+
+
 def agree(exact, differences, what):
-    exact = exact.toarray() if hasattr(exact, "toarray") else np.asarray(exact)
+    exact = matrix(exact)
     size = max(1.0, np.abs(differences).max(initial=0.0))
     error = np.abs(exact - differences)
     assert error.max(initial=0.0) <= TOLERANCE * size, (
@@ -198,7 +204,7 @@ def agree(exact, differences, what):
 
 def check(s, t, q, v, lam):
     """All derivatives of a system at one state."""
-    dense = s.Phi_q(t, q).toarray()
+    dense = matrix(s.Phi_q(t, q))
     agree(dense, jacobian(lambda x: s.Phi(t, x), q), "Phi_q")
     agree(s.Phi_t(t, q), slope(lambda d: s.Phi(t + d, q)), "Phi_t")
     agree(s.evaluate(t, q, v)[2], dense @ v + s.Phi_t(t, q), "Phi_q v + Phi_t")
@@ -213,9 +219,9 @@ def check(s, t, q, v, lam):
     both = s.tangent(t, q, v, lam, cM=1.0, cK=0.5, cD=0.25, cP=2.0, cN=0.125)
     n = s.n
     agree(both[:n, n:], dense.T, "the right block of the tangent")
-    parts = np.diag(s.mass()) + 0.5 * s.stiffness(t, q, v, lam).toarray() + 0.25 * s.damping(t, q, v).toarray()
+    parts = np.diag(s.mass()) + 0.5 * matrix(s.stiffness(t, q, v, lam)) + 0.25 * matrix(s.damping(t, q, v))
     agree(both[:n, :n], parts, "the sum of M, K and D")
-    agree(both[n:, :n], 2.0 * dense + 0.125 * s.Phi_v_q(t, q, v).toarray(), "the sum of Phi_q and N")
+    agree(both[n:, :n], 2.0 * dense + 0.125 * matrix(s.Phi_v_q(t, q, v)), "the sum of Phi_q and N")
 
 
 # -- the tests -------------------------------------------------------------------------------------------------
@@ -232,10 +238,9 @@ def wrong(right: System, method: str) -> System:
     """A system in which the largest entry that ``method`` gives is off by a millionth."""
 
     def off(*args):
-        value = getattr(right, method)(*args)
-        dense = value.toarray() if hasattr(value, "toarray") else value
-        dense.flat[np.abs(dense).argmax()] *= 1 + 1e-6
-        return csr_matrix(dense) if dense.ndim == 2 else dense
+        value = matrix(getattr(right, method)(*args))
+        value.flat[np.abs(value).argmax()] *= 1 + 1e-6
+        return value
 
     found = copy.copy(right)
     setattr(found, method, off)
@@ -282,7 +287,7 @@ def test_kernels_at_frames(kind, variant):
             second = np.array([s._work.F[h : h + 36].reshape(6, 6) for h in o])
             agree(C[:, layout.GRADIENT_RATE :], np.einsum("i,kij->kj", v[at], second), "rate of the gradient")
         if kind.name != "Force":  # its rows are directions, of no coordinate
-            agree(C[:, :6], jacobian(lambda z, t=t, q=q, v=v: moved(t, q, v, z, VALUE), q[at]), "gradient")
+            agree(C[:, :6], jacobian(lambda z, t=t, q=q, v=v: moved(t, q, v, z, layout.VALUE), q[at]), "gradient")
             agree(second, second.transpose(0, 2, 1), "symmetry of the hessian")
         by_z = [slope(lambda d, e=e, t=t, q=q, v=v: moved(t, q, v, q[at] + d * e, slice(6))) for e in np.eye(6)]
         agree(second, np.array(by_z).transpose(1, 2, 0), "hessian")
@@ -309,7 +314,7 @@ def test_signals_are_what_the_kernels_compute(kind, variant):
                 found = values(s, [root, der(root)], np.array([t]), q[None], v[None])
                 rate = C[start + k, :3] @ s._work.Z[a, 3:6] + C[start + k, 3:6] @ s._work.Z[b, 3:6]
                 # the same few operations in another order: a few roundings of values of some metres
-                assert found[0][0] == pytest.approx(C[start + k, VALUE], abs=1e-13)
+                assert found[0][0] == pytest.approx(C[start + k, layout.VALUE], abs=1e-13)
                 assert found[1][0] == pytest.approx(rate, abs=1e-12)
             if f"{name}.force" in c.signals or f"{name}.torque" in c.signals:
                 root = c.signals.get(f"{name}.force") or c.signals[f"{name}.torque"]
@@ -323,7 +328,7 @@ def test_springs_are_gradients_of_their_energy(kind):
     roots = [s.scene.components[name].energy for name in names]
     idle = s.scene.components
     others = [c for c in idle.values() if isinstance(c.kind, ForceKind) and c.kind is not kind]
-    assert all(set(s.scene.frames[f].body for f in c.ports.values()) == {"ground"} for c in others)
+    assert all({s.scene.frames[f].body for f in c.ports.values()} == {"ground"} for c in others)
     weight = s.tables.F[s.tables.I[layout.FORCE0] :][: s.n]
     for t, q, v, _ in states(s, names):
         slopes = gradients(s, roots, t, q, v)[1].sum(axis=0)
