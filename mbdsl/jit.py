@@ -115,6 +115,8 @@ def activate(*modules: ModuleType) -> None:
                     # What every scene calls is kept by itself; the rest lives in what it is compiled into.
                     kept = value.__module__.startswith("mbdsl.system") or value.__module__.endswith("_frames")
                     options = {"inline": inline, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+                    import os
+                    if os.environ.get("FI") and "integrators" in value.__module__ and "dense" not in value.__name__: options["forceinline"] = True
                     _compiled[value] = compile(value, cached=kept, **options)
                 setattr(module, name, _compiled[value])
 

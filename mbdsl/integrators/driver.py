@@ -38,16 +38,18 @@ from mbdsl.layout import (
 RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE = 0, 1, 2, 3, 4
 
 # -- K: floats of the run ------------------------------------------------------------------------------------
-START, STOP, H, T, H_LAST, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, WORST = range(9)
-K_SIZE = 9
+START, STOP, H, T, H_LAST, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL = range(8)
+K_SIZE = 8
 
 # -- J: integers of the run ----------------------------------------------------------------------------------
-STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, WORST_ROW = range(11)
+STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, ORDER2, STABILISED = range(11)
 J_SIZE = 11
 
 MAX_ITERATIONS = 12
 #: contraction above which the next step starts with a new matrix
 SLOW = 0.05
+#: contraction assumed of a first iteration, at least
+UNMEASURED = 0.05
 EPS = 2.220446049250313e-16
 
 
@@ -69,15 +71,15 @@ def predict(row, a, b, c, d, order, n, Y):
 
 
 @kernel
-def best_order(history, n, Y):
+def best_order(row, a, b, c, d, history, n, Y):
     """Which extrapolation would have met the step just done best: smooth motion likes high orders, ringing none."""
     e0, e1, e2, e3 = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
-        x, a, b, c, d, s = Y[X, i], Y[XA, i], Y[XB, i], Y[XC, i], Y[XD, i], Y[SCALE, i]
-        e0 = max(e0, s * abs(x - a))
-        e1 = max(e1, s * abs(x - 2.0 * a + b))
-        e2 = max(e2, s * abs(x - 3.0 * (a - b) - c))
-        e3 = max(e3, s * abs(x - 4.0 * (a + c) + 6.0 * b + d))
+        x, xa, xb, xc, xd, s = Y[row, i], Y[a, i], Y[b, i], Y[c, i], Y[d, i], Y[SCALE, i]
+        e0 = max(e0, s * abs(x - xa))
+        e1 = max(e1, s * abs(x - 2.0 * xa + xb))
+        e2 = max(e2, s * abs(x - 3.0 * (xa - xb) - xc))
+        e3 = max(e3, s * abs(x - 4.0 * (xa + xc) + 6.0 * xb + xd))
     best, error = 0, e0
     if history > 1 and e1 < error:
         best, error = 1, e1
@@ -116,15 +118,16 @@ def newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C,
     """
     n = I[N_Q]
     size = 1.0 + scaled(Q0, n, Y)
-    floor = 4.0 * EPS * size
+    floor = 16.0 * EPS * size
     # a relative to the local error of order h^4, and for stabilised methods h dv below the velocity tolerance
     tolerance = K[RELATIVE_TOL] * h * h * h * h * scaled(XA, n, Y)
     if J[STABILISED]:
         tolerance = min(tolerance, K[VELOCITY_TOL] * h)
     tolerance = max(tolerance, floor)
     fresh = J[FRESH] == 0
-    contraction = min(K[CONTRACTION], 0.9)
-    former, former_residual = 0.0, 0.0
+    # The first change has nothing to be compared with, and an old matrix may have become worse than it was.
+    contraction = min(max(K[CONTRACTION], UNMEASURED), 0.9)
+    former, former_residual, worn = 0.0, 0.0, False
     for k in range(MAX_ITERATIONS):
         residual(evaluate, t, h, c, Y, Z, C, F, I)
         J[ITERATIONS] += 1
@@ -144,15 +147,19 @@ def newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C,
             return NOT_FINITE
         if k > 0:
             contraction = change / former if former > 0.0 else 0.0
-        K[CONTRACTION] = max(contraction, 1e-4) if k > 0 else max(K[CONTRACTION], 1e-4)
+            if former > 100.0 * floor:  # below that it measures rounding
+                K[CONTRACTION] = contraction
+                worn = contraction > SLOW
         grown = k > 0 and remaining > 10.0 * former_residual and change > 100.0 * floor
-        if not grown:
-            if change <= floor:
-                return RUNNING
-            if contraction < 0.9 and change * contraction / (1.0 - contraction) <= tolerance:
-                return RUNNING
-            if k > 2 and contraction > 0.5 and change <= 1e3 * floor:
-                return RUNNING  # rounding keeps it from getting better
+        done = change <= floor
+        if contraction < 0.9 and change * contraction / (1.0 - contraction) <= tolerance:
+            done = True
+        if k > 2 and contraction > 0.5 and change <= 1e3 * floor:
+            done = True  # rounding keeps it from getting better
+        if done and not grown:
+            if worn:
+                J[FRESH] = 0  # the next step starts with a new matrix
+            return RUNNING
         if k > 0 and contraction > 0.3 and not fresh:
             J[FRESH] = 0  # an old matrix that contracts badly is renewed at once
             fresh = True
@@ -215,26 +222,26 @@ def advance(
             if K[H_LAST] > 0.0:
                 if J[HISTORY] > 1:
                     resize(K[H_LAST], h, c, Y, I)
-                J[FRESH], J[ORDER] = 0, 0
+                J[FRESH], J[ORDER], J[ORDER2] = 0, 0, 0
             K[H_LAST] = h
         status = DIVERGED
-        for attempt in range(2):
-            order = J[ORDER] if attempt == 0 else 0
-            predict(X, XA, XB, XC, XD, order, size, Y)
+        for _attempt in range(2):
+            predict(X, XA, XB, XC, XD, J[ORDER], size, Y)
             if J[STABILISED]:
-                predict(X2, X2A, X2B, X2C, X2D, order, size, Y)
+                predict(X2, X2A, X2B, X2C, X2D, J[ORDER2], size, Y)
             status = newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C, F, I, A, P)
             if status == RUNNING:
                 break
-            J[FRESH] = 0
+            J[FRESH], J[ORDER], J[ORDER2] = 0, 0, 0  # once more, from the last step and with a new matrix
         if status != RUNNING:
             K[T] = t
             return status
         finish(h, c, Y, F, I)
-        if K[CONTRACTION] > SLOW:
-            J[FRESH] = 0
-        J[ORDER] = best_order(J[HISTORY], n, Y)
-        record(t0, h, K, J, Y, I, times, out)
+        J[ORDER] = best_order(X, XA, XB, XC, XD, J[HISTORY], n, Y)
+        if J[STABILISED]:
+            J[ORDER2] = best_order(X2, X2A, X2B, X2C, X2D, J[HISTORY], n, Y)
+        if J[OUTPUT] < times.size and times[J[OUTPUT]] <= t0 + h + 1e-9 * h:
+            record(t0, h, K, J, Y, I, times, out)
         shift(n, size, J[STABILISED] != 0, Y)
         J[HISTORY] = min(J[HISTORY] + 1, 4)
         J[STEP] = k + 1
