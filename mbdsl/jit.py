@@ -13,6 +13,7 @@ import hashlib
 import importlib
 import importlib.util
 import os
+import subprocess
 import sys
 import tempfile
 import warnings
@@ -82,7 +83,9 @@ def cache_directory() -> Path:
         except OSError:
             pass
     # Nowhere to keep things: a private folder for this process, so that nobody else's code can lie in wait there.
-    return Path(tempfile.mkdtemp(prefix="mbdsl-"))
+    folder = Path(tempfile.mkdtemp(prefix="mbdsl-")) / name
+    folder.mkdir()
+    return folder
 
 
 def compile(function: Callable, signature=None, cached: bool = True, **options) -> Callable:
@@ -115,8 +118,6 @@ def activate(*modules: ModuleType) -> None:
                     # What every scene calls is kept by itself; the rest lives in what it is compiled into.
                     kept = value.__module__.startswith("mbdsl.system") or value.__module__.endswith("_frames")
                     options = {"inline": inline, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-                    import os
-                    if os.environ.get("FI") and "integrators" in value.__module__ and "dense" not in value.__name__: options["forceinline"] = True
                     _compiled[value] = compile(value, cached=kept, **options)
                 setattr(module, name, _compiled[value])
 
@@ -144,16 +145,26 @@ def import_text(name: str, text: str, functions: Mapping[str, object]) -> Module
     for function, signature in functions.items():
         if hasattr(module, function):
             setattr(module, function, compile(getattr(module, function), signature))
+    if enabled():
+        path.with_suffix(".compiled").touch()
     _imported[name] = module
     return module
 
 
-def is_warm() -> bool:
-    """Whether something was compiled here before, or nothing needs to be."""
-    return not enabled() or (cache_directory() / "warm").exists()
+def is_compiled(name: str) -> bool:
+    """Whether the module ``name`` needs no compilation: it is on disk, or kernels run as Python."""
+    return not enabled() or (cache_directory() / f"{name}.compiled").exists()
 
 
-def mark_warm() -> None:
-    """Remember that compiled code is on disk."""
-    if enabled():
-        (cache_directory() / "warm").touch()
+def beside(module: str, *arguments: str) -> subprocess.Popen | None:
+    """Run ``python -m module`` in another process, to compile there what this one will find on disk.
+
+    None where no process can be had: then everything is compiled here, one after the other.
+    """
+    environment = {**os.environ, "MBDSL_CACHE_DIR": str(cache_directory().parent)}
+    command = [sys.executable, "-m", module, *arguments]
+    try:
+        null = subprocess.DEVNULL
+        return subprocess.Popen(command, stdin=null, stdout=null, stderr=null, env=environment)
+    except OSError:
+        return None

@@ -8,7 +8,7 @@ Every scene has the same types: ``Y`` (rows, N) vectors of the step, ``Z`` (fram
 # -- rows of Y, each N = n + m entries: n for the coordinates, m for the constraints ----------------------------
 Q, V = 0, 1  #: q and v at the end of the step (first n entries)
 X = 2  #: first unknown and multipliers, [a; lam]
-X2 = 3  #: second unknown and multipliers of stabilised methods, [abar; mu]
+X2 = X + 1  #: second unknown and multipliers of stabilised methods, [abar; mu]
 FP = 4  #: result of evaluate: [f; Phi], f = Q - Phi_q^T lam
 GD = 5  #: result of evaluate: [Phi_q^T mu; Phi_q v + Phi_t]
 R, R2 = 6, 7  #: residuals that belong to X and X2
@@ -16,7 +16,7 @@ D, D2 = 8, 9  #: Newton corrections of X and X2
 Q0, V0, F0 = 10, 11, 12  #: q, v, f at the start of the step
 Q1, V1, F1 = 13, 14, 15  #: q, v, f one step before
 XA, XB, XC, XD = 16, 17, 18, 19  #: X at the last four steps, newest first
-X2A, X2B, X2C, X2D = 20, 21, 22, 23  #: the same for X2
+PAST = 4  #: the same for X2 stands so many rows below
 SCALE = 24  #: 1/scale of each coordinate, for norms
 T1, T2 = 25, 26  #: scratch
 ROWS = 27

@@ -13,7 +13,7 @@ import numpy as np
 from mbdsl import graph, jit, layout
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import driver, methods
-from mbdsl.integrators.run import Integration, check_options
+from mbdsl.integrators.run import Integration, check_options, loop_name
 from mbdsl.scene import Scene
 from mbdsl.system import build
 from mbdsl.system.initial import InitialState, initial_state
@@ -113,10 +113,9 @@ def simulate(
     mechanism = graph.build(scene)
     system = build(scene, mechanism)
     lap("build")
-    if announce is not None and not jit.is_warm():
-        announce("compiling kernels (first run on this machine, takes some seconds) ...")
+    if announce is not None and not _is_compiled(system, run.method):
+        announce("compiling for the first time; the result is kept, later runs start at once ...")
     integration = Integration(system, run.method, run.h, run.start, run.stop, run.times, run.options)
-    jit.mark_warm()
     lap("compile")
     initial = initial_state(system, mechanism, run.start)
     integration.begin(initial.q, initial.v, initial.a, initial.lam)
@@ -178,6 +177,11 @@ def _plan(scene: Scene, method, step, tol, start, stop, interval, options) -> _P
     if count:
         times[-1] = end
     return _Plan(method, h, start, end, times, check_options(method, options or {}))
+
+
+def _is_compiled(system: System, method: str) -> bool:
+    code = system.module_name(methods()[method].with_mu)
+    return jit.is_compiled(code) and jit.is_compiled(loop_name(method))
 
 
 def _integrate(integration: Integration, run: _Plan, progress) -> int:

@@ -7,32 +7,7 @@ comparison of methods compares methods and nothing else. Compiled once a method;
 from __future__ import annotations
 
 from mbdsl.kernels import kernel, template
-from mbdsl.layout import (
-    F0,
-    F1,
-    FP,
-    N_ALL,
-    N_Q,
-    Q0,
-    Q1,
-    R2,
-    SCALE,
-    V0,
-    V1,
-    X2,
-    X2A,
-    X2B,
-    X2C,
-    X2D,
-    XA,
-    XB,
-    XC,
-    XD,
-    Q,
-    R,
-    V,
-    X,
-)
+from mbdsl.layout import F0, F1, FP, N_ALL, N_Q, PAST, Q0, Q1, SCALE, V0, V1, XA, Q, R, V, X
 
 # -- status --------------------------------------------------------------------------------------------------
 RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE = 0, 1, 2, 3, 4
@@ -54,32 +29,32 @@ EPS = 2.220446049250313e-16
 
 
 @kernel
-def predict(row, a, b, c, d, order, n, Y):
-    """Y[row] by polynomial extrapolation of the last steps."""
-    if order == 0:
-        for i in range(n):
-            Y[row, i] = Y[a, i]
-    elif order == 1:
-        for i in range(n):
-            Y[row, i] = 2.0 * Y[a, i] - Y[b, i]
-    elif order == 2:
-        for i in range(n):
-            Y[row, i] = 3.0 * (Y[a, i] - Y[b, i]) + Y[c, i]
-    else:
-        for i in range(n):
-            Y[row, i] = 4.0 * (Y[a, i] + Y[c, i]) - 6.0 * Y[b, i] - Y[d, i]
+def predict(unknown, order, n, Y):
+    """X (unknown 0) or X2 (unknown 1) by polynomial extrapolation of the last steps."""
+    x, a = X + unknown, XA + PAST * unknown
+    for i in range(n):
+        if order == 0:
+            Y[x, i] = Y[a, i]
+        elif order == 1:
+            Y[x, i] = 2.0 * Y[a, i] - Y[a + 1, i]
+        elif order == 2:
+            Y[x, i] = 3.0 * (Y[a, i] - Y[a + 1, i]) + Y[a + 2, i]
+        else:
+            Y[x, i] = 4.0 * (Y[a, i] + Y[a + 2, i]) - 6.0 * Y[a + 1, i] - Y[a + 3, i]
 
 
 @kernel
-def best_order(row, a, b, c, d, history, n, Y):
+def best_order(unknown, history, n, Y):
     """Which extrapolation would have met the step just done best: smooth motion likes high orders, ringing none."""
+    x, a = X + unknown, XA + PAST * unknown
     e0, e1, e2, e3 = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
-        x, xa, xb, xc, xd, s = Y[row, i], Y[a, i], Y[b, i], Y[c, i], Y[d, i], Y[SCALE, i]
-        e0 = max(e0, s * abs(x - xa))
-        e1 = max(e1, s * abs(x - 2.0 * xa + xb))
-        e2 = max(e2, s * abs(x - 3.0 * (xa - xb) - xc))
-        e3 = max(e3, s * abs(x - 4.0 * (xa + xc) + 6.0 * xb + xd))
+        d0 = Y[x, i] - Y[a, i]
+        d1 = d0 - (Y[a, i] - Y[a + 1, i])
+        d2 = d1 - (Y[a, i] - 2.0 * Y[a + 1, i] + Y[a + 2, i])
+        d3 = d2 - (Y[a, i] - 3.0 * (Y[a + 1, i] - Y[a + 2, i]) - Y[a + 3, i])
+        s = Y[SCALE, i]
+        e0, e1, e2, e3 = max(e0, s * abs(d0)), max(e1, s * abs(d1)), max(e2, s * abs(d2)), max(e3, s * abs(d3))
     best, error = 0, e0
     if history > 1 and e1 < error:
         best, error = 1, e1
@@ -91,21 +66,14 @@ def best_order(row, a, b, c, d, history, n, Y):
 
 
 @kernel
-def largest(row, n, Y):
-    """Largest magnitude in a row; not a number if there is one."""
+def residual_size(unknowns, size, Y):
+    """Largest magnitude in the residuals; not a number if there is one."""
     value = 0.0
-    for i in range(n):
-        y = abs(Y[row, i])
-        if not y <= value:
-            value = y
-    return value
-
-
-@kernel
-def scaled(row, n, Y):
-    value = 0.0
-    for i in range(n):
-        value = max(value, abs(Y[row, i]) * Y[SCALE, i])
+    for k in range(unknowns):
+        for i in range(size):
+            y = abs(Y[R + k, i])
+            if not y <= value:
+                value = y
     return value
 
 
@@ -116,11 +84,14 @@ def newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C,
     An iterate is accepted when the error that the contraction leaves is below what the step itself gets wrong by
     discretisation, or at rounding; in position units, and with a residual that has not grown.
     """
-    n = I[N_Q]
-    size = 1.0 + scaled(Q0, n, Y)
+    n, unknowns = I[N_Q], 1 + J[STABILISED]
+    size, acceleration = 1.0, 0.0
+    for i in range(n):
+        size = max(size, abs(Y[Q0, i]) * Y[SCALE, i])
+        acceleration = max(acceleration, abs(Y[XA, i]) * Y[SCALE, i])
     floor = 16.0 * EPS * size
     # a relative to the local error of order h^4, and for stabilised methods h dv below the velocity tolerance
-    tolerance = K[RELATIVE_TOL] * h * h * h * h * scaled(XA, n, Y)
+    tolerance = K[RELATIVE_TOL] * h * h * h * h * acceleration
     if J[STABILISED]:
         tolerance = min(tolerance, K[VELOCITY_TOL] * h)
     tolerance = max(tolerance, floor)
@@ -131,9 +102,7 @@ def newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C,
     for k in range(MAX_ITERATIONS):
         residual(evaluate, t, h, c, Y, Z, C, F, I)
         J[ITERATIONS] += 1
-        remaining = largest(R, I[N_ALL], Y)
-        if J[STABILISED]:
-            remaining = max(remaining, largest(R2, I[N_ALL], Y))
+        remaining = residual_size(unknowns, I[N_ALL], Y)
         if not remaining < 1e300:
             return NOT_FINITE
         if J[FRESH] == 0:
@@ -190,16 +159,15 @@ def record(t0, h, K, J, Y, I, times, out):
 
 
 @kernel
-def shift(n, size, stabilised, Y):
+def shift(unknowns, n, size, Y):
     """The step becomes history."""
     for i in range(n):
         Y[Q1, i], Y[V1, i], Y[F1, i] = Y[Q0, i], Y[V0, i], Y[F0, i]
         Y[Q0, i], Y[V0, i], Y[F0, i] = Y[Q, i], Y[V, i], Y[FP, i]
-    for i in range(size):
-        Y[XD, i], Y[XC, i], Y[XB, i], Y[XA, i] = Y[XC, i], Y[XB, i], Y[XA, i], Y[X, i]
-    if stabilised:
+    for k in range(unknowns):
+        a = XA + PAST * k
         for i in range(size):
-            Y[X2D, i], Y[X2C, i], Y[X2B, i], Y[X2A, i] = Y[X2C, i], Y[X2B, i], Y[X2A, i], Y[X2, i]
+            Y[a + 3, i], Y[a + 2, i], Y[a + 1, i], Y[a, i] = Y[a + 2, i], Y[a + 1, i], Y[a, i], Y[X + k, i]
 
 
 @template
@@ -207,14 +175,14 @@ def advance(
     residual, matrix, correct, finish, resize, evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out
 ):
     """At most ``steps`` steps; a status. Everything needed to go on is in the buffers."""
-    n, size = I[N_Q], I[N_ALL]
+    n, size, unknowns = I[N_Q], I[N_ALL], 1 + J[STABILISED]
     for _ in range(steps):
-        k = J[STEP]
-        if k >= J[LAST_STEP]:
+        step = J[STEP]
+        if step >= J[LAST_STEP]:
             return DONE
-        t0, h = K[START] + k * K[H], K[H]
-        t = K[START] + (k + 1) * K[H]
-        if k == J[LAST_STEP] - 1:  # the stop time is hit exactly
+        t0, h = K[START] + step * K[H], K[H]
+        t = K[START] + (step + 1) * K[H]
+        if step == J[LAST_STEP] - 1:  # the stop time is hit exactly
             t = K[STOP]
             if abs(t - t0 - h) > 1e-9 * h:
                 h = t - t0
@@ -226,9 +194,8 @@ def advance(
             K[H_LAST] = h
         status = DIVERGED
         for _attempt in range(2):
-            predict(X, XA, XB, XC, XD, J[ORDER], size, Y)
-            if J[STABILISED]:
-                predict(X2, X2A, X2B, X2C, X2D, J[ORDER2], size, Y)
+            for k in range(unknowns):
+                predict(k, J[ORDER + k], size, Y)
             status = newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C, F, I, A, P)
             if status == RUNNING:
                 break
@@ -237,13 +204,12 @@ def advance(
             K[T] = t
             return status
         finish(h, c, Y, F, I)
-        J[ORDER] = best_order(X, XA, XB, XC, XD, J[HISTORY], n, Y)
-        if J[STABILISED]:
-            J[ORDER2] = best_order(X2, X2A, X2B, X2C, X2D, J[HISTORY], n, Y)
+        for k in range(unknowns):
+            J[ORDER + k] = best_order(k, J[HISTORY], n, Y)
         if J[OUTPUT] < times.size and times[J[OUTPUT]] <= t0 + h + 1e-9 * h:
             record(t0, h, K, J, Y, I, times, out)
-        shift(n, size, J[STABILISED] != 0, Y)
+        shift(unknowns, n, size, Y)
         J[HISTORY] = min(J[HISTORY] + 1, 4)
-        J[STEP] = k + 1
+        J[STEP] = step + 1
         K[T] = t
     return DONE if J[STEP] >= J[LAST_STEP] else RUNNING

@@ -71,13 +71,11 @@ def correct(h, c, Y, I, A, P):
     beta, gamma = c[1], c[2]
     n = I[N_Q]
     for i in range(n):
-        Y[D2, i] = -Y[R2, i]
+        Y[D, i], Y[D2, i] = -Y[R, i], -Y[R2, i]
     for i in range(n, I[N_ALL]):
-        Y[D2, i] = 2 * (beta / gamma * Y[R, i] - Y[R2, i])
-    solve(A[1], P[1], I, Y, D2)
-    for i in range(I[N_ALL]):
-        Y[D, i] = -Y[R, i]
-    solve(A[0], P[0], I, Y, D)
+        Y[D, i], Y[D2, i] = -Y[R, i], 2 * (beta / gamma * Y[R, i] - Y[R2, i])
+    for k in range(2):
+        solve(A[k], P[k], I, Y, D + k)
     change = 0.0
     for i in range(I[N_ALL]):
         Y[X, i] += Y[D, i]

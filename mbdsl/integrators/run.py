@@ -48,6 +48,11 @@ def check_options(name: str, options: Mapping[str, float | None]) -> dict[str, f
     return values
 
 
+def loop_name(method: str) -> str:
+    """The name under which the compiled step loop of a method is kept."""
+    return "mbdsl_method_" + modules()[method].__name__.rsplit(".", 1)[-1]
+
+
 def compiled(name: str, module: ModuleType):
     """The step loop compiled for one method: its kernels are known to the compiler, the scene's are pointers."""
     jit.activate(driver, linear, sparse, module)
@@ -74,7 +79,7 @@ def advance(evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
             types.int64,
             *[vector, vector, ints, matrix, matrix, matrix, vector, ints, matrix, int_matrix, vector, matrix],
         )
-    return jit.import_text(f"mbdsl_method_{short}", text, {"advance": signature}).advance
+    return jit.import_text(loop_name(name), text, {"advance": signature}).advance
 
 
 @dataclass
@@ -93,7 +98,6 @@ class Integration:
         module = modules()[self.method]
         declaration = module.METHOD
         self.matrices = declaration.matrices
-        self.system.kernels(declaration.with_mu)
         self._use(linear.SPARSE_LU)
         self.c = np.array(declaration.coefficients(check_options(self.method, self.options)), float)
         self.K = np.zeros(driver.K_SIZE)
@@ -106,9 +110,15 @@ class Integration:
         self.K[driver.VELOCITY_TOL], self.K[driver.RELATIVE_TOL] = 1e-12, 1e-4
         self.J[driver.LAST_STEP] = steps
         self.J[driver.STABILISED] = declaration.with_mu
+        code, loop = self.system.module_name(declaration.with_mu), loop_name(self.method)
+        # What has to be compiled is compiled side by side: the scene's code elsewhere, the method's loop here.
+        both = not jit.is_compiled(code) and not jit.is_compiled(loop)
+        other = self.system.compile_beside(declaration.with_mu) if both else None
+        self._advance = compiled(self.method, module)
+        if other is not None:
+            other.wait()
         kernels = self.system.kernels(declaration.with_mu)
         self.evaluate, self.tangent = kernels.evaluate, kernels.tangent
-        self._advance = compiled(self.method, module)
 
     def _use(self, solver: int) -> None:
         """Lay out the buffers for a solver; the vectors keep their content."""

@@ -7,12 +7,16 @@ digest of the package, never a number of the model, so that changing a parameter
 from __future__ import annotations
 
 import hashlib
+import importlib
+import json
+import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
 
 from mbdsl import jit, layout
+from mbdsl.scene import Component
 from mbdsl.system import loops, tape
 from mbdsl.system.tables import Block
 
@@ -110,14 +114,35 @@ class Kernels:
 
 def load(blocks: list[Block], has_tape: bool, with_mu: bool) -> Kernels:
     """Compile the code of a structure, or find it compiled."""
-    text = emit(blocks, has_tape, with_mu)
     jit.activate(loops, tape, *_modules(blocks))
     for block in blocks:
         if block.role != "body":
             jit.import_text(KIND_PREFIX + block.name, emit_kind(block), {"fill": None, "curve": None})
-    name = "mbdsl_emitted_" + hashlib.sha256(text.encode()).hexdigest()[:16]
-    module = jit.import_text(name, text, {"evaluate": evaluate_signature(), "tangent": tangent_signature()})
+    text = emit(blocks, has_tape, with_mu)
+    functions = {"evaluate": evaluate_signature(), "tangent": tangent_signature()}
+    module = jit.import_text(module_name(text), text, functions)
     return Kernels(module.evaluate, module.tangent)
+
+
+def module_name(text: str) -> str:
+    """The name under which emitted code is kept."""
+    return "mbdsl_emitted_" + hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def compile_beside(blocks: list[Block], has_tape: bool, with_mu: bool) -> subprocess.Popen | None:
+    """Have a structure compiled by another process, which does what ``load`` does."""
+    roles = [[b.role, b.name, b.driven] for b in blocks]
+    return jit.beside("mbdsl.system.emit", json.dumps([roles, has_tape, with_mu]))
+
+
+def _main(argument: str) -> None:
+    roles, has_tape, with_mu = json.loads(argument)
+    blocks = []
+    for role, name, driven in roles:
+        module = importlib.import_module(f"mbdsl.elements.{name}")
+        members = (Component("", module.KIND, {}),) if role != "body" else ()
+        blocks.append(Block(role, module, members, driven))
+    load(blocks, has_tape, with_mu)
 
 
 def _modules(blocks: list[Block]) -> list[ModuleType]:
@@ -161,3 +186,7 @@ def tangent_signature():
     types = jit.numba().types  # type: ignore[union-attr]
     vector, matrix, ints, _ = array_types()
     return types.void(*[types.float64] * 6, matrix, matrix, matrix, vector, ints, vector)
+
+
+if __name__ == "__main__":
+    _main(sys.argv[1])

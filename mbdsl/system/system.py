@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -80,6 +81,14 @@ class System:
         if with_mu not in self._kernels:
             self._kernels[with_mu] = emit.load(self.tables.blocks, self.tables.has_tape, with_mu)
         return self._kernels[with_mu]
+
+    def module_name(self, with_mu: bool = False) -> str:
+        """The name of the emitted module of this structure."""
+        return emit.module_name(emit.emit(self.tables.blocks, self.tables.has_tape, with_mu))
+
+    def compile_beside(self, with_mu: bool = False) -> subprocess.Popen | None:
+        """Start to compile the kernels in another process."""
+        return emit.compile_beside(self.tables.blocks, self.tables.has_tape, with_mu)
 
     def workspace(self, slots: NDArray[np.int64] | None = None) -> Workspace:
         """Fresh buffers. ``slots`` gives the position in A of every requested entry (default: one each)."""
