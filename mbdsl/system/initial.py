@@ -10,6 +10,7 @@ by Gauss-Newton steps with the constraints linearised, of limited length.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, sin
 
@@ -245,7 +246,8 @@ def _velocities(system: System, t: float, q: Array, given: list[InitialValue]) -
 def accelerations(system: System, t: float, q: Array, v: Array) -> tuple[Array, Array]:
     """a (n,) and lam (m,) from [[M, Phi_q^T], [Phi_q, 0]] [a; lam] = [Q; gamma_c].
 
-    Where constraints are redundant, lam is the solution of least norm.
+    Where constraints are redundant, lam is the solution of least norm, with all equations scaled alike: a mechanism of
+    micrometres and micrograms has entries from 1 down to 1e-24, which says nothing about its rank.
     """
     n, m = system.n, system.m
     J = system.Phi_q(t, q)
@@ -258,6 +260,8 @@ def accelerations(system: System, t: float, q: Array, v: Array) -> tuple[Array, 
         )
     if isinstance(J, np.ndarray):
         K = np.block([[np.diag(M), J.T], [J, np.zeros((m, m))]])
+        d = _balance(lambda d: np.abs(d[:, None] * K * d).max(axis=1, initial=0.0), n + m)
+        K, b = d[:, None] * K * d, d * b
         x = np.linalg.lstsq(K, b, rcond=1e-13)[0]
         r = b - K @ x
     else:
@@ -265,19 +269,31 @@ def accelerations(system: System, t: float, q: Array, v: Array) -> tuple[Array, 
         from scipy.sparse.linalg import splu
 
         S = block_array([[diags_array(M), J.T], [J, None]], format="csr")
-        shift = np.concatenate([np.zeros(n), np.full(m, -1e-12 / max(M.max(), 1e-300))])
+        d = _balance(lambda d: abs(diags_array(d) @ S @ diags_array(d)).max(axis=1).toarray().ravel(), n + m)
+        S, b = diags_array(d) @ S @ diags_array(d), d * b
+        shift = np.concatenate([np.zeros(n), np.full(m, -1e-12)])
         lu = splu(csc_array(S + diags_array(shift)))
         x = lu.solve(b)
         for _ in range(3):
             x = x + lu.solve(b - S @ x)
         r = b - S @ x
-    if np.abs(r).max(initial=0.0) > 1e-8 * (1 + np.abs(b).max(initial=0.0)):
+    if np.abs(r).max(initial=0.0) > 1e-8 * np.abs(b).max(initial=0.0):
         names = system.names() + system.constraint_names()
         raise InitialisationError(
             f"no accelerations satisfy the equations of motion at the start; worst: {names[int(np.abs(r).argmax())]}",
             hint="a body without mass or inertia moves freely, or the start is a singular pose",
         )
+    x = d * x
     return x[:n], x[n:]
+
+
+def _balance(largest: Callable[[Array], Array], size: int) -> Array:
+    """Powers of two d that bring the largest entry of each row of d K d, as ``largest(d)`` finds it, near one."""
+    d = np.ones(size)
+    for _ in range(5):
+        found = largest(d)
+        d = d * np.exp2(-np.round(0.5 * np.log2(np.where(found > 0.0, found, 1.0))))
+    return d
 
 
 def _redundant(system: System, t: float, q: Array) -> tuple[int, ...]:
