@@ -9,13 +9,21 @@ Unknowns a_{n+1}, lam_{n+1} and, local to the step, abar, mu; f = Q - Phi_q^T la
     R3:  1/h^2 Phi(q_{n+1}, t_{n+1}) = 0
     R4:  1/h (Phi_q v + Phi_t)_{n+1} = 0
 
-The system of twice the size is not solved as one. With N = (Phi_q v)_q, the rows R2, R3 and R4 give
-Phi_q dabar = -2 R3 + 2 beta/gamma R4 up to h N, so that (dabar, dmu) comes first, from [[M, Phi_q^T], [Phi_q, 0]],
-and then (da, dlam) from the rows R1, R4 with q already moved by h^2/2 dabar. What is neglected is of first order in
-h and multiplies corrections only: the converged solution is that of the full system.
+The system of twice the size is not solved as one. In the increments p of q/h^2 and e of abar/2, so that
+da = (p - e)/beta, and with kappa = 1/(2 (1+alpha) beta), S = 1/(1+alpha) M + beta h^2 K + gamma h D, Newton's equations
+read
 
-Source: Negrut, Jay, Khude (2009), eqs. (12)-(13), with the signs of the issue's section 2 (the paper's R1 has one
-misprint); the splitting is ours.
+    R1 + kappa R2:  S/beta p + Phi_q^T (dlam + kappa dmu) = -(R1 + kappa R2) + ...
+    R3:             Phi_q p = -R3
+    R2:             2 M e + Phi_q^T dmu = -R2 + ...
+    R3, R4:         Phi_q e = -R3 + beta/gamma R4 + ...
+
+The first pair is HHT-I3's own system, the second a projection with a mass matrix that does not change. The dots are
+h D e, h N p and h^2 (Phi_q^T mu)_q p: products of a correction with a power of h, left to the next iteration. The
+converged solution is that of the full system.
+
+Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (12)-(13), with R1's signs derived anew
+(they are misprinted there); the splitting is ours.
 """
 
 from mbdsl.integrators.hht_i3 import ALPHA, coefficients
@@ -49,39 +57,43 @@ def residual(evaluate, t, h, c, Y, Z, C, F, I):
     evaluate(t, Y, Z, C, F, I)
     for i in range(n):
         mass = F[I[MASS] + i]
-        Y[R, i] = mass * Y[X, i] / (1 + alpha) - Y[FP, i] + alpha / (1 + alpha) * Y[F0, i]
-        Y[R2, i] = mass * Y[X2, i] + Y[GD, i]
+        Y[R, i] = mass * Y[X, i] / (1 + alpha) - Y[FP, i] + alpha / (1 + alpha) * Y[F0, i]  # R1
+        Y[R2, i] = mass * Y[X2, i] + Y[GD, i]  # R2
     for i in range(n, I[N_ALL]):
-        Y[R, i] = Y[GD, i] / h  # R4, the partner of R1
-        Y[R2, i] = Y[FP, i] / (h * h)  # R3, the partner of R2
+        Y[R, i] = Y[FP, i] / (h * h)  # R3
+        Y[R2, i] = Y[GD, i] / h  # R4
 
 
 @kernel
 def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
-    """[[M/(1+alpha) + beta h^2 K + gamma h D, Phi_q^T], [gamma Phi_q + beta h N, 0]] and [[M, Phi_q^T], [Phi_q, 0]]."""
+    """[[(M/(1+alpha) + beta h^2 K + gamma h D)/beta, Phi_q^T], [Phi_q, 0]] and [[2 M, Phi_q^T], [Phi_q, 0]]."""
     alpha, beta, gamma = c[0], c[1], c[2]
-    tangent(t, 1 / (1 + alpha), beta * h * h, gamma * h, gamma, beta * h, Y, Z, C, F, I, A[0])
-    tangent(t, 1.0, 0.0, 0.0, 1.0, 0.0, Y, Z, C, F, I, A[1])
+    tangent(t, 1 / (1 + alpha) / beta, h * h, gamma * h / beta, 1.0, 0.0, Y, Z, C, F, I, A[0])
+    tangent(t, 2.0, 0.0, 0.0, 1.0, 0.0, Y, Z, C, F, I, A[1])
     return factor(A[0], P[0], I) and factor(A[1], P[1], I)
 
 
 @kernel
 def correct(h, c, Y, I, A, P):
-    """Solve for the corrections, apply them; the largest scaled change of a position."""
-    beta, gamma = c[1], c[2]
+    """Solve for the corrections, apply them; the largest scaled change of a position (or of h times a velocity)."""
+    alpha, beta, gamma = c[0], c[1], c[2]
+    kappa = 1 / (2 * (1 + alpha) * beta)
     n = I[N_Q]
     for i in range(n):
-        Y[D, i], Y[D2, i] = -Y[R, i], -Y[R2, i]
+        Y[D, i], Y[D2, i] = -Y[R, i] - kappa * Y[R2, i], -Y[R2, i]
     for i in range(n, I[N_ALL]):
-        Y[D, i], Y[D2, i] = -Y[R, i], 2 * (beta / gamma * Y[R, i] - Y[R2, i])
+        Y[D, i], Y[D2, i] = -Y[R, i], -Y[R, i] + beta / gamma * Y[R2, i]
     for k in range(2):
         solve(A[k], P[k], I, Y, D + k)
     change = 0.0
-    for i in range(I[N_ALL]):
-        Y[X, i] += Y[D, i]
-        Y[X2, i] += Y[D2, i]
     for i in range(n):
-        change = max(change, (beta * abs(Y[D, i]) + abs(Y[D2, i]) / 2) * Y[SCALE, i])
+        p, e = Y[D, i], Y[D2, i]
+        Y[X, i] += (p - e) / beta
+        Y[X2, i] += 2 * e
+        change = max(change, (abs(p) + abs(e)) * Y[SCALE, i])
+    for i in range(n, I[N_ALL]):
+        Y[X, i] += Y[D, i] - kappa * Y[D2, i]
+        Y[X2, i] += Y[D2, i]
     return h * h * change
 
 

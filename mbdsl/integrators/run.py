@@ -106,8 +106,8 @@ class Integration:
         steps = max(1, math.ceil((self.stop - self.start) / self.h - 1e-9)) if self.stop > self.start else 0
         self.K[driver.START], self.K[driver.STOP], self.K[driver.H] = self.start, self.stop, self.h
         self.K[driver.T] = self.start
-        self.K[driver.CONTRACTION] = 0.5
-        self.K[driver.VELOCITY_TOL], self.K[driver.RELATIVE_TOL] = 1e-12, 1e-4
+        self.K[driver.CONTRACTION] = 0.1
+        self.K[driver.VELOCITY_TOL], self.K[driver.RELATIVE_TOL] = 5e-12, 1e-4
         self.J[driver.LAST_STEP] = steps
         self.J[driver.STABILISED] = declaration.with_mu
         code, loop = self.system.module_name(declaration.with_mu), loop_name(self.method)
