@@ -206,12 +206,7 @@ def test_double_pendulum_of_distances(order, method):
 # -- four bars through their singular poses --------------------------------------------------------------------
 
 
-STUCK = "the splitting of hht-si2 neglects h (Phi_q v)_q, which is not small against Phi_q near a singular pose"
-
-
-@pytest.mark.parametrize(
-    "method", ["hht-i3", pytest.param("hht-si2", marks=pytest.mark.xfail(reason=STUCK, strict=True))]
-)
+@pytest.mark.parametrize("method", METHODS)
 def test_four_bar(model, reference, order, method):
     """Two parallelograms of equal bars turn through poses in which the constraints lose rank, and stay what they are.
 

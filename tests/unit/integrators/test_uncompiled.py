@@ -1,0 +1,89 @@
+"""The same source without a compiler: the same results; and Newton's corrections against differences of residuals."""
+
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mbdsl.integrators import methods
+
+SCRIPT = Path(__file__).with_name("uncompiled.py")
+#: one method a row: whether its correction is Newton's with the exact matrix (else it may leave terms of order h)
+EXACT = {"hht-i3"}
+
+
+@pytest.fixture(scope="module")
+def uncompiled():
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    done = subprocess.run([sys.executable, SCRIPT], capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_compiled_and_uncompiled_results_are_the_same(uncompiled):
+    """Compilers may contract and reorder; forty steps of values of size 1 keep twelve digits, multipliers of size 100
+    (which are what is left of h^2) eight."""
+    spec = importlib.util.spec_from_file_location("uncompiled", SCRIPT)
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    compiled = script.runs()
+    assert set(compiled) == set(uncompiled["runs"])
+    assert len(compiled) == 2 * len(methods())
+    for name, (t, q, v, lam) in compiled.items():
+        other = [np.array(x) for x in uncompiled["runs"][name]]
+        assert other[0].tolist() == t
+        assert np.ptp(np.array(q), axis=0).max() > 1e-3  # it moves
+        assert other[1] == pytest.approx(np.array(q), abs=1e-12), name
+        assert other[2] == pytest.approx(np.array(v), abs=1e-10), name
+        assert other[3] == pytest.approx(np.array(lam), abs=1e-7), name
+
+
+def test_corrections_are_newtons(uncompiled):
+    """What a correction leaves of an error: nothing but rounding (5e-16 of residuals of size 1e5, over differences of
+    1e-5 in q) with the exact matrix; with a splitting, terms that halve with h."""
+    assert set(uncompiled["contraction"]) == {f"{m.stem} {name}" for m in MODELS for name in methods()}
+    for key, (coarse, fine) in uncompiled["contraction"].items():
+        if key.split()[1] in EXACT:
+            assert fine < 1e-8, key
+        else:
+            assert fine < 0.1, key
+            assert fine < 0.6 * coarse, key
+
+
+def test_corrections_at_rest_without_dampers_are_exact(uncompiled):
+    """Then nothing of order h is there to be neglected: this sees every block of a split matrix."""
+    assert len(uncompiled["at rest"]) >= 4 * len(methods())
+    for key, left in uncompiled["at rest"].items():
+        assert left < 1e-8, key
+
+
+MODELS = sorted((Path(__file__).parents[3] / "models").glob("*.mbd"))
+
+
+def test_the_comparison_sees_a_wrong_matrix():
+    """In this process kernels may be compiled; a process of its own that spoils one entry of K."""
+    code = f"""
+import runpy, sys
+sys.argv = ["uncompiled.py"]
+names = runpy.run_path({str(SCRIPT)!r}, run_name="script")
+from mbdsl.integrators import modules
+for name, module in modules().items():
+    def wrong(tangent, *args, right=module.matrix):
+        def off(t, cM, cK, *more):
+            return tangent(t, cM, 1.01 * cK, *more)
+        return right(off, *args)
+    module.matrix = wrong
+    path = next(m for m in names["MODELS"] if m.stem == "pendulum")
+    print(names["contraction"](path, name, 1e-2, True))
+"""
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stderr
+    found = [float(x) for x in done.stdout.split()]
+    assert len(found) == len(methods())
+    assert min(found) > 1e-8

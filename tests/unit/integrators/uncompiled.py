@@ -1,0 +1,139 @@
+"""Run by test_uncompiled.py in a process of its own, with NUMBA_DISABLE_JIT=1: what is easier, or only possible, there.
+
+Prints a JSON object: trajectories of a few steps; and for every method and shipped model, how one correction compares
+with the Jacobian of the residual by differences.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import mbdsl
+from mbdsl import graph, jit, layout
+from mbdsl.elements.kind import ForceKind
+from mbdsl.integrators import linear, modules
+from mbdsl.integrators.run import Integration
+from mbdsl.system import build
+from mbdsl.system.initial import initial_state
+
+MODELS = sorted((Path(__file__).parents[3] / "models").glob("*.mbd"))
+
+#: laws, tables and drivers: everything that the interpreter of expressions does
+EXPRESSIVE = """
+model Expressive
+  Ground ground;
+  Table lift(table = [0 s, 0.1 rad; 0.02 s, 0.2 rad; 0.05 s, 0.25 rad; 0.1 s, 0.3 rad], smoothness = "cubic");
+  Table brake(table = [-1 m/s, -2 N; 0 m/s, 0 N; 1 m/s, 3 N], extrapolation = "linear");
+  Rod arm(m = 1 kg, length = 0.5 m);
+  Rod tail(m = 0.5 kg, length = 0.3 m);
+  Revolute O(ground, arm.a);
+  Revolute A(arm.b, tail.a);
+  RotationalDriver drive(O, phi = lift(time));
+  SpringDamper law(ground, tail.b, force = if s > 0.5 m then 20 N/m*(s - 0.5 m) + brake(v) else 0 N);
+  Torque twist(tail.a, tau = 0.1 N.m*sin(3 rad/s*time)*exp(-tail.phi*tail.phi));
+  Force wind(tail.b, fx = 0.1 N.s/m*(1 m/s - tail.b.vx), fy = 0 N);
+initial equation
+  tail.phi = 0.4 rad;
+  annotation(experiment(StopTime = 0.03 s));
+end Expressive;
+"""
+
+
+def runs():
+    """Name -> (t, q, v, lam) of short runs, for comparison with compiled ones."""
+    crank = mbdsl.load(next(m for m in MODELS if m.stem == "slider_crank"))
+    found = {}
+    for scene, stop in ((crank, 0.0405), (mbdsl.parse(EXPRESSIVE), 0.0305)):
+        for method in modules():
+            r = mbdsl.simulate(scene, method=method, step=1e-3, stop=stop, interval=0.0017)
+            found[f"{scene.name} {method}"] = [x.tolist() for x in (r.t, r.q, r.v, r.lam)]
+    return found
+
+
+class Step:
+    """One method on one model at a state off the motion, with everything that its residual reads."""
+
+    def __init__(self, path, name, h, at_rest):
+        scene = mbdsl.load(path)
+        mechanism = graph.build(scene)
+        system = build(scene, mechanism)
+        start = initial_state(system, mechanism, 0.0)
+        self.run = Integration(system, name, h, 0.0, 1.0, np.array([1.0]))
+        self.run._use(linear.DENSE)  # which finds a pivot wherever there is one
+        self.run.begin(start.q, start.v, start.a, start.lam)
+        self.method, self.h, self.n, self.N = modules()[name], h, system.n, system.n + system.m
+        self.rows = 2 if self.method.METHOD.with_mu else 1
+        rng, Y = np.random.default_rng(3), self.run.Y
+        Y[layout.Q0, : self.n] += rng.uniform(-0.1, 0.1, self.n)
+        Y[layout.XA, : self.n] += rng.normal(size=self.n)
+        Y[layout.X] = Y[layout.XA] + rng.normal(size=self.N)
+        Y[layout.F0, : self.n] += rng.normal(size=self.n)
+        Y[layout.X2] = 0.0 if at_rest else 0.3 * rng.normal(size=self.N)
+        Y[layout.V0, : self.n] += rng.normal(size=self.n)
+        if at_rest:  # v at the end of the step is zero
+            Y[layout.V0] = 0.0
+            self.residual()
+            Y[layout.V0, : self.n] = -Y[layout.V, : self.n]
+
+    def common(self):
+        r = self.run
+        return r.c, r.Y, r.Z, r.C, r.F, r.I
+
+    def residual(self):
+        c, Y, Z, C, F, I = self.common()
+        self.method.residual(self.run.evaluate, self.h, self.h, c, Y, Z, C, F, I)
+        return Y[layout.R : layout.R + self.rows, : self.N].ravel().copy()
+
+    def unknowns(self):
+        return self.run.Y[layout.X : layout.X + self.rows]
+
+    def jacobian(self):
+        """d(residuals)/d(unknowns) by five-point differences."""
+        x = self.unknowns()
+        J = np.zeros((x.size, x.size))
+        d = 1e-2 / self.h  # a change of the unknowns moves q by h^2 of it, v by h
+        for k in range(x.size):
+            kept, f = x.flat[k], []
+            for s in (1, -1, 2, -2):
+                x.flat[k] = kept + s * d
+                f.append(self.residual())
+            x.flat[k] = kept
+            J[:, k] = (8 * (f[0] - f[1]) - (f[2] - f[3])) / (12 * d)
+        return J
+
+    def corrections(self):
+        """The linear map from residuals to corrections that the method's matrix and solve make."""
+        c, Y, Z, C, F, I = self.common()
+        self.residual()
+        assert self.method.matrix(self.run.tangent, self.h, self.h, c, Y, Z, C, F, I, self.run.A, self.run.P)
+        x, B = self.unknowns(), np.zeros((self.rows * self.N,) * 2)
+        kept = x.copy()
+        for k in range(x.size):
+            x[:] = 0.0
+            Y[layout.R : layout.R + self.rows] = 0.0
+            Y[layout.R + k // self.N, k % self.N] = 1.0
+            self.method.correct(self.h, c, Y, I, self.run.A, self.run.P)
+            B[:, k] = -x.ravel()
+        x[:] = kept
+        return B
+
+
+def contraction(path, name, h, at_rest=False):
+    """The largest entry of what one correction leaves of an error: zero for Newton's method with the exact Jacobian."""
+    step = Step(path, name, h, at_rest)
+    left = np.eye(step.rows * step.N) - step.corrections() @ step.jacobian()
+    return float(np.abs(left).max())
+
+
+if __name__ == "__main__":
+    assert not jit.enabled()
+    found: dict[str, dict] = {"runs": runs(), "contraction": {}, "at rest": {}}
+    for path in MODELS:
+        for name in modules():
+            key = f"{path.stem} {name}"
+            found["contraction"][key] = [contraction(path, name, h) for h in (2e-3, 1e-3)]
+            if not any(c.kind.springs for c in mbdsl.load(path).components.values() if isinstance(c.kind, ForceKind)):
+                found["at rest"][key] = contraction(path, name, 1e-3, at_rest=True)
+    json.dump(found, sys.stdout)
