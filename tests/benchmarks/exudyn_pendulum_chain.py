@@ -5,16 +5,18 @@
 Two models: the point-mass pendulum (models/pendulum.mbd, 1e5 steps of 1e-4 s) and the chain of eight links
 (models/chain.mbd, 5000 steps of 1e-3 s). Exudyn runs its generalised-alpha solver with every combination of dense or
 sparse matrices and full or modified Newton; the fastest counts. Times are of the step loops: of Exudyn, a run of one
-step is subtracted, of mbdsl, building and compiling are left out. A row is void unless both end at the same place, to
-the methods' own error as halving mbdsl's step shows it. Nothing here is asserted: times belong to a machine and an hour.
+step is subtracted, of mbdsl, building and compiling are left out. A row is void unless both end at the same place, up
+to the methods' own error as halving mbdsl's step shows it. Nothing here is asserted: times belong to a machine and an hour.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from statistics import median
 
@@ -168,7 +170,7 @@ def table(steps: int | None = None, repeats: int = 5) -> str:
     head = f"{'model':10} {'program':31} {'us/step':>8} {'':>8}   {'ratio':7} {'':7} {'end states':>9} {'error of'}\n"
     head += f"{'':10} {'':31} {'min':>8} {'median':>8}   {'min':7} {'median':7} {'differ by':>9} {'mbdsl':>9}"
     rows = [row for case in CASES for row in compare(exu, case, steps or case.steps, repeats)]
-    note = f"mbdsl {mbdsl.__version__}, Exudyn {exu.GetVersionString()}; * is what ratios are to"
+    note = f"mbdsl {mbdsl.__version__}, Exudyn {version('exudyn')}; * is what ratios are to"
     return "\n".join([head, *rows, note])
 
 
@@ -177,4 +179,5 @@ if __name__ == "__main__":
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--steps", type=int, default=None, help="fewer steps, for a quick look")
     arguments = parser.parse_args()
+    warnings.simplefilter("ignore", DeprecationWarning)  # Exudyn renames its items from time to time
     print(table(arguments.steps, arguments.repeats))

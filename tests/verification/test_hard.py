@@ -132,8 +132,8 @@ def test_similar_mechanisms_move_alike(method, length, mass, time):
 def test_a_million_steps(model, method):
     """1000 s of the pendulum, some 420 swings: energy is never gained, and little is lost.
 
-    The damping of a linear oscillation is of order (w h)^3 |alpha| a step: for w = 3/s, h = 1e-3 it is 3e-9 of the energy
-    of 10 J, 1e6 times: 0.03 J. At any time it is off by C h^2 besides.
+    The damping of a linear oscillation is of order (w h)^3 |alpha| a step: for w = 3/s, h = 1e-3 it is 3e-9 of the
+    energy of 10 J, 1e6 times: 0.03 J. At any time it is off by C h^2 besides.
     """
     r = mbdsl.simulate(model("pendulum"), method=method, step=1e-3, stop=1000.0, interval=1.0)
     assert r.stats["steps"] == 1_000_000
