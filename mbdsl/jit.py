@@ -114,10 +114,14 @@ def activate(*modules: ModuleType) -> None:
         for name, value in list(vars(module).items()):
             if getattr(value, "__mbdsl_kernel__", False) and not hasattr(value, "py_func"):
                 if value not in _compiled:
-                    inline = "always" if hasattr(value, "__mbdsl_template__") else "never"
+                    options: dict[str, object] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+                    if hasattr(value, "__mbdsl_template__"):
+                        options["inline"] = "always"
+                    elif not hasattr(value, "__mbdsl_rare__"):
+                        # A call hands over every array piece by piece, which costs more than most kernels.
+                        options["forceinline"] = True
                     # What every scene calls is kept by itself; the rest lives in what it is compiled into.
                     kept = value.__module__.startswith("mbdsl.system") or value.__module__.endswith("_frames")
-                    options = {"inline": inline, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
                     _compiled[value] = compile(value, cached=kept, **options)
                 setattr(module, name, _compiled[value])
 

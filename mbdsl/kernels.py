@@ -17,6 +17,12 @@ def kernel(function: Function) -> Function:
     return function
 
 
+def rare(function: Function) -> Function:
+    """Mark a kernel that is not worth inlining: seldom called, or long."""
+    function.__mbdsl_rare__ = True  # type: ignore[attr-defined]
+    return kernel(function)
+
+
 def template(function: Function) -> Function:
     """Mark a kernel that takes other kernels as arguments: compiled into its caller, once for each of them."""
     function.__mbdsl_template__ = True  # type: ignore[attr-defined]

@@ -6,7 +6,7 @@ comparison of methods compares methods and nothing else. Compiled once a method;
 
 from __future__ import annotations
 
-from mbdsl.kernels import kernel, template
+from mbdsl.kernels import kernel, rare, template
 from mbdsl.layout import F0, F1, FP, N_ALL, N_Q, PAST, Q0, Q1, SCALE, V0, V1, XA, Q, R, V, X
 
 # -- status --------------------------------------------------------------------------------------------------
@@ -138,7 +138,7 @@ def newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C,
     return DIVERGED
 
 
-@kernel
+@rare
 def record(t0, h, K, J, Y, I, times, out):
     """Output times passed by this step: q, v by cubic Hermite interpolation, multipliers linearly."""
     n, size = I[N_Q], I[N_ALL]

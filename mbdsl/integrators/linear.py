@@ -7,7 +7,7 @@ constraints, singular poses), a dense LU with partial pivoting.
 from __future__ import annotations
 
 from mbdsl.integrators.sparse import sparse_factor, sparse_solve
-from mbdsl.kernels import kernel
+from mbdsl.kernels import kernel, rare
 from mbdsl.layout import N_ALL, SOLVER
 
 DENSE, SPARSE_LU = 0, 1  #: values of I[SOLVER]
@@ -28,7 +28,7 @@ def solve(A, P, I, Y, row):
         dense_solve(A, P, I, Y, row)
 
 
-@kernel
+@rare
 def dense_factor(A, P, I):
     """LU of the row-major N x N matrix in A, pivot rows in P."""
     n = I[N_ALL]
@@ -56,7 +56,7 @@ def dense_factor(A, P, I):
     return True
 
 
-@kernel
+@rare
 def dense_solve(A, P, I, Y, row):
     n = I[N_ALL]
     for k in range(n):

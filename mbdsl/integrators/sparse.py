@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.kernels import kernel
+from mbdsl.kernels import kernel, rare
 from mbdsl.layout import N_ALL, SPARSE, T1
 
 Ints = NDArray[np.int64]
@@ -69,7 +69,7 @@ def analyse(n: int, rows: Ints, columns: Ints, order: Ints) -> Pattern:
     return Pattern(table, slots, len(cols))
 
 
-@kernel
+@rare
 def sparse_factor(A, P, I):
     """LU in place; P is scratch for the place of each column. False where a pivot is lost."""
     n, o = I[N_ALL], I[SPARSE]

@@ -7,16 +7,12 @@ digest of the package, never a number of the model, so that changing a parameter
 from __future__ import annotations
 
 import hashlib
-import importlib
-import json
-import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
 
 from mbdsl import jit, layout
-from mbdsl.scene import Component
 from mbdsl.system import loops, tape
 from mbdsl.system.tables import Block
 
@@ -129,22 +125,6 @@ def module_name(text: str) -> str:
     return "mbdsl_emitted_" + hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def compile_beside(blocks: list[Block], has_tape: bool, with_mu: bool) -> subprocess.Popen | None:
-    """Have a structure compiled by another process, which does what ``load`` does."""
-    roles = [[b.role, b.name, b.driven] for b in blocks]
-    return jit.beside("mbdsl.system.emit", json.dumps([roles, has_tape, with_mu]))
-
-
-def _main(argument: str) -> None:
-    roles, has_tape, with_mu = json.loads(argument)
-    blocks = []
-    for role, name, driven in roles:
-        module = importlib.import_module(f"mbdsl.elements.{name}")
-        members = (Component("", module.KIND, {}),) if role != "body" else ()
-        blocks.append(Block(role, module, members, driven))
-    load(blocks, has_tape, with_mu)
-
-
 def _modules(blocks: list[Block]) -> list[ModuleType]:
     """The element modules of ``blocks``, and the modules of kernels that they import."""
     found = {b.module for b in blocks}
@@ -187,6 +167,3 @@ def tangent_signature():
     vector, matrix, ints, _ = array_types()
     return types.void(*[types.float64] * 6, matrix, matrix, matrix, vector, ints, vector)
 
-
-if __name__ == "__main__":
-    _main(sys.argv[1])

@@ -10,7 +10,7 @@ What differs between kinds is only how g, its gradient G and its second derivati
 
 from __future__ import annotations
 
-from mbdsl.kernels import kernel, template
+from mbdsl.kernels import kernel, rare, template
 from mbdsl.layout import (
     FORCE0,
     FP,
@@ -154,7 +154,7 @@ def laws(Z, C, F, I):
 # -- tangents ------------------------------------------------------------------------------------------------
 
 
-@kernel
+@rare
 def begin_matrix(cM, F, I, A):
     """A = cM M for a constant diagonal M."""
     for i in range(A.size):
@@ -163,7 +163,7 @@ def begin_matrix(cM, F, I, A):
         A[I[I[SLOTS] + I[MASS_SLOTS] + i]] += cM * F[I[MASS] + i]
 
 
-@kernel
+@rare
 def frame_block(slot, fr, fc, cT, T, cTd, Td, F, I, A):
     """A[slots] += B_r^T (cT T B_c + cTd Td (B v)_q,c), T and Td 3 x 3 blocks in F, with row stride 6."""
     nr, kr = I[I[FRAMES] + 2 * fr], I[I[FRAMES] + 2 * fr + 1]
@@ -180,7 +180,7 @@ def frame_block(slot, fr, fc, cT, T, cTd, Td, F, I, A):
     return slot + nr * nc
 
 
-@kernel
+@rare
 def pair_blocks(slot, a, b, cT, T, cTd, Td, F, I, A):
     """The four blocks of 6 x 6 matrices T and Td in F over the frames (a, b); returns the slot behind them."""
     for i in range(2):
@@ -191,7 +191,7 @@ def pair_blocks(slot, a, b, cT, T, cTd, Td, F, I, A):
     return slot
 
 
-@kernel
+@rare
 def constraint_tangents(cK, cP, cN, Y, C, F, I, A):
     """cK (Phi_q^T lam)_q; Phi_q^T to the right; cP Phi_q + cN (Phi_q v)_q below."""
     n = I[N_Q]
@@ -214,7 +214,7 @@ def constraint_tangents(cK, cP, cN, Y, C, F, I, A):
             slot += 2 * nb
 
 
-@kernel
+@rare
 def spring_tangents(scratch, cK, cD, C, F, I, A):
     """-df on frames: s H + G (k G + c w^T H) with respect to z, c G G with respect to w."""
     for r in range(I[N_PHI], I[N_PHI] + I[N_SPRINGS]):
@@ -231,7 +231,7 @@ def spring_tangents(scratch, cK, cD, C, F, I, A):
         pair_blocks(I[SLOTS] + I[o + 2], a, b, 1.0, scratch, cK, scratch + 36, F, I, A)
 
 
-@kernel
+@rare
 def law_tangents(scratch, cK, cD, C, F, I, A):
     """-df = s H - sign G ds/dz over every frame that s depends on (s already holds the sign)."""
     first = I[N_PHI] + I[N_SPRINGS]

@@ -16,7 +16,7 @@ from mbdsl import layout
 from mbdsl.graph import MechanismGraph
 from mbdsl.graph import build as build_graph
 from mbdsl.scene import Scene
-from mbdsl.system import emit
+from mbdsl.system import beside, emit
 from mbdsl.system.emit import Kernels
 from mbdsl.system.tables import Tables, build_tables
 
@@ -88,7 +88,7 @@ class System:
 
     def compile_beside(self, with_mu: bool = False) -> subprocess.Popen | None:
         """Start to compile the kernels in another process."""
-        return emit.compile_beside(self.tables.blocks, self.tables.has_tape, with_mu)
+        return beside.start(self.tables.blocks, self.tables.has_tape, with_mu)
 
     def workspace(self, slots: NDArray[np.int64] | None = None) -> Workspace:
         """Fresh buffers. ``slots`` gives the position in A of every requested entry (default: one each)."""

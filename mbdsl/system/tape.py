@@ -15,7 +15,7 @@ from numpy import arctan as atan
 from numpy import arctan2 as atan2
 from numpy import ceil, cos, cosh, exp, floor, hypot, log, log10, nan, sin, sinh, sqrt, tan, tanh
 
-from mbdsl.kernels import kernel
+from mbdsl.kernels import rare
 from mbdsl.lang.expressions import COORDINATES, Expr, const, walk
 from mbdsl.layout import REGISTERS, TABLES, TAPE
 
@@ -70,7 +70,7 @@ class Tape:
         return self.add(const(0.0))
 
 
-@kernel
+@rare
 def interpolate(u, order, header, F, I):
     """Piecewise cubic: derivative ``order`` at u of the table with (points, offset, extrapolation) at ``header``."""
     n, o, beyond = I[header], I[header + 1], I[header + 2]
@@ -107,7 +107,7 @@ def interpolate(u, order, header, F, I):
     return 6.0 * F[c + 3] if order == 3 else 0.0
 
 
-@kernel
+@rare
 def run(t, first, count, Z, F, I):
     """Run instructions ``first`` ... ``first + count - 1`` of the tape."""
     r = I[REGISTERS]

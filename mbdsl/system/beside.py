@@ -1,0 +1,36 @@
+"""Compiling a scene's code in another process, while this one compiles the step loop.
+
+``python -m mbdsl.system.beside STRUCTURE`` does what :func:`mbdsl.system.emit.load` does and leaves the result on disk.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import subprocess
+import sys
+
+from mbdsl import jit
+from mbdsl.scene import Component
+from mbdsl.system.emit import load
+from mbdsl.system.tables import Block
+
+
+def start(blocks: list[Block], has_tape: bool, with_mu: bool) -> subprocess.Popen | None:
+    """Begin to compile a structure; None where no process can be had."""
+    roles = [[b.role, b.name, b.driven] for b in blocks]
+    return jit.beside(__name__, json.dumps([roles, has_tape, with_mu]))
+
+
+def main(structure: str) -> None:
+    roles, has_tape, with_mu = json.loads(structure)
+    blocks = []
+    for role, name, driven in roles:
+        module = importlib.import_module(f"mbdsl.elements.{name}")
+        members = (Component("", module.KIND, {}),) if role != "body" else ()
+        blocks.append(Block(role, module, members, driven))
+    load(blocks, has_tape, with_mu)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
