@@ -16,7 +16,7 @@ from mbdsl import layout
 from mbdsl.graph import MechanismGraph
 from mbdsl.graph import build as build_graph
 from mbdsl.scene import Scene
-from mbdsl.system import beside, emit
+from mbdsl.system import emit
 from mbdsl.system.emit import Kernels
 from mbdsl.system.tables import Tables, build_tables
 
@@ -88,6 +88,8 @@ class System:
 
     def compile_beside(self, with_mu: bool = False) -> subprocess.Popen | None:
         """Start to compile the kernels in another process."""
+        from mbdsl.system import beside  # runs as a program too, and must not be loaded before it does
+
         return beside.start(self.tables.blocks, self.tables.has_tape, with_mu)
 
     def workspace(self, slots: NDArray[np.int64] | None = None) -> Workspace:
