@@ -34,9 +34,10 @@ N_Q, N_PHI, N_ALL, N_FRAMES = 0, 1, 2, 3
 N_SPRINGS, N_LAWS = 4, 5  #: rows of C that are linear springs, then those with magnitudes from expressions
 GROUND_FRAMES = 6
 FRAMES = 7  #: offset in I of (number of coordinates nb, offset in F of B and (B v)_q) of each frame
-PAIRS = 8  #: offset in I, per row of C: a, b, first slot, offset in F of d^2g/dz^2 (36) or -1, detail
+PAIRS = 8  #: offset in I, per row of C: a, b, first slot, offset in F of d^2g/dz^2 (36) or -1, detail, left out
 # detail: offset in I of (u, u', u'') registers of a driver or -1; of (k, c, g0) in F; of a law's leaf list in I
-PAIR = 5  #: ints a row
+# left out: 1 for a redundant constraint, whose equation becomes lam = 0
+PAIR = 6  #: ints a row
 FORCE0 = 9  #: offset in F of the constant generalised force (gravity), n entries
 MASS = 10  #: offset in F of the diagonal of M, n entries
 MASS_SLOTS = 11  #: first slot of that diagonal, relative to SLOTS

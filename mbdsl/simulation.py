@@ -118,11 +118,20 @@ def simulate(
     integration = Integration(system, run.method, run.h, run.start, run.stop, run.times, run.options)
     lap("compile")
     initial = initial_state(system, mechanism, run.start)
-    integration.begin(initial.q, initial.v, initial.a, initial.lam)
+    integration.begin(initial.q, initial.v, initial.a, initial.lam, initial.redundant)
+    redundant = [system.constraint_names()[k] for k in initial.redundant]
+    if redundant and announce is not None:
+        announce(
+            f"redundant: {', '.join(redundant)} follows from the other constraints and is left out; "
+            "how the reactions share the load there is not determined"
+        )
     lap("initialise")
     status = _integrate(integration, run, progress)
     lap("integrate")
     trajectory = _collect(system, integration, initial, run, status, seconds)
+    trajectory.stats["redundant"] = redundant
+    if redundant:
+        _check_left_out(system, trajectory, initial)
     if status not in (driver.DONE, driver.RUNNING):
         raise _failure(integration, trajectory, status)
     return trajectory
@@ -229,6 +238,24 @@ def _collect(
     v = np.vstack([initial.v, out[:, n : 2 * n]])
     lam = np.vstack([initial.lam, out[:, 2 * n :]])
     return Trajectory(system, t, q, v, lam, stats, initial.moved)
+
+
+def _check_left_out(system: System, trajectory: Trajectory, initial: InitialState) -> None:
+    """A constraint left out as redundant must have stayed satisfied; else the motion is not that of the model."""
+    rows = list(initial.redundant)
+    violation = np.array([np.abs(system.Phi(t, q)[rows]) for t, q in zip(trajectory.t, trajectory.q, strict=True)])
+    bad = np.flatnonzero(violation.max(axis=1) * system.tables.scale.min() > 1e-6)
+    if len(bad):
+        name = system.constraint_names()[rows[int(violation[bad[0]].argmax())]]
+        trajectory.stats["status"] = "failed"
+        since = trajectory.t[bad[0]]
+        trajectory.message = f"{name} was redundant at the start, but is violated from t = {since:g} s on"
+        span = system.scene.components[name.rsplit(".", 1)[0]].span
+        error = IntegrationError(
+            trajectory.message, span, hint="the mechanism locks there, or reaches a pose with fewer freedoms"
+        )
+        error.trajectory = trajectory
+        raise error
 
 
 REASONS = {

@@ -93,6 +93,7 @@ class Integration:
     stop: float
     times: Array  #: output times after the start
     options: Mapping[str, float] = field(default_factory=dict)
+    left_out: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         module = modules()[self.method]
@@ -138,9 +139,16 @@ class Integration:
         self.A = np.zeros((self.matrices, size))
         self.P = np.zeros((self.matrices, N), np.int64)
         self.solver = solver
+        self._leave_out()
 
-    def begin(self, q: Array, v: Array, a: Array, lam: Array) -> None:
-        """Set the consistent state at the start."""
+    def _leave_out(self) -> None:
+        for row in self.left_out:
+            self.I[self.I[layout.PAIRS] + layout.PAIR * row + 5] = 1
+
+    def begin(self, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...] = ()) -> None:
+        """Set the consistent state at the start, and the redundant constraints that are not solved for."""
+        self.left_out = left_out
+        self._leave_out()
         n, Y = self.system.n, self.Y
         Y[layout.Q0, :n] = Y[layout.Q, :n] = q
         Y[layout.V0, :n] = Y[layout.V, :n] = v

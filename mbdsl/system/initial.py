@@ -10,7 +10,6 @@ by Gauss-Newton steps with the constraints linearised, of limited length.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, sin
 
@@ -50,7 +49,7 @@ class InitialState:
     a: Array
     lam: Array
     moved: tuple[Moved, ...] = ()
-    redundant: tuple[int, ...] = ()  #: constraint rows that depend on others
+    redundant: tuple[int, ...] = ()  #: constraint rows that depend on the others, not only in this pose
 
 
 def initial_state(system: System, graph: MechanismGraph, t: float) -> InitialState:
@@ -68,7 +67,7 @@ def initial_state(system: System, graph: MechanismGraph, t: float) -> InitialSta
     q = _positions(system, t, placed, positions)
     v = _velocities(system, t, q, velocities)
     redundant = _redundant(system, t, q)
-    a, lam = accelerations(system, t, q, v)
+    a, lam = accelerations(system, t, q, v, redundant)
     moved = []
     found = values(system, [x.target for x in given], np.array([t]), q[None], v[None])
     for item, value in zip(given, found, strict=True):
@@ -243,24 +242,27 @@ def _velocities(system: System, t: float, q: Array, given: list[InitialValue]) -
     return v
 
 
-def accelerations(system: System, t: float, q: Array, v: Array) -> tuple[Array, Array]:
-    """a (n,) and lam (m,) from [[M, Phi_q^T], [Phi_q, 0]] [a; lam] = [Q; gamma_c].
+def accelerations(
+    system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...] = ()
+) -> tuple[Array, Array]:
+    """a (n,) and lam (m,) from [[M, Phi_q^T], [Phi_q, 0]] [a; lam] = [Q; gamma_c], lam = 0 in rows left out.
 
     Where constraints are redundant, lam is the solution of least norm, with all equations scaled alike: a mechanism of
     micrometres and micrograms has entries from 1 down to 1e-24, which says nothing about its rank.
     """
-    n, m = system.n, system.m
-    J = system.Phi_q(t, q)
+    kept = np.delete(np.arange(system.m), left_out)
+    n, m = system.n, len(kept)
+    J = system.Phi_q(t, q)[kept]
     M = system.mass()
-    b = np.concatenate([system.Q(t, q, v), system.gamma_c(t, q, v)])
+    b = np.concatenate([system.Q(t, q, v), system.gamma_c(t, q, v)[kept]])
     if not np.isfinite(b).all():
         raise InitialisationError(
             f"the forces at the start (time {t:g}) are not finite numbers",
             hint="an expression divides by zero or leaves the domain of a function there",
         )
+    d = _balance(system, M, J)
     if isinstance(J, np.ndarray):
         K = np.block([[np.diag(M), J.T], [J, np.zeros((m, m))]])
-        d = _balance(lambda d: np.abs(d[:, None] * K * d).max(axis=1, initial=0.0), n + m)
         K, b = d[:, None] * K * d, d * b
         x = np.linalg.lstsq(K, b, rcond=1e-13)[0]
         r = b - K @ x
@@ -269,7 +271,6 @@ def accelerations(system: System, t: float, q: Array, v: Array) -> tuple[Array, 
         from scipy.sparse.linalg import splu
 
         S = block_array([[diags_array(M), J.T], [J, None]], format="csr")
-        d = _balance(lambda d: abs(diags_array(d) @ S @ diags_array(d)).max(axis=1).toarray().ravel(), n + m)
         S, b = diags_array(d) @ S @ diags_array(d), d * b
         shift = np.concatenate([np.zeros(n), np.full(m, -1e-12)])
         lu = splu(csc_array(S + diags_array(shift)))
@@ -278,30 +279,48 @@ def accelerations(system: System, t: float, q: Array, v: Array) -> tuple[Array, 
             x = x + lu.solve(b - S @ x)
         r = b - S @ x
     if np.abs(r).max(initial=0.0) > 1e-8 * np.abs(b).max(initial=0.0):
-        names = system.names() + system.constraint_names()
+        names = system.names() + [system.constraint_names()[k] for k in kept]
         raise InitialisationError(
             f"no accelerations satisfy the equations of motion at the start; worst: {names[int(np.abs(r).argmax())]}",
             hint="a body without mass or inertia moves freely, or the start is a singular pose",
         )
     x = d * x
-    return x[:n], x[n:]
+    lam = np.zeros(system.m)
+    lam[kept] = x[n:]
+    return x[:n], lam
 
 
-def _balance(largest: Callable[[Array], Array], size: int) -> Array:
-    """Powers of two d that bring the largest entry of each row of d K d, as ``largest(d)`` finds it, near one."""
-    d = np.ones(size)
-    for _ in range(5):
-        found = largest(d)
-        d = d * np.exp2(-np.round(0.5 * np.log2(np.where(found > 0.0, found, 1.0))))
-    return d
+def _balance(system: System, M: Array, J) -> Array:
+    """Powers of two d for which d [[M, J^T], [J, 0]] d has entries near one: masses first, then the rows of J."""
+    sized = M / system.tables.scale**2  # as moments of inertia; what has no mass is taken to have the largest
+    d = 1 / np.sqrt(np.where(M > 0.0, M, (sized.max(initial=0.0) or 1.0) * system.tables.scale**2))
+    rows = abs(J) @ d
+    d = np.concatenate([d, 1 / np.where(rows > 0.0, rows, 1.0)])
+    return np.exp2(np.round(np.log2(d)))
 
 
 def _redundant(system: System, t: float, q: Array) -> tuple[int, ...]:
-    """Rows of Phi_q that depend on those before them, for systems of moderate size."""
+    """Rows that depend on those before them here and in a pose nearby, for systems of moderate size.
+
+    In a singular pose rows are dependent too, but only there: they are kept.
+    """
     J = system.Phi_q(t, q)
-    if not isinstance(J, np.ndarray) or not system.m:
+    if not isinstance(J, np.ndarray) or not system.m or not _dependent(J):
         return ()
-    dependent, basis = [], np.zeros((0, system.n))
+    null = np.linalg.svd(J, full_matrices=True)[2][np.linalg.matrix_rank(J, tol=1e-9 * np.abs(J).max()) :]
+    direction = null.T @ np.random.default_rng(1).normal(size=len(null))
+    size = np.abs(direction * system.tables.scale).max(initial=0.0)
+    near = q + (1e-2 / size if size else 0.0) * direction
+    for _ in range(20):
+        near = near - np.linalg.lstsq(system.Phi_q(t, near), system.Phi(t, near), rcond=1e-9)[0]
+    if np.abs(system.Phi(t, near)).max() * system.tables.scale.min() > 1e-10:
+        return ()  # no pose nearby: nothing is known of it
+    return _dependent(system.Phi_q(t, near))
+
+
+def _dependent(J: Array) -> tuple[int, ...]:
+    """Rows of J that are combinations of rows before them (Gram-Schmidt)."""
+    dependent, basis = [], np.zeros((0, J.shape[1]))
     for i, row in enumerate(J):
         rest = row - basis.T @ (basis @ row)
         rest -= basis.T @ (basis @ rest)  # twice is enough

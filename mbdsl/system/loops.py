@@ -86,6 +86,9 @@ def constraints(Y, Z, C, F, I):
     n = I[N_Q]
     for r in range(I[N_PHI]):
         o = I[PAIRS] + PAIR * r
+        if I[o + 5]:
+            Y[FP, n + r], Y[GD, n + r] = 0.0, 0.0
+            continue
         a, b = I[o], I[o + 1]
         lam = Y[X, n + r]
         rate = 0.0
@@ -102,8 +105,9 @@ def drive(Y, F, I):
     """Phi -= u(t) and Phi_q v + Phi_t -= u'(t) in the rows of drivers."""
     n = I[N_Q]
     for r in range(I[N_PHI]):
-        u = I[I[PAIRS] + PAIR * r + 4]
-        if u >= 0:
+        o = I[PAIRS] + PAIR * r
+        u = I[o + 4]
+        if u >= 0 and not I[o + 5]:
             Y[FP, n + r] -= F[I[REGISTERS] + I[u]]
             Y[GD, n + r] -= F[I[REGISTERS] + I[u + 1]]
 
@@ -193,11 +197,15 @@ def pair_blocks(slot, a, b, cT, T, cTd, Td, F, I, A):
 
 @rare
 def constraint_tangents(cK, cP, cN, Y, C, F, I, A):
-    """cK (Phi_q^T lam)_q; Phi_q^T to the right; cP Phi_q + cN (Phi_q v)_q below."""
+    """cK (Phi_q^T lam)_q; Phi_q^T to the right; cP Phi_q + cN (Phi_q v)_q below; 1 on the diagonal if left out."""
     n = I[N_Q]
     for r in range(I[N_PHI]):
         o = I[PAIRS] + PAIR * r
         slot = I[SLOTS] + I[o + 2]
+        if I[o + 5]:
+            A[I[slot]] += 1.0
+            continue
+        slot += 1
         if I[o + 3] >= 0:
             slot = pair_blocks(slot, I[o], I[o + 1], cK * Y[X, n + r], I[o + 3], 0.0, I[o + 3], F, I, A)
         for side in range(2):

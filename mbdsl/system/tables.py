@@ -279,6 +279,8 @@ def _fill_pairs(tables: Tables, buffers: _Buffers, dofs, tape: Tape, later: list
             for j in range(rows):
                 first = len(buffers.requests)
                 detail = -1
+                if block.role == "joint":
+                    buffers.slots((n + row,), (n + row,))  # used where the row is left out
                 if block.curved or block.role == "spring":
                     for r, s in ((a, a), (a, b), (b, a), (b, b)):
                         buffers.slots(dofs[r], dofs[s])
@@ -297,7 +299,7 @@ def _fill_pairs(tables: Tables, buffers: _Buffers, dofs, tape: Tape, later: list
                     leaf = _law(tables, buffers, dofs, c, j, (a, b), tape, later)
                     details.append((len(ints) + 4, leaf))
                 hessian = buffers.floats([0.0] * 36) if block.curved else -1
-                ints += [a, b, first, hessian, detail]
+                ints += [a, b, first, hessian, detail, 0]
                 row += 1
             counts[block.role] += rows
     I = buffers.I
