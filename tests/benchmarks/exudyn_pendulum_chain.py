@@ -5,9 +5,9 @@
 Two models: the point-mass pendulum (models/pendulum.mbd, 1e5 steps of 1e-4 s) and the chain of eight links
 (models/chain.mbd, 5000 steps of 1e-3 s). Exudyn runs its generalised-alpha solver with every combination of dense or
 sparse matrices and full or modified Newton; the fastest counts. Times are of the step loops: of Exudyn, a run of one
-step is subtracted, of mbdsl, building and compiling are left out. A row is void unless both end at the same place, up
 step is subtracted, of mbdsl, building and compiling are left out. A row is void unless both end at the same place, to
 the methods' own error as halving mbdsl's step shows it. Nothing is asserted: times belong to a machine and an hour.
+"""
 
 from __future__ import annotations
 

@@ -103,12 +103,24 @@ def mechanism(length, mass, time=1.0):
 
 
 PIVOTS = "sparse.LOST and the dense solver compare pivots of different units: masses of 1e-12 kg with directions of 1"
+SECOND = "Newton's tolerance 1e-4 h^4 |a| is a length times s^2: of slow mechanisms it is too large"
 
 
-@pytest.mark.xfail(reason=PIVOTS, strict=True)
+def known(reason, *values):
+    return pytest.param(*values, marks=pytest.mark.xfail(reason=reason, strict=True))
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
-    ("length", "mass", "time"), [(1e-6, 1e-12, 1.0), (1e4, 1e9, 1.0), (1e-6, 1e-12, 1e-4), (1e4, 1e9, 1e3)]
+    ("length", "mass", "time"),
+    [
+        known(PIVOTS, 1e-6, 1e-12, 1.0),
+        known(PIVOTS, 1e4, 1e9, 1.0),
+        known(PIVOTS, 1e-6, 1e-12, 1e-4),
+        known(SECOND, 1.0, 1.0, 1e3),
+        (1.0, 1.0, 1e-3),
+        (10.0, 0.1, 1.0),
+    ],
 )
 def test_similar_mechanisms_move_alike(method, length, mass, time):
     """Units do not matter: the scaled mechanism makes the scaled motion, with the same work.
