@@ -48,5 +48,6 @@ TABLES = 17  #: offset in I of (points, offset in F, extrapolation) of each tabl
 SOLVER = 18  #: 0 dense, 1 sparse
 SIZE = 19  #: entries of one row of A
 SPARSE = 20  #: offset in I of the sparse solver's tables
+DAMPED = 21  #: 1 where forces depend on velocities
 BLOCKS = 24  #: first block header
 BLOCK = 4  #: ints of a block: count, then body: offset in I; pair: first row of C, offset and stride in F

@@ -77,7 +77,8 @@ def simulate(
     method : str, optional
         Name of an integrator; default the model's, else "hht-si2".
     step : float, optional [s]
-        Fixed step; default the model's, else 1 ms. The last step is shortened to end at ``stop``.
+        Fixed step; default the model's, else 1 ms. Where it does not divide the time, all steps are a little shorter,
+        so that the last ends at ``stop``.
     start, stop : float, optional [s]
         Default the model's.
     interval : float, optional [s]
@@ -172,6 +173,11 @@ def _plan(scene: Scene, method, step, tol, start, stop, interval, options) -> _P
         raise UsageError(f"the step must be above zero, not {h:g} s")
     if start + h == start or (end - start) / h > 1e12:
         raise UsageError(f"a step of {h:g} s is too small for times from {start:g} to {end:g} s")
+    steps = max(1, round((end - start) / h))
+    if abs(end - start - steps * h) > 1e-9 * h and end > start:
+        # Steps of one size, a little shorter than asked for, end at the stop time; a short last step would spoil the
+        # order of the reactions.
+        h = (end - start) / np.ceil((end - start) / h)
     if interval is not None and not 0.0 <= interval < np.inf:
         raise UsageError(f"the output interval must not be negative, not {interval:g} s")
     spacing = (end - start) / 500 if interval is None else interval or h

@@ -11,10 +11,10 @@ Source: Negrut, Jay, Khude, A discussion of low order numerical integration form
 dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eq. (8).
 """
 
-from mbdsl.integrators.linear import factor, solve
+from mbdsl.integrators.linear import factor, larger, solve
 from mbdsl.integrators.method import Method, Option
 from mbdsl.kernels import kernel
-from mbdsl.layout import F0, FP, MASS, N_ALL, N_Q, Q0, SCALE, V0, XA, XB, D, Q, R, V, X
+from mbdsl.layout import F0, FP, MASS, N_ALL, N_Q, Q0, SCALE, V0, XA, D, Q, R, V, X
 
 ALPHA = Option(-0.1, -1 / 3, 0.0, "numerical damping of high frequencies: 0 none, -1/3 most")
 
@@ -23,6 +23,11 @@ def coefficients(options):
     """(alpha, beta, gamma)."""
     alpha = options["alpha"]
     return alpha, (1 - alpha) ** 2 / 4, 1 / 2 - alpha
+
+
+def lag(c):
+    """a_n is the acceleration at t_n + lag h."""
+    return c[0]
 
 
 METHOD = Method(
@@ -34,6 +39,7 @@ METHOD = Method(
     source="Negrut, Jay, Khude (2009), eq. (8)",
     parameters={"alpha": ALPHA},
     coefficients=coefficients,
+    lag=lag,
 )
 
 
@@ -67,11 +73,11 @@ def correct(h, c, Y, I, A, P):
     for i in range(I[N_ALL]):
         Y[D, i] = -Y[R, i]
     solve(A[0], P[0], I, Y, D)
-    change = 0.0
     for i in range(I[N_ALL]):
         Y[X, i] += Y[D, i]
+    change = 0.0
     for i in range(I[N_Q]):
-        change = max(change, abs(Y[D, i]) * Y[SCALE, i])
+        change = larger(abs(Y[D, i]) * Y[SCALE, i], change)
     return beta * h * h * change
 
 
@@ -84,10 +90,3 @@ def finish(h, c, Y, F, I):
         Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h / 2 * ((1 - 2 * beta) * a0 + 2 * beta * a)
         Y[V, i] = Y[V0, i] + h * ((1 - gamma) * a0 + gamma * a)
         Y[FP, i] = (F[I[MASS] + i] * a + alpha * Y[F0, i]) / (1 + alpha)
-
-
-@kernel
-def resize(old, new, c, Y, I):
-    """A step of another size follows: a_n ~ q''(t_n + alpha h) moves along its secant."""
-    for i in range(I[N_Q]):
-        Y[XA, i] += c[0] * (new - old) / old * (Y[XA, i] - Y[XB, i])

@@ -13,24 +13,24 @@ The system of twice the size is not solved as one. In the increments p of q/h^2 
 da = (p - e)/beta, and with kappa = 1/(2 (1+alpha) beta), S = 1/(1+alpha) M + beta h^2 K + gamma h D, Newton's equations
 read
 
-    R1 + kappa R2:  S/beta p + Phi_q^T (dlam + kappa dmu) = -(R1 + kappa R2) + ...
-    R3:             Phi_q p = -R3
     R2:             2 M e + Phi_q^T dmu = -R2 + ...
     R3, R4:         Phi_q e = -R3 + beta/gamma R4 + ...
+    R1 + kappa R2:  S/beta p + Phi_q^T (dlam + kappa dmu) = -(R1 + kappa R2) + gamma/beta h D e + ...
+    R3:             Phi_q p = -R3
 
-The first pair is HHT-I3's own system, the second a projection with a mass matrix that does not change. The dots are
-h D e, h N p and h^2 (Phi_q^T mu)_q p: products of a correction with a power of h, left to the next iteration. The
-converged solution is that of the full system.
+and are solved in this order: a projection with a mass matrix that does not change, then HHT-I3's own system. The dots
+are h N p and h^2 (Phi_q^T mu)_q p: a power of h times a correction, left to the next iteration. The converged solution
+is that of the full system.
 
 Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (12)-(13), with R1's signs derived anew
 (they are misprinted there); the splitting is ours.
 """
 
-from mbdsl.integrators.hht_i3 import ALPHA, coefficients
-from mbdsl.integrators.linear import factor, solve
+from mbdsl.integrators.hht_i3 import ALPHA, coefficients, lag
+from mbdsl.integrators.linear import factor, larger, multiply, solve
 from mbdsl.integrators.method import Method
 from mbdsl.kernels import kernel
-from mbdsl.layout import D2, F0, FP, GD, MASS, N_ALL, N_Q, Q0, R2, SCALE, V0, X2, XA, XB, D, Q, R, V, X
+from mbdsl.layout import D2, DAMPED, F0, FP, GD, MASS, N_ALL, N_Q, Q0, R2, SCALE, V0, X2, XA, D, Q, R, V, X
 
 METHOD = Method(
     "hht-si2",
@@ -41,8 +41,9 @@ METHOD = Method(
     source="Negrut, Jay, Khude (2009), eqs. (12)-(13)",
     parameters={"alpha": ALPHA},
     coefficients=coefficients,
+    lag=lag,
     with_mu=True,
-    matrices=2,
+    matrices=3,
 )
 
 
@@ -66,10 +67,12 @@ def residual(evaluate, t, h, c, Y, Z, C, F, I):
 
 @kernel
 def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
-    """[[(M/(1+alpha) + beta h^2 K + gamma h D)/beta, Phi_q^T], [Phi_q, 0]] and [[2 M, Phi_q^T], [Phi_q, 0]]."""
+    """[[S/beta, Phi_q^T], [Phi_q, 0]], [[2 M, Phi_q^T], [Phi_q, 0]] and, where there is damping, gamma/beta h D."""
     alpha, beta, gamma = c[0], c[1], c[2]
     tangent(t, 1 / (1 + alpha) / beta, h * h, gamma * h / beta, 1.0, 0.0, Y, Z, C, F, I, A[0])
     tangent(t, 2.0, 0.0, 0.0, 1.0, 0.0, Y, Z, C, F, I, A[1])
+    if I[DAMPED]:
+        tangent(t, 0.0, 0.0, gamma * h / beta, 0.0, 0.0, Y, Z, C, F, I, A[2])
     return factor(A[0], P[0], I) and factor(A[1], P[1], I)
 
 
@@ -83,14 +86,16 @@ def correct(h, c, Y, I, A, P):
         Y[D, i], Y[D2, i] = -Y[R, i] - kappa * Y[R2, i], -Y[R2, i]
     for i in range(n, I[N_ALL]):
         Y[D, i], Y[D2, i] = -Y[R, i], -Y[R, i] + beta / gamma * Y[R2, i]
-    for k in range(2):
+    for k in range(1, -1, -1):
         solve(A[k], P[k], I, Y, D + k)
+        if k == 1 and I[DAMPED]:
+            multiply(A[2], I, Y, D2, D)
     change = 0.0
     for i in range(n):
         p, e = Y[D, i], Y[D2, i]
         Y[X, i] += (p - e) / beta
         Y[X2, i] += 2 * e
-        change = max(change, (abs(p) + abs(e)) * Y[SCALE, i])
+        change = larger((abs(p) + abs(e)) * Y[SCALE, i], change)
     for i in range(n, I[N_ALL]):
         Y[X, i] += Y[D, i] - kappa * Y[D2, i]
         Y[X2, i] += Y[D2, i]
@@ -106,10 +111,3 @@ def finish(h, c, Y, F, I):
         Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h / 2 * ((1 - 2 * beta) * a0 + 2 * beta * a + Y[X2, i])
         Y[V, i] = Y[V0, i] + h * ((1 - gamma) * a0 + gamma * a)
         Y[FP, i] = (F[I[MASS] + i] * a + alpha * Y[F0, i]) / (1 + alpha)
-
-
-@kernel
-def resize(old, new, c, Y, I):
-    """A step of another size follows: a_n ~ q''(t_n + alpha h) moves along its secant."""
-    for i in range(I[N_Q]):
-        Y[XA, i] += c[0] * (new - old) / old * (Y[XA, i] - Y[XB, i])

@@ -6,9 +6,9 @@ constraints, singular poses), a dense LU with partial pivoting.
 
 from __future__ import annotations
 
-from mbdsl.integrators.sparse import sparse_factor, sparse_solve
+from mbdsl.integrators.sparse import sparse_factor, sparse_multiply, sparse_solve
 from mbdsl.kernels import kernel, rare
-from mbdsl.layout import N_ALL, SOLVER
+from mbdsl.layout import N_ALL, N_Q, SOLVER
 
 DENSE, SPARSE_LU = 0, 1  #: values of I[SOLVER]
 
@@ -28,22 +28,51 @@ def solve(A, P, I, Y, row):
         dense_solve(A, P, I, Y, row)
 
 
+@kernel
+def multiply(A, I, Y, row, target):
+    """Y[target] += A_11 Y[row], for the block of the coordinates in a matrix that is not factorised."""
+    if I[SOLVER] == SPARSE_LU:
+        sparse_multiply(A, I, Y, row, target)
+        return
+    for i in range(I[N_Q]):
+        for j in range(I[N_Q]):
+            Y[target, i] += A[i * I[N_ALL] + j] * Y[row, j]
+
+
+@kernel
+def larger(a, b):
+    """max(a, b), or not a number if a is none."""
+    return a if a > b or a != a else b
+
+
 @rare
 def dense_factor(A, P, I):
-    """LU of the row-major N x N matrix in A, pivot rows in P."""
+    """LU of the row-major N x N matrix in A, pivot rows in P.
+
+    Pivots are compared after scaling rows and columns (behind the matrix in A): a small body's mass is no lost pivot.
+    """
     n = I[N_ALL]
-    largest = 0.0
-    for k in range(n * n):
-        largest = max(largest, abs(A[k]))
+    r, c = n * n, n * n + n
+    for i in range(n):
+        largest = 0.0
+        for j in range(n):
+            largest = max(largest, abs(A[i * n + j]))
+        A[r + i] = 1.0 / largest if largest > 0.0 else 0.0
+    for j in range(n):
+        largest = 0.0
+        for i in range(n):
+            largest = max(largest, abs(A[i * n + j]) * A[r + i])
+        A[c + j] = 1.0 / largest if largest > 0.0 else 0.0
     for k in range(n):
-        pivot, size = k, abs(A[k * n + k])
+        pivot, size = k, abs(A[k * n + k]) * A[r + k]
         for i in range(k + 1, n):
-            if abs(A[i * n + k]) > size:
-                pivot, size = i, abs(A[i * n + k])
+            if abs(A[i * n + k]) * A[r + i] > size:
+                pivot, size = i, abs(A[i * n + k]) * A[r + i]
         P[k] = pivot
-        if not size > 1e-15 * largest:
+        if not size * A[c + k] > 1e-14:
             return False
         if pivot != k:
+            A[r + k], A[r + pivot] = A[r + pivot], A[r + k]
             for j in range(n):
                 A[k * n + j], A[pivot * n + j] = A[pivot * n + j], A[k * n + j]
         inverse = 1.0 / A[k * n + k]

@@ -21,7 +21,8 @@ class Method:
     """Declaration of an integration method.
 
     ``coefficients`` turns checked options into the numbers c that the kernels read; ``with_mu`` asks for Phi_q^T mu
-    from evaluate; ``matrices`` is the number of iteration matrices kept.
+    from evaluate; ``matrices`` is the number of iteration matrices kept; ``lag(c)`` tells that the a carried from step
+    to step is the acceleration at t_n + lag h.
     """
 
     name: str
@@ -32,5 +33,6 @@ class Method:
     source: str
     coefficients: Callable[[Mapping[str, float]], tuple[float, ...]]
     parameters: Mapping[str, Option] = field(default_factory=dict)
+    lag: Callable[[tuple[float, ...]], float] = lambda c: 0.0
     with_mu: bool = False
     matrices: int = 1

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.kernels import kernel, rare
-from mbdsl.layout import N_ALL, SPARSE, T1
+from mbdsl.layout import N_ALL, N_Q, SPARSE, T1
 
 Ints = NDArray[np.int64]
 
-#: a pivot this much smaller than the largest entry of its row (before elimination) is lost to rounding
+#: a pivot this much smaller than it was on the way is what cancellation left over
 LOST = 1e-11
 
 
@@ -76,19 +76,17 @@ def sparse_factor(A, P, I):
     start, diagonal, column = o + n, o + 2 * n + 1, o + 3 * n + 1
     for i in range(n):
         first, d, last = I[start + i], I[diagonal + i], I[start + i + 1]
-        largest = 0.0
         for p in range(first, last):
             P[I[column + p]] = p
-            largest = max(largest, abs(A[p]))
+        largest = abs(A[d])
         for p in range(first, d):
             k = I[column + p]
             l = A[p] * A[I[diagonal + k]]
             A[p] = l
             if l != 0.0:
                 for s in range(I[diagonal + k] + 1, I[start + k + 1]):
-                    update = l * A[s]
-                    A[P[I[column + s]]] -= update
-                    largest = max(largest, abs(update))
+                    A[P[I[column + s]]] -= l * A[s]
+                largest = max(largest, abs(A[d]))
         if not abs(A[d]) > LOST * largest:
             return False
         A[d] = 1.0 / A[d]
@@ -113,3 +111,17 @@ def sparse_solve(A, I, Y, row):
         y *= A[d]
         Y[T1, i] = y
         Y[row, I[o + i]] = y
+
+
+@rare
+def sparse_multiply(A, I, Y, row, target):
+    """Y[target] += A_11 Y[row] for the block of the coordinates; A is not factorised."""
+    n, m, o = I[N_ALL], I[N_Q], I[SPARSE]
+    start, column = o + n, o + 3 * n + 1
+    for i in range(n):
+        r = I[o + i]
+        if r < m:
+            for p in range(I[start + i], I[start + i + 1]):
+                c = I[o + I[column + p]]
+                if c < m:
+                    Y[target, r] += A[p] * Y[row, c]

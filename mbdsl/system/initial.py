@@ -21,7 +21,7 @@ from mbdsl.errors import InitialisationError, Span
 from mbdsl.graph import MechanismGraph
 from mbdsl.lang.expressions import Expr, const, is_velocity_level
 from mbdsl.scene import InitialValue
-from mbdsl.system.signals import gradients, values
+from mbdsl.system.signals import Matrix, gradients, values
 from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
@@ -159,13 +159,15 @@ def _positions(system: System, t: float, guess: Array, given: list[InitialValue]
     rng = np.random.default_rng(0)
     for attempt in range(6):
         # A start at a singular pose has no direction to go: later attempts start beside it.
-        q = guess + (rng.normal(size=system.n) * 0.1 * attempt / system.tables.scale if attempt else 0.0)
+        q = guess + rng.normal(size=system.n) * 0.1 * attempt / system.tables.scale if attempt else guess
         for _ in range(100):
             value, d_q, _v = _stack(system, fixed, t, q, np.zeros(system.n))
             target = np.array([x.value for x in fixed])
             r_c = np.concatenate([system.Phi(t, q), value - target])
             soft_value, soft_q, _v = _stack(system, soft, t, q, np.zeros(system.n))
             r_s = soft_value - np.array([x.value for x in soft])
+            if q is guess and max(np.abs(r_c).max(initial=0.0), np.abs(r_s).max(initial=0.0)) <= tolerance:
+                return q  # placed where it was meant: nothing can be nearer
             J = _stacked(system.Phi_q(t, q), d_q)
             step = _constrained(weight, weight * (q - guess), soft_q * GUESSED, r_s * GUESSED, J, r_c)
             violation = np.abs(r_c).max(initial=0.0)
@@ -188,15 +190,15 @@ def _stack(system: System, items: list[InitialValue], t: float, q: Array, v: Arr
     return gradients(system, [x.target for x in items], t, q, v)
 
 
-def _stacked(J, rows: Array):
+def _stacked(J: Matrix, rows: Matrix) -> Matrix:
     if isinstance(J, np.ndarray):
         return np.vstack([J, rows])
-    from scipy.sparse import csr_array, vstack
+    from scipy.sparse import vstack
 
-    return vstack([J, csr_array(rows)]).tocsr()
+    return vstack([J, rows]).tocsr()
 
 
-def _constrained(weight: Array, r_w: Array, A_s: Array, r_s: Array, J, r_c: Array) -> Array:
+def _constrained(weight: Array, r_w: Array, A_s: Matrix, r_s: Array, J: Matrix, r_c: Array) -> Array:
     """min |r_w + W d|^2 + |r_s + A_s d|^2 subject to J d = -r_c (least squares if it has no solution)."""
     n = len(weight)
     if isinstance(J, np.ndarray):
@@ -233,6 +235,8 @@ def _velocities(system: System, t: float, q: Array, given: list[InitialValue]) -
         soft_value, _q, soft_v = _stack(system, soft, t, q, v)
         r_s = soft_value - np.array([x.value for x in soft])
         r_c = np.concatenate([system.evaluate(t, q, v)[2], r_f])
+        if not r_c.any() and not r_s.any():
+            return v  # at rest, and meant to be
         J = _stacked(system.Phi_q(t, q), d_v)
         v = v + _constrained(weight, weight * v, soft_v * GUESSED, r_s * GUESSED, J, r_c)
     value, *_ = _stack(system, fixed, t, q, v)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +11,14 @@ from numpy.typing import NDArray
 from mbdsl.elements.kind import BodyKind
 from mbdsl.lang.expressions import OPERATIONS, Expr, diff, evaluate, leaves
 from mbdsl.scene import Scene
-from mbdsl.system.system import System
+from mbdsl.system.system import DENSE_LIMIT, System
 from mbdsl.system.tables import body_pose, piecewise
 
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
 Array = NDArray[np.float64]
+Matrix: TypeAlias = "Array | csr_array"
 
 #: the operations of expressions on arrays
 ARRAY_OPERATIONS = {
@@ -104,7 +109,7 @@ def table_value(table, order: int, u) -> Array:
             value = value + slope * (u - x0)
         return np.where(outside, np.nan, value) if table.extrapolation == "error" else value
     if order == 1:
-        return np.where(outside, 0.0, slope) if table.extrapolation == "hold" else slope
+        return slope if table.extrapolation in ("linear", "periodic") else np.where(outside, 0.0, slope)
     higher = 2 * c2 + 6 * x * c3 if order == 2 else 6 * c3 if order == 3 else 0.0 * x
     return np.where(outside, 0.0, higher)
 
@@ -123,39 +128,54 @@ def values(system: System, roots: Sequence[Expr], t: Array, q: Array, v: Array) 
     return [np.broadcast_to(np.asarray(r, float), (len(t),)) for r in results]
 
 
-def gradients(system: System, roots: Iterable[Expr], t: float, q: Array, v: Array) -> tuple[Array, Array, Array]:
-    """Values (k,), and derivatives with respect to q (k, n) and v (k, n) of expressions at one state."""
+def gradients(system: System, roots: Iterable[Expr], t: float, q: Array, v: Array) -> tuple[Array, Matrix, Matrix]:
+    """Values (k,), and derivatives with respect to q (k, n) and v (k, n) of expressions at one state.
+
+    The derivatives are dense for small systems and sparse for large ones, as those of the System are.
+    """
     roots = list(roots)
-    n = system.n
-    value, d_q, d_v = np.zeros(len(roots)), np.zeros((len(roots), n)), np.zeros((len(roots), n))
+    value = np.zeros(len(roots))
+    d_q: list[tuple[int, int, float]] = []
+    d_v: list[tuple[int, int, float]] = []
     tt, qq, vv = np.array([t]), q[None, :], v[None, :]
     for i, root in enumerate(roots):
         variables = [leaf for leaf in leaves(root) if leaf.op == "coordinate"]
         found = values(system, [root, *diff(root, *variables)], tt, qq, vv)
         value[i] = found[0][0]
         for leaf, partial in zip(variables, found[1:], strict=True):
-            _chain(system, leaf, partial[0], q, v, d_q[i], d_v[i])
-    return value, d_q, d_v
+            _chain(system, leaf, partial[0], q, v, i, d_q, d_v)
+    return value, _matrix(system, len(roots), d_q), _matrix(system, len(roots), d_v)
 
 
-def _chain(system: System, leaf: Expr, partial: float, q: Array, v: Array, d_q: Array, d_v: Array) -> None:
-    """Add partial * d(frame coordinate)/d(q, v)."""
+def _matrix(system: System, rows: int, entries: list[tuple[int, int, float]]) -> Matrix:
+    i = np.array([e[0] for e in entries], int)
+    j = np.array([e[1] for e in entries], int)
+    x = np.array([e[2] for e in entries])
+    if system.n + system.m > DENSE_LIMIT:
+        from scipy.sparse import csr_array
+
+        return csr_array((x, (i, j)), shape=(rows, system.n))
+    dense = np.zeros((rows, system.n))
+    np.add.at(dense, (i, j), x)
+    return dense
+
+
+def _chain(system: System, leaf: Expr, partial: float, q: Array, v: Array, row: int, d_q: list, d_v: list) -> None:
+    """Entries of partial * d(frame coordinate)/d(q, v)."""
     name, key = leaf.value  # type: ignore[misc]
     frame = system.scene.frames[name]
     body = system.scene.components[frame.body]
     keys = body.kind.coordinates
-    if not keys:
-        return
-    d = system.tables.coordinates[frame.body]
     index = {"x": 0, "y": 1, "phi": 2, "vx": 0, "vy": 1, "w": 2}[key]
-    target = d_v if key in ("vx", "vy", "w") else d_q
     if index >= len(keys):
-        return
-    target[d + index] += partial
+        return  # the ground, or the angle of a point mass
+    d = system.tables.coordinates[frame.body]
+    velocity = key in ("vx", "vy", "w")
+    (d_v if velocity else d_q).append((row, d + index, partial))
     if "phi" in keys and index < 2:
         sx, sy, _ = body_pose(body, frame)
         c, s = np.cos(q[d + 2]), np.sin(q[d + 2])
         lx, ly = c * sx - s * sy, s * sx + c * sy
-        target[d + 2] += partial * (-ly, lx)[index]
-        if target is d_v:
-            d_q[d + 2] += partial * (-lx, -ly)[index] * v[d + 2]
+        (d_v if velocity else d_q).append((row, d + 2, partial * (-ly, lx)[index]))
+        if velocity:
+            d_q.append((row, d + 2, partial * (-lx, -ly)[index] * v[d + 2]))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mbdsl import layout
 from mbdsl.elements import modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
-from mbdsl.lang.expressions import COORDINATES, Expr, coordinate, der, diff, expr, leaves
+from mbdsl.lang.expressions import COORDINATES, Expr, coordinate, der, diff, expr, is_velocity_level, leaves
 from mbdsl.scene import Component, Scene
 from mbdsl.system.tape import Tape
 
@@ -129,8 +129,7 @@ def _blocks(scene: Scene, table: dict[str, ModuleType]) -> list[Block]:
         elif isinstance(c.kind, JointKind) and c.kind.rows:
             groups.setdefault((1, "joint", module.__name__, c.kind.driver is not None), []).append(c)
         elif isinstance(c.kind, ForceKind):
-            by_law = c.kind.springs is None or (c.kind.laws and c.values[c.kind.laws[0]] is not None)
-            order, role = (3, "law") if by_law else (2, "spring")
+            order, role = (3, "law") if by_law(c) else (2, "spring")
             groups.setdefault((order, role, module.__name__, False), []).append(c)
     blocks = []
     for key in sorted(groups):
@@ -149,6 +148,22 @@ def _frame(leaf: Expr) -> str:
 def law_expressions(c: Component) -> list[Expr]:
     assert isinstance(c.kind, ForceKind)
     return [expr(c.values[name]) for name in c.kind.laws]
+
+
+def _damped(c: Component) -> bool:
+    """Whether a force depends on velocities."""
+    if not isinstance(c.kind, ForceKind):
+        return False
+    if by_law(c):
+        return any(is_velocity_level(law) for law in law_expressions(c))
+    return c.kind.springs is not None and any(damping != 0.0 for _, damping, _ in c.kind.springs(c.values))
+
+
+def by_law(c: Component) -> bool:
+    """Whether a force follows an expression rather than linear springs."""
+    kind = c.kind
+    assert isinstance(kind, ForceKind)
+    return kind.springs is None or bool(kind.laws and c.values[kind.laws[0]] is not None)
 
 
 def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
@@ -210,6 +225,7 @@ def _fill(tables: Tables) -> None:
     _fill_bodies(tables, buffers)
     _fill_pairs(tables, buffers, dofs, tape, later)
     _fill_tape(buffers, tape, later)
+    I[layout.DAMPED] = any(_damped(c) for block in tables.blocks for c in block.components)
 
     requests = np.array(buffers.requests, dtype=np.int64).reshape(-1, 2)
     tables.pattern = (requests[:, 0], requests[:, 1])
