@@ -1,7 +1,7 @@
 """The pages say what is true: every ``mbd`` snippet is read.
 
-A snippet that contains a whole model is read as it is; any other stands, as docs/language.md says, for a part of a model
-with a ground, two rods and two joints.
+A snippet that contains a whole model is read as it is; any other stands, as docs/language.md says, for a part of a
+model with a ground, two rods and two joints.
 """
 
 import re
