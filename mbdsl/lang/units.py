@@ -88,7 +88,7 @@ _PREFIX = {
 #: only these are usual with centi, deci, deca and hecto; "dt" or "cT" would be mistyped names
 _SMALL_STEPS = {"c": ("m", "N", "s"), "d": ("m",), "da": ("N",), "h": ("Pa",)}
 _SYMBOL = re.compile(r"[A-Za-zµ]+")
-_EXPONENT = re.compile(r"\^\(?(-?[1-9])\)?|([2-9])(?![0-9])|(?=[^0-9])|$")
+_EXPONENT = re.compile(r"\^\((-?[1-9])\)|\^(-?[1-9])|([2-9])(?![0-9])|(?=[^0-9])|$")
 
 
 @cache
@@ -139,7 +139,7 @@ def _factor(text: str, at: int, depth: int) -> tuple[float, Dimension, int] | No
     # A symbol that goes on as a name does ("m1", "m_a") is a name, not a unit.
     if exponent is None or text[exponent.end() : exponent.end() + 1].isalnum() or text[exponent.end() :][:1] == "_":
         return None
-    power = int(exponent.group(1) or exponent.group(2) or 1)
+    power = int(exponent.group(1) or exponent.group(2) or exponent.group(3) or 1)
     return known[0] ** power, tuple(power * e for e in known[1]), exponent.end()
 
 

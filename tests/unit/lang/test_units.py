@@ -6,6 +6,7 @@ import pytest
 
 from mbdsl.lang import quantities, units
 from mbdsl.lang.lexer import tokenize
+from mbdsl.lang.load import parse_text
 from mbdsl.lang.source import Source
 
 
@@ -18,6 +19,7 @@ from mbdsl.lang.source import Source
         ("m2", 1.0, (0, 2, 0, 0, 0, 0, 0)),
         ("m^2", 1.0, (0, 2, 0, 0, 0, 0, 0)),
         ("m^-1", 1.0, (0, -1, 0, 0, 0, 0, 0)),
+        ("m^(-1)", 1.0, (0, -1, 0, 0, 0, 0, 0)),
         ("mm4", 1e-12, (0, 4, 0, 0, 0, 0, 0)),
         ("N", 1.0, (1, 1, -2, 0, 0, 0, 0)),
         ("N.m/rad", 1.0, (1, 2, -2, 0, 0, 0, 0)),
@@ -47,7 +49,7 @@ def test_units(text, factor, dimension):
 
 
 @pytest.mark.parametrize(
-    "text", ["kilo", "m1", "m22", "L", "N..m", "N m", "m/", "/s", "m_a", "then", "N.", "kk", "m^n"]
+    "text", ["kilo", "m1", "m22", "L", "N..m", "N m", "m/", "/s", "m_a", "then", "N.", "kk", "m^n", "m^2)", "m^(2"]
 )
 def test_no_units(text):
     assert units.parse(text) is None
@@ -69,10 +71,26 @@ def test_no_units(text):
         ("1e3 m", "1e3 m"),
         ("1 else", "1"),
         ("2 \n m", "2"),
+        ("9.81 m/s^2)", "9.81 m/s^2"),
+        ("1 m^(-2))", "1 m^(-2)"),
+        ("2 m^2)/(1 m)", "2 m^2"),
+        ("3 kg.m^2)", "3 kg.m^2"),
+        ("2 m^(2 - n)", "2 m"),
     ],
 )
 def test_where_a_unit_ends(text, first):
-    assert tokenize(Source("t", text))[0].text == first
+    opening = "(" * (text.count(")") - text.count("("))
+    found = tokenize(Source("t", opening + text))
+    assert next(t.text for t in found if t.type == "NUMBER") == first
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("(9.81 m/s^2)", 9.81), ("2*(1 kg.m^2)", 2.0), ("(2 m^2)/(1 m)", 2.0), ("(3 m^(-2))*(2 m^2)", 6.0)],
+)
+def test_a_unit_leaves_the_bracket_that_it_did_not_open(text, value):
+    scene = parse_text(f"model M parameter Real x = {text}; Ground g; end M;")
+    assert scene.parameters["x"].value == value
 
 
 def test_unit_of_an_array():
