@@ -13,7 +13,10 @@ KIND = JointKind(
     doc="A massless rigid link: the distance of the two frame origins stays constant.",
     rows=1,
     parameters=(Parameter("length", "m", doc="the distance kept", positive=True),),
-    signals=(Signal("s", "m", "hypot(frame_b.x - frame_a.x, frame_b.y - frame_a.y)", "distance of the frames"),),
+    signals=(
+        Signal("s", "m", "hypot(frame_b.x - frame_a.x, frame_b.y - frame_a.y)", "distance of the frames"),
+        Signal("v", "m/s", "der(s)", "its rate"),
+    ),
     table=lambda v: (v["length"],),
 )
 

@@ -1,8 +1,8 @@
-"""How an element kind is declared, and how kernels are marked.
+"""How an element kind is declared.
 
 An element file holds a ``KIND`` (what the language, the docs and the checks need) and below it its kernels:
-plain functions on arrays. Declarations are read by ``mbdsl check``, which loads no numerics; therefore
-kernels are only marked here and compiled later, by :mod:`mbdsl.jit`.
+plain functions on arrays. Declarations are read by ``mbdsl check``, which loads no numerics; therefore kernels are
+only marked there, with :mod:`mbdsl.kernels`, and compiled later, by :mod:`mbdsl.jit`.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Kind:
     energy: str = ""
     coordinates: tuple[str, ...] = ()  #: names of the generalised coordinates, of bodies
     rows: int = 0  #: scalar coordinates g(z) of two frames, of joints and forces
-    #: values (with defaults) -> error text or None: what the parameters' own declarations cannot say
+    #: values (with defaults; of laws only: None or not) -> error text or None: what the declarations cannot say
     check: Callable[[Mapping], str | None] = lambda values: None
     #: values -> values that follow from them (a rod's inertia), applied after ``check``
     derive: Callable[[Mapping], dict] = lambda values: {}
@@ -128,3 +128,14 @@ class ForceKind(PairKind):
     laws: tuple[str, ...] = ()
     sign: float = -1.0
     springs: Callable[[Mapping], tuple[tuple[float, float, float], ...]] | None = None
+
+
+def law_or_spring(law: str) -> Callable[[Mapping], str | None]:
+    """A ``check`` for springs and dampers that a law replaces; the free length stays, as laws use it."""
+
+    def check(values: Mapping) -> str | None:
+        if values[law] is not None and (values["k"] or values["c"]):
+            return f"`{law}` replaces k and c: give one or the other"
+        return None
+
+    return check

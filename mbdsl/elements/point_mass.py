@@ -8,7 +8,7 @@ KIND = BodyKind(
     "PointMass",
     doc="A mass at a point. Its name stands for its only frame, which does not rotate.",
     parameters=(Parameter("m", "kg", doc="mass", positive=True),),
-    signals=tuple(s for s in body.SIGNALS if s.name not in ("phi", "w")),
+    signals=body.SIGNALS,
     coordinates=("x", "y"),
     is_frame=True,
     table=lambda v: (v["m"], v["m"]),

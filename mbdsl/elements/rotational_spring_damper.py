@@ -5,7 +5,7 @@
 
 from mbdsl.elements import revolute
 from mbdsl.elements.coordinates import angle
-from mbdsl.elements.kind import ForceKind, Parameter, Signal
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, law_or_spring
 from mbdsl.kernels import kernel
 
 KIND = ForceKind(
@@ -20,6 +20,7 @@ KIND = ForceKind(
     ),
     signals=(*revolute.KIND.signals, Signal("torque", "N.m", "k*(phi - phi0) + c*w", "resisting torque")),
     energy="0.5*k*(phi - phi0)^2",
+    check=law_or_spring("torque"),
     laws=("torque",),
     springs=lambda v: ((v["k"], v["c"], v["phi0"]),),
 )

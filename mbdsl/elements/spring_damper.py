@@ -5,7 +5,7 @@
 
 from mbdsl.elements import distance_driver
 from mbdsl.elements.coordinates import distance, distance_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, law_or_spring
 from mbdsl.kernels import kernel
 
 KIND = ForceKind(
@@ -20,6 +20,7 @@ KIND = ForceKind(
     ),
     signals=(*distance_driver.KIND.signals, Signal("force", "N", "k*(s - s0) + c*v", "tension")),
     energy="0.5*k*(s - s0)^2",
+    check=law_or_spring("force"),
     laws=("force",),
     springs=lambda v: ((v["k"], v["c"], v["s0"]),),
 )

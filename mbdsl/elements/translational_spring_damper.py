@@ -5,7 +5,7 @@
 
 from mbdsl.elements import prismatic
 from mbdsl.elements.coordinates import slide, slide_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, law_or_spring
 from mbdsl.kernels import kernel
 
 KIND = ForceKind(
@@ -20,6 +20,7 @@ KIND = ForceKind(
     ),
     signals=(*prismatic.KIND.signals, Signal("force", "N", "k*(s - s0) + c*v", "resisting force")),
     energy="0.5*k*(s - s0)^2",
+    check=law_or_spring("force"),
     laws=("force",),
     springs=lambda v: ((v["k"], v["c"], v["s0"]),),
 )

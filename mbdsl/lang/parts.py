@@ -102,10 +102,6 @@ class Part:
         modifier = self.template.modifiers.get(name)
         return modifier if modifier is not None and modifier.value is not None else None
 
-    def given(self, name: str) -> bool:
-        """Whether a law should find the component's own ``name``: not where it is a parameter left at its default."""
-        return self.kind.parameter(name) is None or name in self.template.modifiers or name in self.signal_names()
-
     @property
     def values(self) -> dict:
         """All parameters but the laws, in SI, with defaults and what follows from them."""
@@ -146,7 +142,8 @@ class Part:
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None  # type: ignore[union-attr]
             same = same and picked is value
-        problem_text = self.kind.check(found)
+        laws = {p.name: modifier for p in self.kind.parameters if p.law and (modifier := self._modifier(p.name))}
+        problem_text = self.kind.check({**found, **laws} if laws else found)
         if problem_text:
             raise ModelError(f"{self.kind.name} `{self.name}`: {problem_text}", span_of(self.at))
         try:

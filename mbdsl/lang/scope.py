@@ -154,22 +154,12 @@ class Scope:
         if name in self.locals:
             return self.locals[name]
         found = self.namespace.find(name)
-        owner = self.owner
-        if owner is not None:
-            inner = self._own(owner, name)
-            if inner is not None and found is not None and not isinstance(found, Slot):
-                # Outside, the name is that of a component: alone it has no value, so `s` in the law of a spring `s`
-                # can only mean its length, and `s.v` only the component.
-                found = None if len(reference.steps) == 1 and isinstance(found, Part | Namespace) else found
-                inner = inner if found is None else None
-            if inner is not None and found is not None and owner.given(name) and not _same(found, inner):
-                raise ModelError(
-                    f"`{name}` is ambiguous here: `{owner.name}` has one, and so has the model around it",
-                    span_of(step.at),
-                    f"write `{_local(owner)}.{name}` for that of the {owner.kind.name}; to mean the other, rename it",
-                )
-            if found is None and inner is not None:
-                return inner
+        if self.owner is not None and (found is None or (len(reference.steps) == 1 and _no_value(found, step))):
+            # As in Modelica a modifier sees the names around it; the component's own are there beneath them. A part
+            # alone has no value, so `s` in the law of a spring `s` can only mean its length.
+            own = self._own(self.owner, name)
+            if own is not None:
+                return own
         if found is not None:
             return found
         if name == "time":
@@ -364,16 +354,8 @@ def _varies(value: Value) -> bool:
     return any(_varies(v) for v in value) if isinstance(value, tuple) else value.varying
 
 
-def _same(found: Entity, inner: Entity) -> bool:
-    """Whether two meanings of a name are one: the model's ``k`` given to a spring as its ``k``."""
-    if isinstance(found, Slot) and isinstance(inner, Quantity):
-        value = found.value()
-        return isinstance(value, Quantity) and value.value == inner.value
-    return found is inner
-
-
-def _local(part: Part) -> str:
-    return part.name.rpartition(".")[2]
+def _no_value(found: Entity, step: s.Step) -> bool:
+    return isinstance(found, Part | Namespace | Array) and not step.indices
 
 
 def _output_only(name: str, at: At) -> ModelError:

@@ -284,8 +284,8 @@ def test_imports(tmp_path):
 
 def test_laws():
     found = scene(
-        f"{ROD} parameter k1 = 50 N/m; Revolute J(g0, rod.a); SpringDamper s(g0, rod.b, k = 3, force = k1*(s - s0) + c*v, s0 = 1 m,"
-        "c = 2); Torque t(J, tau = 0.033 N.m*sin(2*time) - 0.1*J.w + rod.b.x*1 N);"
+        f"{ROD} parameter k1 = 50 N/m; Revolute J(g0, rod.a); SpringDamper s(g0, rod.b, "
+        "force = k1*(s - s0) + 2 N.s/m*v, s0 = 1 m); Torque t(J, tau = 0.033 N.m*sin(2*time) - 0.1*J.w + rod.b.x*1 N);"
     )
     at = {("rod.b", "x"): 3.0, ("rod.b", "y"): 4.0, ("rod.b", "vx"): 1.0, ("rod.b", "vy"): 2.0, ("rod.a", "w"): 7.0}
     leaf = lambda n: 0.5 if n.op == "time" else at.get(n.value, 0.0)  # noqa: E731
@@ -294,6 +294,27 @@ def test_laws():
     assert tau == pytest.approx(0.033 * math.sin(1.0) - 0.7 + 3.0)
     assert found.signal("s.force") is found.components["s"].values["force"]
     assert found.signal("t.tau") is found.components["t"].values["tau"]
+
+
+def test_names_of_the_model_around_win_in_laws():
+    """As in Modelica: a modifier is written, and read, in the model around."""
+    found = scene(
+        f"{ROD} parameter AngularVelocity w = 10 rad/s; parameter Length s = 3 m; Revolute J(g0, rod.a);"
+        "Torque t(rod.b, tau = 0.033 N.m*sin(w*time)); RotationalDriver d(J, phi = w*time);"
+        "SpringDamper spring(g0, rod.b, force = 2 N/m*s); SpringDamper own(g0, rod.b, force = 2 N/m*own.s + 1 N.s/m*v);"
+    )
+    at = {("rod.b", "x"): 3.0, ("rod.b", "y"): 4.0, ("rod.b", "w"): 7.0}
+    leaf = lambda n: 0.5 if n.op == "time" else at.get(n.value, 0.0)  # noqa: E731
+    laws = [("t", "tau"), ("d", "phi"), ("spring", "force"), ("own", "force")]
+    given = ex.evaluate([found.components[name].values[law] for name, law in laws], leaf)
+    assert given == pytest.approx([0.033 * math.sin(5.0), 5.0, 6.0, 10.0])
+
+
+def test_point_masses_and_links_have_the_signals_of_their_families():
+    found = scene("PointMass p(m = 1); Distance d(g0, p, length = 1); initial equation p.x = 1 m; p.vy = 2 m/s;")
+    assert found.signal("p.phi") == found.signal("p.w") == ex.const(0.0)
+    at = {("p.c", "x"): 3.0, ("p.c", "y"): 4.0, ("p.c", "vx"): 1.0, ("p.c", "vy"): 2.0}
+    assert ex.evaluate([found.signal("d.s"), found.signal("d.v")], lambda n: at.get(n.value, 0.0)) == [5.0, 2.2]
 
 
 def test_a_driver_does_not_hide_the_measured_angle():
