@@ -133,10 +133,13 @@ def _glued(source: Source, at: int, end: int) -> SyntaxProblem:
     while stop < len(source.text) and (source.text[stop].isalnum() or source.text[stop] == "_"):
         stop += 1
     word = source.text[end:stop]
+    meant = units.meant(word) if NUMBER.fullmatch(source.text, at, end) else None
+    hint = f"did you mean `{meant}`?" if meant else None
+    hint = hint or "a product is written with `*`; units are e.g. kg, m/s2, N.m/rad, deg, 1 ms"
     return SyntaxProblem(
         f"found {source.text[at:stop]!r}: {word!r} is no unit, and a name does not begin with a digit",
         source.span(end, stop),
-        "a product is written with `*`; units are e.g. kg, m/s2, N.m/rad, deg, 1 ms",
+        hint,
     )
 
 

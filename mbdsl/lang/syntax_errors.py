@@ -7,7 +7,7 @@ import difflib
 from mbdsl.errors import Span, SyntaxProblem
 from mbdsl.lang import units
 from mbdsl.lang.lalr import Unexpected
-from mbdsl.lang.lexer import KEYWORDS, PUNCTUATION, Token
+from mbdsl.lang.lexer import KEYWORDS, NUMBER, PUNCTUATION, Token
 from mbdsl.lang.source import Source
 
 #: terminals that begin an expression
@@ -70,7 +70,8 @@ def explain(problem: Unexpected, source: Source, tokens: list[Token], start: str
             return SyntaxProblem(f"the text ends inside the {name}; `{closing}` is missing", here, notes=(note,))
         return SyntaxProblem(f"the text ends, expected {_list(expected)}", here)
     following = tokens[len(before) + 1] if len(before) + 1 < len(tokens) else token
-    special = _special(token, previous, expected, before, following)
+    special = _misplaced_unit(token, expected, before, following, source)
+    special = special or _special(token, previous, expected, before, following)
     if special is not None:
         message, hint = special
         return SyntaxProblem(message, here, hint)
@@ -88,6 +89,25 @@ def _misspelt(before: list[Token]) -> str | None:
         if close := difflib.get_close_matches(token.text, KEYWORDS, 1, 0.8):
             return f"did you mean `{close[0]}` instead of `{token.text}`?"
     return None
+
+
+def _misplaced_unit(
+    token: Token, expected: set[str], before: list[Token], following: Token, source: Source
+) -> tuple[str, str] | None:
+    """A unit behind something that is no number, as in ``2*pi rad/s``."""
+    unit = units.scan(source.text, token.start)
+    if token.type != "NAME" or not before or "STAR" not in expected or unit is None or following.type == "EQUAL":
+        return None
+    previous = before[-1]
+    if previous.type not in ("NAME", "RPAR") or _line(source, token.start) > _line(source, previous.end):
+        return None
+    text = unit[0].text
+    right = f"(...)*(1 {text})" if previous.type == "RPAR" else f"{previous.text}*(1 {text})"
+    if previous.type == "NAME" and [t.type for t in before[-3:-1]] == ["NUMBER", "STAR"]:
+        number = before[-3].text
+        if NUMBER.fullmatch(number):
+            right = f"{number} {text}*{previous.text}"
+    return f"found {_show(token)} behind {_show(previous)}", f"a unit follows a number only: write `{right}`"
 
 
 def _wrong_end(token: Token, blocks: list[tuple[str, Token]], source: Source, here: Span) -> SyntaxProblem:
@@ -126,6 +146,9 @@ def _special(
             close = difflib.get_close_matches(text.lower(), ["model", "import", "partial"], 1, 0.7)
             hint = f"did you mean `{close[0]}`?" if close and close[0] != text else None
             return f"found {_show(token)}, but a file consists of `model Name ... end Name;`", hint
+    if kind == "IMPORT" and before:
+        where = "inside" if _open_blocks(before) else "behind"
+        return f"found `import` {where} a model", "imports stand at the beginning of the file"
     if kind == "CONNECT" and section != "EQUATION":
         return "`connect` belongs into the equation section", "write `equation` on a line before it"
     if section == "EQUATION" and (
@@ -145,17 +168,17 @@ def _special(
     if kind == "RELATION" and text == "==" and "EQUAL" in expected:
         return "found `==`, expected `=`", None
     if kind == "NAME" and previous is not None and "STAR" in expected:
-        if units.scan(text) is not None and previous.type == "RPAR":
-            return f"found {_show(token)} behind `)`", "a unit follows a number: write `(...)*(1 unit)`"
         if previous.type == "NUMBER" and "." not in text:
+            meant = units.meant(text) if NUMBER.fullmatch(previous.text) else None
+            hint = f"did you mean `{meant}`?" if meant else None
             return (
                 f"found {_show(token)} behind the number {previous.text}: no such unit",
-                "units are e.g. kg, m/s2, N.m/rad, deg, ms; a product is written with `*`",
+                hint or "units are e.g. kg, m/s2, N.m/rad, deg, ms; a product is written with `*`",
             )
     if kind == "IF" and "NUMBER" in expected:
         return "found `if` inside an expression", "put it in parentheses: `1 + (if a then b else c)`"
     if kind.lower() in KEYWORDS and "NAME" in expected and text:
-        return f"`{text}` is a word of the language and cannot be a name here", None
+        return f"`{text}` is a word of the language and cannot be a name here", _misspelt(before)
     if kind == "NUMBER" and previous is not None and previous.type in ("NAME", "RSQB") and "STAR" in expected:
         return f"found {_show(token)}, expected an operator before it", None
     if kind == "LSQB" and previous is not None and previous.type == "RPAR":

@@ -160,6 +160,26 @@ def parse(text: str) -> Unit | None:
     return unit
 
 
+_WORDS = {
+    "degree": "deg", "radian": "rad", "metre": "m", "meter": "m", "millimetre": "mm", "millimeter": "mm",
+    "second": "s", "sec": "s", "millisecond": "ms", "minute": "min", "hour": "h", "kilogram": "kg", "gram": "g",
+    "newton": "N", "joule": "J", "watt": "W", "pascal": "Pa", "hertz": "Hz", "pound": "lb", "foot": "ft", "feet": "ft",
+    "Nms": "N.m.s", "turn": "rev", "kph": "km/h", "kmh": "km/h",
+}  # fmt: skip
+
+
+def meant(word: str) -> str | None:
+    """The unit that ``word``, which is none, may stand for: ``Nm`` for N.m, ``degrees`` for deg, ``Kg`` for kg."""
+    if len(word) > 12:
+        return None
+    for spelt in (word, word.lower(), word.lower().removesuffix("s")):
+        if spelt in _WORDS:
+            return _WORDS[spelt]
+    joined = (f"{word[:i]}.{word[i:]}" for i in range(1, min(len(word), 5)) if word[:i].endswith(("N", "kg")))
+    letters = (word.lower(), word.capitalize(), word[:1].lower() + word[1:])
+    return next((text for text in (*joined, *letters) if parse(text) is not None), None)
+
+
 @cache
 def dimension(text: str) -> Dimension:
     """Dimension of a unit that is known to be right (from a declaration)."""

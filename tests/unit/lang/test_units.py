@@ -114,3 +114,13 @@ def test_dimensions_as_text(text):
         text.replace("1/(m.s)", "m^-1.s^-1")
     )
     assert quantities.unit_text(base) == text
+
+
+@pytest.mark.parametrize(
+    ("word", "unit"),
+    [("Nm", "N.m"), ("kNm", "kN.m"), ("Nms", "N.m.s"), ("kgm2", "kg.m2"), ("degrees", "deg"), ("Degree", "deg")]
+    + [("Kg", "kg"), ("KN", "kN"), ("hz", "Hz"), ("metres", "m"), ("parsec", None), ("x", None), ("a1", None)],
+)
+def test_units_that_were_meant(word, unit):
+    assert units.parse(word) is None
+    assert units.meant(word) == unit
