@@ -12,6 +12,7 @@ import importlib
 import os
 import pkgutil
 import sys
+import traceback
 from collections.abc import Sequence
 from types import ModuleType
 from typing import NoReturn
@@ -63,7 +64,7 @@ def make_parser() -> Parser:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return the exit code. Errors are told in words; only ``--debug`` lets tracebacks out."""
+    """Run one command and return the exit code. Errors are told in words; ``--debug`` shows tracebacks before."""
     argv = sys.argv[1:] if argv is None else list(argv)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a terminal without Unicode gets escapes instead of a failure
@@ -81,12 +82,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         return INTERRUPTED
     except MbdslError as problem:
         if "--debug" in argv:
-            raise
+            traceback.print_exc()
         print(problem.render(), file=sys.stderr)
         return problem.exit_code
     except Exception as problem:
         if "--debug" in argv:
-            raise
+            traceback.print_exc()
         told = " ".join(str(problem).split())
         print(f"internal error: {type(problem).__name__}: {told}", file=sys.stderr)
         print("  = this is a defect of mbdsl; please report it, --debug shows where it happened", file=sys.stderr)

@@ -17,6 +17,9 @@ from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, UsageError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from mbdsl.system.initial import Moved
     from mbdsl.trajectory import Trajectory
 
 OPTIONS = ("alpha", "gamma", "beta")
@@ -63,6 +66,8 @@ def run(args: argparse.Namespace) -> int:
     for path in (output, args.stats):  # said now rather than after the work is done
         if path and not Path(path).resolve().parent.is_dir():
             raise UsageError(f"cannot write `{path}`: there is no folder `{Path(path).parent!s}`")
+        if path and Path(path).is_dir():
+            raise UsageError(f"cannot write `{path}`: it is a folder")
     results.format_of(output)
 
     begun = perf_counter()
@@ -156,4 +161,14 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         lines.append(f"{sizes}; {stats['rejected']} steps rejected, {counts}")
         lines.append("seconds: " + ", ".join(f"{phase} {spent:.3g}" for phase, spent in seconds.items()))
         lines += [f"initial value of {m.name}: guessed {m.guess:.9g}, found {m.value:.9g}" for m in trajectory.moved]
+    elif trajectory.moved:
+        lines.append(guesses(trajectory.moved))
     return "\n".join(lines)
+
+
+def guesses(moved: Sequence[Moved]) -> str:
+    """How far guesses moved, in one line: the one that moved most stands for all."""
+    most = max(moved, key=lambda m: abs(m.value - m.guess))
+    count = "1 guess" if len(moved) == 1 else f"{len(moved)} guesses"
+    furthest = "" if len(moved) == 1 else "furthest "
+    return f"{count} moved: {furthest}{most.name} from {most.guess:.4g} to {most.value:.4g} (--verbose lists all)"

@@ -149,6 +149,7 @@ def test_simulate_writes_bodies_beside_the_time(say, simulation):
     assert out == (
         "Crank: 10 steps of hht-si2 to t = 1 s, 21 iterations (2.10 a step), 0.25 s\n"
         "m.csv: 5 rows, time and 2 signals\n"
+        "1 guess moved: crank.phi from 0.5 to 0.25 (--verbose lists all)\n"
     )
     columns, meta = results.read("m.csv")
     assert list(columns) == ["time", "crank.x", "crank.phi"]
@@ -161,6 +162,21 @@ def test_verbose_tells_sizes_phases_and_how_far_guesses_moved(say, simulation):
     assert "n = 3, m = 2, p = 0; 0 steps rejected, 2 matrices, 2 factorisations" in out
     assert "integrate 0.25" in out
     assert "initial value of crank.phi: guessed 0.5, found 0.25" in out
+
+
+def test_of_many_guesses_the_one_that_moved_furthest_is_told(say, simulation, monkeypatch):
+    moved = [types.SimpleNamespace(name=f"p.{key}", guess=0.9, value=0.9 + by) for key, by in (("x", 0.1), ("y", -0.2))]
+    monkeypatch.setattr(Trajectory, "moved", moved)
+    assert say("simulate", "m.mbd")[1].endswith("2 guesses moved: furthest p.y from 0.9 to 0.7 (--verbose lists all)\n")
+    monkeypatch.setattr(Trajectory, "moved", ())
+    assert "guess" not in say("simulate", "m.mbd")[1]
+
+
+@pytest.mark.parametrize("option", ["--stats", "--output"])
+def test_folders_are_refused_before_the_work(say, simulation, tmp_path, option):
+    (tmp_path / "x.csv").mkdir()
+    assert say("simulate", "m.mbd", option, "x.csv") == (2, "", "error: cannot write `x.csv`: it is a folder\n")
+    assert simulation.given == {}
 
 
 def test_quiet_says_nothing(say, simulation):
@@ -244,10 +260,19 @@ def test_a_defect_is_one_line_and_a_request(say, simulation):
     assert (code, out) == (1, "")
     assert err.startswith("internal error: ZeroDivisionError: float division by zero\n")
     assert "please report it" in err
-    with pytest.raises(ZeroDivisionError):
-        say("simulate", "m.mbd", "--debug")
-    with pytest.raises(ZeroDivisionError):
-        say("--debug", "simulate", "m.mbd")
+    for argv in (["simulate", "m.mbd", "--debug"], ["--debug", "simulate", "m.mbd"]):
+        code, _, told = say(*argv)
+        assert code == 1
+        assert told.startswith("Traceback")
+        assert told.endswith(err)
+
+
+def test_debug_keeps_the_exit_code(say, simulation):
+    simulation.act = raiser(InitialisationError("cannot be assembled"))
+    code, _, err = say("simulate", "m.mbd", "--debug")
+    assert code == 3
+    assert err.startswith("Traceback")
+    assert err.endswith("\nerror: cannot be assembled\n")
 
 
 def test_reader_that_leaves_is_no_error():
