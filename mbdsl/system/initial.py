@@ -5,13 +5,13 @@ move before guesses do:
 
     min 1/2 |W (q - g)|^2   subject to   Phi(q, t0) = 0,  sigma_fixed(q) = its value
 
-by Gauss-Newton steps with the constraints linearised, of limited length.
+by Gauss-Newton steps with the constraints linearised, damped while far from a solution.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, sin
+from math import atan2, cos, hypot, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,15 +19,16 @@ from numpy.typing import NDArray
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.graph import MechanismGraph
-from mbdsl.lang.expressions import Expr, const, is_velocity_level
-from mbdsl.scene import InitialValue
+from mbdsl.lang.expressions import Expr, expr, is_velocity_level
+from mbdsl.scene import Component, InitialValue
 from mbdsl.system.signals import Matrix, gradients, values
 from mbdsl.system.system import System
+from mbdsl.system.tables import body_pose
 
 Array = NDArray[np.float64]
 
-GUESSED, UNSAID = 1.0, 1e-3  #: weights of a coordinate with a guess, and of one without
-LONGEST = 0.5  #: largest change of a scaled coordinate in one iteration
+GUESSED, UNSAID = 1.0, 1e-4  #: weights of a coordinate with a guess, and of one without
+LONGEST = 0.5  #: largest change of an angle in one iteration [rad]
 
 
 @dataclass(frozen=True)
@@ -87,16 +88,22 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
     frames_of: dict[str, list[str]] = {}
     for name, frame in scene.frames.items():
         frames_of.setdefault(frame.body, []).append(name)
+    drivers = _drivers(system, t)
     q = np.zeros(system.n)
     for placement in graph.tree():
         body = scene.components[placement.body]
         x, y, phi = 0.0, 0.0, 0.0
         if placement.joint is not None:
-            x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, t)
+            x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, drivers)
         values_said = [said.get(body.signals.get(f"{body.name}.{key}")) for key in ("x", "y", "phi")]
+        cx, cy, angle = values_said
+        if placement.joint is not None and angle is None and cx is not None and cy is not None:
+            values_said[2] = _aimed(system, placement.joint, body.name, pose, cx, cy)
+        if placement.joint is not None and _driven(system, placement.joint, drivers):
+            values_said = [None, None, None]  # a driver knows better than a guess
         if values_said[2] is not None and placement.joint is not None:
             # turn about the joint, not about the centre of mass
-            x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, t, values_said[2])
+            x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, drivers, values_said[2])
         x, y, phi = (new if new is not None else old for new, old in zip(values_said, (x, y, phi), strict=True))
         d = tables.coordinates[body.name]
         q[d : d + len(body.kind.coordinates)] = (x, y, phi)[: len(body.kind.coordinates)]
@@ -111,33 +118,55 @@ def _coordinates(system: System, frame: str) -> tuple[str, ...]:
 
 
 def _frame_pose(system: System, name: str) -> tuple[float, float, float]:
-    from mbdsl.system.tables import body_pose
-
     frame = system.scene.frames[name]
     return body_pose(system.scene.components[frame.body], frame)
 
 
-def _by_joint(system, joint, body, pose, said, t, angle=None) -> tuple[float, float, float]:
-    """Pose of ``body``'s centre of mass so that the frames of ``joint`` meet, with its angle if that is known."""
+def _drivers(system: System, t: float) -> dict[tuple[str, str, str], float]:
+    """(frame_a, frame_b, driven coordinate) -> its value at time t."""
+    nowhere = np.zeros((1, system.n))
+    found = {}
+    for c in system.scene.components.values():
+        if isinstance(c.kind, JointKind) and c.kind.driver:
+            law = [expr(c.values[c.kind.driver])]
+            u = float(values(system, law, np.array([t]), nowhere, nowhere)[0][0])
+            found[(c.ports["frame_a"], c.ports["frame_b"], c.kind.driver)] = u
+    return found
+
+
+def _driven(system: System, joint: str, drivers: dict[tuple[str, str, str], float]) -> bool:
+    ports = system.scene.components[joint].ports
+    return (ports["frame_a"], ports["frame_b"], "phi") in drivers
+
+
+def _ends(system: System, joint: str, body: str) -> tuple[Component, bool, str, str]:
+    """The joint, whether ``body`` is on its frame_b, the frame on the other body, the frame on ``body``."""
     component = system.scene.components[joint]
-    frame_a, frame_b = (component.ports[p] for p in component.kind.ports)
+    frame_a, frame_b = component.ports["frame_a"], component.ports["frame_b"]
     forward = system.scene.frames[frame_b].body == body
-    base, own = pose[frame_a if forward else frame_b], frame_b if forward else frame_a
+    return component, forward, *((frame_a, frame_b) if forward else (frame_b, frame_a))
 
-    def known(key: str) -> float | None:
-        target = component.signals.get(f"{joint}.{key}")
-        if component.kind.driver == key:
-            law = component.values[key]
-            return float(values(system, [law if isinstance(law, Expr) else const(law)], np.array([t]), *_none)[0][0])
-        return said.get(target) if target is not None else None
 
-    _none = (np.zeros((1, system.n)), np.zeros((1, system.n)))
-    relative = known("phi")
-    if relative is None:
-        relative = float(component.values.get("phi0") or 0.0)
-    along = known("s")
-    if along is None:
-        along = float(component.values.get("length") or 0.0) if component.kind.name == "Distance" else 0.0
+def _aimed(system: System, joint: str, body: str, pose: dict, x: float, y: float) -> float | None:
+    """The angle that points a body with a known centre of mass at the joint by which it hangs."""
+    _, _, other, own = _ends(system, joint, body)
+    sx, sy, _ = _frame_pose(system, own)
+    dx, dy = pose[other][0] - x, pose[other][1] - y
+    return atan2(dy, dx) - atan2(sy, sx) if hypot(sx, sy) * hypot(dx, dy) > 0.0 else None
+
+
+def _by_joint(system, joint, body, pose, said, drivers, angle=None) -> tuple[float, float, float]:
+    """Pose of ``body``'s centre of mass so that the frames of ``joint`` meet, with its angle if that is known."""
+    component, forward, other, own = _ends(system, joint, body)
+    base = pose[other]
+
+    def known(key: str, otherwise: float = 0.0) -> float:
+        driven = drivers.get((component.ports["frame_a"], component.ports["frame_b"], key))
+        value = said.get(component.signals.get(f"{joint}.{key}"), driven)
+        return otherwise if value is None else value
+
+    relative = known("phi", float(component.values.get("phi0") or 0.0))
+    along = known("s", float(component.values.get("length") or 0.0) if component.kind.name == "Distance" else 0.0)
     sx, sy, phi0 = _frame_pose(system, own)
     turn = relative if forward else -relative
     phi = angle if angle is not None else base[2] + turn - phi0
@@ -153,37 +182,74 @@ def _by_joint(system, joint, body, pose, said, t, angle=None) -> tuple[float, fl
 def _positions(system: System, t: float, guess: Array, given: list[InitialValue]) -> Array:
     fixed = [x for x in given if x.fixed]
     soft = [x for x in given if not x.fixed]
-    weight = np.full(system.n, UNSAID) * system.tables.scale
-    tolerance = 1e-13 * (1 + np.abs(guess).max(initial=0.0)) / max(1e-300, system.tables.scale.min(initial=1.0))
+    scale, at_rest = system.tables.scale, np.zeros(system.n)
+    angles = np.array([name.endswith(".phi") for name in system.names()], bool)
+    tolerance = 1e-13 * (1.0 + np.abs(guess * scale).max(initial=0.0))
     best, best_violation = guess, np.inf
     rng = np.random.default_rng(0)
     for attempt in range(6):
         # A start at a singular pose has no direction to go: later attempts start beside it.
-        q = guess + rng.normal(size=system.n) * 0.1 * attempt / system.tables.scale if attempt else guess
-        for _ in range(100):
-            value, d_q, _v = _stack(system, fixed, t, q, np.zeros(system.n))
-            target = np.array([x.value for x in fixed])
-            r_c = np.concatenate([system.Phi(t, q), value - target])
-            soft_value, soft_q, _v = _stack(system, soft, t, q, np.zeros(system.n))
+        q = guess + rng.normal(size=system.n) * 0.1 * attempt / scale if attempt else guess
+        for k in range(160):
+            value, d_q, _v = _stack(system, fixed, t, q, at_rest)
+            r_c = np.concatenate([system.Phi(t, q), value - np.array([x.value for x in fixed])])
+            soft_value, soft_q, _v = _stack(system, soft, t, q, at_rest)
             r_s = soft_value - np.array([x.value for x in soft])
-            if q is guess and max(np.abs(r_c).max(initial=0.0), np.abs(r_s).max(initial=0.0)) <= tolerance:
-                return q  # placed where it was meant: nothing can be nearer
-            J = _stacked(system.Phi_q(t, q), d_q)
-            step = _constrained(weight, weight * (q - guess), soft_q * GUESSED, r_s * GUESSED, J, r_c)
+            J, r_c = _without_units(_stacked(system.Phi_q(t, q), d_q), r_c, scale)
+            S, r_s = _without_units(soft_q, r_s, scale)
             violation = np.abs(r_c).max(initial=0.0)
+            if q is guess and max(violation, np.abs(r_s).max(initial=0.0)) <= tolerance:
+                return q  # placed where it was meant: nothing can be nearer
             if violation < best_violation:
                 best, best_violation = q, violation
-            length = np.abs(step * system.tables.scale).max(initial=0.0)
-            if not np.isfinite(length):
+            # Damped while the violation is large, and plain Gauss-Newton to end with: what is left then may be a
+            # solution at a dead centre, where damping never arrives.
+            plain = k >= 80 or violation < 1e-6
+            solve = _constrained if plain else _damped
+            step = solve(np.full(system.n, UNSAID), UNSAID * (q - guess) * scale, S, r_s, J, r_c) / scale
+            if not np.isfinite(step).all():
                 break
-            q = q + step * min(1.0, LONGEST / max(length, 1e-300))
-            if violation <= tolerance and length < 1e-13:
-                return best
-            if violation <= tolerance and length < 1e-6 and not soft:
-                return best
-        if best_violation <= 1e3 * tolerance:
-            return best
+            turn = np.abs(step[angles]).max(initial=0.0)
+            q = q + step * min(1.0, LONGEST / max(turn, 1e-300))
+            if violation <= tolerance and np.abs(step * scale).max(initial=0.0) <= 10.0 * tolerance:
+                return q
+        if violation <= 1e3 * tolerance:
+            return q
     raise _inconsistent(system, t, best, fixed, velocity=None)
+
+
+def _without_units(J: Matrix, r: Array, scale: Array) -> tuple[Matrix, Array]:
+    """Rows over scaled coordinates, each divided by its largest entry, and their residuals."""
+    if isinstance(J, np.ndarray):
+        J = J / scale
+        size = np.abs(J).max(axis=1, initial=0.0)
+        size = np.where(size > 0.0, size, 1.0)
+        return J / size[:, None], r / size
+    from scipy.sparse import diags_array
+
+    J = J @ diags_array(1.0 / scale)
+    size = abs(J).max(axis=1).toarray().ravel()
+    size = np.where(size > 0.0, size, 1.0)
+    return diags_array(1.0 / size) @ J, r / size
+
+
+def _damped(weight: Array, r_w: Array, S: Matrix, r_s: Array, J: Matrix, r_c: Array) -> Array:
+    """The same as ``_constrained``, but nearer to the start the larger the violation is.
+
+    A nearly singular J, as of a mechanism close to a dead centre, cannot throw it about.
+    """
+    n, m = len(r_w), len(r_c)
+    b = np.concatenate([-weight * r_w - S.T @ r_s, -r_c])
+    # guesses far from where they can stay must not hold the constraints open
+    mu = 0.1 * np.abs(r_c).max(initial=0.0) / (1.0 + np.abs(b[:n]).max(initial=0.0))
+    if isinstance(J, np.ndarray):
+        H = np.diag(weight**2) + S.T @ S
+        return np.linalg.solve(np.block([[H, J.T], [J, -mu * np.eye(m)]]), b)[:n]
+    from scipy.sparse import block_array, csc_array, diags_array
+    from scipy.sparse.linalg import splu
+
+    H = diags_array(weight**2) + S.T @ S
+    return splu(csc_array(block_array([[H, J.T], [J, diags_array(np.full(m, -mu))]]))).solve(b)[:n]
 
 
 def _stack(system: System, items: list[InitialValue], t: float, q: Array, v: Array):
