@@ -14,12 +14,11 @@ GD = 5  #: result of evaluate: [Phi_q^T mu; Phi_q v + Phi_t]
 R, R2 = 6, 7  #: residuals that belong to X and X2
 D, D2 = 8, 9  #: Newton corrections of X and X2
 Q0, V0, F0 = 10, 11, 12  #: q, v, f at the start of the step
-Q1, V1, F1 = 13, 14, 15  #: q, v, f one step before
-XA, XB, XC, XD = 16, 17, 18, 19  #: X at the last four steps, newest first
+XA = 13  #: X at the last four steps, newest first
 PAST = 4  #: the same for X2 stands so many rows below
-SCALE = 24  #: 1/scale of each coordinate, for norms
-T1, T2 = 25, 26  #: scratch
-ROWS = 27
+SCALE = 21  #: 1/scale of each coordinate, for norms
+T1 = 22  #: scratch of the linear solver
+ROWS = 23
 
 # -- columns of Z: pose x, y, phi; rates; accumulated wrench; lever of rigid bodies; wrench of mu -----------------
 COLUMNS = 14

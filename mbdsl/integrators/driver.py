@@ -7,7 +7,7 @@ comparison of methods compares methods and nothing else. Compiled once a method;
 from __future__ import annotations
 
 from mbdsl.kernels import kernel, rare, template
-from mbdsl.layout import F0, F1, FP, N_ALL, N_Q, PAST, Q0, Q1, SCALE, V0, V1, XA, Q, R, V, X
+from mbdsl.layout import F0, FP, N_ALL, N_Q, PAST, Q0, SCALE, V0, XA, Q, R, V, X
 
 # -- status --------------------------------------------------------------------------------------------------
 RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE = 0, 1, 2, 3, 4
@@ -27,6 +27,8 @@ SLOW = 0.05
 UNMEASURED = 0.05
 #: largest error left in a position, relative to the mechanism; where a rings, its differences say nothing
 LOOSEST = 1e-11
+#: largest noise in a position that is put down to a singular pose
+SINGULAR_NOISE = 1e-9
 EPS = 2.220446049250313e-16
 
 
@@ -79,6 +81,26 @@ def residual_size(unknowns, size, Y):
     return value
 
 
+@rare
+def constraint_size(unknowns, n, size, Y):
+    """Largest residual among the constraints."""
+    value = 0.0
+    for k in range(unknowns):
+        for i in range(n, size):
+            value = max(value, abs(Y[R + k, i]))
+    return value
+
+
+@rare
+def finite(A):
+    """Whether a matrix holds numbers only: a derivative may be infinite where the force itself is not."""
+    for k in range(A.shape[0]):
+        for i in range(A.shape[1]):
+            if not abs(A[k, i]) < 1e300:
+                return False
+    return True
+
+
 @template
 def newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C, F, I, A, P):
     """Solve the step for the unknowns X (and X2); a status.
@@ -87,16 +109,16 @@ def newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C,
     discretisation, or at rounding; in position units, and with a residual that has not grown.
     """
     n, unknowns = I[N_Q], 1 + J[STABILISED]
-    size, speed, change = 1.0, 0.0, 0.0
+    size, speed, bend = 1.0, 0.0, 0.0
     for i in range(n):
         size = max(size, abs(Y[Q0, i]) * Y[SCALE, i])
         speed = max(speed, abs(Y[V0, i]) * Y[SCALE, i])
         # at the start, where nothing is known of how a changes, a thousandth of a itself
         d = Y[XA, i] - 2.0 * Y[XA + 1, i] + Y[XA + 2, i] if J[HISTORY] > 2 else 1e-3 * Y[XA, i]
-        change = max(change, abs(d) * Y[SCALE, i])
+        bend = max(bend, abs(d) * Y[SCALE, i])
     floor = 16.0 * EPS * size
     # The local error is about h^2/12 times the second difference of a; stabilised methods also keep v.
-    tolerance = min(K[RELATIVE_TOL] * h * h * change, LOOSEST * size)
+    tolerance = min(K[RELATIVE_TOL] * h * h * bend, LOOSEST * size)
     if J[STABILISED]:
         tolerance = min(tolerance, K[VELOCITY_TOL] * h * speed)
     tolerance = max(tolerance, floor)
@@ -114,7 +136,7 @@ def newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C,
             J[MATRICES] += 1
             J[FACTORISATIONS] += 1
             if not matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
-                return SINGULAR
+                return SINGULAR if finite(A) else NOT_FINITE
             J[FRESH] = 1
         change = correct(h, c, Y, I, A, P)
         if not change < 1e300:
@@ -130,6 +152,9 @@ def newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C,
             done = True
         if k > 2 and contraction > 0.5 and change <= 1e3 * floor:
             done = True  # rounding keeps it from getting better
+        held = k > 6 and h * h * constraint_size(unknowns, n, I[N_ALL], Y) <= 1e2 * floor
+        if held and change <= SINGULAR_NOISE * size:
+            done = True  # close to a singular pose, where rounding is magnified; the constraints hold
         if done and not grown:
             if worn:
                 J[FRESH] = 0  # the next step starts with a new matrix
@@ -149,7 +174,9 @@ def record(t0, h, K, J, Y, I, times, out):
     n, size = I[N_Q], I[N_ALL]
     while J[OUTPUT] < times.size and times[J[OUTPUT]] <= t0 + h + 1e-9 * h:
         k = J[OUTPUT]
-        x = min(1.0, (times[k] - t0) / h)
+        x = (times[k] - t0) / h
+        if x > 1.0 - 1e-9:
+            x = 1.0
         for i in range(n):
             q0, v0, q1, v1 = Y[Q0, i], h * Y[V0, i], Y[Q, i], h * Y[V, i]
             if x == 1.0:
@@ -167,7 +194,6 @@ def record(t0, h, K, J, Y, I, times, out):
 def shift(unknowns, n, size, Y):
     """The step becomes history."""
     for i in range(n):
-        Y[Q1, i], Y[V1, i], Y[F1, i] = Y[Q0, i], Y[V0, i], Y[F0, i]
         Y[Q0, i], Y[V0, i], Y[F0, i] = Y[Q, i], Y[V, i], Y[FP, i]
     for k in range(unknowns):
         a = XA + PAST * k
