@@ -66,9 +66,8 @@ def cache_directory() -> Path:
     package = Path(__file__).parent
     digest = hashlib.sha256()
     compiled = [path for folder in ("elements", "system", "integrators") for path in (package / folder).rglob("*.py")]
-    for path in sorted([*compiled, package / "layout.py", package / "jit.py"]):
-        stat = path.stat()
-        digest.update(f"{path.relative_to(package)} {stat.st_size} {stat.st_mtime_ns}\n".encode())
+    for path in sorted([*compiled, package / "layout.py", package / "kernels.py", package / "jit.py"]):
+        digest.update(path.name.encode() + path.read_bytes())
     module = numba()
     name = f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{module.__version__ if module else 'plain'}"
     name += f"-{digest.hexdigest()[:12]}"
@@ -161,12 +160,14 @@ def is_compiled(name: str) -> bool:
 
 
 def beside(module: str, *arguments: str) -> subprocess.Popen | None:
-    """Run ``python -m module`` in another process, to compile there what this one will find on disk.
+    """Call ``module.main(*arguments)`` in another process, to compile there what this one will find on disk.
 
+    It imports from where this process does and from nowhere else: not from the folder that a model happens to be in.
     None where no process can be had: then everything is compiled here, one after the other.
     """
     environment = {**os.environ, "MBDSL_CACHE_DIR": str(cache_directory().parent)}
-    command = [sys.executable, "-m", module, *arguments]
+    code = f"import sys; sys.path[:] = {sys.path!r}; from {module} import main; main(*sys.argv[1:])"
+    command = [sys.executable, "-I", "-c", code, *arguments]
     try:
         null = subprocess.DEVNULL
         return subprocess.Popen(command, stdin=null, stdout=null, stderr=null, env=environment)

@@ -14,9 +14,11 @@ from mbdsl import graph, jit, layout
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import driver, methods
 from mbdsl.integrators.run import Integration, check_options, loop_name
-from mbdsl.scene import Scene
+from mbdsl.lang.expressions import Expr, diff, leaves
+from mbdsl.scene import Component, Scene
 from mbdsl.system import build
 from mbdsl.system.initial import InitialState, initial_state
+from mbdsl.system.signals import values
 from mbdsl.system.system import System
 from mbdsl.trajectory import Trajectory
 
@@ -44,14 +46,16 @@ class Progress:
 
 def as_scene(model: Scene | Builder | str | PathLike, parameters: Mapping | None = None) -> Scene:
     """A Scene from whatever stands for a model: itself, a Builder, or the path of a ``.mbd`` file."""
+    if parameters and not isinstance(model, (str, PathLike)):
+        raise UsageError("only a model given by its path takes parameters", hint="give them to load or Builder")
     if isinstance(model, Scene):
-        if parameters:
-            raise UsageError("a Scene has its parameters resolved already", hint="give parameters to mbdsl.load")
         return model
     if isinstance(model, (str, PathLike)):
         from mbdsl.lang.load import load
 
         return load(cast("str | PathLike[str]", model), parameters or {})
+    if not hasattr(model, "scene"):
+        raise UsageError(f"a model is a path, a Scene or a Builder, not {type(model).__name__}")
     return model.scene()
 
 
@@ -111,6 +115,8 @@ def simulate(
     scene = as_scene(model, parameters)
     lap("parse")
     run = _plan(scene, method, step, tol, start, stop, interval, options)
+    if scene.experiment.tolerance is not None and announce is not None:
+        announce(f"the model's Tolerance is not used: steps have a fixed size, {run.h:g} s")
     mechanism = graph.build(scene)
     system = build(scene, mechanism)
     lap("build")
@@ -131,7 +137,7 @@ def simulate(
     lap("integrate")
     trajectory = _collect(system, integration, initial, run, status, seconds)
     trajectory.stats["redundant"] = redundant
-    if redundant:
+    if redundant and status in (driver.DONE, driver.RUNNING):
         _check_left_out(system, trajectory, initial)
     if status not in (driver.DONE, driver.RUNNING):
         raise _failure(integration, trajectory, status)
@@ -155,6 +161,9 @@ def _plan(scene: Scene, method, step, tol, start, stop, interval, options) -> _P
         raise UsageError(f"there is no method `{method}`", hint=f"methods: {', '.join(methods())}")
     if tol is not None:
         raise UsageError("error-controlled steps (tol) are not available yet", hint="give a fixed step")
+    for name, value in (("start", start), ("stop", stop), ("step", step), ("interval", interval)):
+        if value is not None and not isinstance(value, (int, float, np.number)):
+            raise UsageError(f"{name} is a number of seconds, not {value!r}")
     start = float(said.start if start is None else start)
     end = said.stop if stop is None else stop
     if end is None:
@@ -174,20 +183,22 @@ def _plan(scene: Scene, method, step, tol, start, stop, interval, options) -> _P
     if start + h == start or (end - start) / h > 1e12:
         raise UsageError(f"a step of {h:g} s is too small for times from {start:g} to {end:g} s")
     steps = max(1, round((end - start) / h))
-    if abs(end - start - steps * h) > 1e-9 * h and end > start:
+    rounding = 4.0 * np.finfo(float).eps * max(abs(start), abs(end))
+    if abs(end - start - steps * h) > 1e-9 * h + rounding and end > start:
         # Steps of one size, a little shorter than asked for, end at the stop time; a short last step would spoil the
         # order of the reactions.
         h = (end - start) / np.ceil((end - start) / h)
     if interval is not None and not 0.0 <= interval < np.inf:
         raise UsageError(f"the output interval must not be negative, not {interval:g} s")
     spacing = (end - start) / 500 if interval is None else interval or h
-    count = int(np.ceil((end - start) / spacing - 1e-9)) if end > start else 0
-    columns = 2 * sum(len(b.kind.coordinates) for b in scene.bodies()) + 8
-    if count * columns > MOST_OUTPUT:
+    points = np.ceil((end - start) / spacing - 1e-9) if end > start else 0.0
+    columns = sum(2 * len(c.kind.coordinates) + c.kind.rows for c in scene.components.values())
+    if not points * columns <= MOST_OUTPUT:
         raise UsageError(
-            f"{count} output points of {columns} numbers do not fit in memory",
+            f"{points:.3g} output points of {columns} numbers do not fit in memory",
             hint=f"give an output interval of {(end - start) * columns / MOST_OUTPUT:.2g} s or more",
         )
+    count = int(points)
     times = start + spacing * np.arange(1, count + 1)
     if count:
         times[-1] = end
@@ -239,10 +250,18 @@ def _collect(
         "factorisations": int(J[driver.FACTORISATIONS]),
         "seconds": seconds,
     }
-    t = np.concatenate([[run.start], run.times[:done]])
+    times, reached = run.times[:done], run.start + int(J[driver.STEP]) * run.h
+    if status != driver.DONE and reached > (times[-1] if done else run.start) + 1e-9 * run.h:
+        # the last step reached belongs to the results, though no output was due there
+        Y = integration.Y
+        last = np.concatenate([Y[layout.Q0, :n], Y[layout.V0, :n], Y[layout.XA, n:]])
+        times, out = np.append(times, reached), np.vstack([out, last])
+    t = np.concatenate([[run.start], times])
     q = np.vstack([initial.q, out[:, :n]])
     v = np.vstack([initial.v, out[:, n : 2 * n]])
     lam = np.vstack([initial.lam, out[:, 2 * n :]])
+    for array in (t, q, v, lam):
+        array.flags.writeable = False
     return Trajectory(system, t, q, v, lam, stats, initial.moved)
 
 
@@ -268,7 +287,21 @@ REASONS = {
     driver.SINGULAR: "the iteration matrix is singular",
     driver.DIVERGED: "Newton's iteration does not converge",
     driver.NOT_FINITE: "the equations give values that are not finite",
+    driver.TOO_LARGE: "the step is so large that the result means nothing",
 }
+
+
+def _broken_law(integration: Integration) -> Component | None:
+    """The first component whose law, or a derivative of it, is not a finite number at the last iterate."""
+    system, Y, n = integration.system, integration.Y, integration.system.n
+    t = np.array([integration.K[driver.T]])
+    for q, v in ((Y[layout.Q, :n], Y[layout.V, :n]), (Y[layout.Q0, :n], Y[layout.V0, :n])):
+        for c in system.scene.components.values():
+            laws = [c.values[p.name] for p in c.kind.parameters if p.law and isinstance(c.values[p.name], Expr)]
+            roots = [e for law in laws for e in (law, *diff(law, *leaves(law)))]
+            if roots and np.isfinite(q).all() and not np.isfinite(values(system, roots, t, q[None], v[None])).all():
+                return c
+    return None
 
 
 def _failure(integration: Integration, trajectory: Trajectory, status: int) -> IntegrationError:
@@ -288,8 +321,12 @@ def _failure(integration: Integration, trajectory: Trajectory, status: int) -> I
     hint = {
         driver.SINGULAR: "redundant constraints, a singular pose, or a body without mass that moves freely",
         driver.DIVERGED: "try a smaller step; near a singular pose, another initial value",
-        driver.NOT_FINITE: "an expression leaves its domain, or the step is far too large",
+        driver.NOT_FINITE: "an expression or its derivative leaves its domain (as sqrt at 0), or the step is too large",
+        driver.TOO_LARGE: "try a smaller step",
     }[status]
+    law = _broken_law(integration) if status == driver.NOT_FINITE else None
+    if law is not None:
+        where, span = f"the law of {law.kind.name} {law.name}", law.span
     message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.h:g} s); worst: {where}"
     error = IntegrationError(message, span, hint=hint)
     trajectory.message = message

@@ -168,6 +168,7 @@ class Trajectory:
             if name in self._expressions:
                 (value,) = values(self.system, [self._expressions[name][0]], self.t, self.q, self.v)
                 self._known[name] = np.array(value)
+                self._known[name].flags.writeable = False
             elif name in self._computed:
                 self._compute(name)
             else:

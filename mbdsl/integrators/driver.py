@@ -10,7 +10,7 @@ from mbdsl.kernels import kernel, rare, template
 from mbdsl.layout import F0, FP, N_ALL, N_Q, PAST, Q0, SCALE, V0, XA, Q, R, V, X
 
 # -- status --------------------------------------------------------------------------------------------------
-RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE = 0, 1, 2, 3, 4
+RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE = range(6)
 
 # -- K: floats of the run ------------------------------------------------------------------------------------
 START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL = range(7)
@@ -29,6 +29,8 @@ UNMEASURED = 0.05
 LOOSEST = 1e-11
 #: largest noise in a position that is put down to a singular pose
 SINGULAR_NOISE = 1e-9
+#: change of acceleration in a step, as the way it makes in that step, that no motion worth following has
+WILD = 25.0
 EPS = 2.220446049250313e-16
 
 
@@ -226,6 +228,12 @@ def advance(
             K[T] = t
             return status
         finish(h, c, Y, F, I)
+        jump = 0.0
+        for i in range(n):
+            jump = max(jump, abs(Y[X, i] - Y[XA, i]) * Y[SCALE, i])
+        if h * h * jump > WILD:
+            K[T] = t
+            return TOO_LARGE
         for k in range(unknowns):
             J[ORDER + k] = best_order(k, J[HISTORY], n, Y)
         if J[OUTPUT] < times.size and times[J[OUTPUT]] <= t0 + h + 1e-9 * h:

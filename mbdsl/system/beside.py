@@ -1,6 +1,6 @@
 """Compiling a scene's code in another process, while this one compiles the step loop.
 
-``python -m mbdsl.system.beside STRUCTURE`` does what :func:`mbdsl.system.emit.load` does and leaves the result on disk.
+``main`` does there what :func:`mbdsl.system.emit.load` does, and leaves the result on disk.
 """
 
 from __future__ import annotations
@@ -8,7 +8,6 @@ from __future__ import annotations
 import importlib
 import json
 import subprocess
-import sys
 
 from mbdsl import jit
 from mbdsl.scene import Component
@@ -30,7 +29,3 @@ def main(structure: str) -> None:
         members = (Component("", module.KIND, {}),) if role != "body" else ()
         blocks.append(Block(role, module, members, driven))
     load(blocks, has_tape, with_mu)
-
-
-if __name__ == "__main__":
-    main(sys.argv[1])

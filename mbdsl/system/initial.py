@@ -334,8 +334,15 @@ def accelerations(
     if isinstance(J, np.ndarray):
         K = np.block([[np.diag(M), J.T], [J, np.zeros((m, m))]])
         K, b = d[:, None] * K * d, d * b
-        x = np.linalg.lstsq(K, b, rcond=1e-13)[0]
+        try:
+            x = np.linalg.solve(K, b)
+        except np.linalg.LinAlgError:
+            x = np.full(n + m, np.nan)
         r = b - K @ x
+        size = np.abs(b).max(initial=0.0)
+        if not (np.abs(r).max(initial=0.0) <= 1e-12 * size and np.abs(x).max(initial=0.0) <= 1e8 * size):
+            x = np.linalg.lstsq(K, b, rcond=1e-13)[0]  # of any rank
+            r = b - K @ x
     else:
         from scipy.sparse import block_array, csc_array, diags_array
         from scipy.sparse.linalg import splu

@@ -16,7 +16,7 @@ from mbdsl import layout
 from mbdsl.graph import MechanismGraph
 from mbdsl.graph import build as build_graph
 from mbdsl.scene import Scene
-from mbdsl.system import emit
+from mbdsl.system import beside, emit
 from mbdsl.system.emit import Kernels
 from mbdsl.system.tables import Tables, build_tables
 
@@ -88,8 +88,6 @@ class System:
 
     def compile_beside(self, with_mu: bool = False) -> subprocess.Popen | None:
         """Start to compile the kernels in another process."""
-        from mbdsl.system import beside  # runs as a program too, and must not be loaded before it does
-
         return beside.start(self.tables.blocks, self.tables.has_tape, with_mu)
 
     def workspace(self, slots: NDArray[np.int64] | None = None) -> Workspace:
@@ -234,4 +232,4 @@ def build(scene: Scene, graph: MechanismGraph | None = None) -> System:
     """Scene to System: numbers, tables and the text of the specialised code; compiles nothing yet."""
     tables = build_tables(scene)
     mechanism = graph if graph is not None else build_graph(scene)
-    return System(scene, mechanism, tables, emit.emit(tables.blocks, tables.has_tape, False))
+    return System(scene, mechanism, tables, emit.emit(tables.blocks, tables.has_tape, True))

@@ -200,11 +200,12 @@ def _fill(tables: Tables) -> None:
         frame = scene.frames[name]
         body = scene.components[frame.body]
         x, y, phi = body_pose(body, frame)
-        lengths.append(np.hypot(x, y))
         nb = len(body.kind.coordinates)
         if nb == 0:
             Z[f, :3] = x, y, phi
             ground += 1
+        else:
+            lengths.append(float(np.hypot(x, y)))
         first = tables.coordinates.get(frame.body, 0)
         dofs.append(tuple(range(first, first + nb)))
     I[layout.GROUND_FRAMES] = ground
@@ -214,7 +215,8 @@ def _fill(tables: Tables) -> None:
 
     _fill_mass(tables, buffers)
     # Translations are measured in the mechanism's size, angles in radians.
-    size = max(lengths, default=0.0) or 1.0
+    lengths += [float(c.values["length"]) for c in scene.components.values() if c.values.get("length")]
+    size = max(lengths, default=0.0) or max((float(np.hypot(*z[:2])) for z in Z), default=0.0) or 1.0
     tables.scale = np.ones(n)
     for body in scene.bodies():
         d = tables.coordinates[body.name]

@@ -1,5 +1,7 @@
 """Consistent initial values: the fixed stay, guesses move least, and what cannot be is told in the model's words."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -275,3 +277,13 @@ def test_long_chain_is_assembled():
     assert np.abs(system.mass() * s.a - force).max() < n**2 * EXACT
     acceleration = system.Phi_q(0.0, s.q) @ s.a - system.gamma_c(0.0, s.q, s.v)
     assert np.abs(acceleration).max() < n**2 * EXACT
+
+
+@pytest.mark.parametrize("n", [1, 5, 6, 20])
+def test_four_bars_start_where_they_are_meant_to(n):
+    """Couplers are told where they are but not how they turn; whatever N, nothing that was said has to move."""
+    path = Path(__file__).parents[2] / "models" / "four_bar.mbd"
+    r = mbdsl.simulate(mbdsl.load(path, {"N": n}), step=1e-3, stop=1e-3)
+    assert not r.moved
+    kinetic = (n + 1) / 6 + n / 2  # rockers turn at 1 rad/s, couplers move at 1 m/s
+    assert r["energy.total"][0] == pytest.approx(((n + 1) / 2 + n) * 9.81 + kinetic, rel=1e-12)
