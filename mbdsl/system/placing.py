@@ -1,0 +1,114 @@
+"""A first placing of bodies, from the ground outwards: where initial values say, else where the joints put them."""
+
+from __future__ import annotations
+
+from math import atan2, cos, hypot, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.elements.kind import JointKind
+from mbdsl.graph import MechanismGraph
+from mbdsl.lang.expressions import Expr, expr
+from mbdsl.scene import Component, InitialValue
+from mbdsl.system.signals import values
+from mbdsl.system.system import System
+from mbdsl.system.tables import body_pose
+
+Array = NDArray[np.float64]
+
+
+def place(system: System, graph: MechanismGraph, t: float, given: list[InitialValue]) -> Array:
+    """Poses of all bodies (n,), from the ground outwards: at what was said, else where the joints put them."""
+    scene, tables = system.scene, system.tables
+    said: dict[Expr | None, float] = {x.target: x.value for x in sorted(given, key=lambda x: x.fixed)}
+    pose = {name: _frame_pose(system, name) for name in scene.frames if not _coordinates(system, name)}
+    frames_of: dict[str, list[str]] = {}
+    for name, frame in scene.frames.items():
+        frames_of.setdefault(frame.body, []).append(name)
+    drivers = _drivers(system, t)
+    q = np.zeros(system.n)
+    for placement in graph.tree():
+        body = scene.components[placement.body]
+        x, y, phi = 0.0, 0.0, 0.0
+        if placement.joint is not None:
+            x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, drivers)
+        values_said = [said.get(body.signals.get(f"{body.name}.{key}")) for key in ("x", "y", "phi")]
+        cx, cy, angle = values_said
+        if placement.joint is not None and angle is None and cx is not None and cy is not None:
+            values_said[2] = _aimed(system, placement.joint, body.name, pose, cx, cy)
+        if placement.joint is not None and _driven(system, placement.joint, drivers):
+            values_said = [None, None, None]  # a driver knows better than a guess
+        if values_said[2] is not None and placement.joint is not None:
+            # turn about the joint, not about the centre of mass
+            x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, drivers, values_said[2])
+        x, y, phi = (new if new is not None else old for new, old in zip(values_said, (x, y, phi), strict=True))
+        d = tables.coordinates[body.name]
+        q[d : d + len(body.kind.coordinates)] = (x, y, phi)[: len(body.kind.coordinates)]
+        for name in frames_of.get(body.name, ()):
+            sx, sy, f = _frame_pose(system, name)
+            pose[name] = (x + cos(phi) * sx - sin(phi) * sy, y + sin(phi) * sx + cos(phi) * sy, phi + f)
+    return q
+
+
+def _coordinates(system: System, frame: str) -> tuple[str, ...]:
+    return system.scene.components[system.scene.frames[frame].body].kind.coordinates
+
+
+def _frame_pose(system: System, name: str) -> tuple[float, float, float]:
+    frame = system.scene.frames[name]
+    return body_pose(system.scene.components[frame.body], frame)
+
+
+def _drivers(system: System, t: float) -> dict[tuple[str, str, str], float]:
+    """(frame_a, frame_b, driven coordinate) -> its value at time t."""
+    nowhere = np.zeros((1, system.n))
+    found = {}
+    for c in system.scene.components.values():
+        if isinstance(c.kind, JointKind) and c.kind.driver:
+            law = [expr(c.values[c.kind.driver])]
+            u = float(values(system, law, np.array([t]), nowhere, nowhere)[0][0])
+            found[(c.ports["frame_a"], c.ports["frame_b"], c.kind.driver)] = u
+    return found
+
+
+def _driven(system: System, joint: str, drivers: dict[tuple[str, str, str], float]) -> bool:
+    ports = system.scene.components[joint].ports
+    return (ports["frame_a"], ports["frame_b"], "phi") in drivers
+
+
+def _ends(system: System, joint: str, body: str) -> tuple[Component, bool, str, str]:
+    """The joint, whether ``body`` is on its frame_b, the frame on the other body, the frame on ``body``."""
+    component = system.scene.components[joint]
+    frame_a, frame_b = component.ports["frame_a"], component.ports["frame_b"]
+    forward = system.scene.frames[frame_b].body == body
+    return component, forward, *((frame_a, frame_b) if forward else (frame_b, frame_a))
+
+
+def _aimed(system: System, joint: str, body: str, pose: dict, x: float, y: float) -> float | None:
+    """The angle that points a body with a known centre of mass at the joint by which it hangs."""
+    _, _, other, own = _ends(system, joint, body)
+    sx, sy, _ = _frame_pose(system, own)
+    dx, dy = pose[other][0] - x, pose[other][1] - y
+    return atan2(dy, dx) - atan2(sy, sx) if hypot(sx, sy) * hypot(dx, dy) > 0.0 else None
+
+
+def _by_joint(system, joint, body, pose, said, drivers, angle=None) -> tuple[float, float, float]:
+    """Pose of ``body``'s centre of mass so that the frames of ``joint`` meet, with its angle if that is known."""
+    component, forward, other, own = _ends(system, joint, body)
+    base = pose[other]
+
+    def known(key: str, otherwise: float = 0.0) -> float:
+        driven = drivers.get((component.ports["frame_a"], component.ports["frame_b"], key))
+        value = said.get(component.signals.get(f"{joint}.{key}"), driven)
+        return otherwise if value is None else value
+
+    relative = known("phi", float(component.values.get("phi0") or 0.0))
+    along = known("s", float(component.values.get("length") or 0.0) if component.kind.name == "Distance" else 0.0)
+    sx, sy, phi0 = _frame_pose(system, own)
+    turn = relative if forward else -relative
+    phi = angle if angle is not None else base[2] + turn - phi0
+    axis = base[2] if forward else phi + phi0
+    shift = along if forward else -along
+    x, y = base[0] + shift * cos(axis), base[1] + shift * sin(axis)
+    return x - cos(phi) * sx + sin(phi) * sy, y - sin(phi) * sx - cos(phi) * sy, phi
