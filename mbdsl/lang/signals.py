@@ -64,10 +64,10 @@ class Formula:
         return None
 
     def with_locals(self, names: dict[str, Value]) -> Formula:
-        raise NotImplementedError("formulas have no loops")
+        raise TypeError("the formula of a kind has no loops")
 
     def last(self) -> Value:
-        raise NotImplementedError("formulas have no `end`")
+        raise TypeError("the formula of a kind has no `end`")
 
     def function_names(self) -> list[str]:
         return []
