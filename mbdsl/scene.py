@@ -59,6 +59,8 @@ class Component:
     span: Span | None = None
     doc: str = ""
     energy: Expr | None = None  #: potential energy, where the kind has a formula for it
+    velocity_constraints: tuple[Expr, ...] = ()  #: of joints: what vanishes at velocity level, Gamma(v, q, t) = 0
+    friction: Expr | None = None  #: of joints: what resists the growth of the coordinate ``kind.friction_along``
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,17 @@ class ParameterValue:
 
 
 @dataclass(frozen=True)
+class Input:
+    """A value that comes from outside at every instant; ``start`` (in SI) until somebody says more."""
+
+    name: str
+    start: float = 0.0
+    unit: str = ""
+    doc: str = ""
+    span: Span | None = None
+
+
+@dataclass(frozen=True)
 class Scene:
     """A mechanism: components and frames by full name, in the order of their declaration."""
 
@@ -108,6 +121,7 @@ class Scene:
     doc: str = ""
     files: tuple[str, ...] = ()  #: the source files read, the main one first
     variables: Mapping[str, Expr] = field(default_factory=dict)  #: ``Real F = 2*time;``: names for expressions
+    inputs: Mapping[str, Input] = field(default_factory=dict)  #: by name, in the order of their declaration
 
     def bodies(self) -> list[Component]:
         """Components that have coordinates, in order (the ground has none)."""

@@ -4,7 +4,7 @@
 """
 
 from mbdsl.elements.coordinates import distance, distance_hessian
-from mbdsl.elements.kind import JointKind, Parameter, Signal
+from mbdsl.elements.kind import JointKind, Parameter, Signal, wrench
 from mbdsl.kernels import kernel
 from mbdsl.layout import VALUE
 
@@ -17,6 +17,7 @@ KIND = JointKind(
         Signal("s", "m", "hypot(frame_b.x - frame_a.x, frame_b.y - frame_a.y)", "distance of the frames"),
         Signal("v", "m/s", "der(s)", "its rate"),
     ),
+    reactions=wrench("-lam[1]*(frame_b.x - frame_a.x)/s", "-lam[1]*(frame_b.y - frame_a.y)/s"),
     table=lambda v: (v["length"],),
 )
 

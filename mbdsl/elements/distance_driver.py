@@ -3,6 +3,7 @@
     g = |r_b - r_a| - u(t)                                                               (1 row)
 """
 
+from mbdsl.elements import distance as distance_joint
 from mbdsl.elements.coordinates import distance, distance_hessian
 from mbdsl.elements.kind import JointKind, Parameter, Signal
 from mbdsl.kernels import kernel
@@ -16,6 +17,7 @@ KIND = JointKind(
         Signal("s", "m", "hypot(frame_b.x - frame_a.x, frame_b.y - frame_a.y)", "distance of the frames"),
         Signal("v", "m/s", "der(s)", "its rate"),
     ),
+    reactions=distance_joint.KIND.reactions,
     driver="s",
 )
 

@@ -3,7 +3,7 @@
     g = (r_b - r_a, phi_b - phi_a - phi0)                                                (3 rows)
 """
 
-from mbdsl.elements.kind import JointKind, Parameter
+from mbdsl.elements.kind import JointKind, Parameter, wrench
 from mbdsl.kernels import kernel
 from mbdsl.layout import VALUE
 
@@ -12,7 +12,7 @@ KIND = JointKind(
     doc="A weld: frame_b keeps position and angle relative to frame_a.",
     rows=3,
     parameters=(Parameter("phi0", "rad", 0.0, "the constant angle of frame_b relative to frame_a"),),
-    reaction=("fx", "fy", "tau"),
+    reactions=wrench("-lam[1]", "-lam[2]", "-lam[3]"),
     table=lambda v: (v["phi0"],),
 )
 

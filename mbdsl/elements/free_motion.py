@@ -6,7 +6,6 @@ KIND = JointKind(
     "FreeMotion",
     doc="Nothing holds frame_b; it says that a body without joints or forces is meant to fly.",
     rows=0,
-    reaction=(),
     signals=(
         Signal("x", "m", "frame_b.x - frame_a.x", "in world axes"),
         Signal("y", "m", "frame_b.y - frame_a.y", "in world axes"),

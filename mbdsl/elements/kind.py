@@ -48,6 +48,12 @@ class Signal:
     doc: str = ""
 
 
+def wrench(fx: str = "", fy: str = "", tau: str = "") -> tuple[Signal, ...]:
+    """The reactions of a joint by their formulas; what it does not transmit is left out."""
+    given = (("fx", "N", fx, "force along x"), ("fy", "N", fy, "force along y"), ("tau", "N.m", tau, "torque"))
+    return tuple(Signal(name, unit, formula, doc) for name, unit, formula, doc in given if formula)
+
+
 @dataclass(frozen=True)
 class Kind:
     """A word of the language.
@@ -108,13 +114,26 @@ class PairKind(Kind):
 
 @dataclass(frozen=True)
 class JointKind(PairKind):
-    """Demands g(z) = 0, or g(z) = u(t) in its last row where ``driver`` names the law parameter u.
+    """Demands g(z) = 0, or g(z) = u(t) in its last row where ``driver`` names the law parameter u; and that its
+    ``velocity_rows`` vanish.
 
-    ``reaction`` names what it can transmit, of "fx", "fy", "tau".
+    Its multipliers lam belong to its ``rows``, then to its ``velocity_rows``; the constraint force is -Phi_q^T lam.
     """
 
-    reaction: tuple[str, ...] = ("fx", "fy")
     driver: str | None = None
+    #: formulas Gamma = 0 of velocities, as those of signals; a law parameter means its law, not a signal of that name
+    velocity_rows: tuple[str, ...] = ()
+    #: what it transmits: the wrench on frame_b at its origin, world axes, as formulas over lam[1], lam[2], ...
+    reactions: tuple[Signal, ...] = ()
+    #: formula, also over lam, of a force or torque that resists growth of the scalar coordinate whose kernels are those
+    #: of the element module ``friction_along``; without friction (its parameter ``mu_s`` zero) a joint has none of it
+    friction: str = ""
+    friction_along: str = ""
+
+    @property
+    def reaction(self) -> tuple[str, ...]:
+        """Names of the reactions."""
+        return tuple(signal.name for signal in self.reactions)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@
 
 from mbdsl.elements import prismatic
 from mbdsl.elements.coordinates import offset, offset_hessian
-from mbdsl.elements.kind import JointKind, Signal
+from mbdsl.elements.kind import JointKind, Signal, wrench
 from mbdsl.kernels import kernel
 
 KIND = JointKind(
@@ -17,6 +17,7 @@ KIND = JointKind(
         Signal("phi", "rad", "frame_b.phi - frame_a.phi", "angle of frame_b relative to frame_a"),
         Signal("w", "rad/s", "der(phi)", "relative angular velocity"),
     ),
+    reactions=wrench("sin(frame_a.phi)*lam[1]", "-cos(frame_a.phi)*lam[1]"),
 )
 
 

@@ -5,7 +5,7 @@
 """
 
 from mbdsl.elements.coordinates import angle, offset, offset_hessian
-from mbdsl.elements.kind import JointKind, Parameter, Signal
+from mbdsl.elements.kind import JointKind, Parameter, Signal, wrench
 from mbdsl.kernels import kernel
 from mbdsl.layout import VALUE
 
@@ -23,7 +23,7 @@ KIND = JointKind(
         ),
         Signal("v", "m/s", "der(s)", "sliding velocity"),
     ),
-    reaction=("fx", "fy", "tau"),
+    reactions=wrench("sin(frame_a.phi)*lam[1]", "-cos(frame_a.phi)*lam[1]", "-lam[2]"),
     table=lambda v: (v["phi0"],),
 )
 

@@ -3,7 +3,7 @@
     g = r_b - r_a                                                                        (2 rows)
 """
 
-from mbdsl.elements.kind import JointKind, Signal
+from mbdsl.elements.kind import JointKind, Signal, wrench
 from mbdsl.kernels import kernel
 from mbdsl.layout import VALUE
 
@@ -15,6 +15,7 @@ KIND = JointKind(
         Signal("phi", "rad", "frame_b.phi - frame_a.phi", "angle of frame_b relative to frame_a"),
         Signal("w", "rad/s", "der(phi)", "relative angular velocity"),
     ),
+    reactions=wrench("-lam[1]", "-lam[2]"),
 )
 
 

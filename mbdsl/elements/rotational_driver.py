@@ -5,7 +5,7 @@
 
 from mbdsl.elements import revolute
 from mbdsl.elements.coordinates import angle
-from mbdsl.elements.kind import JointKind, Parameter
+from mbdsl.elements.kind import JointKind, Parameter, wrench
 from mbdsl.kernels import kernel
 
 KIND = JointKind(
@@ -14,7 +14,7 @@ KIND = JointKind(
     rows=1,
     parameters=(Parameter("phi", "rad", doc="the angle, an expression in time", law=True),),
     signals=revolute.KIND.signals,
-    reaction=("tau",),
+    reactions=wrench(tau="-lam[1]"),
     driver="phi",
 )
 

@@ -5,7 +5,7 @@
 
 from mbdsl.elements import prismatic
 from mbdsl.elements.coordinates import slide, slide_hessian
-from mbdsl.elements.kind import JointKind, Parameter
+from mbdsl.elements.kind import JointKind, Parameter, wrench
 from mbdsl.kernels import kernel
 
 KIND = JointKind(
@@ -14,6 +14,7 @@ KIND = JointKind(
     rows=1,
     parameters=(Parameter("s", "m", doc="the position, an expression in time", law=True),),
     signals=prismatic.KIND.signals,
+    reactions=wrench("-cos(frame_a.phi)*lam[1]", "-sin(frame_a.phi)*lam[1]"),
     driver="s",
 )
 

@@ -203,10 +203,8 @@ def _der(arguments: list[s.Expression], scope: Scope) -> Value:
         dimension = values.units.multiply(inner.dimension, values.units.dimension("s"), -1)
     try:
         rate = expressions.der(expressions.expr(inner.value))  # type: ignore[arg-type]
-    except ValueError:
-        raise ModelError(
-            "der() takes a position or an angle; accelerations are results, they cannot be used in the model"
-        ) from None
+    except ValueError as problem:
+        raise ModelError(str(problem)) from None
     return Quantity(rate, dimension)
 
 

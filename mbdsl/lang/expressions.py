@@ -1,4 +1,4 @@
-"""Scalar expressions in time and the coordinates of frames, with exact derivatives.
+"""Scalar expressions in time, the coordinates of frames, inputs and multipliers, with exact derivatives.
 
 An :class:`Expr` is a node of a directed acyclic graph: equal expressions are the same object, so that a derivative
 shares its subexpressions with the expression it came from and stays linear in its size. Numbers are SI; units
@@ -15,13 +15,16 @@ from weakref import WeakValueDictionary
 #: coordinate key -> key of its time derivative
 RATE = {"x": "vx", "y": "vy", "phi": "w"}
 COORDINATES = ("x", "y", "phi", "vx", "vy", "w")
+#: operations without arguments whose value varies
+LEAVES = ("time", "coordinate", "input", "multiplier")
 
 
 class Expr:
     """One node: an operation ``op`` on ``args``, with a payload ``value`` for leaves and tables.
 
-    ``op`` is "const" (value: float), "time", "coordinate" (value: (frame, key)), "input" (value: name),
-    "table" (value: (Table, order of derivative)) or a key of ``OPERATIONS``.
+    ``op`` is "const" (value: float), a leaf that varies (one of ``LEAVES``: "time", "coordinate" with value (frame,
+    key), "input" with value name, "multiplier" with value (joint, k)), "table" (value: (Table, order of derivative))
+    or a key of ``OPERATIONS``.
     """
 
     __slots__ = ("__weakref__", "args", "op", "value")
@@ -145,7 +148,14 @@ def coordinate(frame: str, key: str) -> Expr:
     return Expr("coordinate", (), (frame, key))
 
 
+def multiplier(joint: str, k: int) -> Expr:
+    """Multiplier ``k`` (0, 1, ...) of the joint named ``joint``: those of its holonomic rows come first, then those of
+    its velocity-level rows."""
+    return Expr("multiplier", (), (joint, k))
+
+
 def input_signal(name: str) -> Expr:
+    """The input named ``name``, whose value comes from outside."""
     return Expr("input", (), name)
 
 
@@ -266,8 +276,8 @@ def walk(*roots: Expr) -> list[Expr]:
 
 
 def leaves(*roots: Expr) -> list[Expr]:
-    """The time, coordinate and input nodes that ``roots`` depend on."""
-    return [n for n in walk(*roots) if n.op in ("time", "coordinate", "input")]
+    """What ``roots`` depend on: time, coordinates, inputs and multipliers."""
+    return [n for n in walk(*roots) if n.op in LEAVES]
 
 
 def diff(root: Expr, *variables: Expr) -> list[Expr]:
@@ -309,7 +319,7 @@ def der(root: Expr) -> Expr:
     Raises
     ------
     ValueError
-        If ``root`` depends on velocities (accelerations are no variables here).
+        If ``root`` depends on something whose rate is no variable here: velocities, reactions, inputs.
     """
     variables = leaves(root)
     total = const(0.0)
@@ -320,9 +330,17 @@ def der(root: Expr) -> Expr:
             frame, key = leaf.value  # type: ignore[misc]
             rate = coordinate(frame, RATE[key])
         else:
-            raise ValueError("der() of a quantity that depends on velocities")
+            raise ValueError(_no_rate(leaf))
         total = total + partial * rate
     return total
+
+
+def _no_rate(leaf: Expr) -> str:
+    if leaf.op == "multiplier":
+        return f"der() of a reaction: `{text(leaf)}` is an unknown of the step, its rate is not known"
+    if leaf.op == "input":
+        return f"der() of the input `{leaf.value}`: an input may jump, its rate is not known; make the rate an input too"
+    return "der() takes a position or an angle; accelerations are results, they cannot be used in the model"
 
 
 def substitute(root: Expr, replacement: Callable[[Expr], Expr | None]) -> Expr:
@@ -397,6 +415,9 @@ def text(root: Expr) -> str:
             shown[n] = ".".join(n.value)  # type: ignore[arg-type]
         elif n.op == "input":
             shown[n] = str(n.value)
+        elif n.op == "multiplier":
+            joint, k = n.value  # type: ignore[misc]
+            shown[n] = f"{joint}.lam[{k + 1}]"
         elif n.op == "time":
             shown[n] = "time"
         elif n.op in _INFIX:
