@@ -17,8 +17,8 @@ class Parameter:
     """One modifier that a component of this kind takes.
 
     ``unit`` is the unit a value must have the dimension of ("1": a pure number, "": not a number at all, as
-    with choices and frame lists). ``shape`` is () for a scalar, (2,) for a planar vector. ``law`` parameters take
-    expressions in time and signals, evaluated at every step. A default of None means "may be left out".
+    with choices and frame lists; of a law: any unit). ``shape`` is () for a scalar, (2,) for a planar vector. ``law``
+    parameters take expressions in time and signals, evaluated at every step. A default of None means "may be left out".
     """
 
     name: str
@@ -82,6 +82,11 @@ class Kind:
     def parameter(self, name: str) -> Parameter | None:
         return next((p for p in self.parameters if p.name == name), None)
 
+    def unit_of(self, name: str) -> str | None:
+        """The unit of a signal of its components; None if they have none of this name."""
+        signals = {p.name: p.unit for p in self.parameters if p.law} | {x.name: x.unit for x in self.signals}
+        return signals.get(name)
+
 
 @dataclass(frozen=True)
 class BodyKind(Kind):
@@ -134,6 +139,15 @@ class JointKind(PairKind):
     def reaction(self) -> tuple[str, ...]:
         """Names of the reactions."""
         return tuple(signal.name for signal in self.reactions)
+
+    @property
+    def friction_unit(self) -> str:
+        return "N.m" if self.friction_along == "rotational_spring_damper" else "N"
+
+    def unit_of(self, name: str) -> str | None:
+        if name == "friction" and self.friction:
+            return self.friction_unit
+        return next((x.unit for x in self.reactions if x.name == name), None) or super().unit_of(name)
 
 
 @dataclass(frozen=True)

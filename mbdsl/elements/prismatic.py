@@ -2,8 +2,11 @@
 
     g1 = n_a . (r_b - r_a)
     g2 = phi_b - phi_a - phi0                                                            (2 rows)
+
+Friction: a force mu * |lam_1| against the sliding, see friction.py.
 """
 
+from mbdsl.elements import friction
 from mbdsl.elements.coordinates import angle, offset, offset_hessian
 from mbdsl.elements.kind import JointKind, Parameter, Signal, wrench
 from mbdsl.kernels import kernel
@@ -13,7 +16,10 @@ KIND = JointKind(
     "Prismatic",
     doc="A sliding joint: frame_b moves on the x axis of frame_a and keeps its angle to it.",
     rows=2,
-    parameters=(Parameter("phi0", "rad", 0.0, "the constant angle of frame_b relative to frame_a"),),
+    parameters=(
+        Parameter("phi0", "rad", 0.0, "the constant angle of frame_b relative to frame_a"),
+        *friction.parameters("v", "m/s", 1e-3),
+    ),
     signals=(
         Signal(
             "s",
@@ -24,6 +30,10 @@ KIND = JointKind(
         Signal("v", "m/s", "der(s)", "sliding velocity"),
     ),
     reactions=wrench("sin(frame_a.phi)*lam[1]", "-cos(frame_a.phi)*lam[1]", "-lam[2]"),
+    friction=friction.formula("abs(lam[1])", "v"),
+    friction_along="translational_spring_damper",
+    check=friction.check,
+    derive=friction.derive,
     table=lambda v: (v["phi0"],),
 )
 

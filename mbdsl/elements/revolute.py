@@ -1,9 +1,12 @@
 """Revolute: a pin that holds two frame origins together and leaves the angle between them free.
 
     g = r_b - r_a                                                                        (2 rows)
+
+Friction in the pin: a torque mu * radius * |(lam_1, lam_2)| against the relative rotation, see friction.py.
 """
 
-from mbdsl.elements.kind import JointKind, Signal, wrench
+from mbdsl.elements import friction
+from mbdsl.elements.kind import JointKind, Parameter, Signal, wrench
 from mbdsl.kernels import kernel
 from mbdsl.layout import VALUE
 
@@ -11,11 +14,19 @@ KIND = JointKind(
     "Revolute",
     doc="A pin joint: the origins of frame_a and frame_b coincide.",
     rows=2,
+    parameters=(
+        Parameter("radius", "m", None, "radius of the pin, where there is friction", positive=True),
+        *friction.parameters("w", "rad/s", 0.01),
+    ),
     signals=(
         Signal("phi", "rad", "frame_b.phi - frame_a.phi", "angle of frame_b relative to frame_a"),
         Signal("w", "rad/s", "der(phi)", "relative angular velocity"),
     ),
     reactions=wrench("-lam[1]", "-lam[2]"),
+    friction=friction.formula("radius*hypot(lam[1], lam[2])", "w"),
+    friction_along="rotational_spring_damper",
+    check=friction.check,
+    derive=friction.derive,
 )
 
 

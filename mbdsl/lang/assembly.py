@@ -166,11 +166,15 @@ class Assembly:
         kind = part.kind
         found = [(p.find(part.contexts), p.e.at) for p in positional]
         named = [port for port in kind.ports if port in part.template.modifiers]
-        if len(found) == 1 and isinstance(found[0][0], Part):
+        if len(found) == 1 and kind.ports and isinstance(found[0][0], Part):
             other, at = found[0]
             assert isinstance(other, Part)
             if other is part:
                 raise ModelError(f"`{part.name}` cannot be attached to itself", span_of(at))
+            if not other.nodes:
+                raise ModelError(
+                    f"`{other.name}` is a {other.kind.name} and has no frames, expected those of a joint", span_of(at)
+                )
             for port in kind.ports:
                 connect(part.nodes[port], other.nodes[port], at)
             return
@@ -178,7 +182,8 @@ class Assembly:
         if len(found) == 1 and kind.optional_ports and len(free) == len(kind.ports):
             free = [port for port in free if port not in kind.optional_ports]
         if len(found) > len(free):
-            hint = f"its frames are {' and '.join(kind.ports)}; everything else is given by name"
+            frames = f"its frames are {' and '.join(kind.ports)}; everything else" if kind.ports else "everything"
+            hint = f"{frames} is given by name"
             raise ModelError(
                 f"{kind.name} `{part.name}` takes {len(kind.ports)} frames, found {len(found) + len(named)}",
                 span_of(found[len(free)][1]),

@@ -78,7 +78,7 @@ def argument(parameter: Parameter, value: Value, owner: str) -> float | str | tu
 def law(parameter: Parameter, value: Value, owner: str) -> expressions.Expr:
     """The expression of a component's law, checked against its declaration."""
     what = f"`{parameter.name}` of `{owner}`"
-    value = fit(value, units.dimension(parameter.unit), what, parameter.unit)
+    value = fit(value, units.dimension(parameter.unit) if parameter.unit else None, what, parameter.unit)
     if isinstance(value, tuple):
         raise ModelError(f"{what}: found {describe(value)}, expected a single value")
     if isinstance(value.value, expressions.Expr):

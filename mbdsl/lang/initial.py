@@ -112,6 +112,14 @@ class InitialValues:
         leaves = expressions.leaves(target.value) if isinstance(target.value, expressions.Expr) else []
         if not leaves:
             raise ModelError(f"`{name}` cannot be given an initial value: it does not vary", span_of(at))
+        for leaf in leaves:
+            if leaf.op in ("multiplier", "input"):
+                what = "a reaction" if leaf.op == "multiplier" else "an input"
+                raise ModelError(
+                    f"`{name}` depends on {what}; only positions and velocities have initial values",
+                    span_of(at),
+                    "an input starts at its `start`" if leaf.op == "input" else "reactions follow from the motion",
+                )
         if any(leaf.op == "time" for leaf in leaves):
             raise ModelError(
                 f"`{name}` depends on time; only positions and velocities have initial values", span_of(at)

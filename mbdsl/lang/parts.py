@@ -9,7 +9,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from mbdsl.elements import kinds
-from mbdsl.elements.kind import REQUIRED, BodyKind, JointKind, Kind, PairKind, Parameter
+from mbdsl.elements.kind import REQUIRED, BodyKind, JointKind, Kind, Parameter, Signal
 from mbdsl.errors import ModelError
 from mbdsl.lang import check, expressions, units
 from mbdsl.lang.connections import Node
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 #: quantities that are results of a simulation, and no variables of its equations
 ACCELERATIONS = ("ax", "ay", "alpha")
-REACTIONS = ("fx", "fy", "tau")
 
 
 class Template:
@@ -203,20 +202,33 @@ class Part:
             try:
                 picked = modifier.pick(value, 0, self.contexts)
                 self._laws[name] = check.law(parameter, picked, self.name)
-                if isinstance(self.kind, JointKind) and self.kind.driver == name:
-                    self._only_in_time(name)
+                if isinstance(self.kind, JointKind):
+                    self._check_demand(name, self.kind)
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None
         return self._laws[name]
 
-    def _only_in_time(self, name: str) -> None:
-        found = next((leaf for leaf in expressions.leaves(self._laws[name]) if leaf.op != "time"), None)
-        if found is not None:
-            raise ModelError(
-                f"`{name}` of {self.kind.name} `{self.name}` depends on `{expressions.text(found)}`, but a driver "
-                "prescribes a motion in time",
-                hint="use `time`, parameters and tables; a force or torque may depend on signals",
-            )
+    def _check_demand(self, name: str, kind: JointKind) -> None:
+        """What a joint demands may depend on what is known without it: positions on time, velocities on more."""
+        what, leaves = f"`{name}` of {kind.name} `{self.name}`", expressions.leaves(self._laws[name])
+        for leaf in leaves:
+            if leaf.op == "multiplier":
+                raise ModelError(
+                    f"{what} depends on a reaction of `{leaf.value[0]}`, but reactions follow from what joints demand",  # type: ignore[index]
+                    hint="forces, torques and variables may depend on reactions",
+                )
+            if kind.driver == name and leaf.op == "input":
+                raise ModelError(
+                    f"{what} depends on the input `{leaf.value}`, but a driver needs velocity and acceleration as well, "
+                    "and an input may jump",
+                    hint="prescribe the velocity by an input, with a RotationalVelocityDriver or "
+                    "TranslationalVelocityDriver",
+                )
+            if kind.driver == name and leaf.op != "time":
+                raise ModelError(
+                    f"{what} depends on `{expressions.text(leaf)}`, but a driver prescribes a motion in time",
+                    hint="use `time`, parameters and tables; a force or torque may depend on signals",
+                )
 
     # -- frames ------------------------------------------------------------------------------------------------
 
@@ -265,7 +277,11 @@ class Part:
 
     def signal_names(self) -> tuple[str, ...]:
         laws = _law_names(self.kind.name)
-        return _signal_names(self.kind.name, tuple(n for n in laws if self._has_law(n)) if laws else ())
+        given = tuple(n for n in laws if self._has_law(n)) if laws else ()
+        return _signal_names(self.kind.name, given, self._has_friction())
+
+    def _has_friction(self) -> bool:
+        return isinstance(self.kind, JointKind) and self.kind.friction != "" and self.values["mu_s"] > 0.0
 
     def _has_law(self, name: str) -> bool:
         parameter = self.kind.parameter(name)
@@ -276,19 +292,31 @@ class Part:
         found = self._signals.get(name)
         if found is not None:
             return found
-        parameter = self.kind.parameter(name)
-        driver = isinstance(self.kind, JointKind) and self.kind.driver == name
-        if parameter is not None and parameter.law and not driver and self._has_law(name):
-            found = Quantity(self.law(name), units.dimension(parameter.unit))  # type: ignore[arg-type]
+        declared = _declared_signals(self.kind.name).get(name)
+        # The law of a force is the force; what a joint demands is not what is measured.
+        law = None if declared is not None and isinstance(self.kind, JointKind) else self.own_law(name)
+        if law is not None:
+            found = law
         else:
-            declared = next(x for x in self.kind.signals if x.name == name)
+            assert declared is not None
             if declared.formula.startswith("c.") and declared.formula[2:] in expressions.COORDINATES:
                 return self.assembly.coordinate(self.frames["c"], declared.formula[2:])
-            value = evaluate(formula(declared.formula), Formula(self))
-            assert isinstance(value, Quantity)
-            found = Quantity(expressions.expr(value.value), units.dimension(declared.unit))  # type: ignore[arg-type]
+            found = Quantity(self._formula(declared.formula), units.dimension(declared.unit))
         self._signals[name] = found
         return found
+
+    def own_law(self, name: str) -> Quantity | None:
+        """What ``name`` means as a law parameter; None if it is none, or not given."""
+        parameter = self.kind.parameter(name)
+        if parameter is None or not parameter.law or not self._has_law(name):
+            return None
+        law = self.law(name)
+        return Quantity(law, units.dimension(parameter.unit) if parameter.unit else None)  # type: ignore[arg-type]
+
+    def _formula(self, text: str, laws: bool = False) -> Expr:
+        value = evaluate(formula(text), Formula(self, laws))
+        assert isinstance(value, Quantity)
+        return expressions.expr(value.value)  # type: ignore[arg-type]
 
     def own(self, name: str) -> Value | Node | Frame | None:
         """What ``name`` means inside the component: parameter, port or frame; None for signals and strangers."""
@@ -308,9 +336,7 @@ class Part:
 
     def output_only(self, name: str) -> bool:
         """Whether ``name`` is a result that laws cannot use."""
-        if isinstance(self.kind, BodyKind):
-            return name in ACCELERATIONS and bool(self.kind.coordinates)
-        return isinstance(self.kind, JointKind) and name in REACTIONS and name in self.kind.reaction
+        return isinstance(self.kind, BodyKind) and name in ACCELERATIONS and bool(self.kind.coordinates)
 
     def known_names(self) -> list[str]:
         """For "did you mean"."""
@@ -330,15 +356,41 @@ class Part:
             span_of(self.at),
             self.doc,
             self._energy(),
+            self._velocity_constraints(),
+            self.signal("friction").value if self._has_friction() else None,  # type: ignore[arg-type]
         )
 
     def _energy(self) -> Expr | None:
         """Potential energy by the kind's formula; forces that follow a law have none."""
         if not self.kind.energy or any(self._has_law(name) for name in _law_names(self.kind.name)):
             return None
-        value = evaluate(formula(self.kind.energy), Formula(self))
-        assert isinstance(value, Quantity)
-        return expressions.expr(value.value)  # type: ignore[arg-type]
+        return self._formula(self.kind.energy)
+
+    def _velocity_constraints(self) -> tuple[Expr, ...]:
+        if not isinstance(self.kind, JointKind):
+            return ()
+        found = tuple(self._formula(row, laws=True) for row in self.kind.velocity_rows)
+        if all(expressions.is_velocity_level(row) for row in found):
+            return found
+        name = next(iter(_law_names(self.kind.name)))
+        modifier = self._modifier(name)
+        raise ModelError(
+            f"`{name}` of {self.kind.name} `{self.name}` depends on no velocity",
+            span_of(modifier.value.at if modifier is not None and modifier.value is not None else self.at),
+            "a condition on positions is a joint or a driver, e.g. Distance or RotationalDriver; velocities are "
+            "`rod.w`, `rod.b.vx`, `der(O.phi)`",
+        )
+
+
+@cache
+def _declared_signals(kind: str) -> dict[str, Signal]:
+    declaration = kinds()[kind]
+    found = {x.name: x for x in declaration.signals}
+    if isinstance(declaration, JointKind):
+        found |= {x.name: x for x in declaration.reactions}
+        if declaration.friction:
+            found["friction"] = Signal("friction", declaration.friction_unit, declaration.friction)
+    return found
 
 
 @cache
@@ -347,13 +399,10 @@ def _law_names(kind: str) -> tuple[str, ...]:
 
 
 @cache
-def _signal_names(kind: str, laws: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys([*(x.name for x in kinds()[kind].signals), *laws]))
+def _signal_names(kind: str, laws: tuple[str, ...], friction: bool) -> tuple[str, ...]:
+    declared = [name for name in _declared_signals(kind) if friction or name != "friction"]
+    return tuple(dict.fromkeys([*declared, *laws]))
 
 
 def is_body(part: Part) -> bool:
     return isinstance(part.kind, BodyKind)
-
-
-def is_pair(part: Part) -> bool:
-    return isinstance(part.kind, PairKind)

@@ -362,7 +362,7 @@ def _output_only(name: str, at: At) -> ModelError:
     return ModelError(
         f"`{name}` is a result of the simulation, it cannot be used in the model",
         span_of(at),
-        "accelerations and reactions can be written out, but laws may depend on positions and velocities only",
+        "accelerations can be written out, but laws may depend on positions, velocities and reactions only",
     )
 
 

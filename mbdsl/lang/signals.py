@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import Budget
-from mbdsl.lang.expressions import Expr
+from mbdsl.lang.expressions import Expr, multiplier
 from mbdsl.lang.parser import parse_expression
 from mbdsl.lang.values import Quantity, Value
 
@@ -32,20 +32,30 @@ class Signals(Mapping[str, Expr]):
         return self._part.signal(own).value  # type: ignore[return-value]
 
     def __iter__(self) -> Iterator[str]:
-        return (f"{self._part.name}.{name}" for name in self._names)
+        return (f"{self._part.name}.{name}" for name in self._listed())
 
     def __len__(self) -> int:
-        return len(self._names)
+        return len(self._listed())
+
+    def _listed(self) -> list[str]:
+        # Trajectory computes these by itself and would meet them twice; to be listed once it takes them from here.
+        hidden = (*getattr(self._part.kind, "reaction", ()), "friction")
+        return [name for name in self._names if name not in hidden]
 
     def __repr__(self) -> str:
         return f"Signals({', '.join(self)})"
 
 
 class Formula:
-    """The scope of a signal's formula: ports, own parameters and other signals."""
+    """The scope of a kind's formula: ports, own parameters, signals, and the multipliers ``lam[1]``, ``lam[2]``, ...
 
-    def __init__(self, part: Part) -> None:
+    ``laws``: a name that is both, of a signal and of a law parameter, means the law (what a driver demands, not what
+    is measured).
+    """
+
+    def __init__(self, part: Part, laws: bool = False) -> None:
         self.part = part
+        self.laws = laws
         self.budget: Budget = part.assembly.budget
 
     def value(self, reference: s.Reference) -> Value:
@@ -53,6 +63,10 @@ class Formula:
         if len(reference.steps) == 2:
             frame = self.part.frames[first.name] if first.name == "c" else self.part.port_frame(first.name)
             return self.part.assembly.coordinate(frame, reference.steps[1].name)
+        if first.name == "lam":
+            return Quantity(multiplier(self.part.name, first.indices[0].value - 1))  # type: ignore[union-attr]
+        if self.laws and (law := self.part.own_law(first.name)) is not None:
+            return law
         own = self.part.own(first.name)
         if isinstance(own, Quantity | tuple):
             for index in first.indices:

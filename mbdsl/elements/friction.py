@@ -1,0 +1,51 @@
+"""Coulomb friction in joints: what Revolute, Prismatic and PointOnLine share.
+
+Along a coordinate with rate v acts, against it,
+
+    N (mu + (mu_s - mu) exp(-(v/v_st)^2)) tanh(v/v_s)
+
+with N the size of the joint's own reaction (times the radius of a pin). mu_s is the peak around standstill and v_st the
+Stribeck speed over which it falls to mu. tanh takes the place of the sign of v, which no equation could be solved with:
+a joint that should stick creeps, at a speed of the order of v_s. Small v_s stick better and are stiffer; the defaults
+creep less than anybody would see in a machine (1 mm/s, 0.01 rad/s: 0.1 mm/s at the surface of a pin of 1 cm), and
+methods that are implicit anyway do not mind them.
+"""
+
+from collections.abc import Mapping
+
+from mbdsl.elements.kind import Parameter
+
+STRIBECK = 10.0  #: v_st/v_s unless v_st is given: tanh has reached its end before the exponential falls
+
+
+def parameters(speed: str, unit: str, default: float) -> tuple[Parameter, ...]:
+    """The parameters of friction against a rate called ``speed``."""
+    return (
+        Parameter("mu", "1", 0.0, "coefficient of friction; 0: none", minimum=0.0),
+        Parameter("mu_s", "1", None, "coefficient around standstill; default mu", minimum=0.0),
+        Parameter(
+            f"{speed}_s", unit, default, "speed over which friction changes its sign: tanh(v/v_s)", positive=True
+        ),
+        Parameter(f"{speed}_st", unit, None, f"Stribeck speed; default {STRIBECK:g} {speed}_s", positive=True),
+    )
+
+
+def formula(normal: str, speed: str) -> str:
+    """The law for a normal force (or its torque) given by a formula; terms of mu_s = mu fall away in it."""
+    return f"{normal}*(mu + (mu_s - mu)*exp(-({speed}/{speed}_st)^2))*tanh({speed}/{speed}_s)"
+
+
+def check(values: Mapping) -> str | None:
+    mu, mu_s = values["mu"], values["mu_s"]
+    if mu_s is not None and mu_s < mu:
+        return f"mu_s is {mu_s:g}, less than mu = {mu:g}: a joint does not hold less at rest than it does sliding"
+    if (mu or mu_s) and "radius" in values and values["radius"] is None:
+        return "friction in a pin needs its `radius`: the torque is mu * radius * force"
+    return None
+
+
+def derive(values: Mapping) -> dict:
+    """What follows where it is not given."""
+    speed = "w" if "w_s" in values else "v"
+    found = {} if values["mu_s"] is not None else {"mu_s": values["mu"]}
+    return found if values[f"{speed}_st"] is not None else {**found, f"{speed}_st": STRIBECK * values[f"{speed}_s"]}
