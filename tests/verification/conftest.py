@@ -1,4 +1,4 @@
-"""What the verification tests share: reference data, shipped models, observed orders."""
+"""What the verification tests share: the six methods, reference data, shipped models, observed orders."""
 
 import json
 from pathlib import Path
@@ -6,8 +6,29 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mbdsl.integrators import methods
+
 TESTS = Path(__file__).parents[1]
 MODELS = TESTS.parent / "models"
+
+#: method -> its order; the same six wherever tests are about methods
+ORDERS = {"newmark": 1, "hht-i3": 2, "nstiff": 2, "nstiff-si2": 2, "hht-add": 2, "hht-si2": 2}
+#: what the slope over all of the steps may be; newmark with gamma = 0.6
+SLOPES = {1: (0.9, 1.15), 2: (1.85, 2.15)}
+#: the methods that keep the constraints on velocities
+STABILISED = ("nstiff-si2", "hht-add", "hht-si2")
+
+
+@pytest.fixture(params=[name for name in ORDERS if name in methods()], scope="session")
+def method(request):
+    """Each of the six methods in turn."""
+    return request.param
+
+
+@pytest.fixture(scope="session")
+def stabilised():
+    """``stabilised(method)``: whether it keeps the constraints on velocities."""
+    return lambda method: method in STABILISED
 
 
 @pytest.fixture(scope="session")
@@ -26,3 +47,15 @@ def model():
 def order():
     """``order(steps, errors)``: the slope of a straight line through log(error) over log(step)."""
     return lambda steps, errors: float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
+
+
+@pytest.fixture(scope="session")
+def wrong_orders(order):
+    """``wrong_orders(method, steps, errors)``: those of ``{name: errors}`` whose slope is not the method's, with it."""
+
+    def find(method, steps, errors):
+        low, high = SLOPES[ORDERS[method]]
+        slopes = {name: order(steps, values) for name, values in errors.items()}
+        return {name: round(slope, 3) for name, slope in slopes.items() if not low <= slope <= high}
+
+    return find
