@@ -29,12 +29,14 @@ GROUND = ""  #: the node that all components without coordinates share
 
 
 class Edge(NamedTuple):
-    """A joint or force and the two bodies it connects; ``also`` are bodies that a force's law reads."""
+    """A joint or force and the two bodies it connects; ``also`` are the other bodies that its expressions read, those
+    of joints (``reads``) whose reactions they read included. What has no frames connects the ground with a body."""
 
     component: Component
     body_i: str
     body_j: str
     also: tuple[str, ...] = ()
+    reads: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -43,6 +45,10 @@ class Edge(NamedTuple):
     @property
     def rows(self) -> int:
         return self.component.kind.rows if isinstance(self.component.kind, JointKind) else 0
+
+    @property
+    def velocity_rows(self) -> int:
+        return len(self.component.velocity_constraints)
 
     def other(self, body: str) -> str:
         return self.body_j if body == self.body_i else self.body_i
@@ -62,10 +68,15 @@ class SubMechanism(NamedTuple):
     bodies: tuple[str, ...]
     coordinates: int
     rows: int
+    velocity_rows: int = 0
 
     @property
     def mobility(self) -> int:
         return self.coordinates - self.rows
+
+    @property
+    def velocity_mobility(self) -> int:
+        return self.mobility - self.velocity_rows
 
 
 @dataclass(frozen=True)
@@ -98,10 +109,20 @@ class MechanismGraph:
     def rows(self) -> int:
         return sum(e.rows for e in self.joints)
 
+    @cached_property
+    def velocity_rows(self) -> int:
+        """Rows that constrain velocities only."""
+        return sum(e.velocity_rows for e in self.joints)
+
     @property
     def mobility(self) -> int:
         """Gruebler count: coordinates less constraint rows. Redundant constraints make it smaller than the truth."""
         return self.coordinates - self.rows
+
+    @property
+    def velocity_mobility(self) -> int:
+        """The same for velocities, which rows at velocity level constrain as well."""
+        return self.mobility - self.velocity_rows
 
     @cached_property
     def loops(self) -> int:
@@ -121,11 +142,13 @@ class MechanismGraph:
         links = [(e.body_i, e.body_j, *e.also) for e in (*self.joints, *self.forces)]
         groups = _groups(self.bodies, ([b for b in link if b != GROUND] for link in links))
         number = {body: k for k, group in enumerate(groups) for body in group}
-        rows = [0] * len(groups)
+        rows, velocity_rows = [0] * len(groups), [0] * len(groups)
         for e in self.joints:
-            rows[number[e.body_j if e.body_i == GROUND else e.body_i]] += e.rows
+            k = number[e.body_j if e.body_i == GROUND else e.body_i]
+            rows[k] += e.rows
+            velocity_rows[k] += e.velocity_rows
         return tuple(
-            SubMechanism(tuple(group), sum(_coordinates(self.bodies[b]) for b in group), rows[k])
+            SubMechanism(tuple(group), sum(_coordinates(self.bodies[b]) for b in group), rows[k], velocity_rows[k])
             for k, group in enumerate(groups)
         )
 
@@ -151,7 +174,7 @@ class MechanismGraph:
                     heapq.heappush(heap, (-e.rows, depth, ticket, e.other(body), body, e))
 
         reach(GROUND, 1)
-        for start in self.bodies:  # floating groups do not pass the checks; a graph made by hand may have them
+        for start in self.bodies:  # what floats passes the checks where a law of velocities mentions it
             while heap:
                 _, depth, _, body, parent, e = heapq.heappop(heap)
                 if body not in placed:
@@ -169,27 +192,31 @@ class MechanismGraph:
     def elimination_order(self) -> list[str]:
         """Names of bodies and joints in an order that keeps a factorisation of the Newton matrix sparse and safe.
 
-        Minimum degree, under two rules that keep every pivot block regular without numerical pivoting as long as
+        Minimum degree, under three rules that keep every pivot block regular without numerical pivoting as long as
         all masses are positive and the constraints independent: the joint by which a body hangs in the spanning
-        tree comes after that body; a joint that closes a loop after all bodies of the loop.
+        tree comes after that body; a joint that closes a loop, be it at velocity level only, after all bodies of the
+        loop; an expression in velocities after all bodies on the way from those it reads to the ground.
         """
         parent = {p.body: p.parent for p in self._tree}
         hangs = {p.joint: p.body for p in self._tree if p.joint}
         sizes = {name: _coordinates(c) for name, c in self.bodies.items()}
+        sizes |= {e.name: size for e in self.joints if (size := e.rows + e.velocity_rows)}
         adjacent: dict[str, set[str]] = {name: set() for name in sizes}
         after: dict[str, set[str]] = {}
         for e in (*self.joints, *self.forces):
             nodes = {b for b in (e.body_i, e.body_j, *e.also) if b != GROUND}
-            if e.rows:
+            if e.rows or e.velocity_rows:
                 after[e.name] = self._needs(e, parent, hangs.get(e.name))
-                sizes[e.name] = e.rows
-                adjacent[e.name] = set()
                 nodes.add(e.name)
+            nodes.update(e.reads)
             for node in nodes:
                 adjacent[node] |= nodes
         return minimum_degree(adjacent, sizes, after)
 
     def _needs(self, joint: Edge, parent: Mapping[str, str], child: str | None) -> set[str]:
+        if joint.velocity_rows and joint.also:
+            ends = (joint.body_i, joint.body_j, *joint.also)
+            return {body for end in ends for body in _loop(end, GROUND, parent)} - {GROUND}
         # A child that can turn has full rank in every joint's rows; a point mass has none in a row of angles.
         if child is not None and "phi" in _kind(self.bodies[child]).coordinates:
             return {child}
@@ -215,13 +242,18 @@ class MechanismGraph:
         counts += [count(len(self.forces), "force"), count(self.loops, "independent loop")]
         sides = f"{count(self.coordinates, 'coordinate')} - {count(self.rows, 'constraint row')}"
         lines = [f"{self.scene.name}: {', '.join(counts)}", f"mobility {self.mobility} = {sides} (Gruebler count)"]
+        if self.velocity_rows:
+            more = count(self.velocity_rows, "velocity-level row")
+            lines.append(f"mobility of velocities {self.velocity_mobility} = {self.mobility} - {more}")
+        if self.scene.inputs:
+            lines.append(f"{count(len(self.scene.inputs), 'input')}: {few(list(self.scene.inputs))}")
         if len(parts) > 1:
             lines.append(f"{len(parts)} independent sub-mechanisms:")
-            lines += [f"  mobility {p.mobility}: {few(p.bodies)}" for p in parts[:20]]
+            lines += [f"  mobility {_mobility(p)}: {few(p.bodies)}" for p in parts[:20]]
             lines += [f"  and {len(parts) - 20} more"] if len(parts) > 20 else []
         for p in parts:
-            if p.mobility < 0:
-                rows = count(-p.mobility, "constraint row")
+            if p.velocity_mobility < 0:
+                rows = count(-p.velocity_mobility, "constraint row")
                 lines.append(f"at least {rows} of {few(p.bodies)} must be redundant, or the part cannot be assembled")
         return "\n".join(lines)
 
@@ -236,7 +268,8 @@ class MechanismGraph:
             for e in edges:
                 loop = "  closes a loop" if e.name in closing else ""
                 rows = f"  {count(e.rows, 'row')}" if title == "joints" else ""
-                frames = ", ".join(e.component.ports.values())
+                rows += f", {count(e.velocity_rows, 'velocity-level row')}" if e.velocity_rows else ""
+                frames = ", ".join(e.component.ports.values()) or ", ".join((e.body_j, *e.also))
                 lines.append(f"  {e.name}  {e.component.kind.name}({frames}){rows}{loop}")
         lines += ["", "placed from the ground"]
         for p in tree:
@@ -258,7 +291,9 @@ def build(scene: Scene) -> MechanismGraph:
     bodies = {c.name: c for c in scene.bodies()}
     joints = tuple(_edge(scene, bodies, c) for c in scene.components.values() if isinstance(c.kind, JointKind))
     forces = tuple(_edge(scene, bodies, c) for c in scene.components.values() if isinstance(c.kind, ForceKind))
-    held = _groups((GROUND, *bodies), ((e.body_i, e.body_j) for e in (*joints, *forces)))
+    # Who writes a law of a body's velocity means it to move: such a body does not float by accident.
+    meant = ((GROUND, *e.also) for e in joints if not e.component.ports)
+    held = _groups((GROUND, *bodies), (*((e.body_i, e.body_j) for e in (*joints, *forces)), *meant))
     graph_checks.joints_join(joints, grounds[0])
     graph_checks.all_held(bodies, [group for group in held if GROUND not in group], grounds[0])
     return MechanismGraph(scene, grounds[0], bodies, joints, forces, graph_checks.warnings(joints, forces))
@@ -269,15 +304,20 @@ def _edge(scene: Scene, bodies: Mapping[str, Component], component: Component) -
         owner = scene.frames[frame].body
         return owner if owner in bodies else GROUND
 
+    laws = [value for value in component.values.values() if isinstance(value, Expr)]
+    found = leaves(*laws, *component.velocity_constraints)
+    reads = {leaf.value[0]: None for leaf in found if leaf.op == "multiplier"}  # type: ignore[index]
+    frames = [leaf.value[0] for leaf in found if leaf.op == "coordinate"]  # type: ignore[index]
+    frames += [frame for joint in reads for frame in scene.components[joint].ports.values()]
+    read = sorted({body(frame) for frame in frames})
     ends = [body(frame) for frame in component.ports.values()]
-    read = {
-        body(leaf.value[0])  # type: ignore[index]
-        for value in component.values.values()
-        if isinstance(value, Expr)
-        for leaf in leaves(value)
-        if leaf.op == "coordinate"
-    }
-    return Edge(component, ends[0], ends[-1], tuple(sorted(read - set(ends))))
+    if not ends:
+        ends = [GROUND, next((b for b in read if b != GROUND), GROUND)]
+    return Edge(component, ends[0], ends[-1], tuple(b for b in read if b not in (*ends, GROUND)), tuple(reads))
+
+
+def _mobility(p: SubMechanism) -> str:
+    return f"{p.mobility} ({p.velocity_mobility} of velocities)" if p.velocity_rows else str(p.mobility)
 
 
 def _kind(component: Component) -> BodyKind:

@@ -41,6 +41,12 @@ def ground_and_bodies(scene: Scene, grounds: Sequence[Component]) -> None:
 def joints_join(joints: Sequence[Edge], ground: Component) -> None:
     """Every joint has its frames on two different bodies, or on one and the ground."""
     for e in joints:
+        if e.body_i == e.body_j and not e.component.ports:
+            raise ModelError(
+                f"{e.component.kind.name} `{e.name}` depends on no body: nothing that it mentions can move",
+                e.component.span,
+                "it takes velocities of bodies, such as `rod.w` or `rod.b.vx`",
+            )
         if e.body_i == e.body_j:
             kind, frames = e.component.kind.name, " and ".join(e.component.ports.values())
             owner = f"body `{e.body_i}`" if e.body_i else f"the ground `{ground.name}`"
@@ -76,7 +82,8 @@ def warnings(joints: Sequence[Edge], forces: Sequence[Edge]) -> tuple[ModelWarni
     found = []
     seen: dict[tuple, Edge] = {}
     for e in joints:
-        if not e.rows:
+        rows = e.rows + e.velocity_rows
+        if not rows:
             continue
         key = (e.component.kind.name, frozenset(e.component.ports.values()))
         first = seen.setdefault(key, e)
@@ -85,7 +92,7 @@ def warnings(joints: Sequence[Edge], forces: Sequence[Edge]) -> tuple[ModelWarni
                 ModelWarning(
                     f"{e.component.kind.name} `{e.name}` repeats `{first.name}`: same frames, same values",
                     e.component.span,
-                    f"its {count(e.rows, 'constraint row')} can only be redundant; leave one of the two out",
+                    f"its {count(rows, 'constraint row')} can only be redundant; leave one of the two out",
                     ((f"`{first.name}` is declared here", first.component.span),),
                 )
             )

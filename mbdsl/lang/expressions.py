@@ -340,7 +340,7 @@ def _no_rate(leaf: Expr) -> str:
         joint, _ = leaf.value  # type: ignore[misc]
         return f"der() of a reaction of `{joint}`: reactions follow from the motion, their rates are not known"
     if leaf.op == "input":
-        return f"der() of the input `{leaf.value}`: an input may jump, its rate is not known; make the rate an input too"
+        return f"der() of the input `{leaf.value}`: inputs may jump, their rates are not known"
     return "der() takes a position or an angle; accelerations are results, they cannot be used in the model"
 
 

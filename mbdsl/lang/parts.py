@@ -219,10 +219,8 @@ class Part:
                 )
             if kind.driver == name and leaf.op == "input":
                 raise ModelError(
-                    f"{what} depends on the input `{leaf.value}`, but a driver needs velocity and acceleration as well, "
-                    "and an input may jump",
-                    hint="prescribe the velocity by an input, with a RotationalVelocityDriver or "
-                    "TranslationalVelocityDriver",
+                    f"{what} depends on the input `{leaf.value}`, whose rate is not known: an input may jump",
+                    hint="an input may prescribe a velocity (RotationalVelocityDriver, TranslationalVelocityDriver)",
                 )
             if kind.driver == name and leaf.op != "time":
                 raise ModelError(

@@ -32,7 +32,7 @@ def _kind(kind: Kind) -> str:
         lines += [f"Frames: {', '.join(ports)}.", ""]
     if kind.parameters:
         lines += ["| parameter | unit | default | |", "|---|---|---|---|"]
-        lines += [f"| `{p.name}` | {p.unit} | {_default(p)} | {_notes(p)} |" for p in kind.parameters]
+        lines += [f"| `{p.name}` | {_unit(p)} | {_default(p)} | {_notes(p)} |" for p in kind.parameters]
         lines.append("")
     if kind.signals:
         lines += ["| signal | unit | |", "|---|---|---|"]
@@ -40,8 +40,12 @@ def _kind(kind: Kind) -> str:
         lines.append("")
     if isinstance(kind, JointKind) and kind.reaction:
         names = ", ".join(f"`{r}`" for r in kind.reaction)
-        lines += [f"Reaction on `frame_b`, for output only: {names}.", ""]
+        lines += [f"Reaction on `frame_b`: {names}.", ""]
     return "\n".join(lines).rstrip()
+
+
+def _unit(p: Parameter) -> str:
+    return p.unit or ("any" if p.law else "")
 
 
 def _default(p: Parameter) -> str:

@@ -64,7 +64,7 @@ class Formula:
             frame = self.part.frames[first.name] if first.name == "c" else self.part.port_frame(first.name)
             return self.part.assembly.coordinate(frame, reference.steps[1].name)
         if first.name == "lam":
-            return Quantity(multiplier(self.part.name, first.indices[0].value - 1))  # type: ignore[union-attr]
+            return Quantity(multiplier(self.part.name, first.indices[0].value - 1))  # type: ignore[union-attr,attr-defined]
         if self.laws and (law := self.part.own_law(first.name)) is not None:
             return law
         own = self.part.own(first.name)

@@ -32,7 +32,7 @@ STATES = 3
 NO_GRAPH = MechanismGraph.__new__(MechanismGraph)
 
 KINDS = {name: m.KIND for name, m in modules().items()}
-PAIRS = [k for k in KINDS.values() if isinstance(k, PairKind)]
+PAIRS = [k for k in KINDS.values() if isinstance(k, PairKind) and (k.rows or k.name == "FreeMotion")]
 BODIES = [k for k in KINDS.values() if isinstance(k, BodyKind) and k.coordinates]
 #: what makes a law of a reaction of a joint, which is no derivative of a kernel
 FRICTION = {p.name for speed in "vw" for p in friction.parameters(speed, "m/s", 1.0)}
