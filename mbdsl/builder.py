@@ -134,6 +134,14 @@ class Builder:
         self._enter(declaration)
         return Handle(self, name, tuple)
 
+    def input(self, name: str, start: Given = 0.0, unit: str = "", doc: str = "") -> Handle:
+        """A value that comes from outside while the simulation runs, for use in laws; it is ``start`` until then."""
+        arguments = [s.Argument("start", _node(start, f"{name}.start"))]
+        if unit:
+            arguments.append(s.Argument("unit", s.String(unit)))
+        self._enter(s.Declaration(frozenset({"input"}), "Real", name, arguments=tuple(arguments), doc=doc))
+        return Handle(self, name, tuple)
+
     def variable(self, name: str, value: Given, doc: str = "") -> Handle:
         """Give an expression of time and signals a name; it becomes a signal of the model."""
         self._enter(s.Declaration(frozenset(), "Real", name, value=_node(value, name), doc=doc))

@@ -23,7 +23,7 @@ from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.lang.write import write
-from mbdsl.scene import Component, Experiment, Frame, ParameterValue, Scene
+from mbdsl.scene import Component, Experiment, Frame, Input, ParameterValue, Scene
 
 _COORDINATE_UNIT = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
 _COORDINATE_DIMENSION = {key: units.dimension(unit) for key, unit in _COORDINATE_UNIT.items()}
@@ -248,7 +248,7 @@ class Assembly:
             message = "the model has no ground" if first or self.parts else "the model has no components"
             where = span_of(first.at) if first is not None else None
             raise ModelError(message, where, "declare it: `Ground ground;`")
-        parameters, variables = self._slots(root)
+        parameters, variables, inputs = self._slots(root)
         components: dict[str, Component] = {part.name: part.component() for part in self.parts.values()}
         frames = {frame.name: frame for part in self.parts.values() if is_body(part) for frame in part.frames.values()}
         for member in self.frames:
@@ -265,13 +265,17 @@ class Assembly:
             doc,
             files,
             variables=variables,
+            inputs=inputs,
         )
 
-    def _slots(self, root: Namespace) -> tuple[dict[str, ParameterValue], dict[str, expressions.Expr]]:
-        parameters, variables = {}, {}
+    def _slots(
+        self, root: Namespace
+    ) -> tuple[dict[str, ParameterValue], dict[str, expressions.Expr], dict[str, Input]]:
+        parameters, variables, inputs = {}, {}, {}
         own = {id(m) for m in root.members.values() if isinstance(m, Slot)}
         for slot in self.slots:
             value = slot.value()
+            inputs |= {x.name: x for x in slot.inputs}
             if slot.constant:
                 if id(slot) in own:
                     unit = slot.unit or _unit_of(value)
@@ -280,7 +284,7 @@ class Assembly:
                 for suffix, q in _scalars(value):
                     if not isinstance(q.value, str):
                         variables[slot.name + suffix] = expressions.expr(q.value)
-        return parameters, variables
+        return parameters, variables, inputs
 
 
 def _unit_of(value: Value) -> str:

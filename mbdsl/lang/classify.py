@@ -29,7 +29,7 @@ def classify(d: s.Declaration, unit: Unit) -> str | tuple[s.Model, Unit]:
         return "table"
     kind = ALIASES.get(name, name)
     quantity = quantities.type_unit(name) is not None
-    if quantity and (kind not in kinds() or d.value is not None or d.prefixes & {"parameter", "constant"}):
+    if quantity and (kind not in kinds() or d.value is not None or d.prefixes & {"parameter", "constant", "input"}):
         return "value"
     if kind in kinds():
         return kind

@@ -16,6 +16,7 @@ from mbdsl.lang.classify import FRAME_TYPES, classify, no_type
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import evaluate, loop, place
 from mbdsl.lang.frames import alias, fixed_frame
+from mbdsl.lang.inputs import refuse_other_inputs
 from mbdsl.lang.library import Unit
 from mbdsl.lang.members import Array, Disabled, Entity, FrameMember, Namespace, TableMember
 from mbdsl.lang.modifiers import Contexts, Modifiers, bind, merge
@@ -137,6 +138,8 @@ class Instance:
         if outside is not None:
             given = merge({d.name: given}, {d.name: outside})[d.name] if given is not None else outside
         kind = classify(d, member.unit)
+        if "input" in d.prefixes:
+            refuse_other_inputs(d, kind)
         looped = block and d.indices
         if block and kind == "value":
             raise ModelError(

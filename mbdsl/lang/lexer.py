@@ -14,7 +14,7 @@ from mbdsl.lang import limits, units
 from mbdsl.lang.source import Source
 
 KEYWORDS = frozenset(
-    "model partial end extends import as parameter constant final each inner outer connector public protected "
+    "model partial end extends import as parameter constant input final each inner outer connector public protected "
     "initial equation for in loop if then elseif else connect annotation and or not true false".split()
 )
 PUNCTUATION = {

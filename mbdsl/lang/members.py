@@ -12,7 +12,7 @@ from mbdsl.lang.connections import Node
 from mbdsl.lang.modifiers import Contexts, Modifiers
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.scene import Frame, Table
+from mbdsl.scene import Frame, Input, Table
 
 if TYPE_CHECKING:
     from mbdsl.lang.assembly import Assembly
@@ -132,6 +132,7 @@ class Slot:
         self.doc = doc
         self.unit = unit
         self.constant = True
+        self.inputs: tuple[Input, ...] = ()  # what comes from outside under this name
         self._make = make
         self._value: Value | None = None
 

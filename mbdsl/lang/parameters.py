@@ -7,6 +7,7 @@ from mbdsl.lang import check, functions, quantities, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assembly import Assembly
 from mbdsl.lang.evaluate import evaluate, place
+from mbdsl.lang.inputs import make_inputs, starts
 from mbdsl.lang.members import Namespace, Slot
 from mbdsl.lang.modifiers import Modifier, Modifiers, bind, merge
 from mbdsl.lang.scope import Scope
@@ -76,11 +77,14 @@ def _evaluate(
         if size > 0:
             functions.bounded(size)
 
+    value: Value | None
+    comes_in = False
     if given is not None and given.value is not None:
         if dimension is None and d.value is not None:
             dimension = _dimension_of(evaluate(d.value, scope))
             unit = slot.unit = unit or (quantities.unit_text(dimension) if dimension else "")
-        value, at = given.evaluate(), given.value.at
+        at = given.value.at
+        value = given.evaluate() if "input" not in d.prefixes else evaluate(given.value, given.scope.for_signals())
         try:
             rank = len(sizes) if sizes or d.type else min(len(values.shape(value)), 0)
             value = given.pick(value, rank, namespace.contexts)
@@ -90,13 +94,23 @@ def _evaluate(
         value, at = evaluate(d.value, scope), d.value.at
     elif "start" in attributes and attributes["start"].value is not None:
         value, at = attributes["start"].evaluate(), attributes["start"].value.at
+        if "input" in d.prefixes:
+            value, comes_in = attributes["start"].pick(value, len(sizes), namespace.contexts), True
+    elif "input" in d.prefixes:
+        value, at, comes_in = None, d.at, True
     else:
         word = "parameter" if slot.constant else "variable"
         raise ModelError(f"{word} {what} has no value", span_of(d.at), f"write `{d.name} = ...`")
     try:
-        return _check(value, d, what, dimension, unit, sizes, attributes)
+        if comes_in:
+            value = starts(value, dimension, sizes)
+        assert value is not None
+        value = _check(value, d, what, dimension, unit, sizes, attributes)
+        if comes_in:
+            value, slot.inputs = make_inputs(slot.name, value, slot.unit, d.doc, d.at)
     except ModelError as problem:
         raise place(problem, at) from None
+    return value
 
 
 def _unit_attribute(written: Modifier) -> str:

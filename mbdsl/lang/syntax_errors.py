@@ -14,8 +14,8 @@ from mbdsl.lang.source import Source
 _EXPRESSION = frozenset("NUMBER TRUE FALSE LAST LPAR LBRACE LMATRIX MINUS PLUS NOT".split())
 _OPERATORS = frozenset("PLUS MINUS STAR SLASH POWER RELATION AND OR".split())
 _BEGINNINGS = frozenset(
-    "MODEL PARTIAL END EXTENDS IMPORT PARAMETER CONSTANT FINAL INNER OUTER CONNECTOR PUBLIC PROTECTED INITIAL "
-    "EQUATION FOR CONNECT ANNOTATION FIXED GUESS NAME $END".split()
+    "MODEL PARTIAL END EXTENDS IMPORT PARAMETER CONSTANT INPUT FINAL INNER OUTER CONNECTOR PUBLIC PROTECTED "
+    "INITIAL EQUATION FOR CONNECT ANNOTATION FIXED GUESS NAME $END".split()
 )
 #: words of Modelica that mbdsl does not know; they may be names, but where they break the syntax this is said
 _FOREIGN = {
@@ -30,7 +30,6 @@ _FOREIGN = {
     "while": "mbdsl has no algorithms: use `for i in 1:N loop ... end for;`",
     "redeclare": "components cannot be redeclared, only their values modified",
     "replaceable": "components cannot be redeclared, only their values modified",
-    "input": "mbdsl has no input variables: use a parameter, a Table or an expression in time",
     "output": "every quantity can be written out: use `mbdsl simulate --signals`",
     "flow": "connectors are frames: write `connector Frame name;`",
     "stream": "connectors are frames: write `connector Frame name;`",
@@ -152,11 +151,11 @@ def _special(
     if kind == "CONNECT" and section != "EQUATION":
         return "`connect` belongs into the equation section", "write `equation` on a line before it"
     if section == "EQUATION" and (
-        kind in ("PARAMETER", "CONSTANT", "EXTENDS", "FINAL", "CONNECTOR", "INNER", "OUTER")
+        kind in ("PARAMETER", "CONSTANT", "INPUT", "EXTENDS", "FINAL", "CONNECTOR", "INNER", "OUTER")
         or (kind == "NAME" and previous is not None and previous.type == "NAME")
     ):
         return "found a declaration in the equation section", "declarations come before `equation`"
-    if kind in ("PARAMETER", "CONSTANT", "FINAL") and "NAME" in expected and previous is not None:
+    if kind in ("PARAMETER", "CONSTANT", "INPUT", "FINAL") and "NAME" in expected and previous is not None:
         if previous.type == "LOOP":
             return "parameters cannot be declared in a loop", "declare an array: `parameter Real k[N] = ...;`"
     if kind == "COLON" and following.type == "EQUAL":
@@ -230,7 +229,7 @@ def _list(expected: set[str]) -> str:
     if rest >= {"PARAMETER", "NAME", "END"}:
         return "a declaration, `equation`, or `end`"
     if "PARAMETER" in rest and "CONSTANT" in rest:
-        rest -= {"PARAMETER", "CONSTANT", "FINAL", "INNER", "OUTER", "CONNECTOR", "NAME"}
+        rest -= {"PARAMETER", "CONSTANT", "INPUT", "FINAL", "INNER", "OUTER", "CONNECTOR", "NAME"}
         words.append("a declaration")
     order = ["SEMICOLON", "COMMA", "RPAR", "RBRACE", "RSQB", "EQUAL"]
     rest.discard("STRING" if len(rest) > 1 else "")
