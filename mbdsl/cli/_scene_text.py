@@ -9,6 +9,7 @@ from mbdsl.scene import Scene, Table
 def describe(scene: Scene) -> str:
     lines = [f"scene {scene.name}" + (f'  "{scene.doc}"' if scene.doc else "")]
     section(lines, "parameters", [f"{p.name} = {value(p.value)} {p.unit}".rstrip() for p in scene.parameters.values()])
+    section(lines, "inputs", [f"{x.name}(start = {value(x.start)}) {x.unit}".rstrip() for x in scene.inputs.values()])
     for c in scene.components.values():
         ports = ", ".join(f"{port} = {frame}" for port, frame in c.ports.items())
         section(
@@ -17,6 +18,7 @@ def describe(scene: Scene) -> str:
             [f"{name} = {_with_unit(c.kind, name, v)}" for name, v in c.values.items() if v not in (None, ())],
             [f"frame {f.name} = {value((f.x, f.y, f.phi))}" for f in scene.frames.values() if f.body == c.name],
             [f"signal {name} = {text(e)}" for name, e in c.signals.items()],
+            [f"0 = {text(e)}" for e in c.velocity_constraints],
         )
     section(
         lines,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import REQUIRED, BodyKind, JointKind, Kind, Parameter, Signal
 from mbdsl.errors import ModelError
-from mbdsl.lang import check, expressions, units
+from mbdsl.lang import check, demands, expressions, units
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.expressions import Expr
@@ -155,7 +155,7 @@ class Part:
 
     def _missing(self, parameter: Parameter) -> ModelError:
         unit = "" if parameter.unit in ("", "1") else f" [{parameter.unit}]"
-        example = {"kg": "1 kg", "m": "1 m", "rad": "2*time", "N.m": "1 N.m"}.get(parameter.unit, "...")
+        example = {"kg": "1 kg", "m": "1 m", "rad": "2*time", "N.m": "1 N.m", "": "crank.w + 2*rod.w"}.get(parameter.unit, "...")
         return ModelError(
             f"{self.kind.name} `{self.name}` needs `{parameter.name}`: {parameter.doc}{unit}",
             span_of(self.at),
@@ -203,30 +203,10 @@ class Part:
                 picked = modifier.pick(value, 0, self.contexts)
                 self._laws[name] = check.law(parameter, picked, self.name)
                 if isinstance(self.kind, JointKind):
-                    self._check_demand(name, self.kind)
+                    demands.check_law(name, self._laws[name], self.kind, self.name)
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None
         return self._laws[name]
-
-    def _check_demand(self, name: str, kind: JointKind) -> None:
-        """What a joint demands may depend on what is known without it: positions on time, velocities on more."""
-        what, leaves = f"`{name}` of {kind.name} `{self.name}`", expressions.leaves(self._laws[name])
-        for leaf in leaves:
-            if leaf.op == "multiplier":
-                raise ModelError(
-                    f"{what} depends on a reaction of `{leaf.value[0]}`, but reactions follow from what joints demand",  # type: ignore[index]
-                    hint="forces, torques and variables may depend on reactions",
-                )
-            if kind.driver == name and leaf.op == "input":
-                raise ModelError(
-                    f"{what} depends on the input `{leaf.value}`, whose rate is not known: an input may jump",
-                    hint="an input may prescribe a velocity (RotationalVelocityDriver, TranslationalVelocityDriver)",
-                )
-            if kind.driver == name and leaf.op != "time":
-                raise ModelError(
-                    f"{what} depends on `{expressions.text(leaf)}`, but a driver prescribes a motion in time",
-                    hint="use `time`, parameters and tables; a force or torque may depend on signals",
-                )
 
     # -- frames ------------------------------------------------------------------------------------------------
 
@@ -368,16 +348,14 @@ class Part:
         if not isinstance(self.kind, JointKind):
             return ()
         found = tuple(self._formula(row, laws=True) for row in self.kind.velocity_rows)
-        if all(expressions.is_velocity_level(row) for row in found):
-            return found
-        name = next(iter(_law_names(self.kind.name)))
-        modifier = self._modifier(name)
-        raise ModelError(
-            f"`{name}` of {self.kind.name} `{self.name}` depends on no velocity",
-            span_of(modifier.value.at if modifier is not None and modifier.value is not None else self.at),
-            "a condition on positions is a joint or a driver, e.g. Distance or RotationalDriver; velocities are "
-            "`rod.w`, `rod.b.vx`, `der(O.phi)`",
-        )
+        for name in _law_names(self.kind.name):
+            modifier = self._modifier(name)
+            for row in found:
+                try:
+                    demands.check_row(name, row, self.kind, self.name)
+                except ModelError as problem:
+                    raise place(problem, modifier.value.at if modifier and modifier.value else self.at) from None
+        return found
 
 
 @cache

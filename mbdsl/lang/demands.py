@@ -1,0 +1,40 @@
+"""What joints may demand: positions as functions of time, velocities as functions of more, neither of reactions."""
+
+from __future__ import annotations
+
+from mbdsl.elements.kind import JointKind
+from mbdsl.errors import ModelError
+from mbdsl.lang import expressions
+from mbdsl.lang.expressions import Expr
+
+
+def check_law(name: str, law: Expr, kind: JointKind, owner: str) -> None:
+    """The law parameter ``name`` of the joint ``owner`` depends on what is known without the joint."""
+    what = f"`{name}` of {kind.name} `{owner}`"
+    for leaf in expressions.leaves(law):
+        if leaf.op == "multiplier":
+            raise ModelError(
+                f"{what} depends on a reaction of `{leaf.value[0]}`, but reactions follow from what joints demand",  # type: ignore[index]
+                hint="forces, torques and variables may depend on reactions",
+            )
+        if kind.driver != name or leaf.op == "time":
+            continue
+        if leaf.op == "input":
+            raise ModelError(
+                f"{what} depends on the input `{leaf.value}`, whose rate is not known: an input may jump",
+                hint="an input may prescribe a velocity (RotationalVelocityDriver, TranslationalVelocityDriver)",
+            )
+        raise ModelError(
+            f"{what} depends on `{expressions.text(leaf)}`, but a driver prescribes a motion in time",
+            hint="use `time`, parameters and tables; a force or torque may depend on signals",
+        )
+
+
+def check_row(name: str, row: Expr, kind: JointKind, owner: str) -> None:
+    """A row of velocities, which follows from the law parameter ``name``, depends on one."""
+    if not expressions.is_velocity_level(row):
+        raise ModelError(
+            f"`{name}` of {kind.name} `{owner}` depends on no velocity",
+            hint="a condition on positions is a joint or a driver, e.g. Distance or RotationalDriver; velocities are "
+            "`rod.w`, `rod.b.vx`, `der(O.phi)`",
+        )
