@@ -99,6 +99,6 @@ def test_order(data, ends, method, wrong_orders):
 
 
 def test_fast_motion_is_damped(ends, method):
-    """The knee's rate at 0.2 s is that of the creep, 0.47 rad/s, not what is left of a torque of 8e4 N.m on 0.2 kg.m2."""
+    """The knee's rate at 0.2 s is that of the creep, 0.47 rad/s: nothing is left of 8e4 N.m on 0.2 kg.m2."""
     end = ends(method)[0]
     assert end["link2.w"][-1] - end["link1.w"][-1] == pytest.approx(0.6157639680 - 0.1426217766, abs=0.1)
