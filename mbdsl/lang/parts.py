@@ -155,11 +155,11 @@ class Part:
 
     def _missing(self, parameter: Parameter) -> ModelError:
         unit = "" if parameter.unit in ("", "1") else f" [{parameter.unit}]"
-        example = {"kg": "1 kg", "m": "1 m", "rad": "2*time", "N.m": "1 N.m", "": "crank.w + 2*rod.w"}.get(parameter.unit, "...")
+        examples = {"kg": "1 kg", "m": "1 m", "rad": "2*time", "N.m": "1 N.m", "": "crank.w + 2*rod.w"}
         return ModelError(
             f"{self.kind.name} `{self.name}` needs `{parameter.name}`: {parameter.doc}{unit}",
             span_of(self.at),
-            f"write `{parameter.name} = {example}`",
+            f"write `{parameter.name} = {examples.get(parameter.unit, '...')}`",
         )
 
     def _user_frames(self) -> tuple[tuple, bool]:
