@@ -1,0 +1,198 @@
+"""The formulas of joints against mechanics: reactions, friction, constraints of velocities."""
+
+import math
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+from mbdsl.elements import modules
+from mbdsl.elements.kind import JointKind
+from mbdsl.lang import expressions as ex
+from mbdsl.lang.expressions import COORDINATES
+from mbdsl.lang.load import parse_text
+from mbdsl.layout import VALUE
+
+BEFORE = "model M Ground ground; Rod a(m = 1, length = 1); Rod b(m = 1, length = 1); "
+JOINTS = {name: m for name, m in modules().items() if isinstance(m.KIND, JointKind)}
+MOVING = [name for name, m in JOINTS.items() if m.KIND.velocity_rows and m.KIND.ports]
+#: rounding of a few dozen operations on numbers of order 1
+ROUNDING = 1e-13
+
+
+def scene(text):
+    return parse_text(f"{BEFORE}{text} end M;")
+
+
+def joint(name):
+    """A component of the kind between two rods, all that it needs given as 1."""
+    given = ", ".join(f"{p.name} = 1" for p in JOINTS[name].KIND.parameters if p.name in ("length", "radius") or p.law)
+    return scene(f"{name} j(a.b, b.a, {given});" if given else f"{name} j(a.b, b.a);").components["j"]
+
+
+def frames(rng):
+    """Rows x, y, phi, vx, vy, w of frames a.b and b.a."""
+    return rng.uniform(-1.5, 1.5, (2, 6))
+
+
+def value(expression, Z, lam=()):
+    def leaf(node):
+        if node.op == "multiplier":
+            return lam[node.value[1]]
+        frame, key = node.value
+        return Z[["a.b", "b.a"].index(frame), COORDINATES.index(key)]
+
+    return ex.evaluate([expression], leaf)[0]
+
+
+@pytest.mark.parametrize("name", [n for n in JOINTS if JOINTS[n].KIND.ports])
+def test_reactions_are_the_constraint_force_on_frame_b(name):
+    """-G^T lam of the kernel, and of the velocity rows with their derivative by the velocity of frame_b."""
+    module, component, rng = JOINTS[name], joint(name), np.random.default_rng(1)
+    kind = module.KIND
+    Z, lam = frames(rng), rng.uniform(-1, 1, kind.rows + len(kind.velocity_rows))
+    G = np.zeros((3, VALUE + 1))
+    if kind.rows:
+        module.gradient(Z, 0, 1, kind.table(component.values), G)
+    force = -G[: kind.rows, 3:6].T @ lam[: kind.rows]
+    velocities = [ex.coordinate("b.a", key) for key in ("vx", "vy", "w")]
+    for row, multiplier in zip(component.velocity_constraints, lam[kind.rows :], strict=True):
+        force -= multiplier * np.array([value(d, Z) for d in ex.diff(row, *velocities)])
+    told = {x.name: value(component.signals[f"j.{x.name}"], Z, lam) for x in kind.reactions}
+    assert [told.get(key, 0.0) for key in ("fx", "fy", "tau")] == pytest.approx(force, abs=ROUNDING)
+    assert all(told.values()), "a reaction that is always zero is none"
+
+
+@pytest.mark.parametrize("name", MOVING)
+def test_a_common_rigid_motion_violates_no_velocity_row(name):
+    component, rng = joint(name), np.random.default_rng(2)
+    Z = frames(rng)
+    moved = Z.copy()
+    v, w = rng.uniform(-1, 1, 2), 0.7
+    moved[:, 3] += v[0] - w * Z[:, 1]
+    moved[:, 4] += v[1] + w * Z[:, 0]
+    moved[:, 5] += w
+    (row,) = component.velocity_constraints
+    assert abs(value(row, Z)) > 1e-3
+    assert value(row, moved) == pytest.approx(value(row, Z), abs=ROUNDING)
+
+
+def test_material_points_of_disc_and_line_meet_without_slip():
+    """The disc's lowest point and the point of the (moving, turning) line below it have one velocity along the line."""
+    component, rng = joint("RollingDisc"), np.random.default_rng(3)
+    Z = frames(rng)
+    t = np.array([math.cos(Z[0, 2]), math.sin(Z[0, 2])])
+    n = np.array([-t[1], t[0]])
+    contact = Z[0, :2] + 0.4 * t
+    Z[1, :2] = contact + 1.0 * n  # radius 1
+
+    def velocity(frame, point):
+        x, y = point - Z[frame, :2]
+        return Z[frame, 3:5] + Z[frame, 5] * np.array([-y, x])
+
+    (row,) = component.velocity_constraints
+    assert value(row, Z) == pytest.approx(t @ (velocity(1, contact) - velocity(0, contact)), abs=ROUNDING)
+    # what touches moves along with the line also across it where the disc neither lifts off nor digs in
+    Z[1, 3:5] += velocity(0, contact) - velocity(1, contact)
+    assert value(row, Z) == pytest.approx(0.0, abs=ROUNDING)
+
+
+def test_knife_edge_slides_forwards_only():
+    component = joint("KnifeEdge")
+    (row,) = component.velocity_constraints
+    Z = np.zeros((2, 6))
+    Z[1] = 0.3, 0.2, 0.5, math.cos(0.5), math.sin(0.5), 3.0
+    assert value(row, Z) == pytest.approx(0.0, abs=ROUNDING)
+    assert value(component.signals["j.v"], Z) == pytest.approx(1.0)
+    Z[1, 3:5] = -math.sin(0.5), math.cos(0.5)
+    assert value(row, Z) == pytest.approx(1.0)
+
+
+# -- friction ------------------------------------------------------------------------------------------------------
+
+
+def test_no_friction_leaves_no_trace():
+    for component in scene("Revolute p(a.b, b.a, radius = 1 cm); Prismatic q(a.c, b.c);").components.values():
+        assert component.friction is None
+        assert f"{component.name}.friction" not in component.signals
+
+
+@pytest.mark.parametrize(
+    "joint, exact",
+    [
+        ("Revolute j(a.b, b.a, mu = 0.3, radius = 0.1)", lambda v: 0.1 * 5.0 * 0.3 * math.tanh(v / 0.01)),
+        ("Revolute j(a.b, b.a, mu = 0.3, mu_s = 0.3, radius = 0.1, w_s = 2)", lambda v: 0.15 * math.tanh(v / 2)),
+        (
+            "Revolute j(a.b, b.a, mu = 0.3, mu_s = 0.5, radius = 0.1, w_s = 0.2)",
+            lambda v: 0.5 * (0.3 + 0.2 * math.exp(-((v / 2.0) ** 2))) * math.tanh(v / 0.2),
+        ),
+        (
+            "Revolute j(a.b, b.a, mu_s = 0.5, radius = 0.1, w_st = 1)",
+            lambda v: 0.5 * (0.5 * math.exp(-(v**2))) * math.tanh(v / 0.01),
+        ),
+    ],
+)
+def test_friction_of_a_pin(joint, exact):
+    component = scene(f"{joint};").components["j"]
+    assert component.friction is component.signals["j.friction"]
+    assert component.kind.unit_of("friction") == "N.m"
+    for v in (0.0, 0.004, 0.6, -0.6):
+        Z = np.zeros((2, 6))
+        Z[0, 5], Z[1, 5] = 1.0, 1.0 + v
+        assert value(component.friction, Z, (3.0, 4.0)) == pytest.approx(exact(v), rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["Prismatic", "PointOnLine"])
+def test_friction_of_a_slide(kind):
+    component = scene(f"{kind} j(a.b, b.a, mu = 0.2, v_s = 0.1);").components["j"]
+    assert component.kind.unit_of("friction") == "N"
+    Z = np.zeros((2, 6))
+    Z[0, 2] = Z[1, 2] = math.pi / 2
+    Z[1, 4] = 0.05  # along x of frame_a
+    for lam in (-7.0, 7.0):
+        assert value(component.friction, Z, (lam, 1.0)) == pytest.approx(7.0 * 0.2 * math.tanh(0.5))
+
+
+def test_equal_coefficients_need_no_exponential():
+    equal, falling = (
+        scene(f"PointOnLine j(a.b, b.a, mu = 0.2{more});").components["j"].friction for more in ("", ", mu_s = 0.3")
+    )
+    assert "exp" not in {n.op for n in ex.walk(equal)}
+    assert "exp" in {n.op for n in ex.walk(falling)}
+
+
+@pytest.mark.parametrize("name", [n for n in JOINTS if JOINTS[n].KIND.friction])
+def test_friction_acts_along_the_coordinate_whose_rate_it_resists(name):
+    kind, Z, G = JOINTS[name].KIND, frames(np.random.default_rng(4)), np.zeros((1, VALUE + 1))
+    import_module(f"mbdsl.elements.{kind.friction_along}").gradient(Z, 0, 1, (), G)
+    rate = G[0, :3] @ Z[0, 3:] + G[0, 3:6] @ Z[1, 3:]
+    assert value(joint(name).signals["j.w" if kind.friction_unit == "N.m" else "j.v"], Z) == pytest.approx(rate)
+
+
+# -- in laws -------------------------------------------------------------------------------------------------------
+
+
+def test_reactions_in_laws_and_variables():
+    found = scene("Revolute p(a.b, b.a); Torque t(p, tau = 0.1 m*p.fx); Real load = hypot(p.fx, p.fy);")
+    fx, fy = -ex.multiplier("p", 0), -ex.multiplier("p", 1)
+    assert found.components["t"].values["tau"] is 0.1 * fx
+    assert found.variables["load"] is ex.call("hypot", fx, fy)
+    assert found.signal("p.fx") is fx
+    (partial,) = ex.diff(found.components["t"].values["tau"], ex.multiplier("p", 0))
+    assert ex.is_const(partial, -0.1)
+
+
+def test_velocity_drivers_demand_their_law_and_measure_what_is():
+    found = scene("RotationalVelocityDriver d(a.b, b.a, w = 3 rad/s + a.w); Real measured = d.w;")
+    measured = ex.coordinate("b.a", "w") - ex.coordinate("a.b", "w")
+    d = found.components["d"]
+    assert d.velocity_constraints == (measured - d.values["w"],)
+    assert {leaf.value for leaf in ex.leaves(found.variables["measured"])} == {("b.a", "w"), ("a.b", "w")}
+    assert d.kind.driver is None
+
+
+@pytest.mark.parametrize("gamma", ["a.w + 2*b.w", "hypot(a.vx, a.vy) - 2 m/s", "der(a.phi)*a.vx", "a.vx*1 kg + time*2"])
+def test_velocity_constraint_of_any_unit(gamma):
+    component = scene(f"VelocityConstraint c(gamma = {gamma});").components["c"]
+    assert component.velocity_constraints == (component.values["gamma"],) == (component.signals["c.gamma"],)
+    assert not component.ports and component.kind.rows == 0
