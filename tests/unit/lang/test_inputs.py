@@ -24,7 +24,7 @@ def told(found):
 
 
 @pytest.mark.parametrize(
-    "declaration, expected",
+    ("declaration", "expected"),
     [
         ("input Torque u;", {"u": (0.0, "N.m")}),
         ("input Torque u(start = 2 N.m);", {"u": (2.0, "N.m")}),
@@ -57,7 +57,8 @@ def test_what_is_known_of_an_input():
 
 def test_uses():
     found = scene(
-        "input Torque u; input Force f[2]; input AngularVelocity w; Revolute pin(ground, rod.a); Torque t(pin, tau = 2*u);"
+        "input Torque u; input Force f[2]; input AngularVelocity w; Revolute pin(ground, rod.a);"
+        "Torque t(pin, tau = 2*u);"
         "Force push(rod.b, fx = f[1], fy = f[2]*sin(rod.phi)); RotationalVelocityDriver d(pin, w = w);"
         "Real twice = 2*u; Arm arm(ground, u = u); SpringDamper s(ground, rod.b, force = f[1] + 2 N/m*s);"
     )

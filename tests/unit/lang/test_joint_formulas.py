@@ -118,7 +118,7 @@ def test_no_friction_leaves_no_trace():
 
 
 @pytest.mark.parametrize(
-    "joint, exact",
+    ("joint", "exact"),
     [
         ("Revolute j(a.b, b.a, mu = 0.3, radius = 0.1)", lambda v: 0.1 * 5.0 * 0.3 * math.tanh(v / 0.01)),
         ("Revolute j(a.b, b.a, mu = 0.3, mu_s = 0.3, radius = 0.1, w_s = 2)", lambda v: 0.15 * math.tanh(v / 2)),
