@@ -224,7 +224,8 @@ class MechanismGraph:
 
     # -- for people and other tools ----------------------------------------------------------------------------
     def networkx(self) -> networkx.MultiGraph:
-        """The same graph for networkx: nodes carry ``component``, edges also ``rows``; the ground is ``""``."""
+        """The same graph for networkx: nodes carry ``component``, edges also ``rows`` and ``velocity_rows``; the ground
+        is ``""``."""
         import networkx as nx
 
         graph = nx.MultiGraph(name=self.scene.name)
@@ -232,7 +233,8 @@ class MechanismGraph:
         for name, component in self.bodies.items():
             graph.add_node(name, component=component)
         for e in (*self.joints, *self.forces):
-            graph.add_edge(e.body_i, e.body_j, key=e.name, component=e.component, rows=e.rows)
+            rows = {"rows": e.rows, "velocity_rows": e.velocity_rows}
+            graph.add_edge(e.body_i, e.body_j, key=e.name, component=e.component, **rows)
         return graph
 
     def summary(self) -> str:

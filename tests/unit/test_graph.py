@@ -12,6 +12,7 @@ from mbdsl.elements import kinds
 from mbdsl.errors import ModelError, Span
 from mbdsl.graph import GROUND, build
 from mbdsl.lang.expressions import coordinate
+from mbdsl.lang.load import parse_text
 from mbdsl.scene import Component, Frame, Scene
 
 
@@ -66,6 +67,11 @@ def four_bar(loops):
         m.add(f"L{i}", "Revolute", f"R{i}.b", f"C{i}.a")
         m.add(f"T{i}", "Revolute", f"C{i}.b", f"R{i + 1}.b")
     return m
+
+
+def written(text):
+    bodies = " ".join(f"Rod {name}(m = 1, length = 1);" for name in "abc")
+    return build(parse_text(f"model M Ground ground; {bodies} {text} end M;"))
 
 
 def refused(m):
@@ -123,6 +129,44 @@ def test_loops_and_parts_agree_with_networkx(pairs):
     judge.remove_node(6)
     assert len(g.sub_mechanisms) == nx.number_connected_components(judge)
     assert g.networkx().number_of_edges() == len(used) + 6
+
+
+def test_rows_of_velocities_count_for_velocities_only():
+    g = written(
+        "Revolute p(ground, a.a); RotationalVelocityDriver d(p, w = 1); KnifeEdge k(c.c); RollingDisc r(ground, b.c, "
+        "radius = 1); Body sky(m = 1, I = 1); VelocityConstraint v(gamma = sky.vx*sky.vy - 1); input Torque u;"
+    )
+    assert (g.rows, g.mobility, g.velocity_rows, g.velocity_mobility) == (3, 9, 4, 5)
+    assert [(p.bodies, p.mobility, p.velocity_mobility) for p in g.sub_mechanisms] == [
+        (("a",), 1, 0), (("b",), 2, 1), (("c",), 3, 2), (("sky",), 3, 2),
+    ]  # fmt: skip
+    assert g.loops == 0
+    assert g.summary().splitlines()[1:4] == [
+        "mobility 9 = 12 coordinates - 3 constraint rows (Gruebler count)",
+        "mobility of velocities 5 = 9 - 4 velocity-level rows",
+        "1 input: u",
+    ]
+    assert "  mobility 1 (0 of velocities): a" in g.summary()
+    assert "  v  VelocityConstraint(sky)  0 rows, 1 velocity-level row" in g.describe()
+    assert g.networkx().edges[GROUND, "sky", "v"]["velocity_rows"] == 1
+
+
+def test_too_many_rows_of_velocities_are_redundant():
+    held = "FreeMotion f(b.a, c.a); FreeMotion e(ground, b.a);"
+    g = written(f"Revolute p(ground, a.a); RotationalVelocityDriver d(p, w = 1); KnifeEdge k(a.b); {held}")
+    assert "at least 1 constraint row of a must be redundant" in g.summary()
+
+
+def test_reactions_and_velocities_that_a_law_reads_couple():
+    base = "Revolute p(ground, a.a); Revolute q(ground, b.a); Revolute r(ground, c.a); "
+    coupled = written(base + "Torque t(q, tau = 0.1 m*p.fx);")
+    assert [p.bodies for p in coupled.sub_mechanisms] == [("a", "b"), ("c",)]
+    (torque,) = coupled.forces
+    assert (torque.also, torque.reads) == (("a",), ("p",))
+    geared = written(base + "VelocityConstraint v(gamma = a.w + b.w + c.w);")
+    assert [p.bodies for p in geared.sub_mechanisms] == [("a", "b", "c")]
+    driven = written(base + "RotationalVelocityDriver d(p, w = c.w);")
+    assert [p.bodies for p in driven.sub_mechanisms] == [("a", "c"), ("b",)]
 
 
 # -- orders ------------------------------------------------------------------------------------------------------
@@ -205,6 +249,32 @@ def test_point_mass_goes_with_its_neighbour_before_their_joint():
     assert order.index("L") > max(order.index("p"), order.index("link0"))
 
 
+@pytest.mark.parametrize(
+    ("row", "needed"),
+    [
+        ("KnifeEdge x(c.b)", "abc"),
+        ("TranslationalVelocityDriver x(ground, c.b, v = 1)", "abc"),
+        ("RotationalVelocityDriver x(b.b, c.a, w = 1)", "bc"),
+        ("RotationalVelocityDriver x(ground, a.a, w = 2*c.w)", "abc"),
+        ("VelocityConstraint x(gamma = c.w)", "abc"),
+        ("VelocityConstraint x(gamma = b.w - 1)", "ab"),
+    ],
+)
+def test_rows_of_velocities_come_after_all_bodies_that_they_see_move(row, needed):
+    """Else they may vanish with the rest held: a blade at the end of the last link, across the link."""
+    chain = "Revolute p(ground, a.a); Revolute q(a.b, b.a); Revolute r(b.b, c.a); "
+    order = written(f"{chain} {row}; Torque t(p, tau = 0.1 m*r.fx);").elimination_order()
+    assert sorted(order) == sorted("abcpqrx")
+    assert all(order.index("x") > order.index(body) for body in needed)
+
+
+def test_disc_and_its_contact_go_together():
+    g = written("RollingDisc x(ground, a.c, radius = 1); FreeMotion f(ground, b.c); FreeMotion e(ground, c.c);")
+    order = g.elimination_order()
+    assert order.index("x") > order.index("a")
+    assert g.tree()[0] == ("a", GROUND, "x")
+
+
 def test_a_long_chain_is_no_recursion_and_no_square():
     g = chain(4096).build()
     assert len(g.elimination_order()) == 8192
@@ -256,6 +326,26 @@ def test_no_ground():
 def test_no_bodies():
     error = refused(mechanism())
     assert "has no bodies" in error.message and error.span.line == 1
+
+
+def test_a_body_held_by_a_law_of_its_velocity_flies_on_purpose_and_one_without_does_not():
+    text = "Revolute p(ground, a.a); VelocityConstraint v(gamma = b.w + c.w); KnifeEdge k(b.c);"
+    assert {p.body: p.joint for p in written(text).tree()} == {"a": "p", "b": None, "c": None}
+    with pytest.raises(ModelError, match="body `c` has no path to ground"):
+        written("Revolute p(ground, a.a); KnifeEdge k(b.c);")
+
+
+def test_velocity_constraint_of_what_stands_still():
+    with pytest.raises(ModelError, match="`v` depends on no body: nothing that it mentions can move"):
+        written("Fixed e(ground, a.a); Fixed f(a.b, b.a); Fixed g(b.b, c.a); VelocityConstraint v(gamma = ground.w);")
+
+
+def test_the_same_velocity_driver_twice():
+    (warning,) = written(
+        "Revolute p(ground, a.a); Fixed f(a.b, b.a); Fixed g(b.b, c.a); "
+        "RotationalVelocityDriver d(p, w = 1); RotationalVelocityDriver e(p, w = 1);"
+    ).warnings
+    assert "repeats `d`" in warning.message
 
 
 def test_grounds_that_disagree():
