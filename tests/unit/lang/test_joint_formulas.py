@@ -2,6 +2,7 @@
 
 import math
 from importlib import import_module
+from types import FunctionType
 
 import numpy as np
 import pytest
@@ -18,6 +19,14 @@ JOINTS = {name: m for name, m in modules().items() if isinstance(m.KIND, JointKi
 MOVING = [name for name, m in JOINTS.items() if m.KIND.velocity_rows and m.KIND.ports]
 #: rounding of a few dozen operations on numbers of order 1
 ROUNDING = 1e-13
+
+
+def plain(kernel):
+    """The kernel as Python: where it has been compiled for others of this process, it cannot be called from here."""
+    function = getattr(kernel, "py_func", kernel)
+    names = {n: function.__globals__[n] for n in function.__code__.co_names if n in function.__globals__}
+    kernels = {n: plain(f) for n, f in names.items() if hasattr(f, "__mbdsl_kernel__") or hasattr(f, "py_func")}
+    return FunctionType(function.__code__, {"__builtins__": __builtins__, **names, **kernels})
 
 
 def scene(text):
@@ -53,7 +62,7 @@ def test_reactions_are_the_constraint_force_on_frame_b(name):
     Z, lam = frames(rng), rng.uniform(-1, 1, kind.rows + len(kind.velocity_rows))
     G = np.zeros((3, VALUE + 1))
     if kind.rows:
-        module.gradient(Z, 0, 1, kind.table(component.values), G)
+        plain(module.gradient)(Z, 0, 1, kind.table(component.values), G)
     force = -G[: kind.rows, 3:6].T @ lam[: kind.rows]
     velocities = [ex.coordinate("b.a", key) for key in ("vx", "vy", "w")]
     for row, multiplier in zip(component.velocity_constraints, lam[kind.rows :], strict=True):
@@ -164,7 +173,7 @@ def test_equal_coefficients_need_no_exponential():
 @pytest.mark.parametrize("name", [n for n in JOINTS if JOINTS[n].KIND.friction])
 def test_friction_acts_along_the_coordinate_whose_rate_it_resists(name):
     kind, Z, G = JOINTS[name].KIND, frames(np.random.default_rng(4)), np.zeros((1, VALUE + 1))
-    import_module(f"mbdsl.elements.{kind.friction_along}").gradient(Z, 0, 1, (), G)
+    plain(import_module(f"mbdsl.elements.{kind.friction_along}").gradient)(Z, 0, 1, (), G)
     rate = G[0, :3] @ Z[0, 3:] + G[0, 3:6] @ Z[1, 3:]
     assert value(joint(name).signals["j.w" if kind.friction_unit == "N.m" else "j.v"], Z) == pytest.approx(rate)
 
