@@ -103,13 +103,14 @@ def compile(function: Callable, signature=None, cached: bool = True, **options) 
 
 
 def activate(*modules: ModuleType) -> None:
-    """Replace every marked kernel that ``modules`` define or import by its compiled function.
+    """Replace every marked kernel that ``modules`` define or import, there and where it comes from, by its compiled
+    function.
 
     Compilation itself happens when a kernel is first called from compiled code, so the order does not matter.
     """
     if not enabled():
         return
-    for module in modules:
+    for module in _with_imports(modules):
         for name, value in list(vars(module).items()):
             if getattr(value, "__mbdsl_kernel__", False) and not hasattr(value, "py_func"):
                 if value not in _compiled:
@@ -123,6 +124,20 @@ def activate(*modules: ModuleType) -> None:
                     kept = value.__module__.startswith("mbdsl.system") or value.__module__.endswith("_frames")
                     _compiled[value] = compile(value, cached=kept, **options)
                 setattr(module, name, _compiled[value])
+
+
+def _with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:
+    """``modules`` and those that their kernels come from."""
+    found = dict.fromkeys(modules)
+    pending = list(found)
+    while pending:
+        for value in vars(pending.pop()).values():
+            if getattr(value, "__mbdsl_kernel__", False) or hasattr(value, "py_func"):
+                module = sys.modules[value.__module__]
+                if module not in found:
+                    found[module] = None
+                    pending.append(module)
+    return sorted(found, key=lambda module: module.__name__)
 
 
 _imported: dict[str, ModuleType] = {}

@@ -5,28 +5,36 @@ Every scene has the same types: ``Y`` (rows, N) vectors of the step, ``Z`` (fram
 (matrices, size) and ``P`` pivots of the iteration matrices.
 """
 
-# -- rows of Y, each N = n + m entries: n for the coordinates, m for the constraints ----------------------------
+# -- rows of Y, each N = n + m + p entries: n for the coordinates, m and p for the (non)holonomic constraints ----
 Q, V = 0, 1  #: q and v at the end of the step (first n entries)
-X = 2  #: first unknown and multipliers, [a; lam]
-X2 = X + 1  #: second unknown and multipliers of stabilised methods, [abar; mu]
-FP = 4  #: result of evaluate: [f; Phi], f = Q - Phi_q^T lam
-GD = 5  #: result of evaluate: [Phi_q^T mu; Phi_q v + Phi_t]
+X = 2  #: first unknown and multipliers, as [a; lam]
+X2 = X + 1  #: second unknown and multipliers of stabilised methods, as [abar; mu]
+FP = 4  #: result of evaluate: [f; Phi; Gam], f = Q - Phi_q^T lam - Gam_v^T nu
+GD = 5  #: result of evaluate: [Phi_q^T mu; Phi_q v + Phi_t; 0]
 R, R2 = 6, 7  #: residuals that belong to X and X2
 D, D2 = 8, 9  #: Newton corrections of X and X2
 Q0, V0, F0 = 10, 11, 12  #: q, v, f at the start of the step
 XA = 13  #: X at the last four steps, newest first
 PAST = 4  #: the same for X2 stands so many rows below
 SCALE = 21  #: 1/scale of each coordinate, for norms
-T1 = 22  #: scratch of the linear solver
-ROWS = 23
+T1, T2 = 22, 23  #: scratch of the linear solver
+Q1, V1 = 24, 25  #: what else a method keeps of the past: q and v one step before Q0 and V0
+LAM = 26  #: multipliers of a method whose X does not hold those that f is made of
+GP = 27  #: result of evaluate where it is asked for: [Phi_q^T psi; 0] with Phi_q of the start of the step
+ROWS = 28
 
-# -- columns of Z: pose x, y, phi; rates; accumulated wrench; lever of rigid bodies; wrench of mu -----------------
-COLUMNS = 14
+# -- columns of Z: pose x, y, phi; rates 3-5; then these ----------------------------------------------------------
+WRENCH = 6  #: accumulated force and torque, 6 .. 8
+LEVER = 9  #: l_x, l_y of frames on rigid bodies
+MU_WRENCH = 11  #: the wrench of mu, 11 .. 13
+PAST_WRENCH, PAST_LEVER = 14, 17  #: the wrench of psi, and the lever, with the pose at the start of the step
+COLUMNS = 19
 
 # -- columns of C: gradient dg/dz, value g, magnitude s (of forces), rate of the gradient w^T d^2g/dz^2 ----------
 VALUE, MAGNITUDE = 6, 7
 GRADIENT_RATE = 8  #: 8 .. 13
-GRADIENT_COLUMNS = 14
+PAST_GRADIENT = 14  #: dg/dz at the start of the step, 14 .. 19
+GRADIENT_COLUMNS = 20
 
 # -- header of I ---------------------------------------------------------------------------------------------
 N_Q, N_PHI, N_ALL, N_FRAMES = 0, 1, 2, 3
@@ -48,5 +56,9 @@ SOLVER = 18  #: 0 dense, 1 sparse
 SIZE = 19  #: entries of one row of A
 SPARSE = 20  #: offset in I of the sparse solver's tables
 DAMPED = 21  #: 1 where forces depend on velocities
-BLOCKS = 24  #: first block header
+LAM_ROW, MU_ROW, LAW_ROW, PSI_ROW = 22, 23, 24, 25  #: rows of Y: multipliers in f, in GD, as laws read them, in GP
+KEEP = 26  #: 1 where the next evaluation begins a step: the gradients found last become those of its start
+N_GAM = 27  #: number of nonholonomic constraints
+GAMMAS = 28  #: offset in I of (offset of its record) per nonholonomic constraint
+BLOCKS = 32  #: first block header
 BLOCK = 4  #: ints of a block: count, then body: offset in I; pair: first row of C, offset and stride in F

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from mbdsl import graph, jit, layout
+from mbdsl.elements.kind import JointKind
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import driver, methods
 from mbdsl.integrators.run import Integration, check_options, loop_name
@@ -69,6 +70,7 @@ def simulate(
     stop: float | None = None,
     interval: float | None = None,
     options: Mapping[str, float | None] | None = None,
+    force: bool = False,
     parameters: Mapping[str, str | float] | None = None,
     progress: Callable[[Progress], None] | None = None,
     announce: Callable[[str], None] | None = None,
@@ -89,6 +91,8 @@ def simulate(
         Output interval; default (stop - start)/500; 0 stores every step.
     options : mapping, optional
         Parameters of the method, such as {"alpha": -0.1}.
+    force : bool, optional
+        Allow what is known to fail, such as the trapezoidal rule on constrained models.
     parameters : mapping, optional
         Overrides of the model's parameters, as numbers or texts with units ("120 N/mm"), for a model given by path.
     progress, announce : callables, optional
@@ -114,7 +118,7 @@ def simulate(
 
     scene = as_scene(model, parameters)
     lap("parse")
-    run = _plan(scene, method, step, tol, start, stop, interval, options)
+    run = _plan(scene, method, step, tol, start, stop, interval, options, force)
     if scene.experiment.tolerance is not None and announce is not None:
         announce(f"the model's Tolerance is not used: steps have a fixed size, {run.h:g} s")
     mechanism = graph.build(scene)
@@ -151,10 +155,10 @@ class _Plan:
     start: float
     stop: float
     times: np.ndarray
-    options: Mapping[str, float]
+    options: Mapping[str, float | None]
 
 
-def _plan(scene: Scene, method, step, tol, start, stop, interval, options) -> _Plan:
+def _plan(scene: Scene, method, step, tol, start, stop, interval, options, force) -> _Plan:
     said = scene.experiment
     method = method or said.method or DEFAULT_METHOD
     if method not in methods():
@@ -202,11 +206,12 @@ def _plan(scene: Scene, method, step, tol, start, stop, interval, options) -> _P
     times = start + spacing * np.arange(1, count + 1)
     if count:
         times[-1] = end
-    return _Plan(method, h, start, end, times, check_options(method, options or {}))
+    constrained = any(isinstance(c.kind, JointKind) and c.kind.rows for c in scene.components.values())
+    return _Plan(method, h, start, end, times, check_options(method, options or {}, constrained, force))
 
 
 def _is_compiled(system: System, method: str) -> bool:
-    code = system.module_name(methods()[method].with_mu)
+    code = system.module_name(methods()[method].sets)
     return jit.is_compiled(code) and jit.is_compiled(loop_name(method))
 
 
@@ -262,7 +267,8 @@ def _collect(
     lam = np.vstack([initial.lam, out[:, 2 * n :]])
     for array in (t, q, v, lam):
         array.flags.writeable = False
-    return Trajectory(system, t, q, v, lam, stats, initial.moved)
+    own = methods()[run.method].own_reactions
+    return Trajectory(system, t, q, v, lam if own else None, stats, initial.moved, initial.redundant)
 
 
 def _check_left_out(system: System, trajectory: Trajectory, initial: InitialState) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import fnmatch
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import UsageError
-from mbdsl.lang.expressions import Expr, const, coordinate
+from mbdsl.lang.expressions import Expr, const, coordinate, leaves
 from mbdsl.scene import Scene
 from mbdsl.system.initial import Moved, accelerations
 from mbdsl.system.signals import values
@@ -27,7 +27,6 @@ Array = NDArray[np.float64]
 
 UNITS = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
 ACCELERATIONS = {"ax": "m/s2", "ay": "m/s2", "alpha": "rad/s2"}
-REACTIONS = {"fx": "N", "fy": "N", "tau": "N.m"}
 
 
 class Trajectory:
@@ -38,9 +37,12 @@ class Trajectory:
     t : (N,) [s]
     q, v : (N, n) [m, rad; m/s, rad/s]
         Generalised coordinates and velocities, in the order of ``system.names()``.
-    lam : (N, m)
+    lam : (N, m + p)
         Multipliers of the constraints, in the order of ``system.constraint_names()``; the constraint force is
-        -Phi_q^T lam.
+        -Phi_q^T lam - Gam_v^T nu. For methods whose own multipliers are of lower order than q and v, those that follow
+        from q and v by the equations of motion, found when first asked for.
+    inputs : dict of (N,)
+        Values of the model's inputs.
     status : str
         "done", "interrupted" or "failed"; ``message`` says why.
     stats : dict
@@ -54,9 +56,21 @@ class Trajectory:
     """
 
     def __init__(
-        self, system: System, t: Array, q: Array, v: Array, lam: Array, stats: dict, moved: tuple[Moved, ...] = ()
+        self,
+        system: System,
+        t: Array,
+        q: Array,
+        v: Array,
+        lam: Array | None,
+        stats: dict,
+        moved: tuple[Moved, ...] = (),
+        left_out: tuple[int, ...] = (),
+        inputs: Mapping[str, Array] | None = None,
     ) -> None:
-        self.system, self.t, self.q, self.v, self.lam, self.stats, self.moved = system, t, q, v, lam, stats, moved
+        self.system, self.t, self.q, self.v, self.stats, self.moved = system, t, q, v, stats, moved
+        self.left_out = left_out
+        self.inputs = dict(inputs or {})
+        self._lam = lam
         self.message = ""
         self._known: dict[str, Array] = {}
 
@@ -96,7 +110,7 @@ class Trajectory:
 
     @cached_property
     def _computed(self) -> dict[str, str]:
-        """Name -> unit of what takes more than q, v and t: accelerations, reactions, residuals of constraints."""
+        """Name -> unit of what is no expression: accelerations, residuals of constraints."""
         found = {}
         for c in self.scene.components.values():
             if isinstance(c.kind, BodyKind) and c.kind.coordinates:
@@ -104,10 +118,11 @@ class Trajectory:
                     if key != "alpha" or "phi" in c.kind.coordinates:
                         found[f"{c.name}.{key}"] = unit
             elif isinstance(c.kind, JointKind):
-                found.update({f"{c.name}.{key}": REACTIONS[key] for key in c.kind.reaction})
                 for k in range(c.kind.rows):
                     found[f"{c.name}.Phi[{k + 1}]"] = ""
                     found[f"{c.name}.dPhi[{k + 1}]"] = ""
+                for k in range(len(c.velocity_constraints)):
+                    found[f"{c.name}.Gam[{k + 1}]"] = ""
         return found
 
     @property
@@ -166,7 +181,9 @@ class Trajectory:
             return self.t
         if name not in self._known:
             if name in self._expressions:
-                (value,) = values(self.system, [self._expressions[name][0]], self.t, self.q, self.v)
+                root = self._expressions[name][0]
+                lam = self.lam if any(leaf.op == "multiplier" for leaf in leaves(root)) else None
+                (value,) = values(self.system, [root], self.t, self.q, self.v, lam, self.inputs)
                 self._known[name] = np.array(value)
                 self._known[name].flags.writeable = False
             elif name in self._computed:
@@ -182,34 +199,49 @@ class Trajectory:
                 body, c = coordinate_name.rsplit(".", 1)
                 self._known[f"{body}.{dict(x='ax', y='ay', phi='alpha')[c]}"] = self.a[:, k]
             return
-        Phi, dPhi, reactions = self._constraints
-        row = self.system.tables.rows.get(owner, 0)
-        kind = self.scene.components[owner].kind
-        assert isinstance(kind, JointKind)
-        for k in range(kind.rows):
-            self._known[f"{owner}.Phi[{k + 1}]"] = Phi[:, row + k]
-            self._known[f"{owner}.dPhi[{k + 1}]"] = dPhi[:, row + k]
-        wrench = reactions[:, row : row + kind.rows].sum(axis=1)
-        for k, reaction in enumerate(REACTIONS):
-            self._known[f"{owner}.{reaction}"] = wrench[:, k]
+        Phi, dPhi, Gam = self._constraints
+        tables, component = self.system.tables, self.scene.components[owner]
+        assert isinstance(component.kind, JointKind)
+        for k in range(component.kind.rows):
+            row = tables.rows[owner] + k
+            self._known[f"{owner}.Phi[{k + 1}]"] = Phi[:, row]
+            self._known[f"{owner}.dPhi[{k + 1}]"] = dPhi[:, row]
+        for k in range(len(component.velocity_constraints)):
+            self._known[f"{owner}.Gam[{k + 1}]"] = Gam[:, tables.velocity_rows[owner] - self.system.m + k]
 
     @cached_property
+    def _motion(self) -> tuple[Array, Array]:
+        """Accelerations (N, n) and multipliers (N, m + p) that satisfy the equations of motion at each (t, q, v)."""
+        system = self.system
+        a, lam = np.zeros((len(self.t), system.n)), np.zeros((len(self.t), system.m + system.p))
+        for i, (t, q, v) in enumerate(zip(self.t, self.q, self.v, strict=True)):
+            self._set_inputs(i)
+            a[i], lam[i] = accelerations(system, t, q, v, self.left_out)
+        return a, lam
+
+    def _set_inputs(self, i: int) -> None:
+        for name, value in self.inputs.items():
+            self.system.set_input(name, float(value[i]))
+
+    @property
     def a(self) -> Array:
-        """Accelerations (N, n) that satisfy the equations of motion at each (t, q, v)."""
-        return np.array(
-            [accelerations(self.system, t, q, v)[0] for t, q, v in zip(self.t, self.q, self.v, strict=True)]
-        ).reshape(len(self.t), self.system.n)
+        return self._motion[0]
+
+    @property
+    def lam(self) -> Array:
+        return self._motion[1] if self._lam is None else self._lam
 
     @cached_property
     def _constraints(self) -> tuple[Array, Array, Array]:
-        """Phi (N, m), Phi_q v + Phi_t (N, m), and each row's force and torque on frame_b (N, m, 3)."""
-        m, N = self.system.m, len(self.t)
-        Phi, dPhi, wrench = np.zeros((N, m)), np.zeros((N, m)), np.zeros((N, m, 3))
+        """Phi (N, m), Phi_q v + Phi_t (N, m), Gam (N, p)."""
+        system, N = self.system, len(self.t)
+        Phi, dPhi, Gam = np.zeros((N, system.m)), np.zeros((N, system.m)), np.zeros((N, system.p))
         for i in range(N):
-            _, Phi[i], dPhi[i] = self.system.evaluate(self.t[i], self.q[i], self.v[i], self.lam[i])
-            G = self.system.gradient_table()
-            wrench[i] = -G[:m, 3:6] * self.lam[i][:, None]
-        return Phi, dPhi, wrench
+            self._set_inputs(i)
+            _, Phi[i], dPhi[i] = system.evaluate(self.t[i], self.q[i], self.v[i])
+            if system.p:
+                Gam[i] = system.Gam(self.t[i], self.q[i], self.v[i])
+        return Phi, dPhi, Gam
 
     def state(self, time: float) -> tuple[Array, Array]:
         """q and v (n,) at the stored point nearest to ``time``."""
@@ -256,5 +288,3 @@ def _energies(scene: Scene) -> tuple[Expr, Expr, Expr]:
         elif isinstance(c.kind, ForceKind) and c.energy is not None:
             potential = potential + c.energy
     return kinetic, potential, kinetic + potential
-
-

@@ -20,6 +20,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"{name:12}order {method.order}, index {method.index}, enforces {' and '.join(method.enforces)}")
         print(f"    {method.doc}")
         for option, o in method.parameters.items():
-            print(f"    --{option} {o.default:g}  ({o.lower:.4g} to {o.upper:.4g})  {o.doc}")
+            default = "" if o.default is None else f" {o.default:g}"
+            print(f"    --{option}{default}  ({o.lower:.4g} to {o.upper:.4g})  {o.doc}")
         print(f"    {method.source}")
     return 0

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from mbdsl.system.initial import Moved
     from mbdsl.trajectory import Trajectory
 
-OPTIONS = ("alpha", "gamma", "beta")
+OPTIONS = ("alpha", "gamma", "beta", "b")
 
 
 def register(subparsers) -> argparse.ArgumentParser:
@@ -33,9 +33,11 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     values.add_model(parser)
     parser.add_argument("--method", metavar="NAME", help="integrator; default: the model's, else hht-si2")
-    parser.add_argument("--alpha", metavar="A", type=values.number, help="method parameter")
-    parser.add_argument("--gamma", metavar="G", type=values.number, help="method parameter")
-    parser.add_argument("--beta", metavar="B", type=values.number, help="method parameter")
+    for option in OPTIONS:
+        parser.add_argument(
+            f"--{option}", metavar="X", type=values.number, help="method parameter, see `mbdsl methods`"
+        )
+    parser.add_argument("--force", action="store_true", help="allow parameters known to fail on constrained models")
     step = parser.add_mutually_exclusive_group()
     step.add_argument("--step", metavar="H", type=values.positive_seconds, help="fixed step size")
     step.add_argument("--tol", metavar="TOL", type=values.tolerance, help="error-controlled steps, to this tolerance")
@@ -90,6 +92,7 @@ def run(args: argparse.Namespace) -> int:
             stop=args.stop,
             interval=args.interval,
             options={name: getattr(args, name) for name in OPTIONS if getattr(args, name) is not None},
+            force=args.force,
             progress=display,
             announce=display.say if display else None,
         )

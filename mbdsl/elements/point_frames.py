@@ -1,7 +1,7 @@
 """How the one frame of a point mass moves with q = (x, y): B = [[1, 0], [0, 1], [0, 0]], constant."""
 
 from mbdsl.kernels import kernel
-from mbdsl.layout import FP, FRAMES, GD, Q, V
+from mbdsl.layout import FP, FRAMES, GD, GP, MU_WRENCH, PAST_WRENCH, WRENCH, Q, V
 
 
 @kernel
@@ -18,21 +18,27 @@ def move(block, Y, Z, F, I):
 
 
 @kernel
-def collect(block, Y, Z, I):
+def gather(block, wrench, row, Y, Z, I):
     for e in range(I[block]):
         o = I[block + 1] + 5 * e
         for f in range(I[o + 1], I[o + 1] + I[o + 2]):
-            Y[FP, I[o]] += Z[f, 6]
-            Y[FP, I[o] + 1] += Z[f, 7]
+            Y[row, I[o]] += Z[f, wrench]
+            Y[row, I[o] + 1] += Z[f, wrench + 1]
+
+
+@kernel
+def collect(block, Y, Z, I):
+    gather(block, WRENCH, FP, Y, Z, I)
 
 
 @kernel
 def collect_mu(block, Y, Z, I):
-    for e in range(I[block]):
-        o = I[block + 1] + 5 * e
-        for f in range(I[o + 1], I[o + 1] + I[o + 2]):
-            Y[GD, I[o]] += Z[f, 11]
-            Y[GD, I[o] + 1] += Z[f, 12]
+    gather(block, MU_WRENCH, GD, Y, Z, I)
+
+
+@kernel
+def collect_past(block, Y, Z, I):
+    gather(block, PAST_WRENCH, GP, Y, Z, I)
 
 
 @kernel

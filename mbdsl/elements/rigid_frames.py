@@ -6,14 +6,14 @@ For a frame at s (body axes), l = A(phi) s:
     B = dz/dq = [[1, 0, -l_y], [0, 1, l_x], [0, 0, 1]],   (B v)_q = [[0, 0, -l_x w], [0, 0, -l_y w], [0, 0, 0]]
     d(B^T F)/dq = -(l . F) in (phi, phi)
 
-These four functions are all that joints and forces know of a body. Integer table, per body: first coordinate,
+These functions are all that joints and forces know of a body. Integer table, per body: first coordinate,
 first frame, number of frames, offset of the frames' (s_x, s_y, phi0), slot of (phi, phi) in the iteration matrix.
 """
 
 from math import cos, sin
 
 from mbdsl.kernels import kernel
-from mbdsl.layout import FP, FRAMES, GD, SLOTS, Q, V
+from mbdsl.layout import FP, FRAMES, GD, GP, LEVER, MU_WRENCH, PAST_LEVER, PAST_WRENCH, SLOTS, WRENCH, Q, V
 
 
 @kernel
@@ -37,27 +37,34 @@ def move(block, Y, Z, F, I):
 
 
 @kernel
-def collect(block, Y, Z, I):
-    """f += B^T F for every frame's wrench F."""
+def gather(block, wrench, lever, row, Y, Z, I):
+    """Y[row] += B^T F for every frame's wrench F in the columns from ``wrench`` on, l in those from ``lever`` on."""
     for e in range(I[block]):
         o = I[block + 1] + 5 * e
         d = I[o]
         for f in range(I[o + 1], I[o + 1] + I[o + 2]):
-            Y[FP, d] += Z[f, 6]
-            Y[FP, d + 1] += Z[f, 7]
-            Y[FP, d + 2] += Z[f, 8] - Z[f, 10] * Z[f, 6] + Z[f, 9] * Z[f, 7]
+            fx, fy = Z[f, wrench], Z[f, wrench + 1]
+            Y[row, d] += fx
+            Y[row, d + 1] += fy
+            Y[row, d + 2] += Z[f, wrench + 2] - Z[f, lever + 1] * fx + Z[f, lever] * fy
+
+
+@kernel
+def collect(block, Y, Z, I):
+    """f += B^T F."""
+    gather(block, WRENCH, LEVER, FP, Y, Z, I)
 
 
 @kernel
 def collect_mu(block, Y, Z, I):
     """The same for the wrenches of the stabilising multipliers, into Phi_q^T mu."""
-    for e in range(I[block]):
-        o = I[block + 1] + 5 * e
-        d = I[o]
-        for f in range(I[o + 1], I[o + 1] + I[o + 2]):
-            Y[GD, d] += Z[f, 11]
-            Y[GD, d + 1] += Z[f, 12]
-            Y[GD, d + 2] += Z[f, 13] - Z[f, 10] * Z[f, 11] + Z[f, 9] * Z[f, 12]
+    gather(block, MU_WRENCH, LEVER, GD, Y, Z, I)
+
+
+@kernel
+def collect_past(block, Y, Z, I):
+    """The same for those of psi, at the pose of the start of the step."""
+    gather(block, PAST_WRENCH, PAST_LEVER, GP, Y, Z, I)
 
 
 @kernel

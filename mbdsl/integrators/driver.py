@@ -1,7 +1,14 @@
 """The step loop of every method: history, prediction, Newton iteration, matrix reuse, convergence, output.
 
-A method gives the formulas (``residual``, ``matrix``, ``correct``, ``finish``); all else is here, so that a
-comparison of methods compares methods and nothing else. Compiled once a method; allocates nothing.
+A method gives the formulas, and all else is here, so that a comparison of methods compares methods and nothing else:
+
+    motion(h, c, Y, I)                 q and v at the end of the step from the unknowns X (and X2)
+    residual(h, c, Y, F, I)            R (and R2), from what evaluate left in FP and GD
+    matrix(tangent, ..., A, P)         the iteration matrices, factorised; False where that failed
+    correct(h, c, Y, I, A, P)          the corrections solved for and applied; how far positions moved
+    finish(h, c, Y, F, I)              what the method keeps of the step, in the rows that are its own
+
+Compiled once a method; allocates nothing.
 """
 
 from __future__ import annotations
@@ -17,8 +24,8 @@ START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL = range(7)
 K_SIZE = 7
 
 # -- J: integers of the run ----------------------------------------------------------------------------------
-STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, ORDER2, STABILISED = range(11)
-J_SIZE = 11
+STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED = range(10)
+J_SIZE = 10
 
 MAX_ITERATIONS = 25
 #: contraction above which the next step starts with a new matrix
@@ -50,9 +57,9 @@ def predict(unknown, order, n, Y):
 
 
 @kernel
-def best_order(unknown, history, n, Y):
+def best_order(history, n, Y):
     """Which extrapolation would have met the step just done best: smooth motion likes high orders, ringing none."""
-    x, a = X + unknown, XA + PAST * unknown
+    x, a = X, XA
     e0, e1, e2, e3 = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
         d0 = Y[x, i] - Y[a, i]
@@ -104,7 +111,7 @@ def finite(A):
 
 
 @template
-def newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C, F, I, A, P):
+def newton(motion, residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C, F, I, A, P):
     """Solve the step for the unknowns X (and X2); a status.
 
     An iterate is accepted when the error that the contraction leaves is below what the step itself gets wrong by
@@ -129,7 +136,9 @@ def newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C,
     contraction = min(max(K[CONTRACTION], UNMEASURED), 0.9)
     former, former_residual, worn = 0.0, 0.0, False
     for k in range(MAX_ITERATIONS):
-        residual(evaluate, t, h, c, Y, Z, C, F, I)
+        motion(h, c, Y, I)
+        evaluate(t, Y, Z, C, F, I)
+        residual(h, c, Y, F, I)
         J[ITERATIONS] += 1
         remaining = residual_size(unknowns, I[N_ALL], Y)
         if not remaining < 1e300:
@@ -205,7 +214,7 @@ def shift(unknowns, n, size, Y):
 
 @template
 def advance(
-    residual, matrix, correct, finish, evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out
+    motion, residual, matrix, correct, finish, evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out
 ):
     """At most ``steps`` steps; a status. Everything needed to go on is in the buffers."""
     n, size, unknowns = I[N_Q], I[N_ALL], 1 + J[STABILISED]
@@ -219,14 +228,15 @@ def advance(
         status = DIVERGED
         for _attempt in range(2):
             for k in range(unknowns):
-                predict(k, J[ORDER + k], size, Y)
-            status = newton(residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C, F, I, A, P)
+                predict(k, J[ORDER], size, Y)
+            status = newton(motion, residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C, F, I, A, P)
             if status == RUNNING:
                 break
-            J[FRESH], J[ORDER], J[ORDER2] = 0, 0, 0  # once more, from the last step and with a new matrix
+            J[FRESH], J[ORDER] = 0, 0  # once more, from the last step and with a new matrix
         if status != RUNNING:
             K[T] = t
             return status
+        motion(h, c, Y, I)
         finish(h, c, Y, F, I)
         jump = 0.0
         for i in range(n):
@@ -234,8 +244,7 @@ def advance(
         if h * h * jump > WILD:
             K[T] = t
             return TOO_LARGE
-        for k in range(unknowns):
-            J[ORDER + k] = best_order(k, J[HISTORY], n, Y)
+        J[ORDER] = best_order(J[HISTORY], n, Y)
         if J[OUTPUT] < times.size and times[J[OUTPUT]] <= t0 + h + 1e-9 * h:
             record(t0, h, K, J, Y, I, times, out)
         shift(unknowns, n, size, Y)

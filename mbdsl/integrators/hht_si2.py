@@ -26,11 +26,36 @@ Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (12)
 (they are misprinted there); the splitting is ours.
 """
 
-from mbdsl.integrators.hht_i3 import ALPHA, coefficients, lag
-from mbdsl.integrators.linear import factor, larger, multiply, solve
+from mbdsl.integrators.corrections import solve_two
+from mbdsl.integrators.hht_i3 import ALPHA, begin, coefficients, finish
+from mbdsl.integrators.linear import factor, larger
 from mbdsl.integrators.method import Method
 from mbdsl.kernels import kernel
-from mbdsl.layout import D2, DAMPED, F0, FP, GD, MASS, N_ALL, N_Q, Q0, R2, SCALE, V0, X2, XA, D, Q, R, V, X
+from mbdsl.layout import (
+    D2,
+    DAMPED,
+    F0,
+    FP,
+    GD,
+    MASS,
+    N_ALL,
+    N_GAM,
+    N_PHI,
+    N_Q,
+    Q0,
+    R2,
+    SCALE,
+    V0,
+    X2,
+    XA,
+    D,
+    Q,
+    R,
+    V,
+    X,
+)
+
+__all__ = ["finish"]
 
 METHOD = Method(
     "hht-si2",
@@ -41,55 +66,61 @@ METHOD = Method(
     source="Negrut, Jay, Khude (2009), eqs. (12)-(13)",
     parameters={"alpha": ALPHA},
     coefficients=coefficients,
-    lag=lag,
-    with_mu=True,
+    begin=begin,
+    sets=2,
     matrices=3,
 )
 
 
 @kernel
-def residual(evaluate, t, h, c, Y, Z, C, F, I):
-    alpha, beta, gamma = c[0], c[1], c[2]
-    n = I[N_Q]
-    for i in range(n):
+def motion(h, c, Y, I):
+    beta, gamma = c[0], c[1]
+    for i in range(I[N_Q]):
         a0, a = Y[XA, i], Y[X, i]
         Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h / 2 * ((1 - 2 * beta) * a0 + 2 * beta * a + Y[X2, i])
         Y[V, i] = Y[V0, i] + h * ((1 - gamma) * a0 + gamma * a)
-    evaluate(t, Y, Z, C, F, I)
+
+
+@kernel
+def residual(h, c, Y, F, I):
+    alpha = c[2]
+    n, m = I[N_Q], I[N_PHI]
     for i in range(n):
         mass = F[I[MASS] + i]
         Y[R, i] = mass * Y[X, i] / (1 + alpha) - Y[FP, i] + alpha / (1 + alpha) * Y[F0, i]  # R1
         Y[R2, i] = mass * Y[X2, i] + Y[GD, i]  # R2
-    for i in range(n, I[N_ALL]):
+    for i in range(n, n + m):
         Y[R, i] = Y[FP, i] / (h * h)  # R3
         Y[R2, i] = Y[GD, i] / h  # R4
+    for i in range(n + m, I[N_ALL]):
+        Y[R, i], Y[R2, i] = Y[FP, i] / h, 0.0
 
 
 @kernel
 def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
     """[[S/beta, Phi_q^T], [Phi_q, 0]], [[2 M, Phi_q^T], [Phi_q, 0]] and, where there is damping, gamma/beta h D."""
-    alpha, beta, gamma = c[0], c[1], c[2]
-    tangent(t, 1 / (1 + alpha) / beta, h * h, gamma * h / beta, 1.0, 0.0, Y, Z, C, F, I, A[0])
-    tangent(t, 2.0, 0.0, 0.0, 1.0, 0.0, Y, Z, C, F, I, A[1])
-    if I[DAMPED]:
-        tangent(t, 0.0, 0.0, gamma * h / beta, 0.0, 0.0, Y, Z, C, F, I, A[2])
+    beta, gamma, alpha = c[0], c[1], c[2]
+    d = gamma * h / beta
+    tangent(t, 1 / (1 + alpha) / beta, h * h, d, 1.0, 1.0, 0.0, 1.0, beta * h / gamma, Y, Z, C, F, I, A[0])
+    tangent(t, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[1])
+    if I[DAMPED] or I[N_GAM] > 0:
+        tangent(t, 0.0, 0.0, d, 0.0, 0.0, 0.0, 1.0, 0.0, Y, Z, C, F, I, A[2])
     return factor(A[0], P[0], I) and factor(A[1], P[1], I)
 
 
 @kernel
 def correct(h, c, Y, I, A, P):
     """Solve for the corrections, apply them; the largest scaled change of a position (or of h times a velocity)."""
-    alpha, beta, gamma = c[0], c[1], c[2]
+    beta, gamma, alpha = c[0], c[1], c[2]
     kappa = 1 / (2 * (1 + alpha) * beta)
-    n = I[N_Q]
+    n, m = I[N_Q], I[N_PHI]
     for i in range(n):
         Y[D, i], Y[D2, i] = -Y[R, i] - kappa * Y[R2, i], -Y[R2, i]
-    for i in range(n, I[N_ALL]):
+    for i in range(n, n + m):
         Y[D, i], Y[D2, i] = -Y[R, i], -Y[R, i] + beta / gamma * Y[R2, i]
-    for k in range(1, -1, -1):
-        solve(A[k], P[k], I, Y, D + k)
-        if k == 1 and I[DAMPED]:
-            multiply(A[2], I, Y, D2, D)
+    for i in range(n + m, I[N_ALL]):
+        Y[D, i], Y[D2, i] = -beta / gamma * Y[R, i], 0.0
+    solve_two(I[DAMPED] > 0 or I[N_GAM] > 0, A, P, I, Y)
     change = 0.0
     for i in range(n):
         p, e = Y[D, i], Y[D2, i]
@@ -100,14 +131,3 @@ def correct(h, c, Y, I, A, P):
         Y[X, i] += Y[D, i] - kappa * Y[D2, i]
         Y[X2, i] += Y[D2, i]
     return h * h * change
-
-
-@kernel
-def finish(h, c, Y, F, I):
-    """q, v and f at the accepted unknowns; f from R1, which saves an evaluation."""
-    alpha, beta, gamma = c[0], c[1], c[2]
-    for i in range(I[N_Q]):
-        a0, a = Y[XA, i], Y[X, i]
-        Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h / 2 * ((1 - 2 * beta) * a0 + 2 * beta * a + Y[X2, i])
-        Y[V, i] = Y[V0, i] + h * ((1 - gamma) * a0 + gamma * a)
-        Y[FP, i] = (F[I[MASS] + i] * a + alpha * Y[F0, i]) / (1 + alpha)

@@ -6,9 +6,9 @@ constraints, singular poses), a dense LU with partial pivoting.
 
 from __future__ import annotations
 
-from mbdsl.integrators.sparse import sparse_factor, sparse_multiply, sparse_solve
+from mbdsl.integrators.sparse import sparse_factor, sparse_multiply, sparse_solve, sparse_solve_both
 from mbdsl.kernels import kernel, rare
-from mbdsl.layout import N_ALL, N_Q, SOLVER
+from mbdsl.layout import D2, N_ALL, N_Q, SOLVER, D
 
 DENSE, SPARSE_LU = 0, 1  #: values of I[SOLVER]
 
@@ -29,12 +29,22 @@ def solve(A, P, I, Y, row):
 
 
 @kernel
+def solve_both(A, P, I, Y):
+    """Y[D] <- A[0]^{-1} Y[D], Y[D2] <- A[1]^{-1} Y[D2]."""
+    if I[SOLVER] == SPARSE_LU:
+        sparse_solve_both(A, I, Y, D, D2)
+    else:
+        for k in range(2):
+            dense_solve(A[k], P[k], I, Y, D + k)
+
+
+@kernel
 def multiply(A, I, Y, row, target):
-    """Y[target] += A_11 Y[row], for the block of the coordinates in a matrix that is not factorised."""
+    """Y[target] += A_1 Y[row], for the columns of the coordinates in a matrix that is not factorised."""
     if I[SOLVER] == SPARSE_LU:
         sparse_multiply(A, I, Y, row, target)
         return
-    for i in range(I[N_Q]):
+    for i in range(I[N_ALL]):
         for j in range(I[N_Q]):
             Y[target, i] += A[i * I[N_ALL] + j] * Y[row, j]
 

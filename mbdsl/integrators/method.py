@@ -5,24 +5,55 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.layout import X2, X
+
+Array = NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class Option:
-    """A parameter of a method: default and the interval it is allowed in."""
+    """A parameter of a method: default (None: it follows from the others) and the interval it is allowed in."""
 
-    default: float
+    default: float | None
     lower: float
     upper: float
     doc: str
 
 
 @dataclass(frozen=True)
+class Start:
+    """A consistent state from which a method begins: q, v, a (n,), lam (m + p,), the diagonal of M; ``fa`` = M^{-1} Q
+    (n,), Q without constraint forces of Phi; all at t_0.
+
+    ``jerk`` and ``fa_rate`` (n,) are the rates of a and fa, zero where the start is too stiff to know them.
+    """
+
+    h: float
+    q: Array
+    v: Array
+    a: Array
+    lam: Array
+    mass: Array
+    fa: Array
+    jerk: Array
+    fa_rate: Array
+
+
+@dataclass(frozen=True)
 class Method:
     """Declaration of an integration method.
 
-    ``coefficients`` turns checked options into the numbers c that the kernels read; ``with_mu`` asks for Phi_q^T mu
-    from evaluate; ``matrices`` is the number of iteration matrices kept; ``lag(c)`` tells that the a carried from step
-    to step is the acceleration at t_n + lag h.
+    ``coefficients`` turns checked options into the numbers c that the kernels read; ``check`` says what is wrong with
+    options together, on a model that is constrained or not (None: nothing; "forced" problems may be overruled);
+    ``begin(c, start)`` gives the rows of Y that the first step needs, vectors of n or N entries by row.
+
+    ``multipliers`` are the rows of Y with the multipliers in f, in Phi_q^T mu, and as force laws read them.
+    Of these ``sets``, the third is that in Phi_q^T psi with Phi_q of the start of the step, always in X.
+    ``own_reactions`` is False where reactions have to be found from the acceleration-level equations; ``inverts_mass``
+    tells that every coordinate needs a mass.
     """
 
     name: str
@@ -31,8 +62,13 @@ class Method:
     index: int
     enforces: tuple[str, ...]  #: of "Phi", "dPhi"
     source: str
-    coefficients: Callable[[Mapping[str, float]], tuple[float, ...]]
+    coefficients: Callable[[Mapping[str, float | None]], tuple[float, ...]]
+    begin: Callable[[tuple[float, ...], Start], dict[int, Array]]
     parameters: Mapping[str, Option] = field(default_factory=dict)
-    lag: Callable[[tuple[float, ...]], float] = lambda c: 0.0
-    with_mu: bool = False
+    check: Callable[[Mapping[str, float | None]], str | None] = lambda options: None
+    check_constrained: Callable[[Mapping[str, float | None]], str | None] = lambda options: None
     matrices: int = 1
+    multipliers: tuple[int, int, int] = (X, X2, X)
+    sets: int = 1
+    own_reactions: bool = True
+    inverts_mass: bool = False

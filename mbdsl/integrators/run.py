@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import ModuleType
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mbdsl import jit, layout
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.integrators import driver, linear, modules, sparse
+from mbdsl.integrators.method import Start
 from mbdsl.system import System
 from mbdsl.system.emit import array_types, evaluate_signature, tangent_signature
 from mbdsl.system.initial import accelerations
@@ -23,16 +24,19 @@ Array = NDArray[np.float64]
 PIVOTING_LIMIT = 2000
 
 
-def check_options(name: str, options: Mapping[str, float | None]) -> dict[str, float]:
+def check_options(
+    name: str, options: Mapping[str, float | None], constrained: bool = False, force: bool = False
+) -> dict[str, float | None]:
     """Options of a method with defaults filled in.
 
     Raises
     ------
     UsageError
-        For a parameter that the method does not have, or a value outside its interval.
+        For a parameter that the method does not have, a value outside its interval, values that do not go together, or
+        (not with ``force``) a choice known to fail on constrained models.
     """
     declared = modules()[name].METHOD.parameters
-    values = {key: option.default for key, option in declared.items()}
+    values: dict[str, float | None] = {key: option.default for key, option in declared.items()}
     for key, value in options.items():
         if value is None:
             continue
@@ -45,6 +49,11 @@ def check_options(name: str, options: Mapping[str, float | None]) -> dict[str, f
                 f"{key} = {value:g} is outside [{low:g}, {high:g}] for {name}", hint=f"{key}: {declared[key].doc}"
             )
         values[key] = float(value)
+    method = modules()[name].METHOD
+    if (wrong := method.check(values)) is not None:
+        raise UsageError(f"{name}: {wrong}")
+    if constrained and not force and (wrong := method.check_constrained(values)) is not None:
+        raise UsageError(f"{name}: {wrong}", hint="to see it happen, force it")
     return values
 
 
@@ -55,7 +64,7 @@ def loop_name(method: str) -> str:
 
 def compiled(name: str, module: ModuleType):
     """The step loop compiled for one method: its kernels are known to the compiler, the scene's are pointers."""
-    jit.activate(driver, linear, sparse, module)
+    jit.activate(driver, module)
     short = module.__name__.rsplit(".", 1)[-1]
     text = f'''"""Emitted by mbdsl: the step loop of {name}."""
 
@@ -65,7 +74,7 @@ from mbdsl.integrators import {short} as method
 
 def advance(evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
     return driver.advance(
-        method.residual, method.matrix, method.correct, method.finish,
+        method.motion, method.residual, method.matrix, method.correct, method.finish,
         evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out,
     )
 '''
@@ -82,15 +91,18 @@ def advance(evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
     return jit.import_text(loop_name(name), text, {"advance": signature}).advance
 
 
-def jerk(system: System, t: float, q: Array, v: Array, a: Array, e: float, left_out: tuple[int, ...]) -> Array:
-    """q''' (n,) at the start, by one-sided differences of accelerations over the time e; zero where there are none."""
+def rate(after: Callable[[float], Array], now: Array, e: float, scale: Array) -> Array:
+    """The rate of a quantity (n,) at the start, by one-sided differences over the time e.
+
+    Zero where there is none, and where the start is so stiff that it changes at once: a method damps what it cannot
+    follow, but must not be thrown off by it.
+    """
     try:
-        after = [
-            accelerations(system, t + s, q + s * v + s * s / 2 * a, v + s * a, left_out)[0] for s in (e, 2 * e)
-        ]
+        found = (4 * after(e) - after(2 * e) - 3 * now) / (2 * e)
     except InitialisationError:
-        return np.zeros_like(a)
-    return (4 * after[0] - after[1] - 3 * a) / (2 * e)
+        return np.zeros_like(now)
+    far = np.abs(found * scale).max(initial=0.0) * 1e3 * e > np.abs(now * scale).max(initial=0.0)
+    return np.zeros_like(now) if far or not np.isfinite(found).all() else found
 
 
 @dataclass
@@ -106,7 +118,7 @@ class Integration:
     start: float
     stop: float
     times: Array  #: output times after the start
-    options: Mapping[str, float] = field(default_factory=dict)
+    options: Mapping[str, float | None] = field(default_factory=dict)
     left_out: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
@@ -114,30 +126,32 @@ class Integration:
         declaration = module.METHOD
         self.matrices = declaration.matrices
         self._use(linear.SPARSE_LU)
-        self.c = np.array(declaration.coefficients(check_options(self.method, self.options)), float)
+        options = check_options(self.method, self.options, force=True)
+        self.c = np.array(declaration.coefficients(options), float)
         self.K = np.zeros(driver.K_SIZE)
         self.J = np.zeros(driver.J_SIZE, np.int64)
-        self.out = np.zeros((len(self.times), 2 * self.system.n + self.system.m))
+        self.out = np.zeros((len(self.times), self.system.n + self.system.unknowns))
         steps = round((self.stop - self.start) / self.h)
         self.K[driver.START], self.K[driver.STOP], self.K[driver.H] = self.start, self.stop, self.h
         self.K[driver.T] = self.start
         self.K[driver.CONTRACTION] = 0.1
         self.K[driver.VELOCITY_TOL], self.K[driver.RELATIVE_TOL] = 1e-12, 1e-6
         self.J[driver.LAST_STEP] = steps
-        self.J[driver.STABILISED] = declaration.with_mu
-        code, loop = self.system.module_name(declaration.with_mu), loop_name(self.method)
+        self.J[driver.STABILISED] = declaration.sets > 1
+        sets = declaration.sets
+        code, loop = self.system.module_name(sets), loop_name(self.method)
         # What has to be compiled is compiled side by side: the scene's code elsewhere, the method's loop here.
         both = not jit.is_compiled(code) and not jit.is_compiled(loop)
-        other = self.system.compile_beside(declaration.with_mu) if both else None
+        other = self.system.compile_beside(sets) if both else None
         self._advance = compiled(self.method, module)
         if other is not None:
             other.wait()
-        kernels = self.system.kernels(declaration.with_mu)
+        kernels = self.system.kernels(sets)
         self.evaluate, self.tangent = kernels.evaluate, kernels.tangent
 
     def _use(self, solver: int) -> None:
         """Lay out the buffers for a solver; the vectors keep their content."""
-        system, N = self.system, self.system.n + self.system.m
+        system, N = self.system, self.system.unknowns
         rows, columns = system.tables.pattern
         if solver == linear.SPARSE_LU:
             pattern = sparse.analyse(N, rows, columns, system.elimination_order())
@@ -146,37 +160,70 @@ class Integration:
             # two rows more hold the scales of rows and columns
             slots, size, table = rows * N + columns, N * N + 2 * N, np.empty(0, np.int64)
         work = system.workspace(slots)
+        kept = self.I[layout.KEEP] if hasattr(self, "I") else 0
         if hasattr(self, "Y"):
-            work.Y[:] = self.Y
+            work.Y[:], work.Z[:], work.C[:], work.F[:] = self.Y, self.Z, self.C, self.F
         self.Y, self.Z, self.C, self.F = work.Y, work.Z, work.C, work.F
         self.I = np.concatenate([work.I, table])
         self.I[layout.SOLVER], self.I[layout.SPARSE], self.I[layout.SIZE] = solver, len(work.I), size
+        rows = modules()[self.method].METHOD.multipliers
+        self.I[layout.LAM_ROW], self.I[layout.MU_ROW], self.I[layout.LAW_ROW] = rows
+        self.I[layout.PSI_ROW], self.I[layout.KEEP] = layout.X, kept
         self.A = np.zeros((self.matrices, size))
         self.P = np.zeros((self.matrices, N), np.int64)
         self.solver = solver
         self._leave_out()
 
     def _leave_out(self) -> None:
+        m = self.system.m
         for row in self.left_out:
-            self.I[self.I[layout.PAIRS] + layout.PAIR * row + 5] = 1
+            if row < m:
+                self.I[self.I[layout.PAIRS] + layout.PAIR * row + 5] = 1
+            else:
+                self.I[self.I[self.I[layout.GAMMAS] + row - m] + 3] = 1
 
     def begin(self, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...] = ()) -> None:
-        """Set the consistent state at the start, and the redundant constraints that are not solved for."""
+        """Set the consistent state at the start, and the redundant constraints that are not solved for.
+
+        Raises
+        ------
+        InitialisationError
+            If the method needs a mass for every coordinate and one has none.
+        """
         self.left_out = left_out
         self._leave_out()
-        n, Y = self.system.n, self.Y
-        Y[layout.F0, :n] = self.system.mass() * a
-        lag = modules()[self.method].METHOD.lag(tuple(self.c))
-        if lag != 0.0:
-            # Started with q''(t_0) itself, the reactions would ring for tens of steps. A start so stiff that a changes
-            # at once has no use for this: there the method damps what it cannot follow.
-            shift = lag * self.h * jerk(self.system, self.start, q, v, a, 1e-3 * self.h, left_out)
-            scale = self.system.tables.scale
-            if np.abs(shift * scale).max(initial=0.0) <= 0.1 * np.abs(a * scale).max(initial=0.0):
-                a = a + shift
+        system, t0, Y, e = self.system, self.start, self.Y, 1e-3 * self.h
+        n, mass, scale = system.n, system.mass(), system.tables.scale
+        method = modules()[self.method].METHOD
+        if method.inverts_mass and not (mass > 0.0).all():
+            name = system.names()[int(np.flatnonzero(~(mass > 0.0))[0])]
+            raise InitialisationError(
+                f"{self.method} divides forces by masses, but {name} has none",
+                hint="give it a mass, or take another method",
+            )
+
+        def motion(s: float) -> tuple[Array, Array]:
+            return q + s * v + s * s / 2 * a, v + s * a
+
+        def applied(s: float) -> Array:
+            x = motion(s)
+            forces = system.evaluate(t0 + s, *x, np.concatenate([np.zeros(system.m), lam[system.m :]]))[0]
+            return forces / np.where(mass > 0.0, mass, 1.0)
+
+        fa = applied(0.0)
+        jerk = rate(lambda s: accelerations(system, t0 + s, *motion(s), left_out)[0], a, e, scale)
+        fa_rate = rate(applied, fa, e, scale)
         Y[layout.Q0, :n] = Y[layout.Q, :n] = q
         Y[layout.V0, :n] = Y[layout.V, :n] = v
-        Y[layout.XA, :n], Y[layout.XA, n:] = a, lam
+        Y[layout.F0, :n] = mass * a
+        start = Start(self.h, q, v, a, lam, mass, fa, jerk, fa_rate)
+        for row, vector in method.begin(tuple(self.c), start).items():
+            Y[row, : len(vector)] = vector
+        Y[layout.X] = Y[layout.XA]
+        Y[layout.X2] = Y[layout.XA + layout.PAST]
+        # what the start's own evaluation finds is the past of the first step
+        self.evaluate(t0, Y, self.Z, self.C, self.F, self.I)
+        self.I[layout.KEEP] = 1
         self.J[driver.HISTORY] = 1
 
     def advance(self, steps: int = sys.maxsize) -> int:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.kernels import kernel, rare
-from mbdsl.layout import N_ALL, N_Q, SPARSE, T1
+from mbdsl.layout import N_ALL, N_Q, SPARSE, T1, T2
 
 Ints = NDArray[np.int64]
 
@@ -113,15 +113,41 @@ def sparse_solve(A, I, Y, row):
         Y[row, I[o + i]] = y
 
 
+@kernel
+def sparse_solve_both(A, I, Y, row, row2):
+    """The same for two matrices of one pattern: Y[row] <- A[0]^{-1} Y[row], Y[row2] <- A[1]^{-1} Y[row2].
+
+    A solve spends its time waiting for its own last result; two of them wait together. Row T2 is scratch as well.
+    """
+    n, o = I[N_ALL], I[SPARSE]
+    start, diagonal, column = o + n, o + 2 * n + 1, o + 3 * n + 1
+    for i in range(n):
+        y, y2 = Y[row, I[o + i]], Y[row2, I[o + i]]
+        for p in range(I[start + i], I[diagonal + i]):
+            j = I[column + p]
+            y -= A[0, p] * Y[T1, j]
+            y2 -= A[1, p] * Y[T2, j]
+        Y[T1, i], Y[T2, i] = y, y2
+    for i in range(n - 1, -1, -1):
+        d = I[diagonal + i]
+        y, y2 = Y[T1, i], Y[T2, i]
+        for p in range(d + 1, I[start + i + 1]):
+            j = I[column + p]
+            y -= A[0, p] * Y[T1, j]
+            y2 -= A[1, p] * Y[T2, j]
+        y, y2 = y * A[0, d], y2 * A[1, d]
+        Y[T1, i], Y[T2, i] = y, y2
+        Y[row, I[o + i]], Y[row2, I[o + i]] = y, y2
+
+
 @rare
 def sparse_multiply(A, I, Y, row, target):
-    """Y[target] += A_11 Y[row] for the block of the coordinates; A is not factorised."""
+    """Y[target] += A_1 Y[row] for the columns of the coordinates; A is not factorised."""
     n, m, o = I[N_ALL], I[N_Q], I[SPARSE]
     start, column = o + n, o + 3 * n + 1
     for i in range(n):
         r = I[o + i]
-        if r < m:
-            for p in range(I[start + i], I[start + i + 1]):
-                c = I[o + I[column + p]]
-                if c < m:
-                    Y[target, r] += A[p] * Y[row, c]
+        for p in range(I[start + i], I[start + i + 1]):
+            c = I[o + I[column + p]]
+            if c < m:
+                Y[target, r] += A[p] * Y[row, c]

@@ -32,15 +32,10 @@ class Signals(Mapping[str, Expr]):
         return self._part.signal(own).value  # type: ignore[return-value]
 
     def __iter__(self) -> Iterator[str]:
-        return (f"{self._part.name}.{name}" for name in self._listed())
+        return (f"{self._part.name}.{name}" for name in self._names)
 
     def __len__(self) -> int:
-        return len(self._listed())
-
-    def _listed(self) -> list[str]:
-        # Trajectory computes these by itself and would meet them twice; to be listed once it takes them from here.
-        hidden = (*getattr(self._part.kind, "reaction", ()), "friction")
-        return [name for name in self._names if name not in hidden]
+        return len(self._names)
 
     def __repr__(self) -> str:
         return f"Signals({', '.join(self)})"

@@ -15,17 +15,17 @@ from mbdsl.system.emit import load
 from mbdsl.system.tables import Block
 
 
-def start(blocks: list[Block], has_tape: bool, with_mu: bool) -> subprocess.Popen | None:
+def start(blocks: list[Block], has_tape: bool, sets: int) -> subprocess.Popen | None:
     """Begin to compile a structure; None where no process can be had."""
     roles = [[b.role, b.name, b.driven] for b in blocks]
-    return jit.beside(__name__, json.dumps([roles, has_tape, with_mu]))
+    return jit.beside(__name__, json.dumps([roles, has_tape, sets]))
 
 
 def main(structure: str) -> None:
-    roles, has_tape, with_mu = json.loads(structure)
+    roles, has_tape, sets = json.loads(structure)
     blocks = []
     for role, name, driven in roles:
         module = importlib.import_module(f"mbdsl.elements.{name}")
         members = (Component("", module.KIND, {}),) if role != "body" else ()
         blocks.append(Block(role, module, members, driven))
-    load(blocks, has_tape, with_mu)
+    load(blocks, has_tape, sets)

@@ -1,16 +1,15 @@
 """The one place of specialisation: from the kinds present, a short module that calls their kernels and nothing else.
 
-``emit`` writes the text, ``load`` compiles it (or finds it compiled). The key is the structure of the scene and the
+Each is asked for ``sets`` of multipliers: 1 for lam in f, 2 for Phi_q^T mu as well, 3 for Phi_q^T psi with Phi_q of the
+start of the step as well. ``emit`` writes the text, ``load`` compiles it (or finds it compiled). The key is the structure of the scene and the
 digest of the package, never a number of the model, so that changing a parameter or an expression compiles nothing.
 """
 
 from __future__ import annotations
 
 import hashlib
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import ModuleType
 
 from mbdsl import jit, layout
 from mbdsl.system import loops, tape
@@ -19,46 +18,55 @@ from mbdsl.system.tables import Block
 KIND_PREFIX = "mbdsl_kind_"
 
 
-def emit(blocks: list[Block], has_tape: bool, with_mu: bool) -> str:
-    """The text of the module for these blocks; ``with_mu`` adds the forces of the stabilising multipliers."""
+def emit(blocks: list[Block], has_tape: bool, sets: int) -> str:
+    """The text of the module for these blocks, with so many sets of multipliers."""
     bodies = [(header(k), b) for k, b in enumerate(blocks) if b.role == "body"]
-    pairs = [(header(k), b) for k, b in enumerate(blocks) if b.role != "body"]
+    pairs = [(header(k), b) for k, b in enumerate(blocks) if b.role not in ("body", "gamma")]
     roles = {b.role for b in blocks}
     evaluate = ["loops.start(Y, Z, F, I)"]
+    if sets > 2:
+        evaluate.append("loops.keep(Y, Z, C, I)")
     evaluate += [f"{b.name}.move({h}, Y, Z, F, I)" for h, b in bodies]
     if has_tape:
-        evaluate.append("tape.run(t, 0, I[TAPE_LENGTH], Z, F, I)")
+        evaluate.append("tape.run(t, 0, I[TAPE_LENGTH], Y, Z, F, I)")
     evaluate += [f"{b.name}.fill({h}, Z, C, F, I)" for h, b in pairs]
     if "joint" in roles:
         evaluate.append("loops.constraints(Y, Z, C, F, I)")
     if any(b.driven for b in blocks):
         evaluate.append("loops.drive(Y, F, I)")
+    if "gamma" in roles:
+        evaluate.append("loops.gammas(Y, Z, F, I)")
     if "spring" in roles:
         evaluate.append("loops.springs(Z, C, F, I)")
     if "law" in roles:
         evaluate.append("loops.laws(Z, C, F, I)")
     evaluate += [f"{b.name}.collect({h}, Y, Z, I)" for h, b in bodies]
-    if with_mu and "joint" in roles:
+    if sets > 1 and "joint" in roles:
         evaluate.append("loops.stabilise(Y, Z, C, I)")
         evaluate += [f"{b.name}.collect_mu({h}, Y, Z, I)" for h, b in bodies]
+    if sets > 2 and "joint" in roles:
+        evaluate.append("loops.remember(Y, Z, C, I)")
+        evaluate += [f"{b.name}.collect_past({h}, Y, Z, I)" for h, b in bodies]
 
     tangent = ["loops.begin_matrix(cM, F, I, A)"]
     tangent += [f"{b.name}.jacobians({h}, Y, Z, F, I)" for h, b in bodies]
     if has_tape:
-        tangent.append("tape.run(t, I[TAPE_LENGTH], I[GRADIENT_LENGTH], Z, F, I)")
+        tangent.append("tape.run(t, I[TAPE_LENGTH], I[GRADIENT_LENGTH], Y, Z, F, I)")
     tangent += [f"{b.name}.curve({h}, Z, C, F, I)" for h, b in pairs if b.curved]
     if "joint" in roles:
         tangent.append("loops.constraint_tangents(cK, cP, cN, Y, C, F, I, A)")
+    if "gamma" in roles:
+        tangent.append("loops.gamma_tangents(F.size - 72, cK, cD, cV, cW, Y, F, I, A)")
     if "spring" in roles:
         tangent.append("loops.spring_tangents(F.size - 72, cK, cD, C, F, I, A)")
     if "law" in roles:
-        tangent.append("loops.law_tangents(F.size - 72, cK, cD, C, F, I, A)")
+        tangent.append("loops.law_tangents(F.size - 72, cK, cD, cL, C, F, I, A)")
     tangent += [f"{b.name}.stiffness({h}, cK, Z, I, A)" for h, b in bodies if b.module.stiffness is not None]
 
     lines = [
         f'"""Emitted by mbdsl for scenes of: {", ".join(dict.fromkeys(b.name for b in blocks))}."""',
         "",
-        *(f"import {KIND_PREFIX}{b.name} as {b.name}" for h, b in pairs),
+        *dict.fromkeys(f"import {KIND_PREFIX}{b.name} as {b.name}" for h, b in pairs),
         "",
         *(f"from mbdsl.elements import {b.name}" for h, b in bodies),
         *(["from mbdsl.layout import GRADIENT_LENGTH, TAPE_LENGTH"] if has_tape else []),
@@ -69,7 +77,7 @@ def emit(blocks: list[Block], has_tape: bool, with_mu: bool) -> str:
         *(f"    {line}" for line in evaluate),
         "",
         "",
-        "def tangent(t, cM, cK, cD, cP, cN, Y, Z, C, F, I, A):",
+        "def tangent(t, cM, cK, cD, cL, cP, cN, cV, cW, Y, Z, C, F, I, A):",
         *(f"    {line}" for line in tangent),
         "",
     ]
@@ -83,7 +91,7 @@ def header(block: int) -> int:
 
 def emit_kind(block: Block) -> str:
     """The text of the module of one kind: its kernels under the loops, the same for every scene it is in."""
-    name, rows = block.name, block.components[0].kind.rows  # type: ignore[attr-defined]
+    name, rows = block.name, block.rows
     curve = f"""
 
 def curve(block, Z, C, F, I):
@@ -108,13 +116,13 @@ class Kernels:
     tangent: Callable
 
 
-def load(blocks: list[Block], has_tape: bool, with_mu: bool) -> Kernels:
+def load(blocks: list[Block], has_tape: bool, sets: int) -> Kernels:
     """Compile the code of a structure, or find it compiled."""
-    jit.activate(loops, tape, *_modules(blocks))
+    jit.activate(loops, tape, *{b.module for b in blocks})
     for block in blocks:
-        if block.role != "body":
+        if block.role not in ("body", "gamma"):
             jit.import_text(KIND_PREFIX + block.name, emit_kind(block), {"fill": None, "curve": None})
-    text = emit(blocks, has_tape, with_mu)
+    text = emit(blocks, has_tape, sets)
     functions = {"evaluate": evaluate_signature(), "tangent": tangent_signature()}
     module = jit.import_text(module_name(text), text, functions)
     return Kernels(module.evaluate, module.tangent)
@@ -123,20 +131,6 @@ def load(blocks: list[Block], has_tape: bool, with_mu: bool) -> Kernels:
 def module_name(text: str) -> str:
     """The name under which emitted code is kept."""
     return "mbdsl_emitted_" + hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-def _modules(blocks: list[Block]) -> list[ModuleType]:
-    """The element modules of ``blocks``, and the modules of kernels that they import."""
-    found = {b.module for b in blocks}
-    pending = list(found)
-    while pending:
-        for value in vars(pending.pop()).values():
-            if getattr(value, "__mbdsl_kernel__", False) or hasattr(value, "py_func"):
-                module = sys.modules[value.__module__]
-                if module not in found:
-                    found.add(module)
-                    pending.append(module)
-    return sorted(found, key=lambda m: m.__name__)
 
 
 def array_types():
@@ -160,10 +154,9 @@ def evaluate_signature():
 
 
 def tangent_signature():
-    """tangent(t, cM, cK, cD, cP, cN, Y, Z, C, F, I, A), None where JIT is off."""
+    """tangent(t, cM, cK, cD, cL, cP, cN, cV, cW, Y, Z, C, F, I, A), None where JIT is off."""
     if not jit.enabled():
         return None
     types = jit.numba().types  # type: ignore[union-attr]
     vector, matrix, ints, _ = array_types()
-    return types.void(*[types.float64] * 6, matrix, matrix, matrix, vector, ints, vector)
-
+    return types.void(*[types.float64] * 9, matrix, matrix, matrix, vector, ints, vector)

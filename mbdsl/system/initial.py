@@ -41,7 +41,7 @@ class Moved:
 
 @dataclass(frozen=True)
 class InitialState:
-    """Consistent q, v, a (n,) and lam (m,) at time t."""
+    """Consistent q, v, a (n,) and lam (m + p,) at time t."""
 
     t: float
     q: Array
@@ -66,7 +66,7 @@ def initial_state(system: System, graph: MechanismGraph, t: float) -> InitialSta
     placed = place(system, graph, t, positions)
     q = _positions(system, t, placed, positions)
     v = _velocities(system, t, q, velocities)
-    redundant = _redundant(system, t, q)
+    redundant = _redundant(system, t, q, v)
     a, lam = accelerations(system, t, q, v, redundant)
     moved = []
     found = values(system, [x.target for x in given], np.array([t]), q[None], v[None])
@@ -195,36 +195,76 @@ def _velocities(system: System, t: float, q: Array, given: list[InitialValue]) -
     soft = [x for x in given if not x.fixed]
     v = np.zeros(system.n)
     weight = np.full(system.n, UNSAID) * system.tables.scale
-    for _ in range(3):  # linear in v: the second pass refines, the third confirms
+    for _ in range(20 if system.p else 3):  # mostly linear in v: the second pass refines, the third confirms
         value, _q, d_v = _stack(system, fixed, t, q, v)
         r_f = value - np.array([x.value for x in fixed])
         soft_value, _q, soft_v = _stack(system, soft, t, q, v)
         r_s = soft_value - np.array([x.value for x in soft])
-        r_c = np.concatenate([system.evaluate(t, q, v)[2], r_f])
+        r_c = np.concatenate([_velocity_residual(system, t, q, v), r_f])
         if not r_c.any() and not r_s.any():
             return v  # at rest, and meant to be
-        J = _stacked(system.Phi_q(t, q), d_v)
-        v = v + _constrained(weight, weight * v, soft_v * GUESSED, r_s * GUESSED, J, r_c)
+        J = _stacked(system.velocity_jacobian(t, q, v), d_v)
+        step = _constrained(weight, weight * v, soft_v * GUESSED, r_s * GUESSED, J, r_c)
+        v = v + step
+        if np.abs(step).max(initial=0.0) <= 1e-15 * np.abs(v).max(initial=0.0):
+            break
     value, *_ = _stack(system, fixed, t, q, v)
-    r_c = np.concatenate([system.evaluate(t, q, v)[2], value - np.array([x.value for x in fixed])])
+    r_c = np.concatenate([_velocity_residual(system, t, q, v), value - np.array([x.value for x in fixed])])
     if np.abs(r_c).max(initial=0.0) > 1e-9 * (1 + np.abs(v).max(initial=0.0)):
         raise _inconsistent(system, t, q, fixed, velocity=v)
     return v
 
 
-def accelerations(
-    system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...] = ()
-) -> tuple[Array, Array]:
-    """a (n,) and lam (m,) from [[M, Phi_q^T], [Phi_q, 0]] [a; lam] = [Q; gamma_c], lam = 0 in rows left out.
+def _velocity_residual(system: System, t: float, q: Array, v: Array) -> Array:
+    """[Phi_q v + Phi_t; Gam] (m + p,)."""
+    return np.concatenate([system.evaluate(t, q, v)[2], system.Gam(t, q, v)])
 
-    Where constraints are redundant, lam is the solution of least norm, with all equations scaled alike: a mechanism of
-    micrometres and micrograms has entries from 1 down to 1e-24, which says nothing about its rank.
+
+def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...] = ()) -> tuple[Array, Array]:
+    """a (n,) and lam (m + p,) from the equations of motion and constraints at acceleration level.
+
+        [[M, J^T], [J, 0]] [a; lam] = [Q; gamma_c],   J = [Phi_q; Gam_v],   lam = 0 in rows left out
+
+    Where constraints are redundant, lam is the solution of least norm. Where Q depends on lam (friction in joints),
+    Newton's method finds both.
+
+    Raises
+    ------
+    InitialisationError
+        If there is no solution.
     """
-    kept = np.delete(np.arange(system.m), left_out)
+    a, lam = _solve_motion(system, t, q, v, left_out, np.zeros(system.m + system.p))
+    if not system.of_multipliers:
+        return a, lam
+    size = np.abs(lam).max(initial=0.0)
+    for _ in range(50):
+        a, found = _solve_motion(system, t, q, v, left_out, lam)
+        change, lam = np.abs(found - lam).max(initial=0.0), found
+        size = max(size, np.abs(lam).max(initial=0.0))
+        if change <= 1e-12 * size:
+            return a, lam
+    raise InitialisationError(
+        "no accelerations found at the start: friction and the reactions that it depends on do not agree",
+        hint="with large coefficients of friction there may be no solution (Painleve's paradox), or several",
+    )
+
+
+def _solve_motion(
+    system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...], lam: Array
+) -> tuple[Array, Array]:
+    """a and lam with Q linearised about ``lam``; all equations scaled alike: a mechanism of micrometres and micrograms
+    has entries from 1 down to 1e-24, which says nothing about its rank."""
+    kept = np.delete(np.arange(system.m + system.p), left_out)
     n, m = system.n, len(kept)
-    J = system.Phi_q(t, q)[kept]
+    J = system.velocity_jacobian(t, q, v)[kept]
     M = system.mass()
-    b = np.concatenate([system.Q(t, q, v), system.gamma_c(t, q, v)[kept]])
+    U = J.T  # how multipliers act: J^T - Q_lam
+    force = system.Q(t, q, v)
+    if system.of_multipliers:
+        Q_lam = system.Q_lam(t, q, v, lam)[:, kept]
+        U = U - Q_lam
+        force = system.evaluate(t, q, v, lam)[0] + U @ lam[kept]
+    b = np.concatenate([force, system.gamma_c(t, q, v)[kept]])
     if not np.isfinite(b).all():
         raise InitialisationError(
             f"the forces at the start (time {t:g}) are not finite numbers",
@@ -232,7 +272,7 @@ def accelerations(
         )
     d = _balance(system, M, J)
     if isinstance(J, np.ndarray):
-        K = np.block([[np.diag(M), J.T], [J, np.zeros((m, m))]])
+        K = np.block([[np.diag(M), U], [J, np.zeros((m, m))]])
         K, b = d[:, None] * K * d, d * b
         try:
             x = np.linalg.solve(K, b)
@@ -247,7 +287,7 @@ def accelerations(
         from scipy.sparse import block_array, csc_array, diags_array
         from scipy.sparse.linalg import splu
 
-        S = block_array([[diags_array(M), J.T], [J, None]], format="csr")
+        S = block_array([[diags_array(M), U], [J, None]], format="csr")
         S, b = diags_array(d) @ S @ diags_array(d), d * b
         shift = np.concatenate([np.zeros(n), np.full(m, -1e-12)])
         lu = splu(csc_array(S + diags_array(shift)))
@@ -262,9 +302,9 @@ def accelerations(
             hint="a body without mass or inertia moves freely, or the start is a singular pose",
         )
     x = d * x
-    lam = np.zeros(system.m)
-    lam[kept] = x[n:]
-    return x[:n], lam
+    found = np.zeros(system.m + system.p)
+    found[kept] = x[n:]
+    return x[:n], found
 
 
 def _balance(system: System, M: Array, J) -> Array:
@@ -276,14 +316,17 @@ def _balance(system: System, M: Array, J) -> Array:
     return np.exp2(np.round(np.log2(d)))
 
 
-def _redundant(system: System, t: float, q: Array) -> tuple[int, ...]:
-    """Rows that depend on those before them here and in a pose nearby, for systems of moderate size.
+def _redundant(system: System, t: float, q: Array, v: Array) -> tuple[int, ...]:
+    """Rows of [Phi_q; Gam_v] that depend on those before them here and in a pose nearby, for systems of moderate size.
 
     In a singular pose rows are dependent too, but only there: they are kept.
     """
-    J = system.Phi_q(t, q)
-    if not isinstance(J, np.ndarray) or not system.m or not _dependent(J):
+    J = system.velocity_jacobian(t, q, v)
+    if not isinstance(J, np.ndarray) or not len(J) or not _dependent(J):
         return ()
+    J = system.Phi_q(t, q)
+    if not len(J):
+        return _dependent(system.velocity_jacobian(t, q, v))
     null = np.linalg.svd(J, full_matrices=True)[2][np.linalg.matrix_rank(J, tol=1e-9 * np.abs(J).max()) :]
     direction = null.T @ np.random.default_rng(1).normal(size=len(null))
     size = np.abs(direction * system.tables.scale).max(initial=0.0)
@@ -292,7 +335,7 @@ def _redundant(system: System, t: float, q: Array) -> tuple[int, ...]:
         near = near - np.linalg.lstsq(system.Phi_q(t, near), system.Phi(t, near), rcond=1e-9)[0]
     if np.abs(system.Phi(t, near)).max() * system.tables.scale.min() > 1e-10:
         return ()  # no pose nearby: nothing is known of it
-    return _dependent(system.Phi_q(t, near))
+    return _dependent(system.velocity_jacobian(t, near, v))
 
 
 def _dependent(J: Array) -> tuple[int, ...]:
@@ -313,13 +356,16 @@ def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue],
     """Which constraints and fixed values cannot hold together, with their lines."""
     level = "positions" if velocity is None else "velocities"
     v = np.zeros(system.n) if velocity is None else velocity
-    residual = system.Phi(t, q) if velocity is None else system.evaluate(t, q, v)[2]
+    residual = system.Phi(t, q) if velocity is None else _velocity_residual(system, t, q, v)
     value, *_ = _stack(system, fixed, t, q, v)
     wrong: list[tuple[float, str, Span | None]] = []
-    for name, row in system.tables.rows.items():
+    ranges = [(name, row, system.scene.components[name].kind.rows) for name, row in system.tables.rows.items()]  # type: ignore[attr-defined]
+    if velocity is not None:
+        for name, row in system.tables.velocity_rows.items():
+            ranges.append((name, row, len(system.scene.components[name].velocity_constraints)))
+    for name, row, count in ranges:
         component = system.scene.components[name]
-        assert isinstance(component.kind, JointKind)
-        size = float(np.abs(residual[row : row + component.kind.rows]).max())
+        size = float(np.abs(residual[row : row + count]).max())
         wrong.append((size, f"{component.kind.name} {name} is violated by {size:.3g}", component.span))
     for item, x in zip(fixed, value, strict=True):
         text = f"{item.name} = {item.value:.6g} is fixed, but comes out as {x:.6g}"

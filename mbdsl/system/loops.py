@@ -6,6 +6,8 @@ What differs between kinds is only how g, its gradient G and its second derivati
     constraint   Phi = g - u(t),  wrench -= G^T lam (and += G^T mu)
     spring       s = k (g - g0) + c dg/dt,  wrench -= G^T s
     law          s from an expression, wrench += sign G^T s
+
+Nonholonomic constraints need no kernels of their own: Gam and its derivatives are expressions over frames.
 """
 
 from __future__ import annotations
@@ -16,22 +18,34 @@ from mbdsl.layout import (
     FP,
     FRAMES,
     GD,
+    GAMMAS,
+    GP,
     GRADIENT_RATE,
     GROUND_FRAMES,
+    KEEP,
+    LAM_ROW,
+    LEVER,
     MAGNITUDE,
     MASS,
     MASS_SLOTS,
+    MU_ROW,
+    MU_WRENCH,
+    N_FRAMES,
+    N_GAM,
     N_LAWS,
     N_PHI,
     N_Q,
     N_SPRINGS,
     PAIR,
     PAIRS,
+    PAST_GRADIENT,
+    PAST_LEVER,
+    PAST_WRENCH,
+    PSI_ROW,
     REGISTERS,
     SLOTS,
     VALUE,
-    X2,
-    X,
+    WRENCH,
 )
 
 
@@ -76,21 +90,21 @@ def start(Y, Z, F, I):
         Y[FP, i] = F[I[FORCE0] + i]
         Y[GD, i] = 0.0
     for f in range(I[GROUND_FRAMES]):
-        for j in range(6, 14):
+        for j in range(WRENCH, WRENCH + 3):
             Z[f, j] = 0.0
 
 
 @kernel
 def constraints(Y, Z, C, F, I):
     """Phi, Phi_q v + Phi_t, and the constraint forces -Phi_q^T lam on the frames."""
-    n = I[N_Q]
+    n, row = I[N_Q], I[LAM_ROW]
     for r in range(I[N_PHI]):
         o = I[PAIRS] + PAIR * r
         if I[o + 5]:
             Y[FP, n + r], Y[GD, n + r] = 0.0, 0.0
             continue
         a, b = I[o], I[o + 1]
-        lam = Y[X, n + r]
+        lam = Y[row, n + r]
         rate = 0.0
         for j in range(3):
             rate += C[r, j] * Z[a, 3 + j] + C[r, 3 + j] * Z[b, 3 + j]
@@ -115,14 +129,64 @@ def drive(Y, F, I):
 @kernel
 def stabilise(Y, Z, C, I):
     """Phi_q^T mu, on the frames."""
-    n = I[N_Q]
+    n, row = I[N_Q], I[MU_ROW]
     for r in range(I[N_PHI]):
         o = I[PAIRS] + PAIR * r
         a, b = I[o], I[o + 1]
-        mu = Y[X2, n + r]
+        mu = Y[row, n + r]
         for j in range(3):
-            Z[a, 11 + j] += C[r, j] * mu
-            Z[b, 11 + j] += C[r, 3 + j] * mu
+            Z[a, MU_WRENCH + j] += C[r, j] * mu
+            Z[b, MU_WRENCH + j] += C[r, 3 + j] * mu
+
+
+@kernel
+def keep(Y, Z, C, I):
+    """Where a step begins, what the last evaluation found is the past; wrenches of psi start at zero."""
+    if I[KEEP]:
+        I[KEEP] = 0
+        for r in range(I[N_PHI]):
+            for j in range(6):
+                C[r, PAST_GRADIENT + j] = C[r, j]
+        for f in range(I[N_FRAMES]):
+            for j in range(2):
+                Z[f, PAST_LEVER + j] = Z[f, LEVER + j]
+    for i in range(I[N_Q]):
+        Y[GP, i] = 0.0
+    for f in range(I[N_FRAMES]):
+        for j in range(3):
+            Z[f, PAST_WRENCH + j] = 0.0
+
+
+@kernel
+def remember(Y, Z, C, I):
+    """Phi_q^T psi with the Phi_q of the start of the step, on the frames."""
+    n, row = I[N_Q], I[PSI_ROW]
+    for r in range(I[N_PHI]):
+        o = I[PAIRS] + PAIR * r
+        a, b = I[o], I[o + 1]
+        if I[o + 5]:
+            continue
+        psi = Y[row, n + r]
+        for j in range(3):
+            Z[a, PAST_WRENCH + j] += C[r, PAST_GRADIENT + j] * psi
+            Z[b, PAST_WRENCH + j] += C[r, PAST_GRADIENT + 3 + j] * psi
+
+
+@kernel
+def gammas(Y, Z, F, I):
+    """Gam, and the constraint forces -Gam_v^T nu on the frames. Records: see :mod:`mbdsl.system.gammas`."""
+    first = I[N_Q] + I[N_PHI]
+    for k in range(I[N_GAM]):
+        o = I[I[GAMMAS] + k]
+        Y[FP, first + k], Y[GD, first + k] = F[I[REGISTERS] + I[o]], 0.0
+        if I[o + 3]:
+            Y[FP, first + k] = 0.0
+            continue
+        nu = Y[I[LAM_ROW], first + k]
+        for l in range(I[o + 4]):
+            at = o + 5 + 7 * l
+            for j in range(3):
+                Z[I[at], WRENCH + j] -= F[I[REGISTERS] + I[at + 1 + j]] * nu
 
 
 @kernel
@@ -198,7 +262,7 @@ def pair_blocks(slot, a, b, cT, T, cTd, Td, F, I, A):
 @rare
 def constraint_tangents(cK, cP, cN, Y, C, F, I, A):
     """cK (Phi_q^T lam)_q; Phi_q^T to the right; cP Phi_q + cN (Phi_q v)_q below; 1 on the diagonal if left out."""
-    n = I[N_Q]
+    n, row = I[N_Q], I[LAM_ROW]
     for r in range(I[N_PHI]):
         o = I[PAIRS] + PAIR * r
         slot = I[SLOTS] + I[o + 2]
@@ -207,7 +271,7 @@ def constraint_tangents(cK, cP, cN, Y, C, F, I, A):
             continue
         slot += 1
         if I[o + 3] >= 0:
-            slot = pair_blocks(slot, I[o], I[o + 1], cK * Y[X, n + r], I[o + 3], 0.0, I[o + 3], F, I, A)
+            slot = pair_blocks(slot, I[o], I[o + 1], cK * Y[row, n + r], I[o + 3], 0.0, I[o + 3], F, I, A)
         for side in range(2):
             f = I[o + side]
             nb, kb = I[I[FRAMES] + 2 * f], I[I[FRAMES] + 2 * f + 1]
@@ -240,8 +304,11 @@ def spring_tangents(scratch, cK, cD, C, F, I, A):
 
 
 @rare
-def law_tangents(scratch, cK, cD, C, F, I, A):
-    """-df = s H - sign G ds/dz over every frame that s depends on (s already holds the sign)."""
+def law_tangents(scratch, cK, cD, cL, C, F, I, A):
+    """-df = s H - sign G ds/dz over every frame, and - sign G ds/dlam over every multiplier that s depends on.
+
+    (The s of H already holds the sign.)
+    """
     first = I[N_PHI] + I[N_SPRINGS]
     for r in range(first, first + I[N_LAWS]):
         o = I[PAIRS] + PAIR * r
@@ -260,3 +327,57 @@ def law_tangents(scratch, cK, cD, C, F, I, A):
                     F[scratch + 36 + 6 * i + j] = dw
             slot = frame_block(slot, a, I[at], 1.0, scratch, cK, scratch + 36, F, I, A)
             slot = frame_block(slot, b, I[at], 1.0, scratch + 18, cK, scratch + 54, F, I, A)
+        at = leaf + 3 + 7 * I[leaf + 2]
+        for k in range(I[at]):
+            change = -cL * sign * F[I[REGISTERS] + I[at + 1 + k]]
+            for side in range(2):
+                f = (a, b)[side]
+                nb, kb = I[I[FRAMES] + 2 * f], I[I[FRAMES] + 2 * f + 1]
+                for j in range(nb):
+                    value = 0.0
+                    for l in range(3):
+                        value += C[r, 3 * side + l] * F[kb + l * nb + j]
+                    A[I[slot + j]] += change * value
+                slot += nb
+
+
+@rare
+def gamma_tangents(scratch, cK, cD, cV, cW, Y, F, I, A):
+    """cK (Gam_v^T nu)_q + cD (Gam_v^T nu)_v; Gam_v^T to the right; cV Gam_v + cW Gam_q below.
+
+    A constraint that is left out, or out of play (cV = 0 = cW), has 1 on the diagonal.
+    """
+    first = I[N_Q] + I[N_PHI]
+    for k in range(I[N_GAM]):
+        o = I[I[GAMMAS] + k]
+        slot, count, nu = I[SLOTS] + I[o + 2], I[o + 4], Y[I[LAM_ROW], first + k]
+        if I[o + 3] or (cV == 0.0 and cW == 0.0):
+            A[I[slot]] += 1.0
+        if I[o + 3]:
+            continue
+        slot += 1
+        for l in range(count):
+            at = o + 5 + 7 * l
+            f = I[at]
+            nb, kb = I[I[FRAMES] + 2 * f], I[I[FRAMES] + 2 * f + 1]
+            for j in range(nb):
+                value, rate = 0.0, 0.0
+                for i in range(3):
+                    w, z, b = F[I[REGISTERS] + I[at + 1 + i]], F[I[REGISTERS] + I[at + 4 + i]], kb + i * nb + j
+                    value += w * F[b]
+                    rate += z * F[b] + w * F[b + 3 * nb]
+                A[I[slot + j]] += value
+                A[I[slot + nb + j]] += cV * value + cW * rate
+            slot += 2 * nb
+        second = o + 5 + 7 * count
+        for r in range(count):
+            for c in range(count):
+                at = second + 18 * (r * count + c)
+                for i in range(3):
+                    for j in range(3):
+                        dz = nu * F[I[REGISTERS] + I[at + 3 * i + j]]
+                        dw = nu * F[I[REGISTERS] + I[at + 9 + 3 * i + j]]
+                        F[scratch + 6 * i + j] = cK * dz + cD * dw
+                        F[scratch + 36 + 6 * i + j] = dw
+                fr, fc = I[o + 5 + 7 * r], I[o + 5 + 7 * c]
+                slot = frame_block(slot, fr, fc, 1.0, scratch, cK, scratch + 36, F, I, A)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -114,12 +114,30 @@ def table_value(table, order: int, u) -> Array:
     return np.where(outside, 0.0, higher)
 
 
-def values(system: System, roots: Sequence[Expr], t: Array, q: Array, v: Array) -> list[Array]:
-    """Expressions at N states: t (N,), q and v (N, n); each result has shape (N,)."""
+def values(
+    system: System,
+    roots: Sequence[Expr],
+    t: Array,
+    q: Array,
+    v: Array,
+    lam: Array | None = None,
+    inputs: Mapping[str, Array] | None = None,
+) -> list[Array]:
+    """Expressions at N states: t (N,), q and v (N, n), lam (N, m + p), inputs by name (N,); each result is (N,).
+
+    Inputs that are not given have their start value.
+    """
 
     def leaf(node: Expr) -> Array:
         if node.op == "time":
             return t
+        if node.op == "multiplier":
+            assert lam is not None, "reactions need multipliers"
+            return lam[:, system.tables.multipliers[node.value] - system.n]  # type: ignore[index]
+        if node.op == "input":
+            name = str(node.value)
+            start = np.full(len(t), system.scene.inputs[name].start)
+            return start if inputs is None else inputs.get(name, start)
         name, key = node.value  # type: ignore[misc]
         return frame_coordinate(system, name, key, q, v)
 

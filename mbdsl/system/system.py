@@ -1,6 +1,9 @@
 """The System: the DAE of a mechanism, the only object that an integrator or an external backend sees.
 
-    q' = v,   M(q) v' + Phi_q^T lam = Q(t, q, v),   Phi(q, t) = 0
+    q' = v,   M(q) v' + Phi_q^T lam + Gam_v^T nu = Q(t, q, v, lam, nu, u),   Phi(q, t) = 0,   Gam(v, q, t) = 0
+
+with m holonomic constraints Phi, p nonholonomic ones Gam and inputs u. All multipliers stand in one vector (m + p,),
+those of Phi first, which is what ``lam`` means below.
 """
 
 from __future__ import annotations
@@ -52,7 +55,7 @@ class System:
     graph: MechanismGraph
     tables: Tables
     code: str = ""
-    _kernels: dict[bool, Kernels] = field(default_factory=dict)
+    _kernels: dict[int, Kernels] = field(default_factory=dict)
     _work: Workspace | None = None
     _A: Array | None = None
 
@@ -69,26 +72,31 @@ class System:
     @property
     def p(self) -> int:
         """Number of nonholonomic constraints."""
-        return 0
+        return self.tables.p
+
+    @property
+    def unknowns(self) -> int:
+        """Coordinates and multipliers together, n + m + p."""
+        return self.n + self.m + self.p
 
     @property
     def size(self) -> int:
         """Number of entries of A that tangent fills when slots are kept apart (one a request)."""
         return len(self.tables.pattern[0])
 
-    def kernels(self, with_mu: bool = False) -> Kernels:
-        """The compiled ``evaluate`` and ``tangent`` for this structure."""
-        if with_mu not in self._kernels:
-            self._kernels[with_mu] = emit.load(self.tables.blocks, self.tables.has_tape, with_mu)
-        return self._kernels[with_mu]
+    def kernels(self, sets: int = 1) -> Kernels:
+        """The compiled ``evaluate`` and ``tangent`` for this structure, for so many sets of multipliers."""
+        if sets not in self._kernels:
+            self._kernels[sets] = emit.load(self.tables.blocks, self.tables.has_tape, sets)
+        return self._kernels[sets]
 
-    def module_name(self, with_mu: bool = False) -> str:
+    def module_name(self, sets: int = 1) -> str:
         """The name of the emitted module of this structure."""
-        return emit.module_name(emit.emit(self.tables.blocks, self.tables.has_tape, with_mu))
+        return emit.module_name(emit.emit(self.tables.blocks, self.tables.has_tape, sets))
 
-    def compile_beside(self, with_mu: bool = False) -> subprocess.Popen | None:
+    def compile_beside(self, sets: int = 1) -> subprocess.Popen | None:
         """Start to compile the kernels in another process."""
-        return beside.start(self.tables.blocks, self.tables.has_tape, with_mu)
+        return beside.start(self.tables.blocks, self.tables.has_tape, sets)
 
     def workspace(self, slots: NDArray[np.int64] | None = None) -> Workspace:
         """Fresh buffers. ``slots`` gives the position in A of every requested entry (default: one each)."""
@@ -97,7 +105,7 @@ class System:
             slots = np.arange(self.size)
         I = np.concatenate([t.I, slots.astype(np.int64)])
         I[layout.SLOTS] = len(t.I)
-        Y = np.zeros((layout.ROWS, max(1, self.n + self.m)))
+        Y = np.zeros((layout.ROWS, max(1, self.unknowns)))
         Y[layout.SCALE, : self.n] = t.scale
         C = np.zeros((max(1, t.pair_rows), layout.GRADIENT_COLUMNS))
         return Workspace(Y, t.Z.copy(), C, t.F.copy(), I)
@@ -110,20 +118,47 @@ class System:
         n = self.n
         w.Y[layout.Q, :n] = q
         w.Y[layout.V, :n] = 0.0 if v is None else v
-        w.Y[layout.X, n : n + self.m] = 0.0 if lam is None else lam
+        w.Y[layout.X, n : self.unknowns] = 0.0 if lam is None else lam
         w.Y[layout.X2, n : n + self.m] = 0.0 if mu is None else mu
-        with_mu = mu is not None or True in self._kernels  # either serves; what is loaded costs nothing
-        self.kernels(with_mu).evaluate(float(t), w.Y, w.Z, w.C, w.F, w.I)
+        self._any_kernels(2 if mu is not None else 1).evaluate(float(t), w.Y, w.Z, w.C, w.F, w.I)
         return w
 
+    def _any_kernels(self, sets: int) -> Kernels:
+        """Kernels for at least so many sets of multipliers: what is loaded already costs nothing."""
+        return self._kernels[max(self._kernels)] if max(self._kernels, default=0) >= sets else self.kernels(sets)
+
     def evaluate(self, t: float, q, v=None, lam=None) -> tuple[Array, Array, Array]:
-        """f = Q - Phi_q^T lam (n,), Phi (m,) and Phi_q v + Phi_t (m,)."""
+        """f = Q - Phi_q^T lam - Gam_v^T nu (n,), Phi (m,) and Phi_q v + Phi_t (m,)."""
         Y, n = self._at(t, q, v, lam).Y, self.n
         return Y[layout.FP, :n].copy(), Y[layout.FP, n : n + self.m].copy(), Y[layout.GD, n : n + self.m].copy()
 
     def Q(self, t: float, q, v=None) -> Array:
-        """Generalised applied force (n,)."""
+        """Generalised applied force (n,), without what depends on multipliers (see ``of_multipliers``)."""
         return self.evaluate(t, q, v)[0]
+
+    @property
+    def of_multipliers(self) -> bool:
+        """Whether forces depend on multipliers, as friction in joints does."""
+        return self.tables.of_multipliers
+
+    def Gam(self, t: float, q, v) -> Array:
+        """Nonholonomic constraints (p,)."""
+        return self._at(t, q, v).Y[layout.FP, self.n + self.m : self.unknowns].copy()
+
+    def Gam_v(self, t: float, q, v) -> Array | csr_array:
+        """Their Jacobian (p, n) with respect to v."""
+        return self.tangent(t, q, v, cV=1.0)[self.n + self.m :, : self.n]
+
+    def Gam_q(self, t: float, q, v) -> Array | csr_array:
+        """Their Jacobian (p, n) with respect to q."""
+        return self.tangent(t, q, v, cW=1.0)[self.n + self.m :, : self.n]
+
+    def set_input(self, name: str, value: float) -> None:
+        """The value of an input u in all that is evaluated from now on."""
+        w = self._work if self._work is not None else self.workspace()
+        self._work = w
+        if name in self.tables.inputs:
+            w.F[self.tables.inputs[name]] = value
 
     def Phi(self, t: float, q) -> Array:
         """Position-level constraints (m,)."""
@@ -147,16 +182,24 @@ class System:
         o = self.tables.I[layout.MASS]
         return self.tables.F[o : o + self.n].copy()
 
-    def tangent(self, t: float, q, v=None, lam=None, *, cM=0.0, cK=0.0, cD=0.0, cP=0.0, cN=0.0) -> Array | csr_array:
-        """[[cM M + cK K + cD D, Phi_q^T], [cP Phi_q + cN N, 0]] (n + m, n + m).
+    def tangent(
+        self, t: float, q, v=None, lam=None, *, cM=0.0, cK=0.0, cD=0.0, cL=0.0, cP=0.0, cN=0.0, cV=0.0, cW=0.0
+    ) -> Array | csr_array:
+        """The matrix (n + m + p, n + m + p)
 
-        K = (Phi_q^T lam - Q)_q, D = -Q_v, N = (Phi_q v)_q. Dense up to ``DENSE_LIMIT`` unknowns, sparse above.
+            cM M + cK K + cD D       Phi_q^T - cL Q_lam     Gam_v^T - cL Q_nu
+            cP Phi_q + cN N          0                      0
+            cV Gam_v + cW Gam_q      0                      0
+
+        K = (Phi_q^T lam + Gam_v^T nu - Q)_q, D = (Gam_v^T nu - Q)_v, N = (Phi_q v)_q. Dense up to ``DENSE_LIMIT``
+        unknowns, sparse above.
         """
         w = self._at(t, q, v, lam)
         if self._A is None:
             self._A = np.zeros(self.size)
-        self.kernels(True in self._kernels).tangent(float(t), cM, cK, cD, cP, cN, w.Y, w.Z, w.C, w.F, w.I, self._A)
-        size = self.n + self.m
+        matrix = self._any_kernels(1).tangent
+        matrix(float(t), cM, cK, cD, cL, cP, cN, cV, cW, w.Y, w.Z, w.C, w.F, w.I, self._A)
+        size = self.unknowns
         rows, columns = self.tables.pattern
         if size <= DENSE_LIMIT:
             return np.bincount(rows * size + columns, self._A, size * size).reshape(size, size)
@@ -166,42 +209,61 @@ class System:
 
     def Phi_q(self, t: float, q) -> Array | csr_array:
         """Constraint Jacobian (m, n)."""
-        return self.tangent(t, q, cP=1.0)[self.n :, : self.n]
+        return self.tangent(t, q, cP=1.0)[self.n : self.n + self.m, : self.n]
 
     def stiffness(self, t: float, q, v=None, lam=None) -> Array | csr_array:
-        """K = (Phi_q^T lam - Q)_q (n, n)."""
+        """K = (Phi_q^T lam + Gam_v^T nu - Q)_q (n, n)."""
         return self.tangent(t, q, v, lam, cK=1.0)[: self.n, : self.n]
 
-    def damping(self, t: float, q, v=None) -> Array | csr_array:
-        """D = -Q_v (n, n)."""
-        return self.tangent(t, q, v, cD=1.0)[: self.n, : self.n]
+    def damping(self, t: float, q, v=None, lam=None) -> Array | csr_array:
+        """D = (Gam_v^T nu - Q)_v (n, n)."""
+        return self.tangent(t, q, v, lam, cD=1.0)[: self.n, : self.n]
+
+    def Q_lam(self, t: float, q, v, lam) -> Array | csr_array:
+        """Derivative (n, m + p) of forces with respect to multipliers."""
+        with_, without = self.tangent(t, q, v, lam, cL=1.0, cV=1.0), self.tangent(t, q, v, lam, cV=1.0)
+        return (without - with_)[: self.n, self.n :]
+
+    def velocity_jacobian(self, t: float, q, v) -> Array | csr_array:
+        """[Phi_q; Gam_v] (m + p, n), what multiplies v' in the constraints."""
+        return self.tangent(t, q, v, cP=1.0, cV=1.0)[self.n :, : self.n]
 
     def Phi_v_q(self, t: float, q, v) -> Array | csr_array:
         """N = (Phi_q v)_q (m, n)."""
-        return self.tangent(t, q, v, cN=1.0)[self.n :, : self.n]
+        return self.tangent(t, q, v, cN=1.0)[self.n : self.n + self.m, : self.n]
 
     def gamma_c(self, t: float, q, v) -> Array:
-        """Acceleration right-hand side (m,): Phi_q v' = gamma_c = -(Phi_q v)_q v - Phi_tt."""
-        N = self.Phi_v_q(t, q, v)  # also runs the gradient tape, which holds u''
-        Phi_tt = np.zeros(self.m)
+        """Acceleration right-hand side (m + p,): [Phi_q; Gam_v] v' = gamma_c.
+
+        gamma_c = -(Phi_q v)_q v - Phi_tt, then -Gam_q v - Gam_t.
+        """
+        # also runs the gradient tape, which holds u'' and Gam_t
+        rate = self.tangent(t, q, v, cN=1.0, cW=1.0)[self.n :, : self.n] @ np.asarray(v, float)
+        in_time = np.zeros(self.m + self.p)
         assert self._work is not None
         I, F = self._work.I, self._work.F
         for r in range(self.m):
             registers = I[I[layout.PAIRS] + layout.PAIR * r + 4]
             if registers >= 0:
-                Phi_tt[r] = -F[I[layout.REGISTERS] + I[registers + 2]]
-        return -(N @ np.asarray(v, float)) - Phi_tt
+                in_time[r] = -F[I[layout.REGISTERS] + I[registers + 2]]
+        for k in range(self.p):
+            in_time[self.m + k] = F[I[layout.REGISTERS] + I[I[I[layout.GAMMAS] + k] + 1]]
+        return -rate - in_time
 
     def elimination_order(self) -> NDArray[np.int64]:
-        """The order, from the graph, in which coordinates and constraints are eliminated (n + m,): new -> old."""
+        """The order, from the graph, in which coordinates and constraints are eliminated (n + m + p,): new -> old."""
         order: list[int] = []
         for name in self.graph.elimination_order():
             component = self.scene.components[name]
             if name in self.tables.coordinates:
                 first, count = self.tables.coordinates[name], len(component.kind.coordinates)
-            else:
-                first, count = self.n + self.tables.rows[name], component.kind.rows
-            order.extend(range(first, first + count))
+                order.extend(range(first, first + count))
+            if name in self.tables.rows:
+                first = self.n + self.tables.rows[name]
+                order.extend(range(first, first + component.kind.rows))
+            if name in self.tables.velocity_rows:
+                first = self.n + self.tables.velocity_rows[name]
+                order.extend(range(first, first + len(component.velocity_constraints)))
         return np.array(order, np.int64)
 
     def names(self) -> list[str]:
@@ -209,9 +271,12 @@ class System:
         return [f"{b.name}.{key}" for b in self.scene.bodies() for key in b.kind.coordinates]
 
     def constraint_names(self) -> list[str]:
-        """A name for each constraint, e.g. "O.Phi[1]" (m,)."""
+        """A name for each constraint, e.g. "O.Phi[1]", and "skate.Gam[1]" for nonholonomic ones (m + p,)."""
+        components = self.scene.components
         ordered = sorted(self.tables.rows.items(), key=lambda item: item[1])
-        return [f"{j}.Phi[{k + 1}]" for j, _ in ordered for k in range(self.scene.components[j].kind.rows)]
+        names = [f"{j}.Phi[{k + 1}]" for j, _ in ordered for k in range(components[j].kind.rows)]
+        ordered = sorted(self.tables.velocity_rows.items(), key=lambda item: item[1])
+        return names + [f"{j}.Gam[{k + 1}]" for j, _ in ordered for k in range(len(components[j].velocity_constraints))]
 
     def describe(self) -> str:
         """Sizes and numbering, as text."""
@@ -224,6 +289,11 @@ class System:
         for name, first in sorted(t.rows.items(), key=lambda item: item[1]):
             kind = self.scene.components[name].kind
             lines.append(f"Phi[{first}:{first + kind.rows}]  {name} ({kind.name})")
+        for name, first in sorted(t.velocity_rows.items(), key=lambda item: item[1]):
+            component = self.scene.components[name]
+            first -= self.m
+            count = len(component.velocity_constraints)
+            lines.append(f"Gam[{first}:{first + count}]  {name} ({component.kind.name})")
         lines += ["", f"{len(t.frames)} frames: {', '.join(list(t.frames)[:40])}{' ...' if len(t.frames) > 40 else ''}"]
         return "\n".join(lines)
 
@@ -232,4 +302,4 @@ def build(scene: Scene, graph: MechanismGraph | None = None) -> System:
     """Scene to System: numbers, tables and the text of the specialised code; compiles nothing yet."""
     tables = build_tables(scene)
     mechanism = graph if graph is not None else build_graph(scene)
-    return System(scene, mechanism, tables, emit.emit(tables.blocks, tables.has_tape, True))
+    return System(scene, mechanism, tables, emit.emit(tables.blocks, tables.has_tape, 2))

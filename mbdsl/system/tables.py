@@ -18,17 +18,26 @@ from mbdsl.elements import modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.lang.expressions import COORDINATES, Expr, coordinate, der, diff, expr, is_velocity_level, leaves
 from mbdsl.scene import Component, Scene
+from mbdsl.system import gammas
 from mbdsl.system.tape import Tape
 
 
 @dataclass(frozen=True)
 class Block:
-    """All components of one kind that one loop visits; ``role`` is "body", "joint", "spring" or "law"."""
+    """All components that one loop visits; ``role`` is "body", "joint", "spring", "law" or "gamma".
+
+    Joints stand among the laws as well where they have friction, along the coordinate of ``module``.
+    """
 
     role: str
     module: ModuleType
     components: tuple[Component, ...]
     driven: bool = False
+
+    @property
+    def rows(self) -> int:
+        """Rows of the gradient table a component."""
+        return self.module.KIND.rows
 
     @property
     def name(self) -> str:
@@ -47,23 +56,33 @@ class Tables:
     blocks: list[Block]
     n: int
     m: int
+    p: int
     coordinates: dict[str, int]  #: body name -> first coordinate
-    rows: dict[str, int]  #: joint name -> first constraint row
+    rows: dict[str, int]  #: joint name -> first holonomic constraint
+    velocity_rows: dict[str, int]  #: joint name -> first nonholonomic constraint, counted behind the holonomic ones
     frames: dict[str, int]  #: frame name -> row of the frame table
     F: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     I: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
     Z: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, layout.COLUMNS)))
     scale: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     pattern: tuple[NDArray[np.int64], NDArray[np.int64]] = (np.empty(0, np.int64), np.empty(0, np.int64))
+    multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> its entry in a row of Y
+    inputs: dict[str, int] = field(default_factory=dict)  #: name -> offset in F, of inputs that are used
+
+    @property
+    def of_multipliers(self) -> bool:
+        """Whether some force depends on multipliers."""
+        found = (x for b in self.blocks for c in b.components for x in leaves(*expressions(b, c)))
+        return any(leaf.op == "multiplier" for leaf in found)
 
     @property
     def pair_rows(self) -> int:
         """Rows of the gradient table."""
-        return sum(len(b.components) * b.components[0].kind.rows for b in self.blocks if b.role != "body")
+        return sum(len(b.components) * b.rows for b in self.blocks if b.role not in ("body", "gamma"))
 
     @property
     def has_tape(self) -> bool:
-        return any(b.role == "law" or b.driven for b in self.blocks)
+        return any(b.role in ("law", "gamma") or b.driven for b in self.blocks)
 
 
 class _Buffers:
@@ -114,28 +133,46 @@ def build_tables(scene: Scene) -> Tables:
             for c in block.components:
                 rows[c.name] = m
                 m += c.kind.rows
+    velocity_rows: dict[str, int] = {}
+    p = 0
+    for block in blocks:
+        if block.role == "gamma":
+            for c in block.components:
+                velocity_rows[c.name] = m + p
+                p += len(c.velocity_constraints)
     frames = _used_frames(scene, blocks)
-    tables = Tables(scene, blocks, n, m, coordinates, rows, frames)
+    tables = Tables(scene, blocks, n, m, p, coordinates, rows, velocity_rows, frames)
     _fill(tables)
     return tables
 
 
 def _blocks(scene: Scene, table: dict[str, ModuleType]) -> list[Block]:
     groups: dict[tuple, list[Component]] = {}
+    by_name = {module.__name__: module for module in table.values()}
     for c in scene.components.values():
         module = table[c.kind.name]
         if isinstance(c.kind, BodyKind) and c.kind.coordinates:
             groups.setdefault((0, "body", module.motion.__name__, False), []).append(c)
-        elif isinstance(c.kind, JointKind) and c.kind.rows:
-            groups.setdefault((1, "joint", module.__name__, c.kind.driver is not None), []).append(c)
+        elif isinstance(c.kind, JointKind):
+            if c.kind.rows:
+                groups.setdefault((1, "joint", module.__name__, c.kind.driver is not None), []).append(c)
+            if c.velocity_constraints:
+                groups.setdefault((2, "gamma", "", False), []).append(c)
+            if c.friction is not None:
+                along = f"{modules.__module__}.{c.kind.friction_along}"
+                groups.setdefault((4, "law", along, False), []).append(c)
         elif isinstance(c.kind, ForceKind):
-            order, role = (3, "law") if by_law(c) else (2, "spring")
+            order, role = (4, "law") if by_law(c) else (3, "spring")
             groups.setdefault((order, role, module.__name__, False), []).append(c)
     blocks = []
     for key in sorted(groups):
         members = groups[key]
-        module = table[members[0].kind.name]
-        blocks.append(Block(key[1], module.motion if key[1] == "body" else module, tuple(members), key[3]))
+        if key[1] == "body":
+            module = table[members[0].kind.name].motion
+        else:
+            # nonholonomic constraints are expressions, for which one module stands in
+            module = table["VelocityConstraint"] if key[1] == "gamma" else by_name[key[2]]
+        blocks.append(Block(key[1], module, tuple(members), key[3]))
     return blocks
 
 
@@ -146,17 +183,35 @@ def _frame(leaf: Expr) -> str:
 
 
 def law_expressions(c: Component) -> list[Expr]:
-    assert isinstance(c.kind, ForceKind)
-    return [expr(c.values[name]) for name in c.kind.laws]
+    """The magnitudes of a force by expression, or the friction of a joint."""
+    if isinstance(c.kind, ForceKind):
+        return [expr(c.values[name]) for name in c.kind.laws]
+    assert c.friction is not None
+    return [c.friction]
+
+
+def expressions(block: Block, c: Component) -> list[Expr]:
+    """The expressions over frames that a component of a block brings."""
+    if block.role == "law":
+        return law_expressions(c)
+    return list(c.velocity_constraints) if block.role == "gamma" else []
 
 
 def _damped(c: Component) -> bool:
     """Whether a force depends on velocities."""
+    if isinstance(c.kind, JointKind):
+        return c.friction is not None or any(_nonlinear(gamma) for gamma in c.velocity_constraints)
     if not isinstance(c.kind, ForceKind):
         return False
     if by_law(c):
         return any(is_velocity_level(law) for law in law_expressions(c))
     return c.kind.springs is not None and any(damping != 0.0 for _, damping, _ in c.kind.springs(c.values))
+
+
+def _nonlinear(gamma: Expr) -> bool:
+    """Whether the constraint force of a nonholonomic constraint depends on velocities."""
+    variables = [leaf for leaf in leaves(gamma) if leaf.op == "coordinate" and is_velocity_level(leaf)]
+    return any(is_velocity_level(rate) for rate in diff(gamma, *variables))
 
 
 def by_law(c: Component) -> bool:
@@ -173,12 +228,12 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
         if block.role == "body":
             continue
         for c in block.components:
-            for port in c.kind.ports:
-                used[c.ports[port]] = None
-            if block.role == "law":
-                for leaf in leaves(*law_expressions(c)):
-                    if leaf.op == "coordinate":
-                        used[_frame(leaf)] = None  # type: ignore[index]
+            if block.role != "gamma":
+                for port in c.kind.ports:
+                    used[c.ports[port]] = None
+            for leaf in leaves(*expressions(block, c)):
+                if leaf.op == "coordinate":
+                    used[_frame(leaf)] = None
     body_order = {body.name: i + 1 for i, b in enumerate(blocks) if b.role == "body" for body in b.components}
     position = {name: i for i, name in enumerate(c.name for b in blocks if b.role == "body" for c in b.components)}
     ordered = sorted(used, key=lambda f: (scene.frames[f].body in body_order, position.get(scene.frames[f].body, -1)))
@@ -186,10 +241,11 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
 
 
 def _fill(tables: Tables) -> None:
-    scene, frames, n, m = tables.scene, tables.frames, tables.n, tables.m
+    scene, frames, n, m, p = tables.scene, tables.frames, tables.n, tables.m, tables.p
     buffers = _Buffers(layout.BLOCKS + layout.BLOCK * len(tables.blocks))
     I = buffers.I
-    I[layout.N_Q], I[layout.N_PHI], I[layout.N_ALL], I[layout.N_FRAMES] = n, m, n + m, len(frames)
+    I[layout.N_Q], I[layout.N_PHI], I[layout.N_ALL], I[layout.N_FRAMES] = n, m, n + m + p, len(frames)
+    I[layout.LAM_ROW], I[layout.MU_ROW], I[layout.LAW_ROW], I[layout.PSI_ROW] = layout.X, layout.X2, layout.X, layout.X
 
     # Frames: how many coordinates each depends on, and room for B and (B v)_q.
     dofs: list[tuple[int, ...]] = []
@@ -209,9 +265,7 @@ def _fill(tables: Tables) -> None:
         first = tables.coordinates.get(frame.body, 0)
         dofs.append(tuple(range(first, first + nb)))
     I[layout.GROUND_FRAMES] = ground
-    I[layout.FRAMES] = buffers.ints(
-        [v for d in dofs for v in (len(d), buffers.floats([0.0] * (6 * len(d))))]
-    )
+    I[layout.FRAMES] = buffers.ints([v for d in dofs for v in (len(d), buffers.floats([0.0] * (6 * len(d))))])
 
     _fill_mass(tables, buffers)
     # Translations are measured in the mechanism's size, angles in radians.
@@ -222,11 +276,16 @@ def _fill(tables: Tables) -> None:
         d = tables.coordinates[body.name]
         tables.scale[d : d + 2] = 1.0 / size
 
-    tape = Tape(frames)
+    starts = {name: x.start for name, x in scene.inputs.items()}
+    tables.multipliers = _multipliers(tables)
+    tape = Tape(frames, tables.multipliers, starts)
     later: list[Callable[[], None]] = []
     _fill_bodies(tables, buffers)
     _fill_pairs(tables, buffers, dofs, tape, later)
+    found = [g for b in tables.blocks if b.role == "gamma" for c in b.components for g in c.velocity_constraints]
+    gammas.tabulate(found, frames, dofs, n + m, buffers, tape, later)
     _fill_tape(buffers, tape, later)
+    tables.inputs = {name: I[layout.REGISTERS] + register for name, register in tape.inputs.items()}
     I[layout.DAMPED] = any(_damped(c) for block in tables.blocks for c in block.components)
 
     requests = np.array(buffers.requests, dtype=np.int64).reshape(-1, 2)
@@ -234,6 +293,18 @@ def _fill(tables: Tables) -> None:
     tables.F = np.array(buffers.F + [0.0] * 72)  # the end is scratch of the tangents
     tables.I = np.array(I, dtype=np.int64)
     tables.Z = Z
+
+
+def _multipliers(tables: Tables) -> dict[tuple[str, int], int]:
+    """(joint, k) -> where its multiplier stands in a row of Y: those of holonomic constraints first."""
+    found = {}
+    for c in tables.scene.components.values():
+        if isinstance(c.kind, JointKind):
+            for k in range(c.kind.rows):
+                found[c.name, k] = tables.n + tables.rows[c.name] + k
+            for k in range(len(c.velocity_constraints)):
+                found[c.name, c.kind.rows + k] = tables.n + tables.velocity_rows[c.name] + k
+    return found
 
 
 def _fill_mass(tables: Tables, buffers: _Buffers) -> None:
@@ -281,11 +352,14 @@ def _fill_pairs(tables: Tables, buffers: _Buffers, dofs, tape: Tape, later: list
     counts = {"joint": 0, "spring": 0, "law": 0}
     details: list[tuple[int, list[int]]] = []
     for k, block in enumerate(tables.blocks):
-        if block.role == "body":
+        if block.role in ("body", "gamma"):
             continue
-        rows = block.components[0].kind.rows
+        rows = block.rows
         header = layout.BLOCKS + layout.BLOCK * k
-        parameters = [tuple(c.kind.table(c.values)) for c in block.components]
+        own = [isinstance(c.kind, JointKind) and block.role == "law" for c in block.components]  # friction has none
+        parameters = [
+            () if none else tuple(c.kind.table(c.values)) for none, c in zip(own, block.components, strict=True)
+        ]
         buffers.I[header : header + 4] = [
             len(block.components),
             row,
@@ -311,7 +385,7 @@ def _fill_pairs(tables: Tables, buffers: _Buffers, dofs, tape: Tape, later: list
                         registers = [tape.add(u), tape.add(der(u)), 0]
                         details.append((len(ints) + 4, registers))
                         later.append(_second_rate(u, registers, tape))
-                elif isinstance(c.kind, ForceKind) and c.kind.springs and block.role == "spring":
+                elif block.role == "spring" and isinstance(c.kind, ForceKind) and c.kind.springs:
                     detail = buffers.floats(c.kind.springs(c.values)[j])
                 else:
                     leaf = _law(tables, buffers, dofs, c, j, (a, b), tape, later)
@@ -341,18 +415,25 @@ def _second_rate(u: Expr, registers: list[int], tape: Tape) -> Callable[[], None
 
 
 def _law(tables: Tables, buffers, dofs, c, j, pair, tape, later) -> list[int]:
-    """Register of s, sign, number of frames that s depends on; per frame: its row and the registers of ds/dz."""
+    """Register of s, sign, number of frames that s depends on; per frame: its row and the registers of ds/dz; number of
+    multipliers that it depends on, and the registers of ds/dlam."""
     law = law_expressions(c)[j]
     used = dict.fromkeys(_frame(x) for x in leaves(law) if x.op == "coordinate")
-    leaf = [tape.add(law), int(c.kind.sign), len(used)]
+    reactions = [x for x in leaves(law) if x.op == "multiplier"]
+    sign = int(c.kind.sign) if isinstance(c.kind, ForceKind) else -1  # friction resists
+    leaf = [tape.add(law), sign, len(used)]
     for name in used:
         for f in pair:
             buffers.slots(dofs[f], dofs[tables.frames[name]])
+    for x in reactions:
+        for f in pair:
+            buffers.slots(dofs[f], (tape.multipliers[x.value],))
 
     def fill() -> None:
         for name in used:
             partials = diff(law, *(coordinate(name, key) for key in COORDINATES))
             leaf.extend([tables.frames[name], *(tape.add(g) for g in partials)])
+        leaf.extend([len(reactions), *(tape.add(diff(law, x)[0]) for x in reactions)])
 
     later.append(fill)
     return leaf

@@ -17,17 +17,17 @@ from numpy import ceil, cos, cosh, exp, floor, hypot, log, log10, nan, sin, sinh
 
 from mbdsl.kernels import rare
 from mbdsl.lang.expressions import COORDINATES, Expr, const, walk
-from mbdsl.layout import REGISTERS, TABLES, TAPE
+from mbdsl.layout import LAW_ROW, REGISTERS, TABLES, TAPE
 
 # Order matters: cheap and frequent operations first, as the interpreter compares in this order.
 _NAMES = (
     "load add sub mul div neg sin cos ratio hypot sqrt select lt le eq ne and or not abs sign min max pow tan asin "
-    "acos atan atan2 sinh cosh tanh exp log log10 floor ceil mod table"
+    "acos atan atan2 sinh cosh tanh exp log log10 floor ceil mod multiplier table"
 ).split()
 OPCODE = {name: i for i, name in enumerate(_NAMES)}
 LOAD, ADD, SUB, MUL, DIV, NEG, SIN, COS, RATIO, HYPOT, SQRT, SELECT = range(12)
 LT, LE, EQ, NE, AND, OR, NOT, ABS, SIGN, MIN, MAX, POW, TAN, ASIN = range(12, 26)
-ACOS, ATAN, ATAN2, SINH, COSH, TANH, EXP, LOG, LOG10, FLOOR, CEIL, MOD, TABLE = range(26, 39)
+ACOS, ATAN, ATAN2, SINH, COSH, TANH, EXP, LOG, LOG10, FLOOR, CEIL, MOD, MULTIPLIER, TABLE = range(26, 40)
 
 
 @dataclass
@@ -35,6 +35,9 @@ class Tape:
     """A program under construction: ``code`` in order, ``registers`` their initial content (constants, time)."""
 
     frames: dict[str, int]
+    multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> its entry in a row of Y
+    starts: dict[str, float] = field(default_factory=dict)  #: of inputs
+    inputs: dict[str, int] = field(default_factory=dict)  #: name -> register, of those in use
     code: list[tuple[int, int, int, int, int]] = field(default_factory=list)
     registers: list[float] = field(default_factory=lambda: [0.0])  #: register 0 is time
     tables: list = field(default_factory=list)
@@ -51,6 +54,13 @@ class Tape:
             self._where[node] = target = len(self.registers)
             self.registers.append(float(node.value) if node.op == "const" else 0.0)  # type: ignore[arg-type]
             if node.op == "const":
+                continue
+            if node.op == "input":
+                name = str(node.value)
+                self.inputs[name], self.registers[target] = target, self.starts[name]
+                continue
+            if node.op == "multiplier":
+                self.code.append((OPCODE["multiplier"], target, self.multipliers[node.value], 0, 0))  # type: ignore[index]
                 continue
             if node.op == "coordinate":
                 frame, key = node.value  # type: ignore[misc]
@@ -108,7 +118,7 @@ def interpolate(u, order, header, F, I):
 
 
 @rare
-def run(t, first, count, Z, F, I):
+def run(t, first, count, Y, Z, F, I):
     """Run instructions ``first`` ... ``first + count - 1`` of the tape."""
     r = I[REGISTERS]
     F[r] = t
@@ -117,6 +127,9 @@ def run(t, first, count, Z, F, I):
         op, target = I[o], r + I[o + 1]
         if op == LOAD:
             F[target] = Z[I[o + 2], I[o + 3]]
+            continue
+        if op == MULTIPLIER:
+            F[target] = Y[I[LAW_ROW], I[o + 2]]
             continue
         a, b = F[r + I[o + 2]], F[r + I[o + 3]]
         if op == ADD:

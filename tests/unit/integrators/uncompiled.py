@@ -13,7 +13,7 @@ import numpy as np
 import mbdsl
 from mbdsl import graph, jit, layout
 from mbdsl.elements.kind import ForceKind
-from mbdsl.integrators import linear, modules
+from mbdsl.integrators import corrections, linear, modules
 from mbdsl.integrators.run import Integration
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
@@ -63,19 +63,36 @@ class Step:
         self.run = Integration(system, name, h, 0.0, 1.0, np.array([1.0]))
         self.run._use(linear.DENSE)  # which finds a pivot wherever there is one
         self.run.begin(start.q, start.v, start.a, start.lam)
-        self.method, self.h, self.n, self.N = modules()[name], h, system.n, system.n + system.m
-        self.rows = 2 if self.method.METHOD.with_mu else 1
+        self.method, self.h, self.n, self.N = modules()[name], h, system.n, system.unknowns
+        self.rows = min(2, self.method.METHOD.sets)
         rng, Y = np.random.default_rng(3), self.run.Y
-        Y[layout.Q0, : self.n] += rng.uniform(-0.1, 0.1, self.n)
-        Y[layout.XA, : self.n] += rng.normal(size=self.n)
-        Y[layout.X] = Y[layout.XA] + rng.normal(size=self.N)
-        Y[layout.F0, : self.n] += rng.normal(size=self.n)
-        Y[layout.X2] = 0.0 if at_rest else 0.3 * rng.normal(size=self.N)
-        Y[layout.V0, : self.n] += rng.normal(size=self.n)
-        if at_rest:  # v at the end of the step is zero
+        n, N = self.n, self.N
+        Y[layout.Q0, :n] += rng.uniform(-0.1, 0.1, n)
+        Y[layout.XA, :n] += rng.normal(size=n)
+        Y[layout.X] = Y[layout.XA] + rng.normal(size=N)
+        Y[layout.F0, :n] += rng.normal(size=n)
+        Y[layout.X2] = 0.0 if at_rest else 0.3 * rng.normal(size=N)
+        Y[layout.V0, :n] += rng.normal(size=n)
+        # one step earlier
+        Y[layout.Q1, :n] = Y[layout.Q0, :n] - h * Y[layout.V0, :n]
+        Y[layout.V1, :n] = Y[layout.V0, :n] - h * rng.normal(size=n)
+        if at_rest:
             Y[layout.V0] = 0.0
-            self.residual()
-            Y[layout.V0, : self.n] = -Y[layout.V, : self.n]
+            if name == "hht-add":  # nor does it move: the old Phi_q is the new one
+                beta, gamma = self.run.c[:2]
+                a0 = Y[layout.Q1, :n]  # the row in which it keeps a_n
+                Y[layout.X, :n], Y[layout.X2, :n] = (beta - 1 / 2) * a0, (gamma - 1) * a0
+            else:  # v at the end of the step is zero
+                Y[layout.V1] = 0.0
+                self.residual()
+                Y[layout.V0, :n] = -Y[layout.V, :n] / (4 / 3 if name.startswith("nstiff") else 1)
+        # the start of the step is where the past is
+        Y[layout.Q, :n], Y[layout.V, :n] = Y[layout.Q0, :n], Y[layout.V0, :n]
+        self.run.evaluate(0.0, *self.common()[1:])
+        self.run.I[layout.KEEP] = 1
+        # unknowns that are none: the second multipliers of nonholonomic constraints
+        self.active = np.ones((self.rows, N), bool)
+        self.active[1:, n + system.m :] = False
 
     def common(self):
         r = self.run
@@ -83,7 +100,9 @@ class Step:
 
     def residual(self):
         c, Y, Z, C, F, I = self.common()
-        self.method.residual(self.run.evaluate, self.h, self.h, c, Y, Z, C, F, I)
+        self.method.motion(self.h, c, Y, I)
+        self.run.evaluate(self.h, Y, Z, C, F, I)
+        self.method.residual(self.h, c, Y, F, I)
         return Y[layout.R : layout.R + self.rows, : self.N].ravel().copy()
 
     def unknowns(self):
@@ -121,19 +140,23 @@ class Step:
 
 
 def contraction(path, name, h, at_rest=False):
-    """The largest entry of what one correction leaves of an error: zero for Newton's method with the exact Jacobian."""
+    """What one correction leaves of an error, zero for Newton's method with the exact Jacobian: largest entry of the
+    matrix that says so, and its spectral radius, which is free of units."""
     step = Step(path, name, h, at_rest)
     left = np.eye(step.rows * step.N) - step.corrections() @ step.jacobian()
-    return float(np.abs(left).max())
+    active = step.active.ravel()
+    left = left[np.ix_(active, active)]
+    return float(np.abs(left).max()), float(np.abs(np.linalg.eigvals(left)).max())
 
 
 if __name__ == "__main__":
     assert not jit.enabled()
+    corrections.LATE = 0.0  # nothing is left to the next iteration on purpose
     found: dict[str, dict] = {"runs": runs(), "contraction": {}, "at rest": {}}
     for path in MODELS:
         for name in modules():
             key = f"{path.stem} {name}"
-            found["contraction"][key] = [contraction(path, name, h) for h in (2e-3, 1e-3)]
+            found["contraction"][key] = [contraction(path, name, h) for h in (4e-3, 1e-3)]
             if not any(c.kind.springs for c in mbdsl.load(path).components.values() if isinstance(c.kind, ForceKind)):
-                found["at rest"][key] = contraction(path, name, 1e-3, at_rest=True)
+                found["at rest"][key] = contraction(path, name, 1e-3, at_rest=True)[0]
     json.dump(found, sys.stdout)

@@ -1,0 +1,196 @@
+"""HHT-ADD: Hilber-Hughes-Taylor with reactions added for both constraint levels, order 2 in q and v.
+
+Unknowns a_{n+1}, psi_I, psi_II; fa = M^{-1} Q are the accelerations of the applied forces alone, b != 1/2 is free:
+
+    q_{n+1} = q_n + h v_n + h^2/2 [(1-2 beta) a_n + 2 beta a_{n+1}] + h^2/2 [(1-b) R_I + b R_II]
+    v_{n+1} = v_n + h [(1-gamma) a_n + gamma a_{n+1}] + h/2 (R_I + R_II)
+    Phi(q_{n+1}, t_{n+1}) = 0,   (Phi_q v + Phi_t)_{n+1} = 0
+    a_{n+1} = (1+alpha) fa_{n+1} - alpha fa_n
+    M R_I = -Phi_q^T(q_n, t_n) psi_I,   M R_II = -Phi_q^T(q_{n+1}, t_{n+1}) psi_II
+
+What is iterated on are the sums P = beta a_{n+1} + 1/2 [(1-b) R_I + b R_II] and W = gamma a_{n+1} + 1/2 (R_I + R_II), so
+that M need not be inverted: with GP = Phi_q^T(q_n) psi_I, GD = Phi_q^T psi_II,
+
+    R1:  M (P - beta a_{n+1}) + 1/2 [(1-b) GP + b GD] = 0
+    R2:  M (W - gamma a_{n+1}) + 1/2 (GP + GD) = 0
+    R3:  1/h^2 Phi = 0,   R4:  1/h (Phi_q v + Phi_t) = 0
+    where M a_{n+1} = (1+alpha) Q_{n+1} - alpha Q_n
+
+In the increments p of P and u = gamma p - beta w (w that of W), and with the old Phi_q taken for the new one, Newton's
+equations fall apart, as HHT-SI2's do:
+
+    gamma R1 - beta R2:  M u + Phi_q^T chi = -gamma R1 + beta R2,            Phi_q u = -gamma R3 + beta R4 + ...
+    R1:                  S p + Phi_q^T zeta = -R1 + (1+alpha) h D u,         Phi_q p = -R3
+    S = M + (1+alpha) (beta h^2 K + gamma h D) + b/2 h^2 (Phi_q^T psi_II)_q, K of applied forces alone
+
+The converged solution is that of the full system. psi_II is of order 1 only: reactions are found from the
+acceleration-level equations, and friction in joints, which has to take psi_II, is of order 1.
+
+Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section on HHT-ADD, with the velocity formula derived
+anew (misprinted there); Jay, Negrut, Extensions of the HHT-alpha method to differential-algebraic equations in
+mechanics, ETNA 26 (2007) 190-208. The splitting is ours.
+"""
+
+import numpy as np
+
+from mbdsl.integrators import hht_i3
+from mbdsl.integrators.corrections import solve_two
+from mbdsl.integrators.linear import factor, larger
+from mbdsl.integrators.method import Method, Option
+from mbdsl.kernels import kernel
+from mbdsl.layout import Q1 as A0  # the row that keeps a_n
+from mbdsl.layout import (
+    D2,
+    DAMPED,
+    F0,
+    FP,
+    GD,
+    GP,
+    KEEP,
+    LAM,
+    MASS,
+    N_ALL,
+    N_GAM,
+    N_PHI,
+    N_Q,
+    PAST,
+    Q0,
+    R2,
+    SCALE,
+    V0,
+    X2,
+    XA,
+    D,
+    Q,
+    R,
+    V,
+    X,
+)
+
+
+def coefficients(options):
+    """(beta, gamma, alpha, b)."""
+    return *hht_i3.coefficients(options), options["b"]
+
+
+def check(options):
+    if abs(options["b"] - 1 / 2) < 1e-3:
+        return "b = 1/2 makes both constraint levels ask the same of psi_I and psi_II, and determines neither"
+    return None
+
+
+def begin(c, start):
+    beta, gamma, alpha, _ = c
+    a0 = start.fa + alpha * start.h * start.fa_rate
+    r = start.a - start.fa
+    return {
+        A0: a0,
+        F0: start.mass * start.fa,
+        XA: [*(beta * a0 + r / 2), *start.lam],
+        XA + PAST: [*(gamma * a0 + r), *start.lam],
+    }
+
+
+METHOD = Method(
+    "hht-add",
+    doc="Hilber-Hughes-Taylor with added reactions: positions and velocities on their constraints",
+    order=2,
+    index=2,
+    enforces=("Phi", "dPhi"),
+    source="Negrut, Jay, Khude (2009), HHT-ADD; Jay, Negrut (2007)",
+    parameters={"alpha": hht_i3.ALPHA, "b": Option(0.0, -10.0, 10.0, "weight of R_II in the positions, not 1/2")},
+    check=check,
+    coefficients=coefficients,
+    begin=begin,
+    sets=3,
+    matrices=3,
+    multipliers=(LAM, X2, X2),
+    own_reactions=False,
+    inverts_mass=True,
+)
+
+
+@kernel
+def motion(h, c, Y, I):
+    beta, gamma, alpha, b = c[0], c[1], c[2], c[3]
+    n, m = I[N_Q], I[N_PHI]
+    for i in range(n):
+        a0 = Y[A0, i]
+        Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h * ((1 / 2 - beta) * a0 + Y[X, i])
+        Y[V, i] = Y[V0, i] + h * ((1 - gamma) * a0 + Y[X2, i])
+    # The multipliers that f and K see: that share of psi_II which S asks for; all of a nonholonomic one.
+    for i in range(n, n + m):
+        Y[LAM, i] = b / (2 * beta * (1 + alpha)) * Y[X2, i]
+    for i in range(n + m, I[N_ALL]):
+        Y[LAM, i] = Y[X2, i] = Y[X, i]
+
+
+@kernel
+def applied(c, Y, i):
+    """Q_i, which evaluate gives less the share of constraint forces."""
+    return Y[FP, i] + c[3] / (2 * c[0] * (1 + c[2])) * Y[GD, i]
+
+
+@kernel
+def residual(h, c, Y, F, I):
+    beta, gamma, alpha, b = c[0], c[1], c[2], c[3]
+    n, m = I[N_Q], I[N_PHI]
+    for i in range(n):
+        mass, Ma = F[I[MASS] + i], (1 + alpha) * applied(c, Y, i) - alpha * Y[F0, i]
+        Y[R, i] = mass * Y[X, i] - beta * Ma + ((1 - b) * Y[GP, i] + b * Y[GD, i]) / 2  # R1
+        Y[R2, i] = mass * Y[X2, i] - gamma * Ma + (Y[GP, i] + Y[GD, i]) / 2  # R2
+    for i in range(n, n + m):
+        Y[R, i] = Y[FP, i] / (h * h)  # R3
+        Y[R2, i] = Y[GD, i] / h  # R4
+    for i in range(n + m, I[N_ALL]):
+        Y[R, i], Y[R2, i] = Y[FP, i] / h, 0.0
+
+
+@kernel
+def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
+    """[[S, Phi_q^T], [Phi_q, 0]], [[M, Phi_q^T], [Phi_q, 0]] and, where there is damping, (1+alpha) h D."""
+    beta, gamma, alpha, b = c[0], c[1], c[2], c[3]
+    k, d = beta * (1 + alpha), gamma * (1 + alpha)
+    of_lam = 2 * k * ((1 - b) * gamma / beta - 1) / (1 - 2 * b)  # how psi_II follows zeta, times k
+    tangent(t, 1.0, k * h * h, d * h, of_lam, 1.0, 0.0, 1.0, beta * h / gamma, Y, Z, C, F, I, A[0])
+    tangent(t, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[1])
+    if I[DAMPED] or I[N_GAM] > 0:
+        tangent(t, 0.0, 0.0, (1 + alpha) * h, 0.0, 0.0, 0.0, 1 / gamma, 0.0, Y, Z, C, F, I, A[2])
+    return factor(A[0], P[0], I) and factor(A[1], P[1], I)
+
+
+@kernel
+def correct(h, c, Y, I, A, P):
+    """Solve for the corrections, apply them; the largest scaled change of a position (or of h times a velocity)."""
+    beta, gamma, alpha, b = c[0], c[1], c[2], c[3]
+    n, m = I[N_Q], I[N_PHI]
+    for i in range(n + m):
+        Y[D, i], Y[D2, i] = -Y[R, i], -gamma * Y[R, i] + beta * Y[R2, i]
+    for i in range(n + m, I[N_ALL]):
+        Y[D, i], Y[D2, i] = -beta / gamma * Y[R, i], 0.0
+    solve_two(I[DAMPED] > 0 or I[N_GAM] > 0, A, P, I, Y)
+    change = 0.0
+    for i in range(n):
+        p, u = Y[D, i], Y[D2, i]
+        Y[X, i] += p
+        Y[X2, i] += (gamma * p - u) / beta
+        change = larger((abs(p) + abs(u)) * Y[SCALE, i], change)
+    for i in range(n, n + m):
+        zeta = Y[D, i]
+        eta = (gamma * zeta - Y[D2, i]) / beta
+        Y[X, i] += 2 * (zeta - b * eta) / (1 - 2 * b)  # psi_I
+        Y[X2, i] += 2 * ((1 - b) * eta - zeta) / (1 - 2 * b)  # psi_II
+    for i in range(n + m, I[N_ALL]):
+        Y[X, i] += Y[D, i] / (beta * (1 + alpha))
+    return h * h * change
+
+
+@kernel
+def finish(h, c, Y, F, I):
+    """a_{n+1} and Q_{n+1}, of the last evaluation; the pose there is where the next step begins."""
+    alpha = c[2]
+    for i in range(I[N_Q]):
+        force = applied(c, Y, i)
+        Y[A0, i] = ((1 + alpha) * force - alpha * Y[F0, i]) / F[I[MASS] + i]
+        Y[FP, i] = force
+    I[KEEP] = 1

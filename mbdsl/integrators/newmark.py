@@ -1,0 +1,109 @@
+"""NEWMARK: Newmark's method on the index-3 equations, order 1.
+
+Unknowns a_{n+1}, lam_{n+1}; f = Q - Phi_q^T lam:
+
+    q_{n+1} = q_n + h v_n + h^2/2 [(1 - 2 beta) a_n + 2 beta a_{n+1}]                                    (4a)
+    v_{n+1} = v_n + h [(1 - gamma) a_n + gamma a_{n+1}]                                                   (4b)
+    M a_{n+1} - f_{n+1} = 0
+    1/(beta h^2) Phi(q_{n+1}, t_{n+1}) = 0
+
+gamma > 1/2 damps high frequencies. gamma = 1/2 with beta = 1/4, the trapezoidal rule, has order 2, but does not damp the
+multipliers' oscillations at all.
+
+Source: Negrut, Jay, Khude, A discussion of low order numerical integration formulas for rigid and flexible multibody
+dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (4)-(6).
+"""
+
+from mbdsl.integrators.corrections import correct_one as correct
+from mbdsl.integrators.linear import factor
+from mbdsl.integrators.method import Method, Option
+from mbdsl.kernels import kernel
+from mbdsl.layout import FP, MASS, N_ALL, N_PHI, N_Q, Q0, V0, XA, Q, R, V, X
+
+__all__ = ["correct"]
+
+
+def beta_of(options):
+    """beta as given, else the smallest that is stable."""
+    gamma, beta = options["gamma"], options["beta"]
+    return (gamma + 1 / 2) ** 2 / 4 if beta is None else beta
+
+
+def coefficients(options):
+    """(beta, gamma)."""
+    return beta_of(options), options["gamma"]
+
+
+def check(options):
+    gamma, beta = options["gamma"], beta_of(options)
+    if beta < (gamma + 1 / 2) ** 2 / 4 - 1e-12:
+        return (
+            f"beta = {beta:g} is below (gamma + 1/2)^2/4 = {(gamma + 1 / 2) ** 2 / 4:g}: the method is then unstable "
+            "for high frequencies"
+        )
+    return None
+
+
+def check_constrained(options):
+    if options["gamma"] < 1 / 2 + 1e-12:
+        return (
+            "gamma = 1/2 (the trapezoidal rule) does not damp the multipliers of a constrained model, whose oscillations "
+            "grow until the results mean nothing; take gamma > 1/2"
+        )
+    return None
+
+
+def begin(c, start):
+    return {XA: [*start.a, *start.lam]}
+
+
+METHOD = Method(
+    "newmark",
+    doc="Newmark on the index-3 equations",
+    order=1,
+    index=3,
+    enforces=("Phi",),
+    source="Negrut, Jay, Khude (2009), eqs. (4)-(6)",
+    parameters={
+        "gamma": Option(0.6, 0.5, 1.5, "numerical damping of high frequencies: 1/2 none"),
+        "beta": Option(None, 0.25, 1.0, "at least (gamma + 1/2)^2/4, which is the default"),
+    },
+    check=check,
+    check_constrained=check_constrained,
+    coefficients=coefficients,
+    begin=begin,
+)
+
+
+@kernel
+def motion(h, c, Y, I):
+    beta, gamma = c[0], c[1]
+    for i in range(I[N_Q]):
+        a0, a = Y[XA, i], Y[X, i]
+        Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h / 2 * ((1 - 2 * beta) * a0 + 2 * beta * a)
+        Y[V, i] = Y[V0, i] + h * ((1 - gamma) * a0 + gamma * a)
+
+
+@kernel
+def residual(h, c, Y, F, I):
+    beta, gamma = c[0], c[1]
+    n, m = I[N_Q], I[N_PHI]
+    for i in range(n):
+        Y[R, i] = F[I[MASS] + i] * Y[X, i] - Y[FP, i]
+    for i in range(n, n + m):
+        Y[R, i] = Y[FP, i] / (beta * h * h)
+    for i in range(n + m, I[N_ALL]):
+        Y[R, i] = Y[FP, i] / (gamma * h)
+
+
+@kernel
+def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
+    """[[M + beta h^2 K + gamma h D, Phi_q^T], [Phi_q, 0]]."""
+    beta, gamma = c[0], c[1]
+    tangent(t, 1.0, beta * h * h, gamma * h, 1.0, 1.0, 0.0, 1.0, beta * h / gamma, Y, Z, C, F, I, A[0])
+    return factor(A[0], P[0], I)
+
+
+@kernel
+def finish(h, c, Y, F, I):
+    """Nothing but q, v and a is kept."""

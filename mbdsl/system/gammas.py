@@ -1,0 +1,62 @@
+"""Nonholonomic constraints Gam(v, q, t) = 0 in the flat buffers: expressions over frames, differentiated exactly.
+
+Record of one, at I[I[GAMMAS] + k]: registers of Gam and Gam_t, first slot, whether it is left out, number of frames that
+it depends on; per frame its row and the registers of dGam/dw (3, w = its velocities) and dGam/dz (3); per pair of frames
+(r, c) the registers of d^2Gam/dw_r dz_c (9) and d^2Gam/dw_r dw_c (9).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from mbdsl import layout
+from mbdsl.lang.expressions import COORDINATES, TIME, Expr, coordinate, diff, leaves
+from mbdsl.system.tape import Tape
+
+POSITIONS, VELOCITIES = COORDINATES[:3], COORDINATES[3:]
+
+
+def tabulate(
+    gammas: list[Expr], frames: dict[str, int], dofs, first_row: int, buffers, tape: Tape, later: list[Callable]
+) -> None:
+    """Records of ``gammas``; their rows in the iteration matrix start at ``first_row``."""
+    records: list[list[int]] = []
+    for k, gamma in enumerate(gammas):
+        row = first_row + k
+        used = list(dict.fromkeys(leaf.value[0] for leaf in leaves(gamma) if leaf.op == "coordinate"))  # type: ignore[index]
+        slot = buffers.slots((row,), (row,))  # used where the row is left out
+        for name in used:
+            buffers.slots(dofs[frames[name]], (row,))
+            buffers.slots((row,), dofs[frames[name]])
+        for r in used:
+            for c in used:
+                buffers.slots(dofs[frames[r]], dofs[frames[c]])
+        rates = {name: diff(gamma, *(coordinate(name, key) for key in VELOCITIES)) for name in used}
+        record = [tape.add(gamma), 0, slot, 0, len(used)]
+        for name in used:
+            record += [frames[name], *(tape.add(g) for g in rates[name]), 0, 0, 0]
+        records.append(record)
+        later.append(_derivatives(gamma, used, rates, record, tape))
+
+    def place() -> None:
+        buffers.I[layout.GAMMAS] = buffers.ints([buffers.ints(record) for record in records])
+
+    later.append(place)
+    buffers.I[layout.N_GAM] = len(gammas)
+
+
+def _derivatives(gamma: Expr, used: list[str], rates, record: list[int], tape: Tape) -> Callable[[], None]:
+    """What only the iteration matrix and accelerations need belongs to the gradient tape."""
+
+    def fill() -> None:
+        record[1] = tape.add(diff(gamma, TIME)[0])
+        for l, name in enumerate(used):
+            at = 5 + 7 * l + 4
+            record[at : at + 3] = [tape.add(g) for g in diff(gamma, *(coordinate(name, key) for key in POSITIONS))]
+        for r in used:
+            for c in used:
+                for keys in (POSITIONS, VELOCITIES):
+                    variables = [coordinate(c, key) for key in keys]
+                    record.extend(tape.add(g) for rate in rates[r] for g in diff(rate, *variables))
+
+    return fill
