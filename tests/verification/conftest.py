@@ -6,8 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbdsl.integrators import methods
-
 TESTS = Path(__file__).parents[1]
 MODELS = TESTS.parent / "models"
 
@@ -15,20 +13,12 @@ MODELS = TESTS.parent / "models"
 ORDERS = {"newmark": 1, "hht-i3": 2, "nstiff": 2, "nstiff-si2": 2, "hht-add": 2, "hht-si2": 2}
 #: what the slope over all of the steps may be; newmark with gamma = 0.6
 SLOPES = {1: (0.9, 1.15), 2: (1.85, 2.15)}
-#: the methods that keep the constraints on velocities
-STABILISED = ("nstiff-si2", "hht-add", "hht-si2")
 
 
-@pytest.fixture(params=[name for name in ORDERS if name in methods()], scope="session")
+@pytest.fixture(params=ORDERS, scope="session")
 def method(request):
     """Each of the six methods in turn."""
     return request.param
-
-
-@pytest.fixture(scope="session")
-def stabilised():
-    """``stabilised(method)``: whether it keeps the constraints on velocities."""
-    return lambda method: method in STABILISED
 
 
 @pytest.fixture(scope="session")

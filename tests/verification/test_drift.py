@@ -31,24 +31,28 @@ def violation(model):
     return find
 
 
-def test_violation(violation, method, stabilised, order):
-    if stabilised(method):
-        for h in STEPS:
-            assert np.abs(violation(method, h)).max() < 1e-10, h
-        return
-    worst = [np.abs(violation(method, h)).max(axis=1) for h in STEPS]
-    assert (worst[0] < 1.0).all()
-    assert (worst[-1] > 1e-9).all()  # it is there to be seen
-    falls = [order(STEPS, row) for row in np.transpose(worst)]
-    assert min(falls) > (0.9 if method == "newmark" else 1.85), falls
+@pytest.mark.parametrize("method", ["nstiff-si2", "hht-add", "hht-si2"])
+def test_kept(violation, method):
+    """Newton's iteration stops at 1e-12 of the velocities, here some m/s."""
+    for h in STEPS:
+        assert np.abs(violation(method, h)).max() < 1e-10, h
 
 
-def test_violation_does_not_grow(violation, method, stabilised):
-    """A limit cycle: the second half of 10 s is not worse than the first, up to the few per cent that cycles differ."""
-    if stabilised(method):
-        pytest.skip("nothing but rounding")
-    dPhi = np.abs(violation(method, 2.0**-10))
+@pytest.mark.parametrize(("method", "order_of_method"), [("newmark", 0.9), ("hht-i3", 1.85), ("nstiff", 1.85)])
+def test_falls(violation, order, method, order_of_method):
+    """At least with the method's order; newmark's falls with h^2 as well."""
+    worst = np.transpose([np.abs(violation(method, h)).max(axis=1) for h in STEPS])
+    assert worst.max() < 1e-2
+    assert worst.min() > 1e-9  # it is there to be seen
+    for row in worst:
+        assert order(STEPS, row) > order_of_method
+
+
+@pytest.mark.parametrize("method", ["newmark", "hht-i3", "nstiff"])
+def test_bounded(violation, method):
+    """A limit cycle: no more in the second five seconds than in the first. It fades only as the energy is lost."""
+    dPhi = np.abs(violation(method, 2.0**-12))
     half = dPhi.shape[1] // 2
     first, second = dPhi[:, :half].max(axis=1), dPhi[:, half:].max(axis=1)
-    assert (second < 1.2 * first).all()
-    assert (second > 0.1 * first).all()  # and it does not fade out: the energy stays
+    assert (second <= 1.01 * first).all()
+    assert (second > 0.5 * first).all()

@@ -1,0 +1,128 @@
+"""Blades and rolling: closed forms, met with the order of each method."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import mbdsl
+
+# -- Chaplygin's sleigh: a body on a blade, its centre of mass ahead of it by a ------------------------------------
+
+
+def sleigh(t, m=1.0, I=0.1, a=0.1, v0=1.0, w0=2.0):
+    """Velocity along the blade, angular velocity, angle (phi(0) = 0); Bloch, Nonholonomic Mechanics, sec. 1.7."""
+    b = np.sqrt((I + m * a**2) / m)
+    Om = np.sqrt(w0**2 + (v0 / b) ** 2)
+    tau0 = np.arctanh(v0 / (b * Om))
+    tau = tau0 + a * Om * t / b
+    return (
+        b * Om * np.tanh(tau),
+        Om / np.cosh(tau),
+        2 * b / a * (np.arctan(np.tanh(tau / 2)) - np.arctan(np.tanh(tau0 / 2))),
+    )
+
+
+def place(t):
+    """The blade at time t, by quadrature of its velocity."""
+
+    def rate_of_x(t):
+        v, _, phi = sleigh(t)
+        return v * np.cos(phi)
+
+    def rate_of_y(t):
+        v, _, phi = sleigh(t)
+        return v * np.sin(phi)
+
+    return [quad(rate, 0, t, epsabs=1e-14, epsrel=1e-13, limit=200)[0] for rate in (rate_of_x, rate_of_y)]
+
+
+def test_closed_form_of_the_sleigh(reference):
+    """It satisfies m (v' - a w^2) = 0 and (I + m a^2) w' + m a v w = 0, and is the published one."""
+    m, I, a, step = 1.0, 0.1, 0.1, 1e-30
+    for t in (0.0, 0.3, 2.0, 7.0):
+        v, w, _ = sleigh(t)
+        dv, dw, dphi = (x.imag / step for x in sleigh(t + 1j * step))
+        assert [dv, dw, dphi] == pytest.approx([a * w**2, -m * a * v * w / (I + m * a**2), w], rel=1e-13)
+    assert sleigh(0.0) == pytest.approx((1.0, 2.0, 0.0), abs=1e-15)
+    for row in reference("chaplygin_sleigh")["data"]["rows"]:
+        t = float(row["t"])
+        # sech falls like exp(-1.1 t): its relative error grows with tau
+        assert sleigh(t) == pytest.approx([float(row[key]) for key in ("v", "omega", "phi")], rel=1e-13)
+        assert place(t) == pytest.approx([float(row[key]) for key in ("xP", "yP")], abs=1e-12)
+
+
+# -- a disc on a slope, held by a spring -------------------------------------------------------------------------
+
+
+def disc(t, m=2.0, r=0.1, k=50.0, s0=0.3, slope=np.pi / 6, g=9.81):
+    """s, its rate, and the forces along the slope and normal to it that the slope exerts on the disc.
+
+    m s'' = m g sin(slope) - k (s - s0) - F and, rolling, I s''/r = F r with I = m r^2/2; let go at s = s0.
+    """
+    w, level = np.sqrt(k / (1.5 * m)), s0 + m * g * np.sin(slope) / k
+    s, v = level + (s0 - level) * np.cos(w * t), -(s0 - level) * w * np.sin(w * t)
+    return s, v, 0.5 * m * w**2 * (s - level), m * g * np.cos(slope) + 0 * t
+
+
+def test_closed_form_of_the_disc():
+    """Newton along the slope, with s'' by differences of v."""
+    m, k, s0, g, t, d = 2.0, 50.0, 0.3, 9.81, np.linspace(0, 2, 9), 1e-4
+    s, v, force, _ = disc(t)
+    ds, dv = ((disc(t + d)[i] - disc(t - d)[i]) / (2 * d) for i in (0, 1))
+    # differences are wrong by d^2/6 w^3 times the amplitude of 0.2 m: 2e-8; rounding 1e-16/d
+    assert ds == pytest.approx(v, abs=1e-7)
+    assert m * dv == pytest.approx(m * g * np.sin(np.pi / 6) - k * (s - s0) + force, abs=1e-6)
+
+
+# -- the models --------------------------------------------------------------------------------------------------
+
+#: Five halvings. newmark is of first order where its error of that order is the larger one; below 0.2 ms the multiplier
+#: of a velocity constraint shows what Newton's iteration leaves of v, over h.
+STEPS = {2: [2.0**-k for k in range(5, 11)], 1: [2.0**-k for k in range(6, 12)]}
+
+
+def test_chaplygin_sleigh(model, method, wrong_orders):
+    """At 2 s, after most of the turn: velocities, angle, place, and the blade's side force m (v w + a w')."""
+    m, I, a, t = 1.0, 0.1, 0.1, 2.0
+    v, w, phi = sleigh(t)
+    force = m * (v * w + a * (-m * a * v * w / (I + m * a**2)))
+    exact = {"blade.v": v, "sleigh.w": w, "sleigh.phi": phi, "side": force}
+    exact["sleigh.P.x"], exact["sleigh.P.y"] = place(t)
+    scene, steps = mbdsl.load(model("chaplygin_sleigh")), STEPS[1 if method == "newmark" else 2]
+    errors = {name: [] for name in exact}
+    for h in steps:
+        end = mbdsl.simulate(scene, method=method, step=h, stop=t, interval=t)
+        found = {name: end[name][-1] for name in exact if name != "side"}
+        angle = found["sleigh.phi"]
+        found["side"] = -np.sin(angle) * end["blade.fx"][-1] + np.cos(angle) * end["blade.fy"][-1]
+        for name, value in exact.items():
+            errors[name].append(abs(found[name] - value))
+    assert not wrong_orders(method, steps, errors)
+
+
+def test_sleigh_keeps_its_energy_and_does_not_slip(model, method):
+    found = mbdsl.simulate(model("chaplygin_sleigh"), method=method, step=1e-3, interval=0.0)
+    P = [found[f"sleigh.P.{key}"] for key in ("vx", "vy", "phi")]
+    slip = P[1] * np.cos(P[2]) - P[0] * np.sin(P[2])
+    assert np.abs(slip).max() < 1e-9
+    energy = found["energy.total"]
+    assert np.abs(energy - energy[0]).max() < (1e-2 if method == "newmark" else 1e-5) * energy[0]
+
+
+def test_rolling_disc(model, method, wrong_orders):
+    t = 2.0
+    s, v, along, normal = disc(t)
+    scene, steps = mbdsl.load(model("rolling_disc")), STEPS[1 if method == "newmark" else 2]
+    errors = {name: [] for name in ("s", "v", "w", "along")}
+    for h in steps:
+        end = mbdsl.simulate(scene, method=method, step=h, stop=t, interval=t)
+        c, d = np.cos(-np.pi / 6), np.sin(-np.pi / 6)
+        fx, fy = end["contact.fx"][-1], end["contact.fy"][-1]
+        errors["s"].append(abs(end["contact.s"][-1] - s))
+        errors["v"].append(abs(end["contact.v"][-1] - v))
+        errors["w"].append(abs(end["disc.w"][-1] + v / 0.1))
+        errors["along"].append(abs(c * fx + d * fy - along))
+        assert -d * fx + c * fy == pytest.approx(normal, rel=1e-6)  # constant
+        # rolled, not slipped: the angle is that of the way, from zero at s = 0.3 m
+        assert end["disc.phi"][-1] == pytest.approx(-(end["contact.s"][-1] - 0.3) / 0.1, abs=1e-3)
+    assert not wrong_orders(method, steps, errors)
