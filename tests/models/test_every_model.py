@@ -1,0 +1,51 @@
+"""Every shipped model with every method: it starts, ends, keeps its joints together, and keeps its energy."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mbdsl
+from mbdsl.integrators import methods
+
+MODELS = Path(__file__).parents[2] / "models"
+METHODS = ("newmark", "hht-i3", "nstiff", "nstiff-si2", "hht-add", "hht-si2")
+#: model -> (stop, step, parameters); a hundred steps or more
+RUNS = {
+    "chain": (0.5, 1e-3, {"N": 5}),
+    "chaplygin_sleigh": (0.5, 1e-3, {}),
+    "double_pendulum": (0.1, 1e-3, {}),
+    "driven_crank": (0.5, 1e-3, {}),
+    "four_bar": (0.5, 1e-3, {}),
+    "pendulum": (0.5, 1e-3, {}),
+    "rolling_disc": (0.5, 1e-3, {}),
+    "seven_body": (5e-3, 1e-5, {}),
+    "slider_crank": (0.5, 1e-3, {}),
+    "spring_mass": (0.5, 1e-3, {}),
+    "stick_slip_belt": (0.6, 1e-4, {}),
+}
+#: those in which energy is neither put in nor taken out
+CONSERVED = {"chain", "chaplygin_sleigh", "four_bar", "pendulum", "rolling_disc"}
+
+
+def test_all_are_here():
+    assert set(RUNS) == {path.stem for path in MODELS.glob("*.mbd")}
+    assert set(METHODS) == set(methods())
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", RUNS)
+def test_run(name, method):
+    stop, step, parameters = RUNS[name]
+    found = mbdsl.simulate(
+        MODELS / f"{name}.mbd", method=method, step=step, stop=stop, interval=stop / 50, parameters=parameters
+    )
+    assert found.status == "done" and found.t[-1] == stop
+    assert np.isfinite(found.q).all() and np.isfinite(found.v).all() and np.isfinite(found.lam).all()
+    assert np.ptp(found.q, axis=0).max() > 1e-3  # it moves
+    closed = found.select(["*.Phi[*]"]) if name != "chaplygin_sleigh" else []
+    assert all(np.abs(found[row]).max() < 1e-10 for row in closed)
+    if name in CONSERVED:
+        energy, kinetic = found["energy.total"], found["energy.kinetic"]
+        # of first order with newmark, and 1e-4 of the second
+        assert np.abs(energy - energy[0]).max() < (1e-2 if method == "newmark" else 1e-4) * kinetic.max()
