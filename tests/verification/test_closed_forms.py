@@ -17,7 +17,7 @@ from scipy.special import ellipj, ellipk
 import mbdsl
 from mbdsl import Builder
 
-METHODS = ["hht-i3", "hht-si2"]
+METHODS = ["hht-i3", "nstiff", "nstiff-si2", "hht-add", "hht-si2"]  #: those of second order
 STEPS = [2.0**-k for k in range(7, 11)]
 LOW, HIGH = 1.9, 2.1
 G = 9.81
@@ -102,7 +102,8 @@ def test_driven_crank(model, order, method):
     )  # the drive starts with a jolt in the discrete accelerations, damped by hht in some 50 steps
     for name in ("rod.w", "slider.vx", "rod.vy", "drive.tau"):
         errors = [np.abs(f[name] - exact[name])[late].max() for f in found]
-        if method == "hht-si2" and name != "drive.tau":
+        exactly = {"hht-si2": name != "drive.tau", "nstiff-si2": name != "drive.tau", "hht-add": True}
+        if exactly.get(method, False):  # velocities follow from the constraints, and hht-add's reactions from them
             assert max(errors) < 1e-10, name
         else:
             assert LOW < order(STEPS, errors) < HIGH, name
@@ -208,7 +209,7 @@ def test_double_pendulum_of_distances(order, method):
 # -- four bars through their singular poses --------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ["hht-i3", "hht-si2"])
 def test_four_bar(model, reference, order, method):
     """Two parallelograms of equal bars turn through poses in which the constraints lose rank, and stay what they are.
 

@@ -7,7 +7,7 @@ from scipy.special import ellipj, ellipk
 import mbdsl
 from mbdsl import Builder
 
-METHODS = ["hht-i3", "hht-si2"]
+METHODS = ["hht-i3", "nstiff", "nstiff-si2", "hht-add", "hht-si2"]  #: those of second order
 G = 9.81
 
 
@@ -24,7 +24,7 @@ def double_pendulum(p):
     return b.scene()
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ["hht-i3", "hht-si2"])
 def test_stiff_double_pendulum(reference, order, method):
     """A damper of 5e4 N.m.s/rad pulls two light links into line at 1e-5 s and lets them creep at 1/6 s: the method must
     take steps of the slow motion, and converge to it."""
@@ -40,7 +40,7 @@ def test_stiff_double_pendulum(reference, order, method):
     assert errors[-1].max() < 1e-4
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ["hht-i3", "hht-si2"])
 def test_stiff_double_pendulum_with_long_steps(reference, order, method):
     """Implicit methods go on with steps far longer than the fast motion, and are of order 2 there already."""
     data = reference("double_pendulum")
@@ -53,7 +53,7 @@ def test_stiff_double_pendulum_with_long_steps(reference, order, method):
     assert errors[-1] < 1e-3
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ["hht-i3", "nstiff", "nstiff-si2", "hht-si2"])  # hht-add divides by masses
 def test_body_without_inertia(order, method):
     """A mass at the end of a massless rod: M is singular, M on the constraints' null space is not."""
     b = Builder("Massless")
@@ -102,7 +102,8 @@ def mechanism(length, mass, time=1.0):
     return b.scene(), force
 
 
-@pytest.mark.parametrize("method", METHODS)
+# nstiff-si2 is not among these: it corrects q' by Phi_q^T mu, which adds metres to radians
+@pytest.mark.parametrize("method", ["hht-i3", "nstiff", "hht-add", "hht-si2"])
 @pytest.mark.parametrize(
     ("length", "mass", "time"),
     [
