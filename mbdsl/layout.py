@@ -21,7 +21,8 @@ T1, T2 = 22, 23  #: scratch of the linear solver
 Q1, V1 = 24, 25  #: what else a method keeps of the past: q and v one step before Q0 and V0
 LAM = 26  #: multipliers of a method whose X does not hold those that f is made of
 GP = 27  #: result of evaluate where it is asked for: [Phi_q^T psi; 0] with Phi_q of the start of the step
-ROWS = 28
+DIAGONAL = 28  #: scale over the diagonal of an iteration matrix
+ROWS = 29
 
 # -- columns of Z: pose x, y, phi; rates 3-5; then these ----------------------------------------------------------
 WRENCH = 6  #: accumulated force and torque, 6 .. 8

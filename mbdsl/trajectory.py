@@ -96,14 +96,14 @@ class Trajectory:
         scene = self.scene
         found: dict[str, tuple[Expr, str]] = {}
         for c in scene.components.values():
-            units = {s.name: s.unit for s in c.kind.signals} | {p.name: p.unit for p in c.kind.parameters if p.law}
             for name, expression in c.signals.items():
-                found[name] = (expression, units.get(name[len(c.name) + 1 :], ""))
+                found[name] = (expression, c.kind.unit_of(name[len(c.name) + 1 :]) or "")
         for name in scene.frames:
             for key, unit in UNITS.items():
                 found.setdefault(f"{name}.{key}", (coordinate(name, key), unit))
         for name, expression in scene.variables.items():
-            found.setdefault(name, (expression, ""))
+            unit = scene.inputs[name].unit if name in scene.inputs else ""
+            found.setdefault(name, (expression, unit))
         for name, energy in zip(("kinetic", "potential", "total"), _energies(scene), strict=True):
             found[f"energy.{name}"] = (energy, "J")
         return found

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 
 from mbdsl.elements.kind import Parameter
 
-STRIBECK = 10.0  #: v_st/v_s unless v_st is given: tanh has reached its end before the exponential falls
+STRIBECK = 40.0  #: v_st/v_s unless v_st is given: tanh has reached its end well before the exponential falls
 
 
 def parameters(speed: str, unit: str, default: float) -> tuple[Parameter, ...]:

@@ -32,7 +32,8 @@ def collect(block, Y, Z, I):
 
 
 @kernel
-def collect_mu(block, Y, Z, I):
+def collect_with_mu(block, Y, Z, I):
+    collect(block, Y, Z, I)
     gather(block, MU_WRENCH, GD, Y, Z, I)
 
 

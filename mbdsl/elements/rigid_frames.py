@@ -56,9 +56,26 @@ def collect(block, Y, Z, I):
 
 
 @kernel
-def collect_mu(block, Y, Z, I):
-    """The same for the wrenches of the stabilising multipliers, into Phi_q^T mu."""
-    gather(block, MU_WRENCH, LEVER, GD, Y, Z, I)
+def collect_with_mu(block, Y, Z, I):
+    """The same, and that of the wrenches of the stabilising multipliers, Phi_q^T mu."""
+    for e in range(I[block]):
+        o = I[block + 1] + 5 * e
+        d = I[o]
+        x, y, phi, mu_x, mu_y, mu_phi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for f in range(I[o + 1], I[o + 1] + I[o + 2]):
+            lx, ly = Z[f, LEVER], Z[f, LEVER + 1]
+            x += Z[f, WRENCH]
+            y += Z[f, WRENCH + 1]
+            phi += Z[f, WRENCH + 2] - ly * Z[f, WRENCH] + lx * Z[f, WRENCH + 1]
+            mu_x += Z[f, MU_WRENCH]
+            mu_y += Z[f, MU_WRENCH + 1]
+            mu_phi += Z[f, MU_WRENCH + 2] - ly * Z[f, MU_WRENCH] + lx * Z[f, MU_WRENCH + 1]
+        Y[FP, d] += x
+        Y[FP, d + 1] += y
+        Y[FP, d + 2] += phi
+        Y[GD, d] = mu_x
+        Y[GD, d + 1] = mu_y
+        Y[GD, d + 2] = mu_phi
 
 
 @kernel

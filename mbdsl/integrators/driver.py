@@ -5,8 +5,8 @@ A method gives the formulas, and all else is here, so that a comparison of metho
     motion(h, c, Y, I)                 q and v at the end of the step from the unknowns X (and X2)
     residual(h, c, Y, F, I)            R (and R2), from what evaluate left in FP and GD
     matrix(tangent, ..., A, P)         the iteration matrices, factorised; False where that failed
-    correct(h, c, Y, I, A, P)          the corrections solved for and applied; how far positions moved
-    finish(h, c, Y, F, I)              what the method keeps of the step, in the rows that are its own
+    correct(k, h, c, Y, I, A, P)       the corrections solved for and applied; how far positions moved
+    finish(h, c, Y, F, I, A, P)        what the method keeps of the step, in the rows that are its own
 
 Compiled once a method; allocates nothing.
 """
@@ -24,14 +24,14 @@ START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL = range(7)
 K_SIZE = 7
 
 # -- J: integers of the run ----------------------------------------------------------------------------------
-STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED = range(10)
-J_SIZE = 10
+STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, UNSEEN = range(11)
+J_SIZE = 11
 
 MAX_ITERATIONS = 25
 #: contraction above which the next step starts with a new matrix
 SLOW = 0.05
-#: contraction assumed of a first iteration, at least
-UNMEASURED = 0.05
+#: contraction assumed of a first iteration, at least, where it has not been seen for so many steps; and else
+UNMEASURED, OFTEN, MEASURED = 0.05, 8, 1e-3
 #: largest error left in a position, relative to the mechanism; where a rings, its differences say nothing
 LOOSEST = 1e-11
 #: largest noise in a position that is put down to a singular pose
@@ -128,12 +128,14 @@ def newton(motion, residual, matrix, correct, evaluate, tangent, t, h, c, K, J, 
     floor = 16.0 * EPS * size
     # The local error is about h^2/12 times the second difference of a; stabilised methods also keep v.
     tolerance = min(K[RELATIVE_TOL] * h * h * bend, LOOSEST * size)
-    if J[STABILISED]:
-        tolerance = min(tolerance, K[VELOCITY_TOL] * h * speed)
-    tolerance = max(tolerance, floor)
+    velocity_tolerance = max(K[VELOCITY_TOL] * h * speed, 4.0 * EPS * size) if J[STABILISED] else LOOSEST * size
     fresh = J[FRESH] == 0
-    # The first change has nothing to be compared with, and an old matrix may have become worse than it was.
-    contraction = min(max(K[CONTRACTION], UNMEASURED), 0.9)
+    # The first change has nothing to be compared with; an old matrix may have become worse than it was when last seen.
+    contraction = max(K[CONTRACTION], MEASURED)
+    if J[UNSEEN] >= OFTEN:
+        contraction = max(contraction, UNMEASURED)
+    contraction = min(contraction, 0.9)
+    J[UNSEEN] += 1
     former, former_residual, worn = 0.0, 0.0, False
     for k in range(MAX_ITERATIONS):
         motion(h, c, Y, I)
@@ -149,18 +151,22 @@ def newton(motion, residual, matrix, correct, evaluate, tangent, t, h, c, K, J, 
             if not matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
                 return SINGULAR if finite(A) else NOT_FINITE
             J[FRESH] = 1
-        change = correct(h, c, Y, I, A, P)
+        change = correct(k, h, c, Y, I, A, P)
         if not change < 1e300:
             return NOT_FINITE
         if k > 0:
             contraction = change / former if former > 0.0 else 0.0
             if former > 100.0 * floor:  # below that it measures rounding
                 K[CONTRACTION] = contraction
+                J[UNSEEN] = 0
                 worn = contraction > SLOW
         grown = k > 0 and remaining > 10.0 * former_residual and change > 100.0 * floor
-        done = change <= floor
-        if contraction < 0.9 and change * contraction / (1.0 - contraction) <= tolerance:
-            done = True
+        # What every step leaves undone adds up over many small ones: rounding is an excuse from the second change on.
+        left = change * contraction / (1.0 - contraction) if contraction < 0.9 else change
+        done = left <= tolerance or change <= EPS * size or (k > 0 and left <= EPS * size)
+        # That v stays on the constraints is a promise, for which no contraction is good enough that was only assumed.
+        if max(left, UNMEASURED * change if k == 0 else 0.0) > velocity_tolerance:
+            done = False
         if k > 2 and contraction > 0.5 and change <= 1e3 * floor:
             done = True  # rounding keeps it from getting better
         held = k > 6 and h * h * constraint_size(unknowns, n, I[N_ALL], Y) <= 1e2 * floor
@@ -237,7 +243,7 @@ def advance(
             K[T] = t
             return status
         motion(h, c, Y, I)
-        finish(h, c, Y, F, I)
+        finish(h, c, Y, F, I, A, P)
         jump = 0.0
         for i in range(n):
             jump = max(jump, abs(Y[X, i] - Y[XA, i]) * Y[SCALE, i])

@@ -8,40 +8,36 @@ Unknowns a_{n+1}, psi_I, psi_II; fa = M^{-1} Q are the accelerations of the appl
     a_{n+1} = (1+alpha) fa_{n+1} - alpha fa_n
     M R_I = -Phi_q^T(q_n, t_n) psi_I,   M R_II = -Phi_q^T(q_{n+1}, t_{n+1}) psi_II
 
-What is iterated on are the sums P = beta a_{n+1} + 1/2 [(1-b) R_I + b R_II] and W = gamma a_{n+1} + 1/2 (R_I + R_II), so
-that M need not be inverted: with GP = Phi_q^T(q_n) psi_I, GD = Phi_q^T psi_II,
+Iterated on are P and W, what q_{n+1} = q_n + h v_n + h^2 P and v_{n+1} = v_n + h W add up to, so that M need not be
+inverted: with GP = Phi_q^T(q_n) psi_I, GD = Phi_q^T psi_II,
 
-    R1:  M (P - beta a_{n+1}) + 1/2 [(1-b) GP + b GD] = 0
-    R2:  M (W - gamma a_{n+1}) + 1/2 (GP + GD) = 0
+    R1:  M [P - (1/2 - beta) a_n] - beta M a_{n+1} + 1/2 [(1-b) GP + b GD] = 0
+    R2:  M [W - (1 - gamma) a_n] - gamma M a_{n+1} + 1/2 (GP + GD) = 0
     R3:  1/h^2 Phi = 0,   R4:  1/h (Phi_q v + Phi_t) = 0
     where M a_{n+1} = (1+alpha) Q_{n+1} - alpha Q_n
 
-In the increments p of P and u = gamma p - beta w (w that of W), and with the old Phi_q taken for the new one, Newton's
+In the increments w of W and u = gamma p - beta w (p that of P), and with the old Phi_q taken for the new one, Newton's
 equations fall apart, as HHT-SI2's do:
 
     gamma R1 - beta R2:  M u + Phi_q^T chi = -gamma R1 + beta R2,            Phi_q u = -gamma R3 + beta R4 + ...
-    R1:                  S p + Phi_q^T zeta = -R1 + (1+alpha) h D u,         Phi_q p = -R3
-    S = M + (1+alpha) (beta h^2 K + gamma h D) + b/2 h^2 (Phi_q^T psi_II)_q, K of applied forces alone
+    R2:                  S w + Phi_q^T eta = -R2 - (1+alpha) h^2 K u,        Phi_q w = -R4 + ...
+    S = M + (1+alpha) (beta h^2 K + gamma h D) + beta/(2 gamma) h^2 (Phi_q^T psi_II)_q, K and D of applied forces alone
 
 The converged solution is that of the full system. psi_II is of order 1 only: reactions are found from the
 acceleration-level equations, and friction in joints, which has to take psi_II, is of order 1.
 
-Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section on HHT-ADD, with the velocity formula derived
-anew (misprinted there); Jay, Negrut, Extensions of the HHT-alpha method to differential-algebraic equations in
+Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section on HHT-ADD, with the velocity formula
+derived anew (misprinted there); Jay, Negrut, Extensions of the HHT-alpha method to differential-algebraic equations in
 mechanics, ETNA 26 (2007) 190-208. The splitting is ours.
 """
 
-import numpy as np
-
 from mbdsl.integrators import hht_i3
-from mbdsl.integrators.corrections import solve_two
-from mbdsl.integrators.linear import factor, larger
+from mbdsl.integrators.corrections import couple, couples, solve_two, stiff
+from mbdsl.integrators.linear import compress, factor, larger, multiply
 from mbdsl.integrators.method import Method, Option
 from mbdsl.kernels import kernel
-from mbdsl.layout import Q1 as A0  # the row that keeps a_n
 from mbdsl.layout import (
     D2,
-    DAMPED,
     F0,
     FP,
     GD,
@@ -50,13 +46,13 @@ from mbdsl.layout import (
     LAM,
     MASS,
     N_ALL,
-    N_GAM,
     N_PHI,
     N_Q,
     PAST,
     Q0,
     R2,
     SCALE,
+    T2,
     V0,
     X2,
     XA,
@@ -66,6 +62,10 @@ from mbdsl.layout import (
     V,
     X,
 )
+from mbdsl.layout import Q1 as A0  # the row that keeps a_n
+
+#: share of S beyond which forces count as stiff
+STIFF = 0.5
 
 
 def coefficients(options):
@@ -80,14 +80,13 @@ def check(options):
 
 
 def begin(c, start):
-    beta, gamma, alpha, _ = c
-    a0 = start.fa + alpha * start.h * start.fa_rate
+    a0 = start.fa + c[2] * start.h * start.fa_rate
     r = start.a - start.fa
     return {
         A0: a0,
         F0: start.mass * start.fa,
-        XA: [*(beta * a0 + r / 2), *start.lam],
-        XA + PAST: [*(gamma * a0 + r), *start.lam],
+        XA: [*(a0 / 2 + r / 2), *start.lam],
+        XA + PAST: [*(a0 + r), *start.lam],
     }
 
 
@@ -103,7 +102,7 @@ METHOD = Method(
     coefficients=coefficients,
     begin=begin,
     sets=3,
-    matrices=3,
+    matrices=4,
     multipliers=(LAM, X2, X2),
     own_reactions=False,
     inverts_mass=True,
@@ -111,16 +110,20 @@ METHOD = Method(
 
 
 @kernel
+def share(c):
+    """Of psi_II, what f is evaluated with: K is then the sum that S asks for."""
+    return 1 / (2 * c[1] * (1 + c[2]))
+
+
+@kernel
 def motion(h, c, Y, I):
-    beta, gamma, alpha, b = c[0], c[1], c[2], c[3]
     n, m = I[N_Q], I[N_PHI]
     for i in range(n):
-        a0 = Y[A0, i]
-        Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h * ((1 / 2 - beta) * a0 + Y[X, i])
-        Y[V, i] = Y[V0, i] + h * ((1 - gamma) * a0 + Y[X2, i])
-    # The multipliers that f and K see: that share of psi_II which S asks for; all of a nonholonomic one.
+        Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h * Y[X, i]
+        Y[V, i] = Y[V0, i] + h * Y[X2, i]
+    # the multipliers that f and K see; a nonholonomic one acts as an applied force does
     for i in range(n, n + m):
-        Y[LAM, i] = b / (2 * beta * (1 + alpha)) * Y[X2, i]
+        Y[LAM, i] = share(c) * Y[X2, i]
     for i in range(n + m, I[N_ALL]):
         Y[LAM, i] = Y[X2, i] = Y[X, i]
 
@@ -128,7 +131,7 @@ def motion(h, c, Y, I):
 @kernel
 def applied(c, Y, i):
     """Q_i, which evaluate gives less the share of constraint forces."""
-    return Y[FP, i] + c[3] / (2 * c[0] * (1 + c[2])) * Y[GD, i]
+    return Y[FP, i] + share(c) * Y[GD, i]
 
 
 @kernel
@@ -137,8 +140,9 @@ def residual(h, c, Y, F, I):
     n, m = I[N_Q], I[N_PHI]
     for i in range(n):
         mass, Ma = F[I[MASS] + i], (1 + alpha) * applied(c, Y, i) - alpha * Y[F0, i]
-        Y[R, i] = mass * Y[X, i] - beta * Ma + ((1 - b) * Y[GP, i] + b * Y[GD, i]) / 2  # R1
-        Y[R2, i] = mass * Y[X2, i] - gamma * Ma + (Y[GP, i] + Y[GD, i]) / 2  # R2
+        a0, GP_, GD_ = Y[A0, i], Y[GP, i], Y[GD, i]
+        Y[R, i] = mass * (Y[X, i] - (1 / 2 - beta) * a0) - beta * Ma + ((1 - b) * GP_ + b * GD_) / 2  # R1
+        Y[R2, i] = mass * (Y[X2, i] - (1 - gamma) * a0) - gamma * Ma + (GP_ + GD_) / 2  # R2
     for i in range(n, n + m):
         Y[R, i] = Y[FP, i] / (h * h)  # R3
         Y[R2, i] = Y[GD, i] / h  # R4
@@ -148,49 +152,65 @@ def residual(h, c, Y, F, I):
 
 @kernel
 def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
-    """[[S, Phi_q^T], [Phi_q, 0]], [[M, Phi_q^T], [Phi_q, 0]] and, where there is damping, (1+alpha) h D."""
+    """[[S, Phi_q^T], [Phi_q, 0]], [[M, Phi_q^T], [Phi_q, 0]], -(1+alpha) h^2 K and, where forces are stiff, S - M."""
     beta, gamma, alpha, b = c[0], c[1], c[2], c[3]
     k, d = beta * (1 + alpha), gamma * (1 + alpha)
-    of_lam = 2 * k * ((1 - b) * gamma / beta - 1) / (1 - 2 * b)  # how psi_II follows zeta, times k
+    of_lam = 2 * d * (1 - b - beta / gamma) / (1 - 2 * b)  # how psi_II follows eta
     tangent(t, 1.0, k * h * h, d * h, of_lam, 1.0, 0.0, 1.0, beta * h / gamma, Y, Z, C, F, I, A[0])
     tangent(t, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[1])
-    if I[DAMPED] or I[N_GAM] > 0:
-        tangent(t, 0.0, 0.0, (1 + alpha) * h, 0.0, 0.0, 0.0, 1 / gamma, 0.0, Y, Z, C, F, I, A[2])
+    P[2, P.shape[1] - 1] = 0
+    if couples(1.0, A, F, I):
+        tangent(t, 0.0, -(1 + alpha) * h * h, 0.0, 0.0, 0.0, 0.0, 0.0, -h / gamma, Y, Z, C, F, I, A[2])
+        couple(A, P, I, Y)
+    P[3, P.shape[1] - 1] = 0
+    if stiff(STIFF, 1.0, A, F, I):
+        tangent(t, 0.0, k * h * h, d * h, 0.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[3])
+        compress(A[3], P[3], I)
     return factor(A[0], P[0], I) and factor(A[1], P[1], I)
 
 
 @kernel
-def correct(h, c, Y, I, A, P):
+def correct(k, h, c, Y, I, A, P):
     """Solve for the corrections, apply them; the largest scaled change of a position (or of h times a velocity)."""
     beta, gamma, alpha, b = c[0], c[1], c[2], c[3]
     n, m = I[N_Q], I[N_PHI]
     for i in range(n + m):
-        Y[D, i], Y[D2, i] = -Y[R, i], -gamma * Y[R, i] + beta * Y[R2, i]
+        Y[D, i], Y[D2, i] = -Y[R2, i], -gamma * Y[R, i] + beta * Y[R2, i]
     for i in range(n + m, I[N_ALL]):
-        Y[D, i], Y[D2, i] = -beta / gamma * Y[R, i], 0.0
-    solve_two(I[DAMPED] > 0 or I[N_GAM] > 0, A, P, I, Y)
+        Y[D, i], Y[D2, i] = -Y[R, i], 0.0
+    solve_two(k, A, P, I, Y)
     change = 0.0
     for i in range(n):
-        p, u = Y[D, i], Y[D2, i]
-        Y[X, i] += p
-        Y[X2, i] += (gamma * p - u) / beta
-        change = larger((abs(p) + abs(u)) * Y[SCALE, i], change)
+        w, u = Y[D, i], Y[D2, i]
+        Y[X, i] += (beta * w + u) / gamma
+        Y[X2, i] += w
+        change = larger((beta * abs(w) + abs(u)) * Y[SCALE, i], change)
     for i in range(n, n + m):
-        zeta = Y[D, i]
-        eta = (gamma * zeta - Y[D2, i]) / beta
+        eta = Y[D, i]
+        zeta = (Y[D2, i] + beta * eta) / gamma
         Y[X, i] += 2 * (zeta - b * eta) / (1 - 2 * b)  # psi_I
         Y[X2, i] += 2 * ((1 - b) * eta - zeta) / (1 - 2 * b)  # psi_II
     for i in range(n + m, I[N_ALL]):
-        Y[X, i] += Y[D, i] / (beta * (1 + alpha))
-    return h * h * change
+        Y[X, i] += Y[D, i] / (gamma * (1 + alpha))
+    return h * h * change / gamma
 
 
 @kernel
-def finish(h, c, Y, F, I):
-    """a_{n+1} and Q_{n+1}, of the last evaluation; the pose there is where the next step begins."""
-    alpha = c[2]
+def finish(h, c, Y, F, I, A, P):
+    """Q_{n+1} and a_{n+1}; the pose last evaluated is where the next step begins.
+
+    Q is that of the last evaluation and, where forces are stiff, what the last correction makes of it: there Q_v dv may
+    be large where dv is negligible.
+    """
+    gamma, alpha = c[1], c[2]
+    for i in range(I[N_ALL]):
+        Y[T2, i] = 0.0
+    multiply(A[3], P[3], Y, D, T2)
     for i in range(I[N_Q]):
-        force = applied(c, Y, i)
+        Y[T2, i], Y[D2, i] = -Y[T2, i] / gamma, Y[D2, i] / gamma
+    multiply(A[2], P[2], Y, D2, T2)
+    for i in range(I[N_Q]):
+        force = applied(c, Y, i) + Y[T2, i] / (1 + alpha)
         Y[A0, i] = ((1 + alpha) * force - alpha * Y[F0, i]) / F[I[MASS] + i]
         Y[FP, i] = force
     I[KEEP] = 1

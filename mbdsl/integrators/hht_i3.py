@@ -67,7 +67,7 @@ def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
 
 
 @kernel
-def finish(h, c, Y, F, I):
+def finish(h, c, Y, F, I, A, P):
     """f at the accepted unknowns, from (8c), which saves an evaluation."""
     alpha = c[2]
     for i in range(I[N_Q]):

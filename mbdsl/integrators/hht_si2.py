@@ -9,51 +9,28 @@ Unknowns a_{n+1}, lam_{n+1} and, local to the step, abar, mu; f = Q - Phi_q^T la
     R3:  1/h^2 Phi(q_{n+1}, t_{n+1}) = 0
     R4:  1/h (Phi_q v + Phi_t)_{n+1} = 0
 
-The system of twice the size is not solved as one. In the increments p of q/h^2 and e of abar/2, so that
-da = (p - e)/beta, and with kappa = 1/(2 (1+alpha) beta), S = 1/(1+alpha) M + beta h^2 K + gamma h D, Newton's equations
-read
+The system of twice the size is not solved as one. In the increments da of a and e of abar/2, with S = 1/(1+alpha) M +
+beta h^2 K + gamma h D, Newton's equations read
 
-    R2:             2 M e + Phi_q^T dmu = -R2 + ...
-    R3, R4:         Phi_q e = -R3 + beta/gamma R4 + ...
-    R1 + kappa R2:  S/beta p + Phi_q^T (dlam + kappa dmu) = -(R1 + kappa R2) + gamma/beta h D e + ...
-    R3:             Phi_q p = -R3
+    R2:       2 M e + Phi_q^T dmu = -R2 + ...
+    R3, R4:   Phi_q e = -R3 + beta/gamma R4 + ...
+    R1:       S da + Phi_q^T dlam = -R1 - h^2 K e
+    R4:       Phi_q da = -R4/gamma + ...
 
-and are solved in this order: a projection with a mass matrix that does not change, then HHT-I3's own system. The dots
-are h N p and h^2 (Phi_q^T mu)_q p: a power of h times a correction, left to the next iteration. The converged solution
-is that of the full system.
+a projection with a mass matrix that does not change, and HHT-I3's own system. The dots are h N dq and
+h^2 (Phi_q^T mu)_q dq: a power of h times a correction, left to the next iteration. The converged solution is that of
+the full system.
 
 Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (12)-(13), with R1's signs derived anew
 (they are misprinted there); the splitting is ours.
 """
 
-from mbdsl.integrators.corrections import solve_two
+from mbdsl.integrators.corrections import couple, couples, solve_two
 from mbdsl.integrators.hht_i3 import ALPHA, begin, coefficients, finish
 from mbdsl.integrators.linear import factor, larger
 from mbdsl.integrators.method import Method
 from mbdsl.kernels import kernel
-from mbdsl.layout import (
-    D2,
-    DAMPED,
-    F0,
-    FP,
-    GD,
-    MASS,
-    N_ALL,
-    N_GAM,
-    N_PHI,
-    N_Q,
-    Q0,
-    R2,
-    SCALE,
-    V0,
-    X2,
-    XA,
-    D,
-    Q,
-    R,
-    V,
-    X,
-)
+from mbdsl.layout import D2, F0, FP, GD, MASS, N_ALL, N_PHI, N_Q, Q0, R2, SCALE, V0, X2, XA, D, Q, R, V, X
 
 __all__ = ["finish"]
 
@@ -98,36 +75,36 @@ def residual(h, c, Y, F, I):
 
 @kernel
 def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
-    """[[S/beta, Phi_q^T], [Phi_q, 0]], [[2 M, Phi_q^T], [Phi_q, 0]] and, where there is damping, gamma/beta h D."""
+    """[[S, Phi_q^T], [Phi_q, 0]], [[2 M, Phi_q^T], [Phi_q, 0]] and -h^2 K."""
     beta, gamma, alpha = c[0], c[1], c[2]
-    d = gamma * h / beta
-    tangent(t, 1 / (1 + alpha) / beta, h * h, d, 1.0, 1.0, 0.0, 1.0, beta * h / gamma, Y, Z, C, F, I, A[0])
+    tangent(t, 1 / (1 + alpha), beta * h * h, gamma * h, 1.0, 1.0, 0.0, 1.0, beta * h / gamma, Y, Z, C, F, I, A[0])
     tangent(t, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[1])
-    if I[DAMPED] or I[N_GAM] > 0:
-        tangent(t, 0.0, 0.0, d, 0.0, 0.0, 0.0, 1.0, 0.0, Y, Z, C, F, I, A[2])
+    P[2, P.shape[1] - 1] = 0
+    if couples(1 / (1 + alpha), A, F, I):
+        tangent(t, 0.0, -h * h, 0.0, 0.0, 0.0, 0.0, 0.0, -h / gamma, Y, Z, C, F, I, A[2])
+        couple(A, P, I, Y)
     return factor(A[0], P[0], I) and factor(A[1], P[1], I)
 
 
 @kernel
-def correct(h, c, Y, I, A, P):
+def correct(k, h, c, Y, I, A, P):
     """Solve for the corrections, apply them; the largest scaled change of a position (or of h times a velocity)."""
-    beta, gamma, alpha = c[0], c[1], c[2]
-    kappa = 1 / (2 * (1 + alpha) * beta)
+    beta, gamma = c[0], c[1]
     n, m = I[N_Q], I[N_PHI]
     for i in range(n):
-        Y[D, i], Y[D2, i] = -Y[R, i] - kappa * Y[R2, i], -Y[R2, i]
+        Y[D, i], Y[D2, i] = -Y[R, i], -Y[R2, i]
     for i in range(n, n + m):
-        Y[D, i], Y[D2, i] = -Y[R, i], -Y[R, i] + beta / gamma * Y[R2, i]
+        Y[D, i], Y[D2, i] = -Y[R2, i] / gamma, -Y[R, i] + beta / gamma * Y[R2, i]
     for i in range(n + m, I[N_ALL]):
-        Y[D, i], Y[D2, i] = -beta / gamma * Y[R, i], 0.0
-    solve_two(I[DAMPED] > 0 or I[N_GAM] > 0, A, P, I, Y)
+        Y[D, i], Y[D2, i] = -Y[R, i] / gamma, 0.0
+    solve_two(k, A, P, I, Y)
     change = 0.0
     for i in range(n):
-        p, e = Y[D, i], Y[D2, i]
-        Y[X, i] += (p - e) / beta
+        a, e = Y[D, i], Y[D2, i]
+        Y[X, i] += a
         Y[X2, i] += 2 * e
-        change = larger((abs(p) + abs(e)) * Y[SCALE, i], change)
+        change = larger((beta * abs(a) + abs(e)) * Y[SCALE, i], change)
     for i in range(n, I[N_ALL]):
-        Y[X, i] += Y[D, i] - kappa * Y[D2, i]
+        Y[X, i] += Y[D, i]
         Y[X2, i] += Y[D2, i]
     return h * h * change

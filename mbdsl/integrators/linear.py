@@ -6,9 +6,9 @@ constraints, singular poses), a dense LU with partial pivoting.
 
 from __future__ import annotations
 
-from mbdsl.integrators.sparse import sparse_factor, sparse_multiply, sparse_solve, sparse_solve_both
+from mbdsl.integrators.sparse import sparse_factor, sparse_solve, sparse_solve_both
 from mbdsl.kernels import kernel, rare
-from mbdsl.layout import D2, N_ALL, N_Q, SOLVER, D
+from mbdsl.layout import D2, N_ALL, N_Q, SOLVER, SPARSE, D
 
 DENSE, SPARSE_LU = 0, 1  #: values of I[SOLVER]
 
@@ -38,15 +38,29 @@ def solve_both(A, P, I, Y):
             dense_solve(A[k], P[k], I, Y, D + k)
 
 
+@rare
+def compress(A, P, I):
+    """Leave nothing of a matrix that is not factorised but its entries in the columns of the coordinates: their values
+    in A, their rows and columns in P, their number at the end of P."""
+    n, m, o, count = I[N_ALL], I[N_Q], I[SPARSE], 0
+    sparse = I[SOLVER] == SPARSE_LU
+    for i in range(n):
+        first, last, r = n * i, n * (i + 1), i
+        if sparse:
+            first, last, r = I[o + n + i], I[o + n + i + 1], I[o + i]
+        for p in range(first, last):
+            c = I[o + I[o + 3 * n + 1 + p]] if sparse else p - first
+            if c < m and A[p] != 0.0:
+                A[count], P[2 * count], P[2 * count + 1] = A[p], r, c
+                count += 1
+    P[P.size - 1] = count
+
+
 @kernel
-def multiply(A, I, Y, row, target):
-    """Y[target] += A_1 Y[row], for the columns of the coordinates in a matrix that is not factorised."""
-    if I[SOLVER] == SPARSE_LU:
-        sparse_multiply(A, I, Y, row, target)
-        return
-    for i in range(I[N_ALL]):
-        for j in range(I[N_Q]):
-            Y[target, i] += A[i * I[N_ALL] + j] * Y[row, j]
+def multiply(A, P, Y, row, target):
+    """Y[target] += A Y[row] for a compressed matrix."""
+    for k in range(P[P.size - 1]):
+        Y[target, P[2 * k]] += A[k] * Y[row, P[2 * k + 1]]
 
 
 @kernel

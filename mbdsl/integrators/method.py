@@ -28,7 +28,8 @@ class Start:
     """A consistent state from which a method begins: q, v, a (n,), lam (m + p,), the diagonal of M; ``fa`` = M^{-1} Q
     (n,), Q without constraint forces of Phi; all at t_0.
 
-    ``jerk`` and ``fa_rate`` (n,) are the rates of a and fa, zero where the start is too stiff to know them.
+    ``jerk`` and ``fa_rate`` (n,) are the rates of a and fa. Where the start is ``stiff``, they are zero, and a
+    belongs to a transient that is over long before the first step ends.
     """
 
     h: float
@@ -40,6 +41,7 @@ class Start:
     fa: Array
     jerk: Array
     fa_rate: Array
+    stiff: bool
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,8 @@ class Method:
 
     ``coefficients`` turns checked options into the numbers c that the kernels read; ``check`` says what is wrong with
     options together, on a model that is constrained or not (None: nothing; "forced" problems may be overruled);
-    ``begin(c, start)`` gives the rows of Y that the first step needs, vectors of n or N entries by row.
+    ``begin(c, start)`` gives the rows of Y that the first step needs, vectors of n or N entries by row; c may be
+    changed.
 
     ``multipliers`` are the rows of Y with the multipliers in f, in Phi_q^T mu, and as force laws read them.
     Of these ``sets``, the third is that in Phi_q^T psi with Phi_q of the start of the step, always in X.
@@ -63,7 +66,7 @@ class Method:
     enforces: tuple[str, ...]  #: of "Phi", "dPhi"
     source: str
     coefficients: Callable[[Mapping[str, float | None]], tuple[float, ...]]
-    begin: Callable[[tuple[float, ...], Start], dict[int, Array]]
+    begin: Callable[[Array, Start], Mapping[int, Array | list[float]]]
     parameters: Mapping[str, Option] = field(default_factory=dict)
     check: Callable[[Mapping[str, float | None]], str | None] = lambda options: None
     check_constrained: Callable[[Mapping[str, float | None]], str | None] = lambda options: None

@@ -7,8 +7,8 @@ Unknowns a_{n+1}, lam_{n+1}; f = Q - Phi_q^T lam:
     M a_{n+1} - f_{n+1} = 0
     1/(beta h^2) Phi(q_{n+1}, t_{n+1}) = 0
 
-gamma > 1/2 damps high frequencies. gamma = 1/2 with beta = 1/4, the trapezoidal rule, has order 2, but does not damp the
-multipliers' oscillations at all.
+gamma > 1/2 damps high frequencies. gamma = 1/2 with beta = 1/4, the trapezoidal rule, has order 2, but does not damp
+the multipliers' oscillations at all.
 
 Source: Negrut, Jay, Khude, A discussion of low order numerical integration formulas for rigid and flexible multibody
 dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (4)-(6).
@@ -47,8 +47,8 @@ def check(options):
 def check_constrained(options):
     if options["gamma"] < 1 / 2 + 1e-12:
         return (
-            "gamma = 1/2 (the trapezoidal rule) does not damp the multipliers of a constrained model, whose oscillations "
-            "grow until the results mean nothing; take gamma > 1/2"
+            "gamma = 1/2 (the trapezoidal rule) does not damp the multipliers of a constrained model, whose "
+            "oscillations grow until the results mean nothing; take gamma > 1/2"
         )
     return None
 
@@ -105,5 +105,5 @@ def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
 
 
 @kernel
-def finish(h, c, Y, F, I):
+def finish(h, c, Y, F, I, A, P):
     """Nothing but q, v and a is kept."""

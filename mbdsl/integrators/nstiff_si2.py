@@ -1,7 +1,7 @@
 """NSTIFF-SI2: the backward differentiation formula of order 2 on the stabilised index-2 equations.
 
 Unknowns a = v'_{n+1}, lam_{n+1} and q'_{n+1}, mu, which vanishes with the error of the discretisation (Gear, Gupta,
-Leimkuhler); f = Q - Phi_q^T lam, s = 2/3 h:
+Leimkuhler); f = Q - Phi_q^T lam, s = 2/3 h. Iterated on is q' - v, which is as small and smooth as mu:
 
     q_{n+1} = 4/3 q_n - 1/3 q_{n-1} + s q'_{n+1}
     v_{n+1} = 4/3 v_n - 1/3 v_{n-1} + s a_{n+1}
@@ -24,10 +24,10 @@ solution is that of the full system.
 Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section on NSTIFF-SI2; the splitting is ours.
 """
 
-from mbdsl.integrators.corrections import solve_two
+from mbdsl.integrators.corrections import couple, couples, solve_two
 from mbdsl.integrators.linear import factor, larger
 from mbdsl.integrators.method import Method
-from mbdsl.integrators.nstiff import before, finish
+from mbdsl.integrators.nstiff import BDF2, begin, finish
 from mbdsl.kernels import kernel
 from mbdsl.layout import (
     D2,
@@ -38,7 +38,6 @@ from mbdsl.layout import (
     N_ALL,
     N_PHI,
     N_Q,
-    PAST,
     Q0,
     Q1,
     R2,
@@ -47,7 +46,6 @@ from mbdsl.layout import (
     V0,
     V1,
     X2,
-    XA,
     D,
     Q,
     R,
@@ -55,11 +53,7 @@ from mbdsl.layout import (
     X,
 )
 
-__all__ = ["finish"]
-
-
-def begin(c, start):
-    return {XA: [*start.a, *start.lam], XA + PAST: start.v, **before(start)}
+__all__ = ["begin", "finish"]
 
 
 METHOD = Method(
@@ -69,7 +63,7 @@ METHOD = Method(
     index=2,
     enforces=("Phi", "dPhi"),
     source="Negrut, Jay, Khude (2009), NSTIFF-SI2",
-    coefficients=lambda options: (),
+    coefficients=lambda options: BDF2,
     begin=begin,
     sets=2,
     matrices=3,
@@ -78,19 +72,21 @@ METHOD = Method(
 
 @kernel
 def motion(h, c, Y, I):
-    s = 2 / 3 * h
+    s = c[1] * h
+    past = 1 / 3 if c[1] < 1.0 else 0.0  # none where it starts with backward Euler
     for i in range(I[N_Q]):
-        Y[Q, i] = Y[Q0, i] + (Y[Q0, i] - Y[Q1, i]) / 3 + s * Y[X2, i]
-        Y[V, i] = Y[V0, i] + (Y[V0, i] - Y[V1, i]) / 3 + s * Y[X, i]
+        v = Y[V0, i] + past * (Y[V0, i] - Y[V1, i]) + s * Y[X, i]
+        Y[Q, i] = Y[Q0, i] + past * (Y[Q0, i] - Y[Q1, i]) + s * (v + Y[X2, i])
+        Y[V, i] = v
 
 
 @kernel
 def residual(h, c, Y, F, I):
-    s = 2 / 3 * h
+    s = c[1] * h
     n, m = I[N_Q], I[N_PHI]
     for i in range(n):
         Y[R, i] = F[I[MASS] + i] * Y[X, i] - Y[FP, i]  # R1
-        Y[R2, i] = Y[V, i] - Y[X2, i] + Y[GD, i]  # R2
+        Y[R2, i] = Y[GD, i] - Y[X2, i]  # R2
     for i in range(n, n + m):
         Y[R, i] = Y[FP, i] / s  # R3
         Y[R2, i] = Y[GD, i] / s  # R4
@@ -101,19 +97,22 @@ def residual(h, c, Y, F, I):
 @kernel
 def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
     """[[S, Phi_q^T], [Phi_q, 0]], [[1, Phi_q^T], [Phi_q, 0]] and -s^2 K."""
-    s = 2 / 3 * h
+    s = c[1] * h
     tangent(t, 1.0, s * s, s, 1.0, 1.0, 0.0, 1.0, s, Y, Z, C, F, I, A[0])
     tangent(t, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[1])
     for i in range(I[N_Q]):
         A[1, I[I[SLOTS] + I[MASS_SLOTS] + i]] += 1.0
-    tangent(t, 0.0, -s * s, 0.0, 0.0, 0.0, 0.0, 0.0, -s, Y, Z, C, F, I, A[2])
+    P[2, P.shape[1] - 1] = 0
+    if couples(1.0, A, F, I):
+        tangent(t, 0.0, -s * s, 0.0, 0.0, 0.0, 0.0, 0.0, -s, Y, Z, C, F, I, A[2])
+        couple(A, P, I, Y)
     return factor(A[0], P[0], I) and factor(A[1], P[1], I)
 
 
 @kernel
-def correct(h, c, Y, I, A, P):
+def correct(k, h, c, Y, I, A, P):
     """Solve for the corrections, apply them; the largest scaled change of a position (or of h times a velocity)."""
-    s = 2 / 3 * h
+    s = c[1] * h
     n, m = I[N_Q], I[N_PHI]
     for i in range(n):
         Y[D, i], Y[D2, i] = -Y[R, i], Y[R2, i] / s
@@ -121,12 +120,12 @@ def correct(h, c, Y, I, A, P):
         Y[D, i], Y[D2, i] = -Y[R2, i], Y[R2, i] - Y[R, i] / s
     for i in range(n + m, I[N_ALL]):
         Y[D, i], Y[D2, i] = -Y[R, i], 0.0
-    solve_two(True, A, P, I, Y)
+    solve_two(k, A, P, I, Y)
     change = 0.0
     for i in range(n):
         a, u = Y[D, i], Y[D2, i]
         Y[X, i] += a
-        Y[X2, i] += s * (a + u)
+        Y[X2, i] += s * u
         change = larger((abs(a) + abs(u)) * Y[SCALE, i], change)
     for i in range(n, I[N_ALL]):
         Y[X, i] += Y[D, i]

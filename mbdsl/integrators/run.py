@@ -20,6 +20,8 @@ from mbdsl.system.initial import accelerations
 
 Array = NDArray[np.float64]
 
+#: h^3 times the jerk at the start, relative to the mechanism, beyond which it belongs to a transient
+TRANSIENT = 1e-4
 #: largest system that the dense solver with pivoting may take over
 PIVOTING_LIMIT = 2000
 
@@ -91,18 +93,13 @@ def advance(evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
     return jit.import_text(loop_name(name), text, {"advance": signature}).advance
 
 
-def rate(after: Callable[[float], Array], now: Array, e: float, scale: Array) -> Array:
-    """The rate of a quantity (n,) at the start, by one-sided differences over the time e.
-
-    Zero where there is none, and where the start is so stiff that it changes at once: a method damps what it cannot
-    follow, but must not be thrown off by it.
-    """
+def rate(after: Callable[[float], Array], now: Array, e: float) -> Array:
+    """The rate of a quantity (n,) at the start, by one-sided differences over the time e; zero where there is none."""
     try:
         found = (4 * after(e) - after(2 * e) - 3 * now) / (2 * e)
     except InitialisationError:
         return np.zeros_like(now)
-    far = np.abs(found * scale).max(initial=0.0) * 1e3 * e > np.abs(now * scale).max(initial=0.0)
-    return np.zeros_like(now) if far or not np.isfinite(found).all() else found
+    return found if np.isfinite(found).all() else np.zeros_like(now)
 
 
 @dataclass
@@ -135,7 +132,7 @@ class Integration:
         self.K[driver.START], self.K[driver.STOP], self.K[driver.H] = self.start, self.stop, self.h
         self.K[driver.T] = self.start
         self.K[driver.CONTRACTION] = 0.1
-        self.K[driver.VELOCITY_TOL], self.K[driver.RELATIVE_TOL] = 1e-12, 1e-6
+        self.K[driver.VELOCITY_TOL], self.K[driver.RELATIVE_TOL] = 8e-12, 1e-6
         self.J[driver.LAST_STEP] = steps
         self.J[driver.STABILISED] = declaration.sets > 1
         sets = declaration.sets
@@ -169,8 +166,8 @@ class Integration:
         rows = modules()[self.method].METHOD.multipliers
         self.I[layout.LAM_ROW], self.I[layout.MU_ROW], self.I[layout.LAW_ROW] = rows
         self.I[layout.PSI_ROW], self.I[layout.KEEP] = layout.X, kept
-        self.A = np.zeros((self.matrices, size))
-        self.P = np.zeros((self.matrices, N), np.int64)
+        self.A = np.zeros((self.matrices, size + 1))  # the last entry is the method's own
+        self.P = np.zeros((self.matrices, max(N, 2 * size + 1)), np.int64)  # pivots, or rows and columns of entries
         self.solver = solver
         self._leave_out()
 
@@ -210,14 +207,20 @@ class Integration:
             forces = system.evaluate(t0 + s, *x, np.concatenate([np.zeros(system.m), lam[system.m :]]))[0]
             return forces / np.where(mass > 0.0, mass, 1.0)
 
+        def largest(x: Array) -> float:
+            return float(np.abs(x * scale).max(initial=0.0))
+
         fa = applied(0.0)
-        jerk = rate(lambda s: accelerations(system, t0 + s, *motion(s), left_out)[0], a, e, scale)
-        fa_rate = rate(applied, fa, e, scale)
+        jerk = rate(lambda s: accelerations(system, t0 + s, *motion(s), left_out)[0], a, e)
+        fa_rate = rate(applied, fa, e)
+        stiff = self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
+        if stiff:  # a method damps what it cannot follow, but must not be thrown off by it
+            jerk, fa_rate = np.zeros(n), np.zeros(n)
         Y[layout.Q0, :n] = Y[layout.Q, :n] = q
         Y[layout.V0, :n] = Y[layout.V, :n] = v
         Y[layout.F0, :n] = mass * a
-        start = Start(self.h, q, v, a, lam, mass, fa, jerk, fa_rate)
-        for row, vector in method.begin(tuple(self.c), start).items():
+        start = Start(self.h, q, v, a, lam, mass, fa, jerk, fa_rate, stiff)
+        for row, vector in method.begin(self.c, start).items():
             Y[row, : len(vector)] = vector
         Y[layout.X] = Y[layout.XA]
         Y[layout.X2] = Y[layout.XA + layout.PAST]
@@ -229,7 +232,7 @@ class Integration:
     def advance(self, steps: int = sys.maxsize) -> int:
         """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.driver`."""
         status = self._call(steps)
-        if status == driver.SINGULAR and self.solver == linear.SPARSE_LU and len(self.P[0]) <= PIVOTING_LIMIT:
+        if status == driver.SINGULAR and self.solver == linear.SPARSE_LU and self.system.unknowns <= PIVOTING_LIMIT:
             # The order from the graph gave no usable pivots here: go on with a solver that searches for them.
             self._use(linear.DENSE)
             self.J[driver.FRESH] = 0

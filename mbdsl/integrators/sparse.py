@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.kernels import kernel, rare
-from mbdsl.layout import N_ALL, N_Q, SPARSE, T1, T2
+from mbdsl.layout import N_ALL, SPARSE, T1, T2
 
 Ints = NDArray[np.int64]
 
@@ -138,16 +138,3 @@ def sparse_solve_both(A, I, Y, row, row2):
         y, y2 = y * A[0, d], y2 * A[1, d]
         Y[T1, i], Y[T2, i] = y, y2
         Y[row, I[o + i]], Y[row2, I[o + i]] = y, y2
-
-
-@rare
-def sparse_multiply(A, I, Y, row, target):
-    """Y[target] += A_1 Y[row] for the columns of the coordinates; A is not factorised."""
-    n, m, o = I[N_ALL], I[N_Q], I[SPARSE]
-    start, column = o + n, o + 3 * n + 1
-    for i in range(n):
-        r = I[o + i]
-        for p in range(I[start + i], I[start + i + 1]):
-            c = I[o + I[column + p]]
-            if c < m:
-                Y[target, r] += A[p] * Y[row, c]

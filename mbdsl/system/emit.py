@@ -1,7 +1,9 @@
 """The one place of specialisation: from the kinds present, a short module that calls their kernels and nothing else.
 
-Each is asked for ``sets`` of multipliers: 1 for lam in f, 2 for Phi_q^T mu as well, 3 for Phi_q^T psi with Phi_q of the
-start of the step as well. ``emit`` writes the text, ``load`` compiles it (or finds it compiled). The key is the structure of the scene and the
+It evaluates ``sets`` of multipliers: 1 for lam in f, 2 for Phi_q^T mu as well, 3 for Phi_q^T psi with the Phi_q of the
+start of the step as well.
+
+``emit`` writes the text, ``load`` compiles it (or finds it compiled). The key is the structure of the scene and the
 digest of the package, never a number of the model, so that changing a parameter or an expression compiles nothing.
 """
 
@@ -31,7 +33,7 @@ def emit(blocks: list[Block], has_tape: bool, sets: int) -> str:
         evaluate.append("tape.run(t, 0, I[TAPE_LENGTH], Y, Z, F, I)")
     evaluate += [f"{b.name}.fill({h}, Z, C, F, I)" for h, b in pairs]
     if "joint" in roles:
-        evaluate.append("loops.constraints(Y, Z, C, F, I)")
+        evaluate.append(f"loops.constraints{'_with_mu' if sets > 1 else ''}(Y, Z, C, F, I)")
     if any(b.driven for b in blocks):
         evaluate.append("loops.drive(Y, F, I)")
     if "gamma" in roles:
@@ -40,10 +42,8 @@ def emit(blocks: list[Block], has_tape: bool, sets: int) -> str:
         evaluate.append("loops.springs(Z, C, F, I)")
     if "law" in roles:
         evaluate.append("loops.laws(Z, C, F, I)")
-    evaluate += [f"{b.name}.collect({h}, Y, Z, I)" for h, b in bodies]
-    if sets > 1 and "joint" in roles:
-        evaluate.append("loops.stabilise(Y, Z, C, I)")
-        evaluate += [f"{b.name}.collect_mu({h}, Y, Z, I)" for h, b in bodies]
+    collect = "collect_with_mu" if sets > 1 and "joint" in roles else "collect"
+    evaluate += [f"{b.name}.{collect}({h}, Y, Z, I)" for h, b in bodies]
     if sets > 2 and "joint" in roles:
         evaluate.append("loops.remember(Y, Z, C, I)")
         evaluate += [f"{b.name}.collect_past({h}, Y, Z, I)" for h, b in bodies]

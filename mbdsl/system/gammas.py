@@ -1,8 +1,8 @@
 """Nonholonomic constraints Gam(v, q, t) = 0 in the flat buffers: expressions over frames, differentiated exactly.
 
-Record of one, at I[I[GAMMAS] + k]: registers of Gam and Gam_t, first slot, whether it is left out, number of frames that
-it depends on; per frame its row and the registers of dGam/dw (3, w = its velocities) and dGam/dz (3); per pair of frames
-(r, c) the registers of d^2Gam/dw_r dz_c (9) and d^2Gam/dw_r dw_c (9).
+Record of one, at I[I[GAMMAS] + k]: registers of Gam and Gam_t, first slot, whether it is left out, number of frames
+that it depends on; per frame its row and the registers of dGam/dw (3, w = its velocities) and dGam/dz (3); per pair of
+frames (r, c) the registers of d^2Gam/dw_r dz_c (9) and d^2Gam/dw_r dw_c (9).
 """
 
 from __future__ import annotations

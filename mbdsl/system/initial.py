@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.elements.kind import JointKind
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.graph import MechanismGraph
 from mbdsl.lang.expressions import is_velocity_level

@@ -118,7 +118,6 @@ def test_numpy_values():
 def test_same_messages(action, message):
     b = slider_crank()
 
-
     def build():
         action(b)
         b.scene()

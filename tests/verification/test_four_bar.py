@@ -1,24 +1,23 @@
-"""Two parallelograms of equal bars through poses in which the constraints lose rank: right, or said to be impossible.
+"""Two parallelograms of equal bars through poses in which the constraints lose rank.
 
 Every 0.5 or 1.4 s all bars lie on one line, and the mechanism could go on as an antiparallelogram. The reference goes
-on as the parallelogram. A method may refuse to pass; it may not go elsewhere and be silent about it.
+on as the parallelogram. All methods pass; none may go elsewhere and be silent about it.
 """
 
 import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.errors import IntegrationError
 
 STEPS = (1e-2, 5e-3, 2e-3, 1e-3)
 #: method -> for each of STEPS the largest error of the first rocker's angle and angular velocity at TIMES that is
-#: allowed, one and a half times what was measured. None: the method says that it cannot go on.
+#: allowed, one and a half times what was measured
 ALLOWED = {
     "newmark": (1.5, 0.8, 0.33, 0.16),
     "hht-i3": (9e-2, 1.5e-2, 1.5e-3, 3e-4),
     "nstiff": (1.0, 0.2, 1.5e-2, 2.5e-3),
     "nstiff-si2": (0.8, 0.12, 9e-3, 1.5e-3),
-    "hht-add": (None, 3e-3, 5e-4, 1.2e-4),
+    "hht-add": (1.1e-2, 3e-3, 5e-4, 1.2e-4),
     "hht-si2": (9e-2, 1.5e-2, 1.5e-3, 3e-4),
 }
 #: 14 poses in line are passed in 10 s, two in 2 s. newmark passes all, but damps the motion: with h = 1 ms it loses
@@ -33,20 +32,12 @@ def rows(reference):
 
 @pytest.mark.parametrize(("k", "h"), list(enumerate(STEPS)))
 def test_right_or_refused(model, rows, method, k, h):
-    allowed = ALLOWED[method][k]
-    if allowed is None:
-        with pytest.raises(
-            IntegrationError, match=r"Newton's iteration does not converge in the step to t = "
-        ) as caught:
-            mbdsl.simulate(model("four_bar"), method=method, step=h, stop=10.0, interval=1.0)
-        assert caught.value.trajectory.status == "failed"
-        return
     found = mbdsl.simulate(model("four_bar"), method=method, step=h, stop=10.0, interval=1.0)
     error = max(
         abs(found[name][t] - float(rows[t][key]))
         for t in TIMES[method]
         for name, key in (("R[1].phi", "theta"), ("R[1].w", "thetadot"))
     )
-    assert error < allowed
+    assert error < ALLOWED[method][k]
     for rocker in ("R[2]", "R[3]"):  # still parallelograms
         assert np.abs(found[f"{rocker}.phi"] - found["R[1].phi"]).max() < 1e-9

@@ -157,7 +157,6 @@ def test_published_end_state(data, scene, method):
     assert np.abs(end_angles(scene, method, 0.8e-6) / published(data) - 1).max() < 1e-6
 
 
-@pytest.mark.xfail(strict=True, reason="Newton's iteration stops at 16 eps: over 200,000 steps that is 1e-5 rad")
 def test_published_end_state_to_eight_digits(data, scene):
     """hht-si2 with h = 0.15 us: its error is 2e-8 rad of the crank's angle, and 5e-9 of gamma."""
     exact = np.array([float(x) for x in data["reference_t0p03"]["q"]])

@@ -96,7 +96,9 @@ EXPRESSIONS = st.recursive(
         ["1", "2 m", "0", "x", "k", "time", "true", "rod.phi", "J.w", "{1, 2}", "v[1]", '"t"', "1e300", "pi"]
     ),
     lambda inner: st.one_of(
-        st.tuples(inner, st.sampled_from("+ - * / ^ < == and or".split()), inner).map(lambda t: "(" + " ".join(t) + ")"),
+        st.tuples(inner, st.sampled_from("+ - * / ^ < == and or".split()), inner).map(
+            lambda t: "(" + " ".join(t) + ")"
+        ),
         inner.map(lambda e: f"({e})"),
         inner.map(lambda e: f"(-({e}))"),
         st.tuples(st.sampled_from("sin sqrt log exp abs max sum size der floor".split()), inner).map(
