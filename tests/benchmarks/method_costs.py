@@ -1,0 +1,165 @@
+"""What a step of each method costs, relative to hht-i3: the counterpart of figure 16 of Negrut, Jay and Khude (2009).
+
+    python tests/benchmarks/method_costs.py [--repeats 25]
+
+One process, one thread, warm; the methods alternate within a round, so that whatever slows the machine down meets all
+of them, and a ratio compares runs of the same round. Times are of the step loops alone. Ratios depend on the step: at a
+larger one the start of Newton's iteration is worse, and the methods differ in how many iterations and matrices that
+takes; hence the second table. Nothing is asserted: times belong to a machine and an hour.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+import mbdsl
+from mbdsl import graph
+from mbdsl.integrators import driver, methods
+from mbdsl.integrators.run import Integration
+from mbdsl.system import System, build
+from mbdsl.system.initial import InitialState, initial_state
+
+MODELS = Path(__file__).parents[2] / "models"
+BASE = "hht-i3"
+METHODS = (BASE, *(name for name in methods() if name != BASE))
+#: the text on figure 16: an "approximate simulation slowdown of 30%" by enforcing velocity constraints, "unless the
+#: model is heavily constrained, as is the case with the seven body mechanism"; the bars' heights are not in the text
+PAPER = {
+    "hht-i3": "1, the reference",
+    "hht-si2": "about 1.3",
+    "nstiff-si2": "about 1.3",
+    "hht-add": "about 1.3, or more",
+}
+PAPER_CONSTRAINED = "more than 1.3"
+WIDTH = 24  #: characters of a bar of ratio 1
+
+
+@dataclass(frozen=True)
+class Case:
+    model: str
+    h: float
+    stop: float
+    #: highest ratio aimed at
+    targets: dict[str, float] = field(default_factory=dict)
+
+
+SMALL = {"hht-si2": 1.15, "nstiff-si2": 1.15, "hht-add": 1.6}
+CONSTRAINED = {"hht-si2": 1.35, "nstiff-si2": 1.35, "hht-add": 1.6}
+CASES = (
+    Case("slider_crank", 5e-4, 2.0, SMALL),
+    Case("double_pendulum", 5e-4, 2.0, SMALL),
+    Case("seven_body", 1e-5, 0.03, CONSTRAINED),
+)
+LARGER = (
+    Case("slider_crank", 1e-3, 2.0),
+    Case("slider_crank", 2e-3, 2.0),
+    Case("double_pendulum", 1e-3, 2.0),
+    Case("double_pendulum", 2e-3, 2.0),
+    Case("seven_body", 2e-5, 0.03),
+)
+
+
+@dataclass
+class Cost:
+    """What one method was seen to take on one case."""
+
+    us: list[float] = field(default_factory=list)  #: a step, in each round
+    iterations: float = 0.0  #: a step
+    matrices: float = 0.0
+    status: int = driver.DONE
+
+
+def assembled(model: str) -> tuple[System, InitialState]:
+    scene = mbdsl.load(MODELS / f"{model}.mbd")
+    mechanism = graph.build(scene)
+    system = build(scene, mechanism)
+    return system, initial_state(system, mechanism, 0.0)
+
+
+def measure(case: Case, repeats: int, steps: int | None = None) -> dict[str, Cost]:
+    """Every method ``repeats`` times, in turn."""
+    system, start = assembled(case.model)
+    steps = steps or round(case.stop / case.h)
+    costs = {name: Cost() for name in METHODS}
+    for k in range(repeats + 1):
+        for name in METHODS if k % 2 else METHODS[::-1]:  # what comes after what changes, too
+            run = Integration(system, name, case.h, 0.0, case.h * steps, np.array([]))
+            run.begin(start.q, start.v, start.a, start.lam, start.redundant)
+            begun = time.perf_counter()
+            status = run.advance()
+            seconds = time.perf_counter() - begun
+            done = max(1, run.J[driver.STEP])
+            cost = costs[name]
+            cost.iterations, cost.matrices = run.J[driver.ITERATIONS] / done, run.J[driver.MATRICES] / done
+            cost.status = status
+            if k > 0:  # the first round loads what is compiled
+                cost.us.append(1e6 * seconds / done)
+    return costs
+
+
+def ratios(costs: dict[str, Cost], name: str) -> tuple[float, float]:
+    """Relative to the base: of the minima, and the median over rounds."""
+    base, cost = costs[BASE].us, costs[name].us
+    return min(cost) / min(base), median(a / b for a, b in zip(cost, base, strict=True))
+
+
+def duration(seconds: float) -> str:
+    return f"{seconds * 1e3:g} ms" if seconds >= 1e-3 else f"{seconds * 1e6:g} us"
+
+
+def rows(case: Case, costs: dict[str, Cost]) -> list[str]:
+    """The table of one case."""
+    lines = [f"{case.model}, h = {duration(case.h)}"]
+    for name in METHODS:
+        cost, (low, middle) = costs[name], ratios(costs, name)
+        target = case.targets.get(name)
+        aim = "" if target is None else f"   {target:4.2f} {'met' if middle <= target else 'MISSED'}"
+        failed = "" if cost.status == driver.DONE else "   VOID: stopped early"
+        lines.append(
+            f"  {name:11} {min(cost.us):8.3f} {median(cost.us):8.3f}   {low:5.2f} {middle:6.2f}"
+            f" {cost.iterations:10.2f} {cost.matrices:8.3f}{aim}{failed}"
+        )
+    return lines
+
+
+def bars(case: Case, costs: dict[str, Cost]) -> list[str]:
+    """Ratios as bars, beside what the paper says of them."""
+    lines = [case.model]
+    for name in METHODS:
+        ratio = ratios(costs, name)[1]
+        said = PAPER.get(name, "")
+        if case.targets is CONSTRAINED and name in PAPER and name != BASE:
+            said = PAPER_CONSTRAINED
+        lines.append(f"  {name:11} {'#' * round(WIDTH * ratio):{2 * WIDTH}} {ratio:4.2f}   {said}".rstrip())
+    return lines
+
+
+def table(repeats: int = 25, steps: int | None = None, larger: bool = True) -> str:
+    """Everything as text; ``steps`` shortens the runs."""
+    head = f"{'':13} {'us/step':>8} {'':8}   {'ratio':5} {'':6} {'iterations':>10} {'matrices':>8}   target\n"
+    head += f"{'':13} {'min':>8} {'median':>8}   {'min':>5} {'median':>6} {'a step':>10} {'a step':>8}   (median)"
+    found = [(case, measure(case, repeats, steps)) for case in CASES]
+    lines = [head] + [line for case, costs in found for line in rows(case, costs)]
+    lines += [
+        "",
+        f"Cost of a step relative to {BASE}; on the right what the paper's text says",
+    ]
+    lines += [line for case, costs in found for line in bars(case, costs)]
+    if larger:
+        lines += ["", "The same at larger steps", head]
+        lines += [line for case in LARGER for line in rows(case, measure(case, repeats, steps))]
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--repeats", type=int, default=25)
+    parser.add_argument("--steps", type=int, default=None, help="fewer steps, for a quick look")
+    arguments = parser.parse_args()
+    print(table(arguments.repeats, arguments.steps))
