@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from mbdsl.lang.load import parse_text as parse  # noqa: F401
     from mbdsl.scene import Scene as Scene
     from mbdsl.simulation import simulate as simulate
+    from mbdsl.stepping import Simulation as Simulation
     from mbdsl.trajectory import Trajectory as Trajectory
 
 __version__ = "0.1.0"
@@ -22,6 +23,7 @@ _PUBLIC = {
     "Builder": ("mbdsl.builder", "Builder"),
     "Scene": ("mbdsl.scene", "Scene"),
     "simulate": ("mbdsl.simulation", "simulate"),
+    "Simulation": ("mbdsl.stepping", "Simulation"),
     "Trajectory": ("mbdsl.trajectory", "Trajectory"),
     "MbdslError": ("mbdsl.errors", "MbdslError"),
     "SyntaxProblem": ("mbdsl.errors", "SyntaxProblem"),

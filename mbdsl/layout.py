@@ -22,7 +22,8 @@ Q1, V1 = 24, 25  #: what else a method keeps of the past: q and v one step befor
 LAM = 26  #: multipliers of a method whose X does not hold those that f is made of
 GP = 27  #: result of evaluate where it is asked for: [Phi_q^T psi; 0] with Phi_q of the start of the step
 DIAGONAL = 28  #: scale over the diagonal of an iteration matrix
-ROWS = 29
+BEFORE, BEFORE2 = 29, 30  #: X and X2 before a correction that may be taken back in part
+ROWS = 31
 
 # -- columns of Z: pose x, y, phi; rates 3-5; then these ----------------------------------------------------------
 WRENCH = 6  #: accumulated force and torque, 6 .. 8

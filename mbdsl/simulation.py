@@ -144,7 +144,7 @@ def simulate(
     if redundant and status in (driver.DONE, driver.RUNNING):
         _check_left_out(system, trajectory, initial)
     if status not in (driver.DONE, driver.RUNNING):
-        raise _failure(integration, trajectory, status)
+        raise failure(integration, trajectory, status)
     return trajectory
 
 
@@ -310,7 +310,7 @@ def _broken_law(integration: Integration) -> Component | None:
     return None
 
 
-def _failure(integration: Integration, trajectory: Trajectory, status: int) -> IntegrationError:
+def failure(integration: Integration, trajectory: Trajectory, status: int) -> IntegrationError:
     """What went wrong, when, in which equations, and what to try."""
     system, Y, n = integration.system, integration.Y, integration.system.n
     names = system.names() + system.constraint_names()

@@ -14,7 +14,7 @@ Compiled once a method; allocates nothing.
 from __future__ import annotations
 
 from mbdsl.kernels import kernel, rare, template
-from mbdsl.layout import F0, FP, N_ALL, N_Q, PAST, Q0, SCALE, V0, XA, Q, R, V, X
+from mbdsl.layout import BEFORE, F0, FP, N_ALL, N_Q, PAST, Q0, SCALE, V0, XA, Q, R, V, X
 
 # -- status --------------------------------------------------------------------------------------------------
 RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE = range(6)
@@ -28,6 +28,8 @@ STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, O
 J_SIZE = 11
 
 MAX_ITERATIONS = 25
+#: smallest part of a correction that is taken where whole ones do not get anywhere
+SHORTEST = 1.0 / 32.0
 #: contraction above which the next step starts with a new matrix
 SLOW = 0.05
 #: contraction assumed of a first iteration, at least, where it has not been seen for so many steps; and else
@@ -110,9 +112,24 @@ def finite(A):
     return True
 
 
+@rare
+def keep_unknowns(unknowns, size, Y):
+    for k in range(unknowns):
+        for i in range(size):
+            Y[BEFORE + k, i] = Y[X + k, i]
+
+
+@rare
+def take_back(part, unknowns, size, Y):
+    """Leave only a part of the last correction."""
+    for k in range(unknowns):
+        for i in range(size):
+            Y[X + k, i] = Y[BEFORE + k, i] + part * (Y[X + k, i] - Y[BEFORE + k, i])
+
+
 @template
-def newton(motion, residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C, F, I, A, P):
-    """Solve the step for the unknowns X (and X2); a status.
+def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C, F, I, A, P):
+    """Solve the step for the unknowns X (and X2); a status. ``damped``: with parts of corrections and new matrices.
 
     An iterate is accepted when the error that the contraction leaves is below what the step itself gets wrong by
     discretisation, or at rounding; in position units, and with a residual that has not grown.
@@ -136,8 +153,8 @@ def newton(motion, residual, matrix, correct, evaluate, tangent, t, h, c, K, J, 
         contraction = max(contraction, UNMEASURED)
     contraction = min(contraction, 0.9)
     J[UNSEEN] += 1
-    former, former_residual, worn = 0.0, 0.0, False
-    for k in range(MAX_ITERATIONS):
+    former, former_residual, worn, part = 0.0, 0.0, False, 1.0
+    for k in range(4 * MAX_ITERATIONS if damped else MAX_ITERATIONS):
         motion(h, c, Y, I)
         evaluate(t, Y, Z, C, F, I)
         residual(h, c, Y, F, I)
@@ -151,9 +168,19 @@ def newton(motion, residual, matrix, correct, evaluate, tangent, t, h, c, K, J, 
             if not matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
                 return SINGULAR if finite(A) else NOT_FINITE
             J[FRESH] = 1
+        if damped:
+            keep_unknowns(unknowns, I[N_ALL], Y)
         change = correct(k, h, c, Y, I, A, P)
         if not change < 1e300:
             return NOT_FINITE
+        if damped:
+            # Friction that turns round within less than a step makes whole corrections jump to and fro.
+            part = max(0.5 * part, SHORTEST) if k > 0 and change > 0.7 * former else min(1.4 * part, 1.0)
+            J[FRESH] = 0
+            if part < 1.0:
+                take_back(part, unknowns, I[N_ALL], Y)
+                former, former_residual = change, remaining
+                continue
         if k > 0:
             contraction = change / former if former > 0.0 else 0.0
             if former > 100.0 * floor:  # below that it measures rounding
@@ -232,10 +259,12 @@ def advance(
         # the stop time is hit exactly, not by adding up
         t = K[STOP] if step == J[LAST_STEP] - 1 else K[START] + (step + 1) * K[H]
         status = DIVERGED
-        for _attempt in range(2):
+        for attempt in range(3):
             for k in range(unknowns):
                 predict(k, J[ORDER], size, Y)
-            status = newton(motion, residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C, F, I, A, P)
+            status = newton(
+                attempt == 2, motion, residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C, F, I, A, P
+            )
             if status == RUNNING:
                 break
             J[FRESH], J[ORDER] = 0, 0  # once more, from the last step and with a new matrix

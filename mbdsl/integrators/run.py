@@ -203,9 +203,7 @@ class Integration:
             return q + s * v + s * s / 2 * a, v + s * a
 
         def applied(s: float) -> Array:
-            x = motion(s)
-            forces = system.evaluate(t0 + s, *x, np.concatenate([np.zeros(system.m), lam[system.m :]]))[0]
-            return forces / np.where(mass > 0.0, mass, 1.0)
+            return self._applied(t0 + s, *motion(s), lam)
 
         def largest(x: Array) -> float:
             return float(np.abs(x * scale).max(initial=0.0))
@@ -228,6 +226,40 @@ class Integration:
         self.evaluate(t0, Y, self.Z, self.C, self.F, self.I)
         self.I[layout.KEEP] = 1
         self.J[driver.HISTORY] = 1
+
+    def _applied(self, t: float, q: Array, v: Array, lam: Array) -> Array:
+        """fa = M^{-1} Q (n,), with the forces of nonholonomic constraints."""
+        mass, m = self.system.mass(), self.system.m
+        force = self.system.evaluate(t, q, v, lam)[0] + self.system.constraint_force(t, q, lam[:m])
+        return force / np.where(mass > 0.0, mass, 1.0)
+
+    def change_inputs(self, inputs: Mapping[str, float]) -> None:
+        """From here on the inputs have other values; accelerations and forces jump by what that makes of them.
+
+        What a method keeps of the past is linear in them, so that order 2 is kept over any number of jumps.
+        """
+        system, Y, n = self.system, self.Y, self.system.n
+        t, q, v = self.time, Y[layout.Q0, :n], Y[layout.V0, :n]
+        used = {name: value for name, value in inputs.items() if name in system.tables.inputs}
+        before = accelerations(system, t, q, v, self.left_out)
+        fa = self._applied(t, q, v, before[1])
+        for name, value in used.items():
+            system.set_input(name, value)
+            self.F[system.tables.inputs[name]] = value
+        after = accelerations(system, t, q, v, self.left_out)
+        a, lam = after[0] - before[0], after[1] - before[1]
+        fa = self._applied(t, q, v, after[1]) - fa
+        nothing = np.zeros(n)
+        jump = Start(self.h, nothing, nothing, a, lam, system.mass(), fa, nothing, nothing, False)
+        rows = {layout.F0: system.mass() * a, **modules()[self.method].METHOD.begin(self.c.copy(), jump)}
+        for row, change in rows.items():
+            past = layout.PAST if row in (layout.XA, layout.XA + layout.PAST) else 1
+            Y[row : row + past, : len(change)] += change
+
+    @property
+    def time(self) -> float:
+        """The time reached [s]."""
+        return float(self.K[driver.START] + self.J[driver.STEP] * self.h)
 
     def advance(self, steps: int = sys.maxsize) -> int:
         """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.driver`."""

@@ -1,0 +1,220 @@
+"""Simulation: a run that its caller takes step by step, setting inputs and reading signals on the way.
+
+The hook for controllers and optimisers::
+
+    sim = mbdsl.Simulation("arm.mbd", step=1e-3)
+    while sim.time < 2.0:
+        sim.inputs["u"] = -20.0 * sim["pin.phi"] - 3.0 * sim["pin.w"]
+        sim.step()
+    trajectory = sim.trajectory()
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, MutableMapping
+from os import PathLike
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl import graph, layout
+from mbdsl.elements.kind import JointKind
+from mbdsl.errors import UsageError
+from mbdsl.integrators import driver, methods
+from mbdsl.integrators.run import Integration, check_options
+from mbdsl.scene import Scene
+from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, as_scene, failure
+from mbdsl.system import build
+from mbdsl.system.initial import initial_state
+from mbdsl.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from mbdsl.builder import Builder
+
+Array = NDArray[np.float64]
+
+
+class Inputs(MutableMapping[str, float]):
+    """The model's inputs by name, in SI units; a change holds from the next step on."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._values = {name: x.start for name, x in scene.inputs.items()}
+        self._scene = scene
+
+    def __getitem__(self, name: str) -> float:
+        if name not in self._values:
+            raise self._unknown(name)
+        return self._values[name]
+
+    def __setitem__(self, name: str, value: float) -> None:
+        if name not in self._values:
+            raise self._unknown(name)
+        value = float(value)
+        if not np.isfinite(value):
+            raise UsageError(f"the input {name} is set to {value}, which is not a finite number")
+        self._values[name] = value
+
+    def __delitem__(self, name: str) -> None:
+        raise UsageError("inputs of a model cannot be removed")
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def _unknown(self, name: str) -> UsageError:
+        has = ", ".join(self._values) or "none"
+        return UsageError(f"{self._scene.name} has no input `{name}`", hint=f"its inputs: {has}")
+
+
+class Simulation:
+    """A model in motion, one call of ``step`` at a time.
+
+    Parameters
+    ----------
+    model : Scene, Builder or path
+    method, step, start, options, force, parameters
+        As for :func:`mbdsl.simulate`.
+    record : bool
+        Keep every state reached, for ``trajectory``; else only the present one.
+
+    Attributes
+    ----------
+    time : float [s]
+    q, v : (n,) [m, rad; m/s, rad/s]
+        Present state, in the order of ``system.names()``; copies.
+    lam : (m + p,)
+        Multipliers.
+    inputs : mapping
+        Values of the model's inputs; between two steps they are constant.
+
+    Raises
+    ------
+    ModelError, UsageError, InitialisationError
+        As :func:`mbdsl.simulate` does.
+    """
+
+    def __init__(
+        self,
+        model: Scene | Builder | str | PathLike,
+        *,
+        method: str | None = None,
+        step: float | None = None,
+        start: float | None = None,
+        options: Mapping[str, float | None] | None = None,
+        force: bool = False,
+        parameters: Mapping[str, str | float] | None = None,
+        record: bool = True,
+    ) -> None:
+        scene = as_scene(model, parameters)
+        said = scene.experiment
+        self.method = method or said.method or DEFAULT_METHOD
+        if self.method not in methods():
+            raise UsageError(f"there is no method `{self.method}`", hint=f"methods: {', '.join(methods())}")
+        self.h = float(step if step is not None else said.step if said.step is not None else DEFAULT_STEP)
+        if not 0.0 < self.h < np.inf:
+            raise UsageError(f"the step must be above zero, not {self.h:g} s")
+        begin = float(said.start if start is None else start)
+        constrained = any(isinstance(c.kind, JointKind) and c.kind.rows for c in scene.components.values())
+        given = check_options(self.method, options or {}, constrained, force)
+        mechanism = graph.build(scene)
+        self.system = build(scene, mechanism)
+        # no end: steps are counted, and 2^52 of them are never reached
+        self._run = Integration(self.system, self.method, self.h, begin, begin + self.h * 2.0**52, np.array([]), given)
+        initial = initial_state(self.system, mechanism, begin)
+        self._run.begin(initial.q, initial.v, initial.a, initial.lam, initial.redundant)
+        self._initial = initial
+        self.inputs = Inputs(scene)
+        self._in_force = dict(self.inputs)
+        self._record = record
+        self._states: list[tuple[float, Array, Array, Array, dict[str, float]]] = []
+        self._keep()
+
+    def __repr__(self) -> str:
+        return f"<Simulation of {self.system.scene.name} by {self.method}: t = {self.time:g} s>"
+
+    @property
+    def scene(self) -> Scene:
+        return self.system.scene
+
+    @property
+    def time(self) -> float:
+        return self._run.time
+
+    @property
+    def q(self) -> Array:
+        return self._run.Y[layout.Q0, : self.system.n].copy()
+
+    @property
+    def v(self) -> Array:
+        return self._run.Y[layout.V0, : self.system.n].copy()
+
+    @property
+    def lam(self) -> Array:
+        if not methods()[self.method].own_reactions:
+            return self._now().lam[0].copy()
+        return self._run.Y[layout.XA, self.system.n : self.system.unknowns].copy()
+
+    def __getitem__(self, name: str) -> float:
+        """The present value of a signal, in SI units."""
+        return float(self._now()[name][0])
+
+    def step(self, count: int = 1) -> float:
+        """Take ``count`` steps with the inputs as they are now; the time reached.
+
+        Raises
+        ------
+        IntegrationError
+            If it cannot go on; its ``trajectory`` holds what was recorded.
+        """
+        if dict(self.inputs) != self._in_force:
+            self._run.change_inputs(self.inputs)
+            self._in_force = dict(self.inputs)
+        for _ in range(count):
+            status = self._run.advance(1)
+            if status not in (driver.RUNNING, driver.DONE):
+                trajectory = self.trajectory()
+                trajectory.stats["status"] = "failed"
+                raise failure(self._run, trajectory, status)
+            self._keep()
+        return self.time
+
+    def trajectory(self) -> Trajectory:
+        """All that was recorded: the start, and every step."""
+        t = np.array([s[0] for s in self._states])
+        q, v, lam = (np.array([s[k] for s in self._states]) for k in (1, 2, 3))
+        inputs = {name: np.array([s[4][name] for s in self._states]) for name in self.inputs}
+        J = self._run.J
+        stats = {
+            "method": self.method,
+            "h": self.h,
+            "status": "done",
+            "steps": int(J[driver.STEP]),
+            "iterations": int(J[driver.ITERATIONS]),
+            "matrix_evaluations": int(J[driver.MATRICES]),
+            "factorisations": int(J[driver.FACTORISATIONS]),
+        }
+        own = methods()[self.method].own_reactions
+        left_out = self._initial.redundant
+        return Trajectory(self.system, t, q, v, lam if own else None, stats, self._initial.moved, left_out, inputs)
+
+    def _state(self) -> tuple[float, Array, Array, Array, dict[str, float]]:
+        lam = self._run.Y[layout.XA, self.system.n : self.system.unknowns].copy()
+        return self.time, self.q, self.v, lam, self._in_force
+
+    def _keep(self) -> None:
+        if not self._record:
+            self._states.clear()
+        self._states.append(self._state())
+
+    def _now(self) -> Trajectory:
+        """The present state as a trajectory of one point, where all signals are defined."""
+        t, q, v, lam, inputs = self._state()
+        own = methods()[self.method].own_reactions
+        values = {name: np.array([value]) for name, value in inputs.items()}
+        left_out = self._initial.redundant
+        return Trajectory(
+            self.system, np.array([t]), q[None], v[None], lam[None] if own else None, {}, (), left_out, values
+        )
