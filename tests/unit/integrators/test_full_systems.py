@@ -1,0 +1,192 @@
+"""What a split method converges to is the solution of its full system, which is solved here as one and in plain words.
+
+The equations are those of Negrut, Jay and Khude (2009), in a, abar, lam, mu; v', q', lam, mu; and a, psi_I, psi_II:
+neither the splitting nor the unknowns that mbdsl iterates on. Newton's method here has a Jacobian by differences and
+goes on to rounding, and so does mbdsl, with tolerances of zero.
+
+Positions are found to some eps relative to the mechanism, velocities to eps/h of that or of their own size, multipliers
+to eps/h^2 times masses, which is 1e-10 of them and less; taking Phi_q at the wrong end of the step makes at least a
+hundred times what is allowed.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mbdsl
+from mbdsl import graph, layout
+from mbdsl.integrators import driver
+from mbdsl.integrators.run import Integration
+from mbdsl.system import System, build
+from mbdsl.system.initial import initial_state
+
+MODELS = Path(__file__).parents[3] / "models"
+STEPS = {"slider_crank": 4e-3, "seven_body": 1e-4, "double_pendulum": 2e-3}
+METHODS = ("hht-si2", "nstiff-si2", "hht-add")
+#: steps after which everything moves
+LATE = 25
+EPS = np.finfo(float).eps
+ALPHA, B = -0.1, 0.0
+BETA, GAMMA = (1 - ALPHA) ** 2 / 4, 1 / 2 - ALPHA
+
+
+@dataclass
+class Before:
+    """What a step starts from."""
+
+    system: System
+    t: float
+    h: float
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray  #: a_n; of hht-add, that of the applied forces
+    lam: np.ndarray
+    q1: np.ndarray  #: one step earlier
+    v1: np.ndarray
+    first_order: bool  #: backward Euler, for a stiff start
+    near: tuple[np.ndarray, ...] = ()  #: where mbdsl finds the end of the step
+
+
+def solve(residual, x, d):
+    """Newton's method with differences of d in x, until changes do not fall any more; d is also their scale."""
+    J = np.empty((x.size, x.size))
+    last = np.inf
+    for _ in range(40):
+        for k in range(x.size):
+            e = np.zeros(x.size)
+            e[k] = d[k]
+            J[:, k] = (residual(x + e) - residual(x - e)) / (2 * d[k])
+        change = np.linalg.solve(J * d, -residual(x)) * d
+        x = x + change
+        size = np.abs(change / d).max()
+        if size < 1e-4 and size >= 0.5 * last:
+            return x
+        last = size
+    raise AssertionError("no convergence")
+
+
+def hht_si2(s, pose=None):
+    """q, v, lam, mu at the end of the step. ``pose``: where the second Phi_q is taken, if not at q_{n+1}."""
+    S, h, n, m, M, t = s.system, s.h, s.system.n, s.system.m, s.system.mass(), s.t + s.h
+    f0 = S.evaluate(s.t, s.q, s.v, s.lam)[0]
+
+    def parts(x):
+        a, abar, lam, mu = np.split(x, [n, 2 * n, 2 * n + m])
+        q = s.q + h * s.v + h**2 / 2 * ((1 - 2 * BETA) * s.a + 2 * BETA * a) + h**2 / 2 * abar
+        return q, s.v + h * ((1 - GAMMA) * s.a + GAMMA * a), a, abar, lam, mu
+
+    def residual(x):
+        q, v, a, abar, lam, mu = parts(x)
+        f, Phi, dPhi = S.evaluate(t, q, v, lam)
+        G = S.Phi_q(t, q if pose is None else pose)
+        R1 = M * a / (1 + ALPHA) - f + ALPHA / (1 + ALPHA) * f0
+        return np.concatenate([R1, M * abar + G.T @ mu, Phi / h**2, dPhi / h])
+
+    x = solve(residual, np.concatenate([s.a, 0 * s.a, s.lam, 0 * s.lam]), np.repeat([1e-3 / h, 1.0], [2 * n, 2 * m]))
+    q, v, _a, _abar, lam, mu = parts(x)
+    return q, v, lam, mu
+
+
+def nstiff_si2(s, pose=None):
+    S, h, n, m, M, t = s.system, s.h, s.system.n, s.system.m, s.system.mass(), s.t + s.h
+    k = 1.0 if s.first_order else 2 / 3
+    q0, v0 = (s.q, s.v) if s.first_order else (4 / 3 * s.q - s.q1 / 3, 4 / 3 * s.v - s.v1 / 3)
+
+    def parts(x):
+        a, dq, lam, mu = np.split(x, [n, 2 * n, 2 * n + m])
+        return q0 + k * h * dq, v0 + k * h * a, a, dq, lam, mu
+
+    def residual(x):
+        q, v, a, dq, lam, mu = parts(x)
+        f, Phi, dPhi = S.evaluate(t, q, v, lam)
+        G = S.Phi_q(t, q if pose is None else pose)
+        return np.concatenate([M * a - f, (v - dq + G.T @ mu) / h, Phi / (k * h) / h, dPhi / (k * h)])
+
+    x = np.concatenate([s.a, s.v, s.lam, 0 * s.lam])
+    x = solve(residual, x, np.repeat([1e-3 / h, 1e-3, 1.0, 1e-3], [n, n, m, m]))
+    q, v, _a, _dq, lam, mu = parts(x)
+    return q, v, lam, mu
+
+
+def hht_add(s, pose=None):
+    """q, v, psi_I, psi_II. Its Newton's method starts near mbdsl's end of the step: in the stiff pendulum's transient
+    it would arrive nowhere from its start."""
+    S, h, n, m, M, t = s.system, s.h, s.system.n, s.system.m, s.system.mass(), s.t + s.h
+    fa0, G0 = S.Q(s.t, s.q, s.v) / M, S.Phi_q(s.t, s.q)
+
+    def parts(x, G):
+        a, psi1, psi2 = np.split(x, [n, n + m])
+        R_I, R_II = -G0.T @ psi1 / M, -G.T @ psi2 / M
+        q = s.q + h * s.v + h**2 / 2 * ((1 - 2 * BETA) * s.a + 2 * BETA * a) + h**2 / 2 * ((1 - B) * R_I + B * R_II)
+        return q, s.v + h * ((1 - GAMMA) * s.a + GAMMA * a) + h / 2 * (R_I + R_II), a, psi1, psi2
+
+    def residual(x):
+        # b = 0: q_{n+1} does not depend on R_II, so that Phi_q(q_{n+1}) is known before it is asked for
+        q = parts(x, G0)[0]
+        G = S.Phi_q(t, q if pose is None else pose)
+        q, v, a, _psi1, _psi2 = parts(x, G)
+        fa = S.Q(t, q, v) / M
+        _f, Phi, dPhi = S.evaluate(t, q, v)
+        return np.concatenate([a - (1 + ALPHA) * fa + ALPHA * fa0, Phi / h**2, dPhi / h])
+
+    assert B == 0.0
+    near = [S.Q(t, s.near[0], s.near[1]) / M, 1.01 * s.near[2], 0.99 * s.near[3]]
+    x = solve(residual, np.concatenate(near), np.repeat([1e-3 / h, 1.0], [n, 2 * m]))
+    q = parts(x, G0)[0]
+    q, v, _a, psi1, psi2 = parts(x, S.Phi_q(t, q if pose is None else pose))
+    return q, v, psi1, psi2
+
+
+FULL = {"hht-si2": hht_si2, "nstiff-si2": nstiff_si2, "hht-add": hht_add}
+
+
+def steps(model, method, done):
+    """A run after ``done`` steps, as the state before the next one; and q, v and multipliers after that."""
+    scene = mbdsl.load(MODELS / f"{model}.mbd")
+    mechanism = graph.build(scene)
+    system, h = build(scene, mechanism), STEPS[model]
+    n, start = system.n, initial_state(system, mechanism, 0.0)
+    run = Integration(system, method, h, 0.0, 1000 * h, np.array([]))
+    run.K[driver.VELOCITY_TOL] = run.K[driver.RELATIVE_TOL] = 0.0
+    run.begin(start.q, start.v, start.a, start.lam)
+    assert not done or run.advance(done) == driver.RUNNING
+    Y = run.Y.copy()
+    a = Y[layout.Q1 if method == "hht-add" else layout.XA]
+    before = Before(
+        system, done * h, h, Y[layout.Q0, :n], Y[layout.V0, :n], a[:n], Y[layout.XA, n:], Y[layout.Q1, :n],
+        Y[layout.V1, :n], method == "nstiff-si2" and run.c[1] == 1.0,
+    )  # fmt: skip
+    assert run.advance(1) == driver.RUNNING
+    Y = run.Y
+    before.near = (Y[layout.Q0, :n], Y[layout.V0, :n], Y[layout.XA, n:], Y[layout.XA + layout.PAST, n:])
+    return before, before.near
+
+
+def distances(found, expected):
+    return np.array([np.abs(x - y).max() for x, y in zip(found, expected, strict=True)])
+
+
+def tolerances(s, method, expected):
+    """Of q, v, lam (or psi_I) and mu (or psi_II)."""
+    q = 256 * EPS * max(1.0, np.abs(s.q).max())
+    v = max(2 * q / s.h, 256 * EPS * np.abs(s.v).max())
+    force = 1e-10 * np.abs(expected[2]).max()
+    if method == "nstiff-si2":  # v - q' + Phi_q^T mu = 0
+        smallest = np.linalg.svd(s.system.Phi_q(s.t, s.q), compute_uv=False)[-1]
+        return np.array([q, v, force, q / s.h / smallest / 16])
+    return np.array([q, v, force, force])
+
+
+@pytest.mark.parametrize("done", [0, 1, 2, LATE])
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("model", STEPS)
+def test_a_step(model, method, done):
+    s, found = steps(model, method, done)
+    expected = FULL[method](s)
+    off, allowed = distances(found, expected), tolerances(s, method, expected)
+    assert (off < allowed).all(), (off, allowed)
+    if done == LATE:  # and it would be seen if Phi_q were that of the step's start
+        other = distances(FULL[method](s, pose=s.q), expected)
+        assert (other / allowed).max() > 100
