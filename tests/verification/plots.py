@@ -36,7 +36,7 @@ def limit_cycles(target: Path, steps=STEPS, stop: float = STOP) -> dict[str, lis
         for ax, name in zip(row, names, strict=True):
             ax.set_title(name)
             largest[name] = []
-            for k, h in enumerate(steps if name in INDEX3 else steps[-1:]):
+            for k, h in list(enumerate(steps))[0 if name in INDEX3 else -1 :]:
                 x, y = violation(name, h, stop)
                 largest[name].append(float(np.hypot(x, y).max()))
                 shade = matplotlib.colormaps["viridis"](0.8 - 0.35 * k)
