@@ -274,10 +274,13 @@ def _collect(
 def _check_left_out(system: System, trajectory: Trajectory, initial: InitialState) -> None:
     """A constraint left out as redundant must have stayed satisfied; else the motion is not that of the model."""
     rows = list(initial.redundant)
-    violation = np.array([np.abs(system.Phi(t, q)[rows]) for t, q in zip(trajectory.t, trajectory.q, strict=True)])
-    bad = np.flatnonzero(violation.max(axis=1) * system.tables.scale.min() > 1e-6)
+    violation = []
+    for t, q, v in zip(trajectory.t, trajectory.q, trajectory.v, strict=True):
+        violation.append(np.abs(np.concatenate([system.Phi(t, q), system.Gam(t, q, v)])[rows]))
+    found = np.array(violation)
+    bad = np.flatnonzero(found.max(axis=1) * system.tables.scale.min() > 1e-6)
     if len(bad):
-        name = system.constraint_names()[rows[int(violation[bad[0]].argmax())]]
+        name = system.constraint_names()[rows[int(found[bad[0]].argmax())]]
         trajectory.stats["status"] = "failed"
         since = trajectory.t[bad[0]]
         trajectory.message = f"{name} was redundant at the start, but is violated from t = {since:g} s on"
@@ -322,7 +325,8 @@ def failure(integration: Integration, trajectory: Trajectory, status: int) -> In
     row = next((int(k) - n for k in worst if k >= n), None)
     span = None
     if row is not None:
-        owner = max((r, j) for j, r in system.tables.rows.items() if r <= row)[1]
+        every = {**system.tables.rows, **system.tables.velocity_rows}
+        owner = max((r, j) for j, r in every.items() if r <= row)[1]
         span = system.scene.components[owner].span
     hint = {
         driver.SINGULAR: "redundant constraints, a singular pose, or a body without mass that moves freely",

@@ -55,7 +55,7 @@ def check_options(
     if (wrong := method.check(values)) is not None:
         raise UsageError(f"{name}: {wrong}")
     if constrained and not force and (wrong := method.check_constrained(values)) is not None:
-        raise UsageError(f"{name}: {wrong}", hint="to see it happen, force it")
+        raise UsageError(f"{name}: {wrong}", hint="to see it happen: --force, in Python force=True")
     return values
 
 
