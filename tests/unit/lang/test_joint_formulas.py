@@ -133,7 +133,7 @@ def test_no_friction_leaves_no_trace():
         ("Revolute j(a.b, b.a, mu = 0.3, mu_s = 0.3, radius = 0.1, w_s = 2)", lambda v: 0.15 * math.tanh(v / 2)),
         (
             "Revolute j(a.b, b.a, mu = 0.3, mu_s = 0.5, radius = 0.1, w_s = 0.2)",
-            lambda v: 0.5 * (0.3 + 0.2 * math.exp(-((v / 2.0) ** 2))) * math.tanh(v / 0.2),
+            lambda v: 0.5 * (0.3 + 0.2 * math.exp(-((v / 8.0) ** 2))) * math.tanh(v / 0.2),
         ),
         (
             "Revolute j(a.b, b.a, mu_s = 0.5, radius = 0.1, w_st = 1)",
