@@ -1,7 +1,8 @@
 """Draws the velocity-constraint violation of the slider crank's fixed pin:  python tests/verification/plots.py [folder]
 
 As figures 11-15 of Negrut, Jay and Khude (2009): x against y, undamped, over 10 s. The index-3 methods run along closed
-curves whose box shrinks with the order of the method; the stabilised ones leave what Newton's iteration does, some 1e-11.
+curves whose box shrinks with the order of the method; the stabilised ones leave some
+1e-11.
 """
 
 from __future__ import annotations
