@@ -35,6 +35,7 @@ from mbdsl.integrators import hht_i3
 from mbdsl.integrators.corrections import couple, couples, solve_two, stiff
 from mbdsl.integrators.linear import compress, factor, larger, multiply
 from mbdsl.integrators.method import Method, Option
+from mbdsl.integrators.newmark import settle, start_stiff
 from mbdsl.kernels import kernel
 from mbdsl.layout import (
     D2,
@@ -69,7 +70,7 @@ STIFF = 0.5
 
 
 def coefficients(options):
-    """(beta, gamma, alpha, b)."""
+    """Those of HHT-I3, and b."""
     return *hht_i3.coefficients(options), options["b"]
 
 
@@ -81,13 +82,12 @@ def check(options):
 
 def begin(c, start):
     a0 = start.fa + c[2] * start.h * start.fa_rate
-    r = start.a - start.fa
-    return {
-        A0: a0,
-        F0: start.mass * start.fa,
-        XA: [*(a0 / 2 + r / 2), *start.lam],
-        XA + PAST: [*(a0 + r), *start.lam],
-    }
+    total = a0 + start.a - start.fa
+    if start.stiff:
+        start_stiff(c)
+        total = 0.0 * total
+    rows = {XA: [*(total / 2), *start.lam], XA + PAST: [*total, *start.lam]}
+    return {A0: a0, F0: start.mass * start.fa, **rows}
 
 
 METHOD = Method(
@@ -136,11 +136,11 @@ def applied(c, Y, i):
 
 @kernel
 def residual(h, c, Y, F, I):
-    beta, gamma, alpha, b = c[0], c[1], c[2], c[3]
+    beta, gamma, alpha, b = c[0], c[1], c[2], c[8]
     n, m = I[N_Q], I[N_PHI]
     for i in range(n):
         mass, Ma = F[I[MASS] + i], (1 + alpha) * applied(c, Y, i) - alpha * Y[F0, i]
-        a0, GP_, GD_ = Y[A0, i], Y[GP, i], Y[GD, i]
+        a0, GP_, GD_ = c[3] * Y[A0, i], Y[GP, i], Y[GD, i]
         Y[R, i] = mass * (Y[X, i] - (1 / 2 - beta) * a0) - beta * Ma + ((1 - b) * GP_ + b * GD_) / 2  # R1
         Y[R2, i] = mass * (Y[X2, i] - (1 - gamma) * a0) - gamma * Ma + (GP_ + GD_) / 2  # R2
     for i in range(n, n + m):
@@ -153,7 +153,7 @@ def residual(h, c, Y, F, I):
 @kernel
 def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
     """[[S, Phi_q^T], [Phi_q, 0]], [[M, Phi_q^T], [Phi_q, 0]], -(1+alpha) h^2 K and, where forces are stiff, S - M."""
-    beta, gamma, alpha, b = c[0], c[1], c[2], c[3]
+    beta, gamma, alpha, b = c[0], c[1], c[2], c[8]
     k, d = beta * (1 + alpha), gamma * (1 + alpha)
     of_lam = 2 * d * (1 - b - beta / gamma) / (1 - 2 * b)  # how psi_II follows eta
     tangent(t, 1.0, k * h * h, d * h, of_lam, 1.0, 0.0, 1.0, beta * h / gamma, Y, Z, C, F, I, A[0])
@@ -172,7 +172,7 @@ def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
 @kernel
 def correct(k, h, c, Y, I, A, P):
     """Solve for the corrections, apply them; the largest scaled change of a position (or of h times a velocity)."""
-    beta, gamma, alpha, b = c[0], c[1], c[2], c[3]
+    beta, gamma, alpha, b = c[0], c[1], c[2], c[8]
     n, m = I[N_Q], I[N_PHI]
     for i in range(n + m):
         Y[D, i], Y[D2, i] = -Y[R2, i], -gamma * Y[R, i] + beta * Y[R2, i]
@@ -214,3 +214,4 @@ def finish(h, c, Y, F, I, A, P):
         Y[A0, i] = ((1 + alpha) * force - alpha * Y[F0, i]) / F[I[MASS] + i]
         Y[FP, i] = force
     I[KEEP] = 1
+    settle(c)

@@ -13,7 +13,7 @@ dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eq. (8).
 from mbdsl.integrators.corrections import correct_one as correct
 from mbdsl.integrators.linear import factor
 from mbdsl.integrators.method import Method, Option
-from mbdsl.integrators.newmark import motion
+from mbdsl.integrators.newmark import carried, motion, settle, start_stiff
 from mbdsl.kernels import kernel
 from mbdsl.layout import F0, FP, MASS, N_ALL, N_PHI, N_Q, XA, R, X
 
@@ -23,13 +23,15 @@ ALPHA = Option(-0.1, -1 / 3, 0.0, "numerical damping of high frequencies: 0 none
 
 
 def coefficients(options):
-    """(beta, gamma, alpha)."""
     alpha = options["alpha"]
-    return (1 - alpha) ** 2 / 4, 1 / 2 - alpha, alpha
+    return carried((1 - alpha) ** 2 / 4, 1 / 2 - alpha, alpha)
 
 
 def begin(c, start):
     """a_0 is the acceleration at t_0 + alpha h: started with q''(t_0), the reactions would ring for tens of steps."""
+    if start.stiff:
+        start_stiff(c)
+        return {XA: [*(0.0 * start.a), *start.lam]}
     return {XA: [*(start.a + c[2] * start.h * start.jerk), *start.lam]}
 
 
@@ -72,3 +74,4 @@ def finish(h, c, Y, F, I, A, P):
     alpha = c[2]
     for i in range(I[N_Q]):
         Y[FP, i] = (F[I[MASS] + i] * Y[X, i] + alpha * Y[F0, i]) / (1 + alpha)
+    settle(c)

@@ -53,7 +53,7 @@ METHOD = Method(
 def motion(h, c, Y, I):
     beta, gamma = c[0], c[1]
     for i in range(I[N_Q]):
-        a0, a = Y[XA, i], Y[X, i]
+        a0, a = c[3] * Y[XA, i], Y[X, i]
         Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h / 2 * ((1 - 2 * beta) * a0 + 2 * beta * a + Y[X2, i])
         Y[V, i] = Y[V0, i] + h * ((1 - gamma) * a0 + gamma * a)
 

@@ -10,6 +10,9 @@ Unknowns a_{n+1}, lam_{n+1}; f = Q - Phi_q^T lam:
 gamma > 1/2 damps high frequencies. gamma = 1/2 with beta = 1/4, the trapezoidal rule, has order 2, but does not damp
 the multipliers' oscillations at all.
 
+Where the start is so stiff that a_0 says nothing about the motion behind a transient, the first two steps are of the
+backward Euler method, which is beta = gamma = 1 without a_n: one to pass the transient, one to find the a behind it.
+
 Source: Negrut, Jay, Khude, A discussion of low order numerical integration formulas for rigid and flexible multibody
 dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (4)-(6).
 """
@@ -29,9 +32,18 @@ def beta_of(options):
     return (gamma + 1 / 2) ** 2 / 4 if beta is None else beta
 
 
+def carried(beta, gamma, alpha=0.0):
+    """c: beta, gamma, alpha, the weight of a_n; the first three again, for behind a stiff start; steps till then."""
+    return beta, gamma, alpha, 1.0, beta, gamma, alpha, 0.0
+
+
 def coefficients(options):
-    """(beta, gamma)."""
-    return beta_of(options), options["gamma"]
+    return carried(beta_of(options), options["gamma"])
+
+
+def start_stiff(c):
+    """Set c for two steps of the backward Euler method."""
+    c[:4], c[7] = (1.0, 1.0, 0.0, 0.0), 2.0
 
 
 def check(options):
@@ -54,7 +66,9 @@ def check_constrained(options):
 
 
 def begin(c, start):
-    return {XA: [*start.a, *start.lam]}
+    if start.stiff:
+        start_stiff(c)
+    return {XA: [*(0.0 * start.a if start.stiff else start.a), *start.lam]}
 
 
 METHOD = Method(
@@ -79,7 +93,7 @@ METHOD = Method(
 def motion(h, c, Y, I):
     beta, gamma = c[0], c[1]
     for i in range(I[N_Q]):
-        a0, a = Y[XA, i], Y[X, i]
+        a0, a = c[3] * Y[XA, i], Y[X, i]
         Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h / 2 * ((1 - 2 * beta) * a0 + 2 * beta * a)
         Y[V, i] = Y[V0, i] + h * ((1 - gamma) * a0 + gamma * a)
 
@@ -107,3 +121,13 @@ def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
 @kernel
 def finish(h, c, Y, F, I, A, P):
     """Nothing but q, v and a is kept."""
+    settle(c)
+
+
+@kernel
+def settle(c):
+    """One of the steps of a stiff start is done."""
+    if c[7] > 0.0:
+        c[7] -= 1.0
+        if c[7] == 0.0:
+            c[0], c[1], c[2], c[3] = c[4], c[5], c[6], 1.0

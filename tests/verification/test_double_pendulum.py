@@ -11,12 +11,13 @@ import pytest
 import mbdsl
 
 STOP = 0.2  #: by then the jump of the start has died away, and the knee is still creeping
-#: Five halvings. The BDF methods err six times as much as HHT and are not asymptotic with 4 ms. The forces in the pins
-#: hang on the knee's rate by 50,000 N.m.s/rad: what Newton's iteration leaves in it, 1e-9 rad/s, is an error of 1e-4 N,
-#: that of the discretisation with HHT and 60 us.
+#: Five halvings. The BDF methods err six times as much as HHT and are not asymptotic with 4 ms, hht-i3 still rings from
+#: the start at 0.2 s with 8 ms. The forces in the pins hang on the knee's rate by 50,000 N.m.s/rad: what Newton's
+#: iteration leaves in it, 1e-10 rad/s, is an error of 1e-5 N, that of the discretisation with HHT and 0.1 ms.
 STEPS = {
-    **{method: [4e-3 / 2**k for k in range(6)] for method in ("hht-i3", "hht-add", "hht-si2")},
+    **{method: [5e-3 / 2**k for k in range(6)] for method in ("hht-i3", "hht-add", "hht-si2")},
     **{method: [2e-3 / 2**k for k in range(6)] for method in ("nstiff", "nstiff-si2")},
+    "newmark": [2.5e-3 / 2**k for k in range(6)],
 }
 SIGNALS = ("link1.phi", "link2.phi", "link1.w", "link2.w")
 
@@ -95,18 +96,6 @@ def errors(data, scene, method, stop, steps):
 @pytest.mark.parametrize("method", STEPS)
 def test_order(data, scene, method, wrong_orders):
     assert not wrong_orders(method, STEPS[method], errors(data, scene, method, STOP, STEPS[method]))
-
-
-def test_order_of_newmark(data, scene, wrong_orders):
-    """At 0.5 s. Its error of first order is small beside that of second order until steps are short, in positions and
-    velocities below 0.1 ms. The forces are of first order from 0.25 ms on, but drown in noise over h^2 below 30 us, and
-    along the links (nearly y) sooner: three halvings of the components along x is all there is."""
-    short = [1.25e-4 / 2**k for k in range(6)]
-    found = errors(data, scene, "newmark", 0.5, short)
-    assert not wrong_orders("newmark", short, {name: found[name] for name in ("phi", "w")})
-    middle = [2.5e-4 / 2**k for k in range(4)]
-    found = errors(data, scene, "newmark", 0.5, middle)
-    assert not wrong_orders("newmark", middle, {"fx": found["fx"]})
 
 
 def test_fast_motion_is_damped(data, scene, method):

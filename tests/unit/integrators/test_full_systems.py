@@ -183,10 +183,12 @@ def tolerances(s, method, expected):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("model", STEPS)
 def test_a_step(model, method, done):
+    if model == "double_pendulum" and method.startswith("hht"):
+        done += 2  # its start is stiff: two steps of backward Euler come first
     s, found = steps(model, method, done)
     expected = FULL[method](s)
     off, allowed = distances(found, expected), tolerances(s, method, expected)
     assert (off < allowed).all(), (off, allowed)
-    if done == LATE:  # and it would be seen if Phi_q were that of the step's start
+    if done >= LATE:  # and it would be seen if Phi_q were that of the step's start
         other = distances(FULL[method](s, pose=s.q), expected)
         assert (other / allowed).max() > 100

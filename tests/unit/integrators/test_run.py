@@ -59,8 +59,9 @@ def test_options(method):
 
 def test_options_of_newmark():
     """beta follows from gamma unless it is given; together they have to be stable."""
-    assert modules()["newmark"].coefficients(check_options("newmark", {})) == pytest.approx((1.1**2 / 4, 0.6))
-    assert modules()["newmark"].coefficients(check_options("newmark", {"gamma": 1.0})) == pytest.approx((9 / 16, 1.0))
+    coefficients = modules()["newmark"].coefficients
+    assert coefficients(check_options("newmark", {}))[:2] == pytest.approx((1.1**2 / 4, 0.6))
+    assert coefficients(check_options("newmark", {"gamma": 1.0}))[:2] == pytest.approx((9 / 16, 1.0))
     with pytest.raises(UsageError, match=r"gamma = 0\.4 is outside"):
         check_options("newmark", {"gamma": 0.4})
     with pytest.raises(UsageError, match=r"beta = 0.28 is below \(gamma \+ 1/2\)\^2/4 = 0.3025: .*unstable"):
