@@ -1,0 +1,53 @@
+"""How hard mbdsl works for every shipped model, as upper bounds: a change that makes it work harder is seen.
+
+Counted with the model's own step and stop time. Bounds lie 5 % above what was counted (and two above small counts):
+compilers order operations differently, and an iteration more or less now and then is none of our doing. Where a change
+makes it work less, lower them.
+"""
+
+from pathlib import Path
+
+import pytest
+
+import mbdsl
+
+MODELS = Path(__file__).parents[2] / "models"
+#: (model, method) -> steps, exactly; iterations; matrix evaluations
+COUNTS = {
+    ("chain", "hht-si2"): (5000, 13549, 640),
+    ("chain", "hht-i3"): (5000, 13077, 627),
+    ("chaplygin_sleigh", "hht-si2"): (5000, 9766, 9),
+    ("chaplygin_sleigh", "hht-i3"): (5000, 9766, 9),
+    ("double_pendulum", "hht-si2"): (2000, 4011, 3),
+    ("double_pendulum", "hht-i3"): (2000, 5576, 2),
+    ("driven_crank", "hht-si2"): (2000, 4569, 12),
+    ("driven_crank", "hht-i3"): (2000, 5206, 22),
+    ("four_bar", "hht-si2"): (10000, 22352, 428),
+    ("four_bar", "hht-i3"): (10000, 28444, 609),
+    ("pendulum", "hht-si2"): (10000, 22194, 92),
+    ("pendulum", "hht-i3"): (10000, 25880, 279),
+    ("rolling_disc", "hht-si2"): (2000, 2269, 1),
+    ("rolling_disc", "hht-i3"): (2000, 3844, 1),
+    ("seven_body", "hht-si2"): (3000, 6475, 80),
+    ("seven_body", "hht-i3"): (3000, 7404, 103),
+    ("slider_crank", "hht-si2"): (2000, 4321, 29),
+    ("slider_crank", "hht-i3"): (2000, 4590, 43),
+    ("spring_mass", "hht-si2"): (5000, 8907, 1),
+    ("spring_mass", "hht-i3"): (5000, 8899, 1),
+    ("stick_slip_belt", "hht-si2"): (40000, 51089, 16),
+    ("stick_slip_belt", "hht-i3"): (40000, 70312, 16),
+}
+
+
+def test_every_model_is_counted():
+    assert {name for name, _ in COUNTS} == {path.stem for path in MODELS.glob("*.mbd")}
+
+
+@pytest.mark.parametrize(("name", "method"), COUNTS)
+def test_counts(name, method):
+    steps, iterations, matrices = COUNTS[name, method]
+    stats = mbdsl.simulate(MODELS / f"{name}.mbd", method=method).stats
+    assert stats["steps"] == steps
+    assert steps <= stats["iterations"] <= 1.05 * iterations + 2
+    assert 1 <= stats["matrix_evaluations"] <= 1.05 * matrices + 2
+    assert stats["factorisations"] == stats["matrix_evaluations"]
