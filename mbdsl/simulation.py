@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import signal
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from os import PathLike
 from time import perf_counter
@@ -215,23 +218,43 @@ def _is_compiled(system: System, method: str) -> bool:
     return jit.is_compiled(code) and jit.is_compiled(loop_name(method))
 
 
+@contextmanager
+def _interrupts() -> Iterator[list[int]]:
+    """Ctrl-C fills the list that this gives, instead of breaking in anywhere.
+
+    An exception in the midst of a call of compiled code can come out of it as any other.
+    """
+    heard: list[int] = []
+    ignored = signal.getsignal(signal.SIGINT) in (None, signal.SIG_IGN)
+    if ignored or threading.current_thread() is not threading.main_thread():
+        yield heard  # only the main thread hears signals; what ignores them goes on doing so
+        return
+    former = signal.signal(signal.SIGINT, lambda number, frame: heard.append(number))
+    try:
+        yield heard
+    finally:
+        signal.signal(signal.SIGINT, former)
+
+
 def _integrate(integration: Integration, run: _Plan, progress) -> int:
     """Advance in slices of about a tenth of a second, so that progress shows and an interruption is heard."""
     slice_, begun = 64, perf_counter()
     try:
-        while True:
-            before = perf_counter()
-            status = integration.advance(slice_)
-            now = perf_counter()
-            if status != driver.RUNNING:
-                return status
-            if progress is not None:
-                K, J = integration.K, integration.J
-                steps, iterations = int(J[driver.STEP]), int(J[driver.ITERATIONS])
-                progress(Progress(float(K[driver.T]), run.start, run.stop, run.h, steps, iterations, now - begun))
-            slice_ = int(min(1e9, max(1, slice_ * min(4.0, 0.1 / max(now - before, 1e-9)))))
-    except KeyboardInterrupt:
-        return driver.RUNNING
+        with _interrupts() as heard:
+            while not heard:
+                before = perf_counter()
+                status = integration.advance(slice_)
+                now = perf_counter()
+                if status != driver.RUNNING:
+                    return status
+                if progress is not None:
+                    K, J = integration.K, integration.J
+                    steps, iterations = int(J[driver.STEP]), int(J[driver.ITERATIONS])
+                    progress(Progress(float(K[driver.T]), run.start, run.stop, run.h, steps, iterations, now - begun))
+                slice_ = int(min(1e9, max(1, slice_ * min(4.0, 0.1 / max(now - before, 1e-9)))))
+    except KeyboardInterrupt:  # from the progress callback
+        pass
+    return driver.RUNNING
 
 
 def _collect(
