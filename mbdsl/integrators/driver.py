@@ -14,7 +14,7 @@ Compiled once a method; allocates nothing.
 from __future__ import annotations
 
 from mbdsl.kernels import kernel, rare, template
-from mbdsl.layout import BEFORE, F0, FP, N_ALL, N_Q, PAST, Q0, SCALE, V0, XA, Q, R, V, X
+from mbdsl.layout import BEFORE, F0, FP, N_ALL, N_GAM, N_Q, PAST, Q0, SCALE, V0, XA, Q, R, V, X
 
 # -- status --------------------------------------------------------------------------------------------------
 RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE = range(6)
@@ -143,9 +143,11 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
         d = Y[XA, i] - 2.0 * Y[XA + 1, i] + Y[XA + 2, i] if J[HISTORY] > 2 else 1e-3 * Y[XA, i]
         bend = max(bend, abs(d) * Y[SCALE, i])
     floor = 16.0 * EPS * size
-    # The local error is about h^2/12 times the second difference of a; stabilised methods also keep v.
+    # The local error is about h^2/12 times the second difference of a; constraints on velocities are to be kept, too.
     tolerance = min(K[RELATIVE_TOL] * h * h * bend, LOOSEST * size)
-    velocity_tolerance = max(K[VELOCITY_TOL] * h * speed, 4.0 * EPS * size) if J[STABILISED] else LOOSEST * size
+    velocity_tolerance = LOOSEST * size
+    if J[STABILISED] or I[N_GAM] > 0:
+        velocity_tolerance = max(K[VELOCITY_TOL] * h * speed, 4.0 * EPS * size)
     fresh = J[FRESH] == 0
     # The first change has nothing to be compared with; an old matrix may have become worse than it was when last seen.
     contraction = max(K[CONTRACTION], MEASURED)
