@@ -64,12 +64,22 @@ def test_order(exact, method, order):
 
 
 def test_it_resists(method):
-    """Much energy is lost, and friction does as much work as that: the signal is what acts."""
-    found = mbdsl.simulate(mbdsl.parse(MODEL), method=method, step=1e-3, stop=3.0, interval=0.0)
-    energy = found["energy.total"]
-    work = np.trapezoid(found["pin.friction"] * found["pin.w"], found.t)
-    assert energy[0] - energy[-1] > 0.3 * (found["energy.kinetic"].max())
-    assert work == pytest.approx(energy[0] - energy[-1], rel=2e-2 if method == "newmark" else 2e-3)
+    """Much energy is lost, and friction does as much work as that: the signal is what acts.
+
+    Work and loss differ by what the method itself loses, of its order: newmark's halves with the step. hht-add's forces
+    take psi_II for the reaction, as far from it as h is from the motion's 0.5 s, and the signal has the reaction.
+    """
+    missing = []
+    for h in (2e-3, 1e-3):
+        found = mbdsl.simulate(mbdsl.parse(MODEL), method=method, step=h, stop=3.0, interval=0.0)
+        energy = found["energy.total"]
+        work = np.trapezoid(found["pin.friction"] * found["pin.w"], found.t)
+        assert energy[0] - energy[-1] > 0.3 * (found["energy.kinetic"].max())
+        missing.append(1.0 - work / (energy[0] - energy[-1]))
+    if method == "newmark":
+        assert 1.85 < missing[0] / missing[1] < 2.15
+    else:
+        assert abs(missing[1]) < (1e-4 if method == "hht-add" else 2e-5)
 
 
 def test_without_friction_there_is_none_of_it():
