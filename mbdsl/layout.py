@@ -57,7 +57,6 @@ TABLES = 17  #: offset in I of (points, offset in F, extrapolation) of each tabl
 SOLVER = 18  #: 0 dense, 1 sparse
 SIZE = 19  #: entries of one row of A
 SPARSE = 20  #: offset in I of the sparse solver's tables
-DAMPED = 21  #: 1 where forces depend on velocities
 LAM_ROW, MU_ROW, LAW_ROW, PSI_ROW = 22, 23, 24, 25  #: rows of Y: multipliers in f, in GD, as laws read them, in GP
 KEEP = 26  #: 1 where the next evaluation begins a step: the gradients found last become those of its start
 N_GAM = 27  #: number of nonholonomic constraints

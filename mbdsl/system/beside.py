@@ -11,8 +11,8 @@ import subprocess
 
 from mbdsl import jit
 from mbdsl.scene import Component
+from mbdsl.system.blocks import Block
 from mbdsl.system.emit import load
-from mbdsl.system.tables import Block
 
 
 def start(blocks: list[Block], has_tape: bool, sets: int) -> subprocess.Popen | None:

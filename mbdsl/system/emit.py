@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from mbdsl import jit, layout
 from mbdsl.system import loops, tape
-from mbdsl.system.tables import Block
+from mbdsl.system.blocks import Block
 
 KIND_PREFIX = "mbdsl_kind_"
 

@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 from mbdsl import layout
 from mbdsl.lang.expressions import COORDINATES, TIME, Expr, coordinate, diff, leaves
+from mbdsl.system.blocks import frame_of
 from mbdsl.system.tape import Tape
 
 POSITIONS, VELOCITIES = COORDINATES[:3], COORDINATES[3:]
@@ -23,7 +24,7 @@ def tabulate(
     records: list[list[int]] = []
     for k, gamma in enumerate(gammas):
         row = first_row + k
-        used = list(dict.fromkeys(leaf.value[0] for leaf in leaves(gamma) if leaf.op == "coordinate"))  # type: ignore[index]
+        used = list(dict.fromkeys(frame_of(leaf) for leaf in leaves(gamma) if leaf.op == "coordinate"))
         slot = buffers.slots((row,), (row,))  # used where the row is left out
         for name in used:
             buffers.slots(dofs[frames[name]], (row,))

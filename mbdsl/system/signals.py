@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from mbdsl.elements.kind import BodyKind
 from mbdsl.lang.expressions import OPERATIONS, Expr, diff, evaluate, leaves
 from mbdsl.scene import Scene
+from mbdsl.system.splines import piecewise
 from mbdsl.system.system import DENSE_LIMIT, System
-from mbdsl.system.tables import body_pose, piecewise
+from mbdsl.system.tables import body_pose
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

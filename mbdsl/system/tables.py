@@ -8,44 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl import layout
-from mbdsl.elements import modules
-from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
-from mbdsl.lang.expressions import COORDINATES, Expr, coordinate, der, diff, expr, is_velocity_level, leaves
+from mbdsl.elements.kind import BodyKind, JointKind
+from mbdsl.lang.expressions import leaves
 from mbdsl.scene import Component, Scene
-from mbdsl.system import gammas
+from mbdsl.system import gammas, pairs
+from mbdsl.system.blocks import Block, expressions, find_blocks, frame_of
+from mbdsl.system.splines import piecewise
 from mbdsl.system.tape import Tape
-
-
-@dataclass(frozen=True)
-class Block:
-    """All components that one loop visits; ``role`` is "body", "joint", "spring", "law" or "gamma".
-
-    Joints stand among the laws as well where they have friction, along the coordinate of ``module``.
-    """
-
-    role: str
-    module: ModuleType
-    components: tuple[Component, ...]
-    driven: bool = False
-
-    @property
-    def rows(self) -> int:
-        """Rows of the gradient table a component."""
-        return self.module.KIND.rows
-
-    @property
-    def name(self) -> str:
-        return self.module.__name__.rsplit(".", 1)[-1]
-
-    @property
-    def curved(self) -> bool:
-        return getattr(self.module, "hessian", None) is not None
 
 
 @dataclass
@@ -85,7 +59,7 @@ class Tables:
         return any(b.role in ("law", "gamma") or b.driven for b in self.blocks)
 
 
-class _Buffers:
+class Buffers:
     """Growing float and integer buffers; ``floats``/``ints`` give the offset of what they append."""
 
     def __init__(self, header: int) -> None:
@@ -118,9 +92,8 @@ def body_pose(component: Component, frame) -> tuple[float, float, float]:
 
 def build_tables(scene: Scene) -> Tables:
     """Number and tabulate ``scene``."""
-    table = modules()
     bodies = scene.bodies()
-    blocks = _blocks(scene, table)
+    blocks = find_blocks(scene)
     coordinates: dict[str, int] = {}
     n = 0
     for body in bodies:
@@ -146,81 +119,6 @@ def build_tables(scene: Scene) -> Tables:
     return tables
 
 
-def _blocks(scene: Scene, table: dict[str, ModuleType]) -> list[Block]:
-    groups: dict[tuple, list[Component]] = {}
-    by_name = {module.__name__: module for module in table.values()}
-    for c in scene.components.values():
-        module = table[c.kind.name]
-        if isinstance(c.kind, BodyKind) and c.kind.coordinates:
-            groups.setdefault((0, "body", module.motion.__name__, False), []).append(c)
-        elif isinstance(c.kind, JointKind):
-            if c.kind.rows:
-                groups.setdefault((1, "joint", module.__name__, c.kind.driver is not None), []).append(c)
-            if c.velocity_constraints:
-                groups.setdefault((2, "gamma", "", False), []).append(c)
-            if c.friction is not None:
-                along = f"{modules.__module__}.{c.kind.friction_along}"
-                groups.setdefault((4, "law", along, False), []).append(c)
-        elif isinstance(c.kind, ForceKind):
-            order, role = (4, "law") if by_law(c) else (3, "spring")
-            groups.setdefault((order, role, module.__name__, False), []).append(c)
-    blocks = []
-    for key in sorted(groups):
-        members = groups[key]
-        if key[1] == "body":
-            module = table[members[0].kind.name].motion
-        else:
-            # nonholonomic constraints are expressions, for which one module stands in
-            module = table["VelocityConstraint"] if key[1] == "gamma" else by_name[key[2]]
-        blocks.append(Block(key[1], module, tuple(members), key[3]))
-    return blocks
-
-
-def _frame(leaf: Expr) -> str:
-    """The frame of a coordinate leaf."""
-    frame, _ = leaf.value  # type: ignore[misc]
-    return frame
-
-
-def law_expressions(c: Component) -> list[Expr]:
-    """The magnitudes of a force by expression, or the friction of a joint."""
-    if isinstance(c.kind, ForceKind):
-        return [expr(c.values[name]) for name in c.kind.laws]
-    assert c.friction is not None
-    return [c.friction]
-
-
-def expressions(block: Block, c: Component) -> list[Expr]:
-    """The expressions over frames that a component of a block brings."""
-    if block.role == "law":
-        return law_expressions(c)
-    return list(c.velocity_constraints) if block.role == "gamma" else []
-
-
-def _damped(c: Component) -> bool:
-    """Whether a force depends on velocities."""
-    if isinstance(c.kind, JointKind):
-        return c.friction is not None or any(_nonlinear(gamma) for gamma in c.velocity_constraints)
-    if not isinstance(c.kind, ForceKind):
-        return False
-    if by_law(c):
-        return any(is_velocity_level(law) for law in law_expressions(c))
-    return c.kind.springs is not None and any(damping != 0.0 for _, damping, _ in c.kind.springs(c.values))
-
-
-def _nonlinear(gamma: Expr) -> bool:
-    """Whether the constraint force of a nonholonomic constraint depends on velocities."""
-    variables = [leaf for leaf in leaves(gamma) if leaf.op == "coordinate" and is_velocity_level(leaf)]
-    return any(is_velocity_level(rate) for rate in diff(gamma, *variables))
-
-
-def by_law(c: Component) -> bool:
-    """Whether a force follows an expression rather than linear springs."""
-    kind = c.kind
-    assert isinstance(kind, ForceKind)
-    return kind.springs is None or bool(kind.laws and c.values[kind.laws[0]] is not None)
-
-
 def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
     """Frames that some joint, force or expression touches: the ground's first, then body by body."""
     used: dict[str, None] = {}
@@ -233,7 +131,7 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
                     used[c.ports[port]] = None
             for leaf in leaves(*expressions(block, c)):
                 if leaf.op == "coordinate":
-                    used[_frame(leaf)] = None
+                    used[frame_of(leaf)] = None
     body_order = {body.name: i + 1 for i, b in enumerate(blocks) if b.role == "body" for body in b.components}
     position = {name: i for i, name in enumerate(c.name for b in blocks if b.role == "body" for c in b.components)}
     ordered = sorted(used, key=lambda f: (scene.frames[f].body in body_order, position.get(scene.frames[f].body, -1)))
@@ -242,7 +140,7 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
 
 def _fill(tables: Tables) -> None:
     scene, frames, n, m, p = tables.scene, tables.frames, tables.n, tables.m, tables.p
-    buffers = _Buffers(layout.BLOCKS + layout.BLOCK * len(tables.blocks))
+    buffers = Buffers(layout.BLOCKS + layout.BLOCK * len(tables.blocks))
     I = buffers.I
     I[layout.N_Q], I[layout.N_PHI], I[layout.N_ALL], I[layout.N_FRAMES] = n, m, n + m + p, len(frames)
     I[layout.LAM_ROW], I[layout.MU_ROW], I[layout.LAW_ROW], I[layout.PSI_ROW] = layout.X, layout.X2, layout.X, layout.X
@@ -281,12 +179,11 @@ def _fill(tables: Tables) -> None:
     tape = Tape(frames, tables.multipliers, starts)
     later: list[Callable[[], None]] = []
     _fill_bodies(tables, buffers)
-    _fill_pairs(tables, buffers, dofs, tape, later)
+    pairs.tabulate(tables, buffers, dofs, tape, later)
     found = [g for b in tables.blocks if b.role == "gamma" for c in b.components for g in c.velocity_constraints]
     gammas.tabulate(found, frames, dofs, n + m, buffers, tape, later)
     _fill_tape(buffers, tape, later)
     tables.inputs = {name: I[layout.REGISTERS] + register for name, register in tape.inputs.items()}
-    I[layout.DAMPED] = any(_damped(c) for block in tables.blocks for c in block.components)
 
     requests = np.array(buffers.requests, dtype=np.int64).reshape(-1, 2)
     tables.pattern = (requests[:, 0], requests[:, 1])
@@ -307,7 +204,7 @@ def _multipliers(tables: Tables) -> dict[tuple[str, int], int]:
     return found
 
 
-def _fill_mass(tables: Tables, buffers: _Buffers) -> None:
+def _fill_mass(tables: Tables, buffers: Buffers) -> None:
     """The diagonal mass matrix and the constant force of gravity, which is proportional to it."""
     ground = next((c for c in tables.scene.components.values() if c.kind.name == "Ground"), None)
     direction = np.array(ground.values["n"], float) if ground else np.zeros(2)
@@ -326,7 +223,7 @@ def _fill_mass(tables: Tables, buffers: _Buffers) -> None:
     buffers.I[layout.MASS_SLOTS] = offset
 
 
-def _fill_bodies(tables: Tables, buffers: _Buffers) -> None:
+def _fill_bodies(tables: Tables, buffers: Buffers) -> None:
     """Per body: first coordinate, first frame, number of frames, offset of the frames' poses, slot of the last q."""
     names: dict[str, list[str]] = {}
     for name in tables.frames:
@@ -346,100 +243,7 @@ def _fill_bodies(tables: Tables, buffers: _Buffers) -> None:
         buffers.I[header + 1] = buffers.ints(ints)
 
 
-def _fill_pairs(tables: Tables, buffers: _Buffers, dofs, tape: Tape, later: list[Callable[[], None]]) -> None:
-    """Per row of the gradient table: a, b, first slot, second derivative, detail (see mbdsl.layout)."""
-    n, ints, row = tables.n, [], 0
-    counts = {"joint": 0, "spring": 0, "law": 0}
-    details: list[tuple[int, list[int]]] = []
-    for k, block in enumerate(tables.blocks):
-        if block.role in ("body", "gamma"):
-            continue
-        rows = block.rows
-        header = layout.BLOCKS + layout.BLOCK * k
-        own = [isinstance(c.kind, JointKind) and block.role == "law" for c in block.components]  # friction has none
-        parameters = [
-            () if none else tuple(c.kind.table(c.values)) for none, c in zip(own, block.components, strict=True)
-        ]
-        buffers.I[header : header + 4] = [
-            len(block.components),
-            row,
-            buffers.floats(v for p in parameters for v in p),
-            len(parameters[0]),
-        ]
-        for c in block.components:
-            a, b = (tables.frames[c.ports[port]] for port in c.kind.ports)
-            for j in range(rows):
-                first = len(buffers.requests)
-                detail = -1
-                if block.role == "joint":
-                    buffers.slots((n + row,), (n + row,))  # used where the row is left out
-                if block.curved or block.role == "spring":
-                    for r, s in ((a, a), (a, b), (b, a), (b, b)):
-                        buffers.slots(dofs[r], dofs[s])
-                if block.role == "joint":
-                    for f in (a, b):
-                        buffers.slots(dofs[f], (n + row,))
-                        buffers.slots((n + row,), dofs[f])
-                    if isinstance(c.kind, JointKind) and c.kind.driver and j == rows - 1:
-                        u = expr(c.values[c.kind.driver])
-                        registers = [tape.add(u), tape.add(der(u)), 0]
-                        details.append((len(ints) + 4, registers))
-                        later.append(_second_rate(u, registers, tape))
-                elif block.role == "spring" and isinstance(c.kind, ForceKind) and c.kind.springs:
-                    detail = buffers.floats(c.kind.springs(c.values)[j])
-                else:
-                    leaf = _law(tables, buffers, dofs, c, j, (a, b), tape, later)
-                    details.append((len(ints) + 4, leaf))
-                hessian = buffers.floats([0.0] * 36) if block.curved else -1
-                ints += [a, b, first, hessian, detail, 0]
-                row += 1
-            counts[block.role] += rows
-    I = buffers.I
-    I[layout.N_SPRINGS], I[layout.N_LAWS] = counts["spring"], counts["law"]
-    I[layout.PAIRS] = offset = buffers.ints(ints)
-
-    def place_details() -> None:
-        for position, values in details:
-            I[offset + position] = buffers.ints(values)
-
-    later.append(place_details)
-
-
-def _second_rate(u: Expr, registers: list[int], tape: Tape) -> Callable[[], None]:
-    """u'' is needed for accelerations only, so it belongs to the gradient tape."""
-
-    def fill() -> None:
-        registers[2] = tape.add(der(der(u)))
-
-    return fill
-
-
-def _law(tables: Tables, buffers, dofs, c, j, pair, tape, later) -> list[int]:
-    """Register of s, sign, number of frames that s depends on; per frame: its row and the registers of ds/dz; number of
-    multipliers that it depends on, and the registers of ds/dlam."""
-    law = law_expressions(c)[j]
-    used = dict.fromkeys(_frame(x) for x in leaves(law) if x.op == "coordinate")
-    reactions = [x for x in leaves(law) if x.op == "multiplier"]
-    sign = int(c.kind.sign) if isinstance(c.kind, ForceKind) else -1  # friction resists
-    leaf = [tape.add(law), sign, len(used)]
-    for name in used:
-        for f in pair:
-            buffers.slots(dofs[f], dofs[tables.frames[name]])
-    for x in reactions:
-        for f in pair:
-            buffers.slots(dofs[f], (tape.multipliers[x.value],))
-
-    def fill() -> None:
-        for name in used:
-            partials = diff(law, *(coordinate(name, key) for key in COORDINATES))
-            leaf.extend([tables.frames[name], *(tape.add(g) for g in partials)])
-        leaf.extend([len(reactions), *(tape.add(diff(law, x)[0]) for x in reactions)])
-
-    later.append(fill)
-    return leaf
-
-
-def _fill_tape(buffers: _Buffers, tape: Tape, later: list[Callable[[], None]]) -> None:
+def _fill_tape(buffers: Buffers, tape: Tape, later: list[Callable[[], None]]) -> None:
     """Values are complete; now the gradients, then the program itself and the tables that it reads."""
     I = buffers.I
     values = len(tape.code)
@@ -455,23 +259,3 @@ def _fill_tape(buffers: _Buffers, tape: Tape, later: list[Callable[[], None]]) -
         headers += [len(breaks), buffers.floats(breaks), beyond]
         buffers.floats(coefficients.ravel())
     I[layout.TABLES] = buffers.ints(headers)
-
-
-def piecewise(table) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Breaks (k,) and coefficients (k, 4), ascending powers of (u - break); the last row is for the end point."""
-    u, y = np.array(table.u, float), np.array(table.y, float)
-    if table.smoothness == "linear" or len(u) == 2:
-        c = np.zeros((len(u) - 1, 4))
-        c[:, 0], c[:, 1] = y[:-1], np.diff(y) / np.diff(u)
-    else:
-        from scipy.interpolate import CubicSpline, PchipInterpolator
-
-        # not-a-knot needs four points, else a natural spline; periodic ends must meet exactly
-        if table.smoothness == "monotone":
-            spline = PchipInterpolator(u, y)
-        elif table.extrapolation == "periodic" and y[0] == y[-1]:
-            spline = CubicSpline(u, y, bc_type="periodic")
-        else:
-            spline = CubicSpline(u, y, bc_type="not-a-knot" if len(u) > 3 else "natural")
-        c = spline.c[::-1].T.copy()
-    return u, np.vstack([c, np.zeros((1, 4))])

@@ -1,0 +1,108 @@
+"""The rows of the gradient table in the flat buffers: joints, springs and laws, each between two frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from mbdsl import layout
+from mbdsl.elements.kind import ForceKind, JointKind
+from mbdsl.lang.expressions import COORDINATES, Expr, coordinate, der, diff, expr, leaves
+from mbdsl.system.blocks import frame_of, law_expressions
+from mbdsl.system.tape import Tape
+
+if TYPE_CHECKING:
+    from mbdsl.system.tables import Buffers, Tables
+
+
+def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Callable[[], None]]) -> None:
+    """Per row of the gradient table: a, b, first slot, second derivative, detail (see mbdsl.layout)."""
+    n, ints, row = tables.n, [], 0
+    counts = {"joint": 0, "spring": 0, "law": 0}
+    details: list[tuple[int, list[int]]] = []
+    for k, block in enumerate(tables.blocks):
+        if block.role in ("body", "gamma"):
+            continue
+        rows = block.rows
+        header = layout.BLOCKS + layout.BLOCK * k
+        own = [isinstance(c.kind, JointKind) and block.role == "law" for c in block.components]  # friction has none
+        parameters = [
+            () if none else tuple(c.kind.table(c.values)) for none, c in zip(own, block.components, strict=True)
+        ]
+        buffers.I[header : header + 4] = [
+            len(block.components),
+            row,
+            buffers.floats(v for p in parameters for v in p),
+            len(parameters[0]),
+        ]
+        for c in block.components:
+            a, b = (tables.frames[c.ports[port]] for port in c.kind.ports)
+            for j in range(rows):
+                first = len(buffers.requests)
+                detail = -1
+                if block.role == "joint":
+                    buffers.slots((n + row,), (n + row,))  # used where the row is left out
+                if block.curved or block.role == "spring":
+                    for r, s in ((a, a), (a, b), (b, a), (b, b)):
+                        buffers.slots(dofs[r], dofs[s])
+                if block.role == "joint":
+                    for f in (a, b):
+                        buffers.slots(dofs[f], (n + row,))
+                        buffers.slots((n + row,), dofs[f])
+                    if isinstance(c.kind, JointKind) and c.kind.driver and j == rows - 1:
+                        u = expr(c.values[c.kind.driver])
+                        registers = [tape.add(u), tape.add(der(u)), 0]
+                        details.append((len(ints) + 4, registers))
+                        later.append(_second_rate(u, registers, tape))
+                elif block.role == "spring" and isinstance(c.kind, ForceKind) and c.kind.springs:
+                    detail = buffers.floats(c.kind.springs(c.values)[j])
+                else:
+                    leaf = _law(tables, buffers, dofs, c, j, (a, b), tape, later)
+                    details.append((len(ints) + 4, leaf))
+                hessian = buffers.floats([0.0] * 36) if block.curved else -1
+                ints += [a, b, first, hessian, detail, 0]
+                row += 1
+            counts[block.role] += rows
+    I = buffers.I
+    I[layout.N_SPRINGS], I[layout.N_LAWS] = counts["spring"], counts["law"]
+    I[layout.PAIRS] = offset = buffers.ints(ints)
+
+    def place_details() -> None:
+        for position, values in details:
+            I[offset + position] = buffers.ints(values)
+
+    later.append(place_details)
+
+
+def _second_rate(u: Expr, registers: list[int], tape: Tape) -> Callable[[], None]:
+    """u'' is needed for accelerations only, so it belongs to the gradient tape."""
+
+    def fill() -> None:
+        registers[2] = tape.add(der(der(u)))
+
+    return fill
+
+
+def _law(tables: Tables, buffers, dofs, c, j, pair, tape, later) -> list[int]:
+    """Register of s, sign, number of frames that s depends on; per frame: its row and the registers of ds/dz; number of
+    multipliers that it depends on, and the registers of ds/dlam."""
+    law = law_expressions(c)[j]
+    used = dict.fromkeys(frame_of(x) for x in leaves(law) if x.op == "coordinate")
+    reactions = [x for x in leaves(law) if x.op == "multiplier"]
+    sign = int(c.kind.sign) if isinstance(c.kind, ForceKind) else -1  # friction resists
+    leaf = [tape.add(law), sign, len(used)]
+    for name in used:
+        for f in pair:
+            buffers.slots(dofs[f], dofs[tables.frames[name]])
+    for x in reactions:
+        for f in pair:
+            buffers.slots(dofs[f], (tape.multipliers[x.value],))
+
+    def fill() -> None:
+        for name in used:
+            partials = diff(law, *(coordinate(name, key) for key in COORDINATES))
+            leaf.extend([tables.frames[name], *(tape.add(g) for g in partials)])
+        leaf.extend([len(reactions), *(tape.add(diff(law, x)[0]) for x in reactions)])
+
+    later.append(fill)
+    return leaf

@@ -1,0 +1,26 @@
+"""Tables of a model as piecewise cubics, for compiled code and for arrays alike."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def piecewise(table) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Breaks (k,) and coefficients (k, 4), ascending powers of (u - break); the last row is for the end point."""
+    u, y = np.array(table.u, float), np.array(table.y, float)
+    if table.smoothness == "linear" or len(u) == 2:
+        c = np.zeros((len(u) - 1, 4))
+        c[:, 0], c[:, 1] = y[:-1], np.diff(y) / np.diff(u)
+    else:
+        from scipy.interpolate import CubicSpline, PchipInterpolator
+
+        # not-a-knot needs four points, else a natural spline; periodic ends must meet exactly
+        if table.smoothness == "monotone":
+            spline = PchipInterpolator(u, y)
+        elif table.extrapolation == "periodic" and y[0] == y[-1]:
+            spline = CubicSpline(u, y, bc_type="periodic")
+        else:
+            spline = CubicSpline(u, y, bc_type="not-a-knot" if len(u) > 3 else "natural")
+        c = spline.c[::-1].T.copy()
+    return u, np.vstack([c, np.zeros((1, 4))])
