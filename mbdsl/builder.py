@@ -22,7 +22,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.assembly import Assembly
 from mbdsl.lang.bases import Member
 from mbdsl.lang.classify import ALIASES
-from mbdsl.lang.experiment import KEYS, setting
+from mbdsl.lang.experiment import KEYS, check_effects, setting
 from mbdsl.lang.expressions import COORDINATES, Expr
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.library import Unit
@@ -178,14 +178,17 @@ class Builder:
         tolerance: Given = None,
         method: str | None = None,
         step: Given = None,
+        without: Sequence[str] = (),
     ) -> None:
-        """What to simulate unless the caller says otherwise; times in seconds or with a unit."""
+        """What to simulate unless the caller says otherwise; times in seconds or with a unit, effects to leave out."""
         given = {"stop": stop, "start": start, "interval": interval, "tolerance": tolerance, "step": step}
         for key, (field, unit) in KEYS.items():
             if given.get(field) is not None:
                 self._experiment[field] = setting(key, field, unit, self._value(given[field], key))
         if method is not None:
             self._experiment["method"] = method
+        if without:
+            self._experiment["without"] = check_effects(tuple(without))
 
     def scene(self) -> Scene:
         """The model as a Scene; everything is checked."""

@@ -9,10 +9,10 @@ over to those who want its algorithms.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterable, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from mbdsl import graph_checks
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
@@ -25,6 +25,7 @@ from mbdsl.wording import count, few
 if TYPE_CHECKING:
     import networkx
 
+Node = TypeVar("Node", bound=Hashable)
 GROUND = ""  #: the node that all components without coordinates share
 
 
@@ -128,7 +129,7 @@ class MechanismGraph:
     def loops(self) -> int:
         """Independent kinematic loops. A driver beside the joint that it drives closes none."""
         edges = self._kinematic()
-        groups = _groups((GROUND, *self.bodies), ((e.body_i, e.body_j) for e in edges))
+        groups = connected((GROUND, *self.bodies), ((e.body_i, e.body_j) for e in edges))
         return len(edges) - (len(self.bodies) + 1) + len(groups)
 
     def _kinematic(self) -> list[Edge]:
@@ -140,7 +141,7 @@ class MechanismGraph:
     def sub_mechanisms(self) -> tuple[SubMechanism, ...]:
         """Parts that do not influence one another (the ground, which does not move, connects nothing)."""
         links = [(e.body_i, e.body_j, *e.also) for e in (*self.joints, *self.forces)]
-        groups = _groups(self.bodies, ([b for b in link if b != GROUND] for link in links))
+        groups = connected(self.bodies, ([b for b in link if b != GROUND] for link in links))
         number = {body: k for k, group in enumerate(groups) for body in group}
         rows, velocity_rows = [0] * len(groups), [0] * len(groups)
         for e in self.joints:
@@ -295,7 +296,7 @@ def build(scene: Scene) -> MechanismGraph:
     forces = tuple(_edge(scene, bodies, c) for c in scene.components.values() if isinstance(c.kind, ForceKind))
     # Who writes a law of a body's velocity means it to move: such a body does not float by accident.
     meant = ((GROUND, *e.also) for e in joints if not e.component.ports)
-    held = _groups((GROUND, *bodies), (*((e.body_i, e.body_j) for e in (*joints, *forces)), *meant))
+    held = connected((GROUND, *bodies), (*((e.body_i, e.body_j) for e in (*joints, *forces)), *meant))
     graph_checks.joints_join(joints, grounds[0])
     graph_checks.all_held(bodies, [group for group in held if GROUND not in group], grounds[0])
     return MechanismGraph(scene, grounds[0], bodies, joints, forces, graph_checks.warnings(joints, forces))
@@ -337,24 +338,24 @@ def _is_driver(e: Edge) -> bool:
     return isinstance(e.component.kind, JointKind) and e.component.kind.driver is not None
 
 
-def _groups(nodes: Iterable[str], links: Iterable[Iterable[str]]) -> list[list[str]]:
+def connected(nodes: Iterable[Node], links: Iterable[Iterable[Node]]) -> list[list[Node]]:
     """The connected groups of ``nodes``, in order (union-find with path halving)."""
     root = {node: node for node in nodes}
 
-    def find(node: str) -> str:
+    def find(node: Node) -> Node:
         while root[node] != node:
             root[node] = root[root[node]]
             node = root[node]
         return node
 
     for link in links:
-        first = None
+        first: Node | None = None
         for node in link:
             if first is None:
                 first = find(node)
             else:
                 root[find(node)] = first
-    groups: dict[str, list[str]] = {}
+    groups: dict[Node, list[Node]] = {}
     for node in root:
         groups.setdefault(find(node), []).append(node)
     return list(groups.values())

@@ -61,5 +61,7 @@ LAM_ROW, MU_ROW, LAW_ROW, PSI_ROW = 22, 23, 24, 25  #: rows of Y: multipliers in
 KEEP = 26  #: 1 where the next evaluation begins a step: the gradients found last become those of its start
 N_GAM = 27  #: number of nonholonomic constraints
 GAMMAS = 28  #: offset in I of (offset of its record) per nonholonomic constraint
+MOVING, N_MOVING = 29, 30  #: records of frames that move as functions of time, MOVED ints each, and their number
+MOVED = 10  #: row of the frame table; registers of pose, rates and accelerations (3 each)
 BLOCKS = 32  #: first block header
 BLOCK = 4  #: ints of a block: count, then body: offset in I; pair: first row of C, offset and stride in F

@@ -37,7 +37,8 @@ Value = float | int | bool | str | tuple | Expr | Table | None
 @dataclass(frozen=True)
 class Frame:
     """A frame fixed to a body (or to the ground): pose (x, y, phi) [m, m, rad] in the body's own axes, from the
-    body's reference point (not from its centre of mass)."""
+    body's reference point (not from its centre of mass). With a ``motion`` the pose is a function of time instead:
+    of what a driver moves, in world axes."""
 
     name: str
     body: str
@@ -45,6 +46,7 @@ class Frame:
     y: float = 0.0
     phi: float = 0.0
     span: Span | None = None
+    motion: tuple[Expr, Expr, Expr] | None = None
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,7 @@ class Experiment:
     tolerance: float | None = None
     method: str | None = None
     step: float | None = None
+    without: tuple[str, ...] = ()  #: effects to leave out
 
 
 @dataclass(frozen=True)
@@ -122,6 +125,8 @@ class Scene:
     files: tuple[str, ...] = ()  #: the source files read, the main one first
     variables: Mapping[str, Expr] = field(default_factory=dict)  #: ``Real F = 2*time;``: names for expressions
     inputs: Mapping[str, Input] = field(default_factory=dict)  #: by name, in the order of their declaration
+    #: effects that were left out on purpose -> the components that would have them
+    without: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def bodies(self) -> list[Component]:
         """Components that have coordinates, in order (the ground has none)."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from os import PathLike
@@ -13,17 +13,14 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from mbdsl import graph, jit, layout
-from mbdsl.elements.kind import JointKind
+from mbdsl import layout
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import driver, methods
-from mbdsl.integrators.run import Integration, check_options, loop_name
+from mbdsl.integrators.run import Integration, check_options
 from mbdsl.lang.expressions import Expr, diff, leaves
+from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Component, Scene
-from mbdsl.system import build
-from mbdsl.system.initial import InitialState, initial_state
 from mbdsl.system.signals import values
-from mbdsl.system.system import System
 from mbdsl.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -48,16 +45,19 @@ class Progress:
     seconds: float
 
 
-def as_scene(model: Scene | Builder | str | PathLike, parameters: Mapping | None = None) -> Scene:
+def as_scene(
+    model: Scene | Builder | str | PathLike, parameters: Mapping | None = None, without: Sequence[str] = ()
+) -> Scene:
     """A Scene from whatever stands for a model: itself, a Builder, or the path of a ``.mbd`` file."""
-    if parameters and not isinstance(model, (str, PathLike)):
-        raise UsageError("only a model given by its path takes parameters", hint="give them to load or Builder")
+    if (parameters or without) and not isinstance(model, (str, PathLike)):
+        what = "parameters" if parameters else "effects to leave out"
+        raise UsageError(f"only a model given by its path takes {what}", hint="give them to load or Builder")
     if isinstance(model, Scene):
         return model
     if isinstance(model, (str, PathLike)):
         from mbdsl.lang.load import load
 
-        return load(cast("str | PathLike[str]", model), parameters or {})
+        return load(cast("str | PathLike[str]", model), parameters or {}, without=without)
     if not hasattr(model, "scene"):
         raise UsageError(f"a model is a path, a Scene or a Builder, not {type(model).__name__}")
     return model.scene()
@@ -74,6 +74,8 @@ def simulate(
     interval: float | None = None,
     options: Mapping[str, float | None] | None = None,
     force: bool = False,
+    general: bool = False,
+    without: Sequence[str] = (),
     parameters: Mapping[str, str | float] | None = None,
     progress: Callable[[Progress], None] | None = None,
     announce: Callable[[str], None] | None = None,
@@ -96,6 +98,11 @@ def simulate(
         Parameters of the method, such as {"alpha": -0.1}.
     force : bool, optional
         Allow what is known to fail, such as the trapezoidal rule on constrained models.
+    general : bool, optional
+        Solve the equations as they are, with the code for every kind of element that there is and nothing merged, split
+        or solved beforehand: what specialisation is compared with.
+    without : sequence of str, optional
+        Effects to leave out, of "friction", "damping", "flexibility", "gravity", for a model given by path.
     parameters : mapping, optional
         Overrides of the model's parameters, as numbers or texts with units ("120 N/mm"), for a model given by path.
     progress, announce : callables, optional
@@ -119,49 +126,32 @@ def simulate(
         seconds[phase] += now - clock
         clock = now
 
-    scene = as_scene(model, parameters)
+    scene = as_scene(model, parameters, without)
     lap("parse")
-    run = _plan(scene, method, step, tol, start, stop, interval, options, force)
+    plan = _plan(scene, method, step, tol, start, stop, interval, options, force, general)
     if scene.experiment.tolerance is not None and announce is not None:
-        announce(f"the model's Tolerance is not used: steps have a fixed size, {run.h:g} s")
-    mechanism = graph.build(scene)
-    system = build(scene, mechanism)
+        announce(f"the model's Tolerance is not used: steps have a fixed size, {plan.h:g} s")
+    motion = Motion(scene, plan)
     lap("build")
-    if announce is not None and not _is_compiled(system, run.method):
+    if announce is not None and not motion.is_compiled:
         announce("compiling for the first time; the result is kept, later runs start at once ...")
-    integration = Integration(system, run.method, run.h, run.start, run.stop, run.times, run.options)
-    lap("compile")
-    initial = initial_state(system, mechanism, run.start)
-    integration.begin(initial.q, initial.v, initial.a, initial.lam, initial.redundant)
-    redundant = [system.constraint_names()[k] for k in initial.redundant]
-    if redundant and announce is not None:
+    motion.prepare(lap)
+    if motion.redundant and announce is not None:
         announce(
-            f"redundant: {', '.join(redundant)} follows from the other constraints and is left out; "
+            f"redundant: {', '.join(motion.redundant)} follows from the other constraints and is left out; "
             "how the reactions share the load there is not determined"
         )
     lap("initialise")
-    status = _integrate(integration, run, progress)
+    status = _integrate(motion, progress)
     lap("integrate")
-    trajectory = _collect(system, integration, initial, run, status, seconds)
-    trajectory.stats["redundant"] = redundant
-    if redundant and status in (driver.DONE, driver.RUNNING):
-        _check_left_out(system, trajectory, initial)
+    trajectory, states = _collect(motion, status, seconds)
     if status not in (driver.DONE, driver.RUNNING):
-        raise failure(integration, trajectory, status)
+        raise failure(motion, trajectory, status)
+    _check_left_out(motion, trajectory, states)
     return trajectory
 
 
-@dataclass(frozen=True)
-class _Plan:
-    method: str
-    h: float
-    start: float
-    stop: float
-    times: np.ndarray
-    options: Mapping[str, float | None]
-
-
-def _plan(scene: Scene, method, step, tol, start, stop, interval, options, force) -> _Plan:
+def _plan(scene: Scene, method, step, tol, start, stop, interval, options, force, general) -> Plan:
     said = scene.experiment
     method = method or said.method or DEFAULT_METHOD
     if method not in methods():
@@ -206,16 +196,11 @@ def _plan(scene: Scene, method, step, tol, start, stop, interval, options, force
             hint=f"give an output interval of {(end - start) * columns / MOST_OUTPUT:.2g} s or more",
         )
     count = int(points)
-    times = start + spacing * np.arange(1, count + 1)
+    times = start + spacing * np.arange(1.0, count + 1)
     if count:
         times[-1] = end
-    constrained = any(isinstance(c.kind, JointKind) and c.kind.rows for c in scene.components.values())
-    return _Plan(method, h, start, end, times, check_options(method, options or {}, constrained, force))
-
-
-def _is_compiled(system: System, method: str) -> bool:
-    code = system.module_name(methods()[method].sets)
-    return jit.is_compiled(code) and jit.is_compiled(loop_name(method))
+    given = check_options(method, options or {}, constrained(scene), force)
+    return Plan(method, h, start, end, times, given, general)
 
 
 @contextmanager
@@ -236,83 +221,76 @@ def _interrupts() -> Iterator[list[int]]:
         signal.signal(signal.SIGINT, former)
 
 
-def _integrate(integration: Integration, run: _Plan, progress) -> int:
+def _integrate(motion: Motion, progress) -> int:
     """Advance in slices of about a tenth of a second, so that progress shows and an interruption is heard."""
-    slice_, begun = 64, perf_counter()
+    slice_, begun, plan = 64, perf_counter(), motion.plan
     try:
         with _interrupts() as heard:
             while not heard:
                 before = perf_counter()
-                status = integration.advance(slice_)
+                status = motion.advance(slice_)
                 now = perf_counter()
                 if status != driver.RUNNING:
                     return status
                 if progress is not None:
-                    K, J = integration.K, integration.J
-                    steps, iterations = int(J[driver.STEP]), int(J[driver.ITERATIONS])
-                    progress(Progress(float(K[driver.T]), run.start, run.stop, run.h, steps, iterations, now - begun))
+                    iterations = motion.count(driver.ITERATIONS)
+                    spent = now - begun
+                    progress(Progress(motion.time, plan.start, plan.stop, plan.h, motion.steps, iterations, spent))
                 slice_ = int(min(1e9, max(1, slice_ * min(4.0, 0.1 / max(now - before, 1e-9)))))
     except KeyboardInterrupt:  # from the progress callback
         pass
     return driver.RUNNING
 
 
-def _collect(
-    system: System, integration: Integration, initial: InitialState, run: _Plan, status: int, seconds: dict
-) -> Trajectory:
-    J, n = integration.J, system.n
-    done = int(J[driver.OUTPUT])
-    out = integration.out[:done]
+def _collect(motion: Motion, status: int, seconds: dict) -> tuple[Trajectory, list]:
+    """The trajectory, and q and v of every part."""
+    plan, system = motion.plan, motion.system
+    t, q, v, lam, states = motion.output(status != driver.DONE)
     stats = {
-        "method": run.method,
-        "h": run.h,
+        "method": plan.method,
+        "h": plan.h,
         "tol": None,
         "status": {driver.DONE: "done", driver.RUNNING: "interrupted"}.get(status, "failed"),
-        "n": n,
+        "n": system.n,
         "m": system.m,
         "p": system.p,
-        "steps": int(J[driver.STEP]),
+        "solved": motion.sizes,
+        "steps": motion.steps,
         "rejected": 0,
-        "iterations": int(J[driver.ITERATIONS]),
-        "matrix_evaluations": int(J[driver.MATRICES]),
-        "factorisations": int(J[driver.FACTORISATIONS]),
+        "iterations": motion.count(driver.ITERATIONS),
+        "matrix_evaluations": motion.count(driver.MATRICES),
+        "factorisations": motion.count(driver.FACTORISATIONS),
+        "pivoting_from": motion.pivoting_from,
         "seconds": seconds,
+        "redundant": motion.redundant,
     }
-    times, reached = run.times[:done], run.start + int(J[driver.STEP]) * run.h
-    if status != driver.DONE and reached > (times[-1] if done else run.start) + 1e-9 * run.h:
-        # the last step reached belongs to the results, though no output was due there
-        Y = integration.Y
-        last = np.concatenate([Y[layout.Q0, :n], Y[layout.V0, :n], Y[layout.XA, n:]])
-        times, out = np.append(times, reached), np.vstack([out, last])
-    t = np.concatenate([[run.start], times])
-    q = np.vstack([initial.q, out[:, :n]])
-    v = np.vstack([initial.v, out[:, n : 2 * n]])
-    lam = np.vstack([initial.lam, out[:, 2 * n :]])
     for array in (t, q, v, lam):
         array.flags.writeable = False
-    own = methods()[run.method].own_reactions
-    return Trajectory(system, t, q, v, lam if own else None, stats, initial.moved, initial.redundant)
+    found = lam if motion.own_reactions else None
+    return Trajectory(system, t, q, v, found, stats, motion.moved, motion.left_out), states
 
 
-def _check_left_out(system: System, trajectory: Trajectory, initial: InitialState) -> None:
+def _check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None:
     """A constraint left out as redundant must have stayed satisfied; else the motion is not that of the model."""
-    rows = list(initial.redundant)
-    violation = []
-    for t, q, v in zip(trajectory.t, trajectory.q, trajectory.v, strict=True):
-        violation.append(np.abs(np.concatenate([system.Phi(t, q), system.Gam(t, q, v)])[rows]))
-    found = np.array(violation)
-    bad = np.flatnonzero(found.max(axis=1) * system.tables.scale.min() > 1e-6)
-    if len(bad):
-        name = system.constraint_names()[rows[int(found[bad[0]].argmax())]]
-        trajectory.stats["status"] = "failed"
-        since = trajectory.t[bad[0]]
-        trajectory.message = f"{name} was redundant at the start, but is violated from t = {since:g} s on"
-        span = system.scene.components[name.rsplit(".", 1)[0]].span
-        error = IntegrationError(
-            trajectory.message, span, hint="the mechanism locks there, or reaches a pose with fewer freedoms"
-        )
-        error.trajectory = trajectory
-        raise error
+    for part, (every_q, every_v) in zip(motion.parts, states, strict=True):
+        system, rows, violation = part.system, list(part.initial.redundant), []
+        if not rows:
+            continue
+        for t, q, v in zip(trajectory.t, every_q, every_v, strict=True):
+            violation.append(np.abs(np.concatenate([system.Phi(t, q), system.Gam(t, q, v)])[rows]))
+        found = np.array(violation)
+        bad = np.flatnonzero(found.max(axis=1) * system.tables.scale.min() > 1e-6)
+        if len(bad):
+            name = system.constraint_names()[rows[int(found[bad[0]].argmax())]]
+            trajectory.stats["status"] = "failed"
+            since = trajectory.t[bad[0]]
+            trajectory.message = f"{name} was redundant at the start, but is violated from t = {since:g} s on"
+            span = system.scene.components[name.rsplit(".", 1)[0]].span
+            error = IntegrationError(
+                trajectory.message, span, hint="the mechanism locks there, or reaches a pose with fewer freedoms"
+            )
+            error.trajectory = trajectory
+            raise error
 
 
 REASONS = {
@@ -336,8 +314,10 @@ def _broken_law(integration: Integration) -> Component | None:
     return None
 
 
-def failure(integration: Integration, trajectory: Trajectory, status: int) -> IntegrationError:
+def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationError:
     """What went wrong, when, in which equations, and what to try."""
+    assert motion.failed is not None
+    integration = motion.failed.integration
     system, Y, n = integration.system, integration.Y, integration.system.n
     names = system.names() + system.constraint_names()
     residual = np.abs(Y[layout.R, : len(names)])

@@ -11,22 +11,19 @@ The hook for controllers and optimisers::
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, MutableMapping
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl import graph, layout
-from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
 from mbdsl.integrators import driver, methods
-from mbdsl.integrators.run import Integration, check_options
+from mbdsl.integrators.run import check_options
+from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Scene
 from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, as_scene, failure
-from mbdsl.system import build
-from mbdsl.system.initial import initial_state
 from mbdsl.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -75,7 +72,7 @@ class Simulation:
     Parameters
     ----------
     model : Scene, Builder or path
-    method, step, start, options, force, parameters
+    method, step, start, options, force, general, without, parameters
         As for :func:`mbdsl.simulate`.
     record : bool
         Keep every state reached, for ``trajectory``; else only the present one.
@@ -105,10 +102,12 @@ class Simulation:
         start: float | None = None,
         options: Mapping[str, float | None] | None = None,
         force: bool = False,
+        general: bool = False,
+        without: Sequence[str] = (),
         parameters: Mapping[str, str | float] | None = None,
         record: bool = True,
     ) -> None:
-        scene = as_scene(model, parameters)
+        scene = as_scene(model, parameters, without)
         said = scene.experiment
         self.method = method or said.method or DEFAULT_METHOD
         if self.method not in methods():
@@ -117,15 +116,12 @@ class Simulation:
         if not 0.0 < self.h < np.inf:
             raise UsageError(f"the step must be above zero, not {self.h:g} s")
         begin = float(said.start if start is None else start)
-        constrained = any(isinstance(c.kind, JointKind) and c.kind.rows for c in scene.components.values())
-        given = check_options(self.method, options or {}, constrained, force)
-        mechanism = graph.build(scene)
-        self.system = build(scene, mechanism)
+        given = check_options(self.method, options or {}, constrained(scene), force)
         # no end: steps are counted, and 2^52 of them are never reached
-        self._run = Integration(self.system, self.method, self.h, begin, begin + self.h * 2.0**52, np.array([]), given)
-        initial = initial_state(self.system, mechanism, begin)
-        self._run.begin(initial.q, initial.v, initial.a, initial.lam, initial.redundant)
-        self._initial = initial
+        plan = Plan(self.method, self.h, begin, begin + self.h * 2.0**52, np.array([]), given, general)
+        self._motion = Motion(scene, plan)
+        self._motion.prepare()
+        self.system = self._motion.system
         self.inputs = Inputs(scene)
         self._in_force = dict(self.inputs)
         self._record = record
@@ -141,21 +137,19 @@ class Simulation:
 
     @property
     def time(self) -> float:
-        return self._run.time
+        return self._motion.time
 
     @property
     def q(self) -> Array:
-        return self._run.Y[layout.Q0, : self.system.n].copy()
+        return self._motion.present()[0]
 
     @property
     def v(self) -> Array:
-        return self._run.Y[layout.V0, : self.system.n].copy()
+        return self._motion.present()[1]
 
     @property
     def lam(self) -> Array:
-        if not methods()[self.method].own_reactions:
-            return self._now().lam[0].copy()
-        return self._run.Y[layout.XA, self.system.n : self.system.unknowns].copy()
+        return self._now().lam[0].copy()
 
     def __getitem__(self, name: str) -> float:
         """The present value of a signal, in SI units."""
@@ -170,14 +164,14 @@ class Simulation:
             If it cannot go on; its ``trajectory`` holds what was recorded.
         """
         if dict(self.inputs) != self._in_force:
-            self._run.change_inputs(self.inputs)
+            self._motion.change_inputs(self.inputs)
             self._in_force = dict(self.inputs)
         for _ in range(count):
-            status = self._run.advance(1)
+            status = self._motion.advance(1)
             if status not in (driver.RUNNING, driver.DONE):
                 trajectory = self.trajectory()
                 trajectory.stats["status"] = "failed"
-                raise failure(self._run, trajectory, status)
+                raise failure(self._motion, trajectory, status)
             self._keep()
         return self.time
 
@@ -186,23 +180,24 @@ class Simulation:
         t = np.array([s[0] for s in self._states])
         q, v, lam = (np.array([s[k] for s in self._states]) for k in (1, 2, 3))
         inputs = {name: np.array([s[4][name] for s in self._states]) for name in self.inputs}
-        J = self._run.J
         stats = {
             "method": self.method,
             "h": self.h,
             "status": "done",
-            "steps": int(J[driver.STEP]),
-            "iterations": int(J[driver.ITERATIONS]),
-            "matrix_evaluations": int(J[driver.MATRICES]),
-            "factorisations": int(J[driver.FACTORISATIONS]),
+            "steps": self._motion.steps,
+            "iterations": self._motion.count(driver.ITERATIONS),
+            "matrix_evaluations": self._motion.count(driver.MATRICES),
+            "factorisations": self._motion.count(driver.FACTORISATIONS),
         }
-        own = methods()[self.method].own_reactions
-        left_out = self._initial.redundant
-        return Trajectory(self.system, t, q, v, lam if own else None, stats, self._initial.moved, left_out, inputs)
+        return self._trajectory(t, q, v, lam, stats, inputs)
+
+    def _trajectory(self, t, q, v, lam, stats: dict, inputs: dict) -> Trajectory:
+        motion = self._motion
+        found = lam if motion.own_reactions else None
+        return Trajectory(self.system, t, q, v, found, stats, motion.moved, motion.left_out, inputs)
 
     def _state(self) -> tuple[float, Array, Array, Array, dict[str, float]]:
-        lam = self._run.Y[layout.XA, self.system.n : self.system.unknowns].copy()
-        return self.time, self.q, self.v, lam, self._in_force
+        return self.time, *self._motion.present(), self._in_force
 
     def _keep(self) -> None:
         if not self._record:
@@ -212,9 +207,5 @@ class Simulation:
     def _now(self) -> Trajectory:
         """The present state as a trajectory of one point, where all signals are defined."""
         t, q, v, lam, inputs = self._state()
-        own = methods()[self.method].own_reactions
         values = {name: np.array([value]) for name, value in inputs.items()}
-        left_out = self._initial.redundant
-        return Trajectory(
-            self.system, np.array([t]), q[None], v[None], lam[None] if own else None, {}, (), left_out, values
-        )
+        return self._trajectory(np.array([t]), q[None], v[None], lam[None], {}, values)

@@ -39,8 +39,9 @@ class Trajectory:
         Generalised coordinates and velocities, in the order of ``system.names()``.
     lam : (N, m + p)
         Multipliers of the constraints, in the order of ``system.constraint_names()``; the constraint force is
-        -Phi_q^T lam - Gam_v^T nu. For methods whose own multipliers are of lower order than q and v, those that follow
-        from q and v by the equations of motion, found when first asked for.
+        -Phi_q^T lam - Gam_v^T nu. Where a method's own multipliers are of lower order than q and v, or there are none
+        (of welds, which nothing is solved for), those that follow from q and v by the equations of motion, found when
+        first asked for.
     inputs : dict of (N,)
         Values of the model's inputs.
     status : str
@@ -182,7 +183,7 @@ class Trajectory:
         if name not in self._known:
             if name in self._expressions:
                 root = self._expressions[name][0]
-                lam = self.lam if any(leaf.op == "multiplier" for leaf in leaves(root)) else None
+                lam = self._multipliers([leaf.value for leaf in leaves(root) if leaf.op == "multiplier"])
                 (value,) = values(self.system, [root], self.t, self.q, self.v, lam, self.inputs)
                 self._known[name] = np.array(value)
                 self._known[name].flags.writeable = False
@@ -227,9 +228,19 @@ class Trajectory:
     def a(self) -> Array:
         return self._motion[0]
 
-    @property
+    @cached_property
     def lam(self) -> Array:
-        return self._motion[1] if self._lam is None else self._lam
+        if self._lam is None:
+            return self._motion[1]
+        missing = np.isnan(self._lam).all(axis=0)
+        return np.where(missing, self._motion[1], self._lam) if missing.any() else self._lam
+
+    def _multipliers(self, needed: list) -> Array | None:
+        """``lam``, or what of it came with the solution where no more is needed; None where nothing is."""
+        if not needed or self._lam is None or not len(self.t):
+            return self.lam if needed else None
+        own = self._lam[0, [self.system.tables.multipliers[key] - self.system.n for key in needed]]
+        return self.lam if np.isnan(own).any() else self._lam
 
     @cached_property
     def _constraints(self) -> tuple[Array, Array, Array]:

@@ -84,7 +84,16 @@ def add_model(parser: argparse.ArgumentParser) -> None:
     )
 
 
+    parser.add_argument(
+        "--without",
+        metavar="EFFECT,...",
+        type=lambda text: tuple(name.strip() for name in text.split(",")),
+        default=(),
+        help="leave effects out: friction, damping, flexibility, gravity",
+    )
+
+
 def load_model(args: argparse.Namespace) -> Scene:
     from mbdsl.lang.load import load
 
-    return load(args.model, dict(args.set))
+    return load(args.model, dict(args.set), without=args.without)

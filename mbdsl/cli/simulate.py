@@ -38,6 +38,9 @@ def register(subparsers) -> argparse.ArgumentParser:
             f"--{option}", metavar="X", type=values.number, help="method parameter, see `mbdsl methods`"
         )
     parser.add_argument("--force", action="store_true", help="allow parameters known to fail on constrained models")
+    parser.add_argument(
+        "--general", action="store_true", help="solve without any specialisation, as a check of it or to see its worth"
+    )
     step = parser.add_mutually_exclusive_group()
     step.add_argument("--step", metavar="H", type=values.positive_seconds, help="fixed step size")
     step.add_argument("--tol", metavar="TOL", type=values.tolerance, help="error-controlled steps, to this tolerance")
@@ -93,6 +96,7 @@ def run(args: argparse.Namespace) -> int:
             interval=args.interval,
             options={name: getattr(args, name) for name in OPTIONS if getattr(args, name) is not None},
             force=args.force,
+            general=args.general,
             progress=display,
             announce=display.say if display else None,
         )

@@ -4,7 +4,7 @@
 """
 
 from mbdsl.elements.coordinates import angle, offset, offset_hessian, slide, slide_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, zero
 from mbdsl.kernels import kernel
 
 KIND = ForceKind(
@@ -24,6 +24,7 @@ KIND = ForceKind(
         Signal("phi", "rad", "frame_b.phi - frame_a.phi"),
     ),
     energy="0.5*k[1]*x^2 + 0.5*k[2]*y^2 + 0.5*k_phi*(phi - phi0)^2",
+    effects={"damping": zero("c", "c_phi")},
     springs=lambda v: (
         (v["k"][0], v["c"][0], 0.0),
         (v["k"][1], v["c"][1], 0.0),

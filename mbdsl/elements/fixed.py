@@ -14,6 +14,7 @@ KIND = JointKind(
     parameters=(Parameter("phi0", "rad", 0.0, "the constant angle of frame_b relative to frame_a"),),
     reactions=wrench("-lam[1]", "-lam[2]", "-lam[3]"),
     table=lambda v: (v["phi0"],),
+    pose=lambda v, s: (0.0, 0.0, v["phi0"]),
 )
 
 

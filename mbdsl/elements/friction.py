@@ -13,8 +13,9 @@ methods that are implicit anyway do not mind them.
 
 from collections.abc import Mapping
 
-from mbdsl.elements.kind import Parameter
+from mbdsl.elements.kind import Parameter, zero
 
+EFFECTS = {"friction": zero("mu", "mu_s")}
 STRIBECK = 40.0  #: v_st/v_s unless v_st is given: tanh has reached its end well before the exponential falls
 
 

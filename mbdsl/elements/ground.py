@@ -1,6 +1,6 @@
 """Ground: the inertial frame, with gravity and any number of frames fixed to it."""
 
-from mbdsl.elements.kind import BodyKind, Parameter
+from mbdsl.elements.kind import BodyKind, Parameter, zero
 
 KIND = BodyKind(
     "Ground",
@@ -11,5 +11,6 @@ KIND = BodyKind(
         Parameter("frames", "", (), "further frames: frames(wall = {x, y, phi}, ...)"),
     ),
     check=lambda v: None if any(v["n"]) or v["g"] == 0.0 else "the direction n of gravity is zero",
+    effects={"gravity": zero("g")},
     is_frame=True,
 )

@@ -8,7 +8,15 @@ only marked there, with :mod:`mbdsl.kernels`, and compiled later, by :mod:`mbdsl
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+#: what can be left out of a scene as a whole (its fidelity is a switch), and what a scene without it lacks
+EFFECTS = {
+    "friction": "friction in joints",
+    "damping": "dampers, and what laws of springs and dampers say of velocities",
+    "flexibility": "deformation of bodies",
+    "gravity": "gravity",
+}
 
 REQUIRED = object()  #: default of a parameter that must be given
 
@@ -76,6 +84,8 @@ class Kind:
     check: Callable[[Mapping], str | None] = lambda values: None
     #: values -> values that follow from them (a rod's inertia), applied after ``check``
     derive: Callable[[Mapping], dict] = lambda values: {}
+    #: effect (of ``EFFECTS``) -> the values that are other in a component without it; values -> {} where it has none
+    effects: Mapping[str, Callable[[Mapping], dict]] = field(default_factory=dict, hash=False)
     #: values -> the numbers of one component that its kernels read as ``p``
     table: Callable[[Mapping], tuple[float, ...]] = lambda values: ()
 
@@ -134,6 +144,10 @@ class JointKind(PairKind):
     #: of the element module ``friction_along``; without friction (its parameter ``mu_s`` zero) a joint has none of it
     friction: str = ""
     friction_along: str = ""
+    #: (values, s) -> pose (x, y, phi) of frame_b in frame_a, s being the signal named ``free`` ("": nothing is free);
+    #: None where a joint leaves more open than one coordinate, or can be met in several ways
+    pose: Callable | None = None
+    free: str = ""
 
     @property
     def reaction(self) -> tuple[str, ...]:
@@ -161,6 +175,16 @@ class ForceKind(PairKind):
     laws: tuple[str, ...] = ()
     sign: float = -1.0
     springs: Callable[[Mapping], tuple[tuple[float, float, float], ...]] | None = None
+
+
+def zero(*names: str) -> Callable[[Mapping], dict]:
+    """An effect that is out when the parameters ``names`` are zero."""
+
+    def without(values: Mapping) -> dict:
+        off = {name: tuple(0.0 for _ in values[name]) if isinstance(values[name], tuple) else 0.0 for name in names}
+        return off if any(values[name] not in (None, off[name]) for name in names) else {}
+
+    return without
 
 
 def law_or_spring(law: str) -> Callable[[Mapping], str | None]:

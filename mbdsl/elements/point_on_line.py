@@ -25,6 +25,7 @@ KIND = JointKind(
     friction_along="translational_spring_damper",
     check=friction.check,
     derive=friction.derive,
+    effects=friction.EFFECTS,
 )
 
 

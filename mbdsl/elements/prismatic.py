@@ -34,7 +34,10 @@ KIND = JointKind(
     friction_along="translational_spring_damper",
     check=friction.check,
     derive=friction.derive,
+    effects=friction.EFFECTS,
     table=lambda v: (v["phi0"],),
+    pose=lambda v, s: (s, 0.0, v["phi0"]),
+    free="s",
 )
 
 

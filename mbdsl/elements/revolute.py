@@ -27,6 +27,9 @@ KIND = JointKind(
     friction_along="rotational_spring_damper",
     check=friction.check,
     derive=friction.derive,
+    effects=friction.EFFECTS,
+    pose=lambda v, s: (0.0, 0.0, s),
+    free="phi",
 )
 
 

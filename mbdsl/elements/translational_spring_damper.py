@@ -5,7 +5,7 @@
 
 from mbdsl.elements import prismatic
 from mbdsl.elements.coordinates import slide, slide_hessian
-from mbdsl.elements.kind import ForceKind, Parameter, Signal, law_or_spring
+from mbdsl.elements.kind import ForceKind, Parameter, Signal, law_or_spring, zero
 from mbdsl.kernels import kernel
 
 KIND = ForceKind(
@@ -22,6 +22,7 @@ KIND = ForceKind(
     energy="0.5*k*(s - s0)^2",
     check=law_or_spring("force"),
     laws=("force",),
+    effects={"damping": zero("c")},
     springs=lambda v: ((v["k"], v["c"], v["s0"]),),
 )
 

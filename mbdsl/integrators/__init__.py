@@ -27,5 +27,5 @@ def modules() -> dict[str, ModuleType]:
 
 
 def methods() -> dict[str, Method]:
-    """Method name -> declaration, by name."""
-    return {name: module.METHOD for name, module in modules().items()}
+    """Method name -> declaration, by name, of those that can be chosen."""
+    return {name: module.METHOD for name, module in modules().items() if module.METHOD.chosen}

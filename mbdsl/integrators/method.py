@@ -56,7 +56,7 @@ class Method:
     ``multipliers`` are the rows of Y with the multipliers in f, in Phi_q^T mu, and as force laws read them.
     Of these ``sets``, the third is that in Phi_q^T psi with Phi_q of the start of the step, always in X.
     ``own_reactions`` is False where reactions have to be found from the acceleration-level equations; ``inverts_mass``
-    tells that every coordinate needs a mass.
+    tells that every coordinate needs a mass. What nobody can choose is not ``chosen``.
     """
 
     name: str
@@ -75,3 +75,4 @@ class Method:
     sets: int = 1
     own_reactions: bool = True
     inverts_mass: bool = False
+    chosen: bool = True

@@ -117,6 +117,7 @@ class Integration:
     times: Array  #: output times after the start
     options: Mapping[str, float | None] = field(default_factory=dict)
     left_out: tuple[int, ...] = ()
+    pivoting_from: float | None = None  #: since when pivots are searched for, as the order from the graph lost one
 
     def __post_init__(self) -> None:
         module = modules()[self.method]
@@ -267,6 +268,7 @@ class Integration:
         if status == driver.SINGULAR and self.solver == linear.SPARSE_LU and self.system.unknowns <= PIVOTING_LIMIT:
             # The order from the graph gave no usable pivots here: go on with a solver that searches for them.
             self._use(linear.DENSE)
+            self.pivoting_from = self.time
             self.J[driver.FRESH] = 0
             status = self._call(steps)
         return status

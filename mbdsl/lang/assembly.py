@@ -66,6 +66,7 @@ class Assembly:
         self.frames: list[FrameMember] = []
         self.slots: list[Slot] = []
         self.ground: Part | None = None
+        self.without: tuple[str, ...] = ()  #: effects to leave out
         self._active: dict[object, tuple[str, At]] = {}
         self._attachments: list[tuple[Part, list[Positional]]] = []
         self._connectors: list[tuple[Node, Positional, Contexts]] = []
@@ -240,6 +241,11 @@ class Assembly:
         files: tuple[str, ...] = (),
     ) -> Scene:
         """Check what is left to check, and make the Scene."""
+        left_out = tuple(dict.fromkeys((*self.without, *(experiment.without if experiment else ()))))
+        if left_out != self.without:
+            self.without = left_out
+            for part in self.parts.values():
+                part.forget()
         for part in self.parts.values():
             part.values  # noqa: B018  errors in values come before those of connections
         self.connect_all()
@@ -266,6 +272,7 @@ class Assembly:
             files,
             variables=variables,
             inputs=inputs,
+            without={x: tuple(p.name for p in self.parts.values() if x in p.lacks) for x in self.without},
         )
 
     def _slots(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from mbdsl.elements.kind import EFFECTS
 from mbdsl.errors import ModelError
 from mbdsl.lang import check, functions, units, values
 from mbdsl.lang import syntax as s
@@ -23,6 +24,7 @@ KEYS = {
     "Method": ("method", ""),
     "Step": ("step", "s"),
     "NumberOfIntervals": ("", "1"),
+    "Without": ("without", ""),
 }
 
 
@@ -66,6 +68,11 @@ def _read(argument: s.Argument, scope: Scope, found: dict[str, Any]) -> None:
 def setting(name: str, field: str, unit: str, value: values.Value) -> Any:
     """A checked value for one key of an experiment."""
     what = f"`{name}`"
+    if field == "without":
+        items = value if isinstance(value, tuple) else (value,)
+        if not all(isinstance(x, values.Quantity) and isinstance(x.value, str) for x in items):
+            raise ModelError(f'{what}: found {values.describe(value)}, expected effects such as {{"friction"}}')
+        return check_effects(tuple(x.value for x in items))  # type: ignore[union-attr,misc]
     if not unit:
         if isinstance(value, tuple) or not isinstance(value.value, str):
             raise ModelError(f'{what}: found {values.describe(value)}, expected a text such as "hht-si2"')
@@ -80,3 +87,17 @@ def setting(name: str, field: str, unit: str, value: values.Value) -> Any:
     if (field in ("tolerance", "step", "") and number <= 0) or (field == "interval" and number < 0):
         raise ModelError(f"{what} is {number:g}, it must be positive")
     return number
+
+
+def check_effects(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Effects that can be left out, as given.
+
+    Raises
+    ------
+    ModelError
+        For a name that is none.
+    """
+    for name in names:
+        if name not in EFFECTS:
+            raise ModelError(f"there is no effect `{name}` to leave out", hint=did_you_mean(name, EFFECTS, "there are"))
+    return names

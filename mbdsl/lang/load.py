@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assembly import Assembly
-from mbdsl.lang.experiment import read_experiment
+from mbdsl.lang.experiment import check_effects, read_experiment
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.library import Library, Unit, read
 from mbdsl.lang.members import Namespace
@@ -20,7 +20,12 @@ from mbdsl.lang.suggest import did_you_mean
 from mbdsl.scene import Scene
 
 
-def load(path: str | os.PathLike[str], overrides: Mapping[str, str | float] = {}, model: str | None = None) -> Scene:
+def load(
+    path: str | os.PathLike[str],
+    overrides: Mapping[str, str | float] = {},
+    model: str | None = None,
+    without: Iterable[str] = (),
+) -> Scene:
     """Read a model from a file.
 
     Parameters
@@ -31,6 +36,8 @@ def load(path: str | os.PathLike[str], overrides: Mapping[str, str | float] = {}
         Values for parameters in place of the model's own: ``{"k": "120 N/mm", "crank.m": 4.0}``, numbers in SI.
     model : str, optional
         Which model of the file; default is the one named like the file, else the last.
+    without : iterable of str
+        Effects to leave out: "friction", "damping", "flexibility", "gravity".
 
     Raises
     ------
@@ -38,17 +45,21 @@ def load(path: str | os.PathLike[str], overrides: Mapping[str, str | float] = {}
         If there is anything wrong with the file or the model.
     """
     file = os.fspath(path)
-    return parse_text(read(file), file, overrides, model)
+    return parse_text(read(file), file, overrides, model, without)
 
 
 def parse_text(
-    text: str, file: str = "<text>", overrides: Mapping[str, str | float] = {}, model: str | None = None
+    text: str,
+    file: str = "<text>",
+    overrides: Mapping[str, str | float] = {},
+    model: str | None = None,
+    without: Iterable[str] = (),
 ) -> Scene:
     """Read a model from a text; ``file`` is its name in messages, and imports are relative to it."""
     with deep():
         library = Library()
         unit = library.add(text, file)
-        return _flatten(_main(unit, model), unit, library, overrides)
+        return _flatten(_main(unit, model), unit, library, overrides, check_effects(tuple(without)))
 
 
 def _main(unit: Unit, name: str | None) -> s.Model:
@@ -76,8 +87,11 @@ def _plain(name: str) -> str:
     return name.replace("_", "").replace("-", "").lower()
 
 
-def _flatten(model: s.Model, unit: Unit, library: Library, overrides: Mapping[str, str | float]) -> Scene:
+def _flatten(
+    model: s.Model, unit: Unit, library: Library, overrides: Mapping[str, str | float], without: tuple[str, ...]
+) -> Scene:
     assembly = Assembly()
+    assembly.without = without
     root = Namespace(assembly)
     instance = Instance(assembly, root, model, unit, {})
     instance.modifiers = read_overrides(overrides, instance)

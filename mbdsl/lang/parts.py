@@ -37,7 +37,7 @@ class Template:
     def __init__(self, kind: Kind, modifiers: Modifiers) -> None:
         self.kind = kind
         self.modifiers = modifiers
-        self.shared: tuple[dict, dict] | None = None
+        self.shared: tuple[dict, dict, set[str]] | None = None
 
     def unknown(self, owner: str) -> None:
         """Complain about modifiers that the kind does not know."""
@@ -74,6 +74,7 @@ class Part:
         "contexts",
         "doc",
         "kind",
+        "lacks",
         "name",
         "nodes",
         "template",
@@ -94,6 +95,7 @@ class Part:
         self._frames: dict[str, Frame] | None = None
         self._signals: dict[str, Quantity] = {}
         self._laws: dict[str, Expr] = {}
+        self.lacks: set[str] = set()  #: effects that it would have, but for ``assembly.without``
 
     # -- values ------------------------------------------------------------------------------------------------
 
@@ -109,7 +111,7 @@ class Part:
                 with self.assembly.defining(self, f"`{self.name}`", self.at):
                     self._values = self._make_values()
             else:
-                self._values = self.template.shared[0]
+                self._values, _, self.lacks = self.template.shared
         return self._values
 
     def _make_values(self) -> dict:
@@ -149,8 +151,12 @@ class Part:
             found.update(self.kind.derive(found))
         except ArithmeticError:
             raise ModelError(f"{self.kind.name} `{self.name}`: its values are too large", span_of(self.at)) from None
+        for effect in self.assembly.without:
+            if effect in self.kind.effects and (changed := self.kind.effects[effect](found)):
+                found.update(changed)
+                self.lacks.add(effect)
         if same:
-            self.template.shared = (found, self._poses(found))
+            self.template.shared = (found, self._poses(found), self.lacks)
         return found
 
     def _missing(self, parameter: Parameter) -> ModelError:
@@ -201,7 +207,12 @@ class Part:
             value = evaluate(modifier.value, modifier.scope.for_law(self, name))
             try:
                 picked = modifier.pick(value, 0, self.contexts)
-                self._laws[name] = check.law(parameter, picked, self.name)
+                law = check.law(parameter, picked, self.name)
+                if "damping" in self.assembly.without and "damping" in self.kind.effects:
+                    if expressions.is_velocity_level(law):
+                        self.lacks.add("damping")
+                    law = expressions.substitute(law, _at_rest)
+                self._laws[name] = law
                 if isinstance(self.kind, JointKind):
                     demands.check_law(name, self._laws[name], self.kind, self.name)
             except ModelError as problem:
@@ -316,6 +327,10 @@ class Part:
         """Whether ``name`` is a result that laws cannot use."""
         return isinstance(self.kind, BodyKind) and name in ACCELERATIONS and bool(self.kind.coordinates)
 
+    def forget(self) -> None:
+        """Values and signals are found anew: what is left out has changed."""
+        self._values, self._signals, self._laws, self.template.shared, self.lacks = None, {}, {}, None, set()
+
     def known_names(self) -> list[str]:
         """For "did you mean"."""
         names = [*self.signal_names(), *self.nodes, *(p.name for p in self.kind.parameters if p.name != "frames")]
@@ -356,6 +371,12 @@ class Part:
                 except ModelError as problem:
                     raise place(problem, modifier.value.at if modifier and modifier.value else self.at) from None
         return found
+
+
+def _at_rest(leaf: Expr) -> Expr | None:
+    """Zero for velocities."""
+    rate = leaf.op == "coordinate" and leaf.value[1] in expressions.RATE.values()  # type: ignore[index]
+    return expressions.const(0.0) if rate else None
 
 
 @cache

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from dataclasses import dataclass
 from types import ModuleType
 
@@ -20,7 +21,7 @@ class Block:
 
     role: str
     module: ModuleType
-    components: tuple[Component, ...]
+    components: tuple[Component, ...] = ()
     driven: bool = False
 
     @property
@@ -37,11 +38,12 @@ class Block:
         return getattr(self.module, "hessian", None) is not None
 
 
-def find_blocks(scene: Scene) -> list[Block]:
-    """The blocks of ``scene``, in the order in which their loops run."""
-    table = modules()
+def find_blocks(scene: Scene, general: bool = False) -> list[Block]:
+    """The blocks of ``scene``, in the order of their loops; if ``general``, with empty ones of all other kinds."""
     groups: dict[tuple, list[Component]] = {}
-    by_name = {module.__name__: module for module in table.values()}
+    table = modules()
+    if general:
+        groups = {key: [] for module in table.values() for key in _every_key(module)}
     for c in scene.components.values():
         module = table[c.kind.name]
         if isinstance(c.kind, BodyKind) and c.kind.coordinates:
@@ -50,23 +52,33 @@ def find_blocks(scene: Scene) -> list[Block]:
             if c.kind.rows:
                 groups.setdefault((1, "joint", module.__name__, c.kind.driver is not None), []).append(c)
             if c.velocity_constraints:
-                groups.setdefault((2, "gamma", "", False), []).append(c)
+                groups.setdefault(_GAMMA, []).append(c)
             if c.friction is not None:
-                along = f"{modules.__module__}.{c.kind.friction_along}"
-                groups.setdefault((4, "law", along, False), []).append(c)
+                groups.setdefault((4, "law", _along(c.kind), False), []).append(c)
         elif isinstance(c.kind, ForceKind):
             order, role = (4, "law") if by_law(c) else (3, "spring")
             groups.setdefault((order, role, module.__name__, False), []).append(c)
-    blocks = []
-    for key in sorted(groups):
-        members = groups[key]
-        if key[1] == "body":
-            module = table[members[0].kind.name].motion
-        else:
-            # nonholonomic constraints are expressions, for which one module stands in
-            module = table["VelocityConstraint"] if key[1] == "gamma" else by_name[key[2]]
-        blocks.append(Block(key[1], module, tuple(members), key[3]))
-    return blocks
+    return [Block(key[1], importlib.import_module(key[2]), tuple(groups[key]), key[3]) for key in sorted(groups)]
+
+
+#: nonholonomic constraints are expressions, for which one module stands in
+_GAMMA = (2, "gamma", f"{modules.__module__}.velocity_constraint", False)
+
+
+def _along(kind: JointKind) -> str:
+    """The module whose kernels friction acts along."""
+    return f"{modules.__module__}.{kind.friction_along}"
+
+
+def _every_key(module: ModuleType) -> list[tuple]:
+    """The blocks that a kind may stand in."""
+    kind, name = module.KIND, module.__name__
+    if isinstance(kind, BodyKind):
+        return [(0, "body", module.motion.__name__, False)] if kind.coordinates else []
+    if isinstance(kind, ForceKind):
+        return [(4, "law", name, False)] + ([(3, "spring", name, False)] if kind.springs is not None else [])
+    keys: list[tuple] = [(1, "joint", name, kind.driver is not None)] if kind.rows else [_GAMMA]
+    return [*keys, (4, "law", _along(kind), False)] if kind.friction else keys
 
 
 def by_law(c: Component) -> bool:

@@ -23,7 +23,7 @@ KIND_PREFIX = "mbdsl_kind_"
 def emit(blocks: list[Block], has_tape: bool, sets: int) -> str:
     """The text of the module for these blocks, with so many sets of multipliers."""
     bodies = [(header(k), b) for k, b in enumerate(blocks) if b.role == "body"]
-    pairs = [(header(k), b) for k, b in enumerate(blocks) if b.role not in ("body", "gamma")]
+    pairs = [(header(k), b) for k, b in enumerate(blocks) if b.role in ("joint", "spring", "law")]
     roles = {b.role for b in blocks}
     evaluate = ["loops.start(Y, Z, F, I)"]
     if sets > 2:
@@ -31,6 +31,8 @@ def emit(blocks: list[Block], has_tape: bool, sets: int) -> str:
     evaluate += [f"{b.name}.move({h}, Y, Z, F, I)" for h, b in bodies]
     if has_tape:
         evaluate.append("tape.run(t, 0, I[TAPE_LENGTH], Y, Z, F, I)")
+    if "moving" in roles:
+        evaluate.append("loops.carry(Z, F, I)")
     evaluate += [f"{b.name}.fill({h}, Z, C, F, I)" for h, b in pairs]
     if "joint" in roles:
         evaluate.append(f"loops.constraints{'_with_mu' if sets > 1 else ''}(Y, Z, C, F, I)")
@@ -120,7 +122,7 @@ def load(blocks: list[Block], has_tape: bool, sets: int) -> Kernels:
     """Compile the code of a structure, or find it compiled."""
     jit.activate(loops, tape, *{b.module for b in blocks})
     for block in blocks:
-        if block.role not in ("body", "gamma"):
+        if block.role in ("joint", "spring", "law"):
             jit.import_text(KIND_PREFIX + block.name, emit_kind(block), {"fill": None, "curve": None})
     text = emit(blocks, has_tape, sets)
     functions = {"evaluate": evaluate_signature(), "tangent": tangent_signature()}

@@ -306,6 +306,25 @@ def _solve_motion(
     return x[:n], found
 
 
+def determined(system: System, t: float, q: Array) -> bool:
+    """Whether there are as many constraints as coordinates, and independent ones."""
+    J = system.Phi_q(t, q)
+    if J.shape[0] != J.shape[1]:
+        return False
+    J, _ = _without_units(J, np.zeros(system.m), system.tables.scale)
+    if isinstance(J, np.ndarray):
+        sizes = np.linalg.svd(J, compute_uv=False)
+    else:
+        from scipy.sparse import csc_array
+        from scipy.sparse.linalg import splu
+
+        try:
+            sizes = np.abs(splu(csc_array(J)).U.diagonal())
+        except RuntimeError:  # exactly singular
+            return False
+    return bool(sizes.min() > 1e-9 * sizes.max())
+
+
 def _balance(system: System, M: Array, J) -> Array:
     """Powers of two d for which d [[M, J^T], [J, 0]] d has entries near one: masses first, then the rows of J."""
     sized = M / system.tables.scale**2  # as moments of inertia; what has no mass is taken to have the largest

@@ -28,11 +28,14 @@ from mbdsl.layout import (
     MAGNITUDE,
     MASS,
     MASS_SLOTS,
+    MOVED,
+    MOVING,
     MU_ROW,
     MU_WRENCH,
     N_FRAMES,
     N_GAM,
     N_LAWS,
+    N_MOVING,
     N_PHI,
     N_Q,
     N_SPRINGS,
@@ -92,6 +95,15 @@ def start(Y, Z, F, I):
     for f in range(I[GROUND_FRAMES]):
         for j in range(3):
             Z[f, WRENCH + j], Z[f, MU_WRENCH + j] = 0.0, 0.0
+
+
+@kernel
+def carry(Z, F, I):
+    """Pose and rates of frames that drivers move as functions of time."""
+    for k in range(I[N_MOVING]):
+        o = I[MOVING] + MOVED * k
+        for j in range(6):
+            Z[I[o], j] = F[I[REGISTERS] + I[o + 1 + j]]
 
 
 @kernel

@@ -21,7 +21,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
     counts = {"joint": 0, "spring": 0, "law": 0}
     details: list[tuple[int, list[int]]] = []
     for k, block in enumerate(tables.blocks):
-        if block.role in ("body", "gamma"):
+        if block.role not in counts:
             continue
         rows = block.rows
         header = layout.BLOCKS + layout.BLOCK * k
@@ -33,7 +33,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
             len(block.components),
             row,
             buffers.floats(v for p in parameters for v in p),
-            len(parameters[0]),
+            len(parameters[0]) if parameters else 0,
         ]
         for c in block.components:
             a, b = (tables.frames[c.ports[port]] for port in c.kind.ports)

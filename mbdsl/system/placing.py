@@ -22,7 +22,7 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
     """Poses of all bodies (n,), from the ground outwards: at what was said, else where the joints put them."""
     scene, tables = system.scene, system.tables
     said: dict[Expr | None, float] = {x.target: x.value for x in sorted(given, key=lambda x: x.fixed)}
-    pose = {name: _frame_pose(system, name) for name in scene.frames if not _coordinates(system, name)}
+    pose = {name: _ground_pose(system, name, t) for name in scene.frames if not _coordinates(system, name)}
     frames_of: dict[str, list[str]] = {}
     for name, frame in scene.frames.items():
         frames_of.setdefault(frame.body, []).append(name)
@@ -58,6 +58,15 @@ def _coordinates(system: System, frame: str) -> tuple[str, ...]:
 def _frame_pose(system: System, name: str) -> tuple[float, float, float]:
     frame = system.scene.frames[name]
     return body_pose(system.scene.components[frame.body], frame)
+
+
+def _ground_pose(system: System, name: str, t: float) -> tuple[float, float, float]:
+    motion = system.scene.frames[name].motion
+    if motion is None:
+        return _frame_pose(system, name)
+    nowhere = np.zeros((1, system.n))
+    x, y, phi = (float(value[0]) for value in values(system, motion, np.array([t]), nowhere, nowhere))
+    return x, y, phi
 
 
 def _drivers(system: System, t: float) -> dict[tuple[str, str, str], float]:

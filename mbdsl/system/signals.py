@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.elements.kind import BodyKind
-from mbdsl.lang.expressions import OPERATIONS, Expr, diff, evaluate, leaves
+from mbdsl.lang.expressions import OPERATIONS, RATE, Expr, der, diff, evaluate, leaves
 from mbdsl.scene import Scene
 from mbdsl.system.splines import piecewise
 from mbdsl.system.system import DENSE_LIMIT, System
@@ -18,6 +18,7 @@ from mbdsl.system.tables import body_pose
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+_RATES = tuple(RATE.values())
 Array = NDArray[np.float64]
 Matrix: TypeAlias = "Array | csr_array"
 
@@ -140,6 +141,10 @@ def values(
             start = np.full(len(t), system.scene.inputs[name].start)
             return start if inputs is None else inputs.get(name, start)
         name, key = node.value  # type: ignore[misc]
+        motion = system.scene.frames[name].motion
+        if motion is not None:
+            moved = motion[tuple(RATE).index(key)] if key in RATE else der(motion[_RATES.index(key)])
+            return values(system, [moved], t, q, v)[0]
         return frame_coordinate(system, name, key, q, v)
 
     with np.errstate(all="ignore"):

@@ -246,9 +246,29 @@ class System:
             registers = I[I[layout.PAIRS] + layout.PAIR * r + 4]
             if registers >= 0:
                 in_time[r] = -F[I[layout.REGISTERS] + I[registers + 2]]
+        if I[layout.N_MOVING]:
+            in_time[: self.m] += self._carried()
         for k in range(self.p):
             in_time[self.m + k] = F[I[layout.REGISTERS] + I[I[I[layout.GAMMAS] + k] + 1]]
         return -rate - in_time
+
+    def _carried(self) -> Array:
+        """What frames that move as functions of time add to Phi_tt and (Phi_q v)_t (m,), at the last tangent."""
+        w = self._work
+        assert w is not None
+        acceleration = {}
+        for k in range(w.I[layout.N_MOVING]):
+            record = w.I[w.I[layout.MOVING] + layout.MOVED * k :][: layout.MOVED]
+            acceleration[int(record[0])] = w.F[w.I[layout.REGISTERS] + record[7:]]
+        found = np.zeros(self.m)
+        for r in range(self.m):
+            for side in range(2):
+                f = int(w.I[w.I[layout.PAIRS] + layout.PAIR * r + side])
+                if f in acceleration:
+                    G = w.C[r, 3 * side : 3 * side + 3]
+                    G_rate = w.C[r, layout.GRADIENT_RATE + 3 * side :][:3]
+                    found[r] += G_rate @ w.Z[f, 3:6] + G @ acceleration[f]
+        return found
 
     def elimination_order(self) -> NDArray[np.int64]:
         """The order, from the graph, in which coordinates and constraints are eliminated (n + m + p,): new -> old."""
@@ -298,8 +318,11 @@ class System:
         return "\n".join(lines)
 
 
-def build(scene: Scene, graph: MechanismGraph | None = None) -> System:
-    """Scene to System: numbers, tables and the text of the specialised code; compiles nothing yet."""
-    tables = build_tables(scene)
+def build(scene: Scene, graph: MechanismGraph | None = None, general: bool = False) -> System:
+    """Scene to System: numbers, tables and the text of the specialised code; compiles nothing yet.
+
+    ``general`` code has the loops of every kind that there is, whether the scene has it or not.
+    """
+    tables = build_tables(scene, general)
     mechanism = graph if graph is not None else build_graph(scene)
     return System(scene, mechanism, tables, emit.emit(tables.blocks, tables.has_tape, 2))

@@ -16,7 +16,7 @@ from mbdsl import layout
 from mbdsl.elements.kind import BodyKind, JointKind
 from mbdsl.lang.expressions import leaves
 from mbdsl.scene import Component, Scene
-from mbdsl.system import gammas, pairs
+from mbdsl.system import gammas, moving, pairs
 from mbdsl.system.blocks import Block, expressions, find_blocks, frame_of
 from mbdsl.system.splines import piecewise
 from mbdsl.system.tape import Tape
@@ -52,11 +52,11 @@ class Tables:
     @property
     def pair_rows(self) -> int:
         """Rows of the gradient table."""
-        return sum(len(b.components) * b.rows for b in self.blocks if b.role not in ("body", "gamma"))
+        return sum(len(b.components) * b.rows for b in self.blocks if b.role in ("joint", "spring", "law"))
 
     @property
     def has_tape(self) -> bool:
-        return any(b.role in ("law", "gamma") or b.driven for b in self.blocks)
+        return any(b.role in ("law", "gamma", "moving") or b.driven for b in self.blocks)
 
 
 class Buffers:
@@ -90,10 +90,10 @@ def body_pose(component: Component, frame) -> tuple[float, float, float]:
     return frame.x - cx, frame.y - cy, frame.phi
 
 
-def build_tables(scene: Scene) -> Tables:
-    """Number and tabulate ``scene``."""
+def build_tables(scene: Scene, general: bool = False) -> Tables:
+    """Number and tabulate ``scene``; with ``general``, make room for every kind there is."""
     bodies = scene.bodies()
-    blocks = find_blocks(scene)
+    blocks = find_blocks(scene, general)
     coordinates: dict[str, int] = {}
     n = 0
     for body in bodies:
@@ -114,6 +114,8 @@ def build_tables(scene: Scene) -> Tables:
                 velocity_rows[c.name] = m + p
                 p += len(c.velocity_constraints)
     frames = _used_frames(scene, blocks)
+    if general or any(scene.frames[name].motion for name in frames):
+        blocks.append(Block("moving", moving))
     tables = Tables(scene, blocks, n, m, p, coordinates, rows, velocity_rows, frames)
     _fill(tables)
     return tables
@@ -155,7 +157,9 @@ def _fill(tables: Tables) -> None:
         body = scene.components[frame.body]
         x, y, phi = body_pose(body, frame)
         nb = len(body.kind.coordinates)
-        if nb == 0:
+        if frame.motion is not None:
+            ground += 1
+        elif nb == 0:
             Z[f, :3] = x, y, phi
             ground += 1
         else:
@@ -182,6 +186,7 @@ def _fill(tables: Tables) -> None:
     pairs.tabulate(tables, buffers, dofs, tape, later)
     found = [g for b in tables.blocks if b.role == "gamma" for c in b.components for g in c.velocity_constraints]
     gammas.tabulate(found, frames, dofs, n + m, buffers, tape, later)
+    moving.tabulate({f: scene.frames[name].motion for name, f in frames.items()}, buffers, tape, later)
     _fill_tape(buffers, tape, later)
     tables.inputs = {name: I[layout.REGISTERS] + register for name, register in tape.inputs.items()}
 

@@ -1,0 +1,270 @@
+"""Motion: a scene on its way, the parts that it falls into stepped side by side.
+
+What is solved for is the reduced scene (:mod:`mbdsl.reduction`); what comes out is about the scene as written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl import graph, jit, layout
+from mbdsl.elements.kind import JointKind
+from mbdsl.errors import InitialisationError
+from mbdsl.integrators import driver, methods
+from mbdsl.integrators import modules as method_modules
+from mbdsl.integrators.run import Integration, loop_name
+from mbdsl.lang.expressions import coordinate
+from mbdsl.reduction import Part, Reduction, reduce
+from mbdsl.scene import Scene
+from mbdsl.system import System, build
+from mbdsl.system.initial import InitialState, Moved, determined, initial_state
+from mbdsl.system.signals import values
+
+Array = NDArray[np.float64]
+KINEMATIC = "kinematic"
+RATE = {"x": "vx", "y": "vy", "phi": "w"}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a run goes: the method, its step and options, times, and whether the scene is to be reduced."""
+
+    method: str
+    h: float
+    start: float
+    stop: float
+    times: Array  #: of output, after the start
+    options: Mapping[str, float | None]
+    general: bool = False  #: nothing merged, split or left out
+
+
+@dataclass
+class Moving:
+    """A part with its equations."""
+
+    part: Part
+    system: System
+    method: str
+    initial: InitialState
+    integration: Integration
+
+    @property
+    def redundant(self) -> list[str]:
+        return [self.system.constraint_names()[k] for k in self.initial.redundant]
+
+
+class Motion:
+    """The parts of a scene, assembled at the start and ready to be advanced.
+
+    Attributes
+    ----------
+    system : System
+        Of the scene as written: what a trajectory is about. It is the only part's own where nothing was reduced.
+    parts : list of Moving
+    known : (m + p,) of bool
+        Which multipliers the parts solve for; the others follow from the motion where somebody asks.
+    failed : Moving or None
+        The part that could not go on.
+
+    Raises
+    ------
+    InitialisationError
+        If no consistent initial state is found.
+    """
+
+    def __init__(self, scene: Scene, plan: Plan, mechanism: graph.MechanismGraph | None = None) -> None:
+        self.plan = plan
+        mechanism = mechanism if mechanism is not None else graph.build(scene)
+        self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if plan.general else reduce(mechanism)
+        self._systems = [build(part.scene, part.graph, plan.general) for part in self.reduction.parts]
+        same = self.reduction.nothing_done and self._systems
+        self.system = self._systems[0] if same else build(scene, mechanism, plan.general)
+        self.parts: list[Moving] = []
+        self.failed: Moving | None = None
+        self._steps = round((plan.stop - plan.start) / plan.h)
+        self._taken = 0
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether all code that is needed has been compiled before."""
+        return all(self._is_compiled(part, system) for part, system in self._pairs())
+
+    def _pairs(self):
+        return zip(self.reduction.parts, self._systems, strict=True)
+
+    def _is_compiled(self, part: Part, system: System) -> bool:
+        method = KINEMATIC if part.kinematic else self.plan.method
+        code = system.module_name(method_modules()[method].METHOD.sets)
+        return jit.is_compiled(code) and jit.is_compiled(loop_name(method))
+
+    def prepare(self, lap: Callable[[str], None] = lambda phase: None) -> None:
+        """Compile (or load), and assemble the initial states; ``lap`` is told what has been done when."""
+        _check_loose(self.reduction, self.system, self.plan.start)
+        for part, system in self._pairs():
+            self.parts.append(self._moving(part, system, lap))
+        names = self.system.constraint_names()
+        row = {name: k for k, name in enumerate(names)} if any(p.initial.redundant for p in self.parts) else {}
+        self.left_out = tuple(row[name] for p in self.parts for name in p.redundant)
+        self.known = np.zeros(len(names), bool)
+        self._rows = []
+        for p in self.parts:
+            n, full = p.system.n, self.system.tables.multipliers
+            own = p.method != KINEMATIC
+            pairs = [(full[key] - self.system.n, k - n) for key, k in p.system.tables.multipliers.items() if own]
+            rows = np.array(pairs, np.int64).reshape(-1, 2)
+            self._rows.append(rows)
+            self.known[rows[:, 0]] = True
+
+    def _moving(self, part: Part, system: System, lap: Callable[[str], None]) -> Moving:
+        plan = self.plan
+        method = KINEMATIC if part.kinematic else plan.method
+        options = {} if part.kinematic else plan.options
+        integration = Integration(system, method, plan.h, plan.start, plan.stop, plan.times, options)
+        lap("compile")
+        initial = initial_state(system, part.graph, plan.start)
+        if part.kinematic and (initial.redundant or not determined(system, plan.start, initial.q)):
+            assert part.dynamic is not None
+            return self._moving(Part(part.dynamic), build(part.dynamic.scene, part.dynamic), lap)
+        integration.begin(initial.q, initial.v, initial.a, initial.lam, initial.redundant)
+        lap("initialise")
+        return Moving(part, system, method, initial, integration)
+
+    @property
+    def redundant(self) -> list[str]:
+        """Names of the constraints that are left out as redundant."""
+        return [name for p in self.parts for name in p.redundant]
+
+    @property
+    def moved(self) -> tuple[Moved, ...]:
+        """Guesses, and where assembly left them."""
+        return tuple(moved for p in self.parts for moved in p.initial.moved)
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """What is solved for: coordinates n, constraints m and p, in how many parts."""
+        sums = {key: sum(getattr(p.system, key) for p in self.parts) for key in ("n", "m", "p")}
+        return {**sums, "parts": len(self.parts)}
+
+    @property
+    def pivoting_from(self) -> float | None:
+        """The time from which on a part is solved with a search for pivots, as without it one was lost; None: never."""
+        return min((x for p in self.parts if (x := p.integration.pivoting_from) is not None), default=None)
+
+    @property
+    def own_reactions(self) -> bool:
+        return methods()[self.plan.method].own_reactions
+
+    @property
+    def steps(self) -> int:
+        """Steps that all parts have taken."""
+        return min((int(p.integration.J[driver.STEP]) for p in self.parts), default=self._taken)
+
+    @property
+    def time(self) -> float:
+        return float(self.plan.start + self.steps * self.plan.h)
+
+    def count(self, index: int) -> int:
+        """A counter of the driver, over all parts."""
+        return sum(int(p.integration.J[index]) for p in self.parts)
+
+    def advance(self, steps: int) -> int:
+        """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.driver`."""
+        status = driver.DONE
+        for p in self.parts:
+            status = p.integration.advance(steps)
+            if status not in (driver.RUNNING, driver.DONE):
+                self.failed = p
+                return status
+        if not self.parts:
+            self._taken = min(self._taken + steps, self._steps)
+            status = driver.DONE if self._taken == self._steps else driver.RUNNING
+        return status
+
+    def change_inputs(self, inputs: Mapping[str, float]) -> None:
+        for p in self.parts:
+            p.integration.change_inputs(inputs)
+
+    # -- from the parts to the scene ---------------------------------------------------------------------------
+    def present(self) -> tuple[Array, Array, Array]:
+        """q, v (n,) and lam (m + p,) as they are now."""
+        states = []
+        for p in self.parts:
+            Y, n, N = p.integration.Y, p.system.n, p.system.unknowns
+            states.append((Y[None, layout.Q0, :n], Y[None, layout.V0, :n], Y[None, layout.XA, n:N]))
+        q, v, lam = self._whole(np.array([self.time]), states)
+        return q[0], v[0], lam[0]
+
+    def output(self, partial: bool) -> tuple[Array, Array, Array, Array, list[tuple[Array, Array]]]:
+        """Times (N,), q, v (N, n) and lam (N, m + p) from the start on, and each part's own q and v.
+
+        With ``partial``, the last step reached is among them, though no output was due there.
+        """
+        plan, n_steps = self.plan, self.steps
+        reached = plan.start + n_steps * plan.h
+        done = min((int(p.integration.J[driver.OUTPUT]) for p in self.parts), default=len(plan.times))
+        if not self.parts:
+            done = int((plan.times <= reached + 1e-9 * plan.h).sum())
+        times = np.concatenate([[plan.start], plan.times[:done]])
+        extra = partial and reached > times[-1] + 1e-9 * plan.h
+        if extra and any(p.integration.J[driver.STEP] != n_steps for p in self.parts):
+            extra = False  # a part that is further on cannot go back
+        states = []
+        for p in self.parts:
+            Y, n, N, out, first = p.integration.Y, p.system.n, p.system.unknowns, p.integration.out, p.initial
+            rows = [np.concatenate([first.q, first.v, first.lam])[None], out[:done]]
+            if extra:
+                rows.append(np.concatenate([Y[layout.Q0, :n], Y[layout.V0, :n], Y[layout.XA, n:N]])[None])
+            every = np.concatenate(rows)
+            states.append((every[:, :n], every[:, n : 2 * n], every[:, 2 * n :]))
+        if extra:
+            times = np.append(times, reached)
+        return times, *self._whole(times, states), [(q, v) for q, v, _ in states]
+
+    def _whole(self, t: Array, states: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Array, Array]:
+        """q, v (N, n) and lam (N, m + p) of the scene from those of its parts; not a number where lam is not known."""
+        if self.parts and self.parts[0].system is self.system:
+            q, v, lam = (x.copy() for x in states[0])
+            return q, v, lam if self.known.all() else np.where(self.known, lam, np.nan)
+        system = self.system
+        q, v = np.zeros((len(t), system.n)), np.zeros((len(t), system.n))
+        lam = np.full((len(t), system.m + system.p), np.nan)
+        owner = {body: k for k, p in enumerate(self.parts) for body in p.system.tables.coordinates}
+        still = System(self.reduction.scene, self.reduction.graph, system.tables)
+        for body in system.scene.bodies():
+            frame = f"{body.name}.c"
+            k = owner.get(self.reduction.scene.frames[frame].body)
+            keys = body.kind.coordinates
+            roots = [coordinate(frame, key) for key in (*keys, *(RATE[key] for key in keys))]
+            where, (part_q, part_v) = (still, (q, v)) if k is None else (self.parts[k].system, states[k][:2])
+            found = values(where, roots, t, part_q, part_v)
+            d = system.tables.coordinates[body.name]
+            for j in range(len(keys)):
+                q[:, d + j], v[:, d + j] = found[j], found[len(keys) + j]
+        for rows, (_, _, part_lam) in zip(self._rows, states, strict=True):
+            lam[:, rows[:, 0]] = part_lam[:, rows[:, 1]]
+        return q, v, lam
+
+
+def _check_loose(reduction: Reduction, system: System, t: float) -> None:
+    """What initial values say about parts that do not move freely is so, or the model contradicts itself."""
+    if not reduction.loose:
+        return
+    still = System(reduction.scene, reduction.graph, system.tables)
+    nowhere = np.zeros((1, system.n))
+    found = values(still, [x.target for x in reduction.loose], np.array([t]), nowhere, nowhere)
+    for item, (value,) in zip(reduction.loose, found, strict=True):
+        if item.fixed and not abs(value - item.value) <= 1e-9 * (1.0 + abs(item.value)):
+            raise InitialisationError(
+                f"{item.name} = {item.value:g} is required at the start, but welds and drivers make it {value:g}",
+                item.span,
+                hint="leave it out, or say `guess`, or change what holds the body",
+            )
+
+
+def constrained(scene: Scene) -> bool:
+    """Whether there is a holonomic constraint."""
+    return any(isinstance(c.kind, JointKind) and c.kind.rows for c in scene.components.values())

@@ -1,0 +1,186 @@
+"""What has to be solved for of a scene: its equations without what is known before the first step.
+
+Scene to parts: welded bodies are merged, what drivers move one by one is part of the ground, and independent
+sub-mechanisms come apart. The trajectory is still about the scene as it was written: every body is somewhere in a
+part (or in the ground), and where it is follows from a frame there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from mbdsl import graph as mechanism
+from mbdsl.elements.kind import ForceKind, JointKind
+from mbdsl.errors import ModelError
+from mbdsl.graph import Edge, MechanismGraph
+from mbdsl.lang.expressions import Expr, leaves
+from mbdsl.reduction import drivers, welds
+from mbdsl.reduction.note import Note
+from mbdsl.scene import Component, Frame, InitialValue, Scene
+from mbdsl.wording import few
+
+__all__ = ["Note", "Part", "Reduction", "reduce"]
+
+
+@dataclass(frozen=True)
+class Part:
+    """An independent sub-mechanism, as a scene of its own.
+
+    It is ``kinematic`` where counting says that its constraints leave nothing free: if they are independent, too, its
+    motion follows from them, and forces and friction, which ``scene`` lacks then, only from the motion. ``dynamic`` is
+    the part with them.
+    """
+
+    graph: MechanismGraph
+    kinematic: bool = False
+    dynamic: MechanismGraph | None = None
+
+    @property
+    def scene(self) -> Scene:
+        return self.graph.scene
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """``parts`` to solve for, which may be none at all. ``scene`` has what they were cut from: the ground with all that
+    became part of it; ``loose`` are initial values about nothing else."""
+
+    graph: MechanismGraph
+    scene: Scene
+    parts: tuple[Part, ...]
+    notes: tuple[Note, ...] = ()
+    loose: tuple[InitialValue, ...] = ()
+
+    @property
+    def nothing_done(self) -> bool:
+        """Whether the only part is the scene itself."""
+        return len(self.parts) == 1 and self.parts[0].graph is self.graph
+
+
+def reduce(graph: MechanismGraph) -> Reduction:
+    """The parts of the mechanism of ``graph``."""
+    scene, notes = graph.scene, list[Note]()
+    reduced = graph
+    for step in (welds.merge, drivers.carry):
+        found, more = step(reduced)
+        notes += more
+        if found is not reduced.scene:
+            found, more = _without_idle(found)
+            notes += more
+            if not found.bodies():
+                return Reduction(graph, found, (), tuple(notes), found.initial)
+            reduced = mechanism.build(found)
+    groups = _groups(reduced)
+    if reduced is graph and len(groups) == 1:
+        parts = [_part(graph)]
+        return Reduction(graph, scene, tuple(parts), tuple(notes + _solved(parts)))
+    owner = {body: k for k, group in enumerate(groups) for body in group}
+    parts = []
+    for k, group in enumerate(groups):
+        alone = reduced if len(groups) == 1 else mechanism.build(_cut(reduced, owner, k))
+        parts.append(_part(alone))
+        if len(groups) > 1:
+            notes.append(Note("split", tuple(group), "nothing joins it to the rest"))
+    notes += _solved(parts)
+    loose = tuple(x for x in reduced.scene.initial if not _owners(reduced.scene, owner, x.target))
+    return Reduction(graph, reduced.scene, tuple(parts), tuple(notes), loose)
+
+
+def _solved(parts: list[Part]) -> list[Note]:
+    why = "its constraints leave nothing free"
+    return [Note("kinematic", tuple(part.graph.bodies), why) for part in parts if part.kinematic]
+
+
+def _without_idle(scene: Scene) -> tuple[Scene, list[Note]]:
+    """Forces between what does not move freely do nothing; nor do joints that say nothing about it."""
+    bodies = {c.name for c in scene.bodies()}
+    idle = []
+    for c in scene.components.values():
+        if isinstance(c.kind, (ForceKind, JointKind)) and c.ports:
+            expressions = (*c.velocity_constraints, *(e for e in c.values.values() if isinstance(e, Expr)))
+            read = {leaf.value[0] for leaf in leaves(*expressions) if leaf.op == "coordinate"}  # type: ignore[index]
+            frames = {*c.ports.values(), *(read if c.velocity_constraints else ())}
+            if not any(scene.frames[name].body in bodies for name in frames):
+                idle.append(c)
+    if not idle:
+        return scene, []
+    components = {name: c for name, c in scene.components.items() if c not in idle}
+    names = tuple(c.name for c in idle)
+    return replace(scene, components=components), [
+        Note("dropped", names, "acts on nothing that moves freely", names, idle[0].span)
+    ]
+
+
+def _groups(graph: MechanismGraph) -> list[list[str]]:
+    """Bodies of the independent parts; what an initial value mentions together is assembled together."""
+    groups = [list(p.bodies) for p in graph.sub_mechanisms]
+    if len(groups) == 1:
+        return groups
+    owner = {body: k for k, group in enumerate(groups) for body in group}
+    links = [sorted(_owners(graph.scene, owner, x.target)) for x in graph.scene.initial]
+    joined = mechanism.connected(range(len(groups)), [link for link in links if len(link) > 1])
+    return [[body for k in group for body in groups[k]] for group in joined]
+
+
+def _owners(scene: Scene, owner: dict[str, int], target: Expr) -> set[int]:
+    """Parts that an expression is about."""
+    frames = [leaf.value[0] for leaf in leaves(target) if leaf.op == "coordinate"]  # type: ignore[index]
+    return {owner[scene.frames[f].body] for f in frames if scene.frames[f].body in owner}
+
+
+def _cut(graph: MechanismGraph, owner: dict[str, int], k: int) -> Scene:
+    """The scene of part ``k`` alone."""
+    scene = graph.scene
+    bodies = {body for body, part in owner.items() if part == k}
+    edges: Iterable[Edge] = (*graph.joints, *graph.forces)
+    mine = {e.name for e in edges if any(b in bodies for b in (e.body_i, e.body_j, *e.also))}
+    known = {e.name for e in (*graph.joints, *graph.forces)} | set(owner)
+
+    def keep(c: Component) -> bool:
+        return c.name not in known or c.name in bodies or c.name in mine
+
+    def near(frame: Frame) -> bool:
+        return frame.body not in owner or frame.body in bodies
+
+    return replace(
+        scene,
+        components={name: c for name, c in scene.components.items() if keep(c)},
+        frames={name: f for name, f in scene.frames.items() if near(f)},
+        initial=tuple(x for x in scene.initial if k in _owners(scene, owner, x.target)),
+        variables={},
+    )
+
+
+def _part(graph: MechanismGraph) -> Part:
+    """Whether the constraints alone determine the motion, as far as counting tells."""
+    if graph.coordinates != graph.rows or graph.velocity_rows or _reads_inputs(graph):
+        return Part(graph)
+    scene = graph.scene
+    components = {}
+    for name, c in scene.components.items():
+        if not isinstance(c.kind, ForceKind):
+            components[name] = replace(c, friction=None)
+    try:
+        bare = mechanism.build(replace(scene, components=components))
+    except ModelError:  # something is held by forces only
+        return Part(graph)
+    if any(p.mobility for p in bare.sub_mechanisms):
+        return Part(graph)
+    return Part(bare, True, graph)
+
+
+def _reads_inputs(graph: MechanismGraph) -> bool:
+    """Whether a driver follows an input, which may jump."""
+    for e in graph.joints:
+        kind = e.component.kind
+        if isinstance(kind, JointKind) and kind.driver is not None:
+            law = e.component.values[kind.driver]
+            if isinstance(law, Expr) and any(leaf.op == "input" for leaf in leaves(law)):
+                return True
+    return False
+
+
+def describe(notes: Iterable[Note]) -> list[str]:
+    """Notes as text, a line each."""
+    return [f"{n.action}: {few(n.names)} ({n.why}{'; ' + few(n.by) if n.by else ''})" for n in notes]

@@ -1,0 +1,151 @@
+"""What drivers move one after the other from the ground on becomes part of the ground, as a function of time.
+
+A body belongs to it if all that joins it to the ground, or to what belongs to it already, is one joint and the driver
+of that joint's free coordinate. Its frames get their poses as expressions in time, and wherever a law or an initial
+value mentions a coordinate of such a frame, these take its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+from mbdsl.elements.kind import JointKind
+from mbdsl.graph import GROUND, Edge, MechanismGraph
+from mbdsl.lang.expressions import RATE, Expr, der, expr, leaves, substitute
+from mbdsl.reduction.note import Note
+from mbdsl.reduction.poses import Pose, compose, invert
+from mbdsl.reduction.welds import RIGID
+from mbdsl.scene import Component, Frame, Scene
+
+
+class Drive(NamedTuple):
+    """``joint`` leaves one coordinate free, and ``driver`` says what it is: u, an expression in time."""
+
+    joint: Edge
+    driver: Edge
+    u: Expr
+
+
+def carry(graph: MechanismGraph) -> tuple[Scene, list[Note]]:
+    """The scene of ``graph`` without the bodies whose poses follow from drivers alone."""
+    scene = graph.scene
+    poses, drives = _driven(graph)
+    if not poses:
+        return scene, []
+    components, frames, notes = dict(scene.components), dict(scene.frames), list[Note]()
+    for body, drive in drives.items():
+        for name in (body, drive.joint.name, drive.driver.name):
+            del components[name]
+        by = (drive.joint.name, drive.driver.name)
+        notes.append(Note("moved", (body,), "its motion is a function of time", by, drive.driver.component.span))
+    motions: dict[str, tuple[Expr, Expr, Expr]] = {}
+    for name, frame in scene.frames.items():
+        if frame.body in poses:
+            x, y, phi = (expr(value) for value in compose(poses[frame.body], (frame.x, frame.y, frame.phi)))
+            motions[name] = (x, y, phi)
+            frames[name] = Frame(name, graph.ground.name, span=frame.span, motion=motions[name])
+
+    def known(leaf: Expr) -> Expr | None:
+        if leaf.op != "coordinate":
+            return None
+        frame, key = leaf.value  # type: ignore[misc]
+        if frame not in motions:
+            return None
+        if key in RATE:
+            return motions[frame][RIGID.index(key)]
+        return der(motions[frame][list(RATE.values()).index(key)])
+
+    components = {name: _rewritten(c, known) for name, c in components.items()}
+    initial = tuple(replace(x, target=substitute(x.target, known)) for x in scene.initial)
+    return replace(scene, components=components, frames=frames, initial=initial), notes
+
+
+def _rewritten(c: Component, known) -> Component:
+    values = {k: substitute(v, known) if isinstance(v, Expr) else v for k, v in c.values.items()}
+    return replace(
+        c,
+        values=values,
+        signals={name: substitute(e, known) for name, e in c.signals.items()},
+        velocity_constraints=tuple(substitute(e, known) for e in c.velocity_constraints),
+        friction=substitute(c.friction, known) if c.friction is not None else None,
+    )
+
+
+def _driven(graph: MechanismGraph) -> tuple[dict[str, Pose], dict[str, Drive]]:
+    """Poses of the reference points of driven bodies, and by what they are driven, from the ground outwards."""
+    if not any(_drives(e) for e in graph.joints):
+        return {}, {}
+    at: dict[str, list[Edge]] = {GROUND: [], **{body: [] for body in graph.bodies}}
+    for e in graph.joints:
+        for body in {e.body_i, e.body_j, *e.also} if e.rows or e.velocity_rows else ():
+            at[body].append(e)
+    read = {name for e in (*graph.joints, *graph.forces) for name in e.reads}
+    poses: dict[str, Pose] = {}
+    drives: dict[str, Drive] = {}
+    reached = {GROUND}
+    pending = [GROUND]
+    for base in pending:
+        for body in dict.fromkeys(e.other(base) for e in at[base]):
+            if body in reached or graph.bodies[body].kind.coordinates != RIGID:
+                continue
+            joins = [e for e in at[body] if e.other(body) in reached]
+            drive = _drive(joins)
+            if drive is None or drive.joint.name in read or drive.driver.name in read:
+                continue
+            poses[body] = _pose_of(graph.scene, body, drive, poses)
+            drives[body] = drive
+            reached.add(body)
+            pending.append(body)
+    # A body was looked at when not all were known that it is joined to; the outermost that is held in more ways stays.
+    while wrong := [b for b in drives if sum(_closed(e, poses) for e in at[b]) > 2 + _children(b, drives)]:
+        gone = [wrong[-1]]
+        for body in gone:
+            gone += [b for b, d in drives.items() if d.joint.other(b) == body]
+            del poses[body]
+        drives = {b: d for b, d in drives.items() if b in poses}
+    return poses, drives
+
+
+def _closed(e: Edge, poses: Mapping[str, Pose]) -> bool:
+    return all(b == GROUND or b in poses for b in (e.body_i, e.body_j))
+
+
+def _children(body: str, drives: Mapping[str, Drive]) -> int:
+    """Joints and drivers by which other driven bodies hang on this one."""
+    return 2 * sum(d.joint.other(b) == body for b, d in drives.items())
+
+
+def _drives(e: Edge) -> bool:
+    return isinstance(e.component.kind, JointKind) and e.component.kind.driver is not None
+
+
+def _drive(joins: list[Edge]) -> Drive | None:
+    """The two joints that hold a body, if they are a joint and its driver by a function of time."""
+    drivers = [e for e in joins if _drives(e)]
+    others = [e for e in joins if not _drives(e)]
+    if len(drivers) != 1 or len(others) != 1:
+        return None
+    driver, joint = drivers[0].component, others[0].component
+    assert isinstance(driver.kind, JointKind) and isinstance(joint.kind, JointKind)
+    if joint.kind.pose is None or joint.kind.free != driver.kind.driver or joint.velocity_constraints:
+        return None
+    u = expr(driver.values[driver.kind.driver])  # type: ignore[index]
+    if dict(joint.ports) != dict(driver.ports) or any(leaf.op != "time" for leaf in leaves(u)):
+        return None
+    return Drive(others[0], drivers[0], u)
+
+
+def _pose_of(scene: Scene, body: str, drive: Drive, poses: Mapping[str, Pose]) -> Pose:
+    """Pose of a body's reference point in the world."""
+    joint = drive.joint.component
+    assert isinstance(joint.kind, JointKind) and joint.kind.pose is not None
+    relative = joint.kind.pose(joint.values, drive.u)
+    frame_a, frame_b = (scene.frames[joint.ports[port]] for port in joint.kind.ports)
+    base, own = (frame_a, frame_b) if frame_b.body == body else (frame_b, frame_a)
+    relative = relative if own is frame_b else invert(relative)
+    start = compose(poses.get(base.body, (0.0, 0.0, 0.0)), (base.x, base.y, base.phi))
+    return compose(compose(start, relative), invert((own.x, own.y, own.phi)))
+
+

@@ -1,0 +1,24 @@
+"""What a reduction did, or did not do, and why: lines of ``mbdsl explain``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mbdsl.errors import Span
+
+
+@dataclass(frozen=True)
+class Note:
+    """``action`` (one of ``ACTIONS``) was done to ``names`` because of the components named in ``by``."""
+
+    action: str
+    names: tuple[str, ...]
+    why: str
+    by: tuple[str, ...] = ()
+    span: Span | None = None
+
+
+#: merged: welded bodies became the first of them; grounded: welded to the ground, gone; moved: what drivers move became
+#: part of the ground, as functions of time; dropped: acts on nothing that is left; kept: could not be reduced;
+#: split: integrated by itself; kinematic: solved from its constraints alone
+ACTIONS = ("merged", "grounded", "moved", "dropped", "kept", "split", "kinematic")

@@ -1,0 +1,29 @@
+"""Poses (x, y, phi) in the plane, composed and inverted; of numbers, or of expressions in time."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+from mbdsl.lang.expressions import Expr, call
+
+Number: TypeAlias = "Expr | float"
+Pose: TypeAlias = "tuple[Number, Number, Number]"
+
+
+def compose(outer: Pose, inner: Pose) -> Pose:
+    """The pose ``inner`` given in the axes of ``outer``, in the axes that ``outer`` is given in."""
+    x, y, phi = outer
+    c, s = call("cos", phi), call("sin", phi)
+    return _plain(x + c * inner[0] - s * inner[1], y + s * inner[0] + c * inner[1], phi + inner[2])
+
+
+def invert(pose: Pose) -> Pose:
+    """What ``pose`` is seen from."""
+    x, y, phi = pose
+    c, s = call("cos", phi), call("sin", phi)
+    return _plain(-(c * x) - s * y, s * x - c * y, -phi)
+
+
+def _plain(*values: Number) -> Pose:
+    x, y, phi = (v.value if isinstance(v, Expr) and v.op == "const" else v for v in values)
+    return x, y, phi  # type: ignore[return-value]

@@ -1,0 +1,161 @@
+"""Welded bodies become one, and those welded to the ground become part of it.
+
+The frames of all bodies stay, fixed to what the bodies became; every joint, force, signal and initial value is about
+frames, so that nothing else has to know.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from mbdsl.elements import kinds
+from mbdsl.elements.kind import BodyKind, JointKind
+from mbdsl.graph import GROUND, Edge, MechanismGraph
+from mbdsl.reduction.note import Note
+from mbdsl.reduction.poses import Pose, compose, invert
+from mbdsl.scene import Component, Frame, Scene
+
+RIGID = ("x", "y", "phi")  #: coordinates of a rigid body
+
+
+def merge(graph: MechanismGraph) -> tuple[Scene, list[Note]]:
+    """The scene of ``graph`` with its welds carried out."""
+    scene, notes = graph.scene, list[Note]()
+    welds = [e for e in graph.joints if _welds(e.component)]
+    if not welds:
+        return scene, notes
+    read = {name for e in (*graph.joints, *graph.forces) for name in e.reads}
+    usable = []
+    for e in welds:
+        ends = [b for b in (e.body_i, e.body_j) if b != GROUND]
+        if e.name in read:
+            notes.append(_kept(e, "a law reads its reactions"))
+        elif any(graph.bodies[b].kind.coordinates != RIGID for b in ends):
+            notes.append(_kept(e, "it holds something else than rigid bodies"))
+        else:
+            usable.append(e)
+    components, frames = dict(scene.components), dict(scene.frames)
+    groups = _groups(graph, usable)
+    more = _more(graph, groups)
+    for k, (group, tree) in enumerate(groups):
+        if k in more:
+            notes += [_kept(e, f"{more[k].name} joins the same bodies once more") for e in tree]
+            continue
+        root = GROUND if GROUND in group else _root(scene, group)
+        poses = _poses(scene, root, tree)
+        owner = graph.ground.name if root == GROUND else root
+        for name, frame in scene.frames.items():
+            if frame.body in poses:
+                frames[name] = _moved(frame, owner, compose(poses[frame.body], (frame.x, frame.y, frame.phi)))
+        for e in tree:
+            del components[e.name]
+        rest = [b for b in group if b not in (root, GROUND)]
+        by = tuple(e.name for e in tree)
+        if root == GROUND:
+            for body in rest:
+                del components[body]
+            notes.append(Note("grounded", tuple(rest), "welded to the ground", by, tree[0].component.span))
+        else:
+            components[root] = _sum(components[root], [(components[b], poses[b]) for b in (root, *rest)])
+            for body in rest:
+                del components[body]
+            notes.append(Note("merged", (root, *rest), "welded together", by, tree[0].component.span))
+    return replace(scene, components=components, frames=frames), notes
+
+
+def _welds(c: Component) -> bool:
+    return isinstance(c.kind, JointKind) and c.kind.pose is not None and not c.kind.free
+
+
+def _more(graph: MechanismGraph, groups: list[tuple[list[str], list[Edge]]]) -> dict[int, Edge]:
+    """Number of a group -> a joint that holds nothing but bodies of it, beside the welds that already do."""
+    number = {body: k for k, (group, _) in enumerate(groups) for body in group}
+    used = {e.name for _, tree in groups for e in tree}
+    found: dict[int, Edge] = {}
+    for e in graph.joints:
+        if e.name not in used and (e.rows or e.velocity_rows):
+            ends = (e.body_i, e.body_j) if e.component.ports else (e.body_i, e.body_j, *e.also)
+            into = {number.get(b, -1) for b in ends}
+            if len(into) == 1 and into != {-1}:
+                found.setdefault(into.pop(), e)
+    return found
+
+
+def _kept(e: Edge, why: str) -> Note:
+    return Note("kept", (e.name,), why, (e.name,), e.component.span)
+
+
+def _groups(graph: MechanismGraph, welds: Iterable[Edge]) -> list[tuple[list[str], list[Edge]]]:
+    """Bodies, and the ground, that welds connect, from the ground or the first body outwards, with a tree of welds."""
+    at: dict[str, list[Edge]] = {}
+    for e in welds:
+        at.setdefault(e.body_i, []).append(e)
+        at.setdefault(e.body_j, []).append(e)
+    done: set[str] = set()
+    found = []
+    for start in (GROUND, *graph.bodies):
+        if start in done or start not in at:
+            continue
+        group, tree = [start], []
+        done.add(start)
+        for body in group:
+            for e in at[body]:
+                if (other := e.other(body)) not in done:
+                    done.add(other)
+                    group.append(other)
+                    tree.append(e)
+        found.append((group, tree))
+    return found
+
+
+def _root(scene: Scene, group: list[str]) -> str:
+    """The body whose angle something is said about at the start, so that it is placed by that; else the first."""
+    said = {x.target for x in scene.initial}
+    return next((b for b in group if scene.components[b].signals.get(f"{b}.phi") in said), group[0])
+
+
+def _poses(scene: Scene, root: str, tree: list[Edge]) -> Mapping[str, Pose]:
+    """Pose of every body's reference point in the axes of the root's."""
+    poses: dict[str, Pose] = {root: (0.0, 0.0, 0.0)}
+    pending = list(tree)
+    while pending:
+        e = pending.pop(0)
+        if e.body_i not in poses and e.body_j not in poses:
+            pending.append(e)  # the root need not be where the tree was grown from
+            continue
+        a, b = (_pose(scene.frames[e.component.ports[port]]) for port in e.component.kind.ports)
+        assert isinstance(e.component.kind, JointKind) and e.component.kind.pose is not None
+        relative = e.component.kind.pose(e.component.values, None)
+        if e.body_i in poses:
+            poses[e.body_j] = compose(compose(compose(poses[e.body_i], a), relative), invert(b))
+        else:
+            poses[e.body_i] = compose(compose(compose(poses[e.body_j], b), invert(relative)), invert(a))
+    del poses[root]
+    return {**poses, root: (0.0, 0.0, 0.0)} if root != GROUND else poses
+
+
+def _pose(frame: Frame) -> Pose:
+    return frame.x, frame.y, frame.phi
+
+
+def _moved(frame: Frame, owner: str, pose: Pose) -> Frame:
+    x, y, phi = pose
+    return replace(frame, body=owner, x=x, y=y, phi=phi)  # type: ignore[arg-type]
+
+
+def _sum(root: Component, members: list[tuple[Component, Pose]]) -> Component:
+    """One rigid body with the mass, centre of mass and moment of inertia of all, in the axes of ``root``."""
+    parts = []
+    for c, pose in members:
+        assert isinstance(c.kind, BodyKind)
+        mass, _, inertia = c.kind.table(c.values)
+        x, y, _ = compose(pose, (*c.kind.com(c.values), 0.0))
+        parts.append((mass, float(x), float(y), inertia))  # type: ignore[arg-type]
+    mass = sum(p[0] for p in parts)
+    x, y = (sum(p[0] * p[k] for p in parts) / mass if mass > 0.0 else parts[0][k] for k in (1, 2))
+    inertia = sum(I + m * ((cx - x) ** 2 + (cy - y) ** 2) for m, cx, cy, I in parts)
+    values = {"m": mass, "I": inertia, "length": root.values.get("length"), "com": (x, y), "frames": ()}
+    # its coordinates are those of the common centre of mass, which no signal stands for
+    signals = {name: s for name, s in root.signals.items() if name in (f"{root.name}.phi", f"{root.name}.w")}
+    return replace(root, kind=kinds()["Body"], values=values, signals=signals)
