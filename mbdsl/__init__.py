@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from mbdsl.errors import MbdslError as MbdslError
     from mbdsl.lang.load import load as load
     from mbdsl.lang.load import parse_text as parse  # noqa: F401
+    from mbdsl.receipt import explain as explain
     from mbdsl.scene import Scene as Scene
     from mbdsl.simulation import simulate as simulate
     from mbdsl.stepping import Simulation as Simulation
@@ -23,6 +24,7 @@ _PUBLIC = {
     "Builder": ("mbdsl.builder", "Builder"),
     "Scene": ("mbdsl.scene", "Scene"),
     "simulate": ("mbdsl.simulation", "simulate"),
+    "explain": ("mbdsl.receipt", "explain"),
     "Simulation": ("mbdsl.stepping", "Simulation"),
     "Trajectory": ("mbdsl.trajectory", "Trajectory"),
     "MbdslError": ("mbdsl.errors", "MbdslError"),

@@ -128,10 +128,10 @@ def simulate(
 
     scene = as_scene(model, parameters, without)
     lap("parse")
-    plan = _plan(scene, method, step, tol, start, stop, interval, options, force, general)
+    run = plan(scene, method, step, tol, start, stop, interval, options, force, general)
     if scene.experiment.tolerance is not None and announce is not None:
-        announce(f"the model's Tolerance is not used: steps have a fixed size, {plan.h:g} s")
-    motion = Motion(scene, plan)
+        announce(f"the model's Tolerance is not used: steps have a fixed size, {run.h:g} s")
+    motion = Motion(scene, run)
     lap("build")
     if announce is not None and not motion.is_compiled:
         announce("compiling for the first time; the result is kept, later runs start at once ...")
@@ -151,7 +151,19 @@ def simulate(
     return trajectory
 
 
-def _plan(scene: Scene, method, step, tol, start, stop, interval, options, force, general) -> Plan:
+def plan(
+    scene: Scene,
+    method: str | None = None,
+    step: float | None = None,
+    tol: float | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    interval: float | None = None,
+    options: Mapping[str, float | None] | None = None,
+    force: bool = False,
+    general: bool = False,
+) -> Plan:
+    """What was asked for, checked, with what the model says and the defaults in place of what was not."""
     said = scene.experiment
     method = method or said.method or DEFAULT_METHOD
     if method not in methods():

@@ -10,9 +10,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from mbdsl.scene import Scene
 
-_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
-
-
 def quantity(text: str, unit: str) -> float:
     """The number in ``text``, in ``unit``; bare numbers are in ``unit`` already.
 
@@ -23,18 +20,10 @@ def quantity(text: str, unit: str) -> float:
     """
     from mbdsl.lang import units
 
-    match = _NUMBER.fullmatch(text)
-    if match is None:
-        raise argparse.ArgumentTypeError(f"`{text}` is no number, with or without a unit, such as 1.5{unit}")
-    number, written = float(match[1]), match[2]
-    if not written:
-        return number
-    found, wanted = units.parse(written), units.parse(unit)
-    if found is None:
-        raise argparse.ArgumentTypeError(f"unknown unit `{written}` in `{text}`; expected {unit}, or a multiple of it")
-    if wanted is None or found.dimension != wanted.dimension:
-        raise argparse.ArgumentTypeError(f"`{text}` has the wrong unit: expected {unit}, found {written}")
-    return number * found.factor / wanted.factor
+    try:
+        return units.measure(text, unit)
+    except ValueError as problem:
+        raise argparse.ArgumentTypeError(str(problem)) from None
 
 
 def seconds(text: str) -> float:
@@ -69,6 +58,11 @@ def assignment(text: str) -> tuple[str, str]:
     if not equals or not name.strip() or not value.strip():
         raise argparse.ArgumentTypeError(f"expected NAME=VALUE, found `{text}`")
     return name.strip(), value.strip()
+
+
+def patterns(text: str) -> list[str]:
+    """Patterns of signals, separated by commas; one within brackets belongs to a name."""
+    return [pattern.strip() for pattern in re.split(r",(?![^\[]*\])", text)]
 
 
 def add_model(parser: argparse.ArgumentParser) -> None:

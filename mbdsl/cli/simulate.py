@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import sys
 from pathlib import Path
 from time import perf_counter
@@ -125,8 +124,7 @@ def run(args: argparse.Namespace) -> int:
 
 def write(trajectory: Trajectory, output: str, signals: str | None) -> list[str]:
     """Write the signals asked for; their names."""
-    patterns = re.split(r",(?![^\[]*\])", signals or "")  # a comma within brackets belongs to a name
-    names = list(trajectory.select([p.strip() for p in patterns]) if signals else trajectory.default_names)
+    names = list(trajectory.select(values.patterns(signals)) if signals else trajectory.default_names)
     names = [name for name in names if name != "time"]
     columns = {"time": trajectory.t, **{name: trajectory[name] for name in names}}
     units = {"time": "s", **{name: trajectory.unit(name) for name in names}}

@@ -196,3 +196,28 @@ def multiply(a: Dimension, b: Dimension, sign: int = 1) -> Dimension:
 def power(a: Dimension, exponent: Fraction | int) -> Dimension:
     result = (e * exponent for e in a)
     return tuple(int(e) if e == int(e) else e for e in result)
+
+
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+
+
+def measure(text: str, unit: str) -> float:
+    """The number in ``text``, in ``unit``; bare numbers are in ``unit`` already.
+
+    Raises
+    ------
+    ValueError
+        No number, no unit, or a unit of another dimension.
+    """
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        raise ValueError(f"`{text}` is no number, with or without a unit, such as 1.5{unit}")
+    number, written = float(match[1]), match[2]
+    if not written:
+        return number
+    found, wanted = parse(written), parse(unit)
+    if found is None:
+        raise ValueError(f"unknown unit `{written}` in `{text}`; expected {unit}, or a multiple of it")
+    if wanted is None or found.dimension != wanted.dimension:
+        raise ValueError(f"`{text}` has the wrong unit: expected {unit}, found {written}")
+    return number * found.factor / wanted.factor

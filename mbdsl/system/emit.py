@@ -12,6 +12,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from mbdsl import jit, layout
 from mbdsl.system import loops, tape
@@ -20,70 +21,114 @@ from mbdsl.system.blocks import Block
 KIND_PREFIX = "mbdsl_kind_"
 
 
+class Line(NamedTuple):
+    """A statement of emitted code and the effect that it is there for."""
+
+    effect: str
+    text: str
+
+
+def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
+    """What ``evaluate`` does, in order."""
+    bodies, pairs, roles = _loops(blocks)
+    lines = [Line("bodies", "loops.start(Y, Z, F, I)")]
+    if sets > 2:
+        lines.append(Line("bodies", "loops.keep(Y, Z, C, I)"))
+    lines += [Line("bodies", f"{b.name}.move({h}, Y, Z, F, I)") for h, b in bodies]
+    if has_tape:
+        lines.append(Line("expressions", "tape.run(t, 0, I[TAPE_LENGTH], Y, Z, F, I)"))
+    if "moving" in roles:
+        lines.append(Line("moving frames", "loops.carry(Z, F, I)"))
+    lines += [Line(_effect(b), f"{b.name}.fill({h}, Z, C, F, I)") for h, b in pairs]
+    if "joint" in roles:
+        lines.append(Line("joints", f"loops.constraints{'_with_mu' if sets > 1 else ''}(Y, Z, C, F, I)"))
+    if any(b.driven for b in blocks):
+        lines.append(Line("drivers", "loops.drive(Y, F, I)"))
+    if "gamma" in roles:
+        lines.append(Line("nonholonomic rows", "loops.gammas(Y, Z, F, I)"))
+    if "spring" in roles:
+        lines.append(Line("springs", "loops.springs(Z, C, F, I)"))
+    if "law" in roles:
+        lines.append(Line("laws", "loops.laws(Z, C, F, I)"))
+    collect = "collect_with_mu" if sets > 1 and "joint" in roles else "collect"
+    lines += [Line("bodies", f"{b.name}.{collect}({h}, Y, Z, I)") for h, b in bodies]
+    if sets > 2 and "joint" in roles:
+        lines.append(Line("joints", "loops.remember(Y, Z, C, I)"))
+        lines += [Line("bodies", f"{b.name}.collect_past({h}, Y, Z, I)") for h, b in bodies]
+    return lines
+
+
+def tangent_lines(blocks: list[Block], has_tape: bool) -> list[Line]:
+    """What ``tangent`` does, in order."""
+    bodies, pairs, roles = _loops(blocks)
+    lines = [Line("bodies", "loops.begin_matrix(cM, F, I, A)")]
+    lines += [Line("bodies", f"{b.name}.jacobians({h}, Y, Z, F, I)") for h, b in bodies]
+    if has_tape:
+        lines.append(Line("expressions", "tape.run(t, I[TAPE_LENGTH], I[GRADIENT_LENGTH], Y, Z, F, I)"))
+    lines += [Line(_effect(b), f"{b.name}.curve({h}, Z, C, F, I)") for h, b in pairs if b.curved]
+    if "joint" in roles:
+        lines.append(Line("joints", "loops.constraint_tangents(cK, cP, cN, Y, C, F, I, A)"))
+    if "gamma" in roles:
+        lines.append(Line("nonholonomic rows", "loops.gamma_tangents(F.size - 72, cK, cD, cV, cW, Y, F, I, A)"))
+    if "spring" in roles:
+        lines.append(Line("springs", "loops.spring_tangents(F.size - 72, cK, cD, C, F, I, A)"))
+    if "law" in roles:
+        lines.append(Line("laws", "loops.law_tangents(F.size - 72, cK, cD, cL, C, F, I, A)"))
+    curved = [(h, b) for h, b in bodies if b.module.stiffness is not None]
+    return lines + [Line("bodies", f"{b.name}.stiffness({h}, cK, Z, I, A)") for h, b in curved]
+
+
+def _loops(blocks: list[Block]) -> tuple[list[tuple[int, Block]], list[tuple[int, Block]], set[str]]:
+    """Blocks of bodies, and of rows of the gradient table, with their headers; roles of all."""
+    numbered = [(header(k), b) for k, b in enumerate(blocks)]
+    bodies = [x for x in numbered if x[1].role == "body"]
+    return bodies, [x for x in numbered if x[1].role in ("joint", "spring", "law")], {b.role for b in blocks}
+
+
+def _effect(block: Block) -> str:
+    return {"joint": "joints", "spring": "springs", "law": "laws"}[block.role]
+
+
 def emit(blocks: list[Block], has_tape: bool, sets: int) -> str:
     """The text of the module for these blocks, with so many sets of multipliers."""
-    bodies = [(header(k), b) for k, b in enumerate(blocks) if b.role == "body"]
-    pairs = [(header(k), b) for k, b in enumerate(blocks) if b.role in ("joint", "spring", "law")]
-    roles = {b.role for b in blocks}
-    evaluate = ["loops.start(Y, Z, F, I)"]
-    if sets > 2:
-        evaluate.append("loops.keep(Y, Z, C, I)")
-    evaluate += [f"{b.name}.move({h}, Y, Z, F, I)" for h, b in bodies]
-    if has_tape:
-        evaluate.append("tape.run(t, 0, I[TAPE_LENGTH], Y, Z, F, I)")
-    if "moving" in roles:
-        evaluate.append("loops.carry(Z, F, I)")
-    evaluate += [f"{b.name}.fill({h}, Z, C, F, I)" for h, b in pairs]
-    if "joint" in roles:
-        evaluate.append(f"loops.constraints{'_with_mu' if sets > 1 else ''}(Y, Z, C, F, I)")
-    if any(b.driven for b in blocks):
-        evaluate.append("loops.drive(Y, F, I)")
-    if "gamma" in roles:
-        evaluate.append("loops.gammas(Y, Z, F, I)")
-    if "spring" in roles:
-        evaluate.append("loops.springs(Z, C, F, I)")
-    if "law" in roles:
-        evaluate.append("loops.laws(Z, C, F, I)")
-    collect = "collect_with_mu" if sets > 1 and "joint" in roles else "collect"
-    evaluate += [f"{b.name}.{collect}({h}, Y, Z, I)" for h, b in bodies]
-    if sets > 2 and "joint" in roles:
-        evaluate.append("loops.remember(Y, Z, C, I)")
-        evaluate += [f"{b.name}.collect_past({h}, Y, Z, I)" for h, b in bodies]
-
-    tangent = ["loops.begin_matrix(cM, F, I, A)"]
-    tangent += [f"{b.name}.jacobians({h}, Y, Z, F, I)" for h, b in bodies]
-    if has_tape:
-        tangent.append("tape.run(t, I[TAPE_LENGTH], I[GRADIENT_LENGTH], Y, Z, F, I)")
-    tangent += [f"{b.name}.curve({h}, Z, C, F, I)" for h, b in pairs if b.curved]
-    if "joint" in roles:
-        tangent.append("loops.constraint_tangents(cK, cP, cN, Y, C, F, I, A)")
-    if "gamma" in roles:
-        tangent.append("loops.gamma_tangents(F.size - 72, cK, cD, cV, cW, Y, F, I, A)")
-    if "spring" in roles:
-        tangent.append("loops.spring_tangents(F.size - 72, cK, cD, C, F, I, A)")
-    if "law" in roles:
-        tangent.append("loops.law_tangents(F.size - 72, cK, cD, cL, C, F, I, A)")
-    tangent += [f"{b.name}.stiffness({h}, cK, Z, I, A)" for h, b in bodies if b.module.stiffness is not None]
-
     lines = [
-        f'"""Emitted by mbdsl for scenes of: {", ".join(dict.fromkeys(b.name for b in blocks))}."""',
+        *_head(blocks, has_tape, "Emitted by mbdsl for scenes of"),
+        "def evaluate(t, Y, Z, C, F, I):",
+        *(f"    {line.text}" for line in evaluate_lines(blocks, has_tape, sets)),
         "",
-        *dict.fromkeys(f"import {KIND_PREFIX}{b.name} as {b.name}" for h, b in pairs),
         "",
-        *(f"from mbdsl.elements import {b.name}" for h, b in bodies),
+        "def tangent(t, cM, cK, cD, cL, cP, cN, cV, cW, Y, Z, C, F, I, A):",
+        *(f"    {line.text}" for line in tangent_lines(blocks, has_tape)),
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _head(blocks: list[Block], has_tape: bool, title: str) -> list[str]:
+    bodies, pairs, _ = _loops(blocks)
+    return [
+        f'"""{title}: {", ".join(dict.fromkeys(b.name for b in blocks))}."""',
+        "",
+        *dict.fromkeys(f"import {KIND_PREFIX}{b.name} as {b.name}" for _, b in pairs),
+        "",
+        *(f"from mbdsl.elements import {b.name}" for _, b in bodies),
         *(["from mbdsl.layout import GRADIENT_LENGTH, TAPE_LENGTH"] if has_tape else []),
         f"from mbdsl.system import loops{', tape' if has_tape else ''}",
         "",
         "",
-        "def evaluate(t, Y, Z, C, F, I):",
-        *(f"    {line}" for line in evaluate),
-        "",
-        "",
-        "def tangent(t, cM, cK, cD, cL, cP, cN, cV, cW, Y, Z, C, F, I, A):",
-        *(f"    {line}" for line in tangent),
-        "",
     ]
-    return "\n".join(lines)
+
+
+def emit_repeated(blocks: list[Block], has_tape: bool, sets: int) -> tuple[str, list[Line], list[Line]]:
+    """A module to measure with: every line of ``evaluate`` as ``e0``, ``e1``, ... and of ``tangent`` as ``t0``, ...,
+    in a loop of its own; and these lines."""
+    evaluate, tangent = evaluate_lines(blocks, has_tape, sets), tangent_lines(blocks, has_tape)
+    text = _head(blocks, has_tape, "Emitted by mbdsl to measure scenes of")
+    for name, lines in (("e", evaluate), ("t", tangent)):
+        for k, line in enumerate(lines):
+            head = f"def {name}{k}(count, t, cM, cK, cD, cL, cP, cN, cV, cW, Y, Z, C, F, I, A):"
+            text += [head, "    for _ in range(count):", f"        {line.text}", "", ""]
+    return "\n".join(text[:-1]), evaluate, tangent
 
 
 def header(block: int) -> int:
@@ -120,14 +165,38 @@ class Kernels:
 
 def load(blocks: list[Block], has_tape: bool, sets: int) -> Kernels:
     """Compile the code of a structure, or find it compiled."""
-    jit.activate(loops, tape, *{b.module for b in blocks})
-    for block in blocks:
-        if block.role in ("joint", "spring", "law"):
-            jit.import_text(KIND_PREFIX + block.name, emit_kind(block), {"fill": None, "curve": None})
+    _load_kinds(blocks)
     text = emit(blocks, has_tape, sets)
     functions = {"evaluate": evaluate_signature(), "tangent": tangent_signature()}
     module = jit.import_text(module_name(text), text, functions)
     return Kernels(module.evaluate, module.tangent)
+
+
+def _load_kinds(blocks: list[Block]) -> None:
+    jit.activate(loops, tape, *{b.module for b in blocks})
+    for block in blocks:
+        if block.role in ("joint", "spring", "law"):
+            jit.import_text(KIND_PREFIX + block.name, emit_kind(block), {"fill": None, "curve": None})
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """The lines of a structure's code, as functions of (count, arguments of ``tangent``) that run them that often."""
+
+    evaluate: list[tuple[Line, Callable]]
+    tangent: list[tuple[Line, Callable]]
+
+
+def load_repeated(blocks: list[Block], has_tape: bool, sets: int) -> Repeated:
+    """Compile the lines of a structure one by one, or find them compiled."""
+    _load_kinds(blocks)
+    text, evaluate, tangent = emit_repeated(blocks, has_tape, sets)
+    names = [f"e{k}" for k in range(len(evaluate))] + [f"t{k}" for k in range(len(tangent))]
+    module = jit.import_text(module_name(text), text, dict.fromkeys(names, repeated_signature()))
+    return Repeated(
+        [(line, getattr(module, f"e{k}")) for k, line in enumerate(evaluate)],
+        [(line, getattr(module, f"t{k}")) for k, line in enumerate(tangent)],
+    )
 
 
 def module_name(text: str) -> str:
@@ -162,3 +231,11 @@ def tangent_signature():
     types = jit.numba().types  # type: ignore[union-attr]
     vector, matrix, ints, _ = array_types()
     return types.void(*[types.float64] * 9, matrix, matrix, matrix, vector, ints, vector)
+
+
+def repeated_signature():
+    """(count, arguments of tangent), None where JIT is off."""
+    if not jit.enabled():
+        return None
+    types = jit.numba().types  # type: ignore[union-attr]
+    return types.void(types.int64, *tangent_signature().args)

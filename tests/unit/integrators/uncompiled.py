@@ -13,7 +13,7 @@ import numpy as np
 import mbdsl
 from mbdsl import graph, jit, layout
 from mbdsl.elements.kind import ForceKind
-from mbdsl.integrators import corrections, linear, modules
+from mbdsl.integrators import corrections, linear, methods, modules
 from mbdsl.integrators.run import Integration
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
@@ -46,7 +46,7 @@ def runs():
     crank = mbdsl.load(next(m for m in MODELS if m.stem == "slider_crank"))
     found = {}
     for scene, stop in ((crank, 0.0405), (mbdsl.parse(EXPRESSIVE), 0.0305)):
-        for method in modules():
+        for method in methods():
             r = mbdsl.simulate(scene, method=method, step=1e-3, stop=stop, interval=0.0017)
             found[f"{scene.name} {method}"] = [x.tolist() for x in (r.t, r.q, r.v, r.lam)]
     return found
@@ -156,7 +156,7 @@ if __name__ == "__main__":
     corrections.EARLY = corrections.LATE = 0.0  # nothing is left to the next iteration on purpose
     found: dict[str, dict] = {"runs": runs(), "contraction": {}, "at rest": {}}
     for path in MODELS:
-        for name in modules():
+        for name in methods():
             key = f"{path.stem} {name}"
             found["contraction"][key] = [contraction(path, name, h) for h in (4e-3, 1e-3)]
             if not any(c.kind.springs for c in mbdsl.load(path).components.values() if isinstance(c.kind, ForceKind)):

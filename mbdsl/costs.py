@@ -1,0 +1,72 @@
+"""What the statements of a scene's code cost, each measured by itself, and a run of all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from time import perf_counter
+
+from mbdsl.integrators import driver, modules
+from mbdsl.motion import Motion, Moving
+from mbdsl.system.emit import Line, load_repeated
+
+#: seconds that one statement, and one run, is measured for
+PATIENCE, RUN_PATIENCE = 0.01, 0.2
+
+
+def measure(motion: Motion) -> tuple[float, dict[tuple[str, str], float]]:
+    """Seconds of a step of all parts, and of what a step spends on each statement: by (effect, function)."""
+    total = 0.0
+    spent: dict[tuple[str, str], float] = {}
+    for p in motion.parts:
+        seconds, often, rarely = _run(p)
+        total += seconds
+        for line, one, tangent in _lines(p):
+            key = line.effect, line.text.split("(")[0]
+            spent[key] = spent.get(key, 0.0) + one * (rarely if tangent else often)
+    return total, spent
+
+
+def _run(p: Moving) -> tuple[float, float, float]:
+    """Seconds of a step, evaluations and tangents a step; over as many steps as patience allows."""
+    J, slice_, spent = p.integration.J, 64, 0.0
+    p.integration.advance(4)  # what is slow only once
+    start, least = J.copy(), float("inf")
+    while spent < RUN_PATIENCE:
+        before, begun = int(J[driver.STEP]), perf_counter()
+        status = p.integration.advance(slice_)
+        now = perf_counter() - begun
+        spent += now
+        # the quickest stretch: other work on the machine slows down the rest
+        least = min(least, now / max(1, int(J[driver.STEP]) - before))
+        if status != driver.RUNNING:
+            break
+    done = J - start
+    steps = max(1, int(done[driver.STEP]))
+    matrices = int(done[driver.MATRICES]) * modules()[p.method].METHOD.matrices
+    return least, int(done[driver.ITERATIONS]) / steps, matrices / steps
+
+
+def _lines(p: Moving) -> Iterator[tuple[Line, float, bool]]:
+    """Every statement of the part's code with the seconds it takes, and whether it belongs to ``tangent``."""
+    t, run = p.system.tables, p.integration
+    repeated = load_repeated(t.blocks, t.has_tape, modules()[p.method].METHOD.sets)
+    arrays = [x.copy() for x in (run.Y, run.Z, run.C, run.F, run.I, run.A[0])]
+    for lines, tangent in ((repeated.evaluate, False), (repeated.tangent, True)):
+        for line, function in lines:
+            yield line, _seconds(lambda n, f=function: f(n, run.time, *[1.0] * 8, *arrays)), tangent  # type: ignore[misc]
+
+
+def _seconds(call: Callable[[int], None]) -> float:
+    """Seconds of one repetition: the least of three runs that take long enough to be measured."""
+    number, spent = 1, 0.0
+    while spent < PATIENCE / 4 and number < 1 << 24:
+        number *= 4
+        begun = perf_counter()
+        call(number)
+        spent = perf_counter() - begun
+    found = [spent]
+    for _ in range(2):
+        begun = perf_counter()
+        call(number)
+        found.append(perf_counter() - begun)
+    return min(found) / number

@@ -1,0 +1,385 @@
+"""The receipt of a scene: the effects that it calls for, what each costs, and what was done so that the rest is free.
+
+``explain`` looks at what is solved (the reduced parts) and at what the scene says, and measures: every statement of
+the emitted code by itself, and a run as a whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mbdsl import layout
+from mbdsl.elements import kinds
+from mbdsl.elements import modules as element_modules
+from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
+from mbdsl.errors import Span
+from mbdsl.integrators import modules
+from mbdsl.lang.expressions import Expr, is_velocity_level, leaves
+from mbdsl.motion import Motion, Moving, Plan
+from mbdsl.reduction import Note
+from mbdsl.scene import Component, Scene
+from mbdsl.simulation import as_scene, plan
+from mbdsl.system.blocks import by_law
+from mbdsl.system.emit import evaluate_lines, tangent_lines
+from mbdsl.trajectory import ACCELERATIONS, Trajectory
+from mbdsl.wording import count, few
+
+if TYPE_CHECKING:
+    from mbdsl.builder import Builder
+
+
+@dataclass
+class Entry:
+    """One effect on the receipt."""
+
+    effect: str
+    present: bool
+    why: str  #: what calls for it, or that nothing does
+    span: Span | None = None  #: where it is called for
+    unknowns: int = 0  #: coordinates or multipliers that it brings
+    kernels: tuple[str, ...] = ()  #: compiled functions that are there for it
+    share: float | None = None  #: of the time of a step
+
+
+@dataclass
+class Receipt:
+    """All of them; ``sizes`` are (n, m, p) as written and as solved."""
+
+    scene: Scene
+    plan: Plan
+    entries: list[Entry]
+    notes: tuple[Note, ...]
+    sizes: Mapping[str, tuple[int, int]]
+    parts: int
+    hoisted: list[str] = field(default_factory=list)
+    outputs: list[tuple[str, str]] = field(default_factory=list)  #: signals asked for, and what they take
+    step: float | None = None  #: measured seconds of a step, of all parts
+    remainder: float | None = None  #: share of the method and its linear algebra
+
+    def __str__(self) -> str:
+        return _text(self)
+
+
+def explain(
+    model: Scene | Builder | str | PathLike,
+    *,
+    method: str | None = None,
+    step: float | None = None,
+    signals: Sequence[str] | None = None,
+    measured: bool = True,
+    parameters: Mapping[str, str | float] | None = None,
+    without: Sequence[str] = (),
+    announce: Callable[[str], None] | None = None,
+) -> Receipt:
+    """The receipt of ``model``; ``str()`` of it is what ``mbdsl explain`` prints.
+
+    Parameters
+    ----------
+    model, method, step, parameters, without, announce
+        As for :func:`mbdsl.simulate`.
+    signals : sequence of str, optional
+        Patterns of outputs to account for as well.
+    measured : bool, optional
+        Run the model for some tenths of a second and time every statement of its code.
+
+    Raises
+    ------
+    ModelError, UsageError, InitialisationError
+        As :func:`mbdsl.simulate` does.
+    """
+    scene = as_scene(model, parameters, without)
+    stop = scene.experiment.stop if scene.experiment.stop is not None else scene.experiment.start + 1.0
+    motion = Motion(scene, plan(scene, method=method, step=step, stop=stop, interval=stop - scene.experiment.start))
+    if announce is not None and not motion.is_compiled:
+        announce("compiling for the first time; the result is kept, later runs start at once ...")
+    motion.prepare()
+    return _receipt(motion, measured, signals)
+
+
+def _receipt(motion: Motion, measured: bool, signals: Sequence[str] | None) -> Receipt:
+    scene, system = motion.system.scene, motion.system
+    sizes = {key: (getattr(system, key), motion.sizes[key]) for key in ("n", "m", "p")}
+    entries = [_bodies(motion), _joints(motion), _nonholonomic(motion), *_drivers(motion), _gravity(scene)]
+    entries += [*_forces(motion), _laws(motion), _velocity_dependent(scene), _friction(motion)]
+    entries += [_of_multipliers(motion), _inputs(scene), _flexibility(scene), _mass()]
+    found = Receipt(scene, motion.plan, entries, motion.reduction.notes, sizes, len(motion.parts), _hoisted(motion))
+    if signals is not None:
+        nothing = np.zeros((0, 0))
+        names = Trajectory(system, np.zeros(0), nothing, nothing, None, {}).select(signals)
+        found.outputs = [(name, _takes(motion, name)) for name in names if name != "time"]
+    if measured and motion.parts:
+        _share(motion, found)
+    return found
+
+
+# -- which effects there are -------------------------------------------------------------------------------------
+
+
+def _entry(effect: str, found: list[Component], nothing: str, **more) -> Entry:
+    if not found:
+        return Entry(effect, False, nothing)
+    return Entry(effect, True, few([c.name for c in found], 4), found[0].span, **more)
+
+
+def _kernels(motion: Motion, *effects: str) -> tuple[str, ...]:
+    """Functions in the emitted code of all parts that are there for effects."""
+    found: dict[str, None] = {}
+    for p in motion.parts:
+        t = p.system.tables
+        for line in (*evaluate_lines(t.blocks, t.has_tape, _sets(p)), *tangent_lines(t.blocks, t.has_tape)):
+            if line.effect in effects:
+                found[line.text.split("(")[0]] = None
+    return tuple(found)
+
+
+def _sets(p: Moving) -> int:
+    return modules()[p.method].METHOD.sets
+
+
+def _solved(motion: Motion) -> list[Component]:
+    """Components that are left in some part."""
+    return [c for p in motion.parts for c in p.system.scene.components.values()]
+
+
+def _bodies(motion: Motion) -> Entry:
+    bodies = [c for c in _solved(motion) if isinstance(c.kind, BodyKind) and c.kind.coordinates]
+    unknowns = sum(p.system.n for p in motion.parts)
+    nothing = "everything is fixed, or moved by drivers"
+    return _entry("bodies", bodies, nothing, unknowns=unknowns, kernels=_kernels(motion, "bodies"))
+
+
+def _joints(motion: Motion) -> Entry:
+    joints = [c for c in _solved(motion) if isinstance(c.kind, JointKind) and c.kind.rows]
+    unknowns = sum(p.system.m for p in motion.parts)
+    return _entry("joints", joints, "no constraint is left", unknowns=unknowns, kernels=_kernels(motion, "joints"))
+
+
+def _nonholonomic(motion: Motion) -> Entry:
+    found = [c for c in _solved(motion) if c.velocity_constraints]
+    unknowns = sum(p.system.p for p in motion.parts)
+    kernels = _kernels(motion, "nonholonomic rows")
+    return _entry("nonholonomic rows", found, "nothing constrains velocities only", unknowns=unknowns, kernels=kernels)
+
+
+def _drivers(motion: Motion) -> list[Entry]:
+    driven = [c for c in _solved(motion) if isinstance(c.kind, JointKind) and c.kind.driver]
+    moved = [name for note in motion.reduction.notes if note.action == "moved" for name in note.by]
+    carried = [motion.system.scene.components[name] for name in moved]
+    nothing = "none" if not carried else "none is left: what they move is a function of time"
+    found = [_entry("drivers", driven, nothing, kernels=_kernels(motion, "drivers"))]
+    if carried:
+        found.append(_entry("moving frames", carried, "", kernels=_kernels(motion, "moving frames")))
+    return found
+
+
+def _gravity(scene: Scene) -> Entry:
+    if "gravity" in scene.without:
+        return Entry("gravity", False, "left out on request")
+    found = [c for c in scene.components.values() if c.kind.name == "Ground" and c.values["g"]]
+    entry = _entry("gravity", found, "the ground says g = 0")
+    entry.kernels = ("a constant vector",) if found else ()
+    return entry
+
+
+def _forces(motion: Motion) -> list[Entry]:
+    """An entry for every kind of force, linear ones."""
+    present: dict[str, list[Component]] = {}
+    for c in _solved(motion):
+        if isinstance(c.kind, ForceKind) and not by_law(c):
+            present.setdefault(c.kind.name, []).append(c)
+    entries = []
+    for name, found in present.items():
+        own = tuple(k for k in _kernels(motion, "springs") if k.split(".")[0] in ("loops", _module(found[0])))
+        entries.append(_entry(name, found, "", kernels=own))
+    springs = [name for name, kind in kinds().items() if isinstance(kind, ForceKind) and kind.springs is not None]
+    absent = [name for name in springs if name not in present]
+    return [*entries, Entry("other linear forces", False, f"no {few(absent)}")] if absent else entries
+
+
+def _module(c: Component) -> str:
+    return element_modules()[c.kind.name].__name__.rsplit(".", 1)[-1]
+
+
+def _laws(motion: Motion) -> Entry:
+    found = [c for c in _solved(motion) if isinstance(c.kind, ForceKind) and by_law(c)]
+    kernels = _kernels(motion, "laws", "expressions")
+    return _entry("forces by expression", found, "no force follows an expression", kernels=kernels)
+
+
+def _velocity_dependent(scene: Scene) -> Entry:
+    found = [c for c in scene.components.values() if isinstance(c.kind, ForceKind) and _damps(c)]
+    why = "left out on request" if "damping" in scene.without else "no force depends on velocities"
+    entry = _entry("velocity-dependent forces", found, why)
+    entry.kernels = ("within those of the forces",) if found else ()
+    return entry
+
+
+def _damps(c: Component) -> bool:
+    kind = c.kind
+    assert isinstance(kind, ForceKind)
+    if by_law(c):
+        laws = [c.values[name] for name in kind.laws if isinstance(c.values[name], Expr)]
+        return any(is_velocity_level(law) for law in laws)
+    return kind.springs is not None and any(damping for _, damping, _ in kind.springs(c.values))
+
+
+def _friction(motion: Motion) -> Entry:
+    scene = motion.system.scene
+    found = [c for c in _solved(motion) if c.friction is not None]
+    if found:
+        return _entry("friction", found, "", kernels=_kernels(motion, "laws", "expressions"))
+    if "friction" in scene.without:
+        return Entry("friction", False, "left out on request")
+    idle = [c for c in scene.components.values() if c.friction is not None]
+    return Entry("friction", False, f"of {few([c.name for c in idle], 4)}: it changes no motion" if idle else "no mu")
+
+
+def _of_multipliers(motion: Motion) -> Entry:
+    """Forces that depend on reactions."""
+    found = []
+    for c in _solved(motion):
+        laws = [x for x in (c.friction, *c.values.values()) if isinstance(x, Expr)]
+        if any(leaf.op == "multiplier" for leaf in leaves(*laws)):
+            found.append(c)
+    return _entry("forces that depend on reactions", found, "none")
+
+
+def _inputs(scene: Scene) -> Entry:
+    names = list(scene.inputs)
+    first = scene.inputs[names[0]].span if names else None
+    return Entry("inputs", bool(names), few(names) if names else "none", first)
+
+
+def _flexibility(scene: Scene) -> Entry:
+    return Entry("flexibility", False, "all bodies are rigid")
+
+
+def _mass() -> Entry:
+    return Entry("mass matrix that varies", False, "coordinates of centres of mass: M is diagonal and constant")
+
+
+def _hoisted(motion: Motion) -> list[str]:
+    found = ["the mass matrix, constant and diagonal: one vector"] if motion.parts else []
+    if any(p.system.tables.F[p.system.tables.I[layout.FORCE0] :][: p.system.n].any() for p in motion.parts):
+        found.append("gravity, constant in these coordinates: the vector that forces start from")
+    orders = [p for p in motion.parts if p.system.unknowns]
+    if orders:
+        found.append("order and pattern of the factorisation: from the graph, once")
+    return found
+
+
+def _takes(motion: Motion, name: str) -> str:
+    """What it takes to compute a signal."""
+    scene = motion.system.scene
+    key = name.rsplit(".", 1)[-1]
+    if key in ACCELERATIONS:
+        return "accelerations: a linear solve at every point of output"
+    if "Phi[" in key or "Gam[" in key:
+        return "residuals of constraints: an evaluation at every point of output"
+    if name.startswith("energy."):
+        return "a formula of coordinates and velocities"
+    reads = [leaf.value for leaf in leaves(scene.signal(name)) if leaf.op == "multiplier"]
+    rows = [motion.system.tables.multipliers[key] - motion.system.n for key in reads]  # type: ignore[index]
+    if not rows:
+        return "a formula of coordinates and velocities"
+    if motion.own_reactions and motion.known[rows].all():
+        return "a formula of multipliers, which the method gives"
+    return "reactions that are not solved for: a linear solve at every point of output"
+
+
+# -- what they cost ----------------------------------------------------------------------------------------------
+
+
+def _share(motion: Motion, receipt: Receipt) -> None:
+    """Fill in the shares of a step's time."""
+    from mbdsl.costs import measure
+
+    total, spent = measure(motion)
+    of: dict[str, float] = {}
+    for (effect, function), seconds in spent.items():
+        own = effect == "springs" and not function.startswith("loops.")
+        key = function.split(".")[0] if own else effect
+        of[key] = of.get(key, 0.0) + seconds
+    laws, friction, springs = _rows(motion)
+    of_laws, by_law_rows = of.get("laws", 0.0) + of.get("expressions", 0.0), max(1, laws + friction)
+    for e in receipt.entries:
+        if not e.present:
+            continue
+        found = of.get(e.effect)
+        if e.effect == "forces by expression":
+            found = of_laws * laws / by_law_rows
+        elif e.effect == "friction":
+            found = of_laws * friction / by_law_rows
+        elif e.effect == "nonholonomic rows" and not laws + friction:
+            found = of[e.effect] + of_laws
+        elif isinstance(kinds().get(e.effect), ForceKind):
+            members = [c for c in _solved(motion) if c.kind.name == e.effect and not by_law(c)]
+            rows = sum(c.kind.rows for c in members)
+            found = of.get(_module(members[0]), 0.0) + of.get("springs", 0.0) * rows / max(1, springs)
+        e.share = found / total if found is not None else None
+    receipt.step = total
+    receipt.remainder = 1.0 - sum(e.share for e in receipt.entries if e.share is not None)
+
+
+def _rows(motion: Motion) -> tuple[int, int, int]:
+    """Rows of the gradient table: forces by expression, friction, linear forces."""
+    laws = friction = springs = 0
+    for c in _solved(motion):
+        if isinstance(c.kind, ForceKind):
+            laws, springs = (laws + c.kind.rows, springs) if by_law(c) else (laws, springs + c.kind.rows)
+        elif c.friction is not None:
+            friction += 1
+    return laws, friction, springs
+
+
+# -- as text -----------------------------------------------------------------------------------------------------
+
+
+def _text(r: Receipt) -> str:
+    names = {"n": "coordinate", "m": "constraint", "p": "nonholonomic constraint"}
+    before = ", ".join(count(r.sizes[key][0], names[key]) for key in names if key != "p" or r.sizes[key][0])
+    after = ", ".join(f"{key} = {r.sizes[key][1]}" for key in names)
+    lines = [f"{r.scene.name}: {before}", f"solved for: {after}, in {count(r.parts, 'part')}", ""]
+    total = sum(after for _, after in r.sizes.values())
+    rows = [("effect", "in", "why", "unknowns", "time")]
+    for e in r.entries:
+        where = f" ({e.span})" if e.span is not None else ""
+        unknowns = f"{e.unknowns} of {total}" if e.unknowns else ""
+        time = "" if e.share is None else f"{100.0 * e.share:.0f} %" if e.share >= 0.005 else "< 1 %"
+        rows.append((e.effect, "yes" if e.present else "no", e.why + where, unknowns, time))
+    widths = [max(len(row[k]) for row in rows) for k in range(5)]
+    for row in rows:
+        cells = [row[k].ljust(widths[k]) if k != 4 else row[k].rjust(widths[k]) for k in range(5)]
+        lines.append("  ".join(cells).rstrip())
+    if r.step is not None and r.remainder is not None:
+        rest = f"{100 * r.remainder:.0f} % of it are the method's own formulas and its linear algebra"
+        lines += ["", f"a step takes {1e6 * r.step:.3g} us ({r.plan.method}, h = {r.plan.h:g} s); {rest}"]
+    lines += ["", "code"]
+    lines += [f"  {e.effect}: {_few_kernels(e.kernels)}" for e in r.entries if e.kernels]
+    lines += ["", "before the first step"]
+    for note in r.notes:
+        by = f", by {few(note.by)}" if note.by and note.by != note.names else ""
+        where = f" ({note.span})" if note.span is not None else ""
+        lines.append(f"  {note.action}: {few(note.names)}{by}: {note.why}{where}")
+    lines += ["  merged, moved, split: nothing"] if not r.notes else []
+    lines += [f"  hoisted: {text}" for text in r.hoisted]
+    for effect, components in r.scene.without.items():
+        lines.append(f"  left out on request: {effect}, of {few(components) if components else 'nothing: it has none'}")
+    if r.outputs:
+        lines += ["", "outputs, computed where they are asked for"]
+        lines += [f"  {name}: {text}" for name, text in r.outputs]
+    return "\n".join(lines)
+
+
+def _few_kernels(names: tuple[str, ...]) -> str:
+    """``revolute.fill, .curve; loops.drive``"""
+    by_module: dict[str, list[str]] = {}
+    for name in names:
+        module, dot, function = name.partition(".")
+        by_module.setdefault(module, []).append(f".{function}" if dot else "")
+    return "; ".join(module + ", ".join(functions) for module, functions in by_module.items())

@@ -1,0 +1,191 @@
+"""Which effects a scene calls for: it is run without each of them, and a signal tells what that changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from statistics import median
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.elements.kind import EFFECTS
+from mbdsl.errors import MbdslError, UsageError
+from mbdsl.lang.load import load
+from mbdsl.lang.units import measure
+from mbdsl.scene import Scene
+from mbdsl.simulation import DEFAULT_STEP, simulate
+from mbdsl.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Without:
+    """The scene without some effects: how far the signal is off, and the time of a run over that of the whole scene."""
+
+    effects: tuple[str, ...]
+    change: float | None  #: in the signal's unit; None where the run failed
+    time: float | None
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class EffectsStudy:
+    """What leaving out each effect does to a signal.
+
+    ``error`` is how far the signal is off in the whole scene because steps are not infinitely short (from a run with
+    half the step); a change below that says nothing. ``dispensable`` are the effects that can be left out together
+    within ``tol``; None where no tolerance was asked for.
+    """
+
+    scene: Scene
+    signal: str
+    unit: str
+    low: float
+    high: float
+    error: float
+    seconds: float  #: of a run of the whole scene, its step loop alone
+    rows: tuple[Without, ...]
+    absent: tuple[str, ...]
+    tol: float | None = None
+    together: Without | None = None
+
+    @property
+    def dispensable(self) -> tuple[str, ...] | None:
+        return None if self.tol is None else () if self.together is None else self.together.effects
+
+    def __str__(self) -> str:
+        return _text(self)
+
+
+def effects(
+    model: str | PathLike,
+    signal: str,
+    *,
+    tol: float | str | None = None,
+    method: str | None = None,
+    step: float | None = None,
+    stop: float | None = None,
+    parameters: Mapping[str, str | float] | None = None,
+    without: Sequence[str] = (),
+    repeats: int = 5,
+    announce: Callable[[str], None] | None = None,
+) -> EffectsStudy:
+    """Leave out each effect of ``EFFECTS`` in turn, and see what it does to ``signal``.
+
+    Parameters
+    ----------
+    model : path
+    signal : str
+        Name of a signal, such as "crank.phi" or "O.fx".
+    tol : float or str, optional
+        How much it may change, in its unit in SI; as a text with a unit, "1 mm", or as a part of its range, "1 %".
+    method, step, stop, parameters, without
+        As for :func:`mbdsl.simulate`.
+    repeats : int
+        Runs that are timed, alternately; medians are compared.
+
+    Raises
+    ------
+    MbdslError
+        If the whole scene does not run.
+    """
+    base = load(model, parameters or {}, without=without)
+
+    def run(scene: Scene, part: float = 1.0) -> Trajectory:
+        h = (step or scene.experiment.step or DEFAULT_STEP) * part
+        return simulate(scene, method=method, step=h, stop=stop, announce=announce)
+
+    whole = run(base)
+    S = whole[signal]
+    finer = run(base, 0.5)[signal]
+    error = float(np.abs(finer - S).max()) * 4.0 / 3.0  # of order 2; a bit too large for none
+    allowed = None if tol is None else _tolerance(tol, whole.unit(signal), float(S.max() - S.min()))
+
+    out = tuple(base.without)
+    scenes = {name: load(model, parameters or {}, without=(*out, name)) for name in EFFECTS if name not in out}
+    present = {name: scene for name, scene in scenes.items() if scene.without[name]}
+    rows = [_compare(run, whole, signal, (name,), scene, repeats) for name, scene in present.items()]
+    together = None
+    if allowed is not None:
+        # the least important first; together they may do more than each alone
+        small = [r for r in rows if r.change is not None and r.change <= allowed]
+        for k in range(len(small), 0, -1):
+            names = tuple(r.effects[0] for r in sorted(small, key=lambda r: r.change or 0.0)[:k])
+            scene = load(model, parameters or {}, without=(*out, *names))
+            together = _compare(run, whole, signal, names, scene, repeats)
+            if together.change is not None and together.change <= allowed:
+                break
+            together = None
+    seconds = whole.stats["seconds"]["integrate"]
+    absent = tuple(name for name in scenes if name not in present)
+    unit = whole.unit(signal)
+    low, high = float(S.min()), float(S.max())
+    return EffectsStudy(base, signal, unit, low, high, error, seconds, tuple(rows), absent, allowed, together)
+
+
+def _tolerance(tol: float | str, unit: str, extent: float) -> float:
+    """A tolerance in the unit of a signal that goes over ``extent``."""
+    text = str(tol).strip()
+    try:
+        found = measure(text[:-1], "1") / 100 * extent if text.endswith("%") else measure(text, unit or "1")
+    except ValueError as problem:
+        raise UsageError(f"tol: {problem}") from None
+    if not 0.0 < found < float("inf"):
+        raise UsageError(f"tol = {text} leaves no room: a tolerance is above zero")
+    return found
+
+
+def _compare(
+    run: Callable[[Scene], Trajectory],
+    whole: Trajectory,
+    signal: str,
+    names: tuple[str, ...],
+    scene: Scene,
+    repeats: int,
+) -> Without:
+    ratios = []
+    try:
+        found = run(scene)  # compiles
+        for _ in range(repeats):
+            one, other = run(scene), run(whole.scene)
+            ratios.append(one.stats["seconds"]["integrate"] / max(other.stats["seconds"]["integrate"], 1e-9))
+    except MbdslError as problem:
+        return Without(names, None, None, problem.message)
+    change = float(np.abs(found[signal] - whole[signal]).max(initial=0.0))
+    return Without(names, change, median(ratios))
+
+
+def _text(s: EffectsStudy) -> str:
+    unit = f" {s.unit}" if s.unit else ""
+    lines = [
+        f"{s.scene.name}: {s.signal} from {s.low:.6g} to {s.high:.6g}{unit}, "
+        f"known to {s.error:.1e}{unit} at this step; a run takes {1e3 * s.seconds:.3g} ms",
+        "",
+        f"{'without':24} {'it changes by':>18} {'time':>7}",
+    ]
+    for r in s.rows:
+        lines.append(_row(r, s, unit))
+    if s.together is not None and len(s.together.effects) > 1:
+        lines.append(_row(s.together, s, unit))
+    if s.absent:
+        lines.append(f"not in the scene: {', '.join(s.absent)}")
+    if s.tol is not None:
+        needed = [r.effects[0] for r in s.rows if r.effects[0] not in (s.dispensable or ())]
+        lines += ["", f"to {s.tol:.3g}{unit}, the scene calls for: {', '.join(needed) or 'none of them'}"]
+        if s.dispensable:
+            lines.append(f"it can do without: {', '.join(s.dispensable)}  (--without {','.join(s.dispensable)})")
+        if s.error > s.tol:
+            lines.append(f"the step is too large to tell: its own error is {s.error:.1e}{unit}")
+    return "\n".join(lines)
+
+
+def _row(r: Without, s: EffectsStudy, unit: str) -> str:
+    name = ", ".join(r.effects)
+    if r.change is None or r.time is None:
+        return f"{name:24} does not run: {r.problem}"
+    size = f"{r.change:.3e}{unit}"
+    doubt = "   less than the step's own error" if r.change <= s.error else ""
+    return f"{name:24} {size:>18} {100 * r.time:5.0f} %{doubt}"
