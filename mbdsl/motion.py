@@ -80,9 +80,13 @@ class Motion:
         self.plan = plan
         mechanism = mechanism if mechanism is not None else graph.build(scene)
         self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if plan.general else reduce(mechanism)
-        self._systems = [build(part.scene, part.graph, plan.general) for part in self.reduction.parts]
-        same = self.reduction.nothing_done and self._systems
-        self.system = self._systems[0] if same else build(scene, mechanism, plan.general)
+        self.system = build(scene, mechanism, plan.general)
+        # what nobody said anything about at the start must not depend on what the scene was reduced to
+        self._size = float(1.0 / self.system.tables.scale[0])
+        if self.reduction.nothing_done:
+            self._systems = [self.system]
+        else:
+            self._systems = [build(part.scene, part.graph, size=self._size) for part in self.reduction.parts]
         self.parts: list[Moving] = []
         self.failed: Moving | None = None
         self._steps = round((plan.stop - plan.start) / plan.h)
@@ -128,7 +132,7 @@ class Motion:
         initial = initial_state(system, part.graph, plan.start)
         if part.kinematic and (initial.redundant or not determined(system, plan.start, initial.q)):
             assert part.dynamic is not None
-            return self._moving(Part(part.dynamic), build(part.dynamic.scene, part.dynamic), lap)
+            return self._moving(Part(part.dynamic), build(part.dynamic.scene, part.dynamic, size=self._size), lap)
         integration.begin(initial.q, initial.v, initial.a, initial.lam, initial.redundant)
         lap("initialise")
         return Moving(part, system, method, initial, integration)

@@ -18,7 +18,6 @@ from mbdsl.lang.expressions import Expr, leaves
 from mbdsl.reduction import drivers, welds
 from mbdsl.reduction.note import Note
 from mbdsl.scene import Component, Frame, InitialValue, Scene
-from mbdsl.wording import few
 
 __all__ = ["Note", "Part", "Reduction", "reduce"]
 
@@ -154,7 +153,7 @@ def _cut(graph: MechanismGraph, owner: dict[str, int], k: int) -> Scene:
 
 def _part(graph: MechanismGraph) -> Part:
     """Whether the constraints alone determine the motion, as far as counting tells."""
-    if graph.coordinates != graph.rows or graph.velocity_rows or _reads_inputs(graph):
+    if graph.coordinates != graph.rows or graph.velocity_rows:
         return Part(graph)
     scene = graph.scene
     components = {}
@@ -168,19 +167,3 @@ def _part(graph: MechanismGraph) -> Part:
     if any(p.mobility for p in bare.sub_mechanisms):
         return Part(graph)
     return Part(bare, True, graph)
-
-
-def _reads_inputs(graph: MechanismGraph) -> bool:
-    """Whether a driver follows an input, which may jump."""
-    for e in graph.joints:
-        kind = e.component.kind
-        if isinstance(kind, JointKind) and kind.driver is not None:
-            law = e.component.values[kind.driver]
-            if isinstance(law, Expr) and any(leaf.op == "input" for leaf in leaves(law)):
-                return True
-    return False
-
-
-def describe(notes: Iterable[Note]) -> list[str]:
-    """Notes as text, a line each."""
-    return [f"{n.action}: {few(n.names)} ({n.why}{'; ' + few(n.by) if n.by else ''})" for n in notes]

@@ -318,11 +318,14 @@ class System:
         return "\n".join(lines)
 
 
-def build(scene: Scene, graph: MechanismGraph | None = None, general: bool = False) -> System:
+def build(
+    scene: Scene, graph: MechanismGraph | None = None, general: bool = False, size: float | None = None
+) -> System:
     """Scene to System: numbers, tables and the text of the specialised code; compiles nothing yet.
 
-    ``general`` code has the loops of every kind that there is, whether the scene has it or not.
+    ``general`` code has the loops of every kind that there is, whether the scene has it or not. ``size`` is that of the
+    mechanism [m], where the scene is but a part of it.
     """
-    tables = build_tables(scene, general)
+    tables = build_tables(scene, general, size)
     mechanism = graph if graph is not None else build_graph(scene)
     return System(scene, mechanism, tables, emit.emit(tables.blocks, tables.has_tape, 2))

@@ -90,8 +90,11 @@ def body_pose(component: Component, frame) -> tuple[float, float, float]:
     return frame.x - cx, frame.y - cy, frame.phi
 
 
-def build_tables(scene: Scene, general: bool = False) -> Tables:
-    """Number and tabulate ``scene``; with ``general``, make room for every kind there is."""
+def build_tables(scene: Scene, general: bool = False, size: float | None = None) -> Tables:
+    """Number and tabulate ``scene``; with ``general``, make room for every kind there is.
+
+    ``size`` is that of the mechanism [m], which translations are measured in; default: that of the scene.
+    """
     bodies = scene.bodies()
     blocks = find_blocks(scene, general)
     coordinates: dict[str, int] = {}
@@ -117,7 +120,7 @@ def build_tables(scene: Scene, general: bool = False) -> Tables:
     if general or any(scene.frames[name].motion for name in frames):
         blocks.append(Block("moving", moving))
     tables = Tables(scene, blocks, n, m, p, coordinates, rows, velocity_rows, frames)
-    _fill(tables)
+    _fill(tables, size)
     return tables
 
 
@@ -140,7 +143,7 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
     return {name: i for i, name in enumerate(ordered)}
 
 
-def _fill(tables: Tables) -> None:
+def _fill(tables: Tables, size: float | None) -> None:
     scene, frames, n, m, p = tables.scene, tables.frames, tables.n, tables.m, tables.p
     buffers = Buffers(layout.BLOCKS + layout.BLOCK * len(tables.blocks))
     I = buffers.I
@@ -172,7 +175,7 @@ def _fill(tables: Tables) -> None:
     _fill_mass(tables, buffers)
     # Translations are measured in the mechanism's size, angles in radians.
     lengths += [float(c.values["length"]) for c in scene.components.values() if c.values.get("length")]
-    size = max(lengths, default=0.0) or max((float(np.hypot(*z[:2])) for z in Z), default=0.0) or 1.0
+    size = size or max(lengths, default=0.0) or max((float(np.hypot(*z[:2])) for z in Z), default=0.0) or 1.0
     tables.scale = np.ones(n)
     for body in scene.bodies():
         d = tables.coordinates[body.name]
