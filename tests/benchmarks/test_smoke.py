@@ -1,6 +1,7 @@
 """The benchmarks run and say what they should; no time is asserted."""
 
 import importlib.util
+import re
 import sys
 from pathlib import Path
 
@@ -17,14 +18,42 @@ def script(name):
 
 
 @pytest.mark.filterwarnings("ignore")  # of the other program
-def test_exudyn():
-    pytest.importorskip("exudyn", reason="Exudyn is not installed: pip install 'mbdsl[bench]'")
-    benchmark = script("exudyn_pendulum_chain")
+def test_against_exudyn():
+    if importlib.util.find_spec("exudyn") is None:  # not imported here: the script chooses which build
+        pytest.skip("Exudyn is not installed: pip install 'mbdsl[bench]'")
+    benchmark = script("against_exudyn")
     assert set(benchmark.METHODS) <= set(methods())
-    text = benchmark.table(steps=40, repeats=1)
-    assert text.count("mbdsl hht-") == 4
-    assert text.count("Exudyn dense") == 4
+    assert all(case.path.exists() and case.steps % benchmark.TIMES == 0 for case in benchmark.CASES)
+    small = tuple(case for case in benchmark.CASES if case.n is None or case.n < 10)
+    text = benchmark.table(steps=40, repeats=1, cases=small)
+    for case in small:
+        assert f"\n{case.name}, " in text
+    assert text.count("mbdsl hht-si2") == sum(case.halvings + 1 for case in small)
+    assert len(re.findall(r" (met|MISSED)$", text, re.MULTILINE)) == len(small)
     assert "VOID" not in text  # the models are the same
+
+
+def test_ratios_against_exudyn():
+    """At equal step as they are; at equal error along straight lines between logarithms; the worst error counts."""
+    benchmark = script("against_exudyn")
+    case = benchmark.Case("pendulum", 1.0, 4, 0.5)
+    found = benchmark.Comparison(case, [4, 8], 1.0)
+    found.curves = {
+        "hht-i3": benchmark.Curve([[1.0, 2.0]], [4e-4, 1e-4]),
+        "hht-si2": benchmark.Curve([[4.0, 8.0]], [4e-4, 1e-4]),
+        "dense": benchmark.Curve([[10.0, 20.0]], [1e-4, 2.5e-5]),
+        "sparse": benchmark.Curve([[30.0, 10.0]], [1e-4, 2.5e-5]),
+    }
+    assert found.at_step("hht-i3", 0) == (0.1, 0.1)
+    assert found.at_step("hht-i3", 1) == (0.2, 0.2)  # Exudyn by its best way there
+    assert len(found.errors()) == 0  # they meet at 1e-4 only
+    found.curves["dense"].errors = found.curves["sparse"].errors = [4e-4, 1e-4]
+    assert found.errors() == pytest.approx([4e-4, 2e-4, 1e-4])
+    assert found.at_error("hht-i3", 2e-4) == pytest.approx((0.1, 0.1))
+    assert found.headline() == pytest.approx((0.2, 0.2))
+    assert benchmark.verdict(found).endswith("0.50 met")
+    found.void = "another model"
+    assert "VOID" in benchmark.verdict(found)
 
 
 def test_startup():
