@@ -56,6 +56,21 @@ def test_ratios_against_exudyn():
     assert "VOID" in benchmark.verdict(found)
 
 
+def test_growth():
+    benchmark = script("growth")
+    text = benchmark.table(repeats=1, sizes={"chain": (2, 8), "four_bar": (1, 4)}, fresh=(2, 4, 8))
+    assert text.count("grows with the power") == 6
+    assert text.count("set-up:") == len(benchmark.METHODS)
+    assert "VOID" not in text
+
+
+def test_exponent_of_growth():
+    benchmark = script("growth")
+    assert benchmark.exponent([10, 20, 40], [3.0, 12.0, 48.0]) == pytest.approx(2.0)
+    assert benchmark.met(1.1, 1.1) == "1.1 met"
+    assert benchmark.met(1.2, 1.1) == "1.1 MISSED"
+
+
 def test_startup():
     benchmark = script("startup")
     text = benchmark.table(1, {"mbdsl --help": ["--help"]})

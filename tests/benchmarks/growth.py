@@ -1,0 +1,186 @@
+"""What large models cost: a step, memory and set-up over the number of links or loops.
+
+    python tests/benchmarks/growth.py [--repeats 5]
+
+Chains (models/chain.mbd) and rows of four bars (models/four_bar.mbd), in few steps of 1 ms: a chain stretched out
+horizontally is chaotic soon. The cost of a step is fitted by a power of the number of links or loops, as it is and for
+an iteration, since larger models may take more iterations. Memory is the peak of a fresh process that loads, builds and
+integrates a chain; set-up is the time there from the start of parsing to the end of the first step, with everything
+compiled before. Nothing is asserted: times belong to a machine and an hour.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+import mbdsl
+from mbdsl import graph
+from mbdsl.integrators import driver
+from mbdsl.integrators.run import Integration
+from mbdsl.system import System, build
+from mbdsl.system.initial import InitialState, initial_state
+
+MODELS = Path(__file__).parents[2] / "models"
+METHODS = ("hht-i3", "hht-si2")
+SIZES: dict[str, tuple[int, ...]] = {
+    "chain": (64, 128, 256, 512, 1024, 2048, 4096),
+    "four_bar": (10, 25, 50, 100, 200, 400),
+}
+PROCESSES = (64, 512, 1024, 2048, 4096)  #: links of the chains that are run in processes of their own
+STEP, STEPS = 1e-3, 40
+#: aims: the exponent of the cost of a step and of memory; memory [MB] and set-up [s] of the longest chain
+EXPONENT, MEMORY, SETUP = 1.1, 600.0, 5.0
+
+
+@dataclass
+class Cost:
+    """What one method was seen to take on one model."""
+
+    us: list[float] = field(default_factory=list)  #: a step, in each round
+    iterations: float = 0.0  #: a step
+    matrices: float = 0.0
+    status: int = driver.DONE
+
+
+def assembled(model: str, n: int) -> tuple[System, InitialState]:
+    scene = mbdsl.load(MODELS / f"{model}.mbd", {"N": n})
+    mechanism = graph.build(scene)
+    system = build(scene, mechanism)
+    return system, initial_state(system, mechanism, 0.0)
+
+
+def begun(system: System, start: InitialState, method: str) -> Integration:
+    run = Integration(system, method, STEP, 0.0, STEP * STEPS, np.array([]))
+    run.begin(start.q, start.v, start.a, start.lam, start.redundant)
+    return run
+
+
+def measure(model: str, sizes: Iterable[int], repeats: int) -> dict[str, dict[int, Cost]]:
+    """Every size with every method ``repeats`` times, in turn."""
+    models = {n: assembled(model, n) for n in sizes}
+    costs = {method: {n: Cost() for n in models} for method in METHODS}
+    for k in range(repeats + 1):
+        for n, (system, start) in models.items():
+            for method in METHODS:
+                run, cost = begun(system, start, method), costs[method][n]
+                clock = time.perf_counter()
+                cost.status = run.advance()
+                seconds = time.perf_counter() - clock
+                done = max(1, run.J[driver.STEP])
+                cost.iterations, cost.matrices = run.J[driver.ITERATIONS] / done, run.J[driver.MATRICES] / done
+                if k > 0:  # the first round loads what is compiled
+                    cost.us.append(1e6 * seconds / done)
+    return costs
+
+
+def exponent(n: Iterable[float], y: Iterable[float]) -> float:
+    """p of y ~ n^p, fitted to the logarithms."""
+    return float(np.polyfit(np.log(list(n)), np.log(list(y)), 1)[0])
+
+
+def met(value: float, aim: float) -> str:
+    return f"{aim:g} {'met' if value <= aim else 'MISSED'}"
+
+
+def rows(model: str, costs: dict[str, dict[int, Cost]]) -> list[str]:
+    """The table of one model, and the exponents of its methods."""
+    lines = []
+    for method, sizes in costs.items():
+        for n, cost in sizes.items():
+            failed = "" if cost.status == driver.DONE else "   VOID: stopped early"
+            lines.append(
+                f"{model:9} {n:6d} {method:8} {min(cost.us):10.1f} {median(cost.us):10.1f} {min(cost.us) / n:8.3f}"
+                f" {cost.iterations:10.2f} {cost.matrices:8.2f}{failed}"
+            )
+        least = exponent(sizes, [min(cost.us) for cost in sizes.values()])
+        middle = exponent(sizes, [median(cost.us) for cost in sizes.values()])
+        each = exponent(sizes, [min(cost.us) / cost.iterations for cost in sizes.values()])
+        lines.append(
+            f"{'':9} {'':6} {method:8} grows with the power {least:.2f} (minima), {middle:.2f} (medians):"
+            f" {met(least, EXPONENT)}; an iteration: {each:.2f}"
+        )
+    return lines
+
+
+def peak() -> float:
+    """The most memory that this process ever had [MB]."""
+    status = Path("/proc/self/status")
+    if status.exists():  # getrusage would count what the parent had when it forked
+        return float(status.read_text().split("VmHWM:")[1].split()[0]) / 1024
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 1024)
+
+
+def one(n: int, method: str) -> None:
+    """Run a chain in this process, which does nothing else, and print what it took."""
+    clock = time.perf_counter()
+    run = begun(*assembled("chain", n), method)
+    run.advance(1)
+    seconds = time.perf_counter() - clock
+    run.advance()
+    print(json.dumps([seconds, peak(), int(run.J[driver.STEP])]))
+
+
+def processes(sizes: Iterable[int], repeats: int) -> list[str]:
+    """The table of memory and set-up."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    lines = []
+    for method in METHODS:
+        used = {}
+        for n in sizes:
+            command = [sys.executable, __file__, "--one", str(n), method]
+            ran = [subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE) for _ in range(repeats)]
+            seconds, memory, steps = zip(*(json.loads(r.stdout) for r in ran), strict=True)
+            used[n] = max(memory)
+            failed = "" if set(steps) == {STEPS} else "   VOID: stopped early"
+            lines.append(
+                f"chain     {n:6d} {method:8} {max(memory):8.0f} {min(seconds):8.2f} {median(seconds):8.2f}{failed}"
+            )
+        first, *rest = used
+        power = exponent([n - first for n in rest], [max(used[n] - used[first], 1e-3) for n in rest])
+        lines.append(
+            f"{'':16} {method:8} memory: {met(used[n], MEMORY)}; it grows with the power {power:.2f}:"
+            f" {met(power, EXPONENT)}; set-up: {met(median(seconds), SETUP)}"
+        )
+    return lines
+
+
+def table(repeats: int = 5, sizes: dict[str, tuple[int, ...]] = SIZES, fresh: tuple[int, ...] = PROCESSES) -> str:
+    """Everything as text."""
+    lines = [
+        f"{'':25} {'us/step':>10} {'':10} {'us/step':>8} {'iterations':>10} {'matrices':>8}",
+        f"{'model':9} {'N':>6} {'method':8} {'min':>10} {'median':>10} {'and N':>8} {'a step':>10} {'a step':>8}",
+    ]
+    for model, counts in sizes.items():
+        lines += rows(model, measure(model, counts, repeats))
+    lines += [
+        "",
+        "Fresh processes, everything compiled before",
+        f"{'':25} {'memory':>8} {'set-up, s':>8}",
+        f"{'model':9} {'N':>6} {'method':8} {'MB':>8} {'min':>8} {'median':>8}",
+        *processes(fresh, repeats),
+    ]
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--one", nargs=2, metavar=("N", "METHOD"), help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.one:
+        one(int(arguments.one[0]), arguments.one[1])
+    else:
+        print(table(arguments.repeats))
