@@ -40,7 +40,7 @@ SIZES: dict[str, tuple[int, ...]] = {
 }
 PROCESSES = (64, 512, 1024, 2048, 4096)  #: links of the chains that are run in processes of their own
 STEP, STEPS = 1e-3, 40
-OFTEN = 1024  #: a model of so many links runs once a round, smaller ones more often: they are done in no time
+OFTEN = 1024  #: a model of so many links runs once a round, smaller ones more often, up to 8 times: they take no time
 #: aims: the exponent of the cost of a step and of memory; memory [MB] and set-up [s] of the longest chain
 EXPONENT, MEMORY, SETUP = 1.1, 600.0, 5.0
 
@@ -74,7 +74,7 @@ def measure(model: str, sizes: Iterable[int], repeats: int) -> dict[str, dict[in
     costs = {method: {n: Cost() for n in models} for method in METHODS}
     for k in range(repeats + 1):
         for n, (system, start) in models.items():
-            for method in METHODS * max(1, OFTEN // n):
+            for method in METHODS * min(max(1, OFTEN // n), 8):
                 run, cost = begun(system, start, method), costs[method][n]
                 clock = time.process_time()
                 cost.status = run.advance()
