@@ -153,10 +153,10 @@ class Integration:
         rows, columns = system.tables.pattern
         if solver == linear.SPARSE_LU:
             pattern = sparse.analyse(N, rows, columns, system.elimination_order())
-            slots, size, table = pattern.slots, pattern.size, pattern.table
+            slots, size, length, table = pattern.slots, pattern.size, 2 * pattern.size, pattern.table
         else:
-            # two rows more hold the scales of rows and columns
-            slots, size, table = rows * N + columns, N * N + 2 * N, np.empty(0, np.int64)
+            slots, size, table = rows * N + columns, N * N, np.empty(0, np.int64)
+            length = size + 2 * N  # the scales of rows and columns
         work = system.workspace(slots)
         kept = self.I[layout.KEEP] if hasattr(self, "I") else 0
         if hasattr(self, "Y"):
@@ -167,7 +167,7 @@ class Integration:
         rows = modules()[self.method].METHOD.multipliers
         self.I[layout.LAM_ROW], self.I[layout.MU_ROW], self.I[layout.LAW_ROW] = rows
         self.I[layout.PSI_ROW], self.I[layout.KEEP] = layout.X, kept
-        self.A = np.zeros((self.matrices, size + 1))  # the last entry is the method's own
+        self.A = np.zeros((self.matrices, length + 1))  # the last entry is the method's own
         self.P = np.zeros((self.matrices, max(N, 2 * size + 1)), np.int64)  # pivots, or rows and columns of entries
         self.solver = solver
         self._leave_out()

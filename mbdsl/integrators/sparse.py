@@ -5,8 +5,14 @@ effective inverse masses that it sees, so that no search for pivots is needed wh
 constraints independent. Growth is watched; where a pivot is lost, ``factor`` says so, and the dense solver with
 pivoting takes over.
 
-Storage: row by row, columns ascending in the new order, L (unit diagonal) left of the diagonal, U right of it, the
-reciprocal pivot on it. Tables, at I[SPARSE]: permutation (N: new -> old), row starts (N + 1), diagonal (N), columns.
+Storage while a matrix is assembled and factorised: row by row, columns ascending in the new order, L (unit diagonal)
+left of the diagonal, U right of it, the reciprocal pivot on it. Behind it in the same row of A stand the factors as they
+are solved with: L column by column, U (divided by its pivots, so that its diagonal is one, too) column by column from
+the last, the reciprocal pivots. A solve is then three loops without any inner ones, in the original numbering: no
+entry waits for the one before it, and there is nothing to be mispredicted.
+
+Tables, at I[SPARSE]: permutation (N: new -> old), row starts (N + 1), diagonal (N), columns; of the entries of L,
+then of U, as they are solved with: their targets, their sources, the places that they come from.
 """
 
 from __future__ import annotations
@@ -17,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.kernels import kernel, rare
-from mbdsl.layout import N_ALL, SPARSE, T1, T2
+from mbdsl.layout import N_ALL, SPARSE
 
 Ints = NDArray[np.int64]
 
@@ -27,7 +33,10 @@ LOST = 1e-11
 
 @dataclass(frozen=True)
 class Pattern:
-    """Symbolic factorisation: ``table`` for the kernels, ``slots`` of the requested entries, number of entries."""
+    """Symbolic factorisation: ``table`` for the kernels, ``slots`` of the requested entries, number of entries.
+
+    A row of A takes twice so many.
+    """
 
     table: Ints
     slots: Ints
@@ -63,15 +72,21 @@ def analyse(n: int, rows: Ints, columns: Ints, order: Ints) -> Pattern:
         starts.append(len(cols))
     starts_array, cols_array = np.array(starts, np.int64), np.array(cols, np.int64)
     # entries of a row are ascending, so that row * n + column is ascending over all
-    keys = np.repeat(np.arange(n), np.diff(starts_array)) * n + cols_array
+    row_of = np.repeat(np.arange(n), np.diff(starts_array))
+    keys = row_of * n + cols_array
     slots = np.searchsorted(keys, r * n + c)
-    table = np.concatenate([order, starts_array, np.array(diagonal, np.int64), cols_array])
+    lower, upper = np.flatnonzero(cols_array < row_of), np.flatnonzero(cols_array > row_of)
+    lower = lower[np.argsort(cols_array[lower], kind="stable")]
+    upper = upper[np.argsort(-cols_array[upper], kind="stable")]
+    places = np.concatenate([lower, upper])
+    targets, sources = order[row_of[places]], order[cols_array[places]]
+    table = np.concatenate([order, starts_array, diagonal, cols_array, targets, sources, places], dtype=np.int64)
     return Pattern(table, slots, len(cols))
 
 
 @rare
 def sparse_factor(A, P, I):
-    """LU in place; P is scratch for the place of each column. False where a pivot is lost."""
+    """LU in place, and as it is solved with; P is scratch for the place of each column. False where a pivot is lost."""
     n, o = I[N_ALL], I[SPARSE]
     start, diagonal, column = o + n, o + 2 * n + 1, o + 3 * n + 1
     for i in range(n):
@@ -90,51 +105,52 @@ def sparse_factor(A, P, I):
         if not abs(A[d]) > LOST * largest:
             return False
         A[d] = 1.0 / A[d]
+    for i in range(n):
+        d = I[diagonal + i]
+        for p in range(d + 1, I[start + i + 1]):
+            A[p] *= A[d]
+    size = I[start + n]
+    place = column + size + 2 * (size - n)
+    for e in range(size - n):
+        A[size + e] = A[I[place + e]]
+    for i in range(n):
+        A[2 * size - n + I[o + i]] = A[I[diagonal + i]]
     return True
 
 
 @kernel
 def sparse_solve(A, I, Y, row):
-    """Y[row] <- A^{-1} Y[row]; row T1 is scratch."""
+    """Y[row] <- A^{-1} Y[row]."""
     n, o = I[N_ALL], I[SPARSE]
-    start, diagonal, column = o + n, o + 2 * n + 1, o + 3 * n + 1
+    size = I[o + 2 * n]
+    count, first = size - n, o + 3 * n + 1 + size
+    targets, sources = I[first : first + count], I[first + count : first + 2 * count]
+    values, inverse, y = A[size : size + count], A[size + count : 2 * size], Y[row]
+    for e in range(count // 2):
+        y[targets[e]] -= values[e] * y[sources[e]]
     for i in range(n):
-        y = Y[row, I[o + i]]
-        for p in range(I[start + i], I[diagonal + i]):
-            y -= A[p] * Y[T1, I[column + p]]
-        Y[T1, i] = y
-    for i in range(n - 1, -1, -1):
-        d = I[diagonal + i]
-        y = Y[T1, i]
-        for p in range(d + 1, I[start + i + 1]):
-            y -= A[p] * Y[T1, I[column + p]]
-        y *= A[d]
-        Y[T1, i] = y
-        Y[row, I[o + i]] = y
+        y[i] *= inverse[i]
+    for e in range(count // 2, count):
+        y[targets[e]] -= values[e] * y[sources[e]]
 
 
 @kernel
 def sparse_solve_both(A, I, Y, row, row2):
-    """The same for two matrices of one pattern: Y[row] <- A[0]^{-1} Y[row], Y[row2] <- A[1]^{-1} Y[row2].
-
-    A solve spends its time waiting for its own last result; two of them wait together. Row T2 is scratch as well.
-    """
+    """The same for two matrices of one pattern: Y[row] <- A[0]^{-1} Y[row], Y[row2] <- A[1]^{-1} Y[row2]."""
     n, o = I[N_ALL], I[SPARSE]
-    start, diagonal, column = o + n, o + 2 * n + 1, o + 3 * n + 1
+    size = I[o + 2 * n]
+    count, first = size - n, o + 3 * n + 1 + size
+    targets, sources = I[first : first + count], I[first + count : first + 2 * count]
+    values, inverse, y = A[0, size : size + count], A[0, size + count : 2 * size], Y[row]
+    values2, inverse2, y2 = A[1, size : size + count], A[1, size + count : 2 * size], Y[row2]
+    for e in range(count // 2):
+        i, j = targets[e], sources[e]
+        y[i] -= values[e] * y[j]
+        y2[i] -= values2[e] * y2[j]
     for i in range(n):
-        y, y2 = Y[row, I[o + i]], Y[row2, I[o + i]]
-        for p in range(I[start + i], I[diagonal + i]):
-            j = I[column + p]
-            y -= A[0, p] * Y[T1, j]
-            y2 -= A[1, p] * Y[T2, j]
-        Y[T1, i], Y[T2, i] = y, y2
-    for i in range(n - 1, -1, -1):
-        d = I[diagonal + i]
-        y, y2 = Y[T1, i], Y[T2, i]
-        for p in range(d + 1, I[start + i + 1]):
-            j = I[column + p]
-            y -= A[0, p] * Y[T1, j]
-            y2 -= A[1, p] * Y[T2, j]
-        y, y2 = y * A[0, d], y2 * A[1, d]
-        Y[T1, i], Y[T2, i] = y, y2
-        Y[row, I[o + i]], Y[row2, I[o + i]] = y, y2
+        y[i] *= inverse[i]
+        y2[i] *= inverse2[i]
+    for e in range(count // 2, count):
+        i, j = targets[e], sources[e]
+        y[i] -= values[e] * y[j]
+        y2[i] -= values2[e] * y2[j]

@@ -46,6 +46,7 @@ from mbdsl.layout import (
     PAST_WRENCH,
     PSI_ROW,
     REGISTERS,
+    SIZE,
     SLOTS,
     VALUE,
     WRENCH,
@@ -247,7 +248,7 @@ def laws(Z, C, F, I):
 @rare
 def begin_matrix(cM, F, I, A):
     """A = cM M for a constant diagonal M."""
-    for i in range(A.size):
+    for i in range(I[SIZE]):
         A[i] = 0.0
     for i in range(I[N_Q]):
         A[I[I[SLOTS] + I[MASS_SLOTS] + i]] += cM * F[I[MASS] + i]
@@ -298,13 +299,18 @@ def constraint_tangents(cK, cP, cN, Y, C, F, I, A):
             f = I[o + side]
             nb, kb = I[I[FRAMES] + 2 * f], I[I[FRAMES] + 2 * f + 1]
             for j in range(nb):
-                value, rate = 0.0, 0.0
+                value = 0.0
                 for l in range(3):
-                    g, k = C[r, 3 * side + l], kb + l * nb + j
-                    value += g * F[k]
-                    rate += C[r, GRADIENT_RATE + 3 * side + l] * F[k] + g * F[k + 3 * nb]
+                    value += C[r, 3 * side + l] * F[kb + l * nb + j]
                 A[I[slot + j]] += value
-                A[I[slot + nb + j]] += cP * value + cN * rate
+                A[I[slot + nb + j]] += cP * value
+            if cN != 0.0:  # no method asks for it
+                for j in range(nb):
+                    rate = 0.0
+                    for l in range(3):
+                        k = kb + l * nb + j
+                        rate += C[r, GRADIENT_RATE + 3 * side + l] * F[k] + C[r, 3 * side + l] * F[k + 3 * nb]
+                    A[I[slot + nb + j]] += cN * rate
             slot += 2 * nb
 
 

@@ -104,7 +104,7 @@ class System:
         if slots is None:
             slots = np.arange(self.size)
         I = np.concatenate([t.I, slots.astype(np.int64)])
-        I[layout.SLOTS] = len(t.I)
+        I[layout.SLOTS], I[layout.SIZE] = len(t.I), self.size
         Y = np.zeros((layout.ROWS, max(1, self.unknowns)))
         Y[layout.SCALE, : self.n] = t.scale
         C = np.zeros((max(1, t.pair_rows), layout.GRADIENT_COLUMNS))
