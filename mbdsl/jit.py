@@ -1,14 +1,16 @@
-"""Compilation: marked kernels become numba functions, and stay plain Python where numba is absent or switched off.
+"""Compilation: marked kernels become machine code, and stay plain Python where numba is absent or switched off.
 
 Element files only mark their kernels (:mod:`mbdsl.kernels`), because ``mbdsl check`` reads the files
-without numerics. :func:`activate` replaces the marks by compiled functions, in the modules that use them.
+without numerics. :func:`functions` makes one object of an emitted module and all the kernels that it calls.
 
-Compiled code is kept on disk under a folder named by the digest of the sources it comes from: an edited kernel can
-never meet the machine code of its former self.
+Objects are kept on disk, under a folder named by the digest of all that they come from: an edited kernel can never
+meet the machine code of its former self. What is kept is loaded without numba, the import of which takes longer than
+most models take to simulate.
 """
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import importlib
 import importlib.util
@@ -17,113 +19,249 @@ import subprocess
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from mbdsl import __version__
 
-_compiled: dict[Callable, Callable] = {}
+
+class Signature(NamedTuple):
+    """What a compiled function takes and gives.
+
+    It takes "float", "int", arrays ("vector" and "matrix" of floats, "ints", "int matrix"), and other compiled
+    functions; it gives "int" or "none".
+    """
+
+    takes: tuple[str | Signature, ...]
+    gives: str = "none"
+
+
+# As numba hands arrays to C functions: two pointers that it needs for memory of its own, number and size of entries,
+# address, shape, strides.
+_VECTOR = (ctypes.c_void_p,) * 2 + (ctypes.c_ssize_t,) * 2 + (ctypes.c_void_p,) + (ctypes.c_ssize_t,) * 2
+_MATRIX = _VECTOR + (ctypes.c_ssize_t,) * 2
+C_TYPES: dict[object, tuple] = {
+    "float": (ctypes.c_double,),
+    "int": (ctypes.c_int64,),
+    "vector": _VECTOR,
+    "ints": _VECTOR,
+    "matrix": _MATRIX,
+    "int matrix": _MATRIX,
+}
+DTYPES: dict[object, np.dtype] = {
+    "vector": np.dtype(np.float64),
+    "matrix": np.dtype(np.float64),
+    "ints": np.dtype(np.int64),
+    "int matrix": np.dtype(np.int64),
+}
+
+
+class Native:
+    """A compiled function, called by its address; other such functions may be among its arguments."""
+
+    def __init__(self, address: int, signature: Signature, owner: object) -> None:
+        types = [t for kind in signature.takes for t in C_TYPES.get(kind, (ctypes.c_void_p,))]
+        self._call = ctypes.CFUNCTYPE(ctypes.c_int64 if signature.gives == "int" else None, *types)(address)
+        self._dtypes = [DTYPES.get(kind) for kind in signature.takes]
+        self._as_parameter_ = address  # what ctypes passes for it
+        self._owner = owner  # of the memory
+
+    def __call__(self, *arguments):
+        pieces: list[Any] = []
+        for x, dtype in zip(arguments, self._dtypes, strict=True):
+            if dtype is None:
+                pieces.append(x)
+            elif x.dtype == dtype and x.flags.c_contiguous:
+                pieces += (None, None, x.size, 8, x.ctypes.data, *x.shape, *x.strides)
+            else:
+                raise TypeError(f"compiled code takes C-contiguous arrays of {dtype}")
+        return self._call(*pieces)
+
+
+_kernels: dict[Callable, Callable] = {}
+_functions: dict[str, list[Callable]] = {}
+_alone = False
+
+
+def alone() -> None:
+    """This process is our own, and calls no BLAS from compiled code.
+
+    Then numba need not load scipy.linalg, which saves a fifth of a second.
+    """
+    global _alone
+    _alone = True
 
 
 @cache
 def numba() -> ModuleType | None:
     """The numba module, or None where it cannot be imported (then everything runs as Python, slowly)."""
+    blas, spared = "scipy.linalg.cython_blas", _alone and "scipy.linalg" not in sys.modules
     try:
         import numba
+
+        if spared and "numba.np.arraymath" not in sys.modules:
+            sys.modules[blas] = None  # type: ignore[assignment]  # importing it fails, which numba is prepared for
+            importlib.import_module("numba.np.arraymath")
     except ImportError as error:
         warnings.warn(f"numba cannot be imported ({error}); running uncompiled, some 100 times slower", stacklevel=2)
         return None
+    finally:
+        if blas in sys.modules and sys.modules[blas] is None:
+            del sys.modules[blas]
     return numba
 
 
-def skip_blas() -> None:
-    """Keep numba from loading scipy.linalg, in a process of our own that uses no BLAS: it saves a fifth of a second."""
-    module = numba()
-    if module is None or "numba.np.arraymath" in sys.modules or "scipy.linalg" in sys.modules:
-        return
-    blas = "scipy.linalg.cython_blas"
-    sys.modules[blas] = None  # type: ignore[assignment]  # importing it fails, which numba is prepared for
-    try:
-        importlib.import_module("numba.np.arraymath")
-    finally:
-        del sys.modules[blas]
-
-
 def enabled() -> bool:
-    """Whether kernels are compiled at all."""
-    module = numba()
-    return module is not None and not module.config.DISABLE_JIT
+    """Whether kernels are compiled at all. Does not import numba to know it, unless it is missing."""
+    if "numba" in sys.modules:
+        return not sys.modules["numba"].config.DISABLE_JIT
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        return False
+    return importlib.util.find_spec("numba") is not None or numba() is not None
 
 
 @cache
 def cache_directory() -> Path:
-    """Where compiled code and emitted modules of this version live; created if need be.
+    """Where objects and emitted modules of this version live; created if need be.
 
     ``MBDSL_CACHE_DIR`` names another place for the parent folder.
     """
-    package = Path(__file__).parent
-    digest = hashlib.sha256()
-    compiled = [path for folder in ("elements", "system", "integrators") for path in (package / folder).rglob("*.py")]
-    for path in sorted([*compiled, package / "layout.py", package / "kernels.py", package / "jit.py"]):
-        digest.update(path.name.encode() + path.read_bytes())
-    module = numba()
-    name = f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{module.__version__ if module else 'plain'}"
-    name += f"-{digest.hexdigest()[:12]}"
+    name = f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{_digest()[:16]}"
     chosen = os.environ.get("MBDSL_CACHE_DIR")
     home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    for parent in [Path(chosen)] if chosen else [Path(home) / "mbdsl"]:
-        folder = parent / name
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            if os.access(folder, os.W_OK):
-                return folder
-        except OSError:
-            pass
+    folder = (Path(chosen) if chosen else Path(home) / "mbdsl") / name
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if os.access(folder, os.W_OK):
+            return folder
+    except OSError:
+        pass
     # Nowhere to keep things: a private folder for this process, so that nobody else's code can lie in wait there.
     folder = Path(tempfile.mkdtemp(prefix="mbdsl-")) / name
     folder.mkdir()
     return folder
 
 
-def compile(function: Callable, signature=None, cached: bool = True, **options) -> Callable:
-    """``numba.njit`` with the project's cache folder and settings; the function itself where JIT is off."""
-    module = numba()
-    if module is None or not enabled():
-        return function
-    former = module.config.CACHE_DIR
-    module.config.CACHE_DIR = str(cache_directory())
+def _digest() -> str:
+    """Of all that machine code depends on: our sources, the compiler with its settings, the processor."""
+    package = Path(__file__).parent
+    files = [path for folder in ("elements", "system", "integrators") for path in (package / folder).rglob("*.py")]
+    files += [package / f"{name}.py" for name in ("layout", "kernels", "jit", "machine", "ordinary")]
+    for name in ("numba", "llvmlite"):
+        spec = importlib.util.find_spec(name)
+        if spec is not None and spec.origin is not None:
+            files.append(Path(spec.origin).with_name("_version.py"))
+    digest = hashlib.sha256()
+    for path in sorted(files):
+        digest.update(path.name.encode() + path.read_bytes())
+    settings = sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_"))
+    digest.update(repr(settings).encode())
+    if enabled():
+        from llvmlite import binding
+
+        digest.update(repr((binding.get_process_triple(), binding.get_host_cpu_name())).encode())
+        digest.update(binding.get_host_cpu_features().flatten().encode())
+    return digest.hexdigest()
+
+
+# -- emitted modules -----------------------------------------------------------------------------------------
+
+
+def functions(
+    name: str, text: str, signatures: Mapping[str, Signature], modules: Callable[[], Iterable[ModuleType]]
+) -> list[Callable]:
+    """Functions of the module ``name`` with the emitted ``text``: compiled, or found compiled, or plain Python.
+
+    ``modules()`` imports and returns the modules whose kernels are called.
+    """
+    if name not in _functions:
+        _functions[name] = (
+            _plain(name, text, signatures, modules)
+            if not enabled()
+            else _kept(name, signatures) or _compiled(name, text, signatures, modules)
+        )
+    return _functions[name]
+
+
+def is_compiled(name: str) -> bool:
+    """Whether the module ``name`` needs no compilation: its object is on disk, or kernels run as Python."""
+    return not enabled() or _object_path(name).exists()
+
+
+def import_text(name: str, text: str) -> ModuleType:
+    """The module ``name`` made from emitted ``text``, which is kept as a file for whoever wants to read it."""
+    if name in sys.modules:
+        return sys.modules[name]
+    path = cache_directory() / f"{name}.py"
+    if not path.exists():
+        _write(path, text.encode())
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None  # a path that exists always gives both
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    sys.modules[name] = module  # other emitted modules import it by its name
+    return module
+
+
+def _plain(name: str, text: str, signatures: Mapping[str, Signature], modules: Callable) -> list[Callable]:
+    modules()
+    module = import_text(name, text)
+    return [getattr(module, function) for function in signatures]
+
+
+def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules: Callable) -> list[Callable]:
+    called = modules()
+    if numba() is None:
+        return _plain(name, text, signatures, modules)
+    module = import_text(name, text)
     try:
-        arguments = (signature,) if signature is not None else ()
-        # Without numba's runtime nothing can be allocated, and no time goes into counting references.
-        return module.njit(*arguments, cache=cached, error_model="numpy", _nrt=False, **options)(function)
-    finally:
-        module.config.CACHE_DIR = former
+        from mbdsl import machine
+
+        activate(*called, wrap=machine.compile_kernel)
+        data = machine.compile_object(
+            {f"{name}.{function}": (getattr(module, function), signatures[function]) for function in signatures}
+        )
+        body = b"\n".join([" ".join(data.needs).encode(), data.code])
+        _write(_object_path(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
+        linked = _linked(name, body, signatures)
+        if linked is None:
+            raise NotImplementedError(f"compiled code needs one of {', '.join(data.needs)}")
+        return linked
+    except Exception as error:
+        # What lies inside numba changes; what it promises is slower to load and to compile.
+        told = (str(error).splitlines() or [""])[0]
+        warnings.warn(f"compiling in the ordinary way: {type(error).__name__}: {told}", stacklevel=2)
+    from mbdsl import ordinary
+
+    _kernels.clear()
+    activate(*called, wrap=ordinary.compile_kernel)
+    return [ordinary.compile_function(getattr(module, f), signature) for f, signature in signatures.items()]
 
 
-def activate(*modules: ModuleType) -> None:
+def activate(*modules: ModuleType, wrap: Callable) -> None:
     """Replace every marked kernel that ``modules`` define or import, there and where it comes from, by its compiled
     function.
 
     Compilation itself happens when a kernel is first called from compiled code, so the order does not matter.
     """
-    if not enabled():
-        return
     for module in _with_imports(modules):
         for name, value in list(vars(module).items()):
-            if getattr(value, "__mbdsl_kernel__", False) and not hasattr(value, "py_func"):
-                if value not in _compiled:
-                    options: dict[str, object] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-                    if hasattr(value, "__mbdsl_template__"):
+            if getattr(value, "__mbdsl_kernel__", False):
+                function = getattr(value, "py_func", value)
+                if function not in _kernels:
+                    options: dict[str, object] = {}
+                    if hasattr(function, "__mbdsl_template__"):
                         options["inline"] = "always"
-                    elif not hasattr(value, "__mbdsl_rare__"):
+                    elif not hasattr(function, "__mbdsl_rare__"):
                         # A call hands over every array piece by piece, which costs more than most kernels.
                         options["forceinline"] = True
-                    # What every scene calls is kept by itself; the rest lives in what it is compiled into.
-                    kept = value.__module__.startswith("mbdsl.system") or value.__module__.endswith("_frames")
-                    _compiled[value] = compile(value, cached=kept, **options)
-                setattr(module, name, _compiled[value])
+                    _kernels[function] = wrap(function, **options)
+                setattr(module, name, _kernels[function])
 
 
 def _with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:
@@ -132,7 +270,7 @@ def _with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:
     pending = list(found)
     while pending:
         for value in vars(pending.pop()).values():
-            if getattr(value, "__mbdsl_kernel__", False) or hasattr(value, "py_func"):
+            if getattr(value, "__mbdsl_kernel__", False):
                 module = sys.modules[value.__module__]
                 if module not in found:
                     found[module] = None
@@ -140,38 +278,53 @@ def _with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:
     return sorted(found, key=lambda module: module.__name__)
 
 
-_imported: dict[str, ModuleType] = {}
+# -- objects on disk -----------------------------------------------------------------------------------------
 
 
-def import_text(name: str, text: str, functions: Mapping[str, object]) -> ModuleType:
-    """The module ``name`` made from emitted ``text``, with ``functions`` (name -> signature or None) compiled.
-
-    It is kept as a file, since numba keeps machine code by the file that it came from.
-    """
-    if name in _imported:
-        return _imported[name]
-    path = cache_directory() / f"{name}.py"
-    if not path.exists():
-        part = path.with_suffix(f".{os.getpid()}.part")
-        part.write_text(text)
-        part.replace(path)
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None and spec.loader is not None  # a path that exists always gives both
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # before executing: numba finds the module of a cached function by its name
-    spec.loader.exec_module(module)
-    for function, signature in functions.items():
-        if hasattr(module, function):
-            setattr(module, function, compile(getattr(module, function), signature))
-    if enabled():
-        path.with_suffix(".compiled").touch()
-    _imported[name] = module
-    return module
+def _object_path(name: str) -> Path:
+    return cache_directory() / f"{name}.o"
 
 
-def is_compiled(name: str) -> bool:
-    """Whether the module ``name`` needs no compilation: it is on disk, or kernels run as Python."""
-    return not enabled() or (cache_directory() / f"{name}.compiled").exists()
+def _write(path: Path, data: bytes) -> None:
+    """At once or not at all: another process may be reading, or writing the same."""
+    part = path.with_suffix(f".{os.getpid()}.part")
+    part.write_bytes(data)
+    part.replace(path)
+
+
+def _kept(name: str, signatures: Mapping[str, Signature]) -> list[Callable] | None:
+    """The functions of an object on disk; None if there is none, or not whole, or it needs what is not there."""
+    try:
+        said, body = _object_path(name).read_bytes().split(b"\n", 1)
+    except (OSError, ValueError):
+        return None
+    return _linked(name, body, signatures) if hashlib.sha256(body).hexdigest().encode() == said else None
+
+
+def _linked(name: str, body: bytes, signatures: Mapping[str, Signature]) -> list[Callable] | None:
+    from llvmlite import binding
+
+    needs, code = body.split(b"\n", 1)
+    engine = _engine()
+    # a name that is missing would end the process
+    if not all(binding.address_of_symbol(symbol) for symbol in needs.decode().split()):
+        return None
+    engine.add_object_file(binding.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    return [Native(engine.get_function_address(f"{name}.{f}"), signatures[f], engine) for f in signatures]
+
+
+@cache
+def _engine():
+    from llvmlite import binding
+
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+    machine = binding.Target.from_triple(binding.get_process_triple()).create_target_machine()
+    return binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
+
+
+# -- other processes -----------------------------------------------------------------------------------------
 
 
 def beside(module: str, *arguments: str) -> subprocess.Popen | None:

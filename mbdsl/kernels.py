@@ -27,3 +27,8 @@ def template(function: Function) -> Function:
     """Mark a kernel that takes other kernels as arguments: compiled into its caller, once for each of them."""
     function.__mbdsl_template__ = True  # type: ignore[attr-defined]
     return kernel(function)
+
+
+def square(F, at):
+    """The 6 x 6 matrix that stands in F from ``at`` on."""
+    return F[at : at + 36].reshape((6, 6))

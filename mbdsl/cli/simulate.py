@@ -81,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
     from mbdsl import jit
     from mbdsl.simulation import simulate
 
-    jit.skip_blas()
+    jit.alone()
     display = None if args.quiet else Display(sys.stderr)
     failure = None
     try:

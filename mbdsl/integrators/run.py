@@ -15,11 +15,19 @@ from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.integrators import driver, linear, modules, sparse
 from mbdsl.integrators.method import Start
 from mbdsl.system import System
-from mbdsl.system.emit import array_types, evaluate_signature, tangent_signature
+from mbdsl.system.emit import EVALUATE, TANGENT
 from mbdsl.system.initial import accelerations
 
 Array = NDArray[np.float64]
 
+#: advance(evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out)
+ADVANCE = jit.Signature(
+    (
+        *(EVALUATE, TANGENT, "int", "vector", "vector", "ints"),
+        *("matrix", "matrix", "matrix", "vector", "ints", "matrix", "int matrix", "vector", "matrix"),
+    ),
+    gives="int",
+)
 #: h^3 times the jerk at the start, relative to the mechanism, beyond which it belongs to a transient
 TRANSIENT = 1e-4
 #: largest system that the dense solver with pivoting may take over
@@ -64,9 +72,8 @@ def loop_name(method: str) -> str:
     return "mbdsl_method_" + modules()[method].__name__.rsplit(".", 1)[-1]
 
 
-def compiled(name: str, module: ModuleType):
+def compiled(name: str, module: ModuleType) -> Callable:
     """The step loop compiled for one method: its kernels are known to the compiler, the scene's are pointers."""
-    jit.activate(driver, module)
     short = module.__name__.rsplit(".", 1)[-1]
     text = f'''"""Emitted by mbdsl: the step loop of {name}."""
 
@@ -80,17 +87,7 @@ def advance(evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
         evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out,
     )
 '''
-    signature = None
-    if jit.enabled():
-        types = jit.numba().types  # type: ignore[union-attr]
-        vector, matrix, ints, int_matrix = array_types()
-        signature = types.int64(
-            types.FunctionType(evaluate_signature()),
-            types.FunctionType(tangent_signature()),
-            types.int64,
-            *[vector, vector, ints, matrix, matrix, matrix, vector, ints, matrix, int_matrix, vector, matrix],
-        )
-    return jit.import_text(loop_name(name), text, {"advance": signature}).advance
+    return jit.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [driver, module])[0]
 
 
 def rate(after: Callable[[float], Array], now: Array, e: float) -> Array:

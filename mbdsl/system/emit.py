@@ -12,6 +12,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from types import ModuleType
 from typing import NamedTuple
 
 from mbdsl import jit, layout
@@ -19,6 +20,12 @@ from mbdsl.system import loops, tape
 from mbdsl.system.blocks import Block
 
 KIND_PREFIX = "mbdsl_kind_"
+#: evaluate(t, Y, Z, C, F, I)
+EVALUATE = jit.Signature(("float", "matrix", "matrix", "matrix", "vector", "ints"))
+#: tangent(t, cM, cK, cD, cL, cP, cN, cV, cW, Y, Z, C, F, I, A)
+TANGENT = jit.Signature((*["float"] * 9, "matrix", "matrix", "matrix", "vector", "ints", "vector"))
+#: a line of either: (count, arguments of tangent)
+REPEATED = jit.Signature(("int", *TANGENT.takes))
 
 
 class Line(NamedTuple):
@@ -141,15 +148,18 @@ def emit_kind(block: Block) -> str:
     name, rows = block.name, block.rows
     curve = f"""
 
+@rare
 def curve(block, Z, C, F, I):
     loops.curve(block, {rows}, {name}.hessian, Z, C, F, I)
 """
     return f'''"""Emitted by mbdsl: the loops of {name}."""
 
 from mbdsl.elements import {name}
+from mbdsl.kernels import rare
 from mbdsl.system import loops
 
 
+@rare
 def fill(block, Z, C, F, I):
     loops.fill(block, {rows}, {name}.gradient, Z, C, F, I)
 {curve if block.curved else ""}'''
@@ -165,18 +175,16 @@ class Kernels:
 
 def load(blocks: list[Block], has_tape: bool, sets: int) -> Kernels:
     """Compile the code of a structure, or find it compiled."""
-    _load_kinds(blocks)
     text = emit(blocks, has_tape, sets)
-    functions = {"evaluate": evaluate_signature(), "tangent": tangent_signature()}
-    module = jit.import_text(module_name(text), text, functions)
-    return Kernels(module.evaluate, module.tangent)
+    signatures = {"evaluate": EVALUATE, "tangent": TANGENT}
+    return Kernels(*jit.functions(module_name(text), text, signatures, lambda: _modules(blocks)))
 
 
-def _load_kinds(blocks: list[Block]) -> None:
-    jit.activate(loops, tape, *{b.module for b in blocks})
-    for block in blocks:
-        if block.role in ("joint", "spring", "law"):
-            jit.import_text(KIND_PREFIX + block.name, emit_kind(block), {"fill": None, "curve": None})
+def _modules(blocks: list[Block]) -> list[ModuleType]:
+    """Where the kernels of a structure come from."""
+    kinds = {b.name: b for b in blocks if b.role in ("joint", "spring", "law")}.values()
+    loops_of_kinds = [jit.import_text(KIND_PREFIX + b.name, emit_kind(b)) for b in kinds]
+    return [loops, tape, *dict.fromkeys(b.module for b in blocks), *loops_of_kinds]
 
 
 @dataclass(frozen=True)
@@ -189,53 +197,14 @@ class Repeated:
 
 def load_repeated(blocks: list[Block], has_tape: bool, sets: int) -> Repeated:
     """Compile the lines of a structure one by one, or find them compiled."""
-    _load_kinds(blocks)
     text, evaluate, tangent = emit_repeated(blocks, has_tape, sets)
     names = [f"e{k}" for k in range(len(evaluate))] + [f"t{k}" for k in range(len(tangent))]
-    module = jit.import_text(module_name(text), text, dict.fromkeys(names, repeated_signature()))
+    found = jit.functions(module_name(text), text, dict.fromkeys(names, REPEATED), lambda: _modules(blocks))
     return Repeated(
-        [(line, getattr(module, f"e{k}")) for k, line in enumerate(evaluate)],
-        [(line, getattr(module, f"t{k}")) for k, line in enumerate(tangent)],
+        list(zip(evaluate, found, strict=False)), list(zip(tangent, found[len(evaluate) :], strict=True))
     )
 
 
 def module_name(text: str) -> str:
     """The name under which emitted code is kept."""
     return "mbdsl_emitted_" + hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-def array_types():
-    """(float64 vector, float64 matrix, int64 vector, int64 matrix) as numba types."""
-    types = jit.numba().types  # type: ignore[union-attr]
-    return (
-        types.Array(types.float64, 1, "C"),
-        types.Array(types.float64, 2, "C"),
-        types.Array(types.int64, 1, "C"),
-        types.Array(types.int64, 2, "C"),
-    )
-
-
-def evaluate_signature():
-    """evaluate(t, Y, Z, C, F, I), None where JIT is off."""
-    if not jit.enabled():
-        return None
-    types = jit.numba().types  # type: ignore[union-attr]
-    vector, matrix, ints, _ = array_types()
-    return types.void(types.float64, matrix, matrix, matrix, vector, ints)
-
-
-def tangent_signature():
-    """tangent(t, cM, cK, cD, cL, cP, cN, cV, cW, Y, Z, C, F, I, A), None where JIT is off."""
-    if not jit.enabled():
-        return None
-    types = jit.numba().types  # type: ignore[union-attr]
-    vector, matrix, ints, _ = array_types()
-    return types.void(*[types.float64] * 9, matrix, matrix, matrix, vector, ints, vector)
-
-
-def repeated_signature():
-    """(count, arguments of tangent), None where JIT is off."""
-    if not jit.enabled():
-        return None
-    types = jit.numba().types  # type: ignore[union-attr]
-    return types.void(types.int64, *tangent_signature().args)

@@ -12,7 +12,7 @@ Nonholonomic constraints need no kernels of their own: Gam and its derivatives a
 
 from __future__ import annotations
 
-from mbdsl.kernels import kernel, rare, template
+from mbdsl.kernels import kernel, rare, square, template
 from mbdsl.layout import (
     FORCE0,
     FP,
@@ -72,7 +72,7 @@ def curve(block, rows, hessian, Z, C, F, I):
             a, b, h = I[o], I[o + 1], I[o + 3]
             if h < 0:
                 continue
-            H = F[h : h + 36].reshape((6, 6))
+            H = square(F, h)
             for j in range(36):
                 F[h + j] = 0.0
             unit = C[r, GRADIENT_RATE:]
