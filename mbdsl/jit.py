@@ -254,13 +254,8 @@ def activate(*modules: ModuleType, wrap: Callable) -> None:
             if getattr(value, "__mbdsl_kernel__", False):
                 function = getattr(value, "py_func", value)
                 if function not in _kernels:
-                    options: dict[str, object] = {}
-                    if hasattr(function, "__mbdsl_template__"):
-                        options["inline"] = "always"
-                    elif not hasattr(function, "__mbdsl_rare__"):
-                        # A call hands over every array piece by piece, which costs more than most kernels.
-                        options["forceinline"] = True
-                    _kernels[function] = wrap(function, **options)
+                    # A call hands over every array piece by piece, which costs more than most kernels.
+                    _kernels[function] = wrap(function, forceinline=not hasattr(function, "__mbdsl_rare__"))
                 setattr(module, name, _kernels[function])
 
 

@@ -12,7 +12,7 @@ Function = TypeVar("Function", bound=Callable)
 
 
 def kernel(function: Function) -> Function:
-    """Mark ``function`` for compilation."""
+    """Mark ``function`` for compilation. What takes other kernels as arguments is compiled once for each of them."""
     function.__mbdsl_kernel__ = True  # type: ignore[attr-defined]
     return function
 
@@ -20,12 +20,6 @@ def kernel(function: Function) -> Function:
 def rare(function: Function) -> Function:
     """Mark a kernel that is not worth inlining: seldom called, or long."""
     function.__mbdsl_rare__ = True  # type: ignore[attr-defined]
-    return kernel(function)
-
-
-def template(function: Function) -> Function:
-    """Mark a kernel that takes other kernels as arguments: compiled into its caller, once for each of them."""
-    function.__mbdsl_template__ = True  # type: ignore[attr-defined]
     return kernel(function)
 
 

@@ -13,7 +13,7 @@ Compiled once a method; allocates nothing.
 
 from __future__ import annotations
 
-from mbdsl.kernels import kernel, rare, template
+from mbdsl.kernels import kernel, rare
 from mbdsl.layout import BEFORE, F0, FP, N_ALL, N_GAM, N_Q, PAST, Q0, SCALE, V0, XA, Q, R, V, X
 
 # -- status --------------------------------------------------------------------------------------------------
@@ -127,7 +127,7 @@ def take_back(part, unknowns, size, Y):
             Y[X + k, i] = Y[BEFORE + k, i] + part * (Y[X + k, i] - Y[BEFORE + k, i])
 
 
-@template
+@kernel
 def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C, F, I, A, P):
     """Solve the step for the unknowns X (and X2); a status. ``damped``: with parts of corrections and new matrices.
 
@@ -247,7 +247,7 @@ def shift(unknowns, n, size, Y):
             Y[a + 3, i], Y[a + 2, i], Y[a + 1, i], Y[a, i] = Y[a + 2, i], Y[a + 1, i], Y[a, i], Y[X + k, i]
 
 
-@template
+@kernel
 def advance(
     motion, residual, matrix, correct, finish, evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out
 ):

@@ -12,7 +12,7 @@ Nonholonomic constraints need no kernels of their own: Gam and its derivatives a
 
 from __future__ import annotations
 
-from mbdsl.kernels import kernel, rare, square, template
+from mbdsl.kernels import kernel, rare, square
 from mbdsl.layout import (
     FORCE0,
     FP,
@@ -53,7 +53,7 @@ from mbdsl.layout import (
 )
 
 
-@template
+@kernel
 def fill(block, rows, gradient, Z, C, F, I):
     """g and G of every component of a kind."""
     for e in range(I[block]):
@@ -62,7 +62,7 @@ def fill(block, rows, gradient, Z, C, F, I):
         gradient(Z, I[o], I[o + 1], F[I[block + 2] + I[block + 3] * e :], C[r:])
 
 
-@template
+@kernel
 def curve(block, rows, hessian, Z, C, F, I):
     """d^2g/dz^2 and w^T d^2g/dz^2 of every component of a kind whose gradient is not constant."""
     for e in range(I[block]):
