@@ -155,7 +155,7 @@ def _digest() -> str:
     for name in ("numba", "llvmlite"):
         spec = importlib.util.find_spec(name)
         if spec is not None and spec.origin is not None:
-            files.append(Path(spec.origin).with_name("_version.py"))
+            files += Path(spec.origin).parent.glob("_version.py")
     digest = hashlib.sha256()
     for path in sorted(files):
         digest.update(path.name.encode() + path.read_bytes())
@@ -189,8 +189,8 @@ def functions(
 
 
 def is_compiled(name: str) -> bool:
-    """Whether the module ``name`` needs no compilation: its object is on disk, or kernels run as Python."""
-    return not enabled() or _object_path(name).exists()
+    """Whether the module ``name`` needs no compilation: it is on disk, or kernels run as Python."""
+    return not enabled() or _object_path(name).exists() or _ordinary_path(name).exists()
 
 
 def import_text(name: str, text: str) -> ModuleType:
@@ -219,28 +219,29 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
     if numba() is None:
         return _plain(name, text, signatures, modules)
     module = import_text(name, text)
-    try:
-        from mbdsl import machine
+    given = {function: getattr(module, function) for function in signatures}
+    if not _ordinary_path(name).exists():
+        try:
+            from mbdsl import machine
 
-        activate(*called, wrap=machine.compile_kernel)
-        data = machine.compile_object(
-            {f"{name}.{function}": (getattr(module, function), signatures[function]) for function in signatures}
-        )
-        body = b"\n".join([" ".join(data.needs).encode(), data.code])
-        _write(_object_path(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
-        linked = _linked(name, body, signatures)
-        if linked is None:
-            raise NotImplementedError(f"compiled code needs one of {', '.join(data.needs)}")
-        return linked
-    except Exception as error:
-        # What lies inside numba changes; what it promises is slower to load and to compile.
-        told = (str(error).splitlines() or [""])[0]
-        warnings.warn(f"compiling in the ordinary way: {type(error).__name__}: {told}", stacklevel=2)
+            activate(*called, wrap=machine.compile_kernel)
+            made = machine.compile_object({f"{name}.{f}": (given[f], signatures[f]) for f in given})
+            body = b"\n".join([" ".join(made.needs).encode(), made.code])
+            linked = _linked(name, body, signatures)
+            if linked is None:
+                raise NotImplementedError(f"compiled code needs {', '.join(made.needs)}")
+            _write(_object_path(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
+            return linked
+        except Exception as error:
+            # What lies inside numba changes; what it promises takes longer, to compile and to load.
+            told = f"{type(error).__name__}: {error}".splitlines()[0]
+            warnings.warn(f"compiling in the ordinary way: {told}", stacklevel=2)
+            _write(_ordinary_path(name), told.encode())
     from mbdsl import ordinary
 
     _kernels.clear()
     activate(*called, wrap=ordinary.compile_kernel)
-    return [ordinary.compile_function(getattr(module, f), signature) for f, signature in signatures.items()]
+    return [ordinary.compile_function(given[f], signatures[f], cache_directory()) for f in given]
 
 
 def activate(*modules: ModuleType, wrap: Callable) -> None:
@@ -278,6 +279,11 @@ def _with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:
 
 def _object_path(name: str) -> Path:
     return cache_directory() / f"{name}.o"
+
+
+def _ordinary_path(name: str) -> Path:
+    """There, and saying why, if the code is not kept as an object but by numba."""
+    return cache_directory() / f"{name}.ordinary"
 
 
 def _write(path: Path, data: bytes) -> None:

@@ -6,8 +6,9 @@ Where :mod:`mbdsl.machine` fails, this takes over; it gives functions of the sam
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
-from numba import cfunc, njit, types
+from numba import cfunc, config, njit, types
 from numba.extending import lower_builtin, type_callable
 from numba.np.arrayobj import populate_array
 
@@ -53,6 +54,11 @@ def compile_kernel(function: Callable, **options) -> Callable:
     return njit(error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(function)
 
 
-def compile_function(function: Callable, signature: Signature) -> Native:
-    made = cfunc(numba_signature(signature), error_model="numpy", _nrt=False)(function)
+def compile_function(function: Callable, signature: Signature, folder: Path) -> Native:
+    """A function that Python and other such functions may call; kept in ``folder``."""
+    former, config.CACHE_DIR = config.CACHE_DIR, str(folder)
+    try:
+        made = cfunc(numba_signature(signature), cache=True, error_model="numpy", _nrt=False)(function)
+    finally:
+        config.CACHE_DIR = former
     return Native(made.address, signature, made)

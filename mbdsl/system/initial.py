@@ -85,10 +85,12 @@ def _positions(system: System, t: float, guess: Array, given: list[InitialValue]
     angles = np.array([name.endswith(".phi") for name in system.names()], bool)
     tolerance = 1e-13 * (1.0 + np.abs(guess * scale).max(initial=0.0))
     best, best_violation = guess, np.inf
-    rng = np.random.default_rng(0)
+    rng = None  # not before it is needed: numpy loads its generators only then
     for attempt in range(6):
-        # A start at a singular pose has no direction to go: later attempts start beside it.
-        q = guess + rng.normal(size=system.n) * 0.1 * attempt / scale if attempt else guess
+        q = guess
+        if attempt:  # a start at a singular pose has no direction to go: later attempts start beside it
+            rng = rng or np.random.default_rng(0)
+            q = guess + rng.normal(size=system.n) * 0.1 * attempt / scale
         for k in range(160):
             value, d_q, _v = _stack(system, fixed, t, q, at_rest)
             r_c = np.concatenate([system.Phi(t, q), value - np.array([x.value for x in fixed])])

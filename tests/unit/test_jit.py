@@ -1,0 +1,169 @@
+"""Machine code: kept as objects, loaded without numba, and replaced by something slower where that fails."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mbdsl import jit
+
+MODEL = Path(__file__).parents[2] / "models" / "pendulum.mbd"
+VECTOR = jit.Signature(("float", "vector", "ints"))
+TEXT = """
+from math import hypot
+
+
+def scale(x, v, k):
+    for i in range(k.size):
+        v[k[i]] *= hypot(x, 0.0)
+
+
+def twice(scale, count, x, v, k, M, N):
+    for _ in range(count):
+        scale(x, v, k)
+    M[1, 0] += N[0, 1]
+    return v.size
+"""
+SIGNATURES = {
+    "scale": VECTOR,
+    "twice": jit.Signature((VECTOR, "int", "float", "vector", "ints", "matrix", "int matrix"), "int"),
+}
+needs_numba = pytest.mark.skipif(not jit.enabled(), reason="nothing is compiled")
+
+
+@pytest.fixture
+def fresh(tmp_path, monkeypatch):
+    """Nothing is kept, and nothing loaded."""
+    monkeypatch.setattr(jit, "cache_directory", lambda: tmp_path)
+    monkeypatch.setattr(jit, "_functions", {})
+    monkeypatch.delitem(sys.modules, "scales", raising=False)
+    yield tmp_path
+    sys.modules.pop("scales", None)
+
+
+def functions():
+    """The functions of TEXT, as if nothing had been loaded before."""
+    jit._functions.clear()
+    sys.modules.pop("scales", None)
+    return jit.functions("scales", TEXT, SIGNATURES, list)
+
+
+def check(scale, twice):
+    v, k = np.ones(4), np.array([3, 1])
+    M, N = np.zeros((2, 3)), np.arange(6).reshape(2, 3)
+    assert scale(-2.0, v, k) is None
+    assert v.tolist() == [1.0, 2.0, 1.0, 2.0]
+    assert twice(scale, 2, 3.0, v, k, M, N) == 4
+    assert v.tolist() == [1.0, 18.0, 1.0, 18.0]
+    assert M.tolist() == [[0, 0, 0], [1, 0, 0]]
+
+
+def no_compiler(monkeypatch):
+    monkeypatch.setattr(jit, "_compiled", lambda *arguments: pytest.fail("compiled again"))
+
+
+@needs_numba
+def test_compiled_and_kept(fresh, monkeypatch):
+    assert not jit.is_compiled("scales")
+    check(*functions())
+    assert jit.is_compiled("scales")
+    assert [path.name for path in fresh.glob("*.part")] == []
+    no_compiler(monkeypatch)
+    check(*functions())
+
+
+@needs_numba
+@pytest.mark.parametrize(
+    "damage",
+    [lambda data: b"", lambda data: data[: len(data) // 2], lambda data: data[:-9] + bytes([data[-9] ^ 1]) + data[-8:]],
+    ids=["empty", "truncated", "changed"],
+)
+def test_a_damaged_object_is_compiled_again(fresh, damage):
+    functions()
+    path = fresh / "scales.o"
+    whole = path.read_bytes()
+    path.write_bytes(damage(whole))
+    check(*functions())
+    assert path.read_bytes().split(b"\n")[1:2] == whole.split(b"\n")[1:2]
+
+
+@needs_numba
+def test_an_object_that_needs_what_is_not_there_is_not_linked(fresh):
+    functions()
+    needs, code = (fresh / "scales.o").read_bytes().split(b"\n", 1)[1].split(b"\n", 1)
+    assert b"hypot" in needs
+    assert jit._linked("scales", b"no_such_function_anywhere\n" + code, SIGNATURES) is None
+
+
+@needs_numba
+def test_where_numba_has_changed_inside_its_surface_will_do(fresh, monkeypatch):
+    from mbdsl import machine
+
+    def fail(wanted):
+        raise AttributeError("not what it was")
+
+    monkeypatch.setattr(machine, "compile_object", fail)
+    with pytest.warns(UserWarning, match="in the ordinary way: AttributeError: not what it was"):
+        check(*functions())
+    assert (fresh / "scales.ordinary").read_text() == "AttributeError: not what it was"
+    assert jit.is_compiled("scales")
+    check(*functions())
+
+
+@needs_numba
+def test_only_arrays_of_the_right_kind_are_handed_over(fresh):
+    scale, _ = functions()
+    v, k = np.ones(4), np.array([0])
+    for wrong in (v.astype(np.float32), v[::2], k):
+        with pytest.raises(TypeError, match="C-contiguous arrays of float64"):
+            scale(1.0, wrong, k)
+    with pytest.raises(ValueError, match="argument"):
+        scale(1.0, v)
+
+
+def test_plain_python_without_numba(fresh, monkeypatch):
+    monkeypatch.setattr(jit, "enabled", lambda: False)
+    assert jit.is_compiled("scales")
+    check(*functions())
+    assert not (fresh / "scales.o").exists()
+
+
+def run(code, cache, **environment):
+    environment = {**os.environ, "MBDSL_CACHE_DIR": str(cache), "PYTHONPATH": os.pathsep.join(sys.path), **environment}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
+    return done.stdout.split()
+
+
+SIMULATE = f"""
+import sys, mbdsl
+r = mbdsl.simulate({str(MODEL)!r}, stop=0.02)
+print(repr(float(r.q.sum())), "numba" in sys.modules)
+"""
+
+
+@needs_numba
+def test_what_was_compiled_is_run_without_numba(tmp_path):
+    cold, loaded = run(SIMULATE, tmp_path)
+    assert loaded == "True"
+    assert run(SIMULATE, tmp_path) == [cold, "False"]
+    plain, loaded = run(SIMULATE, tmp_path, NUMBA_DISABLE_JIT="1")
+    assert loaded == "False"
+    assert float(plain) == pytest.approx(float(cold), rel=1e-12)
+
+
+@needs_numba
+def test_a_broken_numba_leaves_plain_python(tmp_path):
+    (tmp_path / "numba").mkdir()
+    (tmp_path / "numba" / "__init__.py").write_text("raise ImportError('made for another numpy')")
+    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\n" + "import warnings\nwarnings.simplefilter('ignore')\n"
+    assert run(code + SIMULATE, tmp_path)[1] == "False"
+
+
+def test_settings_of_numba_and_the_processor_are_part_of_the_digest(monkeypatch):
+    before = jit._digest()
+    assert jit._digest() == before
+    monkeypatch.setenv("NUMBA_OPT", "1")
+    assert jit._digest() != before
