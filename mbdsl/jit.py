@@ -15,15 +15,18 @@ import hashlib
 import importlib
 import importlib.util
 import os
+import struct
 import subprocess
 import sys
 import tempfile
 import warnings
+import weakref
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
+from itertools import accumulate
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -41,46 +44,58 @@ class Signature(NamedTuple):
     gives: str = "none"
 
 
-# As numba hands arrays to C functions: two pointers that it needs for memory of its own, number and size of entries,
-# address, shape, strides.
-_VECTOR = (ctypes.c_void_p,) * 2 + (ctypes.c_ssize_t,) * 2 + (ctypes.c_void_p,) + (ctypes.c_ssize_t,) * 2
-_MATRIX = _VECTOR + (ctypes.c_ssize_t,) * 2
-C_TYPES: dict[object, tuple] = {
-    "float": (ctypes.c_double,),
-    "int": (ctypes.c_int64,),
-    "vector": _VECTOR,
-    "ints": _VECTOR,
-    "matrix": _MATRIX,
-    "int matrix": _MATRIX,
-}
-DTYPES: dict[object, np.dtype] = {
-    "vector": np.dtype(np.float64),
-    "matrix": np.dtype(np.float64),
-    "ints": np.dtype(np.int64),
-    "int matrix": np.dtype(np.int64),
+#: arrays by kind: number of axes, and their type
+ARRAYS: dict[object, tuple[int, np.dtype]] = {
+    "vector": (1, np.dtype(np.float64)),
+    "matrix": (2, np.dtype(np.float64)),
+    "ints": (1, np.dtype(np.int64)),
+    "int matrix": (2, np.dtype(np.int64)),
 }
 
 
 class Native:
-    """A compiled function, called by its address; other such functions may be among its arguments."""
+    """A compiled function, called by its address; other such functions may be among its arguments.
 
-    def __init__(self, address: int, signature: Signature, owner: object) -> None:
-        types = [t for kind in signature.takes for t in C_TYPES.get(kind, (ctypes.c_void_p,))]
-        self._call = ctypes.CFUNCTYPE(ctypes.c_int64 if signature.gives == "int" else None, *types)(address)
-        self._dtypes = [DTYPES.get(kind) for kind in signature.takes]
-        self._as_parameter_ = address  # what ctypes passes for it
+    From Python all arguments are handed over in one block, arrays as their address and shape: what takes most of the
+    time of a call from Python is the number of its arguments.
+    """
+
+    def __init__(self, address: int, packed: int, signature: Signature, owner: object) -> None:
+        gives = ctypes.c_int64 if signature.gives == "int" else None
+        self._call: Callable = ctypes.CFUNCTYPE(gives, ctypes.c_char_p)(packed)
+        self._arrays = [ARRAYS.get(kind) for kind in signature.takes]
+        words = ["d" if k == "float" else "q" * (1 + ARRAYS[k][0] if k in ARRAYS else 1) for k in signature.takes]
+        self._pack: Callable = struct.Struct("=" + "".join(words)).pack
+        starts = [0, *accumulate(map(len, words))]
+        self._others = [(k, starts[k]) for k, kind in enumerate(self._arrays) if kind is None]
+        self._last: tuple[list, list] = [], []
+        self._as_parameter_ = address  # what ctypes, and other functions, take for it
         self._owner = owner  # of the memory
 
     def __call__(self, *arguments):
-        pieces: list[Any] = []
-        for x, dtype in zip(arguments, self._dtypes, strict=True):
-            if dtype is None:
-                pieces.append(x)
-            elif x.dtype == dtype and x.flags.c_contiguous:
-                pieces += (None, None, x.size, 8, x.ctypes.data, *x.shape, *x.strides)
+        last, block = self._last
+        same = block and len(arguments) == len(self._arrays)
+        if not same or any(known() is not arguments[k] for k, known in last):
+            last, block = self._last = self._look_at(arguments)
+        words = list(block)
+        for k, at in self._others:
+            x = arguments[k]
+            words[at] = x._as_parameter_ if isinstance(x, Native) else x
+        return self._call(self._pack(*words))
+
+    def _look_at(self, arguments: tuple) -> tuple[list, list]:
+        """Which arrays are given, and a block of words with their addresses and shapes: mostly the next call is given
+        the same ones again, and to ask an array where it is takes longer than the call."""
+        arrays, words = [], []
+        for k, (x, kind) in enumerate(zip(arguments, self._arrays, strict=True)):
+            if kind is None:
+                words.append(0)
+            elif x.dtype == kind[1] and x.ndim == kind[0] and x.flags.c_contiguous:
+                arrays.append((k, weakref.ref(x)))
+                words += (x.ctypes.data, *x.shape)
             else:
-                raise TypeError(f"compiled code takes C-contiguous arrays of {dtype}")
-        return self._call(*pieces)
+                raise TypeError(f"compiled code takes C-contiguous arrays of {kind[1]}")
+        return arrays, words
 
 
 _kernels: dict[Callable, Callable] = {}
@@ -312,7 +327,8 @@ def _linked(name: str, body: bytes, signatures: Mapping[str, Signature]) -> list
         return None
     engine.add_object_file(binding.ObjectFileRef.from_data(code))
     engine.finalize_object()
-    return [Native(engine.get_function_address(f"{name}.{f}"), signatures[f], engine) for f in signatures]
+    address = engine.get_function_address
+    return [Native(address(f"{name}.{f}"), address(f"{name}.{f}.packed"), signatures[f], engine) for f in signatures]
 
 
 @cache

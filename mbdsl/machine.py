@@ -20,8 +20,9 @@ from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
 from numba.core.registry import cpu_target
 from numba.core.typed_passes import NativeLowering
+from numba.np.arrayobj import populate_array
 
-from mbdsl.jit import Signature
+from mbdsl.jit import ARRAYS, Signature
 from mbdsl.ordinary import numba_signature
 
 #: without numba's runtime nothing can be allocated, and no time goes into counting references
@@ -59,7 +60,7 @@ class Container(JITCodeLibrary):
                 if isinstance(library, Container):
                     yield from library.everything(seen)
 
-    def link(self, entries: Mapping[str, object]) -> Object:
+    def link(self, entries: set[str]) -> Object:
         """All of it as one object, where nothing but ``entries`` can be seen from outside."""
         module = self._final_module
         for library in self.everything():
@@ -103,7 +104,7 @@ def compile_kernel(function: Callable, **options):
 
 
 def compile_object(functions: Mapping[str, tuple[Callable, Signature]]) -> Object:
-    """An object with C functions by these names."""
+    """An object with C functions by these names, and for each one that takes its arguments in one block."""
     context = cpu_target.target_context
     library = Container(context.codegen(), "mbdsl")
     module = library.create_ir_module("entries")
@@ -123,5 +124,34 @@ def compile_object(functions: Mapping[str, tuple[Callable, Signature]]) -> Objec
             builder, inner, described.restype, described.argtypes, outer.args
         )
         builder.ret(result)
+        _add_packed(context, module, outer, signature, wanted)
     library.add_ir_module(module)
-    return library.link(functions)
+    return library.link({n for name in functions for n in (name, f"{name}.packed")})
+
+
+def _add_packed(context, module, function, signature: Signature, wanted) -> None:
+    """``function`` with its arguments in one block of words; arrays as address and shape."""
+    word = ir.IntType(64)
+    packed = ir.Function(module, ir.FunctionType(word, [word.as_pointer()]), f"{function.name}.packed")
+    builder = ir.IRBuilder(packed.append_basic_block())
+    at = 0
+
+    def load(kind):
+        nonlocal at
+        place = builder.gep(packed.args[0], [ir.IntType(32)(at)])
+        at += 1
+        return builder.load(builder.bitcast(place, kind.as_pointer()))
+
+    given = []
+    for kind, numba_kind in zip(signature.takes, wanted.args, strict=True):
+        if kind not in ARRAYS:
+            given.append(load(context.get_value_type(numba_kind)))
+            continue
+        array = context.make_array(numba_kind)(context, builder)
+        address, shape = load(array.data.type), [load(word) for _ in range(ARRAYS[kind][0])]
+        eight = word(8)
+        strides = [builder.mul(shape[1], eight), eight] if len(shape) == 2 else [eight]
+        populate_array(array, address, shape, strides, eight, None)
+        given.append(array._getvalue())
+    result = builder.call(function, given)
+    builder.ret(result if signature.gives == "int" else word(0))

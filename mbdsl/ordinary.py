@@ -5,7 +5,9 @@ Where :mod:`mbdsl.machine` fails, this takes over; it gives functions of the sam
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
+from math import prod
 from pathlib import Path
 
 from numba import cfunc, config, njit, types
@@ -13,7 +15,7 @@ from numba.extending import lower_builtin, type_callable
 from numba.np.arrayobj import populate_array
 
 from mbdsl import kernels
-from mbdsl.jit import Native, Signature
+from mbdsl.jit import ARRAYS, Native, Signature
 
 TYPES = {
     "none": types.void,
@@ -50,6 +52,35 @@ def _square(context, builder, signature, arguments):
     return view._getvalue()
 
 
+class Flat(Native):
+    """A function called with numba's own view of arrays: two pointers for memory that it manages, number and size of
+    entries, address, shape, strides."""
+
+    def __init__(self, address: int, signature: Signature, owner: object) -> None:
+        super().__init__(address, address, signature, owner)
+        pointer, size = ctypes.c_void_p, ctypes.c_ssize_t
+        c_types: list = []
+        for kind in signature.takes:
+            if kind in ARRAYS:
+                c_types += (pointer, pointer, size, size, pointer, *(size,) * (2 * ARRAYS[kind][0]))
+            else:
+                c_types.append({"float": ctypes.c_double, "int": ctypes.c_int64}.get(str(kind), pointer))
+        function = ctypes.CFUNCTYPE(ctypes.c_int64 if signature.gives == "int" else None, *c_types)(address)
+
+        def call(words):
+            """As a packed function is called."""
+            pieces: list = []
+            for kind in signature.takes:
+                if kind in ARRAYS:
+                    data, *shape = (next(words) for _ in range(1 + ARRAYS[kind][0]))
+                    pieces += (None, None, prod(shape), 8, data, *shape, *([8 * shape[1], 8] if shape[1:] else [8]))
+                else:
+                    pieces.append(next(words))
+            return function(*pieces)
+
+        self._pack, self._call = lambda *words: iter(words), call
+
+
 def compile_kernel(function: Callable, **options) -> Callable:
     return njit(error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(function)
 
@@ -61,4 +92,4 @@ def compile_function(function: Callable, signature: Signature, folder: Path) -> 
         made = cfunc(numba_signature(signature), cache=True, error_model="numpy", _nrt=False)(function)
     finally:
         config.CACHE_DIR = former
-    return Native(made.address, signature, made)
+    return Flat(made.address, signature, made)

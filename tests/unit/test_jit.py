@@ -117,11 +117,26 @@ def test_where_numba_has_changed_inside_its_surface_will_do(fresh, monkeypatch):
 def test_only_arrays_of_the_right_kind_are_handed_over(fresh):
     scale, _ = functions()
     v, k = np.ones(4), np.array([0])
-    for wrong in (v.astype(np.float32), v[::2], k):
+    scale(1.0, v, k)
+    for wrong in (v.astype(np.float32), v[::2], k, np.ones((2, 2))):
         with pytest.raises(TypeError, match="C-contiguous arrays of float64"):
             scale(1.0, wrong, k)
     with pytest.raises(ValueError, match="argument"):
         scale(1.0, v)
+
+
+@needs_numba
+def test_other_arrays_are_not_taken_for_the_last_ones(fresh):
+    scale, _ = functions()
+    k = np.array([0])
+    for n in range(1, 6):
+        v = np.ones(n)
+        scale(2.0, v, k)
+        scale(float(n), v, k)
+        assert v[0] == 2.0 * n
+        other = np.ones(n)
+        scale(5.0, other, k)
+        assert (v[0], other[0]) == (2.0 * n, 5.0)
 
 
 def test_plain_python_without_numba(fresh, monkeypatch):
