@@ -5,11 +5,11 @@ effective inverse masses that it sees, so that no search for pivots is needed wh
 constraints independent. Growth is watched; where a pivot is lost, ``factor`` says so, and the dense solver with
 pivoting takes over.
 
-Storage while a matrix is assembled and factorised: row by row, columns ascending in the new order, L (unit diagonal)
-left of the diagonal, U right of it, the reciprocal pivot on it. Behind it in the same row of A stand the factors as they
-are solved with: L column by column, U (divided by its pivots, so that its diagonal is one, too) column by column from
-the last, the reciprocal pivots. A solve is then three loops without any inner ones, in the original numbering: no
-entry waits for the one before it, and there is nothing to be mispredicted.
+While a matrix is assembled and factorised it is stored row by row, columns ascending in the new order: L (unit
+diagonal) left of the diagonal, U right of it, reciprocal pivots on it. Behind that, in the same row of A, stand the
+factors as they are solved with: L column by column, U (divided by its pivots, so that its diagonal is one, too) column
+by column from the last, the reciprocal pivots. A solve is then three loops without any inner ones, in the original
+numbering: no entry waits for the one before it, and there is nothing to be mispredicted.
 
 Tables, at I[SPARSE]: permutation (N: new -> old), row starts (N + 1), diagonal (N), columns; of the entries of L,
 then of U, as they are solved with: their targets, their sources, the places that they come from.
