@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from mbdsl.integrators.sparse import sparse_factor, sparse_solve, sparse_solve_both
 from mbdsl.kernels import kernel, rare
-from mbdsl.layout import D2, N_ALL, N_Q, SOLVER, SPARSE, D
+from mbdsl.layout import D2, N_ALL, N_Q, SIZE, SOLVER, SPARSE, D
 
 DENSE, SPARSE_LU = 0, 1  #: values of I[SOLVER]
 
@@ -16,7 +16,7 @@ DENSE, SPARSE_LU = 0, 1  #: values of I[SOLVER]
 @kernel
 def factor(A, P, I):
     """Factorise the matrix in A in place; False where it is singular to rounding."""
-    return sparse_factor(A, P, I) if I[SOLVER] == SPARSE_LU else dense_factor(A, P, I)
+    return sparse_factor(A, I) if I[SOLVER] == SPARSE_LU else dense_factor(A, P, I)
 
 
 @kernel
@@ -43,16 +43,20 @@ def compress(A, P, I):
     """Leave nothing of a matrix that is not factorised but its entries in the columns of the coordinates: their values
     in A, their rows and columns in P, their number at the end of P."""
     n, m, o, count = I[N_ALL], I[N_Q], I[SPARSE], 0
-    sparse = I[SOLVER] == SPARSE_LU
-    for i in range(n):
-        first, last, r = n * i, n * (i + 1), i
-        if sparse:
-            first, last, r = I[o + n + i], I[o + n + i + 1], I[o + i]
-        for p in range(first, last):
-            c = I[o + I[o + 3 * n + 1 + p]] if sparse else p - first
-            if c < m and A[p] != 0.0:
-                A[count], P[2 * count], P[2 * count + 1] = A[p], r, c
-                count += 1
+    entries = I[o + 2 * n] if I[SOLVER] == SPARSE_LU else 0  # below the diagonal
+    lower = o + 2 * n + 1
+    for p in range(I[SIZE]):
+        r, c = p // n, p % n
+        if I[SOLVER] == SPARSE_LU:
+            if p < n:
+                r, c = p, p
+            elif p < n + entries:
+                r, c = I[lower + p - n], I[lower + p - n + entries]
+            else:
+                r, c = I[lower + p - n], I[lower + p - n - entries]
+        if c < m and A[p] != 0.0:
+            A[count], P[2 * count], P[2 * count + 1] = A[p], r, c
+            count += 1
     P[P.size - 1] = count
 
 

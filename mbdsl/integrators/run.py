@@ -150,7 +150,7 @@ class Integration:
         rows, columns = system.tables.pattern
         if solver == linear.SPARSE_LU:
             pattern = sparse.analyse(N, rows, columns, system.elimination_order())
-            slots, size, length, table = pattern.slots, pattern.size, 2 * pattern.size, pattern.table
+            slots, size, length, table = pattern.slots, pattern.size, pattern.length, pattern.table
         else:
             slots, size, table = rows * N + columns, N * N, np.empty(0, np.int64)
             length = size + 2 * N  # the scales of rows and columns

@@ -5,14 +5,21 @@ effective inverse masses that it sees, so that no search for pivots is needed wh
 constraints independent. Growth is watched; where a pivot is lost, ``factor`` says so, and the dense solver with
 pivoting takes over.
 
-While a matrix is assembled and factorised it is stored row by row, columns ascending in the new order: L (unit
-diagonal) left of the diagonal, U right of it, reciprocal pivots on it. Behind that, in the same row of A, stand the
-factors as they are solved with: L column by column, U (divided by its pivots, so that its diagonal is one, too) column
-by column from the last, the reciprocal pivots. A solve is then three loops without any inner ones, in the original
-numbering: no entry waits for the one before it, and there is nothing to be mispredicted.
+The pattern is symmetric. With c entries below the diagonal, a row of A holds
 
-Tables, at I[SPARSE]: permutation (N: new -> old), row starts (N + 1), diagonal (N), columns; of the entries of L,
-then of U, as they are solved with: their targets, their sources, the places that they come from.
+    D (N)   pivots, then their reciprocals, in the numbering of the unknowns
+    L (c)   column by column in the order of elimination; divided by its pivots once it is factorised
+    U (c)   row by row in that order: entry (k, i) where L has (i, k)
+    W (c)   U divided by its pivots, column by column from the last
+    G (N)   what pivots would have been without cancellation
+
+and a matrix is assembled in the first three. All loops of a solve are over single entries, in the unknowns' own
+numbering: no entry waits for the one before it, and there are no short inner loops to be mispredicted.
+
+Tables, at I[SPARSE]: ``order`` (N: in which unknowns are eliminated), ``starts`` (N + 1: columns of L), rows and
+columns of L (c each), rows, columns and places in U of W (c each), and for every pivot k the places of all that it
+changes, (i, j) for i and j in column k of L: ``updates``. Where there are more than ``MOST`` of these they are looked
+for instead, with ``rank`` (N), the inverse of the order.
 """
 
 from __future__ import annotations
@@ -27,130 +34,144 @@ from mbdsl.layout import N_ALL, SPARSE
 
 Ints = NDArray[np.int64]
 
-#: a pivot this much smaller than it was on the way is what cancellation left over
+#: a pivot this much smaller than what it was made of is what cancellation left over
 LOST = 1e-11
+#: longest list of updates that is made (8 bytes each)
+MOST = 10_000_000
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """Symbolic factorisation: ``table`` for the kernels, ``slots`` of the requested entries, number of entries.
-
-    A row of A takes twice so many.
-    """
+    """Symbolic factorisation: ``table`` for the kernels, ``slots`` of the requested entries; ``size`` is of what a
+    matrix is assembled in, ``length`` of a whole row of A."""
 
     table: Ints
     slots: Ints
     size: int
+    length: int
 
 
-def analyse(n: int, rows: Ints, columns: Ints, order: Ints) -> Pattern:
+def analyse(n: int, rows: Ints, columns: Ints, order: Ints, most: int = MOST) -> Pattern:
     """Pattern of L + U for a matrix with entries (rows, columns), eliminated in ``order`` (new -> old)."""
-    new = np.empty(n, np.int64)
-    new[order] = np.arange(n)
-    r, c = new[rows], new[columns]
-    low, high = np.minimum(r, c), np.maximum(r, c)
-    above: list[set[int]] = [set() for _ in range(n)]  # U's columns of each row, without the diagonal
-    for i, j in set(zip(low.tolist(), high.tolist(), strict=True)):
+    rank = np.empty(n, np.int64)
+    rank[order] = np.arange(n)
+    r, c = rank[rows], rank[columns]
+    below: list[set[int]] = [set() for _ in range(n)]  # the rows of each column of L
+    for i, j in set(zip(np.maximum(r, c).tolist(), np.minimum(r, c).tolist(), strict=True)):
         if i != j:
-            above[i].add(j)
-    left: list[list[int]] = [[] for _ in range(n)]  # L's columns of each row
-    for k in range(n):
-        found = above[k]
+            below[j].add(i)
+    for found in below:
         if found:
             # what eliminating k joins is passed on to its parent in the elimination tree
             parent = min(found)
-            above[parent] |= found
-            above[parent].discard(parent)
-            for i in found:
-                left[i].append(k)
-    starts, diagonal, cols = [0], [], []
-    for i in range(n):
-        cols += left[i]
-        diagonal.append(len(cols))
-        cols.append(i)
-        cols += sorted(above[i])
-        starts.append(len(cols))
-    starts_array, cols_array = np.array(starts, np.int64), np.array(cols, np.int64)
-    # entries of a row are ascending, so that row * n + column is ascending over all
-    row_of = np.repeat(np.arange(n), np.diff(starts_array))
-    keys = row_of * n + cols_array
-    slots = np.searchsorted(keys, r * n + c)
-    lower, upper = np.flatnonzero(cols_array < row_of), np.flatnonzero(cols_array > row_of)
-    lower = lower[np.argsort(cols_array[lower], kind="stable")]
-    upper = upper[np.argsort(-cols_array[upper], kind="stable")]
-    places = np.concatenate([lower, upper])
-    targets, sources = order[row_of[places]], order[cols_array[places]]
-    table = np.concatenate([order, starts_array, diagonal, cols_array, targets, sources, places], dtype=np.int64)
-    return Pattern(table, slots, len(cols))
+            below[parent] |= found
+            below[parent].discard(parent)
+    counts = np.array([len(found) for found in below], np.int64)
+    starts = np.concatenate([[0], np.cumsum(counts)])
+    row = np.array([i for found in below for i in sorted(found)], np.int64)
+    column = np.repeat(np.arange(n), counts)
+    keys = column * n + row  # ascending
+
+    def place(i: Ints, j: Ints) -> Ints:
+        at = n + np.searchsorted(keys, np.minimum(i, j) * n + np.maximum(i, j))
+        return np.where(i == j, order[i], np.where(i > j, at, at + len(row)))
+
+    backwards = np.argsort(-row, kind="stable")
+    total = int((counts**2).sum())
+    if total <= most:
+        of = counts[column]
+        first = np.repeat(np.arange(len(row)), of)
+        second = np.arange(total) - np.repeat(np.cumsum(of) - of, of) + starts[column[first]]
+        updates = place(row[first], row[second])
+    else:
+        updates = rank
+    table = [order, starts, order[row], order[column], order[column[backwards]], order[row[backwards]], backwards]
+    table += [np.array([total <= most]), updates]
+    size = n + 2 * len(row)
+    return Pattern(np.concatenate(table, dtype=np.int64), place(r, c), size, size + len(row) + n)
 
 
 @rare
-def sparse_factor(A, P, I):
-    """LU in place, and as it is solved with; P is scratch for the place of each column. False where a pivot is lost."""
+def sparse_factor(A, I):
+    """LU in place. False where a pivot is lost."""
     n, o = I[N_ALL], I[SPARSE]
-    start, diagonal, column = o + n, o + 2 * n + 1, o + 3 * n + 1
+    order, starts = I[o : o + n], I[o + n : o + 2 * n + 1]
+    c, table = starts[n], o + 2 * n + 1
+    rows, updates = I[table : table + c], I[table + 5 * c + 1 :]
+    D, L, U = A[:n], A[n : n + c], A[n + c : n + 2 * c]
+    W, G, listed, q = A[n + 2 * c : n + 3 * c], A[n + 3 * c :], I[table + 5 * c], 0
     for i in range(n):
-        first, d, last = I[start + i], I[diagonal + i], I[start + i + 1]
-        for p in range(first, last):
-            P[I[column + p]] = p
-        largest = abs(A[d])
-        for p in range(first, d):
-            k = I[column + p]
-            l = A[p] * A[I[diagonal + k]]
-            A[p] = l
-            if l != 0.0:
-                for s in range(I[diagonal + k] + 1, I[start + k + 1]):
-                    A[P[I[column + s]]] -= l * A[s]
-                largest = max(largest, abs(A[d]))
-        if not abs(A[d]) > LOST * largest:
+        G[i] = abs(D[i])
+    for k in range(n):
+        d, first, last = order[k], starts[k], starts[k + 1]
+        if not abs(D[d]) > LOST * G[d]:
             return False
-        A[d] = 1.0 / A[d]
-    for i in range(n):
-        d = I[diagonal + i]
-        for p in range(d + 1, I[start + i + 1]):
-            A[p] *= A[d]
-    size = I[start + n]
-    place = column + size + 2 * (size - n)
-    for e in range(size - n):
-        A[size + e] = A[I[place + e]]
-    for i in range(n):
-        A[2 * size - n + I[o + i]] = A[I[diagonal + i]]
+        D[d] = 1.0 / D[d]
+        for e in range(first, last):
+            L[e] *= D[d]
+            l = L[e]
+            G[rows[e]] += abs(l * U[e])
+            if listed:
+                at = updates[q : q + last - first]
+                for s in range(last - first):
+                    A[at[s]] -= l * U[first + s]
+                q += last - first
+            elif l != 0.0:
+                for s in range(first, last):
+                    A[place(rows[e], rows[s], n, c, starts, rows, updates)] -= l * U[s]
+    targets, places = I[table + 2 * c : table + 3 * c], I[table + 4 * c : table + 5 * c]
+    for e in range(c):
+        W[e] = U[places[e]] * D[targets[e]]
     return True
+
+
+@rare
+def place(i, j, n, c, starts, rows, rank):
+    """Where entry (i, j) stands, by bisection."""
+    if i == j:
+        return i
+    k, other = (j, i) if rank[i] > rank[j] else (i, j)
+    low, high = starts[rank[k]], starts[rank[k] + 1]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if rank[rows[middle]] <= rank[other]:
+            low = middle
+        else:
+            high = middle
+    return n + low if other == i else n + c + low
 
 
 @kernel
 def sparse_solve(A, I, Y, row):
     """Y[row] <- A^{-1} Y[row]."""
     n, o = I[N_ALL], I[SPARSE]
-    size = I[o + 2 * n]
-    count, first = size - n, o + 3 * n + 1 + size
-    targets, sources = I[first : first + count], I[first + count : first + 2 * count]
-    values, inverse, y = A[size : size + count], A[size + count : 2 * size], Y[row]
-    for e in range(count // 2):
-        y[targets[e]] -= values[e] * y[sources[e]]
-    for i in range(n):
-        y[i] *= inverse[i]
-    for e in range(count // 2, count):
-        y[targets[e]] -= values[e] * y[sources[e]]
+    c, table = I[o + 2 * n], o + 2 * n + 1
+    i, j, k, l = I[table:], I[table + c :], I[table + 2 * c :], I[table + 3 * c :]
+    D, L, W, y = A[:n], A[n : n + c], A[n + 2 * c : n + 3 * c], Y[row]
+    for e in range(c):
+        y[i[e]] -= L[e] * y[j[e]]
+    for e in range(n):
+        y[e] *= D[e]
+    for e in range(c):
+        y[k[e]] -= W[e] * y[l[e]]
 
 
 @kernel
 def sparse_solve_both(A, I, Y, row, row2):
     """The same for two matrices of one pattern: Y[row] <- A[0]^{-1} Y[row], Y[row2] <- A[1]^{-1} Y[row2]."""
     n, o = I[N_ALL], I[SPARSE]
-    size = I[o + 2 * n]
-    count, first = size - n, o + 3 * n + 1 + size
-    targets, sources = I[first : first + count], I[first + count : first + 2 * count]
-    values, inverse, y = A[0, size : size + count], A[0, size + count : 2 * size], Y[row]
-    values2, inverse2, y2 = A[1, size : size + count], A[1, size + count : 2 * size], Y[row2]
-    for e in range(count // 2):
-        i, j = targets[e], sources[e]
-        y[i] -= values[e] * y[j]
-        y2[i] -= values2[e] * y2[j]
-    for i in range(n):
-        y[i] *= inverse[i]
-        y2[i] *= inverse2[i]
-    for e in range(count // 2, count):
-        i, j = targets[e], sources[e]
-        y[i] -= values[e] * y[j]
-        y2[i] -= values2[e] * y2[j]
+    c, table = I[o + 2 * n], o + 2 * n + 1
+    i, j, k, l = I[table:], I[table + c :], I[table + 2 * c :], I[table + 3 * c :]
+    D, L, W, y = A[0, :n], A[0, n : n + c], A[0, n + 2 * c : n + 3 * c], Y[row]
+    D2, L2, W2, y2 = A[1, :n], A[1, n : n + c], A[1, n + 2 * c : n + 3 * c], Y[row2]
+    for e in range(c):
+        t, s = i[e], j[e]
+        y[t] -= L[e] * y[s]
+        y2[t] -= L2[e] * y2[s]
+    for e in range(n):
+        y[e] *= D[e]
+        y2[e] *= D2[e]
+    for e in range(c):
+        t, s = k[e], l[e]
+        y[t] -= W[e] * y[s]
+        y2[t] -= W2[e] * y2[s]

@@ -23,6 +23,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads go on spinning for a while, and count as our time
+
 import numpy as np
 
 import mbdsl
