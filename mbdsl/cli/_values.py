@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from mbdsl.scene import Scene
 
+
 def quantity(text: str, unit: str) -> float:
     """The number in ``text``, in ``unit``; bare numbers are in ``unit`` already.
 
@@ -76,7 +77,6 @@ def add_model(parser: argparse.ArgumentParser) -> None:
         default=[],
         help='override a parameter, repeatable; with units: --set "k=120 N/mm"',
     )
-
 
     parser.add_argument(
         "--without",

@@ -1,6 +1,6 @@
 """Bushing: a linear spring and damper in the three directions of the plane, in the axes of frame_a.
 
-    g = (t_a . d, n_a . d, phi_b - phi_a),  d = r_b - r_a;  s_k = k_k g_k + c_k dg_k/dt
+g = (t_a . d, n_a . d, phi_b - phi_a),  d = r_b - r_a;  s_k = k_k g_k + c_k dg_k/dt
 """
 
 from mbdsl.elements.coordinates import angle, offset, offset_hessian, slide, slide_hessian

@@ -1,6 +1,6 @@
 """Distance: a massless link that keeps two frame origins at a constant distance L > 0.
 
-    g = |r_b - r_a| - L                                                                  (1 row)
+g = |r_b - r_a| - L                                                                  (1 row)
 """
 
 from mbdsl.elements.coordinates import distance, distance_hessian

@@ -1,6 +1,6 @@
 """DistanceDriver: prescribes the distance of two frame origins (a linear actuator; rheonomic).
 
-    g = |r_b - r_a| - u(t)                                                               (1 row)
+g = |r_b - r_a| - u(t)                                                               (1 row)
 """
 
 from mbdsl.elements import distance as distance_joint

@@ -1,6 +1,6 @@
 """Fixed: a weld.
 
-    g = (r_b - r_a, phi_b - phi_a - phi0)                                                (3 rows)
+g = (r_b - r_a, phi_b - phi_a - phi0)                                                (3 rows)
 """
 
 from mbdsl.elements.kind import JointKind, Parameter, wrench

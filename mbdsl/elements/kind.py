@@ -20,6 +20,7 @@ EFFECTS = {
 
 REQUIRED = object()  #: default of a parameter that must be given
 
+
 @dataclass(frozen=True)
 class Parameter:
     """One modifier that a component of this kind takes.

@@ -1,6 +1,6 @@
 """RotationalDriver: prescribes the angle of frame_b relative to frame_a as a function of time (rheonomic).
 
-    g = phi_b - phi_a - u(t)                                                             (1 row)
+g = phi_b - phi_a - u(t)                                                             (1 row)
 """
 
 from mbdsl.elements import revolute

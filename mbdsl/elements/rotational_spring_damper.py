@@ -1,6 +1,6 @@
 """RotationalSpringDamper: a torsional spring and damper, linear or by a law of relative angle phi and rate w.
 
-    g = phi_b - phi_a;  torque  k (g - phi0) + c dg/dt, against the relative rotation
+g = phi_b - phi_a;  torque  k (g - phi0) + c dg/dt, against the relative rotation
 """
 
 from mbdsl.elements import revolute

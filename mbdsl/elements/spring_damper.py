@@ -1,6 +1,6 @@
 """SpringDamper: a spring and a damper between two points, linear or by a law of distance s and its rate v.
 
-    g = |r_b - r_a|;  tension  k (g - s0) + c dg/dt
+g = |r_b - r_a|;  tension  k (g - s0) + c dg/dt
 """
 
 from mbdsl.elements import distance_driver

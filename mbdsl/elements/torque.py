@@ -1,6 +1,6 @@
 """Torque: acts on frame_b, and with the opposite sign on frame_a (the ground where it is left out).
 
-    g = phi_b - phi_a;  tau acts along g
+g = phi_b - phi_a;  tau acts along g
 """
 
 from mbdsl.elements import revolute

@@ -1,6 +1,6 @@
 """TranslationalDriver: prescribes the position of frame_b along the x axis of frame_a (rheonomic).
 
-    g = t_a . (r_b - r_a) - u(t)                                                         (1 row)
+g = t_a . (r_b - r_a) - u(t)                                                         (1 row)
 """
 
 from mbdsl.elements import prismatic

@@ -1,6 +1,6 @@
 """TranslationalSpringDamper: a spring and damper along the axis of a sliding joint, by the signed position s.
 
-    g = t_a . (r_b - r_a);  force  k (g - s0) + c dg/dt, against the relative motion
+g = t_a . (r_b - r_a);  force  k (g - s0) + c dg/dt, against the relative motion
 """
 
 from mbdsl.elements import prismatic

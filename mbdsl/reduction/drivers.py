@@ -147,5 +147,3 @@ def _pose_of(scene: Scene, body: str, drive: Drive, poses: Mapping[str, Pose]) -
     relative = relative if own is frame_b else invert(relative)
     start = compose(poses.get(base.body, (0.0, 0.0, 0.0)), (base.x, base.y, base.phi))
     return compose(compose(start, relative), invert((own.x, own.y, own.phi)))
-
-
