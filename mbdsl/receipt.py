@@ -56,6 +56,7 @@ class Receipt:
     notes: tuple[Note, ...]
     sizes: Mapping[str, tuple[int, int]]
     parts: int
+    methods: tuple[str, ...] = ()  #: by which the parts are solved: the plan's, or kinematics
     hoisted: list[str] = field(default_factory=list)
     outputs: list[tuple[str, str]] = field(default_factory=list)  #: signals asked for, and what they take
     step: float | None = None  #: measured seconds of a step, of all parts
@@ -107,7 +108,9 @@ def _receipt(motion: Motion, measured: bool, signals: Sequence[str] | None) -> R
     entries = [_bodies(motion), _joints(motion), _nonholonomic(motion), *_drivers(motion), _gravity(scene)]
     entries += [*_forces(motion), _laws(motion), _velocity_dependent(scene), _friction(motion)]
     entries += [_of_multipliers(motion), _inputs(scene), _flexibility(scene), _mass()]
-    found = Receipt(scene, motion.plan, entries, motion.reduction.notes, sizes, len(motion.parts), _hoisted(motion))
+    used = tuple(dict.fromkeys(p.method for p in motion.parts))
+    notes = motion.reduction.notes
+    found = Receipt(scene, motion.plan, entries, notes, sizes, len(motion.parts), used, _hoisted(motion))
     if signals is not None:
         nothing = np.zeros((0, 0))
         names = Trajectory(system, np.zeros(0), nothing, nothing, None, {}).select(signals)
@@ -162,7 +165,7 @@ def _joints(motion: Motion) -> Entry:
 def _nonholonomic(motion: Motion) -> Entry:
     found = [c for c in _solved(motion) if c.velocity_constraints]
     unknowns = sum(p.system.p for p in motion.parts)
-    kernels = _kernels(motion, "nonholonomic rows")
+    kernels = _kernels(motion, "nonholonomic rows", "expressions")
     return _entry("nonholonomic rows", found, "nothing constrains velocities only", unknowns=unknowns, kernels=kernels)
 
 
@@ -171,9 +174,9 @@ def _drivers(motion: Motion) -> list[Entry]:
     moved = [name for note in motion.reduction.notes if note.action == "moved" for name in note.by]
     carried = [motion.system.scene.components[name] for name in moved]
     nothing = "none" if not carried else "none is left: what they move is a function of time"
-    found = [_entry("drivers", driven, nothing, kernels=_kernels(motion, "drivers"))]
+    found = [_entry("drivers", driven, nothing, kernels=_kernels(motion, "drivers", "expressions"))]
     if carried:
-        found.append(_entry("moving frames", carried, "", kernels=_kernels(motion, "moving frames")))
+        found.append(_entry("moving frames", carried, "", kernels=_kernels(motion, "moving frames", "expressions")))
     return found
 
 
@@ -305,36 +308,39 @@ def _share(motion: Motion, receipt: Receipt) -> None:
         own = effect == "springs" and not function.startswith("loops.")
         key = function.split(".")[0] if own else effect
         of[key] = of.get(key, 0.0) + seconds
-    laws, friction, springs = _rows(motion)
-    of_laws, by_law_rows = of.get("laws", 0.0) + of.get("expressions", 0.0), max(1, laws + friction)
+    rows = _rows(motion)
+    laws = rows["forces by expression"] + rows["friction"]
+    on_tape = sum(rows.values()) - rows["springs"]
     for e in receipt.entries:
         if not e.present:
             continue
         found = of.get(e.effect)
-        if e.effect == "forces by expression":
-            found = of_laws * laws / by_law_rows
-        elif e.effect == "friction":
-            found = of_laws * friction / by_law_rows
-        elif e.effect == "nonholonomic rows" and not laws + friction:
-            found = of[e.effect] + of_laws
+        if e.effect in rows:
+            own = of.get("laws", 0.0) * rows[e.effect] / laws if laws and found is None else found or 0.0
+            found = own + of.get("expressions", 0.0) * rows[e.effect] / on_tape
         elif isinstance(kinds().get(e.effect), ForceKind):
             members = [c for c in _solved(motion) if c.kind.name == e.effect and not by_law(c)]
-            rows = sum(c.kind.rows for c in members)
-            found = of.get(_module(members[0]), 0.0) + of.get("springs", 0.0) * rows / max(1, springs)
+            part = sum(c.kind.rows for c in members) / rows["springs"]
+            found = of.get(_module(members[0]), 0.0) + of.get("springs", 0.0) * part
         e.share = found / total if found is not None else None
     receipt.step = total
     receipt.remainder = 1.0 - sum(e.share for e in receipt.entries if e.share is not None)
 
 
-def _rows(motion: Motion) -> tuple[int, int, int]:
-    """Rows of the gradient table: forces by expression, friction, linear forces."""
-    laws = friction = springs = 0
+def _rows(motion: Motion) -> dict[str, int]:
+    """What shares loops and the tape: expressions by effect, and rows of linear forces."""
+    found = dict.fromkeys(("forces by expression", "friction", "nonholonomic rows", "drivers", "moving frames"), 0)
+    found["springs"] = 0
     for c in _solved(motion):
         if isinstance(c.kind, ForceKind):
-            laws, springs = (laws + c.kind.rows, springs) if by_law(c) else (laws, springs + c.kind.rows)
-        elif c.friction is not None:
-            friction += 1
-    return laws, friction, springs
+            found["forces by expression" if by_law(c) else "springs"] += c.kind.rows
+        elif isinstance(c.kind, JointKind):
+            found["friction"] += c.friction is not None
+            found["nonholonomic rows"] += len(c.velocity_constraints)
+            found["drivers"] += c.kind.driver is not None and c.kind.rows > 0
+    # a pose and its rates
+    found["moving frames"] = sum(6 * int(p.system.tables.I[layout.N_MOVING]) for p in motion.parts)
+    return found
 
 
 # -- as text -----------------------------------------------------------------------------------------------------
@@ -358,14 +364,11 @@ def _text(r: Receipt) -> str:
         lines.append("  ".join(cells).rstrip())
     if r.step is not None and r.remainder is not None:
         rest = f"{100 * r.remainder:.0f} % of it are the method's own formulas and its linear algebra"
-        lines += ["", f"a step takes {1e6 * r.step:.3g} us ({r.plan.method}, h = {r.plan.h:g} s); {rest}"]
+        lines += ["", f"a step takes {1e6 * r.step:.3g} us ({', '.join(r.methods)}, h = {r.plan.h:g} s); {rest}"]
     lines += ["", "code"]
     lines += [f"  {e.effect}: {_few_kernels(e.kernels)}" for e in r.entries if e.kernels]
     lines += ["", "before the first step"]
-    for note in r.notes:
-        by = f", by {few(note.by)}" if note.by and note.by != note.names else ""
-        where = f" ({note.span})" if note.span is not None else ""
-        lines.append(f"  {note.action}: {few(note.names)}{by}: {note.why}{where}")
+    lines += [f"  {note}" for note in r.notes]
     lines += ["  merged, moved, split: nothing"] if not r.notes else []
     lines += [f"  hoisted: {text}" for text in r.hoisted]
     for effect, components in r.scene.without.items():

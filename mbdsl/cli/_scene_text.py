@@ -25,8 +25,10 @@ def describe(scene: Scene) -> str:
         "initial",
         [f"{i.name} = {value(i.value)}{' (fixed)' if i.fixed else ' (guess)'}" for i in scene.initial],
     )
+    left_out = {effect: ", ".join(names) or "nothing has it" for effect, names in scene.without.items()}
+    section(lines, "without", [f"{effect}: {names}" for effect, names in left_out.items()])
     said = {name: getattr(scene.experiment, name) for name in scene.experiment.__dataclass_fields__}
-    section(lines, "experiment", [f"{name} = {value(v)}" for name, v in said.items() if v is not None])
+    section(lines, "experiment", [f"{name} = {value(v)}" for name, v in said.items() if v not in (None, ())])
     return "\n".join(lines)
 
 

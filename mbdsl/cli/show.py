@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from mbdsl.cli._values import add_model, load_model
 from mbdsl.errors import UsageError
 
 if TYPE_CHECKING:
+    from mbdsl.reduction import Reduction
     from mbdsl.system import System
 
 STAGES = ("syntax", "scene", "graph", "system", "code")
@@ -19,7 +21,8 @@ def register(subparsers) -> argparse.ArgumentParser:
         "show",
         help="print any stage between text and trajectory",
         description="Print a stage of the pipeline: the syntax tree, the scene (components with all numbers in SI), "
-        "the mechanism's graph, the system of equations, or the code made for it.",
+        "the mechanism's graph, the system of equations, or the code made for it. The last two are of what is solved: "
+        "what was merged, moved or split before is said.",
     )
     parser.add_argument("--stage", choices=STAGES, required=True, help="what to print")
     add_model(parser)
@@ -36,8 +39,9 @@ def _syntax(args: argparse.Namespace) -> str:
     from mbdsl.lang.parser import parse
     from mbdsl.lang.write import dump
 
-    if args.set:
-        raise UsageError("--set changes no syntax", hint="the stages from scene on show what it does")
+    for option in ("set", "without"):
+        if getattr(args, option):
+            raise UsageError(f"--{option} changes no syntax", hint="the stages from scene on show what it does")
     return dump(parse(read(args.model), args.model))
 
 
@@ -54,15 +58,29 @@ def _graph(args: argparse.Namespace) -> str:
 
 
 def _system(args: argparse.Namespace) -> str:
-    return _build_system(args).describe()
+    found = _reduction(args)
+    lines = [str(note) for note in found.notes]
+    for title, system in _systems(found):
+        lines += [*([""] if lines else []), *([title] if title else []), system.describe()]
+    return "\n".join(lines)
 
 
 def _code(args: argparse.Namespace) -> str:
-    return _build_system(args).code
+    texts = [f"# {title}\n{system.code}" if title else system.code for title, system in _systems(_reduction(args))]
+    return "\n\n".join(texts) or "# nothing is left to be solved"
 
 
-def _build_system(args: argparse.Namespace) -> System:
-    from mbdsl import graph, system
+def _reduction(args: argparse.Namespace) -> Reduction:
+    from mbdsl import graph
+    from mbdsl.reduction import reduce
 
-    scene = load_model(args)
-    return system.build(scene, graph.build(scene))
+    return reduce(graph.build(load_model(args)))
+
+
+def _systems(reduction: Reduction) -> Iterator[tuple[str, System]]:
+    """What is solved, part by part; a title where there are more than one."""
+    from mbdsl import system
+
+    number = len(reduction.parts)
+    for k, part in enumerate(reduction.parts, 1):
+        yield f"part {k} of {number}" if number > 1 else "", system.build(part.scene, part.graph)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mbdsl.errors import Span
+from mbdsl.wording import few
 
 
 @dataclass(frozen=True)
@@ -16,6 +17,11 @@ class Note:
     why: str
     by: tuple[str, ...] = ()
     span: Span | None = None
+
+    def __str__(self) -> str:
+        by = f", by {few(self.by)}" if self.by and self.by != self.names else ""
+        where = f" ({self.span})" if self.span is not None else ""
+        return f"{self.action}: {few(self.names)}{by}: {self.why}{where}"
 
 
 #: merged: welded bodies became the first of them; grounded: welded to the ground, gone; moved: what drivers move became

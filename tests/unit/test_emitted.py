@@ -160,7 +160,7 @@ def test_friction_leaves_no_trace():
     # tape and carry stay: they turn the belt
     assert gone == TRACES["laws"]
     assert names(with_)[1] - names(without)[1] == {"translational_spring_damper"}
-    wrist = "Rod end(m = 1 kg, length = 1 m); Revolute wrist(tip.b, end.a, mu = {}, radius = 1 cm);"
+    wrist = "Rod last(m = 1 kg, length = 1 m); Revolute wrist(tip.b, last.a, mu = {}, radius = 1 cm);"
     assert codes(small(wrist.format(0))) == codes(small(""))
     assert TRACES["laws"] < names(codes(small(wrist.format(0.1)))[0])[0]
     # where nothing is free, friction changes no motion
