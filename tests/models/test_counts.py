@@ -20,8 +20,9 @@ COUNTS = {
     ("chaplygin_sleigh", "hht-i3"): (5000, 9766, 9),
     ("double_pendulum", "hht-si2"): (2000, 4011, 3),
     ("double_pendulum", "hht-i3"): (2000, 5576, 2),
-    ("driven_crank", "hht-si2"): (2000, 4569, 12),
-    ("driven_crank", "hht-i3"): (2000, 5206, 22),
+    # kinematics, whatever the method: solved to rounding rather than to a method's error, of five unknowns each
+    ("driven_crank", "hht-si2"): (2000, 6858, 31),
+    ("driven_crank", "hht-i3"): (2000, 6858, 31),
     ("four_bar", "hht-si2"): (10000, 22352, 428),
     ("four_bar", "hht-i3"): (10000, 28444, 609),
     ("pendulum", "hht-si2"): (10000, 22194, 92),
@@ -34,8 +35,9 @@ COUNTS = {
     ("slider_crank", "hht-i3"): (2000, 4590, 43),
     ("spring_mass", "hht-si2"): (5000, 8907, 1),
     ("spring_mass", "hht-i3"): (5000, 8899, 1),
-    ("stick_slip_belt", "hht-si2"): (40000, 51089, 16),
-    ("stick_slip_belt", "hht-i3"): (40000, 70312, 16),
+    # the block alone; the belt is a function of time
+    ("stick_slip_belt", "hht-si2"): (40000, 41120, 17),
+    ("stick_slip_belt", "hht-i3"): (40000, 41109, 17),
 }
 
 
