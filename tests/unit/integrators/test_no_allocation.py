@@ -1,0 +1,125 @@
+"""The step loop runs no Python and allocates nothing, however many steps it takes."""
+
+import gc
+import re
+import sys
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mbdsl
+from mbdsl import graph, jit
+from mbdsl.integrators import driver, methods
+from mbdsl.integrators.run import Integration
+from mbdsl.system import build, emit
+from mbdsl.system.initial import initial_state
+
+MODELS = Path(__file__).parents[3] / "models"
+FEW, MANY = 10, 10_000
+#: model -> step: springs; laws; friction and driven frames; nonholonomic rows; drivers
+STEPS = {"slider_crank": 1e-3, "seven_body": 1e-5, "stick_slip_belt": 5e-5, "rolling_disc": 1e-3, "driven_crank": 1e-3}
+
+pytestmark = pytest.mark.skipif(not jit.enabled(), reason="uncompiled, everything is Python")
+
+
+def running(model, method):
+    """An integration under way, that writes every tenth step: what happens only once is over."""
+    mechanism = graph.build(mbdsl.load(MODELS / f"{model}.mbd"))
+    system, h = build(mechanism.scene, mechanism), STEPS[model]
+    steps = 2 * MANY
+    start = initial_state(system, mechanism, 0.0)
+    run = Integration(system, method, h, 0.0, steps * h, 10 * h * np.arange(1, steps // 10 + 1))
+    run.begin(start.q, start.v, start.a, start.lam, start.redundant)
+    for count in (FEW, FEW):
+        run.advance(count)
+    return run
+
+
+def calls(run, steps):
+    """Calls that Python makes and hears of while the loop takes so many steps."""
+    found = []
+    before, former = int(run.J[driver.STEP]), sys.getprofile()
+    sys.setprofile(lambda frame, event, argument: found.append(event))
+    try:
+        status = run.advance(steps)
+    finally:
+        sys.setprofile(former)
+    assert status == driver.RUNNING and run.J[driver.STEP] - before == steps
+    return found
+
+
+def memory(run, steps):
+    """Blocks of Python's allocator that are left, and the peak of bytes that it was asked for, numpy's among them."""
+    gc.collect()
+    tracemalloc.start()
+    try:
+        blocks = sys.getallocatedblocks()
+        run.advance(steps)
+        blocks = sys.getallocatedblocks() - blocks
+        return blocks, tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("method", sorted(methods()))
+@pytest.mark.parametrize("model", STEPS)
+def test_python_does_the_same_for_ten_steps_as_for_ten_thousand(model, method):
+    run = running(model, method)
+    few, many = calls(run, FEW), calls(run, MANY)
+    assert few  # numba's own, as it takes pointers to functions: the same for every call of the loop
+    assert few == many
+    assert run.pivoting_from is None
+
+
+@pytest.mark.parametrize("model", STEPS)
+def test_no_memory_is_taken(model):
+    run = running(model, "hht-si2")
+    memory(run, FEW)  # what the measurement itself is for the first time
+    (blocks, peak), (more_blocks, more_peak) = memory(run, FEW), memory(run, MANY - 5 * FEW)
+    # a few objects of the call itself; one float a step would be a hundred times this
+    assert abs(more_blocks - blocks) < 100
+    assert abs(more_peak - peak) < 4096
+
+
+def test_the_measure_sees_allocations():
+    class Wasteful:
+        kept = ()
+
+        def advance(self, steps):
+            self.kept = [float(k) for k in range(steps)]
+
+    assert memory(Wasteful(), MANY)[0] - memory(Wasteful(), FEW)[0] > MANY / 2
+    assert memory(Wasteful(), MANY)[1] - memory(Wasteful(), FEW)[1] > 8 * MANY
+
+
+# -- the compiled code itself ----------------------------------------------------------------------------------------
+
+
+def symbols(function, signature):
+    """What the machine code of ``function`` needs from outside; compiled anew, as code from disk cannot be read."""
+    alone = jit.compile(function, signature, cached=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    return set(re.findall(r'^declare .*?@"?([\w.]+)', alone.inspect_llvm(alone.signatures[0]), re.MULTILINE))
+
+
+@pytest.mark.parametrize("model", ["stick_slip_belt", "rolling_disc"])
+def test_compiled_code_calls_mathematics_only(model):
+    mechanism = graph.build(mbdsl.load(MODELS / f"{model}.mbd"))
+    kernels = build(mechanism.scene, mechanism).kernels(2)
+    found = symbols(kernels.evaluate.py_func, emit.evaluate_signature())
+    found |= symbols(kernels.tangent.py_func, emit.tangent_signature())
+    assert {"tan", "hypot"} <= found  # of the tape: there is something to see
+    assert [
+        name for name in found if re.match(r"Py|_Py|NRT|numba_(?!attempt_nocopy_reshape)|malloc|calloc", name)
+    ] == []
+
+
+def test_what_allocates_does_not_compile():
+    """Not the loop of a method either, whose pointers to functions bring symbols of Python that are never called."""
+
+    def allocates(n):
+        return np.zeros(n)[0]
+
+    with pytest.raises(jit.numba().TypingError):
+        jit.compile(allocates, cached=False)(3)
