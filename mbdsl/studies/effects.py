@@ -92,11 +92,15 @@ def effects(
     MbdslError
         If the whole scene does not run.
     """
+    if repeats < 1:
+        raise UsageError(f"repeats = {repeats}: a time needs one run or more")
     base = load(model, parameters or {}, without=without)
 
     def run(scene: Scene, part: float = 1.0) -> Trajectory:
-        h = (step or scene.experiment.step or DEFAULT_STEP) * part
-        return simulate(scene, method=method, step=h, stop=stop, announce=announce)
+        h = step or scene.experiment.step or DEFAULT_STEP
+        # where every step is output, every step of the whole scene: runs are compared at the same times
+        interval = h if scene.experiment.interval == 0.0 else None
+        return simulate(scene, method=method, step=h * part, stop=stop, interval=interval, announce=announce)
 
     whole = run(base)
     S = whole[signal]
@@ -153,7 +157,9 @@ def _compare(
             one, other = run(scene), run(whole.scene)
             ratios.append(one.stats["seconds"]["integrate"] / max(other.stats["seconds"]["integrate"], 1e-9))
     except MbdslError as problem:
-        return Without(names, None, None, problem.message)
+        return Without(names, None, None, f"does not run: {problem.message}")
+    if signal not in found.names:
+        return Without(names, None, None, "it has no such signal")
     change = float(np.abs(found[signal] - whole[signal]).max(initial=0.0))
     return Without(names, change, median(ratios))
 
@@ -185,7 +191,7 @@ def _text(s: EffectsStudy) -> str:
 def _row(r: Without, s: EffectsStudy, unit: str) -> str:
     name = ", ".join(r.effects)
     if r.change is None or r.time is None:
-        return f"{name:24} does not run: {r.problem}"
+        return f"{name:24} {r.problem}"
     size = f"{r.change:.3e}{unit}"
     doubt = "   less than the step's own error" if r.change <= s.error else ""
     return f"{name:24} {size:>18} {100 * r.time:5.0f} %{doubt}"

@@ -1,0 +1,129 @@
+"""A kind more in the library costs a scene without it nothing: not a byte of its code, and no compilation.
+
+In processes of their own, since kinds are found once. The new one lies in a folder that is put on the path of the
+package of elements: whoever installs such a file gets the same.
+"""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import mbdsl
+from mbdsl import jit
+
+ROOT = Path(mbdsl.__file__).parents[1]
+SLIDER_CRANK = Path(__file__).parents[2] / "models" / "slider_crank.mbd"
+KIND = '''
+"""Tether: pulls two points together with a constant tension."""
+
+from mbdsl.elements.coordinates import distance, distance_hessian
+from mbdsl.elements.kind import ForceKind, Parameter
+from mbdsl.kernels import kernel
+
+KIND = ForceKind(
+    "Tether",
+    doc="A constant tension along the line between two points.",
+    rows=1,
+    parameters=(Parameter("force", "N", doc="tension", law=True),),
+    laws=("force",),
+)
+
+
+@kernel
+def gradient(Z, a, b, p, G):
+    distance(Z, a, b, G, 0)
+
+
+@kernel
+def hessian(Z, a, b, p, s, H):
+    distance_hessian(Z, a, b, s[0], H)
+'''
+#: compiled code is kept by the module's name, and only the package's own files are told apart by their content
+NAME = "tether_" + hashlib.sha256(KIND.encode()).hexdigest()[:8]
+MODEL = """
+model Tethered
+  Ground ground;
+  Frame hook(ground, r = {2 m, 0});
+  PointMass weight(m = 1 kg);
+  {kind}
+initial equation
+  weight.x = 0 m;
+  weight.y = 0 m;
+  annotation(experiment(StopTime = 0.5 s));
+end Tethered;
+"""
+SCRIPT = """
+import json, sys
+import mbdsl.elements
+if len(sys.argv) > 2:
+    mbdsl.elements.__path__.append(sys.argv[2])
+import mbdsl
+from mbdsl import graph, jit
+from mbdsl.system import build
+
+scene = mbdsl.load(sys.argv[1])
+system = build(scene, graph.build(scene))
+said = []
+trajectory = mbdsl.simulate(scene, announce=said.append)
+texts = [path.name for path in sorted(jit.cache_directory().glob("*.py"))]
+json.dump({
+    "kinds": len(mbdsl.elements.kinds()),
+    "codes": [system.code],
+    "names": [system.module_name(sets) for sets in (1, 2, 3)],
+    "said": said,
+    "cache": str(jit.cache_directory()),
+    "emitted": texts,
+    "q": trajectory.q[-1].tolist(),
+}, sys.stdout)
+"""
+
+
+def run(model, cache, *folder):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "MBDSL_CACHE_DIR": str(cache)}
+    command = [sys.executable, "-c", SCRIPT, str(model), *map(str, folder)]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    folder = tmp_path / "more"
+    folder.mkdir()
+    (folder / f"{NAME}.py").write_text(KIND, encoding="utf-8")
+    return folder
+
+
+def model(tmp_path, kind):
+    path = tmp_path / "tethered.mbd"
+    path.write_text(MODEL.replace("{kind}", kind), encoding="utf-8")
+    return path
+
+
+def test_a_scene_without_it_is_untouched(folder):
+    """Same code, same name, same cache, where all is found compiled: nothing is announced, nothing new is emitted."""
+    cache = jit.cache_directory().parent
+    run(SLIDER_CRANK, cache)  # whatever is still to be compiled
+    before, after = run(SLIDER_CRANK, cache), run(SLIDER_CRANK, cache, folder)
+    assert after["kinds"] == before["kinds"] + 1
+    for key in ("codes", "names", "cache", "emitted", "said", "q"):
+        assert after[key] == before[key], key
+    assert after["said"] == []
+
+
+def test_a_scene_with_it_has_it(folder, tmp_path):
+    """It needs no list: word of the language, kernels with exact derivatives, code of its own."""
+    cache = jit.cache_directory().parent
+    found = run(model(tmp_path, "Tether t(hook, weight, force = 3 N);"), cache, folder)
+    assert f"import mbdsl_kind_{NAME} as {NAME}" in found["codes"][0]
+    assert f"{NAME}.fill" in found["codes"][0] and f"{NAME}.curve" in found["codes"][0]
+    # the same by a kind that is there: a spring and damper whose law is the tension
+    twin = run(model(tmp_path, "SpringDamper t(hook, weight, force = 3 N);"), cache)
+    assert NAME not in twin["codes"][0]
+    assert found["q"] == twin["q"]
+    assert found["names"] != twin["names"]
