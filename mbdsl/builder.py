@@ -188,7 +188,7 @@ class Builder:
         if method is not None:
             self._experiment["method"] = method
         if without:
-            self._experiment["without"] = check_effects(tuple(without))
+            self._experiment["without"] = check_effects(without)
 
     def scene(self) -> Scene:
         """The model as a Scene; everything is checked."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from mbdsl.elements.kind import EFFECTS
@@ -89,14 +90,15 @@ def setting(name: str, field: str, unit: str, value: values.Value) -> Any:
     return number
 
 
-def check_effects(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Effects that can be left out, as given.
+def check_effects(given: Iterable[str]) -> tuple[str, ...]:
+    """Effects that can be left out, as given: one, or several.
 
     Raises
     ------
     ModelError
         For a name that is none.
     """
+    names = (given,) if isinstance(given, str) else tuple(given)
     for name in names:
         if name not in EFFECTS:
             raise ModelError(f"there is no effect `{name}` to leave out", hint=did_you_mean(name, EFFECTS, "there are"))

@@ -59,7 +59,7 @@ def parse_text(
     with deep():
         library = Library()
         unit = library.add(text, file)
-        return _flatten(_main(unit, model), unit, library, overrides, check_effects(tuple(without)))
+        return _flatten(_main(unit, model), unit, library, overrides, check_effects(without))
 
 
 def _main(unit: Unit, name: str | None) -> s.Model:
