@@ -99,3 +99,28 @@ def test_ratios_of_method_costs():
     assert line.endswith("1.15 met")
     costs["hht-si2"] = benchmark.Cost([1.0, 2.4, 4.8])
     assert "1.15 MISSED" in "".join(benchmark.rows(case, costs))
+
+
+def test_general_path():
+    benchmark = script("general_path")
+    text = benchmark.table(repeats=1, steps=20)
+    scenes = benchmark.cases()
+    assert set(scenes) == {*(path.stem for path in benchmark.MODELS.glob("*.mbd")), "welded"}
+    for path in benchmark.PATHS:
+        assert text.count(f"  {path} ") == len(scenes)
+    assert "VOID" not in text
+    sizes = {path: cost.sizes for path, cost in benchmark.measure(scenes["welded"], 1, steps=20).items()}
+    assert sizes["specialised"] == {"n": 6, "m": 4, "p": 0, "parts": 2}
+    assert sizes["general"] == {"n": 24, "m": 22, "p": 0, "parts": 1}
+
+
+def test_ratios_of_the_general_path():
+    """Of the minima, and the median over rounds."""
+    benchmark = script("general_path")
+    costs = {"specialised": benchmark.Cost([1.0, 2.0, 4.0]), "general": benchmark.Cost([3.0, 2.2, 4.4])}
+    assert benchmark.ratios(costs) == (2.2, 1.1)
+    for cost in costs.values():
+        cost.sizes = {"n": 1, "m": 0, "p": 0, "parts": 1}
+    costs["general"].status = -1
+    one, other = benchmark.rows("x", costs)[1:]
+    assert one.count("VOID") == 0 and other.endswith("   VOID: stopped early")
