@@ -175,7 +175,7 @@ def _drivers(motion: Motion) -> list[Entry]:
     carried = [motion.system.scene.components[name] for name in moved]
     nothing = "none" if not carried else "none is left: what they move is a function of time"
     found = [_entry("drivers", driven, nothing, kernels=_kernels(motion, "drivers", "expressions"))]
-    if carried:
+    if any(p.system.tables.I[layout.N_MOVING] for p in motion.parts):  # something that is solved for hangs on one
         found.append(_entry("moving frames", carried, "", kernels=_kernels(motion, "moving frames", "expressions")))
     return found
 

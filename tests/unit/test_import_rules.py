@@ -15,6 +15,7 @@ NUMERICS = ("numpy", "scipy", "numba", "matplotlib", "networkx", "pandas", "xarr
 FORBIDDEN = {
     "elements": ("mbdsl.lang", "mbdsl.graph", "mbdsl.integrators", "mbdsl.system", "mbdsl.cli", *NUMERICS),
     "lang": ("mbdsl.graph", "mbdsl.system", "mbdsl.integrators", "mbdsl.jit", "mbdsl.cli", *NUMERICS),
+    "reduction": ("mbdsl.system", "mbdsl.integrators", "mbdsl.jit", "mbdsl.cli", *NUMERICS),
     "integrators": ("mbdsl.elements", "mbdsl.lang", "mbdsl.graph", "mbdsl.cli"),
     "results": ("mbdsl.lang", "mbdsl.elements", "mbdsl.graph", "mbdsl.system", "mbdsl.integrators", "mbdsl.cli"),
 }

@@ -108,6 +108,18 @@ def test_parts():
     assert 0.0 < found.remainder < 1.0
 
 
+def test_driven_by_itself():
+    """A driven rod that nothing hangs on costs nothing: no frame of it is in any code."""
+    b = Builder("Aside")
+    ground, rod, driven = b.Ground("ground"), b.Rod("rod", m=1.0, length=1.0), b.Rod("driven", m=1.0, length=1.0)
+    b.Revolute("A", ground, rod.a)
+    b.RotationalDriver("d", b.Revolute("B", ground, driven.a), phi="1 rad/s*time")
+    b.experiment(stop=1.0)
+    found = explain(b, measured=False)
+    assert [e.effect for e in found.entries if e.present] == ["bodies", "joints", "gravity"]
+    assert not any(kernel.startswith("tape") for e in found.entries for kernel in e.kernels)
+
+
 def test_nothing_to_solve():
     b = Builder("Driven")
     ground, rod = b.Ground("ground"), b.Rod("rod", m=1.0, length=1.0)
