@@ -7,6 +7,7 @@ package of elements: whoever installs such a file gets the same.
 import hashlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -68,13 +69,17 @@ from mbdsl.system import build
 
 scene = mbdsl.load(sys.argv[1])
 system = build(scene, graph.build(scene))
+names = [system.module_name(sets) for sets in (1, 2, 3)]
+if len(sys.argv) > 3:  # what it is made of is enough
+    print(json.dumps({"kinds": list(mbdsl.elements.kinds()), "code": system.code, "names": names}))
+    sys.exit()
 said = []
 trajectory = mbdsl.simulate(scene, announce=said.append)
 texts = [path.name for path in sorted(jit.cache_directory().glob("*.py"))]
 json.dump({
     "kinds": len(mbdsl.elements.kinds()),
     "codes": [system.code],
-    "names": [system.module_name(sets) for sets in (1, 2, 3)],
+    "names": names,
     "said": said,
     "cache": str(jit.cache_directory()),
     "emitted": texts,
@@ -83,10 +88,10 @@ json.dump({
 """
 
 
-def run(model, cache, *folder):
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "MBDSL_CACHE_DIR": str(cache)}
+def run(model, cache, *folder, root=ROOT):
+    environment = {**os.environ, "PYTHONPATH": str(root), "MBDSL_CACHE_DIR": str(cache)}
     command = [sys.executable, "-c", SCRIPT, str(model), *map(str, folder)]
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=root, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 
@@ -114,6 +119,20 @@ def test_a_scene_without_it_is_untouched(folder):
     for key in ("codes", "names", "cache", "emitted", "said", "q"):
         assert after[key] == before[key], key
     assert after["said"] == []
+
+
+def test_a_file_more_in_the_package(tmp_path):
+    """One file, no list: put beside the others it is a word of the language, and no other scene's code changes."""
+    shutil.copytree(ROOT / "mbdsl", tmp_path / "mbdsl", ignore=shutil.ignore_patterns("__pycache__"))
+    nothing = tmp_path / "nothing"
+    before, after = [], []
+    for found in (before, after):
+        for path in (SLIDER_CRANK, model(tmp_path, "SpringDamper s(hook, weight, force = 1 N);")):
+            found.append(run(path, tmp_path / "cache", nothing, "made", root=tmp_path))
+        (tmp_path / "mbdsl" / "elements" / f"{NAME}.py").write_text(KIND, encoding="utf-8")
+    for one, other in zip(before, after, strict=True):
+        assert set(other["kinds"]) - set(one["kinds"]) == {"Tether"}
+        assert (one["code"], one["names"]) == (other["code"], other["names"])
 
 
 def test_a_scene_with_it_has_it(folder, tmp_path):
