@@ -3,8 +3,9 @@
 Element files only mark their kernels (:mod:`mbdsl.kernels`), because ``mbdsl check`` reads the files
 without numerics. :func:`functions` makes one object of an emitted module and all the kernels that it calls.
 
-Objects are kept on disk, under a folder named by the digest of all that they come from: an edited kernel can never
-meet the machine code of its former self. What is kept is loaded without numba, the import of which takes longer than
+Objects are kept on disk, with a digest of the sources that they come from, under a folder named by the digest of the
+compiler: an edited kernel can never meet the machine code of its former self, and what is added to the library or
+edited elsewhere leaves it alone. What is kept is loaded without numba, the import of which takes longer than
 most models take to simulate.
 """
 
@@ -15,6 +16,7 @@ import hashlib
 import importlib
 import importlib.util
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -163,10 +165,9 @@ def cache_directory() -> Path:
 
 
 def _digest() -> str:
-    """Of all that machine code depends on: our sources, the compiler with its settings, the processor."""
+    """Of what all machine code depends on: how it is compiled, the compiler with its settings, the processor."""
     package = Path(__file__).parent
-    files = [path for folder in ("elements", "system", "integrators") for path in (package / folder).rglob("*.py")]
-    files += [package / f"{name}.py" for name in ("layout", "kernels", "jit", "machine", "ordinary")]
+    files = [package / f"{name}.py" for name in ("layout", "kernels", "jit", "machine", "ordinary")]
     for name in ("numba", "llvmlite"):
         spec = importlib.util.find_spec(name)
         if spec is not None and spec.origin is not None:
@@ -205,7 +206,7 @@ def functions(
 
 def is_compiled(name: str) -> bool:
     """Whether the module ``name`` needs no compilation: it is on disk, or kernels run as Python."""
-    return not enabled() or _object_path(name).exists() or _ordinary_path(name).exists()
+    return not enabled() or _body(name) is not None or _ordinary_path(name).exists()
 
 
 def import_text(name: str, text: str) -> ModuleType:
@@ -241,7 +242,9 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
 
             activate(*called, wrap=machine.compile_kernel)
             made = machine.compile_object({f"{name}.{f}": (given[f], signatures[f]) for f in given})
-            body = b"\n".join([" ".join(made.needs).encode(), made.code])
+            sources = _sources(_with_imports(tuple(called)))
+            head = [_of_sources(sources) or "", " ".join(sources), " ".join(made.needs)]
+            body = b"\n".join([*(line.encode() for line in head), made.code])
             linked = _linked(name, body, signatures)
             if linked is None:
                 raise NotImplementedError(f"compiled code needs {', '.join(made.needs)}")
@@ -256,7 +259,9 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
 
     _kernels.clear()
     activate(*called, wrap=ordinary.compile_kernel)
-    return [ordinary.compile_function(given[f], signatures[f], cache_directory()) for f in given]
+    # numba looks at the emitted file only to see whether what it keeps is still right
+    folder = cache_directory() / (_of_sources(_sources(_with_imports(tuple(called)))) or "")[:16]
+    return [ordinary.compile_function(given[f], signatures[f], folder) for f in given]
 
 
 def activate(*modules: ModuleType, wrap: Callable) -> None:
@@ -309,18 +314,70 @@ def _write(path: Path, data: bytes) -> None:
 
 
 def _kept(name: str, signatures: Mapping[str, Signature]) -> list[Callable] | None:
-    """The functions of an object on disk; None if there is none, or not whole, or it needs what is not there."""
+    """The functions of an object on disk; None if it is not there, or it needs what is not there."""
+    body = _body(name)
+    return None if body is None else _linked(name, body, signatures)
+
+
+def _body(name: str) -> bytes | None:
+    """What is on disk of a module; None if there is nothing, or it is not whole, or its sources have changed."""
     try:
         said, body = _object_path(name).read_bytes().split(b"\n", 1)
+        digest, sources, _ = body.split(b"\n", 2)
     except (OSError, ValueError):
         return None
-    return _linked(name, body, signatures) if hashlib.sha256(body).hexdigest().encode() == said else None
+    if hashlib.sha256(body).hexdigest().encode() != said or _of_sources(sources.decode().split()) != digest.decode():
+        return None
+    return body
+
+
+_FROM = re.compile(r"^from (mbdsl\.(?:elements|system|integrators)[\w.]*) import ([\w, ]+)", re.MULTILINE)
+#: what element and method files take their declarations from, which no kernel reads
+_DECLARATIONS = ("mbdsl.elements.kind", "mbdsl.integrators.method")
+
+
+def _sources(modules: Iterable[ModuleType]) -> list[str]:
+    """Names of the modules that kernels, or constants that they read, come from, directly or not."""
+    found = {"mbdsl.system.emit"}  # emitted loops are part of what is compiled
+    pending = [module.__name__ for module in modules]
+    while pending:
+        name = pending.pop()
+        path = _source(name)
+        if name in found or name in _DECLARATIONS or path is None:
+            continue
+        found.add(name)
+        for package, names in _FROM.findall(path.read_text()):
+            pending += [package, *(f"{package}.{n.split()[0]}" for n in names.split(",") if n.split())]
+    return sorted(found)
+
+
+def _source(name: str) -> Path | None:
+    """The file of a module; None for packages, and for modules that were emitted."""
+    if name.startswith("mbdsl."):
+        path = Path(__file__).parent.joinpath(*name.split(".")[1:]).with_suffix(".py")
+        if path.exists():
+            return path
+    file = getattr(sys.modules.get(name), "__file__", None)
+    if file is None or Path(file).name == "__init__.py" or Path(file).parent == cache_directory():
+        return None
+    return Path(file)
+
+
+def _of_sources(names: Iterable[str]) -> str | None:
+    """Digest of the sources of modules; None if one is not there."""
+    digest = hashlib.sha256()
+    for name in names:
+        path = _source(name)
+        if path is None:
+            return None
+        digest.update(name.encode() + path.read_bytes())
+    return digest.hexdigest()
 
 
 def _linked(name: str, body: bytes, signatures: Mapping[str, Signature]) -> list[Callable] | None:
     from llvmlite import binding
 
-    needs, code = body.split(b"\n", 1)
+    _, _, needs, code = body.split(b"\n", 3)
     engine = _engine()
     # a name that is missing would end the process
     if not all(binding.address_of_symbol(symbol) for symbol in needs.decode().split()):

@@ -84,8 +84,7 @@ def best_order(history, n, Y):
 
 @kernel
 def residual_size(unknowns, size, Y):
-    """Sum of the magnitudes of residuals; not a number if there is one. In four lanes, which do not wait for one another.
-    """
+    """Sum of the residuals' magnitudes, in four lanes that do not wait for one another; not a number if one is none."""
     a, b, c, d = 0.0, 0.0, 0.0, 0.0
     for k in range(unknowns):
         y, whole = Y[R + k], size - size % 4
