@@ -160,6 +160,8 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         f"{iterations} iterations ({iterations / max(1, steps):.2f} a step), {seconds['integrate']:.3g} s",
         f"{output}: {len(trajectory.t)} rows, time and {len(names)} signals",
     ]
+    if stats["pivoting_from"] is not None:
+        lines.append(f"from t = {stats['pivoting_from']:g} s on with a search for pivots: without it, one was lost")
     if verbose:
         sizes = ", ".join(f"{key} = {stats[key]}" for key in ("n", "m", "p"))
         counts = f"{stats['matrix_evaluations']} matrices, {stats['factorisations']} factorisations"

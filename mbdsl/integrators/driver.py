@@ -20,8 +20,8 @@ from mbdsl.layout import BEFORE, F0, FP, N_ALL, N_GAM, N_Q, PAST, Q0, SCALE, V0,
 RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE = range(6)
 
 # -- K: floats of the run ------------------------------------------------------------------------------------
-START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL = range(7)
-K_SIZE = 7
+START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, LOOSEST = range(8)
+K_SIZE = 8
 
 # -- J: integers of the run ----------------------------------------------------------------------------------
 STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, UNSEEN = range(11)
@@ -36,8 +36,6 @@ RECONSIDER = 4
 SLOW = 0.05
 #: contraction assumed of a first iteration, at least, where it has not been seen for so many steps; and else
 UNMEASURED, OFTEN, MEASURED = 0.05, 8, 1e-3
-#: largest error left in a position, relative to the mechanism; where a rings, its differences say nothing
-LOOSEST = 1e-11
 #: largest noise in a position that is put down to a singular pose
 SINGULAR_NOISE = 1e-9
 #: change of acceleration in a step, as the way it makes in that step, that no motion worth following has
@@ -147,8 +145,8 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
         bend = max(bend, abs(d) * Y[SCALE, i])
     floor = 16.0 * EPS * size
     # The local error is about h^2/12 times the second difference of a; constraints on velocities are to be kept, too.
-    tolerance = min(K[RELATIVE_TOL] * h * h * bend, LOOSEST * size)
-    velocity_tolerance = LOOSEST * size
+    tolerance = min(K[RELATIVE_TOL] * h * h * bend, K[LOOSEST] * size)
+    velocity_tolerance = K[LOOSEST] * size
     if J[STABILISED] or I[N_GAM] > 0:
         velocity_tolerance = max(K[VELOCITY_TOL] * h * speed, 4.0 * EPS * size)
     fresh = J[FRESH] == 0

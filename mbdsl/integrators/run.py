@@ -130,7 +130,10 @@ class Integration:
         self.K[driver.START], self.K[driver.STOP], self.K[driver.H] = self.start, self.stop, self.h
         self.K[driver.T] = self.start
         self.K[driver.CONTRACTION] = 0.1
-        self.K[driver.VELOCITY_TOL], self.K[driver.RELATIVE_TOL] = 8e-12, 1e-6
+        # parts of h times the speed, of the local error, and of the size: where a rings, its differences say nothing
+        self.K[driver.VELOCITY_TOL : driver.LOOSEST + 1] = 8e-12, 1e-6, 1e-11
+        if declaration.order == 0:  # there is no local error, and nothing that is left adds up over steps
+            self.K[driver.RELATIVE_TOL : driver.LOOSEST + 1] = 1e300, 4e-15
         self.J[driver.LAST_STEP] = steps
         self.J[driver.STABILISED] = declaration.sets > 1
         sets = declaration.sets

@@ -71,6 +71,14 @@ def test_exponent_of_growth():
     assert benchmark.met(1.2, 1.1) == "1.1 MISSED"
 
 
+def test_sparse_solvers():
+    """All of them solve the equations."""
+    text = script("sparse_solvers").table(1, (("slider_crank", 0), ("four_bar", 2)))
+    lines = text.splitlines()[1:]
+    assert len(lines) == 8
+    assert all(float(line.split()[-1]) < 1e-12 for line in lines)
+
+
 def test_startup():
     benchmark = script("startup")
     text = benchmark.table(1, {"mbdsl --help": ["--help"]})

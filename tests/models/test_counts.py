@@ -26,7 +26,7 @@ COUNTS = {
     ("four_bar", "hht-si2"): (10000, 22352, 428),
     ("four_bar", "hht-i3"): (10000, 28444, 609),
     ("pendulum", "hht-si2"): (10000, 22194, 92),
-    ("pendulum", "hht-i3"): (10000, 25880, 279),
+    ("pendulum", "hht-i3"): (10000, 25880, 299),
     ("rolling_disc", "hht-si2"): (2000, 2269, 1),
     ("rolling_disc", "hht-i3"): (2000, 3844, 1),
     ("seven_body", "hht-si2"): (3000, 6475, 80),

@@ -93,9 +93,31 @@ def test_a_damaged_object_is_compiled_again(fresh, damage):
 @needs_numba
 def test_an_object_that_needs_what_is_not_there_is_not_linked(fresh):
     functions()
-    needs, code = (fresh / "scales.o").read_bytes().split(b"\n", 1)[1].split(b"\n", 1)
+    digest, sources, needs, code = jit._body("scales").split(b"\n", 3)
     assert b"hypot" in needs
-    assert jit._linked("scales", b"no_such_function_anywhere\n" + code, SIGNATURES) is None
+    assert jit._linked("scales", b"\n".join([digest, sources, needs, code]), SIGNATURES) is not None
+    assert jit._linked("scales", b"\n".join([digest, sources, b"no_such_function_anywhere", code]), SIGNATURES) is None
+
+
+@needs_numba
+def test_an_object_whose_sources_have_changed_is_compiled_again(fresh, tmp_path, monkeypatch):
+    """Kernels of a module outside of the package; an edit of another module is none of its business."""
+    library = tmp_path / "library"
+    library.mkdir()
+    source = library / "threefold.py"
+    source.write_text("from mbdsl.kernels import kernel\n@kernel\ndef scale(x):\n    return 3 * x\n")
+    monkeypatch.syspath_prepend(library)
+    import threefold
+
+    text = "import threefold\ndef scaled(x):\n    return threefold.scale(x)\n"
+    signatures = {"scaled": jit.Signature(("int",), gives="int")}
+    (scaled,) = jit.functions("scaled", text, signatures, lambda: [threefold])
+    assert scaled(2) == 6
+    assert jit.is_compiled("scaled")
+    (library / "another.py").write_text("x = 1\n")
+    assert jit.is_compiled("scaled")
+    source.write_text(source.read_text().replace("3", "4"))
+    assert not jit.is_compiled("scaled")
 
 
 @needs_numba

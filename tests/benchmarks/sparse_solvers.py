@@ -1,0 +1,150 @@
+"""Our sparse LU beside SciPy's SuperLU and LAPACK's dense LU, on the iteration matrices of chains and four-bar loops.
+
+    python tests/benchmarks/sparse_solvers.py [--repeats 7]
+
+Factorising and solving, each by itself, in microseconds; SuperLU with the order from the graph and without looking for
+pivots, which is what it is best at here, and with its own column order. Ours runs in the compiled step loop; SuperLU
+has to be called from Python, which is part of what it costs. The largest residual of each, relative to the right-hand
+side, stands beside it. Nothing is asserted of times.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads go on spinning for a while, and count as our time
+
+import numpy as np
+from scipy.linalg import lu_factor, lu_solve
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import splu
+
+import mbdsl
+from mbdsl import graph, jit, layout
+from mbdsl.integrators import linear, sparse
+from mbdsl.integrators.run import Integration
+from mbdsl.system import build
+from mbdsl.system.initial import initial_state
+
+MODELS = Path(__file__).parents[2] / "models"
+CASES = (("slider_crank", 0), ("seven_body", 0), ("four_bar", 2), ("four_bar", 40), ("four_bar", 400))
+CASES += (("chain", 8), ("chain", 64), ("chain", 512), ("chain", 4096))
+DENSE = 500  #: unknowns up to which LAPACK is tried
+TEXT = """
+from mbdsl.integrators import sparse
+
+
+def factor(count, B, A, I):
+    for _ in range(count):
+        for i in range(B.size):
+            A[i] = B[i]
+        if not sparse.sparse_factor(A, I):
+            return 0
+    return 1
+
+
+def solve(count, A, I, Y, row):
+    for _ in range(count):
+        sparse.sparse_solve(A, I, Y, row)
+"""
+
+
+def compiled() -> list[Callable]:
+    signatures = {
+        "factor": jit.Signature(("int", "vector", "vector", "ints"), gives="int"),
+        "solve": jit.Signature(("int", "vector", "ints", "matrix", "int")),
+    }
+    return jit.functions("mbdsl_measure_sparse", TEXT, signatures, lambda: [linear, sparse])
+
+
+def seconds(call: Callable[[int], object], repeats: int) -> float:
+    """Of one repetition, the least of some."""
+    count, spent = 1, 0.0
+    while spent < 2e-3:
+        count *= 2
+        begun = time.process_time()
+        call(count)
+        spent = time.process_time() - begun
+    found = []
+    for _ in range(repeats):
+        begun = time.process_time()
+        call(count)
+        found.append(time.process_time() - begun)
+    return min(found) / count
+
+
+def times(call: Callable[[], object]) -> Callable[[int], None]:
+    def often(count: int) -> None:
+        for _ in range(count):
+            call()
+
+    return often
+
+
+def compare(model: str, n: int, repeats: int) -> list[str]:
+    """Rows of the table for one matrix."""
+    scene = mbdsl.load(MODELS / f"{model}.mbd", {"N": n} if n else {})
+    mechanism = graph.build(scene)
+    system = build(scene, mechanism)
+    start = initial_state(system, mechanism, 0.0)
+    N, h = system.unknowns, 1e-3
+    # the matrix of hht-i3, all of it of the size of masses
+    M = csc_array(system.tangent(0.0, start.q, start.v, start.lam, cM=1 / 0.9, cK=0.3 * h * h, cD=0.6 * h, cP=1.0))
+    b = np.random.default_rng(0).normal(size=N)
+    order = system.elimination_order()
+    rows, columns = system.tables.pattern
+    pattern = sparse.analyse(N, rows, columns, order)
+    run = Integration(system, "hht-i3", h, 0.0, h, np.array([]))
+    entries = M.tocoo()
+    at = dict(zip(zip(rows.tolist(), columns.tolist(), strict=True), pattern.slots.tolist(), strict=True))
+    B = np.zeros(pattern.size)
+    for r, c, value in zip(entries.row.tolist(), entries.col.tolist(), entries.data.tolist(), strict=True):
+        B[at[r, c]] = value
+    A, I, Y = np.zeros(pattern.length), run.I, run.Y
+    factor, solve = compiled()
+    assert factor(1, B, A, I) == 1
+    Y[layout.D, :N] = b
+    solve(1, A, I, Y, layout.D)
+    name = f"{model} {n}" if n else model
+    lines = []
+
+    def row(what: str, one: float, other: float, x: np.ndarray) -> None:
+        residual = np.abs(M @ x - b).max() / np.abs(b).max()
+        lines.append(f"{name:14} {N:6d} {what:28} {1e6 * one:10.2f} {1e6 * other:10.2f} {residual:9.1e}")
+
+    row(
+        f"ours, {pattern.size} entries",
+        seconds(lambda count: factor(count, B, A, I), repeats),
+        seconds(lambda count: solve(count, A, I, Y, layout.T1), repeats),
+        Y[layout.D, :N].copy(),
+    )
+    ordered = csc_array(M[order][:, order])
+    given = {"permc_spec": "NATURAL", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+    for what, matrix, options in (("SuperLU, our order", ordered, given), ("SuperLU, its own", csc_array(M), {})):
+        lu = splu(matrix, **options)
+        own = matrix is ordered
+        x = np.zeros(N)
+        x[order if own else slice(None)] = lu.solve(b[order] if own else b)
+        factoring = seconds(times(lambda m=matrix, o=options: splu(m, **o)), repeats)
+        row(f"{what}, {lu.nnz} entries", factoring, seconds(times(lambda lu=lu: lu.solve(b)), repeats), x)
+    if N <= DENSE:
+        dense = M.toarray()
+        lu = lu_factor(dense)
+        factoring = seconds(times(lambda: lu_factor(dense)), repeats)
+        row("LAPACK, dense", factoring, seconds(times(lambda: lu_solve(lu, b)), repeats), lu_solve(lu, b))
+    return lines
+
+
+def table(repeats: int = 7, cases=CASES) -> str:
+    head = f"{'matrix':14} {'N':>6} {'':28} {'factor us':>10} {'solve us':>10} {'residual':>9}"
+    return "\n".join([head, *(line for model, n in cases for line in compare(model, n, repeats))])
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--repeats", type=int, default=7)
+    print(table(parser.parse_args().repeats))
