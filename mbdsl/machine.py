@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
 from llvmlite import ir
-from numba import njit
+from numba import config, njit
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
@@ -68,7 +68,11 @@ class Container(JITCodeLibrary):
         for part in (*module.functions, *module.global_variables):
             if not part.is_declaration and part.name not in entries:
                 part.linkage = "internal"
-        self._optimize_final_module()
+        former, config.LOOP_VECTORIZE = config.LOOP_VECTORIZE, 0
+        try:  # most loops are over a few entries: what prepares a vector costs more than it saves
+            self._optimize_final_module()
+        finally:
+            config.LOOP_VECTORIZE = former
         module.verify()
         needs = [f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")]
         return Object(needs, self._codegen._tm.emit_object(module))
