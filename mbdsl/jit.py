@@ -21,6 +21,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import warnings
 import weakref
 from collections.abc import Callable, Iterable, Mapping
@@ -199,14 +200,14 @@ def functions(
         _functions[name] = (
             _plain(name, text, signatures, modules)
             if not enabled()
-            else _kept(name, signatures) or _compiled(name, text, signatures, modules)
+            else _kept(name, text, signatures) or _compiled(name, text, signatures, modules)
         )
     return _functions[name]
 
 
 def is_compiled(name: str) -> bool:
     """Whether the module ``name`` needs no compilation: it is on disk, or kernels run as Python."""
-    return not enabled() or _body(name) is not None or _ordinary_path(name).exists()
+    return not enabled() or _body(name) is not None or _is_ordinary(name)
 
 
 def import_text(name: str, text: str) -> ModuleType:
@@ -214,7 +215,7 @@ def import_text(name: str, text: str) -> ModuleType:
     if name in sys.modules:
         return sys.modules[name]
     path = cache_directory() / f"{name}.py"
-    if not path.exists():
+    if not path.exists() or path.read_bytes() != text.encode():
         _write(path, text.encode())
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None  # a path that exists always gives both
@@ -236,15 +237,15 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
         return _plain(name, text, signatures, modules)
     module = import_text(name, text)
     given = {function: getattr(module, function) for function in signatures}
-    if not _ordinary_path(name).exists():
+    sources = _sources(_with_imports(tuple(called)))
+    head = [_of_sources(sources) or "", " ".join(sources)]
+    if not _is_ordinary(name):
         try:
             from mbdsl import machine
 
             activate(*called, wrap=machine.compile_kernel)
             made = machine.compile_object({f"{name}.{f}": (given[f], signatures[f]) for f in given})
-            sources = _sources(_with_imports(tuple(called)))
-            head = [_of_sources(sources) or "", " ".join(sources), " ".join(made.needs)]
-            body = b"\n".join([*(line.encode() for line in head), made.code])
+            body = "\n".join([*head, _of_text(text), " ".join(made.needs), ""]).encode() + made.code
             linked = _linked(name, body, signatures)
             if linked is None:
                 raise NotImplementedError(f"compiled code needs {', '.join(made.needs)}")
@@ -254,13 +255,12 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
             # What lies inside numba changes; what it promises takes longer, to compile and to load.
             told = f"{type(error).__name__}: {error}".splitlines()[0]
             warnings.warn(f"compiling in the ordinary way: {told}", stacklevel=2)
-            _write(_ordinary_path(name), told.encode())
+            _write(_ordinary_path(name), "\n".join([*head, told]).encode())
     from mbdsl import ordinary
 
     _kernels.clear()
     activate(*called, wrap=ordinary.compile_kernel)
-    # numba looks at the emitted file only to see whether what it keeps is still right
-    folder = cache_directory() / (_of_sources(_sources(_with_imports(tuple(called)))) or "")[:16]
+    folder = cache_directory() / head[0][:16]  # numba would look at the emitted file only
     return [ordinary.compile_function(given[f], signatures[f], folder) for f in given]
 
 
@@ -306,17 +306,32 @@ def _ordinary_path(name: str) -> Path:
     return cache_directory() / f"{name}.ordinary"
 
 
+def _is_ordinary(name: str) -> bool:
+    """Whether code of the present sources is kept by numba; others may compile in our way again."""
+    try:
+        digest, sources, _ = _ordinary_path(name).read_text().split("\n", 2)
+    except (OSError, ValueError):
+        return False
+    return _of_sources(sources.split()) == digest
+
+
+def _of_text(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
 def _write(path: Path, data: bytes) -> None:
     """At once or not at all: another process may be reading, or writing the same."""
-    part = path.with_suffix(f".{os.getpid()}.part")
+    part = path.with_name(f"{path.name}.{os.getpid()}.{threading.get_ident()}.part")
     part.write_bytes(data)
     part.replace(path)
 
 
-def _kept(name: str, signatures: Mapping[str, Signature]) -> list[Callable] | None:
-    """The functions of an object on disk; None if it is not there, or it needs what is not there."""
+def _kept(name: str, text: str, signatures: Mapping[str, Signature]) -> list[Callable] | None:
+    """The functions of an object on disk; None if it is not there, or of another text, or needs what is not there."""
     body = _body(name)
-    return None if body is None else _linked(name, body, signatures)
+    if body is None or body.split(b"\n", 3)[2].decode() != _of_text(text):
+        return None
+    return _linked(name, body, signatures)
 
 
 def _body(name: str) -> bytes | None:
@@ -377,7 +392,7 @@ def _of_sources(names: Iterable[str]) -> str | None:
 def _linked(name: str, body: bytes, signatures: Mapping[str, Signature]) -> list[Callable] | None:
     from llvmlite import binding
 
-    _, _, needs, code = body.split(b"\n", 3)
+    _, _, _, needs, code = body.split(b"\n", 4)
     engine = _engine()
     # a name that is missing would end the process
     if not all(binding.address_of_symbol(symbol) for symbol in needs.decode().split()):

@@ -6,7 +6,7 @@ What is solved for is the reduced scene (:mod:`mbdsl.reduction`); what comes out
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from mbdsl.integrators import driver, methods
 from mbdsl.integrators import modules as method_modules
 from mbdsl.integrators.run import Integration, loop_name
 from mbdsl.lang.expressions import coordinate
-from mbdsl.reduction import Part, Reduction, reduce
+from mbdsl.reduction import Note, Part, Reduction, reduce
 from mbdsl.scene import Scene
 from mbdsl.system import System, build
 from mbdsl.system.initial import InitialState, Moved, determined, initial_state
@@ -89,6 +89,7 @@ class Motion:
             self._systems = [build(part.scene, part.graph, size=self._size) for part in self.reduction.parts]
         self.parts: list[Moving] = []
         self.failed: Moving | None = None
+        self._failure = driver.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
         self._taken = 0
 
@@ -129,13 +130,25 @@ class Motion:
         options = {} if part.kinematic else plan.options
         integration = Integration(system, method, plan.h, plan.start, plan.stop, plan.times, options)
         lap("compile")
-        initial = initial_state(system, part.graph, plan.start)
+        merged = [note.names for note in self.reduction.notes if note.action == "merged"]
+        own = system.tables.coordinates
+        members = {names[0]: [f"{name}.c" for name in names] for names in merged if names[0] in own}
+        initial = initial_state(system, part.graph, plan.start, members)
         if part.kinematic and (initial.redundant or not determined(system, plan.start, initial.q)):
             assert part.dynamic is not None
+            self._is_not_kinematic(part)
             return self._moving(Part(part.dynamic), build(part.dynamic.scene, part.dynamic, size=self._size), lap)
         integration.begin(initial.q, initial.v, initial.a, initial.lam, initial.redundant)
         lap("initialise")
         return Moving(part, system, method, initial, integration)
+
+    def _is_not_kinematic(self, part: Part) -> None:
+        """Only counting said so; the receipt tells what is."""
+        names, why = tuple(part.graph.bodies), "as many constraints as coordinates, but not independent ones"
+        kept = [
+            n if (n.action, n.names) != ("kinematic", names) else Note("kept", names, why) for n in self.reduction.notes
+        ]
+        self.reduction = replace(self.reduction, notes=tuple(kept))
 
     @property
     def redundant(self) -> list[str]:
@@ -176,13 +189,17 @@ class Motion:
         return sum(int(p.integration.J[index]) for p in self.parts)
 
     def advance(self, steps: int) -> int:
-        """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.driver`."""
-        status = driver.DONE
-        for p in self.parts:
-            status = p.integration.advance(steps)
-            if status not in (driver.RUNNING, driver.DONE):
-                self.failed = p
-                return status
+        """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.driver`.
+
+        Where a part fails, all end with the last step that all of them have done, and once failed, it stays so.
+        """
+        status, most = self._failure, self.steps + steps
+        for p in self.parts if self.failed is None else ():
+            found = p.integration.advance(max(0, most - int(p.integration.J[driver.STEP])))
+            if found not in (driver.RUNNING, driver.DONE):
+                self.failed, self._failure = p, found
+                most = int(p.integration.J[driver.STEP])  # for those behind it
+            status = found if self.failed is None else self._failure
         if not self.parts:
             self._taken = min(self._taken + steps, self._steps)
             status = driver.DONE if self._taken == self._steps else driver.RUNNING

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
-from mbdsl.errors import UsageError
+from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.lang.expressions import Expr, const, coordinate, leaves
 from mbdsl.scene import Scene
 from mbdsl.system.initial import Moved, accelerations
@@ -48,6 +48,8 @@ class Trajectory:
         "done", "interrupted" or "failed"; ``message`` says why.
     stats : dict
         Counts and phase times.
+    undetermined : list of float
+        Times at which accelerations and reactions were asked for, but have no value: it is not a number.
     moved : tuple of Moved
         Guesses of initial values and where assembly left them.
 
@@ -73,6 +75,7 @@ class Trajectory:
         self.inputs = dict(inputs or {})
         self._lam = lam
         self.message = ""
+        self.undetermined: list[float] = []
         self._known: dict[str, Array] = {}
 
     @property
@@ -217,7 +220,11 @@ class Trajectory:
         a, lam = np.zeros((len(self.t), system.n)), np.zeros((len(self.t), system.m + system.p))
         for i, (t, q, v) in enumerate(zip(self.t, self.q, self.v, strict=True)):
             self._set_inputs(i)
-            a[i], lam[i] = accelerations(system, t, q, v, self.left_out)
+            try:
+                a[i], lam[i] = accelerations(system, t, q, v, self.left_out)
+            except InitialisationError:  # at a singular pose there are none, or not only one
+                a[i], lam[i] = np.nan, np.nan
+                self.undetermined.append(float(t))
         return a, lam
 
     def _set_inputs(self, i: int) -> None:

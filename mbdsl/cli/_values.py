@@ -81,7 +81,7 @@ def add_model(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--without",
         metavar="EFFECT,...",
-        type=lambda text: tuple(name.strip() for name in text.split(",")),
+        type=lambda text: tuple(name.strip() for name in text.split(",") if name.strip()),
         default=(),
         help="leave effects out: friction, damping, flexibility, gravity",
     )

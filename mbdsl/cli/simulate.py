@@ -112,6 +112,10 @@ def run(args: argparse.Namespace) -> int:
     trajectory.stats["seconds"].update(parse=parse, write=perf_counter() - begun)
     if args.stats:
         write_stats(args.stats, trajectory.stats)
+    if trajectory.undetermined and not args.quiet:
+        where = ", ".join(f"{t:g}" for t in trajectory.undetermined[:5])
+        more = " ..." if len(trajectory.undetermined) > 5 else ""
+        print(f"accelerations and reactions have no value (nan) at t = {where}{more} s", file=sys.stderr)
     if not args.quiet:
         print(summary(trajectory, output, names, args.verbose))
     if failure:

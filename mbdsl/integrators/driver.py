@@ -20,8 +20,8 @@ from mbdsl.layout import BEFORE, F0, FP, N_ALL, N_GAM, N_Q, PAST, Q0, SCALE, V0,
 RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE = range(6)
 
 # -- K: floats of the run ------------------------------------------------------------------------------------
-START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, LOOSEST = range(8)
-K_SIZE = 8
+START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, LOOSEST, UNIT, WILD = range(10)
+K_SIZE = 10
 
 # -- J: integers of the run ----------------------------------------------------------------------------------
 STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, UNSEEN = range(11)
@@ -38,8 +38,6 @@ SLOW = 0.05
 UNMEASURED, OFTEN, MEASURED = 0.05, 8, 1e-3
 #: largest noise in a position that is put down to a singular pose
 SINGULAR_NOISE = 1e-9
-#: change of acceleration in a step, as the way it makes in that step, that no motion worth following has
-WILD = 25.0
 EPS = 2.220446049250313e-16
 
 
@@ -199,7 +197,7 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
             done = False
         if k > 2 and contraction > 0.5 and change <= 1e3 * floor:
             done = True  # rounding keeps it from getting better
-        held = k > 6 and h * h * constraint_size(unknowns, n, I[N_ALL], Y) <= 1e2 * floor
+        held = k > 6 and K[UNIT] * constraint_size(unknowns, n, I[N_ALL], Y) <= 1e2 * floor
         if held and change <= SINGULAR_NOISE * size:
             done = True  # close to a singular pose, where rounding is magnified; the constraints hold
         if done and not grown:
@@ -279,7 +277,7 @@ def advance(
         jump = 0.0
         for i in range(n):
             jump = max(jump, abs(Y[X, i] - Y[XA, i]) * Y[SCALE, i])
-        if h * h * jump > WILD:
+        if K[UNIT] * jump > K[WILD]:
             K[T] = t
             return TOO_LARGE
         if step % RECONSIDER == 0 or J[HISTORY] < 4 or J[ORDER] == 0:

@@ -132,8 +132,13 @@ class Integration:
         self.K[driver.CONTRACTION] = 0.1
         # parts of h times the speed, of the local error, and of the size: where a rings, its differences say nothing
         self.K[driver.VELOCITY_TOL : driver.LOOSEST + 1] = 8e-12, 1e-6, 1e-11
-        if declaration.order == 0:  # there is no local error, and nothing that is left adds up over steps
-            self.K[driver.RELATIVE_TOL : driver.LOOSEST + 1] = 1e300, 4e-15
+        # What turns unknowns and residuals into positions; the largest change of an unknown from step to step, as a
+        # position, that means anything: of an acceleration, no motion worth following has it.
+        self.K[driver.UNIT], self.K[driver.WILD] = self.h**2, 25.0
+        if declaration.order == 0:
+            # There is no local error, and nothing that is left adds up over steps; but there are other assemblies, and
+            # who makes steps so large may end up in one.
+            self.K[driver.RELATIVE_TOL :] = 1e300, 4e-15, 1.0, 0.5
         self.J[driver.LAST_STEP] = steps
         self.J[driver.STABILISED] = declaration.sets > 1
         sets = declaration.sets
@@ -242,6 +247,8 @@ class Integration:
         system, Y, n = self.system, self.Y, self.system.n
         t, q, v = self.time, Y[layout.Q0, :n], Y[layout.V0, :n]
         used = {name: value for name, value in inputs.items() if name in system.tables.inputs}
+        for name, at in system.tables.inputs.items():
+            system.set_input(name, self.F[at])  # whoever looked at another time has left it there
         before = accelerations(system, t, q, v, self.left_out)
         fa = self._applied(t, q, v, before[1])
         for name, value in used.items():

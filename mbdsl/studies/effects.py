@@ -100,7 +100,10 @@ def effects(
         h = step or scene.experiment.step or DEFAULT_STEP
         # where every step is output, every step of the whole scene: runs are compared at the same times
         interval = h if scene.experiment.interval == 0.0 else None
-        return simulate(scene, method=method, step=h * part, stop=stop, interval=interval, announce=announce)
+        found = simulate(scene, method=method, step=h * part, stop=stop, interval=interval, announce=announce)
+        if found.status == "interrupted":
+            raise KeyboardInterrupt
+        return found
 
     whole = run(base)
     S = whole[signal]
@@ -179,7 +182,8 @@ def _text(s: EffectsStudy) -> str:
     if s.absent:
         lines.append(f"not in the scene: {', '.join(s.absent)}")
     if s.tol is not None:
-        needed = [r.effects[0] for r in s.rows if r.effects[0] not in (s.dispensable or ())]
+        tried = [r for r in s.rows if r.change is not None]
+        needed = [r.effects[0] for r in tried if r.effects[0] not in (s.dispensable or ())]
         lines += ["", f"to {s.tol:.3g}{unit}, the scene calls for: {', '.join(needed) or 'none of them'}"]
         if s.dispensable:
             lines.append(f"it can do without: {', '.join(s.dispensable)}  (--without {','.join(s.dispensable)})")

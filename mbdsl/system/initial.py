@@ -10,6 +10,7 @@ by Gauss-Newton steps with the constraints linearised, damped while far from a s
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.graph import MechanismGraph
-from mbdsl.lang.expressions import is_velocity_level
+from mbdsl.lang.expressions import RATE, coordinate, is_velocity_level
 from mbdsl.scene import InitialValue
 from mbdsl.system.placing import place
 from mbdsl.system.signals import Matrix, gradients, values
@@ -51,8 +52,49 @@ class InitialState:
     redundant: tuple[int, ...] = ()  #: constraint rows that depend on the others, not only in this pose
 
 
-def initial_state(system: System, graph: MechanismGraph, t: float) -> InitialState:
-    """Assemble ``system`` at time ``t``.
+class Metric:
+    """How far a state is from a guess, or from rest, where nothing was said: the sum over coordinates of all bodies.
+
+    A body that others are welded to counts for each of them by itself: ``members`` are the frames at their centres of
+    mass, by the name of the body that they have become.
+    """
+
+    def __init__(self, system: System, members: Mapping[str, Sequence[str]]) -> None:
+        scale = system.tables.scale
+        self.weight = np.full(system.n, UNSAID)  #: of coordinates that are measured in ``scale``
+        size, self.positions, self.velocities = scale.min(initial=1.0), [], []
+        for body, frames in members.items():
+            first = system.tables.coordinates[body]
+            self.weight[first : first + 3] = 0.0
+            for frame in frames:
+                self.positions += [coordinate(frame, key) for key in RATE]
+                self.velocities += [coordinate(frame, key) for key in RATE.values()]
+        self.row_weight = UNSAID * np.tile([size, size, 1.0], len(self.positions) // 3)[:, None]
+        self.system = system
+
+    def positions_at(self, t: float, q: Array) -> tuple[Array, Matrix]:
+        """Weighted coordinates of members, and their gradient with respect to scaled coordinates."""
+        value, d_q, _ = gradients(self.system, self.positions, t, q, np.zeros(self.system.n))
+        return self.row_weight[:, 0] * value, _scaled(d_q, self.row_weight, self.system.tables.scale)
+
+    def velocities_at(self, t: float, q: Array, v: Array) -> tuple[Array, Matrix]:
+        """Weighted velocities of members, and their gradient with respect to v."""
+        value, _, d_v = gradients(self.system, self.velocities, t, q, v)
+        return self.row_weight[:, 0] * value, _scaled(d_v, self.row_weight, np.ones(self.system.n))
+
+
+def _scaled(J: Matrix, rows: Array, columns: Array) -> Matrix:
+    if isinstance(J, np.ndarray):
+        return rows * J / columns
+    from scipy.sparse import diags_array
+
+    return diags_array(rows[:, 0]) @ J @ diags_array(1.0 / columns)
+
+
+def initial_state(
+    system: System, graph: MechanismGraph, t: float, members: Mapping[str, Sequence[str]] = {}
+) -> InitialState:
+    """Assemble ``system`` at time ``t``; ``members`` of welded bodies: see :class:`Metric`.
 
     Raises
     ------
@@ -63,8 +105,9 @@ def initial_state(system: System, graph: MechanismGraph, t: float) -> InitialSta
     positions = [x for x in given if not is_velocity_level(x.target)]
     velocities = [x for x in given if is_velocity_level(x.target)]
     placed = place(system, graph, t, positions)
-    q = _positions(system, t, placed, positions)
-    v = _velocities(system, t, q, velocities)
+    metric = Metric(system, members)
+    q = _positions(system, t, placed, positions, metric)
+    v = _velocities(system, t, q, velocities, metric)
     redundant = _redundant(system, t, q, v)
     a, lam = accelerations(system, t, q, v, redundant)
     moved = []
@@ -78,13 +121,14 @@ def initial_state(system: System, graph: MechanismGraph, t: float) -> InitialSta
 # -- positions -----------------------------------------------------------------------------------------------
 
 
-def _positions(system: System, t: float, guess: Array, given: list[InitialValue]) -> Array:
+def _positions(system: System, t: float, guess: Array, given: list[InitialValue], metric: Metric) -> Array:
     fixed = [x for x in given if x.fixed]
     soft = [x for x in given if not x.fixed]
     scale, at_rest = system.tables.scale, np.zeros(system.n)
     angles = np.array([name.endswith(".phi") for name in system.names()], bool)
     tolerance = 1e-13 * (1.0 + np.abs(guess * scale).max(initial=0.0))
     best, best_violation = guess, np.inf
+    members, _d = metric.positions_at(t, guess)
     rng = None  # not before it is needed: numpy loads its generators only then
     for attempt in range(6):
         q = guess
@@ -107,7 +151,9 @@ def _positions(system: System, t: float, guess: Array, given: list[InitialValue]
             # solution at a dead centre, where damping never arrives.
             plain = k >= 80 or violation < 1e-6
             solve = _constrained if plain else _damped
-            step = solve(np.full(system.n, UNSAID), UNSAID * (q - guess) * scale, S, r_s, J, r_c) / scale
+            value, d_q = metric.positions_at(t, q)
+            S, r_s = _stacked(S, d_q), np.concatenate([r_s, value - members])
+            step = solve(metric.weight, metric.weight * (q - guess) * scale, S, r_s, J, r_c) / scale
             if not np.isfinite(step).all():
                 break
             turn = np.abs(step[angles]).max(initial=0.0)
@@ -191,11 +237,11 @@ def _constrained(weight: Array, r_w: Array, A_s: Matrix, r_s: Array, J: Matrix, 
 # -- velocities, accelerations -------------------------------------------------------------------------------
 
 
-def _velocities(system: System, t: float, q: Array, given: list[InitialValue]) -> Array:
+def _velocities(system: System, t: float, q: Array, given: list[InitialValue], metric: Metric) -> Array:
     fixed = [x for x in given if x.fixed]
     soft = [x for x in given if not x.fixed]
     v = np.zeros(system.n)
-    weight = np.full(system.n, UNSAID) * system.tables.scale
+    weight = metric.weight * system.tables.scale
     for _ in range(20 if system.p else 3):  # mostly linear in v: the second pass refines, the third confirms
         value, _q, d_v = _stack(system, fixed, t, q, v)
         r_f = value - np.array([x.value for x in fixed])
@@ -205,7 +251,9 @@ def _velocities(system: System, t: float, q: Array, given: list[InitialValue]) -
         if not r_c.any() and not r_s.any():
             return v  # at rest, and meant to be
         J = _stacked(system.velocity_jacobian(t, q, v), d_v)
-        step = _constrained(weight, weight * v, soft_v * GUESSED, r_s * GUESSED, J, r_c)
+        value, d_v = metric.velocities_at(t, q, v)
+        soft_rows, r_s = _stacked(soft_v * GUESSED, d_v), np.concatenate([r_s * GUESSED, value])
+        step = _constrained(weight, weight * v, soft_rows, r_s, J, r_c)
         v = v + step
         if np.abs(step).max(initial=0.0) <= 1e-15 * np.abs(v).max(initial=0.0):
             break
@@ -245,7 +293,7 @@ def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[
         if change <= 1e-12 * size:
             return a, lam
     raise InitialisationError(
-        "no accelerations found at the start: friction and the reactions that it depends on do not agree",
+        f"no accelerations found at t = {t:g} s: friction and the reactions that it depends on do not agree",
         hint="with large coefficients of friction there may be no solution (Painleve's paradox), or several",
     )
 
@@ -268,7 +316,7 @@ def _solve_motion(
     b = np.concatenate([force, system.gamma_c(t, q, v)[kept]])
     if not np.isfinite(b).all():
         raise InitialisationError(
-            f"the forces at the start (time {t:g}) are not finite numbers",
+            f"the forces at t = {t:g} s are not finite numbers",
             hint="an expression divides by zero or leaves the domain of a function there",
         )
     d = _balance(system, M, J)
@@ -299,8 +347,8 @@ def _solve_motion(
     if np.abs(r).max(initial=0.0) > 1e-8 * np.abs(b).max(initial=0.0):
         names = system.names() + [system.constraint_names()[k] for k in kept]
         raise InitialisationError(
-            f"no accelerations satisfy the equations of motion at the start; worst: {names[int(np.abs(r).argmax())]}",
-            hint="a body without mass or inertia moves freely, or the start is a singular pose",
+            f"no accelerations satisfy the equations of motion at t = {t:g} s; worst: {names[int(np.abs(r).argmax())]}",
+            hint="a body without mass or inertia moves freely, or the pose is singular",
         )
     x = d * x
     found = np.zeros(system.m + system.p)

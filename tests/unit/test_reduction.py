@@ -479,3 +479,125 @@ def test_many_welds_take_no_time_to_find():
     assert len(found.notes) == 1000
     assert found.parts[0].graph.coordinates == 3000
     assert found.parts[0].graph.scene.components["rod[7]"].values["m"] == 3.0
+
+
+# -- what a review found -------------------------------------------------------------------------------------------
+
+
+def test_kinematics_with_too_large_steps_says_so():
+    """Newton's iteration finds another assembly if it has to look far: a crank that turns by a radian a step."""
+    text = """
+    model Quick
+      Ground ground;
+      Frame right(ground, r = {0.8 m, 0});
+      Rod a(m = 1 kg, length = 0.3 m);
+      Rod b(m = 2 kg, length = 0.9 m);
+      Rod c(m = 1 kg, length = 0.7 m);
+      Revolute A(ground, a.a);
+      Revolute B(a.b, b.a);
+      Revolute C(b.b, c.b);
+      Revolute D(right, c.a);
+      RotationalDriver d(A, phi = 50 deg + 1000 rad/s*time);
+    initial equation
+      guess a.phi = 50 deg;
+      guess b.phi = 20 deg;
+      guess c.phi = 70 deg;
+      annotation(experiment(StopTime = 30 ms));
+    end Quick;
+    """
+    with pytest.raises(IntegrationError, match="the step is so large"):
+        mbdsl.simulate(mbdsl.parse(text), step=1e-3)
+    fine = mbdsl.simulate(mbdsl.parse(text), step=1e-4, interval=1e-3)
+    a = 0.3 * np.exp(1j * (np.deg2rad(50) + 1000 * fine.t))
+    assert fine["c.phi"].min() > 1.2 and fine["c.phi"].max() < 2.4
+    assert np.abs(a + 0.9 * np.exp(1j * fine["b.phi"]) - 0.8 - 0.7 * np.exp(1j * fine["c.phi"])).max() < 1e-13
+
+
+@pytest.mark.parametrize("said", ["", "lo.b.x = 0.55 m;", "guess up.phi = 20 deg; lo.b.vx = 1 m/s;"])
+def test_what_is_not_said_does_not_depend_on_welds(said):
+    """Nothing says how the welded pair moves at the start: as little as it can, each of its bodies counted."""
+    text = f"""
+    model Unsaid
+      Ground ground;
+      Rod bar(m = 3 kg, length = 1 m);
+      Rod up(m = 1 kg, length = 0.5 m);
+      Rod lo(m = 0.5 kg, length = 0.25 m);
+      Revolute p(ground, bar.a);
+      RotationalDriver d(p, phi = 0.5 rad*sin(4 rad/s*time));
+      Fixed weld(up.b, lo.a, phi0 = -20 deg);
+      Revolute hip(bar.b, up.a);
+    initial equation
+      {said}
+      annotation(experiment(StopTime = 1 ms));
+    end Unsaid;
+    """
+    a, b = (mbdsl.simulate(mbdsl.parse(text), general=general) for general in (False, True))
+    assert b.stats["solved"]["n"] == 9 and a.stats["solved"]["n"] == 3
+    assert np.abs(b.v[0]).max() > 0.1
+    assert np.abs(a.q[0] - b.q[0]).max() < 1e-7  # where the least is flat, its place is known to the root of rounding
+    assert np.abs(a.v[0] - b.v[0]).max() < 1e-7
+
+
+def test_a_look_back_does_not_disturb_what_runs():
+    def run(look):
+        s, old = mbdsl.Simulation(mbdsl.parse(TWO.format(more="", initial="b.phi = 20 deg;")), step=1e-2), None
+        for u in (5.0, -4.0, 7.0):
+            s.inputs["u"] = u
+            s.step(3)
+            old = old or s.trajectory()
+            if look:
+                assert old["b.ax"].shape == (4,)
+        return s["b.phi"], s["b.w"]
+
+    assert run(True) == run(False)
+
+
+@pytest.mark.parametrize(("first", "second"), [(1.3, 9.0), (9.0, 1.3)])
+def test_nothing_that_was_computed_is_lost_when_a_part_fails(first, second):
+    text = f"""
+    model Ending
+      Ground ground;
+      Rod a(m = 1 kg, length = 0.3 m);
+      Rod b(m = 2 kg, length = 0.5 m);
+      Revolute A(ground, a.a);
+      Revolute B(ground, b.a);
+      Torque s(a.c, tau = 1 N.m*sqrt({first} - time/(1 s)));
+      Torque t(b.c, tau = 1 N.m*sqrt({second} - time/(1 s)));
+      annotation(experiment(StopTime = 20 s, Interval = 0.1 s));
+    end Ending;
+    """
+    with pytest.raises(IntegrationError, match="the law of Torque " + ("s" if first < second else "t")) as failure:
+        mbdsl.simulate(mbdsl.parse(text), step=1e-3)
+    assert failure.value.trajectory.t[-1] == pytest.approx(1.3, abs=2e-3)
+    s = mbdsl.Simulation(mbdsl.parse(text), step=1e-2)
+    for _ in range(3):
+        with pytest.raises(IntegrationError):
+            s.step(200)
+        assert s.time == pytest.approx(1.3, abs=2e-2)
+
+
+def test_a_point_without_reactions_costs_only_itself():
+    """A parallelogram stretched out: its positions are known there, its reactions are not."""
+    text = """
+    model Flat
+      Ground ground;
+      Frame right(ground, r = {1 m, 0});
+      Rod a(m = 1 kg, length = 0.5 m);
+      Rod b(m = 1 kg, length = 1 m);
+      Rod c(m = 1 kg, length = 0.5 m);
+      Revolute A(ground, a.a);
+      Revolute B(a.b, b.a);
+      Revolute C(b.b, c.b);
+      Revolute D(right, c.a);
+      RotationalDriver d(A, phi = 0.4 rad - 4 rad/s*time);
+    initial equation
+      guess a.phi = 0.4 rad;
+      guess c.phi = 0.4 rad;
+      annotation(experiment(StopTime = 0.2 s, Step = 1 ms, Interval = 1 ms));
+    end Flat;
+    """
+    found = mbdsl.simulate(mbdsl.parse(text))
+    bad = np.flatnonzero(~np.isfinite(found["A.fx"]))
+    assert found.undetermined == found.t[bad].tolist()
+    assert len(bad) <= 1
+    assert np.abs(found["c.phi"] - (0.4 - 4 * found.t)).max() < 1e-6

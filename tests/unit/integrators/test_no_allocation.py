@@ -105,7 +105,7 @@ def symbols(name):
     """What the machine code that is kept of a module needs from outside."""
     body = jit._body(name)
     assert body is not None
-    return body.split(b"\n", 3)[2].decode().split()
+    return body.split(b"\n", 4)[3].decode().split()
 
 
 @pytest.mark.parametrize("model", ["stick_slip_belt", "rolling_disc"])
