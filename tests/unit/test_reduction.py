@@ -94,17 +94,15 @@ def hand_made():
 def test_welded_bodies_move_as_the_sum_of_them():
     text, _ = hand_made()
     a, b = mbdsl.simulate(mbdsl.parse(WELDED)), mbdsl.simulate(mbdsl.parse(text))
+    finer = mbdsl.simulate(mbdsl.parse(WELDED), step=5e-4)
     assert a.system.n == 9
     assert a.stats["solved"] == {"n": 3, "m": 2, "p": 0, "parts": 1}
-    for one, other, tol in (
-        ("a.phi", "a.phi", 1e-10),
-        ("disc.c.x", "a.d.x", 1e-10),
-        ("disc.w", "a.w", 1e-10),
-        ("pin.fx", "pin.fx", 1e-8),
-    ):  # as good as Newton's iteration, which ends in another place
-        assert np.abs(a[one] - b[other]).max() < tol * np.abs(b[other]).max(), one
-    lost, other = (x["energy.total"] - x["energy.total"][0] for x in (a, b))
-    assert np.abs(lost - other).max() < 1e-10 * np.abs(a["energy.total"]).max()
+    for one, other in (("a.phi", "a.phi"), ("disc.c.x", "a.d.x"), ("disc.w", "a.w"), ("pin.fx", "pin.fx")):
+        # Newton's iteration ends in another place: where it leaves a thousandth of the method's own error, or less
+        error = np.abs(a[one] - finer[one]).max() * 4 / 3
+        assert np.abs(a[one] - b[other]).max() < 1e-3 * error, one
+    lost, other, least = (x["energy.total"] - x["energy.total"][0] for x in (a, b, finer))
+    assert np.abs(lost - other).max() < 1e-3 * np.abs(lost - least).max()
     assert np.abs(a["b.phi"] - a["a.phi"] - np.pi / 2).max() < 1e-14
 
 
@@ -163,7 +161,8 @@ def test_what_is_welded_to_the_ground_is_ground():
             "annotation(experiment(StopTime = 0.5 s)); end Alone;"
         )
     )
-    assert np.abs(a["swing.phi"] - alone["swing.phi"]).max() < 1e-11
+    finer = mbdsl.simulate(mbdsl.parse(text), step=5e-4)
+    assert np.abs(a["swing.phi"] - alone["swing.phi"]).max() < 1e-3 * np.abs(a["swing.phi"] - finer["swing.phi"]).max()
     # the foot bears the weights, the swing, and the spring, which pulls the arm's end down by k y; of all these, the
     # pin's force is the method's own, of order 2, and the foot's follows from the motion
     gaps = []
