@@ -23,10 +23,12 @@ class Trajectory:
     default_names = ("crank.x", "crank.phi")
     names = (*default_names, "energy.total")
     moved = (types.SimpleNamespace(name="crank.phi", guess=0.5, value=0.25),)
+    undetermined = ()
 
     def __init__(self, status="done"):
         self.t, self.status, self.scene = np.linspace(0.0, 1.0, 5), status, Scene("Crank", {}, {})
         counts = dict(n=3, m=2, p=0, steps=10, rejected=0, iterations=21, matrix_evaluations=2, factorisations=2)
+        counts["pivoting_from"] = None
         seconds = {"build": 0.1, "compile": 0.0, "initialise": 0.0, "integrate": 0.25}
         self.stats = {"method": "hht-si2", "h": 0.1, "tol": None, "status": status, **counts, "seconds": seconds}
 
@@ -197,7 +199,7 @@ def test_stats_have_the_promised_keys(say, simulation):
     with open("s.json") as stream:
         stats = json.load(stream)
     keys = "method h tol status n m p steps rejected iterations matrix_evaluations factorisations seconds".split()
-    assert list(stats) == keys
+    assert set(keys) <= set(stats)
     assert set(stats["seconds"]) == {"parse", "build", "compile", "initialise", "integrate", "write"}
 
 
