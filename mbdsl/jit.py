@@ -11,95 +11,23 @@ most models take to simulate.
 
 from __future__ import annotations
 
-import ctypes
 import hashlib
 import importlib
 import importlib.util
 import os
 import re
-import struct
 import subprocess
 import sys
 import tempfile
 import threading
 import warnings
-import weakref
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
-from itertools import accumulate
 from pathlib import Path
 from types import ModuleType
-from typing import NamedTuple
-
-import numpy as np
 
 from mbdsl import __version__
-
-
-class Signature(NamedTuple):
-    """What a compiled function takes and gives.
-
-    It takes "float", "int", arrays ("vector" and "matrix" of floats, "ints", "int matrix"), and other compiled
-    functions; it gives "int" or "none".
-    """
-
-    takes: tuple[str | Signature, ...]
-    gives: str = "none"
-
-
-#: arrays by kind: number of axes, and their type
-ARRAYS: dict[object, tuple[int, np.dtype]] = {
-    "vector": (1, np.dtype(np.float64)),
-    "matrix": (2, np.dtype(np.float64)),
-    "ints": (1, np.dtype(np.int64)),
-    "int matrix": (2, np.dtype(np.int64)),
-}
-
-
-class Native:
-    """A compiled function, called by its address; other such functions may be among its arguments.
-
-    From Python all arguments are handed over in one block, arrays as their address and shape: what takes most of the
-    time of a call from Python is the number of its arguments.
-    """
-
-    def __init__(self, address: int, packed: int, signature: Signature, owner: object) -> None:
-        gives = ctypes.c_int64 if signature.gives == "int" else None
-        self._call: Callable = ctypes.CFUNCTYPE(gives, ctypes.c_char_p)(packed)
-        self._arrays = [ARRAYS.get(kind) for kind in signature.takes]
-        words = ["d" if k == "float" else "q" * (1 + ARRAYS[k][0] if k in ARRAYS else 1) for k in signature.takes]
-        self._pack: Callable = struct.Struct("=" + "".join(words)).pack
-        starts = [0, *accumulate(map(len, words))]
-        self._others = [(k, starts[k]) for k, kind in enumerate(self._arrays) if kind is None]
-        self._last: tuple[list, list] = [], []
-        self._as_parameter_ = address  # what ctypes, and other functions, take for it
-        self._owner = owner  # of the memory
-
-    def __call__(self, *arguments):
-        last, block = self._last
-        same = block and len(arguments) == len(self._arrays)
-        if not same or any(known() is not arguments[k] for k, known in last):
-            last, block = self._last = self._look_at(arguments)
-        words = list(block)
-        for k, at in self._others:
-            x = arguments[k]
-            words[at] = x._as_parameter_ if isinstance(x, Native) else x
-        return self._call(self._pack(*words))
-
-    def _look_at(self, arguments: tuple) -> tuple[list, list]:
-        """Which arrays are given, and a block of words with their addresses and shapes: mostly the next call is given
-        the same ones again, and to ask an array where it is takes longer than the call."""
-        arrays, words = [], []
-        for k, (x, kind) in enumerate(zip(arguments, self._arrays, strict=True)):
-            if kind is None:
-                words.append(0)
-            elif x.dtype == kind[1] and x.ndim == kind[0] and x.flags.c_contiguous:
-                arrays.append((k, weakref.ref(x)))
-                words += (x.ctypes.data, *x.shape)
-            else:
-                raise TypeError(f"compiled code takes C-contiguous arrays of {kind[1]}")
-        return arrays, words
-
+from mbdsl.native import Native, Signature
 
 _kernels: dict[Callable, Callable] = {}
 _functions: dict[str, list[Callable]] = {}
@@ -168,7 +96,7 @@ def cache_directory() -> Path:
 def _digest() -> str:
     """Of what all machine code depends on: how it is compiled, the compiler with its settings, the processor."""
     package = Path(__file__).parent
-    files = [package / f"{name}.py" for name in ("layout", "kernels", "jit", "machine", "ordinary")]
+    files = [package / f"{name}.py" for name in ("layout", "kernels", "jit", "native", "machine", "ordinary")]
     for name in ("numba", "llvmlite"):
         spec = importlib.util.find_spec(name)
         if spec is not None and spec.origin is not None:

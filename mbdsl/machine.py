@@ -22,7 +22,7 @@ from numba.core.registry import cpu_target
 from numba.core.typed_passes import NativeLowering
 from numba.np.arrayobj import populate_array
 
-from mbdsl.jit import ARRAYS, Signature
+from mbdsl.native import ARRAYS, Signature
 from mbdsl.ordinary import numba_signature
 
 #: without numba's runtime nothing can be allocated, and no time goes into counting references

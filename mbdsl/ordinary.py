@@ -15,7 +15,7 @@ from numba.extending import lower_builtin, type_callable
 from numba.np.arrayobj import populate_array
 
 from mbdsl import kernels
-from mbdsl.jit import ARRAYS, Native, Signature
+from mbdsl.native import ARRAYS, Native, Signature
 
 TYPES = {
     "none": types.void,

@@ -15,7 +15,8 @@ from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.lang.expressions import Expr, const, coordinate, leaves
 from mbdsl.scene import Scene
-from mbdsl.system.initial import Moved, accelerations
+from mbdsl.system.accelerations import accelerations
+from mbdsl.system.initial import Moved
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
 

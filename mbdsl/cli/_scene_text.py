@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from mbdsl.lang.expressions import Expr, text
+from mbdsl.lang.expression_text import text
+from mbdsl.lang.expressions import Expr
 from mbdsl.scene import Scene, Table
 
 

@@ -15,8 +15,8 @@ from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.integrators import driver, linear, modules, sparse
 from mbdsl.integrators.method import Start
 from mbdsl.system import System
+from mbdsl.system.accelerations import accelerations
 from mbdsl.system.emit import EVALUATE, TANGENT
-from mbdsl.system.initial import accelerations
 
 Array = NDArray[np.float64]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
 from mbdsl.lang import expressions
+from mbdsl.lang.expression_text import text
 from mbdsl.lang.expressions import Expr
 
 
@@ -25,7 +26,7 @@ def check_law(name: str, law: Expr, kind: JointKind, owner: str) -> None:
                 hint="an input may prescribe a velocity (RotationalVelocityDriver, TranslationalVelocityDriver)",
             )
         raise ModelError(
-            f"{what} depends on `{expressions.text(leaf)}`, but a driver prescribes a motion in time",
+            f"{what} depends on `{text(leaf)}`, but a driver prescribes a motion in time",
             hint="use `time`, parameters and tables; a force or torque may depend on signals",
         )
 

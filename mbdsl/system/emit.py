@@ -200,9 +200,7 @@ def load_repeated(blocks: list[Block], has_tape: bool, sets: int) -> Repeated:
     text, evaluate, tangent = emit_repeated(blocks, has_tape, sets)
     names = [f"e{k}" for k in range(len(evaluate))] + [f"t{k}" for k in range(len(tangent))]
     found = jit.functions(module_name(text), text, dict.fromkeys(names, REPEATED), lambda: _modules(blocks))
-    return Repeated(
-        list(zip(evaluate, found, strict=False)), list(zip(tangent, found[len(evaluate) :], strict=True))
-    )
+    return Repeated(list(zip(evaluate, found, strict=False)), list(zip(tangent, found[len(evaluate) :], strict=True)))
 
 
 def module_name(text: str) -> str:

@@ -130,7 +130,7 @@ def test_reactions_by_hand_agree_with_accelerations(model, exact, reference):
     """The hand-written equations against the system's own, at the reference state: no integration involved."""
     from mbdsl import graph
     from mbdsl.system import build
-    from mbdsl.system.initial import accelerations
+    from mbdsl.system.accelerations import accelerations
 
     scene = mbdsl.load(model("slider_crank"))
     system = build(scene, graph.build(scene))

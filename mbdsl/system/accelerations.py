@@ -1,0 +1,107 @@
+"""Accelerations and multipliers at a state, from the equations of motion and the constraints at acceleration level."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.errors import InitialisationError
+from mbdsl.system.system import System
+
+Array = NDArray[np.float64]
+
+
+def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...] = ()) -> tuple[Array, Array]:
+    """a (n,) and lam (m + p,) from the equations of motion and constraints at acceleration level.
+
+        [[M, J^T], [J, 0]] [a; lam] = [Q; gamma_c],   J = [Phi_q; Gam_v],   lam = 0 in rows left out
+
+    Where constraints are redundant, lam is the solution of least norm. Where Q depends on lam (friction in joints),
+    Newton's method finds both.
+
+    Raises
+    ------
+    InitialisationError
+        If there is no solution.
+    """
+    a, lam = _solve_motion(system, t, q, v, left_out, np.zeros(system.m + system.p))
+    if not system.of_multipliers:
+        return a, lam
+    size = np.abs(lam).max(initial=0.0)
+    for _ in range(50):
+        a, found = _solve_motion(system, t, q, v, left_out, lam)
+        change, lam = np.abs(found - lam).max(initial=0.0), found
+        size = max(size, np.abs(lam).max(initial=0.0))
+        if change <= 1e-12 * size:
+            return a, lam
+    raise InitialisationError(
+        f"no accelerations found at t = {t:g} s: friction and the reactions that it depends on do not agree",
+        hint="with large coefficients of friction there may be no solution (Painleve's paradox), or several",
+    )
+
+
+def _solve_motion(
+    system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...], lam: Array
+) -> tuple[Array, Array]:
+    """a and lam with Q linearised about ``lam``; all equations scaled alike: a mechanism of micrometres and micrograms
+    has entries from 1 down to 1e-24, which says nothing about its rank."""
+    kept = np.delete(np.arange(system.m + system.p), left_out)
+    n, m = system.n, len(kept)
+    J = system.velocity_jacobian(t, q, v)[kept]
+    M = system.mass()
+    U = J.T  # how multipliers act: J^T - Q_lam
+    force = system.Q(t, q, v)
+    if system.of_multipliers:
+        Q_lam = system.Q_lam(t, q, v, lam)[:, kept]
+        U = U - Q_lam
+        force = system.evaluate(t, q, v, lam)[0] + U @ lam[kept]
+    b = np.concatenate([force, system.gamma_c(t, q, v)[kept]])
+    if not np.isfinite(b).all():
+        raise InitialisationError(
+            f"the forces at t = {t:g} s are not finite numbers",
+            hint="an expression divides by zero or leaves the domain of a function there",
+        )
+    d = _balance(system, M, J)
+    if isinstance(J, np.ndarray):
+        K = np.block([[np.diag(M), U], [J, np.zeros((m, m))]])
+        K, b = d[:, None] * K * d, d * b
+        try:
+            x = np.linalg.solve(K, b)
+        except np.linalg.LinAlgError:
+            x = np.full(n + m, np.nan)
+        r = b - K @ x
+        size = np.abs(b).max(initial=0.0)
+        if not (np.abs(r).max(initial=0.0) <= 1e-12 * size and np.abs(x).max(initial=0.0) <= 1e8 * size):
+            x = np.linalg.lstsq(K, b, rcond=1e-13)[0]  # of any rank
+            r = b - K @ x
+    else:
+        from scipy.sparse import block_array, csc_array, diags_array
+        from scipy.sparse.linalg import splu
+
+        S = block_array([[diags_array(M), U], [J, None]], format="csr")
+        S, b = diags_array(d) @ S @ diags_array(d), d * b
+        shift = np.concatenate([np.zeros(n), np.full(m, -1e-12)])
+        lu = splu(csc_array(S + diags_array(shift)))
+        x = lu.solve(b)
+        for _ in range(3):
+            x = x + lu.solve(b - S @ x)
+        r = b - S @ x
+    if np.abs(r).max(initial=0.0) > 1e-8 * np.abs(b).max(initial=0.0):
+        names = system.names() + [system.constraint_names()[k] for k in kept]
+        raise InitialisationError(
+            f"no accelerations satisfy the equations of motion at t = {t:g} s; worst: {names[int(np.abs(r).argmax())]}",
+            hint="a body without mass or inertia moves freely, or the pose is singular",
+        )
+    x = d * x
+    found = np.zeros(system.m + system.p)
+    found[kept] = x[n:]
+    return x[:n], found
+
+
+def _balance(system: System, M: Array, J) -> Array:
+    """Powers of two d for which d [[M, J^T], [J, 0]] d has entries near one: masses first, then the rows of J."""
+    sized = M / system.tables.scale**2  # as moments of inertia; what has no mass is taken to have the largest
+    d = 1 / np.sqrt(np.where(M > 0.0, M, (sized.max(initial=0.0) or 1.0) * system.tables.scale**2))
+    rows = abs(J) @ d
+    d = np.concatenate([d, 1 / np.where(rows > 0.0, rows, 1.0)])
+    return np.exp2(np.round(np.log2(d)))
