@@ -131,8 +131,8 @@ class Integration:
         self.K[driver.T] = self.start
         self.K[driver.CONTRACTION] = 0.1
         # parts of h times the speed, of the local error, and of the size: where a rings, its differences say nothing
-        # Index-3 methods find reactions from positions over h^2, which magnifies what is left undone.
-        self.K[driver.VELOCITY_TOL : driver.LOOSEST + 1] = 8e-12, 1e-5 if declaration.sets > 1 else 1e-6, 1e-11
+        # (All but the stabilised index-2 methods find reactions from what 1/h^2 magnifies.)
+        self.K[driver.VELOCITY_TOL : driver.LOOSEST + 1] = 8e-12, 1e-5 if declaration.sets == 2 else 1e-6, 1e-11
         # What turns unknowns and residuals into positions; the largest change of an unknown from step to step, as a
         # position, that means anything: of an acceleration, no motion worth following has it.
         self.K[driver.UNIT], self.K[driver.WILD] = self.h**2, 25.0

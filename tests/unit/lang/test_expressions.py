@@ -5,6 +5,7 @@ import math
 import pytest
 
 from mbdsl.lang import expressions as ex
+from mbdsl.lang.expression_text import text
 from mbdsl.lang.expressions import OPERATIONS, Expr, call, const, coordinate, der, diff, evaluate
 from mbdsl.scene import Table
 
@@ -134,5 +135,5 @@ def test_substitute_and_text():
     node = call("sin", X) + 2 * Y
     new = ex.substitute(node, lambda leaf: const(0.5) if leaf is Y else None)
     assert new is call("sin", X) + 1.0
-    assert ex.text(node) == "(sin(f.x) + (2.0*f.y))"
+    assert text(node) == "(sin(f.x) + (2.0*f.y))"
     assert math.isclose(value(node, 0.3, 0.2), math.sin(0.3) + 0.4)
