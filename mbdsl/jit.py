@@ -176,7 +176,7 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
             body = "\n".join([*head, _of_text(text), " ".join(made.needs), ""]).encode() + made.code
             linked = _linked(name, body, signatures)
             if linked is None:
-                raise NotImplementedError(f"compiled code needs {', '.join(made.needs)}")
+                raise RuntimeError(f"compiled code needs {', '.join(made.needs)}")
             _write(_object_path(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
             return linked
         except Exception as error:

@@ -96,7 +96,7 @@ class Compiler(CompilerBase):
         pipeline = DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes = [(Lowering if step is NativeLowering else step, why) for step, why in pipeline.passes]
         if passes == pipeline.passes:
-            raise NotImplementedError("numba compiles in another way than it used to")
+            raise RuntimeError("numba compiles in another way than it used to")
         pipeline.passes = passes
         pipeline.finalize()
         return [pipeline]

@@ -186,7 +186,7 @@ class Theirs:
             inertia = values["I"] + m * (x * x + y * y)  # about the node
             body = item.RigidBody2D(mass=m, inertia=inertia, centerOfMass=[-x, -y], nodeNumber=node)
         else:
-            raise NotImplementedError(f"{c.kind.name} for Exudyn")
+            raise ValueError(f"{c.kind.name} has no counterpart here")
         self.objects[c.name] = mbs.AddObject(body)
         if self.gravity.any():
             weight = mbs.AddMarker(item.MarkerBodyMass(bodyNumber=self.objects[c.name]))
@@ -222,7 +222,7 @@ class Theirs:
             on = self._marker(b, self.item.MarkerBodyRigid)
             mbs.AddLoad(item.Torque(markerNumber=on, loadVector=[0.0, 0.0, values["tau"].value]))
         else:
-            raise NotImplementedError(f"{kind} for Exudyn")
+            raise ValueError(f"{kind} has no counterpart here")
 
     def _marker(self, name: str, kind: Any = None) -> int:
         """The marker at a frame."""

@@ -151,7 +151,7 @@ def test_error_of_the_step():
     one, two = (effects(CRANK, "crank.phi", stop=0.5, repeats=1, step=step).error for step in (2e-3, 1e-3))
     assert 1.85 < np.log2(one / two) < 2.15
     fine = mbdsl.simulate(CRANK, stop=0.5, step=1e-5)["crank.phi"]
-    assert two == pytest.approx(np.abs(mbdsl.simulate(CRANK, stop=0.5)["crank.phi"] - fine).max(), rel=0.05)
+    assert two == pytest.approx(np.abs(mbdsl.simulate(CRANK, stop=0.5)["crank.phi"] - fine).max(), rel=1e-3)
 
 
 def weak(tmp_path, interval="10 ms"):

@@ -572,7 +572,7 @@ def test_nothing_that_was_computed_is_lost_when_a_part_fails(first, second):
     for _ in range(3):
         with pytest.raises(IntegrationError):
             s.step(200)
-        assert s.time == pytest.approx(1.3, abs=2e-2)
+        assert 1.3 - 2 * s.h < s.time <= 1.3  # the last step before the law ends
 
 
 def test_a_point_without_reactions_costs_only_itself():
