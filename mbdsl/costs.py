@@ -53,7 +53,7 @@ def _lines(p: Moving) -> Iterator[tuple[Line, float, bool]]:
     arrays = [x.copy() for x in (run.Y, run.Z, run.C, run.F, run.I, run.A[0])]
     for lines, tangent in ((repeated.evaluate, False), (repeated.tangent, True)):
         for line, function in lines:
-            yield line, _seconds(lambda n, f=function: f(n, run.time, *[1.0] * 8, *arrays)), tangent  # type: ignore[misc]
+            yield line, _seconds(lambda n, f=function: f(n, run.time, *[1.0] * 9, *arrays)), tangent  # type: ignore[misc]
 
 
 def _seconds(call: Callable[[int], None]) -> float:

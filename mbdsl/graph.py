@@ -265,7 +265,7 @@ class MechanismGraph:
         tree = self.tree()
         closing = {e.name for e in self._kinematic()} - {p.joint for p in tree}
         lines = [self.summary(), "", "bodies"]
-        lines += [f"  {n}  {c.kind.name}  {', '.join(_kind(c).coordinates)}" for n, c in self.bodies.items()]
+        lines += [f"  {n}  {c.kind.name}  {', '.join(c.coordinates)}" for n, c in self.bodies.items()]
         for title, edges in (("joints", self.joints), ("forces", self.forces)):
             lines += ["", title] if edges else []
             for e in edges:
@@ -331,7 +331,7 @@ def _kind(component: Component) -> BodyKind:
 
 
 def _coordinates(component: Component) -> int:
-    return len(_kind(component).coordinates)
+    return len(component.coordinates)
 
 
 def _is_driver(e: Edge) -> bool:

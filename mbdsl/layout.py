@@ -23,7 +23,10 @@ LAM = 26  #: multipliers of a method whose X does not hold those that f is made 
 GP = 27  #: result of evaluate where it is asked for: [Phi_q^T psi; 0] with Phi_q of the start of the step
 DIAGONAL = 28  #: scale over the diagonal of an iteration matrix
 BEFORE, BEFORE2 = 29, 30  #: X and X2 before a correction that may be taken back in part
-ROWS = 31
+MX, MX2 = 31, 32  #: what M has beside its constant diagonal, times the rows I[INERTIA_ROW], I[INERTIA_ROW2]
+Q_MASS = 33  #: the coordinates that M is evaluated at, for methods that keep it throughout a step
+Y1, Y2 = 34, 35  #: what a method multiplies with M where that is not X and X2
+ROWS = 36
 
 # -- columns of Z: pose x, y, phi; rates 3-5; then these ----------------------------------------------------------
 WRENCH = 6  #: accumulated force and torque, 6 .. 8
@@ -48,7 +51,7 @@ PAIRS = 8  #: offset in I, per row of C: a, b, first slot, offset in F of d^2g/d
 # left out: 1 for a redundant constraint, whose equation becomes lam = 0
 PAIR = 6  #: ints a row
 FORCE0 = 9  #: offset in F of the constant generalised force (gravity), n entries
-MASS = 10  #: offset in F of the diagonal of M, n entries
+MASS = 10  #: offset in F of the constant part of the diagonal of M, n entries
 MASS_SLOTS = 11  #: first slot of that diagonal, relative to SLOTS
 SLOTS = 12  #: offset in I of the slots (positions in A), in the order in which the loops write them
 TAPE, TAPE_LENGTH, GRADIENT_LENGTH = 13, 14, 15  #: offset in I of the tape; instructions for values, then gradients
@@ -63,5 +66,13 @@ N_GAM = 27  #: number of nonholonomic constraints
 GAMMAS = 28  #: offset in I of (offset of its record) per nonholonomic constraint
 MOVING, N_MOVING = 29, 30  #: records of frames that move as functions of time, MOVED ints each, and their number
 MOVED = 10  #: row of the frame table; registers of pose, rates and accelerations (3 each)
-BLOCKS = 32  #: first block header
+MASS_KIND = 31  #: 0: M is diagonal and constant; 1: constant; 2: it depends on q
+MASS_ROW = 32  #: row of Y with the coordinates that M belongs to: Q, or Q_MASS, which is looked at once a step
+NEW_MASS = 33  #: 1 where that row is to be looked at
+INERTIA_ROW, INERTIA_ROW2, TANGENT_ROW = 34, 35, 36  #: rows of Y that M is multiplied with; x in cA (M x)_q
+COUPLINGS, N_COUPLINGS, COUPLING_VALUES = 37, 38, 39  #: constant entries of M beside the diagonal: i, j, slot; in F
+BLOCKS = 40  #: first block header
 BLOCK = 4  #: ints of a block: count, then body: offset in I; pair: first row of C, offset and stride in F
+
+# -- tasks of the emitted function ``inertia`` -----------------------------------------------------------------
+PARTS, TIMES, INVERSE = 0, 1, 2  #: look at I[MASS_ROW]; target <- (M - its constant diagonal) row; target <- M^{-1} row

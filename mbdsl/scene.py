@@ -64,6 +64,12 @@ class Component:
     velocity_constraints: tuple[Expr, ...] = ()  #: of joints: what vanishes at velocity level, Gamma(v, q, t) = 0
     friction: Expr | None = None  #: of joints: what resists the growth of the coordinate ``kind.friction_along``
 
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of its generalised coordinates; those of bodies that deform depend on how that is resolved."""
+        of = self.kind.coordinates_of if isinstance(self.kind, BodyKind) else None
+        return of(self.values) if of is not None else self.kind.coordinates
+
 
 @dataclass(frozen=True)
 class InitialValue:

@@ -201,7 +201,7 @@ def plan(
         raise UsageError(f"the output interval must not be negative, not {interval:g} s")
     spacing = (end - start) / 500 if interval is None else interval or h
     points = np.ceil((end - start) / spacing - 1e-9) if end > start else 0.0
-    columns = sum(2 * len(c.kind.coordinates) + c.kind.rows for c in scene.components.values())
+    columns = sum(2 * len(c.coordinates) + c.kind.rows for c in scene.components.values())
     if not points * columns <= MOST_OUTPUT:
         raise UsageError(
             f"{points:.3g} output points of {columns} numbers do not fit in memory",

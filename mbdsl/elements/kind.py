@@ -112,6 +112,8 @@ class BodyKind(Kind):
     frames: Callable[[Mapping], dict[str, tuple[float, float, float]]] = lambda values: {}
     com: Callable[[Mapping], tuple[float, float]] = lambda values: (0.0, 0.0)
     is_frame: bool = False
+    #: values -> names of the generalised coordinates, where they are others than ``coordinates`` says
+    coordinates_of: Callable[[Mapping], tuple[str, ...]] | None = None
 
 
 @dataclass(frozen=True)

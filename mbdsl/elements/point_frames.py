@@ -3,6 +3,8 @@
 from mbdsl.kernels import kernel
 from mbdsl.layout import FP, FRAMES, GD, GP, MU_WRENCH, PAST_WRENCH, WRENCH, Q, V
 
+MASS = 0  #: the mass matrix is diagonal and constant
+
 
 @kernel
 def move(block, Y, Z, F, I):

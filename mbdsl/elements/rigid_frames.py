@@ -15,6 +15,8 @@ from math import cos, sin
 from mbdsl.kernels import kernel
 from mbdsl.layout import FP, FRAMES, GD, GP, LEVER, MU_WRENCH, PAST_LEVER, PAST_WRENCH, SLOTS, WRENCH, Q, V
 
+MASS = 0  #: the mass matrix is diagonal and constant
+
 
 @kernel
 def move(block, Y, Z, F, I):

@@ -6,7 +6,7 @@ A method gives the formulas, and all else is here, so that a comparison of metho
     residual(h, c, Y, F, I)            R (and R2), from what evaluate left in FP and GD
     matrix(tangent, ..., A, P)         the iteration matrices, factorised; False where that failed
     correct(k, h, c, Y, I, A, P)       the corrections solved for and applied; how far positions moved
-    finish(h, c, Y, F, I, A, P)        what the method keeps of the step, in the rows that are its own
+    finish(inertia, h, c, ..., A, P)        what the method keeps of the step, in the rows that are its own
 
 Compiled once a method; allocates nothing.
 """
@@ -14,7 +14,7 @@ Compiled once a method; allocates nothing.
 from __future__ import annotations
 
 from mbdsl.kernels import kernel, rare
-from mbdsl.layout import BEFORE, F0, FP, N_ALL, N_GAM, N_Q, PAST, Q0, SCALE, V0, XA, Q, R, V, X
+from mbdsl.layout import BEFORE, F0, FP, N_ALL, N_GAM, N_Q, NEW_MASS, PAST, Q0, SCALE, V0, XA, Q, R, V, X
 
 # -- status --------------------------------------------------------------------------------------------------
 RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE = range(6)
@@ -155,9 +155,11 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
     contraction = min(contraction, 0.9)
     J[UNSEEN] += 1
     former, former_residual, worn, part = 0.0, 0.0, False, 1.0
+    I[NEW_MASS] = 1
     for k in range(4 * MAX_ITERATIONS if damped else MAX_ITERATIONS):
         motion(h, c, Y, I)
         evaluate(t, Y, Z, C, F, I)
+        I[NEW_MASS] = 0
         residual(h, c, Y, F, I)
         J[ITERATIONS] += 1
         remaining = residual_size(unknowns, I[N_ALL], Y)
@@ -248,7 +250,27 @@ def shift(unknowns, n, size, Y):
 
 @kernel
 def advance(
-    motion, residual, matrix, correct, finish, evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out
+    motion,
+    residual,
+    matrix,
+    correct,
+    finish,
+    evaluate,
+    tangent,
+    inertia,
+    steps,
+    c,
+    K,
+    J,
+    Y,
+    Z,
+    C,
+    F,
+    I,
+    A,
+    P,
+    times,
+    out,
 ):
     """At most ``steps`` steps; a status. Everything needed to go on is in the buffers."""
     n, size, unknowns = I[N_Q], I[N_ALL], 1 + J[STABILISED]
@@ -273,7 +295,7 @@ def advance(
             K[T] = t
             return status
         motion(h, c, Y, I)
-        finish(h, c, Y, F, I, A, P)
+        finish(inertia, h, c, Y, F, I, A, P)
         jump = 0.0
         for i in range(n):
             jump = max(jump, abs(Y[X, i] - Y[XA, i]) * Y[SCALE, i])

@@ -9,19 +9,22 @@ Unknowns a_{n+1}, psi_I, psi_II; fa = M^{-1} Q are the accelerations of the appl
     M R_I = -Phi_q^T(q_n, t_n) psi_I,   M R_II = -Phi_q^T(q_{n+1}, t_{n+1}) psi_II
 
 Iterated on are P and W, what q_{n+1} = q_n + h v_n + h^2 P and v_{n+1} = v_n + h W add up to, so that M need not be
-inverted: with GP = Phi_q^T(q_n) psi_I, GD = Phi_q^T psi_II,
+inverted: with GP = M M_n^{-1} Phi_q^T(q_n) psi_I, GD = Phi_q^T psi_II and M = M(q_{n+1}), M_n = M(q_n),
 
-    R1:  M [P - (1/2 - beta) a_n] - beta M a_{n+1} + 1/2 [(1-b) GP + b GD] = 0
-    R2:  M [W - (1 - gamma) a_n] - gamma M a_{n+1} + 1/2 (GP + GD) = 0
+    R1:  M [P - (1/2 - beta) a_n + beta alpha fa_n] - beta (1+alpha) Q_{n+1} + 1/2 [(1-b) GP + b GD] = 0
+    R2:  M [W - (1 - gamma) a_n + gamma alpha fa_n] - gamma (1+alpha) Q_{n+1} + 1/2 (GP + GD) = 0
     R3:  1/h^2 Phi = 0,   R4:  1/h (Phi_q v + Phi_t) = 0
-    where M a_{n+1} = (1+alpha) Q_{n+1} - alpha Q_n
+
+Where M depends on q, M_n^{-1} is applied body by body, by the factors of what is constant in it (the elements' own
+file); that and fa_{n+1} = M^{-1} Q_{n+1} at the end of a step are all that is inverted.
 
 In the increments w of W and u = gamma p - beta w (p that of P), and with the old Phi_q taken for the new one, Newton's
 equations fall apart, as HHT-SI2's do:
 
     gamma R1 - beta R2:  M u + Phi_q^T chi = -gamma R1 + beta R2,            Phi_q u = -gamma R3 + beta R4 + ...
     R2:                  S w + Phi_q^T eta = -R2 - (1+alpha) h^2 K u,        Phi_q w = -R4 + ...
-    S = M + (1+alpha) (beta h^2 K + gamma h D) + beta/(2 gamma) h^2 (Phi_q^T psi_II)_q, K and D of applied forces alone
+    S = M + (1+alpha) (beta h^2 K + gamma h D) + beta/(2 gamma) h^2 (Phi_q^T psi_II)_q + beta/gamma h^2 (M [.]_R2)_q,
+    K and D of applied forces alone
 
 The converged solution is that of the full system. psi_II is of order 1 only: reactions are found from the
 acceleration-level equations, and friction in joints, which has to take psi_II, is of order 1.
@@ -39,16 +42,20 @@ from mbdsl.integrators.newmark import settle, start_stiff
 from mbdsl.kernels import kernel
 from mbdsl.layout import (
     D2,
-    F0,
     FP,
     GD,
     GP,
+    INVERSE,
     KEEP,
     LAM,
     MASS,
+    MASS_KIND,
+    MX,
+    MX2,
     N_ALL,
     N_PHI,
     N_Q,
+    PARTS,
     PAST,
     Q0,
     R2,
@@ -57,6 +64,8 @@ from mbdsl.layout import (
     V0,
     X2,
     XA,
+    Y1,
+    Y2,
     D,
     Q,
     R,
@@ -64,6 +73,7 @@ from mbdsl.layout import (
     X,
 )
 from mbdsl.layout import Q1 as A0  # the row that keeps a_n
+from mbdsl.layout import V1 as FA  # the row that keeps fa_n
 
 #: share of S beyond which forces count as stiff
 STIFF = 0.5
@@ -87,7 +97,7 @@ def begin(c, start):
         start_stiff(c)
         total = 0.0 * total
     rows = {XA: [*(total / 2), *start.lam], XA + PAST: [*total, *start.lam]}
-    return {A0: a0, F0: start.mass * start.fa, **rows}
+    return {A0: a0, FA: start.fa, **rows}
 
 
 METHOD = Method(
@@ -106,6 +116,8 @@ METHOD = Method(
     multipliers=(LAM, X2, X2),
     own_reactions=False,
     inverts_mass=True,
+    inertia_rows=(Y1, Y2),
+    tangent_row=Y2,
 )
 
 
@@ -117,10 +129,14 @@ def share(c):
 
 @kernel
 def motion(h, c, Y, I):
+    beta, gamma, alpha = c[0], c[1], c[2]
     n, m = I[N_Q], I[N_PHI]
     for i in range(n):
         Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h * Y[X, i]
         Y[V, i] = Y[V0, i] + h * Y[X2, i]
+        a0, fa0 = c[3] * Y[A0, i], alpha * Y[FA, i]
+        Y[Y1, i] = Y[X, i] - (1 / 2 - beta) * a0 + beta * fa0
+        Y[Y2, i] = Y[X2, i] - (1 - gamma) * a0 + gamma * fa0
     # the multipliers that f and K see; a nonholonomic one acts as an applied force does
     for i in range(n, n + m):
         Y[LAM, i] = share(c) * Y[X2, i]
@@ -139,10 +155,9 @@ def residual(h, c, Y, F, I):
     beta, gamma, alpha, b = c[0], c[1], c[2], c[8]
     n, m = I[N_Q], I[N_PHI]
     for i in range(n):
-        mass, Ma = F[I[MASS] + i], (1 + alpha) * applied(c, Y, i) - alpha * Y[F0, i]
-        a0, GP_, GD_ = c[3] * Y[A0, i], Y[GP, i], Y[GD, i]
-        Y[R, i] = mass * (Y[X, i] - (1 / 2 - beta) * a0) - beta * Ma + ((1 - b) * GP_ + b * GD_) / 2  # R1
-        Y[R2, i] = mass * (Y[X2, i] - (1 - gamma) * a0) - gamma * Ma + (GP_ + GD_) / 2  # R2
+        mass, force, GP_, GD_ = F[I[MASS] + i], (1 + alpha) * applied(c, Y, i), Y[GP, i], Y[GD, i]
+        Y[R, i] = mass * Y[Y1, i] + Y[MX, i] - beta * force + ((1 - b) * GP_ + b * GD_) / 2  # R1
+        Y[R2, i] = mass * Y[Y2, i] + Y[MX2, i] - gamma * force + (GP_ + GD_) / 2  # R2
     for i in range(n, n + m):
         Y[R, i] = Y[FP, i] / (h * h)  # R3
         Y[R2, i] = Y[GD, i] / h  # R4
@@ -156,15 +171,17 @@ def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
     beta, gamma, alpha, b = c[0], c[1], c[2], c[8]
     k, d = beta * (1 + alpha), gamma * (1 + alpha)
     of_lam = 2 * d * (1 - b - beta / gamma) / (1 - 2 * b)  # how psi_II follows eta
-    tangent(t, 1.0, k * h * h, d * h, of_lam, 1.0, 0.0, 1.0, beta * h / gamma, Y, Z, C, F, I, A[0])
-    tangent(t, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[1])
+    tangent(
+        t, 1.0, k * h * h, d * h, of_lam, 1.0, 0.0, 1.0, beta * h / gamma, beta / gamma * h * h, Y, Z, C, F, I, A[0]
+    )
+    tangent(t, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[1])
     P[2, P.shape[1] - 1] = 0
     if couples(1.0, A, F, I):
-        tangent(t, 0.0, -(1 + alpha) * h * h, 0.0, 0.0, 0.0, 0.0, 0.0, -h / gamma, Y, Z, C, F, I, A[2])
+        tangent(t, 0.0, -(1 + alpha) * h * h, 0.0, 0.0, 0.0, 0.0, 0.0, -h / gamma, -h * h, Y, Z, C, F, I, A[2])
         couple(A, P, I, Y)
     P[3, P.shape[1] - 1] = 0
     if stiff(STIFF, 1.0, A, F, I):
-        tangent(t, 0.0, k * h * h, d * h, 0.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[3])
+        tangent(t, 0.0, k * h * h, d * h, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[3])
         compress(A[3], P[3], I)
     return factor(A[0], P[0], I) and factor(A[1], P[1], I)
 
@@ -196,8 +213,8 @@ def correct(k, h, c, Y, I, A, P):
 
 
 @kernel
-def finish(h, c, Y, F, I, A, P):
-    """Q_{n+1} and a_{n+1}; the pose last evaluated is where the next step begins.
+def finish(inertia, h, c, Y, F, I, A, P):
+    """fa_{n+1} = M^{-1} Q_{n+1} and a_{n+1}; the pose last evaluated is where the next step begins.
 
     Q is that of the last evaluation and, where forces are stiff, what the last correction makes of it: there Q_v dv may
     be large where dv is negligible.
@@ -210,8 +227,12 @@ def finish(h, c, Y, F, I, A, P):
         Y[T2, i], Y[D2, i] = -Y[T2, i] / gamma, Y[D2, i] / gamma
     multiply(A[2], P[2], Y, D2, T2)
     for i in range(I[N_Q]):
-        force = applied(c, Y, i) + Y[T2, i] / (1 + alpha)
-        Y[A0, i] = ((1 + alpha) * force - alpha * Y[F0, i]) / F[I[MASS] + i]
-        Y[FP, i] = force
+        Y[FP, i] = applied(c, Y, i) + Y[T2, i] / (1 + alpha)
+        Y[A0, i] = -alpha * Y[FA, i]
+    if I[MASS_KIND] > 1:
+        inertia(PARTS, Q, Q, Y, F, I)
+    inertia(INVERSE, FP, FA, Y, F, I)
+    for i in range(I[N_Q]):
+        Y[A0, i] += (1 + alpha) * Y[FA, i]
     I[KEEP] = 1
     settle(c)

@@ -15,7 +15,7 @@ from mbdsl.integrators.linear import factor
 from mbdsl.integrators.method import Method, Option
 from mbdsl.integrators.newmark import carried, motion, settle, start_stiff
 from mbdsl.kernels import kernel
-from mbdsl.layout import F0, FP, MASS, N_ALL, N_PHI, N_Q, XA, R, X
+from mbdsl.layout import F0, FP, MASS, MASS_KIND, MASS_ROW, MX, N_ALL, N_PHI, N_Q, PARTS, TIMES, XA, Q, R, X
 
 __all__ = ["correct", "motion"]
 
@@ -53,7 +53,8 @@ def residual(h, c, Y, F, I):
     beta, gamma, alpha = c[0], c[1], c[2]
     n, m = I[N_Q], I[N_PHI]
     for i in range(n):
-        Y[R, i] = F[I[MASS] + i] * Y[X, i] / (1 + alpha) - Y[FP, i] + alpha / (1 + alpha) * Y[F0, i]
+        Ma = F[I[MASS] + i] * Y[X, i] + Y[MX, i]
+        Y[R, i] = Ma / (1 + alpha) - Y[FP, i] + alpha / (1 + alpha) * Y[F0, i]
     for i in range(n, n + m):
         Y[R, i] = Y[FP, i] / (beta * h * h)
     for i in range(n + m, I[N_ALL]):
@@ -62,16 +63,21 @@ def residual(h, c, Y, F, I):
 
 @kernel
 def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
-    """[[M/(1+alpha) + beta h^2 K + gamma h D, Phi_q^T], [Phi_q, 0]]."""
+    """[[M/(1+alpha) + beta h^2 (K + (M a)_q/(1+alpha)) + gamma h D, Phi_q^T], [Phi_q, 0]]."""
     beta, gamma, alpha = c[0], c[1], c[2]
-    tangent(t, 1 / (1 + alpha), beta * h * h, gamma * h, 1.0, 1.0, 0.0, 1.0, beta * h / gamma, Y, Z, C, F, I, A[0])
+    m, k, d = 1 / (1 + alpha), beta * h * h, gamma * h
+    tangent(t, m, k, d, 1.0, 1.0, 0.0, 1.0, beta * h / gamma, k * m, Y, Z, C, F, I, A[0])
     return factor(A[0], P[0], I)
 
 
 @kernel
-def finish(h, c, Y, F, I, A, P):
+def finish(inertia, h, c, Y, F, I, A, P):
     """f at the accepted unknowns, from (8c), which saves an evaluation."""
     alpha = c[2]
+    if I[MASS_KIND] > 0:
+        if I[MASS_KIND] > 1 and I[MASS_ROW] == Q:
+            inertia(PARTS, Q, Q, Y, F, I)
+        inertia(TIMES, X, MX, Y, F, I)
     for i in range(I[N_Q]):
-        Y[FP, i] = (F[I[MASS] + i] * Y[X, i] + alpha * Y[F0, i]) / (1 + alpha)
+        Y[FP, i] = (F[I[MASS] + i] * Y[X, i] + Y[MX, i] + alpha * Y[F0, i]) / (1 + alpha)
     settle(c)

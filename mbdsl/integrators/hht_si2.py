@@ -8,6 +8,7 @@ Unknowns a_{n+1}, lam_{n+1} and, local to the step, abar, mu; f = Q - Phi_q^T la
     R2:  Mhat abar + Phi_q^T mu = 0
     R3:  1/h^2 Phi(q_{n+1}, t_{n+1}) = 0
     R4:  1/h (Phi_q v + Phi_t)_{n+1} = 0
+    Mhat := M at the predictor q_n + (1+alpha) h v_n, once a step
 
 The system of twice the size is not solved as one. In the increments da of a and e of abar/2, with S = 1/(1+alpha) M +
 beta h^2 K + gamma h D, Newton's equations read
@@ -30,7 +31,32 @@ from mbdsl.integrators.hht_i3 import ALPHA, begin, coefficients, finish
 from mbdsl.integrators.linear import factor, larger
 from mbdsl.integrators.method import Method
 from mbdsl.kernels import kernel
-from mbdsl.layout import D2, F0, FP, GD, MASS, N_ALL, N_PHI, N_Q, Q0, R2, SCALE, V0, X2, XA, D, Q, R, V, X
+from mbdsl.layout import (
+    D2,
+    F0,
+    FP,
+    GD,
+    MASS,
+    MASS_KIND,
+    MX,
+    MX2,
+    N_ALL,
+    N_PHI,
+    N_Q,
+    NEW_MASS,
+    Q0,
+    Q_MASS,
+    R2,
+    SCALE,
+    V0,
+    X2,
+    XA,
+    D,
+    Q,
+    R,
+    V,
+    X,
+)
 
 __all__ = ["finish"]
 
@@ -46,12 +72,16 @@ METHOD = Method(
     begin=begin,
     sets=2,
     matrices=3,
+    mass_row=Q_MASS,
 )
 
 
 @kernel
 def motion(h, c, Y, I):
-    beta, gamma = c[0], c[1]
+    beta, gamma, alpha = c[0], c[1], c[2]
+    if I[NEW_MASS] and I[MASS_KIND] > 1:
+        for i in range(I[N_Q]):
+            Y[Q_MASS, i] = Y[Q0, i] + (1 + alpha) * h * Y[V0, i]
     for i in range(I[N_Q]):
         a0, a = c[3] * Y[XA, i], Y[X, i]
         Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h / 2 * ((1 - 2 * beta) * a0 + 2 * beta * a + Y[X2, i])
@@ -64,8 +94,8 @@ def residual(h, c, Y, F, I):
     n, m = I[N_Q], I[N_PHI]
     for i in range(n):
         mass = F[I[MASS] + i]
-        Y[R, i] = mass * Y[X, i] / (1 + alpha) - Y[FP, i] + alpha / (1 + alpha) * Y[F0, i]  # R1
-        Y[R2, i] = mass * Y[X2, i] + Y[GD, i]  # R2
+        Y[R, i] = (mass * Y[X, i] + Y[MX, i]) / (1 + alpha) - Y[FP, i] + alpha / (1 + alpha) * Y[F0, i]  # R1
+        Y[R2, i] = mass * Y[X2, i] + Y[MX2, i] + Y[GD, i]  # R2
     for i in range(n, n + m):
         Y[R, i] = Y[FP, i] / (h * h)  # R3
         Y[R2, i] = Y[GD, i] / h  # R4
@@ -77,11 +107,11 @@ def residual(h, c, Y, F, I):
 def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
     """[[S, Phi_q^T], [Phi_q, 0]], [[2 M, Phi_q^T], [Phi_q, 0]] and -h^2 K."""
     beta, gamma, alpha = c[0], c[1], c[2]
-    tangent(t, 1 / (1 + alpha), beta * h * h, gamma * h, 1.0, 1.0, 0.0, 1.0, beta * h / gamma, Y, Z, C, F, I, A[0])
-    tangent(t, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[1])
+    tangent(t, 1 / (1 + alpha), beta * h * h, gamma * h, 1.0, 1.0, 0.0, 1.0, beta * h / gamma, 0.0, Y, Z, C, F, I, A[0])
+    tangent(t, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[1])
     P[2, P.shape[1] - 1] = 0
     if couples(1 / (1 + alpha), A, F, I):
-        tangent(t, 0.0, -h * h, 0.0, 0.0, 0.0, 0.0, 0.0, -h / gamma, Y, Z, C, F, I, A[2])
+        tangent(t, 0.0, -h * h, 0.0, 0.0, 0.0, 0.0, 0.0, -h / gamma, 0.0, Y, Z, C, F, I, A[2])
         couple(A, P, I, Y)
     return factor(A[0], P[0], I) and factor(A[1], P[1], I)
 

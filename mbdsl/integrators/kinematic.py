@@ -47,7 +47,7 @@ def residual(h, c, Y, F, I):
 @kernel
 def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
     """[[M, Phi_q^T], [Phi_q, 0]]."""
-    tangent(t, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[0])
+    tangent(t, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[0])
     return factor(A[0], P[0], I)
 
 
@@ -66,5 +66,5 @@ def correct(k, h, c, Y, I, A, P):
 
 
 @kernel
-def finish(h, c, Y, F, I, A, P):
+def finish(inertia, h, c, Y, F, I, A, P):
     """Nothing but q and v is kept."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.layout import X2, X
+from mbdsl.layout import X2, Q, X
 
 Array = NDArray[np.float64]
 
@@ -25,8 +25,8 @@ class Option:
 
 @dataclass(frozen=True)
 class Start:
-    """A consistent state from which a method begins: q, v, a (n,), lam (m + p,), the diagonal of M; ``fa`` = M^{-1} Q
-    (n,), Q without constraint forces of Phi; all at t_0.
+    """A consistent state from which a method begins: q, v, a (n,), lam (m + p,); ``fa`` = M^{-1} Q (n,), Q without
+    constraint forces of Phi; all at t_0.
 
     ``jerk`` and ``fa_rate`` (n,) are the rates of a and fa. Where the start is ``stiff``, they are zero, and a
     belongs to a transient that is over long before the first step ends.
@@ -37,7 +37,6 @@ class Start:
     v: Array
     a: Array
     lam: Array
-    mass: Array
     fa: Array
     jerk: Array
     fa_rate: Array
@@ -75,4 +74,7 @@ class Method:
     sets: int = 1
     own_reactions: bool = True
     inverts_mass: bool = False
+    mass_row: int = Q  #: row of Y with the coordinates that M is evaluated at; another than Q is looked at once a step
+    inertia_rows: tuple[int, int] = (X, X2)  #: rows that M is multiplied with
+    tangent_row: int = X  #: x in (M x)_q of the iteration matrix
     chosen: bool = True

@@ -21,7 +21,7 @@ from mbdsl.integrators.corrections import correct_one as correct
 from mbdsl.integrators.linear import factor
 from mbdsl.integrators.method import Method, Option
 from mbdsl.kernels import kernel
-from mbdsl.layout import FP, MASS, N_ALL, N_PHI, N_Q, Q0, V0, XA, Q, R, V, X
+from mbdsl.layout import FP, MASS, MX, N_ALL, N_PHI, N_Q, Q0, V0, XA, Q, R, V, X
 
 __all__ = ["correct"]
 
@@ -103,7 +103,7 @@ def residual(h, c, Y, F, I):
     beta, gamma = c[0], c[1]
     n, m = I[N_Q], I[N_PHI]
     for i in range(n):
-        Y[R, i] = F[I[MASS] + i] * Y[X, i] - Y[FP, i]
+        Y[R, i] = F[I[MASS] + i] * Y[X, i] + Y[MX, i] - Y[FP, i]
     for i in range(n, n + m):
         Y[R, i] = Y[FP, i] / (beta * h * h)
     for i in range(n + m, I[N_ALL]):
@@ -112,14 +112,14 @@ def residual(h, c, Y, F, I):
 
 @kernel
 def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
-    """[[M + beta h^2 K + gamma h D, Phi_q^T], [Phi_q, 0]]."""
+    """[[M + beta h^2 K' + gamma h D, Phi_q^T], [Phi_q, 0]] with K' = K + (M a)_q."""
     beta, gamma = c[0], c[1]
-    tangent(t, 1.0, beta * h * h, gamma * h, 1.0, 1.0, 0.0, 1.0, beta * h / gamma, Y, Z, C, F, I, A[0])
+    tangent(t, 1.0, beta * h * h, gamma * h, 1.0, 1.0, 0.0, 1.0, beta * h / gamma, beta * h * h, Y, Z, C, F, I, A[0])
     return factor(A[0], P[0], I)
 
 
 @kernel
-def finish(h, c, Y, F, I, A, P):
+def finish(inertia, h, c, Y, F, I, A, P):
     """Nothing but q, v and a is kept."""
     settle(c)
 

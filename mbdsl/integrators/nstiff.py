@@ -19,7 +19,7 @@ from mbdsl.integrators.corrections import correct_one as correct
 from mbdsl.integrators.linear import factor
 from mbdsl.integrators.method import Method
 from mbdsl.kernels import kernel
-from mbdsl.layout import FP, MASS, N_ALL, N_PHI, N_Q, Q0, Q1, V0, V1, XA, Q, R, V, X
+from mbdsl.layout import FP, MASS, MX, N_ALL, N_PHI, N_Q, Q0, Q1, V0, V1, XA, Q, R, V, X
 
 __all__ = ["correct"]
 
@@ -68,7 +68,7 @@ def residual(h, c, Y, F, I):
     s = c[1] * h
     n, m = I[N_Q], I[N_PHI]
     for i in range(n):
-        Y[R, i] = F[I[MASS] + i] * Y[X, i] - Y[FP, i]
+        Y[R, i] = F[I[MASS] + i] * Y[X, i] + Y[MX, i] - Y[FP, i]
     for i in range(n, n + m):
         Y[R, i] = Y[FP, i] / (s * s)
     for i in range(n + m, I[N_ALL]):
@@ -77,14 +77,14 @@ def residual(h, c, Y, F, I):
 
 @kernel
 def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
-    """[[M + s^2 K + s D, Phi_q^T], [Phi_q, 0]] with s = 2/3 h."""
+    """[[M + s^2 (K + (M a)_q) + s D, Phi_q^T], [Phi_q, 0]] with s = 2/3 h."""
     s = c[1] * h
-    tangent(t, 1.0, s * s, s, 1.0, 1.0, 0.0, 1.0, s, Y, Z, C, F, I, A[0])
+    tangent(t, 1.0, s * s, s, 1.0, 1.0, 0.0, 1.0, s, s * s, Y, Z, C, F, I, A[0])
     return factor(A[0], P[0], I)
 
 
 @kernel
-def finish(h, c, Y, F, I, A, P):
+def finish(inertia, h, c, Y, F, I, A, P):
     """The step's start becomes the past, and what began with backward Euler goes on with BDF2."""
     c[0], c[1] = 4 / 9, 2 / 3
     for i in range(I[N_Q]):

@@ -11,7 +11,7 @@ Leimkuhler); f = Q - Phi_q^T lam, s = 2/3 h. Iterated on is q' - v, which is as 
     R4:  1/s (Phi_q v + Phi_t)_{n+1} = 0
 
 The system of twice the size is not solved as one. With u = dq'/s - da (how far positions are to be corrected beyond
-what velocities make of them), S = M + s^2 K + s D, Newton's equations read
+what velocities make of them), S = M + s^2 K + s D and K with (M a)_q, Newton's equations read
 
     R2:           u - Phi_q^T dmu/s = R2/s + ...
     R4 - R3/s:    Phi_q u = R4 - R3/s + ...
@@ -35,6 +35,7 @@ from mbdsl.layout import (
     GD,
     MASS,
     MASS_SLOTS,
+    MX,
     N_ALL,
     N_PHI,
     N_Q,
@@ -85,7 +86,7 @@ def residual(h, c, Y, F, I):
     s = c[1] * h
     n, m = I[N_Q], I[N_PHI]
     for i in range(n):
-        Y[R, i] = F[I[MASS] + i] * Y[X, i] - Y[FP, i]  # R1
+        Y[R, i] = F[I[MASS] + i] * Y[X, i] + Y[MX, i] - Y[FP, i]  # R1
         Y[R2, i] = Y[GD, i] - Y[X2, i]  # R2
     for i in range(n, n + m):
         Y[R, i] = Y[FP, i] / s  # R3
@@ -98,13 +99,13 @@ def residual(h, c, Y, F, I):
 def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
     """[[S, Phi_q^T], [Phi_q, 0]], [[1, Phi_q^T], [Phi_q, 0]] and -s^2 K."""
     s = c[1] * h
-    tangent(t, 1.0, s * s, s, 1.0, 1.0, 0.0, 1.0, s, Y, Z, C, F, I, A[0])
-    tangent(t, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[1])
+    tangent(t, 1.0, s * s, s, 1.0, 1.0, 0.0, 1.0, s, s * s, Y, Z, C, F, I, A[0])
+    tangent(t, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[1])
     for i in range(I[N_Q]):
         A[1, I[I[SLOTS] + I[MASS_SLOTS] + i]] += 1.0
     P[2, P.shape[1] - 1] = 0
     if couples(1.0, A, F, I):
-        tangent(t, 0.0, -s * s, 0.0, 0.0, 0.0, 0.0, 0.0, -s, Y, Z, C, F, I, A[2])
+        tangent(t, 0.0, -s * s, 0.0, 0.0, 0.0, 0.0, 0.0, -s, -s * s, Y, Z, C, F, I, A[2])
         couple(A, P, I, Y)
     return factor(A[0], P[0], I) and factor(A[1], P[1], I)
 

@@ -16,14 +16,14 @@ from mbdsl.integrators import driver, linear, modules, sparse
 from mbdsl.integrators.method import Start
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
-from mbdsl.system.emit import EVALUATE, TANGENT
+from mbdsl.system.emit import EVALUATE, INERTIA, TANGENT
 
 Array = NDArray[np.float64]
 
-#: advance(evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out)
+#: advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out)
 ADVANCE = jit.Signature(
     (
-        *(EVALUATE, TANGENT, "int", "vector", "vector", "ints"),
+        *(EVALUATE, TANGENT, INERTIA, "int", "vector", "vector", "ints"),
         *("matrix", "matrix", "matrix", "vector", "ints", "matrix", "int matrix", "vector", "matrix"),
     ),
     gives="int",
@@ -81,10 +81,10 @@ from mbdsl.integrators import driver
 from mbdsl.integrators import {short} as method
 
 
-def advance(evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
+def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
     return driver.advance(
         method.motion, method.residual, method.matrix, method.correct, method.finish,
-        evaluate, tangent, steps, c, K, J, Y, Z, C, F, I, A, P, times, out,
+        evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out,
     )
 '''
     return jit.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [driver, module])[0]
@@ -151,7 +151,7 @@ class Integration:
         if other is not None:
             other.wait()
         kernels = self.system.kernels(sets)
-        self.evaluate, self.tangent = kernels.evaluate, kernels.tangent
+        self.evaluate, self.tangent, self.inertia = kernels.evaluate, kernels.tangent, kernels.inertia
 
     def _use(self, solver: int) -> None:
         """Lay out the buffers for a solver; the vectors keep their content."""
@@ -170,8 +170,10 @@ class Integration:
         self.Y, self.Z, self.C, self.F = work.Y, work.Z, work.C, work.F
         self.I = np.concatenate([work.I, table])
         self.I[layout.SOLVER], self.I[layout.SPARSE], self.I[layout.SIZE] = solver, len(work.I), size
-        rows = modules()[self.method].METHOD.multipliers
-        self.I[layout.LAM_ROW], self.I[layout.MU_ROW], self.I[layout.LAW_ROW] = rows
+        method = modules()[self.method].METHOD
+        self.I[layout.LAM_ROW], self.I[layout.MU_ROW], self.I[layout.LAW_ROW] = method.multipliers
+        self.I[layout.INERTIA_ROW], self.I[layout.INERTIA_ROW2] = method.inertia_rows
+        self.I[layout.MASS_ROW], self.I[layout.TANGENT_ROW] = method.mass_row, method.tangent_row
         self.I[layout.PSI_ROW], self.I[layout.KEEP] = layout.X, kept
         self.A = np.zeros((self.matrices, length + 1))  # the last entry is the method's own
         self.P = np.zeros((self.matrices, max(N, 2 * size + 1)), np.int64)  # pivots, or rows and columns of entries
@@ -223,8 +225,8 @@ class Integration:
             jerk, fa_rate = np.zeros(n), np.zeros(n)
         Y[layout.Q0, :n] = Y[layout.Q, :n] = q
         Y[layout.V0, :n] = Y[layout.V, :n] = v
-        Y[layout.F0, :n] = mass * a
-        start = Start(self.h, q, v, a, lam, mass, fa, jerk, fa_rate, stiff)
+        Y[layout.F0, :n] = system.M(t0, q) @ a
+        start = Start(self.h, q, v, a, lam, fa, jerk, fa_rate, stiff)
         for row, vector in method.begin(self.c, start).items():
             Y[row, : len(vector)] = vector
         Y[layout.X] = Y[layout.XA]
@@ -236,9 +238,8 @@ class Integration:
 
     def _applied(self, t: float, q: Array, v: Array, lam: Array) -> Array:
         """fa = M^{-1} Q (n,), with the forces of nonholonomic constraints."""
-        mass, m = self.system.mass(), self.system.m
-        force = self.system.evaluate(t, q, v, lam)[0] + self.system.constraint_force(t, q, lam[:m])
-        return force / np.where(mass > 0.0, mass, 1.0)
+        force = self.system.evaluate(t, q, v, lam)[0] + self.system.constraint_force(t, q, lam[: self.system.m])
+        return self.system.solve_mass(t, q, force)
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
         """From here on the inputs have other values; accelerations and forces jump by what that makes of them.
@@ -259,8 +260,8 @@ class Integration:
         a, lam = after[0] - before[0], after[1] - before[1]
         fa = self._applied(t, q, v, after[1]) - fa
         nothing = np.zeros(n)
-        jump = Start(self.h, nothing, nothing, a, lam, system.mass(), fa, nothing, nothing, False)
-        rows = {layout.F0: system.mass() * a, **modules()[self.method].METHOD.begin(self.c.copy(), jump)}
+        jump = Start(self.h, nothing, nothing, a, lam, fa, nothing, nothing, False)
+        rows = {layout.F0: system.M(t, q) @ a, **modules()[self.method].METHOD.begin(self.c.copy(), jump)}
         for row, change in rows.items():
             past = layout.PAST if row in (layout.XA, layout.XA + layout.PAST) else 1
             Y[row : row + past, : len(change)] += change
@@ -286,6 +287,7 @@ class Integration:
             self._advance(
                 self.evaluate,
                 self.tangent,
+                self.inertia,
                 steps,
                 self.c,
                 self.K,

@@ -54,6 +54,10 @@ def floats(value: Value, what: str) -> float | tuple:
 def argument(parameter: Parameter, value: Value, owner: str) -> float | str | tuple:
     """The value of a component's parameter in SI, checked against its declaration."""
     what = f"`{parameter.name}` of `{owner}`"
+    if isinstance(parameter.default, bool):
+        if isinstance(value, tuple) or not isinstance(value.value, bool):
+            raise ModelError(f"{what}: found {describe(value)}, expected true or false")
+        return value.value
     if parameter.choices or parameter.unit == "":
         if isinstance(value, tuple) or not isinstance(value.value, str):
             raise ModelError(f"{what}: found {describe(value)}, expected a text")

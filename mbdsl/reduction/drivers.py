@@ -88,7 +88,7 @@ def _driven(graph: MechanismGraph) -> tuple[dict[str, Pose], dict[str, Drive]]:
     pending = [GROUND]
     for base in pending:
         for body in dict.fromkeys(e.other(base) for e in at[base]):
-            if body in reached or graph.bodies[body].kind.coordinates != RIGID:
+            if body in reached or graph.bodies[body].coordinates != RIGID:
                 continue
             joins = [e for e in at[body] if e.other(body) in reached]
             drive = _drive(joins)

@@ -31,7 +31,7 @@ def merge(graph: MechanismGraph) -> tuple[Scene, list[Note]]:
         ends = [b for b in (e.body_i, e.body_j) if b != GROUND]
         if e.name in read:
             notes.append(_kept(e, "a law reads its reactions"))
-        elif any(graph.bodies[b].kind.coordinates != RIGID for b in ends):
+        elif any(graph.bodies[b].coordinates != RIGID for b in ends):
             notes.append(_kept(e, "it holds something else than rigid bodies"))
         else:
             usable.append(e)

@@ -48,7 +48,8 @@ def _solve_motion(
     kept = np.delete(np.arange(system.m + system.p), left_out)
     n, m = system.n, len(kept)
     J = system.velocity_jacobian(t, q, v)[kept]
-    M = system.mass()
+    M = system.M(t, q)
+    diagonal = M.diagonal()
     U = J.T  # how multipliers act: J^T - Q_lam
     force = system.Q(t, q, v)
     if system.of_multipliers:
@@ -61,9 +62,9 @@ def _solve_motion(
             f"the forces at t = {t:g} s are not finite numbers",
             hint="an expression divides by zero or leaves the domain of a function there",
         )
-    d = _balance(system, M, J)
+    d = _balance(system, diagonal, J)
     if isinstance(J, np.ndarray):
-        K = np.block([[np.diag(M), U], [J, np.zeros((m, m))]])
+        K = np.block([[M, U], [J, np.zeros((m, m))]])
         K, b = d[:, None] * K * d, d * b
         try:
             x = np.linalg.solve(K, b)
@@ -78,7 +79,7 @@ def _solve_motion(
         from scipy.sparse import block_array, csc_array, diags_array
         from scipy.sparse.linalg import splu
 
-        S = block_array([[diags_array(M), U], [J, None]], format="csr")
+        S = block_array([[M, U], [J, None]], format="csr")
         S, b = diags_array(d) @ S @ diags_array(d), d * b
         shift = np.concatenate([np.zeros(n), np.full(m, -1e-12)])
         lu = splu(csc_array(S + diags_array(shift)))

@@ -10,6 +10,7 @@ from mbdsl.elements import modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.lang.expressions import Expr, expr
 from mbdsl.scene import Component, Scene
+from mbdsl.system.bodies import motion_module, motion_modules
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ def find_blocks(scene: Scene, general: bool = False) -> list[Block]:
     for c in scene.components.values():
         module = table[c.kind.name]
         if isinstance(c.kind, BodyKind) and c.kind.coordinates:
-            groups.setdefault((0, "body", module.motion.__name__, False), []).append(c)
+            groups.setdefault((0, "body", motion_module(c).__name__, False), []).append(c)
         elif isinstance(c.kind, JointKind):
             if c.kind.rows:
                 groups.setdefault((1, "joint", module.__name__, c.kind.driver is not None), []).append(c)
@@ -74,7 +75,7 @@ def _every_key(module: ModuleType) -> list[tuple]:
     """The blocks that a kind may stand in."""
     kind, name = module.KIND, module.__name__
     if isinstance(kind, BodyKind):
-        return [(0, "body", module.motion.__name__, False)] if kind.coordinates else []
+        return [(0, "body", m.__name__, False) for m in motion_modules(module)] if kind.coordinates else []
     if isinstance(kind, ForceKind):
         return [(4, "law", name, False)] + ([(3, "spring", name, False)] if kind.springs is not None else [])
     keys: list[tuple] = [(1, "joint", name, kind.driver is not None)] if kind.rows else [_GAMMA]

@@ -22,8 +22,10 @@ from mbdsl.system.blocks import Block
 KIND_PREFIX = "mbdsl_kind_"
 #: evaluate(t, Y, Z, C, F, I)
 EVALUATE = jit.Signature(("float", "matrix", "matrix", "matrix", "vector", "ints"))
-#: tangent(t, cM, cK, cD, cL, cP, cN, cV, cW, Y, Z, C, F, I, A)
-TANGENT = jit.Signature((*["float"] * 9, "matrix", "matrix", "matrix", "vector", "ints", "vector"))
+#: tangent(t, cM, cK, cD, cL, cP, cN, cV, cW, cA, Y, Z, C, F, I, A)
+TANGENT = jit.Signature((*["float"] * 10, "matrix", "matrix", "matrix", "vector", "ints", "vector"))
+#: inertia(task, row, target, Y, F, I): tasks of :mod:`mbdsl.layout`
+INERTIA = jit.Signature(("int", "int", "int", "matrix", "vector", "ints"))
 #: a line of either: (count, arguments of tangent)
 REPEATED = jit.Signature(("int", *TANGENT.takes))
 
@@ -40,6 +42,7 @@ def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]
     bodies, pairs, roles = _loops(blocks)
     lines = [Line("bodies", "loops.start(Y, Z, F, I)")]
     if sets > 2:
+        lines += [Line("bodies", f"{b.name}.keep({h}, F, I)") for h, b in bodies if hasattr(b.module, "keep")]
         lines.append(Line("bodies", "loops.keep(Y, Z, C, I)"))
     lines += [Line("bodies", f"{b.name}.move({h}, Y, Z, F, I)") for h, b in bodies]
     if has_tape:
@@ -58,17 +61,43 @@ def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]
     if "law" in roles:
         lines.append(Line("laws", "loops.laws(Z, C, F, I)"))
     collect = "collect_with_mu" if sets > 1 and "joint" in roles else "collect"
-    lines += [Line("bodies", f"{b.name}.{collect}({h}, Y, Z, I)") for h, b in bodies]
+    lines += [Line("bodies", f"{b.name}.{collect}({h}, Y, Z, {_F(b)}I)") for h, b in bodies]
     if sets > 2 and "joint" in roles:
         lines.append(Line("joints", "loops.remember(Y, Z, C, I)"))
-        lines += [Line("bodies", f"{b.name}.collect_past({h}, Y, Z, I)") for h, b in bodies]
+        lines += [Line("bodies", f"{b.name}.collect_past({h}, Y, Z, {_F(b)}I)") for h, b in bodies]
+    lines += [Line("flexibility", f"{b.name}.forces({h}, Y, F, I)") for h, b in bodies if b.module.MASS]
+    for row, target in (("INERTIA_ROW", "MX"), ("INERTIA_ROW2", "MX2"))[: min(sets, 2)]:
+        lines += [Line("mass matrix", text) for text in _inertia(bodies, "TIMES", f"I[{row}]", target)]
+    if sets > 2 and "joint" in roles:
+        varies = [(h, b) for h, b in bodies if b.module.MASS > 1]
+        lines += [Line("mass matrix", f"{b.name}.carry_over({h}, Y, F, I)") for h, b in varies]
     return lines
+
+
+def _F(block: Block) -> str:
+    """The float tables as an argument, which frames on bodies that deform need more often."""
+    return "F, " if block.module.MASS else ""
+
+
+def _inertia(bodies: list[tuple[int, Block]], task: str, row: str, target: str) -> list[str]:
+    """Statements of a task of the mass matrix; none where it is a constant diagonal."""
+    if not any(b.module.MASS for _, b in bodies):
+        return []
+    own = [f"{b.name}.inertia({h}, {task}, {row}, {target}, Y, F, I)" for h, b in bodies if b.module.MASS]
+    return [f"loops.inertia({task}, {row}, {target}, Y, F, I)", *own]
+
+
+def inertia_lines(blocks: list[Block]) -> list[str]:
+    """What ``inertia`` does."""
+    return _inertia(_loops(blocks)[0], "task", "row", "target") or ["loops.inertia(task, row, target, Y, F, I)"]
 
 
 def tangent_lines(blocks: list[Block], has_tape: bool) -> list[Line]:
     """What ``tangent`` does, in order."""
     bodies, pairs, roles = _loops(blocks)
     lines = [Line("bodies", "loops.begin_matrix(cM, F, I, A)")]
+    if any(b.module.MASS for _, b in bodies):
+        lines.append(Line("mass matrix", "loops.coupling_matrix(cM, F, I, A)"))
     lines += [Line("bodies", f"{b.name}.jacobians({h}, Y, Z, F, I)") for h, b in bodies]
     if has_tape:
         lines.append(Line("expressions", "tape.run(t, I[TAPE_LENGTH], I[GRADIENT_LENGTH], Y, Z, F, I)"))
@@ -82,7 +111,9 @@ def tangent_lines(blocks: list[Block], has_tape: bool) -> list[Line]:
     if "law" in roles:
         lines.append(Line("laws", "loops.law_tangents(F.size - 72, cK, cD, cL, C, F, I, A)"))
     curved = [(h, b) for h, b in bodies if b.module.stiffness is not None]
-    return lines + [Line("bodies", f"{b.name}.stiffness({h}, cK, Z, I, A)") for h, b in curved]
+    lines += [Line("bodies", f"{b.name}.stiffness({h}, cK, Z, {_F(b)}I, A)") for h, b in curved]
+    flexible = [(h, b) for h, b in bodies if b.module.MASS]
+    return lines + [Line("flexibility", f"{b.name}.tangents({h}, cM, cK, cD, cA, Y, F, I, A)") for h, b in flexible]
 
 
 def _loops(blocks: list[Block]) -> tuple[list[tuple[int, Block]], list[tuple[int, Block]], set[str]]:
@@ -104,8 +135,12 @@ def emit(blocks: list[Block], has_tape: bool, sets: int) -> str:
         *(f"    {line.text}" for line in evaluate_lines(blocks, has_tape, sets)),
         "",
         "",
-        "def tangent(t, cM, cK, cD, cL, cP, cN, cV, cW, Y, Z, C, F, I, A):",
+        "def tangent(t, cM, cK, cD, cL, cP, cN, cV, cW, cA, Y, Z, C, F, I, A):",
         *(f"    {line.text}" for line in tangent_lines(blocks, has_tape)),
+        "",
+        "",
+        "def inertia(task, row, target, Y, F, I):",
+        *(f"    {text}" for text in inertia_lines(blocks)),
         "",
     ]
     return "\n".join(lines)
@@ -119,11 +154,21 @@ def _head(blocks: list[Block], has_tape: bool, title: str) -> list[str]:
         *dict.fromkeys(f"import {KIND_PREFIX}{b.name} as {b.name}" for _, b in pairs),
         "",
         *(f"from mbdsl.elements import {b.name}" for _, b in bodies),
-        *(["from mbdsl.layout import GRADIENT_LENGTH, TAPE_LENGTH"] if has_tape else []),
+        *_names(bodies, has_tape),
         f"from mbdsl.system import loops{', tape' if has_tape else ''}",
         "",
         "",
     ]
+
+
+def _names(bodies: list[tuple[int, Block]], has_tape: bool) -> list[str]:
+    """The import of what the statements read of the layout."""
+    names = ["GRADIENT_LENGTH"] if has_tape else []
+    if any(b.module.MASS for _, b in bodies):
+        names += ["INERTIA_ROW", "INERTIA_ROW2", "MX", "MX2"]
+    names += ["TAPE_LENGTH"] if has_tape else []
+    names += ["TIMES"] if "MX" in names else []
+    return [f"from mbdsl.layout import {', '.join(names)}"] if names else []
 
 
 def emit_repeated(blocks: list[Block], has_tape: bool, sets: int) -> tuple[str, list[Line], list[Line]]:
@@ -133,7 +178,7 @@ def emit_repeated(blocks: list[Block], has_tape: bool, sets: int) -> tuple[str, 
     text = _head(blocks, has_tape, "Emitted by mbdsl to measure scenes of")
     for name, lines in (("e", evaluate), ("t", tangent)):
         for k, line in enumerate(lines):
-            head = f"def {name}{k}(count, t, cM, cK, cD, cL, cP, cN, cV, cW, Y, Z, C, F, I, A):"
+            head = f"def {name}{k}(count, t, cM, cK, cD, cL, cP, cN, cV, cW, cA, Y, Z, C, F, I, A):"
             text += [head, "    for _ in range(count):", f"        {line.text}", "", ""]
     return "\n".join(text[:-1]), evaluate, tangent
 
@@ -171,12 +216,13 @@ class Kernels:
 
     evaluate: Callable
     tangent: Callable
+    inertia: Callable
 
 
 def load(blocks: list[Block], has_tape: bool, sets: int) -> Kernels:
     """Compile the code of a structure, or find it compiled."""
     text = emit(blocks, has_tape, sets)
-    signatures = {"evaluate": EVALUATE, "tangent": TANGENT}
+    signatures = {"evaluate": EVALUATE, "tangent": TANGENT, "inertia": INERTIA}
     return Kernels(*jit.functions(module_name(text), text, signatures, lambda: _modules(blocks)))
 
 

@@ -14,6 +14,8 @@ from __future__ import annotations
 
 from mbdsl.kernels import kernel, rare, square
 from mbdsl.layout import (
+    COUPLING_VALUES,
+    COUPLINGS,
     FORCE0,
     FP,
     FRAMES,
@@ -22,6 +24,7 @@ from mbdsl.layout import (
     GP,
     GRADIENT_RATE,
     GROUND_FRAMES,
+    INVERSE,
     KEEP,
     LAM_ROW,
     LEVER,
@@ -32,6 +35,7 @@ from mbdsl.layout import (
     MOVING,
     MU_ROW,
     MU_WRENCH,
+    N_COUPLINGS,
     N_FRAMES,
     N_GAM,
     N_LAWS,
@@ -48,6 +52,7 @@ from mbdsl.layout import (
     REGISTERS,
     SIZE,
     SLOTS,
+    TIMES,
     VALUE,
     WRENCH,
 )
@@ -243,6 +248,30 @@ def laws(Z, C, F, I):
 
 
 # -- tangents ------------------------------------------------------------------------------------------------
+
+
+@kernel
+def inertia(task, row, target, Y, F, I):
+    """Tasks of the mass matrix, as far as it is constant; INVERSE for bodies with a diagonal one."""
+    if task == TIMES:
+        for i in range(I[N_Q]):
+            Y[target, i] = 0.0
+        for k in range(I[N_COUPLINGS]):
+            o, value = I[COUPLINGS] + 3 * k, F[I[COUPLING_VALUES] + k]
+            Y[target, I[o]] += value * Y[row, I[o + 1]]
+            Y[target, I[o + 1]] += value * Y[row, I[o]]
+    elif task == INVERSE:
+        for i in range(I[N_Q]):
+            Y[target, i] = Y[row, i] / F[I[MASS] + i]
+
+
+@rare
+def coupling_matrix(cM, F, I, A):
+    """A += cM times the constant entries of M beside its diagonal."""
+    for k in range(I[N_COUPLINGS]):
+        slot, value = I[SLOTS] + I[I[COUPLINGS] + 3 * k + 2], cM * F[I[COUPLING_VALUES] + k]
+        A[I[slot]] += value
+        A[I[slot + 1]] += value
 
 
 @rare

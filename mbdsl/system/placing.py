@@ -11,9 +11,9 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.graph import MechanismGraph
 from mbdsl.lang.expressions import Expr, expr
 from mbdsl.scene import Component, InitialValue
+from mbdsl.system.bodies import body_pose
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
-from mbdsl.system.tables import body_pose
 
 Array = NDArray[np.float64]
 
@@ -43,8 +43,8 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
             # turn about the joint, not about the centre of mass
             x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, drivers, values_said[2])
         x, y, phi = (new if new is not None else old for new, old in zip(values_said, (x, y, phi), strict=True))
-        d = tables.coordinates[body.name]
-        q[d : d + len(body.kind.coordinates)] = (x, y, phi)[: len(body.kind.coordinates)]
+        d, model = tables.coordinates[body.name], tables.models[body.name]
+        q[d : d + model.n] = model.placed((x, y, phi))[0]
         for name in frames_of.get(body.name, ()):
             sx, sy, f = _frame_pose(system, name)
             pose[name] = (x + cos(phi) * sx - sin(phi) * sy, y + sin(phi) * sx + cos(phi) * sy, phi + f)

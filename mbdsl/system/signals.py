@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.elements.kind import BodyKind
 from mbdsl.lang.expressions import OPERATIONS, RATE, Expr, der, diff, evaluate, leaves
 from mbdsl.scene import Scene
+from mbdsl.system.bodies import POSITIONS, VELOCITIES, body_pose
 from mbdsl.system.splines import piecewise
 from mbdsl.system.system import DENSE_LIMIT, System
-from mbdsl.system.tables import body_pose
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -65,30 +64,13 @@ def frame_coordinate(system: System, name: str, key: str, q: Array, v: Array) ->
     """Coordinate ``key`` of frame ``name`` for states q, v of shape (N, n); shape (N,)."""
     scene: Scene = system.scene
     frame = scene.frames[name]
-    body = scene.components[frame.body]
-    assert isinstance(body.kind, BodyKind)
-    sx, sy, phi0 = body_pose(body, frame)
-    zero = np.zeros(len(q))
-    if not body.kind.coordinates:
-        return zero + {"x": sx, "y": sy, "phi": phi0}.get(key, 0.0)
+    component = scene.components[frame.body]
+    pose = body_pose(component, frame)
+    body = system.tables.models.get(frame.body)
+    if body is None:
+        return np.full(len(q), dict(zip(POSITIONS, pose, strict=True)).get(key, 0.0))
     d = system.tables.coordinates[frame.body]
-    if "phi" not in body.kind.coordinates:
-        source = {"x": q[:, d], "y": q[:, d + 1], "vx": v[:, d], "vy": v[:, d + 1]}
-        return source.get(key, zero + (phi0 if key == "phi" else 0.0))
-    if key == "phi":
-        return q[:, d + 2] + phi0
-    if key == "w":
-        return v[:, d + 2]
-    phi = q[:, d + 2]
-    if sx == 0.0 and sy == 0.0:
-        return {"x": q[:, d], "y": q[:, d + 1], "vx": v[:, d], "vy": v[:, d + 1]}[key]
-    c, s = np.cos(phi), np.sin(phi)
-    lx, ly = c * sx - s * sy, s * sx + c * sy
-    if key == "x":
-        return q[:, d] + lx
-    if key == "y":
-        return q[:, d + 1] + ly
-    return v[:, d] - ly * v[:, d + 2] if key == "vx" else v[:, d + 1] + lx * v[:, d + 2]
+    return body.frame(pose, key, q[:, d : d + body.n], v[:, d : d + body.n])
 
 
 def table_value(table, order: int, u) -> Array:
@@ -188,18 +170,14 @@ def _chain(system: System, leaf: Expr, partial: float, q: Array, v: Array, row: 
     """Entries of partial * d(frame coordinate)/d(q, v)."""
     name, key = leaf.value  # type: ignore[misc]
     frame = system.scene.frames[name]
-    body = system.scene.components[frame.body]
-    keys = body.kind.coordinates
-    index = {"x": 0, "y": 1, "phi": 2, "vx": 0, "vy": 1, "w": 2}[key]
-    if index >= len(keys):
-        return  # the ground, or the angle of a point mass
+    body = system.tables.models.get(frame.body)
+    if body is None:
+        return  # the ground
     d = system.tables.coordinates[frame.body]
-    velocity = key in ("vx", "vy", "w")
-    (d_v if velocity else d_q).append((row, d + index, partial))
-    if "phi" in keys and index < 2:
-        sx, sy, _ = body_pose(body, frame)
-        c, s = np.cos(q[d + 2]), np.sin(q[d + 2])
-        lx, ly = c * sx - s * sy, s * sx + c * sy
-        (d_v if velocity else d_q).append((row, d + 2, partial * (-ly, lx)[index]))
-        if velocity:
-            d_q.append((row, d + 2, partial * (-lx, -ly)[index] * v[d + 2]))
+    pose = body_pose(system.scene.components[frame.body], frame)
+    B, rate = body.gradient(pose, q[d : d + body.n], v[d : d + body.n])
+    velocity = key in VELOCITIES
+    k = (VELOCITIES if velocity else POSITIONS).index(key)
+    (d_v if velocity else d_q).extend((row, d + int(j), partial * B[k, j]) for j in np.flatnonzero(B[k]))
+    if velocity:
+        d_q.extend((row, d + int(j), partial * rate[k, j]) for j in np.flatnonzero(rate[k]))

@@ -178,27 +178,50 @@ class System:
         return self._work.C
 
     def mass(self) -> Array:
-        """The diagonal of the mass matrix (n,)."""
+        """The constant part of the mass matrix's diagonal (n,): all of it where there are rigid bodies only."""
         o = self.tables.I[layout.MASS]
         return self.tables.F[o : o + self.n].copy()
 
+    @property
+    def mass_is_diagonal(self) -> bool:
+        return self.tables.I[layout.MASS_KIND] == 0
+
+    def M(self, t: float, q) -> Array | csr_array:
+        """Mass matrix (n, n)."""
+        return self.tangent(t, q, cM=1.0)[: self.n, : self.n]
+
+    def solve_mass(self, t: float, q, force: Array) -> Array:
+        """M^{-1} force (n,); coordinates without mass count as having one of 1, where M is diagonal."""
+        if self.mass_is_diagonal:
+            mass = self.mass()
+            return force / np.where(mass > 0.0, mass, 1.0)
+        M = self.M(t, q)
+        if isinstance(M, np.ndarray):
+            return np.linalg.solve(M, force)
+        from scipy.sparse import csc_array
+        from scipy.sparse.linalg import splu
+
+        return splu(csc_array(M)).solve(force)
+
     def tangent(
-        self, t: float, q, v=None, lam=None, *, cM=0.0, cK=0.0, cD=0.0, cL=0.0, cP=0.0, cN=0.0, cV=0.0, cW=0.0
+        self, t: float, q, v=None, lam=None, *, cM=0.0, cK=0.0, cD=0.0, cL=0.0, cP=0.0, cN=0.0, cV=0.0, cW=0.0, a=None
     ) -> Array | csr_array:
         """The matrix (n + m + p, n + m + p)
 
-            cM M + cK K + cD D       Phi_q^T - cL Q_lam     Gam_v^T - cL Q_nu
+            cM M + cK K' + cD D      Phi_q^T - cL Q_lam     Gam_v^T - cL Q_nu
             cP Phi_q + cN N          0                      0
             cV Gam_v + cW Gam_q      0                      0
 
-        K = (Phi_q^T lam + Gam_v^T nu - Q)_q, D = (Gam_v^T nu - Q)_v, N = (Phi_q v)_q. Dense up to ``DENSE_LIMIT``
-        unknowns, sparse above.
+        K = (Phi_q^T lam + Gam_v^T nu - Q)_q, K' = K + (M a)_q for an acceleration a (n,) that is given,
+        D = (Gam_v^T nu - Q)_v, N = (Phi_q v)_q. Dense up to ``DENSE_LIMIT`` unknowns, sparse above.
         """
         w = self._at(t, q, v, lam)
+        w.Y[layout.X, : self.n] = 0.0 if a is None else a
+        cA = 0.0 if a is None else cK
         if self._A is None:
             self._A = np.zeros(self.size)
         matrix = self._any_kernels(1).tangent
-        matrix(float(t), cM, cK, cD, cL, cP, cN, cV, cW, w.Y, w.Z, w.C, w.F, w.I, self._A)
+        matrix(float(t), cM, cK, cD, cL, cP, cN, cV, cW, cA, w.Y, w.Z, w.C, w.F, w.I, self._A)
         size = self.unknowns
         rows, columns = self.tables.pattern
         if size <= DENSE_LIMIT:
@@ -211,9 +234,9 @@ class System:
         """Constraint Jacobian (m, n)."""
         return self.tangent(t, q, cP=1.0)[self.n : self.n + self.m, : self.n]
 
-    def stiffness(self, t: float, q, v=None, lam=None) -> Array | csr_array:
-        """K = (Phi_q^T lam + Gam_v^T nu - Q)_q (n, n)."""
-        return self.tangent(t, q, v, lam, cK=1.0)[: self.n, : self.n]
+    def stiffness(self, t: float, q, v=None, lam=None, a=None) -> Array | csr_array:
+        """K = (Phi_q^T lam + Gam_v^T nu - Q)_q (n, n), and (M a)_q where an acceleration a (n,) is given."""
+        return self.tangent(t, q, v, lam, cK=1.0, a=a)[: self.n, : self.n]
 
     def damping(self, t: float, q, v=None, lam=None) -> Array | csr_array:
         """D = (Gam_v^T nu - Q)_v (n, n)."""
@@ -276,8 +299,7 @@ class System:
         for name in self.graph.elimination_order():
             component = self.scene.components[name]
             if name in self.tables.coordinates:
-                first, count = self.tables.coordinates[name], len(component.kind.coordinates)
-                order.extend(range(first, first + count))
+                order.extend(self.tables.coordinates[name] + i for i in self.tables.models[name].eliminate())
             if name in self.tables.rows:
                 first = self.n + self.tables.rows[name]
                 order.extend(range(first, first + component.kind.rows))
@@ -288,7 +310,7 @@ class System:
 
     def names(self) -> list[str]:
         """A name for each coordinate, e.g. "crank.phi" (n,)."""
-        return [f"{b.name}.{key}" for b in self.scene.bodies() for key in b.kind.coordinates]
+        return [f"{b.name}.{key}" for b in self.scene.bodies() for key in b.coordinates]
 
     def constraint_names(self) -> list[str]:
         """A name for each constraint, e.g. "O.Phi[1]", and "skate.Gam[1]" for nonholonomic ones (m + p,)."""
@@ -304,8 +326,8 @@ class System:
         lines = [f"n = {self.n} coordinates, m = {self.m} holonomic constraints, p = {self.p} nonholonomic", ""]
         for body in self.scene.bodies():
             first = t.coordinates[body.name]
-            keys = ", ".join(body.kind.coordinates)
-            lines.append(f"q[{first}:{first + len(body.kind.coordinates)}]  {body.name} ({keys})")
+            keys = ", ".join(body.coordinates)
+            lines.append(f"q[{first}:{first + len(body.coordinates)}]  {body.name} ({keys})")
         for name, first in sorted(t.rows.items(), key=lambda item: item[1]):
             kind = self.scene.components[name].kind
             lines.append(f"Phi[{first}:{first + kind.rows}]  {name} ({kind.name})")

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl import layout
-from mbdsl.elements.kind import BodyKind, JointKind
+from mbdsl.elements.kind import JointKind
 from mbdsl.lang.expressions import leaves
-from mbdsl.scene import Component, Scene
+from mbdsl.scene import Scene
 from mbdsl.system import gammas, moving, pairs
 from mbdsl.system.blocks import Block, expressions, find_blocks, frame_of
+from mbdsl.system.bodies import Body, body_pose, model
 from mbdsl.system.splines import piecewise
 from mbdsl.system.tape import Tape
 
@@ -35,6 +36,7 @@ class Tables:
     rows: dict[str, int]  #: joint name -> first holonomic constraint
     velocity_rows: dict[str, int]  #: joint name -> first nonholonomic constraint, counted behind the holonomic ones
     frames: dict[str, int]  #: frame name -> row of the frame table
+    models: dict[str, Body]  #: body name -> its model
     F: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     I: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
     Z: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, layout.COLUMNS)))
@@ -84,12 +86,6 @@ class Buffers:
         return offset
 
 
-def body_pose(component: Component, frame) -> tuple[float, float, float]:
-    """A frame's (x, y, phi) from the centre of mass, in the body's axes."""
-    cx, cy = component.kind.com(component.values) if isinstance(component.kind, BodyKind) else (0.0, 0.0)
-    return frame.x - cx, frame.y - cy, frame.phi
-
-
 def build_tables(scene: Scene, general: bool = False, size: float | None = None) -> Tables:
     """Number and tabulate ``scene``; with ``general``, make room for every kind there is.
 
@@ -101,7 +97,7 @@ def build_tables(scene: Scene, general: bool = False, size: float | None = None)
     n = 0
     for body in bodies:
         coordinates[body.name] = n
-        n += len(body.kind.coordinates)
+        n += len(body.coordinates)
     rows: dict[str, int] = {}
     m = 0
     for block in blocks:
@@ -119,7 +115,8 @@ def build_tables(scene: Scene, general: bool = False, size: float | None = None)
     frames = _used_frames(scene, blocks)
     if general or any(scene.frames[name].motion for name in frames):
         blocks.append(Block("moving", moving))
-    tables = Tables(scene, blocks, n, m, p, coordinates, rows, velocity_rows, frames)
+    models = {body.name: model(body) for body in bodies}
+    tables = Tables(scene, blocks, n, m, p, coordinates, rows, velocity_rows, frames, models)
     _fill(tables, size)
     return tables
 
@@ -159,33 +156,35 @@ def _fill(tables: Tables, size: float | None) -> None:
         frame = scene.frames[name]
         body = scene.components[frame.body]
         x, y, phi = body_pose(body, frame)
-        nb = len(body.kind.coordinates)
+        own: tuple[int, ...] = ()
         if frame.motion is not None:
             ground += 1
-        elif nb == 0:
+        elif frame.body not in tables.models:
             Z[f, :3] = x, y, phi
             ground += 1
         else:
             lengths.append(float(np.hypot(x, y)))
-        first = tables.coordinates.get(frame.body, 0)
-        dofs.append(tuple(range(first, first + nb)))
+            first = tables.coordinates[frame.body]
+            own = tuple(first + i for i in tables.models[frame.body].dofs((x, y, phi)))
+        dofs.append(own)
     I[layout.GROUND_FRAMES] = ground
     I[layout.FRAMES] = buffers.ints([v for d in dofs for v in (len(d), buffers.floats([0.0] * (6 * len(d))))])
 
-    _fill_mass(tables, buffers)
+    g = gravity(scene)
+    _fill_mass(tables, buffers, g)
     # Translations are measured in the mechanism's size, angles in radians.
     lengths += [float(c.values["length"]) for c in scene.components.values() if c.values.get("length")]
     size = size or max(lengths, default=0.0) or max((float(np.hypot(*z[:2])) for z in Z), default=0.0) or 1.0
     tables.scale = np.ones(n)
     for body in scene.bodies():
-        d = tables.coordinates[body.name]
-        tables.scale[d : d + 2] = 1.0 / size
+        d, own_scale = tables.coordinates[body.name], tables.models[body.name].scale(size)
+        tables.scale[d : d + len(own_scale)] = own_scale
 
     starts = {name: x.start for name, x in scene.inputs.items()}
     tables.multipliers = _multipliers(tables)
     tape = Tape(frames, tables.multipliers, starts)
     later: list[Callable[[], None]] = []
-    _fill_bodies(tables, buffers)
+    _fill_bodies(tables, buffers, g)
     pairs.tabulate(tables, buffers, dofs, tape, later)
     found = [g for b in tables.blocks if b.role == "gamma" for c in b.components for g in c.velocity_constraints]
     gammas.tabulate(found, frames, dofs, n + m, buffers, tape, later)
@@ -212,27 +211,39 @@ def _multipliers(tables: Tables) -> dict[tuple[str, int], int]:
     return found
 
 
-def _fill_mass(tables: Tables, buffers: Buffers) -> None:
-    """The diagonal mass matrix and the constant force of gravity, which is proportional to it."""
-    ground = next((c for c in tables.scene.components.values() if c.kind.name == "Ground"), None)
+def gravity(scene: Scene) -> NDArray[np.float64]:
+    """The field (2,) [m/s2]."""
+    ground = next((c for c in scene.components.values() if c.kind.name == "Ground"), None)
     direction = np.array(ground.values["n"], float) if ground else np.zeros(2)
     length = np.hypot(*direction)
-    field_ = float(ground.values["g"]) * direction / length if ground and length else np.zeros(2)
-    diagonal, force = [], []
-    for body in tables.scene.bodies():
-        entries = body.kind.table(body.values)
-        diagonal.extend(entries)
-        force.extend(e * field_[i] if i < 2 else 0.0 for i, e in enumerate(entries))
-    buffers.I[layout.MASS] = buffers.floats(diagonal)
-    buffers.I[layout.FORCE0] = buffers.floats(force)
-    offset = len(buffers.requests)
+    return float(ground.values["g"]) * direction / length if ground and length else np.zeros(2)
+
+
+def _fill_mass(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None:
+    """What of the mass matrix is constant, its diagonal and what stands beside it, and of the force of gravity."""
+    I, diagonal, force, couplings, values = buffers.I, list[float](), list[float](), list[int](), list[float]()
+    for name, body in tables.models.items():
+        diagonal.extend(body.mass())
+        force.extend(body.weight(g))
+        d = tables.coordinates[name]
+        for i, j, value in body.couplings():
+            couplings += [d + i, d + j, buffers.slots((d + i,), (d + j,))]
+            buffers.slots((d + j,), (d + i,))
+            values.append(value)
+    I[layout.MASS] = buffers.floats(diagonal)
+    I[layout.FORCE0] = buffers.floats(force)
+    I[layout.COUPLINGS], I[layout.N_COUPLINGS] = buffers.ints(couplings), len(values)
+    I[layout.COUPLING_VALUES] = buffers.floats(values)
+    I[layout.MASS_KIND] = max((b.module.MASS for b in tables.blocks if b.role == "body" and b.components), default=0)
+    I[layout.MASS_ROW], I[layout.TANGENT_ROW] = layout.Q, layout.X
+    I[layout.INERTIA_ROW], I[layout.INERTIA_ROW2] = layout.X, layout.X2
+    I[layout.MASS_SLOTS] = len(buffers.requests)
     for i in range(tables.n):
         buffers.slots((i,), (i,))
-    buffers.I[layout.MASS_SLOTS] = offset
 
 
-def _fill_bodies(tables: Tables, buffers: Buffers) -> None:
-    """Per body: first coordinate, first frame, number of frames, offset of the frames' poses, slot of the last q."""
+def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None:
+    """The integers of every body, as its model says."""
     names: dict[str, list[str]] = {}
     for name in tables.frames:
         names.setdefault(tables.scene.frames[name].body, []).append(name)
@@ -242,10 +253,9 @@ def _fill_bodies(tables: Tables, buffers: Buffers) -> None:
         ints: list[int] = []
         for c in block.components:
             own = names.get(c.name, [])
-            offset = buffers.floats(v for name in own for v in body_pose(c, tables.scene.frames[name]))
-            d = tables.coordinates[c.name]
-            last = d + len(c.kind.coordinates) - 1
-            ints += [d, tables.frames[own[0]] if own else 0, len(own), offset, buffers.slots((last,), (last,))]
+            d, first = tables.coordinates[c.name], tables.frames[own[0]] if own else 0
+            poses = [body_pose(c, tables.scene.frames[name]) for name in own]
+            ints += tables.models[c.name].record(buffers, d, first, poses, g)
         header = layout.BLOCKS + layout.BLOCK * k
         buffers.I[header] = len(block.components)
         buffers.I[header + 1] = buffers.ints(ints)

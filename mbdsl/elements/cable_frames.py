@@ -1,0 +1,3 @@
+"""Stub."""
+MASS = 1
+stiffness = None

@@ -1,0 +1,152 @@
+"""FlexibleBeam: a uniform straight beam that bends and stretches, jointed like any other body.
+
+Euler-Bernoulli, in the plane. ``formulation = "floating"`` takes deformation as small in a frame that moves with the
+beam (:mod:`mbdsl.elements.floating_frames`), by finite elements or by the modes of them that are asked for;
+``"ancf"`` takes it as large, with absolute positions and slopes of nodes as coordinates
+(:mod:`mbdsl.elements.cable_frames`). Without modes (``modes = 0``) it is a rigid rod, whatever the formulation.
+"""
+
+from collections.abc import Mapping
+
+from mbdsl.elements import body, cable_frames, floating_frames, rigid_frames
+from mbdsl.elements.kind import BodyKind, Parameter
+
+MOTIONS = (rigid_frames, floating_frames)
+FLOATING, ANCF = "floating", "ancf"
+
+
+def motion(values: Mapping):
+    """How frames on a beam with these values move."""
+    if values["modes"] == 0:
+        return rigid_frames
+    return cable_frames if values["formulation"] == ANCF else floating_frames
+
+
+def coordinates(values: Mapping) -> tuple[str, ...]:
+    if values["modes"] == 0:
+        return ("x", "y", "phi")
+    elements = int(values["elements"])
+    if values["formulation"] == ANCF:
+        return tuple(f"{key}{node}" for node in range(1, elements + 2) for key in ("x", "y", "dx", "dy"))
+    count = 4 * elements if values["modes"] is None else int(values["modes"])
+    return ("x", "y", "phi", *(f"q{j}" for j in range(1, count + 1)))
+
+
+def check(values: Mapping) -> str | None:
+    """What the values say together, in the order in which somebody would mend it."""
+    v = values
+    if (v["density"] is None) == (v["mass"] is None):
+        return "give either the density of the material or the mass of the whole beam"
+    for name in ("elements", "modes", "axial"):
+        if v[name] is not None and v[name] != int(v[name]):
+            return f"`{name}` is a number of things, not {v[name]:g}"
+    if v["elements"] is not None and v["elements"] < 1:
+        return "a beam has at least one element"
+    modes, axial, ancf = v["modes"], v["axial"], v["formulation"] == ANCF
+    if modes == 0:
+        return None
+    if ancf:
+        for name in ("modes", "axial"):
+            if v[name] is not None:
+                return f"`{name}` belongs to formulation = \"{FLOATING}\": with ANCF the elements' nodes are coordinates"
+        if v["zeta"] or v["alpha"]:
+            return "with ANCF damping is given by `beta`: `zeta` and `alpha` would damp rigid motion, too"
+        return None
+    if modes is None:
+        if axial is not None:
+            return "`axial` says how many of the `modes` are axial ones: give `modes`, too"
+        if v["reference"] == "mean-axis":
+            return "the mean axis needs `modes`: it is what free-free modes are measured from"
+        if v["zeta"]:
+            return "damping by `zeta` is that of modes: give `modes`, or Rayleigh's `alpha` and `beta`"
+    else:
+        if axial is not None and axial > modes:
+            return f"{axial:g} of {modes:g} modes cannot be axial ones"
+        boundary = 6 if v["reference"] == "mean-axis" else 3
+        if v["basis"] == "craig-bampton" and modes < 3:
+            return f"Craig-Bampton modes begin with what the ends can do: at least 3 modes, not {modes:g}"
+        most = 4 * int(v["elements"]) if v["elements"] is not None else modes + boundary
+        if modes > most:
+            return f"{v['elements']:g} elements have {most:g} modes, not {modes:g}: give more elements"
+    return None
+
+
+def derive(values: Mapping) -> dict:
+    v = values
+    found = {}
+    if v["mass"] is None:
+        found["mass"] = v["density"] * v["S"] * v["length"]
+    if v["elements"] is None:
+        found["elements"] = float(max(16, 4 * int(v["modes"] or 0)) if v["modes"] else 8 if v["formulation"] == ANCF else 4)
+    return found
+
+
+def rigid(values: Mapping) -> tuple[float, float, float]:
+    """What it weighs as a rigid rod."""
+    mass, length = values["mass"], values["length"]
+    return mass, mass, mass * length**2 / 12 + values["rotary"] * length
+
+
+KIND = BodyKind(
+    "FlexibleBeam",
+    doc="A uniform straight beam that bends and stretches in the plane, with frames a and b at its ends, c in its "
+    "middle, and any others on its axis; they turn with the section that they are on.",
+    parameters=(
+        Parameter("length", "m", doc="length, undeformed", positive=True),
+        Parameter("density", "kg/m3", None, "of the material; or give the mass", positive=True),
+        Parameter("mass", "kg", None, "of the whole beam; or give the density", positive=True),
+        Parameter("S", "m2", doc="area of the section", positive=True),
+        Parameter("I", "m4", doc="second moment of area of the section", positive=True),
+        Parameter("E", "Pa", doc="Young's modulus", positive=True),
+        Parameter("rotary", "kg.m", 0.0, "rotary inertia of the section, per length", minimum=0.0),
+        Parameter(
+            "formulation",
+            "",
+            FLOATING,
+            'small deformation in a floating frame, or large deformation by absolute nodal coordinates ("ancf")',
+            choices=(FLOATING, ANCF),
+        ),
+        Parameter("elements", "1", None, "finite elements; default 4, with modes 16 or more, with ANCF 8"),
+        Parameter(
+            "modes", "1", None, "elastic coordinates; 0: a rigid rod; left out: all that the elements have", minimum=0.0
+        ),
+        Parameter(
+            "axial", "1", None, "how many of the modes are axial ones; default: lowest frequencies first", minimum=0.0
+        ),
+        Parameter(
+            "basis",
+            "",
+            "eigenmodes",
+            "what the modes are: eigenmodes under the reference conditions, or static shapes of what the ends do with "
+            "eigenmodes between fixed ends (Craig-Bampton), made orthogonal",
+            choices=("eigenmodes", "craig-bampton"),
+        ),
+        Parameter(
+            "reference",
+            "",
+            "pinned-pinned",
+            "where the floating frame is: through both ends, tangent at frame a, or the mean axis",
+            choices=("pinned-pinned", "clamped-free", "mean-axis"),
+        ),
+        Parameter("stiffening", "", True, "geometric stiffening: bending shortens the beam (floating frame)"),
+        Parameter("zeta", "1", 0.0, "damping ratio of every mode", minimum=0.0),
+        Parameter("alpha", "1/s", 0.0, "Rayleigh damping: part of the elastic mass", minimum=0.0),
+        Parameter("beta", "s", 0.0, "Rayleigh damping: part of the stiffness (the material's retardation)", minimum=0.0),
+        Parameter(
+            "initial",
+            "",
+            "undeformed",
+            "shape at the start: undeformed, or that of the static equilibrium under the loads there",
+            choices=("undeformed", "static"),
+        ),
+        Parameter("frames", "", (), "further frames: frames(tip = {x, 0, phi}, ...) from the middle, on the axis"),
+    ),
+    signals=body.SIGNALS,
+    check=check,
+    derive=derive,
+    effects={"flexibility": lambda v: {} if v["modes"] == 0 else {"modes": 0.0}},
+    coordinates=("x", "y", "phi"),
+    coordinates_of=coordinates,
+    frames=body.ends,
+    table=rigid,
+)
