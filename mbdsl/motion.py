@@ -82,7 +82,7 @@ class Motion:
         self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if plan.general else reduce(mechanism)
         self.system = build(scene, mechanism, plan.general)
         # what nobody said anything about at the start must not depend on what the scene was reduced to
-        self._size = float(1.0 / self.system.tables.scale[0])
+        self._size = self.system.tables.size
         if self.reduction.nothing_done:
             self._systems = [self.system]
         else:
@@ -258,11 +258,16 @@ class Motion:
         for body in system.scene.bodies():
             frame = f"{body.name}.c"
             k = owner.get(self.reduction.scene.frames[frame].body)
-            keys = body.kind.coordinates
+            d, count = system.tables.coordinates[body.name], system.tables.models[body.name].n
+            if k is not None and count > len(RATE):  # what deforms is solved for as it is
+                own = self.parts[k].system.tables.coordinates[body.name]
+                q[:, d : d + count] = states[k][0][:, own : own + count]
+                v[:, d : d + count] = states[k][1][:, own : own + count]
+                continue
+            keys = body.coordinates
             roots = [coordinate(frame, key) for key in (*keys, *(RATE[key] for key in keys))]
             where, (part_q, part_v) = (still, (q, v)) if k is None else (self.parts[k].system, states[k][:2])
             found = values(where, roots, t, part_q, part_v)
-            d = system.tables.coordinates[body.name]
             for j in range(len(keys)):
                 q[:, d + j], v[:, d + j] = found[j], found[len(keys) + j]
         for rows, (_, _, part_lam) in zip(self._rows, states, strict=True):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import fnmatch
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -16,9 +16,11 @@ from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.lang.expressions import Expr, const, coordinate, leaves
 from mbdsl.scene import Scene
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.bodies import Rigid
 from mbdsl.system.initial import Moved
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
+from mbdsl.system.tables import gravity
 
 if TYPE_CHECKING:
     import pandas
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 UNITS = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
+ENERGIES = ("energy.kinetic", "energy.potential", "energy.total")
 ACCELERATIONS = {"ax": "m/s2", "ay": "m/s2", "alpha": "rad/s2"}
 
 
@@ -109,9 +112,15 @@ class Trajectory:
         for name, expression in scene.variables.items():
             unit = scene.inputs[name].unit if name in scene.inputs else ""
             found.setdefault(name, (expression, unit))
-        for name, energy in zip(("kinetic", "potential", "total"), _energies(scene), strict=True):
-            found[f"energy.{name}"] = (energy, "J")
+        if not self._flexible:
+            for name, energy in zip(ENERGIES, _energies(scene), strict=True):
+                found[name] = (energy, "J")
         return found
+
+    @cached_property
+    def _flexible(self) -> list[str]:
+        """Bodies that deform."""
+        return [name for name, body in self.system.tables.models.items() if not isinstance(body, Rigid)]
 
     @cached_property
     def _computed(self) -> dict[str, str]:
@@ -122,13 +131,16 @@ class Trajectory:
                 for key, unit in zip(ACCELERATIONS, ACCELERATIONS.values(), strict=True):
                     if key != "alpha" or "phi" in c.kind.coordinates:
                         found[f"{c.name}.{key}"] = unit
+                if c.name in self._flexible:
+                    count = len(c.coordinates)
+                    found.update({f"{c.name}.{q}[{k + 1}]": "" for q in ("q", "dq") for k in range(count)})
             elif isinstance(c.kind, JointKind):
                 for k in range(c.kind.rows):
                     found[f"{c.name}.Phi[{k + 1}]"] = ""
                     found[f"{c.name}.dPhi[{k + 1}]"] = ""
                 for k in range(len(c.velocity_constraints)):
                     found[f"{c.name}.Gam[{k + 1}]"] = ""
-        return found
+        return found | (dict.fromkeys(ENERGIES, "J") if self._flexible else {})
 
     @property
     def names(self) -> list[str]:
@@ -199,10 +211,19 @@ class Trajectory:
 
     def _compute(self, name: str) -> None:
         owner, key = name.rsplit(".", 1)
+        if owner == "energy":
+            self._known.update(zip(ENERGIES, self._energy(), strict=True))
+            return
         if key in ACCELERATIONS:
-            for k, coordinate_name in enumerate(self.system.names()):
-                body, c = coordinate_name.rsplit(".", 1)
-                self._known[f"{body}.{dict(x='ax', y='ay', phi='alpha')[c]}"] = self.a[:, k]
+            d, body = self.system.tables.coordinates[owner], self.system.tables.models[owner]
+            a = self.a[:, d : d + body.n]
+            if owner in self._flexible:
+                a = self._of_middle(owner, a)
+            self._known.update({f"{owner}.{which}": a[:, k] for k, which in enumerate(ACCELERATIONS) if k < a.shape[1]})
+            return
+        if owner in self._flexible:
+            k = self.system.tables.coordinates[owner] + int(key[key.index("[") + 1 : -1]) - 1
+            self._known[name] = (self.v if key.startswith("dq") else self.q)[:, k]
             return
         Phi, dPhi, Gam = self._constraints
         tables, component = self.system.tables, self.scene.components[owner]
@@ -213,6 +234,27 @@ class Trajectory:
             self._known[f"{owner}.dPhi[{k + 1}]"] = dPhi[:, row]
         for k in range(len(component.velocity_constraints)):
             self._known[f"{owner}.Gam[{k + 1}]"] = Gam[:, tables.velocity_rows[owner] - self.system.m + k]
+
+    def _of_middle(self, owner: str, a: Array) -> Array:
+        """Accelerations (N, 3) of the frame in a flexible body's middle from those of its coordinates (N, n)."""
+        d, body = self.system.tables.coordinates[owner], self.system.tables.models[owner]
+        found = np.zeros((len(a), 3))
+        for i, (q, v) in enumerate(zip(self.q[:, d : d + body.n], self.v[:, d : d + body.n], strict=True)):
+            B, rate = body.gradient((0.0, 0.0, 0.0), q, v)
+            found[i] = B @ a[i] + rate @ v
+        return found
+
+    def _energy(self) -> tuple[Array, Array, Array]:
+        """Kinetic, potential energy and their sum (N,) of a model with bodies that deform."""
+        tables = self.system.tables
+        rigid = _energies(self.scene, self._flexible)
+        kinetic, potential, _ = values(self.system, rigid, self.t, self.q, self.v, None, self.inputs)
+        g = gravity(self.scene)
+        for name in self._flexible:
+            d, body = tables.coordinates[name], tables.models[name]
+            T, U = body.energies(self.q[:, d : d + body.n], self.v[:, d : d + body.n], g)
+            kinetic, potential = kinetic + T, potential + U
+        return kinetic, potential, kinetic + potential
 
     @cached_property
     def _motion(self) -> tuple[Array, Array]:
@@ -288,16 +330,15 @@ class Trajectory:
         return xarray.Dataset(variables, coords={"time": ("time", self.t, {"units": "s"})})
 
 
-def _energies(scene: Scene) -> tuple[Expr, Expr, Expr]:
-    """Kinetic and potential energy and their sum. Potential: gravity (zero at the ground's origin) and linear springs;
-    forces given by expressions have none."""
+def _energies(scene: Scene, beside: Collection[str] = ()) -> tuple[Expr, Expr, Expr]:
+    """Kinetic and potential energy and their sum, without the bodies ``beside``. Potential: gravity (zero at the
+    ground's origin) and linear springs; forces given by expressions have none."""
     kinetic, potential = const(0.0), const(0.0)
-    ground = next((c for c in scene.components.values() if c.kind.name == "Ground"), None)
-    n = np.array(ground.values["n"], float) if ground else np.zeros(2)
-    size = float(np.hypot(*n))
-    g = float(ground.values["g"]) * n / size if ground and size else np.zeros(2)  # type: ignore[arg-type]
+    g = gravity(scene)
     for c in scene.components.values():
         if isinstance(c.kind, BodyKind) and c.kind.coordinates:
+            if c.name in beside:
+                continue
             masses = c.kind.table(dict(c.values))
             for key, rate, mass in zip(("x", "y", "phi"), ("vx", "vy", "w"), masses, strict=False):
                 speed = coordinate(f"{c.name}.c", rate)

@@ -1,3 +1,4 @@
 """Stub."""
+
 MASS = 1
 stiffness = None

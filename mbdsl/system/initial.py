@@ -22,10 +22,12 @@ from mbdsl.lang.expressions import RATE, coordinate, is_velocity_level
 from mbdsl.scene import InitialValue
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.placing import place
+from mbdsl.system.shapes import AsIs, Undeformed
 from mbdsl.system.signals import Matrix, gradients, values
 from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
+Shape = AsIs | Undeformed
 
 GUESSED, UNSAID = 1.0, 1e-4  #: weights of a coordinate with a guess, and of one without
 LONGEST = 0.5  #: largest change of an angle in one iteration [rad]
@@ -61,9 +63,8 @@ class Metric:
     """
 
     def __init__(self, system: System, members: Mapping[str, Sequence[str]]) -> None:
-        scale = system.tables.scale
         self.weight = np.full(system.n, UNSAID)  #: of coordinates that are measured in ``scale``
-        size, self.positions, self.velocities = scale.min(initial=1.0), [], []
+        size, self.positions, self.velocities = 1.0 / system.tables.size, [], []
         for body, frames in members.items():
             first = system.tables.coordinates[body]
             self.weight[first : first + 3] = 0.0
@@ -74,9 +75,9 @@ class Metric:
         self.system = system
 
     def positions_at(self, t: float, q: Array) -> tuple[Array, Matrix]:
-        """Weighted coordinates of members, and their gradient with respect to scaled coordinates."""
+        """Weighted coordinates of members, and their gradient with respect to q."""
         value, d_q, _ = gradients(self.system, self.positions, t, q, np.zeros(self.system.n))
-        return self.row_weight[:, 0] * value, _scaled(d_q, self.row_weight, self.system.tables.scale)
+        return self.row_weight[:, 0] * value, _scaled(d_q, self.row_weight, np.ones(self.system.n))
 
     def velocities_at(self, t: float, q: Array, v: Array) -> tuple[Array, Matrix]:
         """Weighted velocities of members, and their gradient with respect to v."""
@@ -107,8 +108,7 @@ def initial_state(
     velocities = [x for x in given if is_velocity_level(x.target)]
     placed = place(system, graph, t, positions)
     metric = Metric(system, members)
-    q = _positions(system, t, placed, positions, metric)
-    v = _velocities(system, t, q, velocities, metric)
+    q, v = _assembled(system, t, placed, positions, velocities, metric)
     redundant = _redundant(system, t, q, v)
     a, lam = accelerations(system, t, q, v, redundant)
     moved = []
@@ -119,51 +119,76 @@ def initial_state(
     return InitialState(t, q, v, a, lam, tuple(moved), redundant)
 
 
+def _assembled(
+    system: System,
+    t: float,
+    placed: Array,
+    positions: list[InitialValue],
+    velocities: list[InitialValue],
+    metric: Metric,
+) -> tuple[Array, Array]:
+    """q and v; bodies that could deform do so only where it has to be."""
+    shape = Undeformed(system, placed)
+    if shape.any:
+        try:
+            y = _positions(system, t, shape, positions, metric)
+            q = shape.expand(y)
+            return q, _velocities(system, t, q, y, shape, velocities, metric)
+        except InitialisationError:
+            pass
+    loose = AsIs(system, placed)
+    q = _positions(system, t, loose, positions, metric)
+    return q, _velocities(system, t, q, q, loose, velocities, metric)
+
+
 # -- positions -----------------------------------------------------------------------------------------------
 
 
-def _positions(system: System, t: float, guess: Array, given: list[InitialValue], metric: Metric) -> Array:
+def _positions(system: System, t: float, shape: Shape, given: list[InitialValue], metric: Metric) -> Array:
+    """The y of ``shape`` that belongs to the pose."""
     fixed = [x for x in given if x.fixed]
     soft = [x for x in given if not x.fixed]
-    scale, at_rest = system.tables.scale, np.zeros(system.n)
-    angles = np.array([name.endswith(".phi") for name in system.names()], bool)
+    guess, scale, angles, at_rest = shape.start, shape.scale, shape.angles, np.zeros(system.n)
+    weight = shape.weights(metric.weight)
     tolerance = 1e-13 * (1.0 + np.abs(guess * scale).max(initial=0.0))
     best, best_violation = guess, np.inf
-    members, _d = metric.positions_at(t, guess)
+    members, _d = metric.positions_at(t, shape.expand(guess))
     rng = None  # not before it is needed: numpy loads its generators only then
     for attempt in range(6):
-        q = guess
+        y = guess
         if attempt:  # a start at a singular pose has no direction to go: later attempts start beside it
             rng = rng or np.random.default_rng(0)
-            q = guess + rng.normal(size=system.n) * 0.1 * attempt / scale
+            y = guess + rng.normal(size=len(guess)) * 0.1 * attempt / scale
         for k in range(160):
+            q = shape.expand(y)
             value, d_q, _v = _stack(system, fixed, t, q, at_rest)
             r_c = np.concatenate([system.Phi(t, q), value - np.array([x.value for x in fixed])])
             soft_value, soft_q, _v = _stack(system, soft, t, q, at_rest)
             r_s = soft_value - np.array([x.value for x in soft])
-            J, r_c = _without_units(_stacked(system.Phi_q(t, q), d_q), r_c, scale)
-            S, r_s = _without_units(soft_q, r_s, scale)
+            J, r_c = _without_units(shape.reduce(y, _stacked(system.Phi_q(t, q), d_q)), r_c, scale)
+            S, r_s = _without_units(shape.reduce(y, soft_q), r_s, scale)
             violation = np.abs(r_c).max(initial=0.0)
-            if q is guess and max(violation, np.abs(r_s).max(initial=0.0)) <= tolerance:
-                return q  # placed where it was meant: nothing can be nearer
+            if y is guess and max(violation, np.abs(r_s).max(initial=0.0)) <= tolerance:
+                return y  # placed where it was meant: nothing can be nearer
             if violation < best_violation:
-                best, best_violation = q, violation
+                best, best_violation = y, violation
             # Damped while the violation is large, and plain Gauss-Newton to end with: what is left then may be a
             # solution at a dead centre, where damping never arrives.
             plain = k >= 80 or violation < 1e-6
             solve = _constrained if plain else _damped
             value, d_q = metric.positions_at(t, q)
-            S, r_s = _stacked(S, d_q), np.concatenate([r_s, value - members])
-            step = solve(metric.weight, metric.weight * (q - guess) * scale, S, r_s, J, r_c) / scale
+            d_y = _scaled(shape.reduce(y, d_q), np.ones((len(value), 1)), scale)
+            S, r_s = _stacked(S, d_y), np.concatenate([r_s, value - members])
+            step = solve(weight, weight * (y - guess) * scale, S, r_s, J, r_c) / scale
             if not np.isfinite(step).all():
                 break
             turn = np.abs(step[angles]).max(initial=0.0)
-            q = q + step * min(1.0, LONGEST / max(turn, 1e-300))
+            y = y + step * min(1.0, LONGEST / max(turn, 1e-300))
             if violation <= tolerance and np.abs(step * scale).max(initial=0.0) <= 10.0 * tolerance:
-                return q
+                return y
         if violation <= 1e3 * tolerance:
-            return q
-    raise _inconsistent(system, t, best, fixed, velocity=None)
+            return y
+    raise _inconsistent(system, t, shape.expand(best), fixed, velocity=None)
 
 
 def _without_units(J: Matrix, r: Array, scale: Array) -> tuple[Matrix, Array]:
@@ -238,12 +263,15 @@ def _constrained(weight: Array, r_w: Array, A_s: Matrix, r_s: Array, J: Matrix, 
 # -- velocities, accelerations -------------------------------------------------------------------------------
 
 
-def _velocities(system: System, t: float, q: Array, given: list[InitialValue], metric: Metric) -> Array:
+def _velocities(
+    system: System, t: float, q: Array, y: Array, shape: Shape, given: list[InitialValue], metric: Metric
+) -> Array:
     fixed = [x for x in given if x.fixed]
     soft = [x for x in given if not x.fixed]
-    v = np.zeros(system.n)
-    weight = metric.weight * system.tables.scale
+    w = np.zeros(len(y))
+    weight = shape.weights(metric.weight) * shape.scale
     for _ in range(20 if system.p else 3):  # mostly linear in v: the second pass refines, the third confirms
+        v = shape.rates(y, w)
         value, _q, d_v = _stack(system, fixed, t, q, v)
         r_f = value - np.array([x.value for x in fixed])
         soft_value, _q, soft_v = _stack(system, soft, t, q, v)
@@ -251,13 +279,14 @@ def _velocities(system: System, t: float, q: Array, given: list[InitialValue], m
         r_c = np.concatenate([_velocity_residual(system, t, q, v), r_f])
         if not r_c.any() and not r_s.any():
             return v  # at rest, and meant to be
-        J = _stacked(system.velocity_jacobian(t, q, v), d_v)
+        J = shape.reduce(y, _stacked(system.velocity_jacobian(t, q, v), d_v))
         value, d_v = metric.velocities_at(t, q, v)
-        soft_rows, r_s = _stacked(soft_v * GUESSED, d_v), np.concatenate([r_s * GUESSED, value])
-        step = _constrained(weight, weight * v, soft_rows, r_s, J, r_c)
-        v = v + step
-        if np.abs(step).max(initial=0.0) <= 1e-15 * np.abs(v).max(initial=0.0):
+        soft_rows, r_s = shape.reduce(y, _stacked(soft_v * GUESSED, d_v)), np.concatenate([r_s * GUESSED, value])
+        step = _constrained(weight, weight * w, soft_rows, r_s, J, r_c)
+        w = w + step
+        if np.abs(step).max(initial=0.0) <= 1e-15 * np.abs(w).max(initial=0.0):
             break
+    v = shape.rates(y, w)
     value, *_ = _stack(system, fixed, t, q, v)
     r_c = np.concatenate([_velocity_residual(system, t, q, v), value - np.array([x.value for x in fixed])])
     if np.abs(r_c).max(initial=0.0) > 1e-9 * (1 + np.abs(v).max(initial=0.0)):
@@ -306,7 +335,7 @@ def _redundant(system: System, t: float, q: Array, v: Array) -> tuple[int, ...]:
     near = q + (1e-2 / size if size else 0.0) * direction
     for _ in range(20):
         near = near - np.linalg.lstsq(system.Phi_q(t, near), system.Phi(t, near), rcond=1e-9)[0]
-    if np.abs(system.Phi(t, near)).max() * system.tables.scale.min() > 1e-10:
+    if np.abs(system.Phi(t, near)).max() > 1e-10 * system.tables.size:
         return ()  # no pose nearby: nothing is known of it
     return _dependent(system.velocity_jacobian(t, near, v))
 

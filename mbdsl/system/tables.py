@@ -40,6 +40,7 @@ class Tables:
     F: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     I: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
     Z: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, layout.COLUMNS)))
+    size: float = 1.0  #: of the mechanism [m]
     scale: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     pattern: tuple[NDArray[np.int64], NDArray[np.int64]] = (np.empty(0, np.int64), np.empty(0, np.int64))
     multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> its entry in a row of Y
@@ -175,7 +176,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     # Translations are measured in the mechanism's size, angles in radians.
     lengths += [float(c.values["length"]) for c in scene.components.values() if c.values.get("length")]
     size = size or max(lengths, default=0.0) or max((float(np.hypot(*z[:2])) for z in Z), default=0.0) or 1.0
-    tables.scale = np.ones(n)
+    tables.size, tables.scale = size, np.ones(n)
     for body in scene.bodies():
         d, own_scale = tables.coordinates[body.name], tables.models[body.name].scale(size)
         tables.scale[d : d + len(own_scale)] = own_scale

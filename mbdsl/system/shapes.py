@@ -1,0 +1,115 @@
+"""What assembly may move: every coordinate, or bodies as wholes, undeformed.
+
+Bodies that deform could meet any constraint by deforming. They are assembled undeformed, therefore, and only where that
+cannot be, as in a structure that is put together under stress, with all their coordinates.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.system.bodies import POSITIONS, Rigid
+from mbdsl.system.system import DENSE_LIMIT, System
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+Array = NDArray[np.float64]
+
+
+class AsIs:
+    """Every coordinate by itself: y = q."""
+
+    def __init__(self, system: System, q: Array) -> None:
+        self.start, self.scale = q, system.tables.scale
+        self.angles = np.array([name.endswith(".phi") for name in system.names()], bool)
+
+    def expand(self, y: Array) -> Array:
+        """q (n,) for what is moved, y."""
+        return y
+
+    def reduce(self, y: Array, J: Array | csr_array) -> Array | csr_array:
+        """J dq/dy for a Jacobian J with respect to q."""
+        return J
+
+    def rates(self, y: Array, w: Array) -> Array:
+        """v (n,) for the rates w of y."""
+        return w
+
+    def weights(self, weight: Array) -> Array:
+        """Those of y for the weights of q."""
+        return weight
+
+
+class Undeformed:
+    """y holds the coordinates of rigid bodies and the poses of those that could deform."""
+
+    def __init__(self, system: System, q: Array) -> None:
+        tables = system.tables
+        self.system, self.parts = system, list[tuple[int, int, object]]()
+        start, scale, keep = list[float](), list[float](), list[int]()
+        for name, model in tables.models.items():
+            d, first = tables.coordinates[name], len(start)
+            if isinstance(model, Rigid):
+                start.extend(q[d : d + model.n])
+                scale.extend(tables.scale[d : d + model.n])
+                keep.extend(range(d, d + model.n))
+            else:
+                own = q[None, d : d + model.n]
+                start.extend(float(model.frame((0.0, 0.0, 0.0), key, own, own)[0]) for key in POSITIONS)
+                scale.extend([tables.scale[d], tables.scale[d], 1.0])
+                keep.extend([d, d, d])
+                self.parts.append((d, first, model))
+        self.start, self.scale = np.array(start), np.array(scale)
+        self._of = np.array(keep, int)
+        self._rigid = np.ones(len(start), bool)
+        self.angles = np.array([system.names()[k].endswith(".phi") for k in keep], bool)
+        for _, first, _ in self.parts:
+            self._rigid[first : first + 3] = False
+            self.angles[first : first + 3] = False, False, True
+
+    @property
+    def any(self) -> bool:
+        """Whether something could deform."""
+        return bool(self.parts)
+
+    def expand(self, y: Array) -> Array:
+        q = np.zeros(self.system.n)
+        q[self._of[self._rigid]] = y[self._rigid]
+        for d, first, model in self.parts:
+            q[d : d + model.n] = model.placed(tuple(y[first : first + 3]))[0]  # type: ignore[attr-defined]
+        return q
+
+    def _directions(self, y: Array):
+        """dq/dy (n, y.size), dense or sparse as the System's matrices are."""
+        rows, columns, values = (
+            list(self._of[self._rigid]),
+            list(np.flatnonzero(self._rigid)),
+            [1.0] * self._rigid.sum(),
+        )
+        for d, first, model in self.parts:
+            T = model.placed(tuple(y[first : first + 3]))[1]  # type: ignore[attr-defined]
+            i, j = np.nonzero(T)
+            rows.extend(d + i)
+            columns.extend(first + j)
+            values.extend(T[i, j])
+        shape = (self.system.n, len(y))
+        if self.system.unknowns > DENSE_LIMIT:
+            from scipy.sparse import csr_array
+
+            return csr_array((values, (rows, columns)), shape=shape)
+        T = np.zeros(shape)
+        T[rows, columns] = values
+        return T
+
+    def reduce(self, y: Array, J: Array | csr_array) -> Array | csr_array:
+        return J @ self._directions(y)
+
+    def rates(self, y: Array, w: Array) -> Array:
+        return self._directions(y) @ w
+
+    def weights(self, weight: Array) -> Array:
+        return weight[self._of]
