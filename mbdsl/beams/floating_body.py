@@ -131,7 +131,7 @@ class FloatingBody:
     @staticmethod
     def _entries(buffers, d: int, *matrices: Array) -> tuple[int, int, int]:
         """How many entries there are in any of them; where i, j, slot and their values stand."""
-        i, j = np.nonzero(sum(np.abs(m) for m in matrices))
+        i, j = np.nonzero(np.abs(np.array(matrices)).sum(axis=0))
         ints = []
         for a, b in zip(i.tolist(), j.tolist(), strict=True):
             ints += [a, b, buffers.slots((d + 3 + a,), (d + 3 + b,))]

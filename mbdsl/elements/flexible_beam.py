@@ -77,9 +77,8 @@ def derive(values: Mapping) -> dict:
     if v["mass"] is None:
         found["mass"] = v["density"] * v["S"] * v["length"]
     if v["elements"] is None:
-        found["elements"] = float(
-            max(16, 4 * int(v["modes"] or 0)) if v["modes"] else 8 if v["formulation"] == ANCF else 4
-        )
+        modes = v["modes"] or 0.0
+        found["elements"] = 8.0 if v["formulation"] == ANCF else max(16.0, 4.0 * modes) if modes else 4.0
     return found
 
 
@@ -133,9 +132,7 @@ KIND = BodyKind(
         Parameter("stiffening", "", True, "geometric stiffening: bending shortens the beam (floating frame)"),
         Parameter("zeta", "1", 0.0, "damping ratio of every mode", minimum=0.0),
         Parameter("alpha", "1/s", 0.0, "Rayleigh damping: part of the elastic mass", minimum=0.0),
-        Parameter(
-            "beta", "s", 0.0, "Rayleigh damping: part of the stiffness (the material's retardation)", minimum=0.0
-        ),
+        Parameter("beta", "s", 0.0, "Rayleigh damping: part of the stiffness, as of a material", minimum=0.0),
         Parameter(
             "initial",
             "",

@@ -1,13 +1,13 @@
 """How frames on a beam in its floating frame of reference move, and the beam's own inertia and elastic forces.
 
 Coordinates are R = (x, y), the origin of the floating frame, its angle phi, and k elastic coordinates q. In the frame's
-axes a point of the axis is at u(q) = u0 + S q - 1/2 e_x q^T N q (the last term, the foreshortening by bending, only with
-geometric stiffening), turned by v'(q), linear in q. With A = A(phi), J the turn by 90 degrees, w = phi':
+axes a point of the axis is at u(q) = u0 + S q - 1/2 e_x q^T N q (the last term, the foreshortening by bending, with
+geometric stiffening only), turned by v'(q), linear in q. With A = A(phi), J the turn by 90 degrees, w = phi':
 
     r = R + A u,   theta = phi + v',   B = [1, A J u, A u_j; 0, 1, v'_j],   u_j = S_j - e_x (N q)_j
 
-Kinetic energy, with integrals over the mass that are constants of the discretisation (m, I0, S_bar, h1, g0, H, G, N_bar;
-H holds the stiffening's share, complete to second order in q and q'):
+Kinetic energy, with integrals over the mass that are constants of the discretisation (m, I0, S_bar, h1, g0, H, G and
+N_bar; H holds the stiffening's share, complete to second order in q and q'):
 
     T = m/2 R'.R' + w R'.A J c + R'.A c' + P w^2/2 + w b.q' + 1/2 q'^T M_ff q'
     c = S_bar q - 1/2 e_x q^T N_bar q,   P = I0 + (2 h1 + H q).q,   b = g0 - G q
@@ -55,7 +55,7 @@ MASS = 2  #: the mass matrix depends on q
 #: the model that fills the tables
 MODEL = "mbdsl.beams.floating_body"
 
-# -- record of a body: first coordinate, first frame, number of frames, k; offsets in F of m, I0, g, S_bar, h1, g0 ------
+# -- record of a body: first coordinate, first frame, number of frames, k; offsets in F of m, I0, g, S_bar, h1, g0
 FIRST, FRAME, N_FRAME, SIZE, CONSTANTS = 0, 1, 2, 3, 4
 #: entries of H, G, N_bar (how many; i, j, slot in I; values in F), and of K, D
 INERTIAL, INERTIAL_AT, INERTIAL_VALUES = 5, 6, 7

@@ -85,11 +85,8 @@ class Undeformed:
 
     def _directions(self, y: Array):
         """dq/dy (n, y.size), dense or sparse as the System's matrices are."""
-        rows, columns, values = (
-            list(self._of[self._rigid]),
-            list(np.flatnonzero(self._rigid)),
-            [1.0] * self._rigid.sum(),
-        )
+        columns = list(np.flatnonzero(self._rigid))
+        rows, values = list(self._of[self._rigid]), [1.0] * len(columns)
         for d, first, model in self.parts:
             T = model.placed(tuple(y[first : first + 3]))[1]  # type: ignore[attr-defined]
             i, j = np.nonzero(T)

@@ -197,7 +197,7 @@ class System:
             return force / np.where(mass > 0.0, mass, 1.0)
         M = self.M(t, q)
         if isinstance(M, np.ndarray):
-            return np.linalg.solve(M, force)
+            return np.asarray(np.linalg.solve(M, force), float)
         from scipy.sparse import csc_array
         from scipy.sparse.linalg import splu
 
