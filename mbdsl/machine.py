@@ -62,9 +62,13 @@ class Container(JITCodeLibrary):
 
     def link(self, entries: set[str]) -> Object:
         """All of it as one object, where nothing but ``entries`` can be seen from outside."""
-        module = self._final_module
-        for library in self.everything():
+        module, libraries = self._final_module, list(self.everything())
+        for library in libraries:
             module.link_in(library._get_module_for_linking(), preserve=True)
+        # What nothing linked before it called has been passed over; what came behind it may call it.
+        while again := [library for library in libraries if _defines(library, _missing(module))]:
+            for library in again:
+                module.link_in(library._get_module_for_linking(), preserve=True)
         for part in (*module.functions, *module.global_variables):
             if not part.is_declaration and part.name not in entries:
                 part.linkage = "internal"
@@ -76,6 +80,15 @@ class Container(JITCodeLibrary):
         module.verify()
         needs = [f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")]
         return Object(needs, self._codegen._tm.emit_object(module))
+
+
+def _missing(module) -> set[str]:
+    """Functions that are called, but not there."""
+    return {f.name for f in module.functions if f.is_declaration}
+
+
+def _defines(library: JITCodeLibrary, names: set[str]) -> bool:
+    return any(f.name in names and not f.is_declaration for f in library._get_module_for_linking().functions)
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)

@@ -321,7 +321,7 @@ def solve(o, at, row, target, Y, F, I):
         Y[target, d + 3 + j] = y[j] - y0[j] * ax - y1[j] * ay - y2[j] * alpha
 
 
-@kernel
+@rare
 def cholesky_solve(k, band, L, y):
     """y <- (L L^T)^{-1} y, row i of L holding its entries i - band ... i, the last one as its reciprocal."""
     for i in range(k):
