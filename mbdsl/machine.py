@@ -51,19 +51,21 @@ class Container(JITCodeLibrary):
         pass
 
     def everything(self, seen: set | None = None) -> Iterator[JITCodeLibrary]:
-        """The libraries needed, each once."""
+        """The libraries needed, each once, behind all that it needs."""
         seen = set() if seen is None else seen
         for library in self._linking_libraries:
             if library not in seen:
                 seen.add(library)
-                yield library
                 if isinstance(library, Container):
                     yield from library.everything(seen)
+                yield library
 
     def link(self, entries: set[str]) -> Object:
         """All of it as one object, where nothing but ``entries`` can be seen from outside."""
         module = self._final_module
-        for library in self.everything():
+        # LLVM drops a function that nobody has asked for yet, and a library may be listed for a branch that is gone:
+        # whoever asks comes first
+        for library in reversed(list(self.everything())):
             module.link_in(library._get_module_for_linking(), preserve=True)
         for part in (*module.functions, *module.global_variables):
             if not part.is_declaration and part.name not in entries:

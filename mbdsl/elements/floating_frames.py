@@ -27,6 +27,7 @@ of A u_j and of what that was at the start of the step, first slot.
 
 from math import cos, sin
 
+from mbdsl.elements.banded import cholesky_solve
 from mbdsl.kernels import kernel, rare
 from mbdsl.layout import (
     FP,
@@ -319,21 +320,6 @@ def solve(o, at, row, target, Y, F, I):
     Y[target, d], Y[target, d + 1], Y[target, d + 2] = c * ax - s * ay, s * ax + c * ay, alpha
     for j in range(k):
         Y[target, d + 3 + j] = y[j] - y0[j] * ax - y1[j] * ay - y2[j] * alpha
-
-
-@kernel
-def cholesky_solve(k, band, L, y):
-    """y <- (L L^T)^{-1} y, row i of L holding its entries i - band ... i, the last one as its reciprocal."""
-    for i in range(k):
-        z = y[i]
-        for j in range(max(0, i - band), i):
-            z -= L[i * (band + 1) + band + j - i] * y[j]
-        y[i] = z * L[i * (band + 1) + band]
-    for i in range(k - 1, -1, -1):
-        z = y[i] * L[i * (band + 1) + band]
-        y[i] = z
-        for j in range(max(0, i - band), i):
-            y[j] -= L[i * (band + 1) + band + j - i] * z
 
 
 # -- tangents --------------------------------------------------------------------------------------------------------
