@@ -51,24 +51,22 @@ class Container(JITCodeLibrary):
         pass
 
     def everything(self, seen: set | None = None) -> Iterator[JITCodeLibrary]:
-        """The libraries needed, each once."""
+        """The libraries needed, each once, behind all that it needs."""
         seen = set() if seen is None else seen
         for library in self._linking_libraries:
             if library not in seen:
                 seen.add(library)
-                yield library
                 if isinstance(library, Container):
                     yield from library.everything(seen)
+                yield library
 
     def link(self, entries: set[str]) -> Object:
         """All of it as one object, where nothing but ``entries`` can be seen from outside."""
-        module, libraries = self._final_module, list(self.everything())
-        for library in libraries:
+        module = self._final_module
+        # LLVM drops a function that nobody has asked for yet, and a library may be listed for a branch that is gone:
+        # whoever asks comes first
+        for library in reversed(list(self.everything())):
             module.link_in(library._get_module_for_linking(), preserve=True)
-        # What nothing linked before it called has been passed over; what came behind it may call it.
-        while again := [library for library in libraries if _defines(library, _missing(module))]:
-            for library in again:
-                module.link_in(library._get_module_for_linking(), preserve=True)
         for part in (*module.functions, *module.global_variables):
             if not part.is_declaration and part.name not in entries:
                 part.linkage = "internal"
@@ -80,15 +78,6 @@ class Container(JITCodeLibrary):
         module.verify()
         needs = [f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")]
         return Object(needs, self._codegen._tm.emit_object(module))
-
-
-def _missing(module) -> set[str]:
-    """Functions that are called, but not there."""
-    return {f.name for f in module.functions if f.is_declaration}
-
-
-def _defines(library: JITCodeLibrary, names: set[str]) -> bool:
-    return any(f.name in names and not f.is_declaration for f in library._get_module_for_linking().functions)
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)

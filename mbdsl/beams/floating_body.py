@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.beams.banded import cholesky
 from mbdsl.beams.floating import Floating, discretise
+from mbdsl.beams.stations import on_axis
 from mbdsl.elements import floating_frames as kernels
 from mbdsl.scene import Component
 from mbdsl.system.bodies import Pose
@@ -91,14 +93,7 @@ class FloatingBody:
 
     # -- frames --------------------------------------------------------------------------------------------------
     def _station(self, pose: Pose) -> tuple[Array, Array]:
-        x = pose[0] + self.length / 2
-        slack = 1e-9 * self.length
-        if abs(pose[1]) > slack or not -slack <= x <= self.length + slack:
-            raise ValueError(
-                "a frame of a flexible beam lies on its axis: {x, 0, phi} with x, from the middle, between "
-                f"-{self.length / 2:g} and {self.length / 2:g} m, not {{{pose[0]:g}, {pose[1]:g}, ...}}"
-            )
-        return self.beam.station(min(max(x, 0.0), self.length))
+        return self.beam.station(on_axis(pose, self.length))
 
     def _which(self, pose: Pose) -> list[int]:
         U, N = self._station(pose)
@@ -123,7 +118,7 @@ class FloatingBody:
             buffers.slots((j,), (d + 2,))
         now, held, past = (buffers.floats([0.0] * (kernels.LISTS + 4 * k)) for _ in range(3))
         frames = [value for pose in poses for value in self._frame_record(buffers, d, pose)]
-        band, factor = _cholesky(b.M_ff)
+        band, factor = cholesky(b.M_ff)
         scratch = buffers.floats([0.0] * 8 * k)
         head = [d, first, len(poses), k, constants, *inertial, *elastic, border, now, held, past]
         return [buffers.ints([*head, buffers.ints(frames), band, buffers.floats(factor), scratch])]
@@ -186,6 +181,9 @@ class FloatingBody:
     def placed(self, pose: Pose) -> tuple[Array, Array]:
         return np.concatenate([pose, np.zeros(self.k)]), np.eye(self.n, 3)
 
+    def begin(self, phi: float, F: Array) -> None:
+        pass
+
     # -- energies ------------------------------------------------------------------------------------------------
     def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
         b = self.beam
@@ -201,20 +199,6 @@ class FloatingBody:
 
     def bend(self, q: Array) -> Array:
         return np.abs(q[:, 3:] @ self._slopes.T).max(axis=1, initial=0.0)
-
-
-def _cholesky(M: Array) -> tuple[int, list[float]]:
-    """Bandwidth, and the factor's rows within it, diagonal entries as their reciprocals."""
-    k = len(M)
-    i, j = np.nonzero(M)
-    band = int(np.abs(i - j).max(initial=0))
-    L = np.linalg.cholesky(M) if k else np.zeros((0, 0))
-    rows = np.zeros((k, band + 1))
-    for a in range(k):
-        low = max(0, a - band)
-        rows[a, band - (a - low) :] = L[a, low : a + 1]
-    rows[:, band] = 1.0 / rows[:, band]
-    return band, rows.ravel().tolist()
 
 
 MODEL = FloatingBody

@@ -1,4 +1,337 @@
+<<<<<<< HEAD
 """Stub."""
 
 MASS = 1
 stiffness = None
+=======
+"""How frames on a beam in absolute nodal coordinates move, and the beam's elastic forces: the planar ANCF cable.
+
+Coordinates are, node by node, the position r and the slope r' = dr/dx of the axis, x being the undeformed length;
+between two nodes, r = S e with the four cubic Hermite polynomials S(x) and the element's eight coordinates e. So the
+mass matrix is constant, there are no velocity-dependent inertia forces, and a frame at x moves with
+
+    r = S e,   theta = atan2(r'_y, r'_x),   B = [S; p^T S'],   p = J r'/|r'|^2,   J the turn by 90 degrees
+    (B v)_q = [0; (P S' v)^T S'],   P = d^2 theta/dr'^2 = [[-2 p_x p_y, p_x^2 - p_y^2], [., 2 p_x p_y]]
+    d(B^T F)/dq = tau S'^T P S'
+
+An angle is the one next to what it was at the last evaluation: turns are counted as long as it changes by less than
+half a turn between two of them. (A cable's section is taken to be normal to its axis.)
+
+Stretch and material curvature, and their energy, with damping after Kelvin and Voigt (retardation time T):
+
+    eps = |r'| - 1,   K = r' x r''/|r'|^2 = theta',   U = 1/2 int EA eps^2 + EI K^2 dx
+    N = EA (eps + T d eps/dt),   M = EI (K + T dK/dt),   Q = -int eps_e N + K_e M dx
+
+With u = r'/|r'|^2: eps_r' = r'/|r'|, eps_r'r' = (1 - eps_r' eps_r'^T)/|r'|, K_r'' = p, K_r' = -J r''/|r'|^2 - 2 K u,
+K_r''r' = J/|r'|^2 - 2 p u^T, K_r'r' = 2 (J r'' u^T + u (J r'')^T)/|r'|^2 + 8 K u u^T - 2 K/|r'|^2.
+
+Where eps and K are taken is a table (:mod:`mbdsl.beams.cable_body`). Source: J. Gerstmayr, H. Irschik, On the correct
+representation of bending and axial deformation in the absolute nodal coordinate formulation with an elastic line
+approach, J. Sound Vib. 318 (2008) 461-487. Record of a body in I: see ``RECORD``; of a frame: number of its shape
+functions (4, or 2 at a node), first of its coordinates, offset in F of phi0, S, S' and of theta, first slot.
+"""
+
+from math import atan2, floor, pi, sqrt
+
+from mbdsl.elements.banded import cholesky_solve_pairs
+from mbdsl.kernels import kernel, rare
+from mbdsl.layout import (
+    FP,
+    FRAMES,
+    GD,
+    GP,
+    INVERSE,
+    LEVER,
+    MU_WRENCH,
+    PAST_LEVER,
+    PAST_WRENCH,
+    SLOTS,
+    WRENCH,
+    Q,
+    V,
+)
+
+MASS = 1  #: the mass matrix is constant, but not diagonal
+#: the model that fills the tables
+MODEL = "mbdsl.beams.cable_body"
+
+# -- record of a body: first coordinate, first frame, number of frames, of elements -----------------------------------
+FIRST, FRAME, N_FRAME, ELEMENTS = 0, 1, 2, 3
+#: offset in F of EA, EI, T; number of points and offset in F of weight and S' for eps; of weight, S' and S'' for K
+MATERIAL, N_STRETCH, STRETCH, N_BEND, BEND = 4, 5, 6, 7, 8
+#: first slot of the elements' 8 x 8 blocks, list of frame records, bandwidth and factor (in F) of M, scratch (64, in F)
+BLOCKS, OF_FRAMES, BAND, FACTOR, SCRATCH = 9, 10, 11, 12, 13
+RECORD = 14
+FRAME_RECORD = 5
+STRETCH_POINT, BEND_POINT = 5, 9
+
+
+@kernel
+def move(block, Y, Z, F, I):
+    """Pose and rate of every frame, and p, which stands where rigid bodies have levers; wrenches start at zero."""
+    for e in range(I[block]):
+        o = I[block + 1] + RECORD * e
+        for f in range(I[o + N_FRAME]):
+            r, z = I[o + OF_FRAMES] + FRAME_RECORD * f, Z[I[o + FRAME] + f]
+            k, n = I[r], I[r + 2]
+            q, v = Y[Q, I[o + FIRST] + I[r + 1] :], Y[V, I[o + FIRST] + I[r + 1] :]
+            x, y, vx, vy, ax, ay, ux, uy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for j in range(k):
+                s, t = F[n + 1 + j], F[n + 1 + k + j]
+                x += s * q[2 * j]
+                y += s * q[2 * j + 1]
+                vx += s * v[2 * j]
+                vy += s * v[2 * j + 1]
+                ax += t * q[2 * j]
+                ay += t * q[2 * j + 1]
+                ux += t * v[2 * j]
+                uy += t * v[2 * j + 1]
+            square = ax * ax + ay * ay
+            px, py = -ay / square, ax / square
+            theta = atan2(ay, ax)
+            theta += 2.0 * pi * floor((F[I[r + 3]] - theta) / (2.0 * pi) + 0.5)
+            F[I[r + 3]] = theta
+            z[0], z[1], z[2] = x, y, theta + F[n]
+            z[3], z[4], z[5] = vx, vy, px * ux + py * uy
+            z[LEVER], z[LEVER + 1] = px, py
+            for j in range(3):
+                z[WRENCH + j], z[MU_WRENCH + j] = 0.0, 0.0
+
+
+@kernel
+def gather(block, wrench, lever, row, Y, Z, F, I):
+    """Y[row] += B^T F for every frame's wrench F in the columns from ``wrench`` on, p in those from ``lever`` on."""
+    for e in range(I[block]):
+        o = I[block + 1] + RECORD * e
+        for f in range(I[o + N_FRAME]):
+            r, z = I[o + OF_FRAMES] + FRAME_RECORD * f, Z[I[o + FRAME] + f]
+            k, n, to = I[r], I[r + 2], Y[row, I[o + FIRST] + I[r + 1] :]
+            tx, ty = z[lever] * z[wrench + 2], z[lever + 1] * z[wrench + 2]
+            for j in range(k):
+                s, t = F[n + 1 + j], F[n + 1 + k + j]
+                to[2 * j] += s * z[wrench] + t * tx
+                to[2 * j + 1] += s * z[wrench + 1] + t * ty
+
+
+@kernel
+def collect(block, Y, Z, F, I):
+    """f += B^T F."""
+    gather(block, WRENCH, LEVER, FP, Y, Z, F, I)
+
+
+@kernel
+def collect_with_mu(block, Y, Z, F, I):
+    """The same, and that of the wrenches of mu."""
+    gather(block, WRENCH, LEVER, FP, Y, Z, F, I)
+    gather(block, MU_WRENCH, LEVER, GD, Y, Z, F, I)
+
+
+@kernel
+def collect_past(block, Y, Z, F, I):
+    """The same for those of psi, at the slopes of the start of the step."""
+    gather(block, PAST_WRENCH, PAST_LEVER, GP, Y, Z, F, I)
+
+
+@kernel
+def curvature(ax, ay, bx, by):
+    """K, K_r', K_r'' and 1/|r'|^2 for r' = a, r'' = b."""
+    d = 1.0 / (ax * ax + ay * ay)
+    K = (ax * by - ay * bx) * d
+    return K, (by - 2.0 * K * ax) * d, (-bx - 2.0 * K * ay) * d, -ay * d, ax * d, d
+
+
+@kernel
+def forces(block, Y, F, I):
+    """f += elastic and damping forces."""
+    for e in range(I[block]):
+        o = I[block + 1] + RECORD * e
+        m = I[o + MATERIAL]
+        EA, EI, T = F[m], F[m + 1], F[m + 2]
+        for i in range(I[o + ELEMENTS]):
+            d = I[o + FIRST] + 4 * i
+            q, v, f = Y[Q, d : d + 8], Y[V, d : d + 8], Y[FP, d : d + 8]
+            for g in range(I[o + N_STRETCH]):
+                c = F[I[o + STRETCH] + STRETCH_POINT * g :]
+                ax, ay, ux, uy = 0.0, 0.0, 0.0, 0.0
+                for j in range(4):
+                    ax += c[1 + j] * q[2 * j]
+                    ay += c[1 + j] * q[2 * j + 1]
+                    ux += c[1 + j] * v[2 * j]
+                    uy += c[1 + j] * v[2 * j + 1]
+                n = sqrt(ax * ax + ay * ay)
+                N = -c[0] * EA * (n - 1.0 + T * (ax * ux + ay * uy) / n) / n
+                for j in range(4):
+                    f[2 * j] += c[1 + j] * N * ax
+                    f[2 * j + 1] += c[1 + j] * N * ay
+            for g in range(I[o + N_BEND]):
+                c = F[I[o + BEND] + BEND_POINT * g :]
+                ax, ay, bx, by, ux, uy, wx, wy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+                for j in range(4):
+                    s, t, x, y, vx, vy = c[1 + j], c[5 + j], q[2 * j], q[2 * j + 1], v[2 * j], v[2 * j + 1]
+                    ax += s * x
+                    ay += s * y
+                    bx += t * x
+                    by += t * y
+                    ux += s * vx
+                    uy += s * vy
+                    wx += t * vx
+                    wy += t * vy
+                K, kx, ky, px, py, _ = curvature(ax, ay, bx, by)
+                M = -c[0] * EI * (K + T * (kx * ux + ky * uy + px * wx + py * wy))
+                for j in range(4):
+                    f[2 * j] += M * (c[1 + j] * kx + c[5 + j] * px)
+                    f[2 * j + 1] += M * (c[1 + j] * ky + c[5 + j] * py)
+
+
+@kernel
+def inertia(block, task, row, target, Y, F, I):
+    """Tasks of the mass matrix, see :mod:`mbdsl.layout`; constant entries are seen to in :mod:`mbdsl.system.loops`."""
+    if task == INVERSE:
+        for e in range(I[block]):
+            o = I[block + 1] + RECORD * e
+            d, k = I[o + FIRST], 2 * (I[o + ELEMENTS] + 1)
+            for j in range(d, d + 2 * k):
+                Y[target, j] = Y[row, j]
+            # x and y know nothing of each other, and have the same masses
+            cholesky_solve_pairs(k, I[o + BAND], F[I[o + FACTOR] :], Y[target, d:])
+
+
+# -- tangents --------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def jacobians(block, Y, Z, F, I):
+    """B, then (B v)_q, of every frame, 3 x 2 k each; what is always zero has been zero from the start."""
+    for e in range(I[block]):
+        o = I[block + 1] + RECORD * e
+        for f in range(I[o + N_FRAME]):
+            r, row = I[o + OF_FRAMES] + FRAME_RECORD * f, I[o + FRAME] + f
+            k, n, v = I[r], I[r + 2], Y[V, I[o + FIRST] + I[r + 1] :]
+            B, px, py = I[I[FRAMES] + 2 * row + 1], Z[row, LEVER], Z[row, LEVER + 1]
+            ux, uy = 0.0, 0.0
+            for j in range(k):
+                ux += F[n + 1 + k + j] * v[2 * j]
+                uy += F[n + 1 + k + j] * v[2 * j + 1]
+            P_xx, P_xy = -2.0 * px * py, px * px - py * py
+            wx, wy = P_xx * ux + P_xy * uy, P_xy * ux - P_xx * uy
+            for j in range(k):
+                s, t, x = F[n + 1 + j], F[n + 1 + k + j], B + 2 * j
+                F[x], F[x + 2 * k + 1] = s, s
+                F[x + 4 * k], F[x + 4 * k + 1] = t * px, t * py
+                F[x + 10 * k], F[x + 10 * k + 1] = t * wx, t * wy
+
+
+@kernel
+def stiffness(block, cK, Z, F, I, A):
+    """A += cK * (-d(B^T F)/dq) at the accumulated wrenches."""
+    for e in range(I[block]):
+        o = I[block + 1] + RECORD * e
+        for f in range(I[o + N_FRAME]):
+            r, z = I[o + OF_FRAMES] + FRAME_RECORD * f, Z[I[o + FRAME] + f]
+            k, t, slot = I[r], I[r + 2] + 1 + I[r], I[SLOTS] + I[r + 4]
+            px, py, tau = z[LEVER], z[LEVER + 1], -cK * z[WRENCH + 2]
+            P_xx, P_xy = -2.0 * px * py * tau, (px * px - py * py) * tau
+            for i in range(k):
+                for j in range(k):
+                    s, at = F[t + i] * F[t + j], slot + 4 * k * i + 2 * j
+                    A[I[at]] += s * P_xx
+                    A[I[at + 1]] += s * P_xy
+                    A[I[at + 2 * k]] += s * P_xy
+                    A[I[at + 2 * k + 1]] -= s * P_xx
+
+
+@rare
+def tangents(block, cM, cK, cD, cA, Y, F, I, A):
+    """A += -cK Q_q - cD Q_v of the elastic and damping forces; M is constant."""
+    for e in range(I[block]):
+        o = I[block + 1] + RECORD * e
+        H = F[I[o + SCRATCH] : I[o + SCRATCH] + 64]
+        for i in range(I[o + ELEMENTS]):
+            d = I[o + FIRST] + 4 * i
+            for j in range(64):
+                H[j] = 0.0
+            of_stretch(o, cK, cD, Y[Q, d : d + 8], Y[V, d : d + 8], H, F, I)
+            of_bending(o, cK, cD, Y[Q, d : d + 8], Y[V, d : d + 8], H, F, I)
+            slot = I[SLOTS] + I[o + BLOCKS] + 64 * i
+            for j in range(64):
+                A[I[slot + j]] += H[j]
+
+
+@kernel
+def of_stretch(o, cK, cD, q, v, H, F, I):
+    """H (8 x 8) += an element's share of -cK Q_q - cD Q_v by stretch."""
+    EA, T = F[I[o + MATERIAL]], F[I[o + MATERIAL] + 2]
+    for g in range(I[o + N_STRETCH]):
+        c = F[I[o + STRETCH] + STRETCH_POINT * g :]
+        ax, ay, ux, uy = 0.0, 0.0, 0.0, 0.0
+        for j in range(4):
+            ax += c[1 + j] * q[2 * j]
+            ay += c[1 + j] * q[2 * j + 1]
+            ux += c[1 + j] * v[2 * j]
+            uy += c[1 + j] * v[2 * j + 1]
+        n = sqrt(ax * ax + ay * ay)
+        ax, ay = ax / n, ay / n
+        rate = ax * ux + ay * uy
+        k, N = c[0] * EA, c[0] * EA * cK * (n - 1.0 + T * rate) / n
+        # eps_e (cK (eps + T d eps/dt) + cD T eps_v)_e^T + cK N eps_ee
+        tx = k * ((cK + cD * T) * ax + cK * T * (ux - ax * rate) / n)
+        ty = k * ((cK + cD * T) * ay + cK * T * (uy - ay * rate) / n)
+        xx, xy = ax * tx + N * ay * ay, ax * ty - N * ax * ay
+        yx, yy = ay * tx - N * ax * ay, ay * ty + N * ax * ax
+        for i in range(4):
+            for j in range(4):
+                s, at = c[1 + i] * c[1 + j], 16 * i + 2 * j
+                H[at] += s * xx
+                H[at + 1] += s * xy
+                H[at + 8] += s * yx
+                H[at + 9] += s * yy
+
+
+@kernel
+def of_bending(o, cK, cD, q, v, H, F, I):
+    """The same by bending."""
+    EI, T = F[I[o + MATERIAL] + 1], F[I[o + MATERIAL] + 2]
+    for g in range(I[o + N_BEND]):
+        c = F[I[o + BEND] + BEND_POINT * g :]
+        ax, ay, bx, by, ux, uy, wx, wy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for j in range(4):
+            s, t, x, y, vx, vy = c[1 + j], c[5 + j], q[2 * j], q[2 * j + 1], v[2 * j], v[2 * j + 1]
+            ax += s * x
+            ay += s * y
+            bx += t * x
+            by += t * y
+            ux += s * vx
+            uy += s * vy
+            wx += t * vx
+            wy += t * vy
+        K, kx, ky, px, py, d = curvature(ax, ay, bx, by)
+        k = c[0] * EI
+        # K_r'r' = [[aa, ab], [ab, ac]], K_r''r' = [[m, ba], [bb, -m]]
+        hx, hy, fx, fy = -by * d * d, bx * d * d, ax * d, ay * d
+        aa = 4.0 * hx * ax + 8.0 * K * fx * fx - 2.0 * K * d
+        ab = 2.0 * (hx * ay + hy * ax) + 8.0 * K * fx * fy
+        ac = 4.0 * hy * ay + 8.0 * K * fy * fy - 2.0 * K * d
+        m, ba, bb = -2.0 * px * fx, -d - 2.0 * px * fy, d - 2.0 * py * fx
+        M = cK * k * (K + T * (kx * ux + ky * uy + px * wx + py * wy))
+        # (cK (K + T dK/dt) + cD T K_v)_(r', r'')
+        own, rate = k * (cK + cD * T), k * cK * T
+        sx = own * kx + rate * (aa * ux + ab * uy + m * wx + bb * wy)
+        sy = own * ky + rate * (ab * ux + ac * uy + ba * wx - m * wy)
+        tx = own * px + rate * (m * ux + ba * uy)
+        ty = own * py + rate * (bb * ux - m * uy)
+        aa, ab, ac, m, ba, bb = M * aa, M * ab, M * ac, M * m, M * ba, M * bb
+        for j in range(4):
+            s, t = c[1 + j], c[5 + j]
+            lx, ly = s * sx + t * tx, s * sy + t * ty
+            # columns x and y: what stands with the rows' S', then with their S''
+            axx, axy = kx * lx + s * aa + t * m, kx * ly + s * ab + t * bb
+            ayx, ayy = ky * lx + s * ab + t * ba, ky * ly + s * ac - t * m
+            bxx, bxy = px * lx + s * m, px * ly + s * ba
+            byx, byy = py * lx + s * bb, py * ly - s * m
+            for i in range(4):
+                s, t, at = c[1 + i], c[5 + i], 16 * i + 2 * j
+                H[at] += s * axx + t * bxx
+                H[at + 1] += s * axy + t * bxy
+                H[at + 8] += s * ayx + t * byx
+                H[at + 9] += s * ayy + t * byy
+>>>>>>> agent-E

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from mbdsl.elements import body, cable_frames, floating_frames, rigid_frames
 from mbdsl.elements.kind import BodyKind, Parameter
 
-MOTIONS = (rigid_frames, floating_frames)
+MOTIONS = (rigid_frames, floating_frames, cable_frames)
 FLOATING, ANCF = "floating", "ancf"
 
 

@@ -27,6 +27,7 @@ of A u_j and of what that was at the start of the step, first slot.
 
 from math import cos, sin
 
+from mbdsl.elements.banded import cholesky_solve
 from mbdsl.kernels import kernel, rare
 from mbdsl.layout import (
     FP,
@@ -321,6 +322,7 @@ def solve(o, at, row, target, Y, F, I):
         Y[target, d + 3 + j] = y[j] - y0[j] * ax - y1[j] * ay - y2[j] * alpha
 
 
+<<<<<<< HEAD
 @rare
 def cholesky_solve(k, band, L, y):
     """y <- (L L^T)^{-1} y, row i of L holding its entries i - band ... i, the last one as its reciprocal."""
@@ -336,6 +338,8 @@ def cholesky_solve(k, band, L, y):
             y[j] -= L[i * (band + 1) + band + j - i] * z
 
 
+=======
+>>>>>>> agent-E
 # -- tangents --------------------------------------------------------------------------------------------------------
 
 

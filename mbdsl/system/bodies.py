@@ -61,6 +61,10 @@ class Body(Protocol):
     def placed(self, pose: Pose) -> tuple[Array, Array]:
         """q (n,) of the undeformed body with its reference point at ``pose``, and dq/dpose (n, 3)."""
 
+    def begin(self, phi: float, F: Array) -> None:
+        """Where q does not hold the turns of its frames, they are counted from the angle ``phi`` on from now on, here
+        and by kernels that read the float tables F."""
+
     def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
         """Kinetic and potential energy (N,) of states q, v (N, n) in the field g."""
 
@@ -130,6 +134,9 @@ class Rigid:
 
     def placed(self, pose: Pose) -> tuple[Array, Array]:
         return np.array(pose)[: self.n], np.eye(self.n, 3)
+
+    def begin(self, phi: float, F: Array) -> None:
+        pass
 
     def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
         return 0.5 * v**2 @ self._mass, -self._mass[0] * (q[:, :2] @ g)
