@@ -107,7 +107,7 @@ def _receipt(motion: Motion, measured: bool, signals: Sequence[str] | None) -> R
     sizes = {key: (getattr(system, key), motion.sizes[key]) for key in ("n", "m", "p")}
     entries = [_bodies(motion), _joints(motion), _nonholonomic(motion), *_drivers(motion), _gravity(scene)]
     entries += [*_forces(motion), _laws(motion), _velocity_dependent(scene), _friction(motion)]
-    entries += [_of_multipliers(motion), _inputs(scene), _flexibility(scene), _mass()]
+    entries += [_of_multipliers(motion), _inputs(scene), *_flexibility(motion)]
     used = tuple(dict.fromkeys(p.method for p in motion.parts))
     notes = motion.reduction.notes
     found = Receipt(scene, motion.plan, entries, notes, sizes, len(motion.parts), used, _hoisted(motion))
@@ -258,16 +258,34 @@ def _inputs(scene: Scene) -> Entry:
     return Entry("inputs", bool(names), few(names) if names else "none", first)
 
 
-def _flexibility(scene: Scene) -> Entry:
-    return Entry("flexibility", False, "all bodies are rigid")
+def _flexibility(motion: Motion) -> list[Entry]:
+    """Bodies that deform, and what that makes of the mass matrix."""
+    scene = motion.system.scene
+    found = [c for c in _solved(motion) if c.name in _deforming(motion, 1)]
+    of = sum(len(c.coordinates) - 3 for c in found)
+    nothing = "left out on request" if "flexibility" in scene.without else "all bodies are rigid"
+    entry = _entry("flexibility", found, nothing, unknowns=of, kernels=_kernels(motion, "flexibility"))
+    varies = [c for c in found if c.name in _deforming(motion, 2)]
+    mass = _entry("mass matrix", varies or found, "diagonal and constant: coordinates of centres of mass")
+    if found:
+        mass.why = f"of {mass.why}: {'it depends on coordinates' if varies else 'constant, but not diagonal'}"
+        mass.kernels = _kernels(motion, "mass matrix")
+    return [entry, mass]
 
 
-def _mass() -> Entry:
-    return Entry("mass matrix that varies", False, "coordinates of centres of mass: M is diagonal and constant")
+def _deforming(motion: Motion, least: int) -> set[str]:
+    """Bodies whose mass matrix is no constant diagonal (1), or depends on coordinates (2)."""
+    blocks = [b for p in motion.parts for b in p.system.tables.blocks if b.role == "body"]
+    return {c.name for b in blocks if least <= b.module.MASS for c in b.components}
 
 
 def _hoisted(motion: Motion) -> list[str]:
-    found = ["the mass matrix, constant and diagonal: one vector"] if motion.parts else []
+    kinds_ = {int(p.system.tables.I[layout.MASS_KIND]) for p in motion.parts}
+    found = ["the mass matrix, constant and diagonal: one vector"] if 0 in kinds_ else []
+    if 1 in kinds_:
+        found.append("the mass matrix of elements: constant, factorised once where its inverse is needed")
+    if 2 in kinds_:
+        found.append("of the mass matrix: integrals over shapes; elastic entries, factorised once")
     if any(p.system.tables.F[p.system.tables.I[layout.FORCE0] :][: p.system.n].any() for p in motion.parts):
         found.append("gravity, constant in these coordinates: the vector that forces start from")
     orders = [p for p in motion.parts if p.system.unknowns]

@@ -30,6 +30,8 @@ DEFAULT_METHOD = "hht-si2"
 DEFAULT_STEP = 1e-3
 #: floats of stored output beyond which a larger interval is asked for
 MOST_OUTPUT = 250_000_000
+#: rotation of a section [rad] up to which theories of small deformation are followed; their error is about its square
+LARGEST_BEND = 0.5
 
 
 @dataclass(frozen=True)
@@ -148,6 +150,7 @@ def simulate(
     if status not in (driver.DONE, driver.RUNNING):
         raise failure(motion, trajectory, status)
     _check_left_out(motion, trajectory, states)
+    _check_bending(trajectory)
     return trajectory
 
 
@@ -305,6 +308,43 @@ def _check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> Non
             raise error
 
 
+def bending(trajectory: Trajectory) -> tuple[float, str, float] | None:
+    """When a body first deforms by more than its theory takes for small, which one, and by what angle [rad]."""
+    tables = trajectory.system.tables
+    first: tuple[float, str, float] | None = None
+    for name, body in tables.models.items():
+        d = tables.coordinates[name]
+        angles = body.bend(trajectory.q[:, d : d + body.n])
+        beyond = np.flatnonzero(angles > LARGEST_BEND)
+        if len(beyond) and (first is None or trajectory.t[beyond[0]] < first[0]):
+            first = float(trajectory.t[beyond[0]]), name, float(angles[beyond[0]])
+    return first
+
+
+def _check_bending(trajectory: Trajectory) -> None:
+    """What bends further than its theory allows is no result."""
+    found = bending(trajectory)
+    if found is None:
+        return
+    trajectory.stats["status"] = "failed"
+    trajectory.message, hint = _too_bent(trajectory, *found)
+    error = IntegrationError(trajectory.message, trajectory.scene.components[found[1]].span, hint=hint)
+    error.trajectory = trajectory
+    raise error
+
+
+def _too_bent(trajectory: Trajectory, t: float, name: str, angle: float) -> tuple[str, str]:
+    values = trajectory.scene.components[name].values
+    hint = 'formulation = "ancf" takes deformation as large'
+    if not values["stiffening"]:
+        hint = f"with stiffening = true rotation stiffens it; {hint}"
+    return (
+        f"{name} bends by {angle:.2g} rad at t = {t:g} s: in a floating frame deformation is taken as small, "
+        f"and beyond {LARGEST_BEND:g} rad the results mean nothing",
+        hint,
+    )
+
+
 REASONS = {
     driver.SINGULAR: "the iteration matrix is singular",
     driver.DIVERGED: "Newton's iteration does not converge",
@@ -353,6 +393,9 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     if law is not None:
         where, span = f"the law of {law.kind.name} {law.name}", law.span
     message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.h:g} s); worst: {where}"
+    if (bent := bending(trajectory)) is not None:
+        told, hint = _too_bent(trajectory, *bent)
+        message, span = f"{message}; {told}", trajectory.scene.components[bent[1]].span
     error = IntegrationError(message, span, hint=hint)
     trajectory.message = message
     error.trajectory = trajectory

@@ -1,9 +1,3 @@
-<<<<<<< HEAD
-"""Stub."""
-
-MASS = 1
-stiffness = None
-=======
 """How frames on a beam in absolute nodal coordinates move, and the beam's elastic forces: the planar ANCF cable.
 
 Coordinates are, node by node, the position r and the slope r' = dr/dx of the axis, x being the undeformed length;
@@ -334,4 +328,3 @@ def of_bending(o, cK, cD, q, v, H, F, I):
                 H[at + 1] += s * axy + t * bxy
                 H[at + 8] += s * ayx + t * byx
                 H[at + 9] += s * ayy + t * byy
->>>>>>> agent-E

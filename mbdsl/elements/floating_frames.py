@@ -322,24 +322,6 @@ def solve(o, at, row, target, Y, F, I):
         Y[target, d + 3 + j] = y[j] - y0[j] * ax - y1[j] * ay - y2[j] * alpha
 
 
-<<<<<<< HEAD
-@rare
-def cholesky_solve(k, band, L, y):
-    """y <- (L L^T)^{-1} y, row i of L holding its entries i - band ... i, the last one as its reciprocal."""
-    for i in range(k):
-        z = y[i]
-        for j in range(max(0, i - band), i):
-            z -= L[i * (band + 1) + band + j - i] * y[j]
-        y[i] = z * L[i * (band + 1) + band]
-    for i in range(k - 1, -1, -1):
-        z = y[i] * L[i * (band + 1) + band]
-        y[i] = z
-        for j in range(max(0, i - band), i):
-            y[j] -= L[i * (band + 1) + band + j - i] * z
-
-
-=======
->>>>>>> agent-E
 # -- tangents --------------------------------------------------------------------------------------------------------
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from mbdsl import layout
 from mbdsl.elements.kind import JointKind
+from mbdsl.errors import ModelError
 from mbdsl.lang.expressions import leaves
 from mbdsl.scene import Scene
 from mbdsl.system import gammas, moving, pairs
@@ -166,7 +167,10 @@ def _fill(tables: Tables, size: float | None) -> None:
         else:
             lengths.append(float(np.hypot(x, y)))
             first = tables.coordinates[frame.body]
-            own = tuple(first + i for i in tables.models[frame.body].dofs((x, y, phi)))
+            try:
+                own = tuple(first + i for i in tables.models[frame.body].dofs((x, y, phi)))
+            except ValueError as problem:
+                raise ModelError(f"frame `{name}`: {problem}", frame.span) from None
         dofs.append(own)
     I[layout.GROUND_FRAMES] = ground
     I[layout.FRAMES] = buffers.ints([v for d in dofs for v in (len(d), buffers.floats([0.0] * (6 * len(d))))])
