@@ -116,7 +116,7 @@ class FloatingBody:
             buffers.slots((j,), (d, d + 1))
             buffers.slots((d + 2,), (j,))
             buffers.slots((j,), (d + 2,))
-        now, held, past = (buffers.floats([0.0] * (kernels.LISTS + 4 * k)) for _ in range(3))
+        now, held, past = (buffers.floats([0.0] * (kernels.LISTS + 7 * k + 6)) for _ in range(3))
         frames = [value for pose in poses for value in self._frame_record(buffers, d, pose)]
         band, factor = cholesky(b.M_ff)
         scratch = buffers.floats([0.0] * 8 * k)

@@ -67,7 +67,7 @@ BORDER, NOW, HELD, PAST = 11, 12, 13, 14
 OF_FRAMES, BAND, FACTOR, SCRATCH = 15, 16, 17, 18
 RECORD = 19
 FRAME_RECORD = 7
-#: what stands from NOW on: cos phi, sin phi, c_x, c_y, P - I0; then c_j (x, y), b, h1 + H q
+#: what stands from NOW on: cos phi, sin phi, c_x, c_y, P - I0; c_j (x, y), b, h1 + H q; what ``decompose`` finds
 COS, SIN, C_X, C_Y, P_Q, LISTS = 0, 1, 2, 3, 4, 5
 
 
@@ -150,7 +150,7 @@ def keep(block, F, I):
     if I[KEEP]:
         for e in range(I[block]):
             o = I[I[block + 1] + e]
-            for j in range(LISTS + 4 * I[o + SIZE]):
+            for j in range(LISTS + 7 * I[o + SIZE] + 6):
                 F[I[o + PAST] + j] = F[I[o + NOW] + j]
             for f in range(I[o + N_FRAME]):
                 r = I[o + OF_FRAMES] + FRAME_RECORD * f
@@ -183,9 +183,25 @@ def collect(block, Y, Z, F, I):
 
 @kernel
 def collect_with_mu(block, Y, Z, F, I):
-    """The same, and that of the wrenches of mu."""
-    gather(block, WRENCH, LEVER, 4, FP, Y, Z, F, I)
-    gather(block, MU_WRENCH, LEVER, 4, GD, Y, Z, F, I)
+    """The same, and that of the wrenches of mu: in one go."""
+    for e in range(I[block]):
+        o = I[I[block + 1] + e]
+        d = I[o + FIRST]
+        for f in range(I[o + N_FRAME]):
+            r, z = I[o + OF_FRAMES] + FRAME_RECORD * f, Z[I[o + FRAME] + f]
+            lx, ly, fx, fy, tau = z[LEVER], z[LEVER + 1], z[WRENCH], z[WRENCH + 1], z[WRENCH + 2]
+            gx, gy, mu = z[MU_WRENCH], z[MU_WRENCH + 1], z[MU_WRENCH + 2]
+            Y[FP, d] += fx
+            Y[FP, d + 1] += fy
+            Y[FP, d + 2] += tau - ly * fx + lx * fy
+            Y[GD, d] += gx
+            Y[GD, d + 1] += gy
+            Y[GD, d + 2] += mu - ly * gx + lx * gy
+            k, turn, u = I[r], I[r + 2] + 3 + 2 * I[r], I[r + 4]
+            for j in range(k):
+                i, ux, uy = d + 3 + I[I[r + 1] + j], F[u + j], F[u + k + j]
+                Y[FP, i] += ux * fx + uy * fy + F[turn + j] * tau
+                Y[GD, i] += ux * gx + uy * gy + F[turn + j] * mu
 
 
 @kernel
@@ -269,6 +285,7 @@ def inertia(block, task, row, target, Y, F, I):
         elif task == TIMES:
             border(o, of_mass(o, I), 1.0, row, target, Y, F, I)
         elif task == INVERSE:
+            decompose(o, of_mass(o, I), F, I)
             solve(o, of_mass(o, I), row, target, Y, F, I)
 
 
@@ -282,44 +299,59 @@ def carry_over(block, Y, F, I):
         border(o, I[o + PAST], -1.0, T1, GP, Y, F, I)
 
 
-@rare
-def solve(o, at, row, target, Y, F, I):
-    """Y[target] <- M^{-1} Y[row]: M is never formed; M_ff was factorised beforehand, what is left is 3 x 3."""
-    d, k, n, x = I[o + FIRST], I[o + SIZE], I[o + CONSTANTS], I[o + SCRATCH]
-    c, s, c_x, c_y = F[at + COS], F[at + SIN], F[at + C_X], F[at + C_Y]
-    cx, cy, b = F[at + LISTS :], F[at + LISTS + k :], F[at + LISTS + 2 * k :]
-    y, y0, y1, y2 = F[x:], F[x + k :], F[x + 2 * k :], F[x + 3 * k :]
-    for j in range(k):
-        y[j], y0[j], y1[j], y2[j] = Y[row, d + 3 + j], cx[j], cy[j], b[j]
-    for column in range(4):
+@kernel
+def decompose(o, at, F, I):
+    """What M^{-1} takes at these coordinates: M_ff^{-1} M_fr (three columns), and the factors of the 3 x 3 Schur
+    complement, in the floating frame's axes. M is never formed, and M_ff was factorised beforehand."""
+    k, n, x = I[o + SIZE], I[o + CONSTANTS], at + LISTS + 4 * I[o + SIZE]
+    c_x, c_y, lists = F[at + C_X], F[at + C_Y], at + LISTS
+    for j in range(3 * k):
+        F[x + j] = F[lists + j]  # c_j and b: the columns of M_fr
+    for column in range(3):
         cholesky_solve(k, I[o + BAND], F[I[o + FACTOR] :], F[x + column * k :])
-    # the Schur complement in the floating frame's axes, and its right-hand side
     s00, s01, s02 = F[n], 0.0, -c_y
     s11, s12, s22 = F[n], c_x, F[n + 1] + F[at + P_Q]
+    for j in range(k):
+        cx, cy, b = F[lists + j], F[lists + k + j], F[lists + 2 * k + j]
+        y1, y2 = F[x + k + j], F[x + 2 * k + j]
+        s00 -= cx * F[x + j]
+        s01 -= cx * y1
+        s02 -= cx * y2
+        s11 -= cy * y1
+        s12 -= cy * y2
+        s22 -= b * y2
+    x += 3 * k
+    l10, l20 = s01 / s00, s02 / s00
+    d1 = s11 - l10 * s01
+    l21 = (s12 - l10 * s02) / d1
+    F[x], F[x + 1], F[x + 2] = 1.0 / s00, 1.0 / d1, 1.0 / (s22 - l20 * s02 - l21 * (s12 - l10 * s02))
+    F[x + 3], F[x + 4], F[x + 5] = l10, l20, l21
+
+
+@kernel
+def solve(o, at, row, target, Y, F, I):
+    """Y[target] <- M^{-1} Y[row], after ``decompose``."""
+    d, k, y = I[o + FIRST], I[o + SIZE], I[o + SCRATCH]
+    c, s, x = F[at + COS], F[at + SIN], at + LISTS + 4 * I[o + SIZE]
     r0 = c * Y[row, d] + s * Y[row, d + 1]
     r1 = c * Y[row, d + 1] - s * Y[row, d]
     r2 = Y[row, d + 2]
     for j in range(k):
-        s00 -= cx[j] * y0[j]
-        s01 -= cx[j] * y1[j]
-        s02 -= cx[j] * y2[j]
-        s11 -= cy[j] * y1[j]
-        s12 -= cy[j] * y2[j]
-        s22 -= b[j] * y2[j]
-        r0 -= cx[j] * y[j]
-        r1 -= cy[j] * y[j]
-        r2 -= b[j] * y[j]
-    l10, l20 = s01 / s00, s02 / s00
-    d1 = s11 - l10 * s01
-    l21 = (s12 - l10 * s02) / d1
-    r1 -= l10 * r0
-    r2 -= l20 * r0 + l21 * r1
-    alpha = r2 / (s22 - l20 * s02 - l21 * (s12 - l10 * s02))
-    ay = r1 / d1 - l21 * alpha
-    ax = r0 / s00 - l10 * ay - l20 * alpha
+        f = Y[row, d + 3 + j]
+        F[y + j] = f
+        r0 -= F[x + j] * f
+        r1 -= F[x + k + j] * f
+        r2 -= F[x + 2 * k + j] * f
+    cholesky_solve(k, I[o + BAND], F[I[o + FACTOR] :], F[y:])
+    z = x + 3 * k
+    r1 -= F[z + 3] * r0
+    r2 -= F[z + 4] * r0 + F[z + 5] * r1
+    alpha = r2 * F[z + 2]
+    ay = r1 * F[z + 1] - F[z + 5] * alpha
+    ax = r0 * F[z] - F[z + 3] * ay - F[z + 4] * alpha
     Y[target, d], Y[target, d + 1], Y[target, d + 2] = c * ax - s * ay, s * ax + c * ay, alpha
     for j in range(k):
-        Y[target, d + 3 + j] = y[j] - y0[j] * ax - y1[j] * ay - y2[j] * alpha
+        Y[target, d + 3 + j] = F[y + j] - F[x + j] * ax - F[x + k + j] * ay - F[x + 2 * k + j] * alpha
 
 
 # -- tangents --------------------------------------------------------------------------------------------------------
