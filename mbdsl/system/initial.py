@@ -103,13 +103,11 @@ def initial_state(
         If no state satisfies the constraints and fixed values, or none was found; it names them.
     """
     given = list(system.scene.initial)
-    positions = [x for x in given if not is_velocity_level(x.target)]
     velocities = [x for x in given if is_velocity_level(x.target)]
-    placed = place(system, graph, t, positions)
     metric = Metric(system, members)
-    q = _positions(system, t, placed, positions, metric)
+    q = initial_position(system, graph, t, metric)
     v = _velocities(system, t, q, velocities, metric)
-    redundant = _redundant(system, t, q, v)
+    redundant = redundant_rows(system, t, q, v)
     a, lam = accelerations(system, t, q, v, redundant)
     moved = []
     found = values(system, [x.target for x in given], np.array([t]), q[None], v[None])
@@ -117,6 +115,19 @@ def initial_state(
         if not item.fixed and abs(value[0] - item.value) > 1e-9 * (1 + abs(item.value)):
             moved.append(Moved(item.name, item.value, float(value[0])))
     return InitialState(t, q, v, a, lam, tuple(moved), redundant)
+
+
+def initial_position(system: System, graph: MechanismGraph, t: float, metric: Metric | None = None) -> Array:
+    """Assembled positions q (n,) alone, whatever is said about velocities.
+
+    Raises
+    ------
+    InitialisationError
+        As :func:`initial_state` does.
+    """
+    positions = [x for x in system.scene.initial if not is_velocity_level(x.target)]
+    placed = place(system, graph, t, positions)
+    return _positions(system, t, placed, positions, metric or Metric(system, {}))
 
 
 # -- positions -----------------------------------------------------------------------------------------------
@@ -289,7 +300,7 @@ def determined(system: System, t: float, q: Array) -> bool:
     return bool(sizes.min() > 1e-9 * sizes.max())
 
 
-def _redundant(system: System, t: float, q: Array, v: Array) -> tuple[int, ...]:
+def redundant_rows(system: System, t: float, q: Array, v: Array) -> tuple[int, ...]:
     """Rows of [Phi_q; Gam_v] that depend on those before them here and in a pose nearby, for systems of moderate size.
 
     In a singular pose rows are dependent too, but only there: they are kept.

@@ -182,6 +182,14 @@ class System:
         o = self.tables.I[layout.MASS]
         return self.tables.F[o : o + self.n].copy()
 
+    def M(self, t: float, q) -> Array | csr_array:
+        """The mass matrix (n, n), dense or sparse as Phi_q is."""
+        if self.unknowns <= DENSE_LIMIT:
+            return np.diag(self.mass())
+        from scipy.sparse import csr_array, diags_array
+
+        return csr_array(diags_array(self.mass()))
+
     def tangent(
         self, t: float, q, v=None, lam=None, *, cM=0.0, cK=0.0, cD=0.0, cL=0.0, cP=0.0, cN=0.0, cV=0.0, cW=0.0
     ) -> Array | csr_array:
