@@ -136,6 +136,11 @@ class AtRest(Trajectory):
 def listed(rows: Sequence[tuple[str, float, str]], most: int = 120) -> list[str]:
     """Lines ``name value unit`` of what may be thousands."""
     width = max((len(name) for name, *_ in rows), default=0)
+    size: dict[str, float] = {}
+    for _, value, unit in rows:
+        size[unit] = max(size.get(unit, 0.0), abs(value))
+    # what is but rounding of others in the same unit is told as nothing; files have all digits
+    rows = [(name, value if abs(value) > 1e-13 * size[unit] else 0.0, unit) for name, value, unit in rows]
     lines = [f"  {name:{width}} {value:13.6g} {unit}".rstrip() for name, value, unit in rows[:most]]
     return lines + ([f"  ... ({len(rows)} in all)"] if len(rows) > most else [])
 
