@@ -164,8 +164,8 @@ class Modes(Sequence[Mode]):
             "eigenvalue.im": column(lambda m: m.eigenvalue.imag),
         }
         for j, name in enumerate(self.system.names()):
-            found[f"{name}.amplitude"] = column(lambda m, j=j: abs(m.shape[j]))
-            found[f"{name}.phase"] = column(lambda m, j=j: np.angle(m.shape[j]))
+            values = np.array([m.shape[j] for m in self.modes], complex)
+            found[f"{name}.amplitude"], found[f"{name}.phase"] = np.abs(values), np.angle(values)
         return found
 
     def __str__(self) -> str:
@@ -432,7 +432,7 @@ def _reduced(
     Dr = L.T @ (M @ Z @ (T1 + S @ T) + DZ @ T)
     Kr = L.T @ (M @ Z @ (S1 + S @ S) + DZ @ S + M @ Z2 + D @ Z1 + K @ Z)
     # what differences along the motion leave of terms that cancel
-    size = 1e-10 * basis.rate * largest(np.abs(L).T @ np.abs(M) @ np.abs(Z))
+    size = 1e-9 * basis.rate * largest(np.abs(L).T @ np.abs(M) @ np.abs(Z))
     Dr = np.where(np.abs(Dr) > size, Dr, 0.0)
     Kr = np.where(np.abs(Kr) > size * basis.rate, Kr, 0.0)
     if not Dr.any() and not S.any() and _symmetric(Mr) and _symmetric(Kr):
@@ -456,12 +456,14 @@ def _undamped(M: Array, K: Array) -> tuple[list[complex], list[Complex]] | None:
         return None
     if np.diag(C).min() < 1e-6:
         return None
-    square, x = np.linalg.eigh(np.linalg.solve(C, np.linalg.solve(C, K).T))
-    y = d[:, None] * np.linalg.solve(C.T, x)
-    return _of_squares(square, y, 1e-13 * float(np.abs(square).max()))
+    _, x = np.linalg.eigh(np.linalg.solve(C, np.linalg.solve(C, K).T))
+    x = np.linalg.solve(C.T, x)
+    # as quotients, low frequencies do not feel the rounding of high ones
+    work, size = (x * (K @ x)).sum(axis=0), (np.abs(x) * (np.abs(K) @ np.abs(x))).sum(axis=0)
+    return _of_squares(np.where(np.abs(work) > 1e-13 * size, work, 0.0) / (x * (M @ x)).sum(axis=0), d[:, None] * x)
 
 
-def _of_squares(square: Array, y: Array, zero: float) -> tuple[list[complex], list[Complex]]:
+def _of_squares(square: Array, y: Array, zero: float = 0.0) -> tuple[list[complex], list[Complex]]:
     """Eigenvalues from squares of frequencies: two where those are negative."""
     values: list[complex] = []
     shapes: list[Complex] = []
@@ -529,7 +531,7 @@ def _one_of_each(values: Sequence[complex], shapes: Sequence[Complex]) -> tuple[
 def _few(
     system: System, M: Matrix, D: Matrix, K: Matrix, U: Matrix, J: Matrix, count: int
 ) -> tuple[list[complex], list[Complex], int | None]:
-    """The modes of the lowest frequencies at rest, by Arnoldi's method for the inverse on the constraints' null space."""
+    """The modes of the lowest frequencies at rest, by Arnoldi's method for the inverse within the constraints."""
     from scipy.sparse.linalg import LinearOperator, eigs, eigsh
 
     n, scale = system.n, system.tables.scale

@@ -98,7 +98,7 @@ class Equilibrium:
     @cached_property
     def trajectory(self) -> Trajectory:
         """The equilibrium as a trajectory of one point: every signal by name, to be written as any other."""
-        stats = {"method": "static", "h": None, "tol": None, "status": "done", "iterations": self.iterations}
+        stats: dict = {"method": "static", "h": None, "tol": None, "status": "done", "iterations": self.iterations}
         stats |= {"stability": self.stability, "redundant": self.redundant}
         q, lam = self.q[None], self.lam[None]
         return AtRest(self.system, np.array([self.t]), q, np.zeros_like(q), lam, stats, (), self.left_out)
@@ -113,8 +113,10 @@ class Equilibrium:
     @property
     def reactions(self) -> list[str]:
         """Names of the reactions of all joints."""
-        joints = [c for c in self.scene.components.values() if isinstance(c.kind, JointKind)]
-        names = [f"{c.name}.{key}" for c in joints for key in c.kind.reaction]  # type: ignore[union-attr]
+        names = []
+        for c in self.scene.components.values():
+            if isinstance(c.kind, JointKind):
+                names += [f"{c.name}.{key}" for key in c.kind.reaction]
         return [name for name in names if name in self.trajectory]
 
     def __str__(self) -> str:
@@ -136,7 +138,7 @@ class AtRest(Trajectory):
 def listed(rows: Sequence[tuple[str, float, str]], most: int = 120) -> list[str]:
     """Lines ``name value unit`` of what may be thousands."""
     width = max((len(name) for name, *_ in rows), default=0)
-    size: dict[str, float] = {}
+    size = dict[str, float]()
     for _, value, unit in rows:
         size[unit] = max(size.get(unit, 0.0), abs(value))
     # what is but rounding of others in the same unit is told as nothing; files have all digits
@@ -463,7 +465,7 @@ class _Search:
     def _few(self, K: Matrix) -> tuple[Array, Array]:
         from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, eigsh
 
-        n, d = self.system.n, 1.0 / self.scale
+        n = self.system.n
         sigma = -1e-9 * self.kappa
         inverse = Saddle(self.K + self._metric(-sigma), self.point.U, self.point.J, self.scale)
         onto = Saddle(self._metric(), self.point.J.T, self.point.J, self.scale)
