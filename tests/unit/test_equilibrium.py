@@ -1,6 +1,7 @@
 """Static equilibria against closed forms, from far away and from saddles; what has none; the command."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from mbdsl.errors import EquilibriumError, InitialisationError, UsageError
 from mbdsl.system import system as system_module
 
 G = 9.81
+MODELS = Path(__file__).parents[2] / "models"
 PENDULUM = """model P Ground ground; Rod rod(m = 2 kg, length = 1 m); Revolute pin(ground, rod.a);{more}
 initial equation pin.phi = {phi} deg; end P;"""
 #: a chain of N links between two walls as far apart as 0.6 of its length
@@ -128,11 +130,11 @@ def test_a_large_inverted_row_is_seen_to_be_unstable():
 
 
 def test_a_mass_on_a_spring():
-    e = static("models/spring_mass.mbd")
+    e = static(MODELS / "spring_mass.mbd")
     assert e["slide.s"] == pytest.approx(0.5 + 2 * G / 200, rel=1e-14)
     assert e["spring.force"] == pytest.approx(2 * G, rel=1e-13)
-    assert static("models/spring_mass.mbd", parameters={"g": 0.0})["slide.s"] == pytest.approx(0.5, rel=1e-14)
-    assert static("models/spring_mass.mbd", without=["gravity"])["slide.s"] == pytest.approx(0.5, rel=1e-14)
+    assert static(MODELS / "spring_mass.mbd", parameters={"g": 0.0})["slide.s"] == pytest.approx(0.5, rel=1e-14)
+    assert static(MODELS / "spring_mass.mbd", without=["gravity"])["slide.s"] == pytest.approx(0.5, rel=1e-14)
 
 
 def test_soft_and_stiff_together():
@@ -213,12 +215,12 @@ def test_redundant_parallelogram():
 
 
 def test_drivers_are_taken_at_rest():
-    e = static("models/driven_crank.mbd")
+    e = static(MODELS / "driven_crank.mbd")
     check_balance(e)
     assert e.stability == "held" and e.stable and e.stiffness is None
     assert e.notes == ["taken at rest, at t = 0 s: drive"]
     assert e["drive.tau"] == pytest.approx(e.system.Q(0.0, e.q) @ _virtual(e.system, e.q, "crank.phi") * -1.0)
-    later = static("models/driven_crank.mbd", start=0.25)
+    later = static(MODELS / "driven_crank.mbd", start=0.25)
     assert later["crank.phi"] == pytest.approx(np.deg2rad(30) + np.pi / 2)
 
 
@@ -242,7 +244,7 @@ def test_gears_hold():
 
 
 def test_rolling():
-    e = static("models/rolling_disc.mbd")
+    e = static(MODELS / "rolling_disc.mbd")
     check_balance(e)
     assert e["contact.s"] == pytest.approx(0.3 + 2.0 * G / 2 / 50)
     assert e["disc.phi"] == pytest.approx(-2.0 * G / 2 / 50 / 0.1)  # it has rolled there
@@ -281,7 +283,7 @@ def test_what_cannot_be_assembled():
 
 def test_arguments():
     with pytest.raises(UsageError, match="not a finite number"):
-        static("models/pendulum.mbd", start=np.inf)
+        static(MODELS / "pendulum.mbd", start=np.inf)
     with pytest.raises(UsageError, match=r"no signal `rod\.z`"):
         found(PENDULUM.format(phi=0, more=""))["rod.z"]
     with pytest.raises(UsageError, match="a model is a path"):
