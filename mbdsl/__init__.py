@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mbdsl.builder import Builder as Builder
+    from mbdsl.eigenmodes import eigen as eigen
+    from mbdsl.equilibrium import static as static
     from mbdsl.errors import MbdslError as MbdslError
     from mbdsl.lang.load import load as load
     from mbdsl.lang.load import parse_text as parse  # noqa: F401
@@ -23,6 +25,8 @@ _PUBLIC = {
     "parse": ("mbdsl.lang.load", "parse_text"),
     "Builder": ("mbdsl.builder", "Builder"),
     "Scene": ("mbdsl.scene", "Scene"),
+    "static": ("mbdsl.equilibrium", "static"),
+    "eigen": ("mbdsl.eigenmodes", "eigen"),
     "simulate": ("mbdsl.simulation", "simulate"),
     "explain": ("mbdsl.receipt", "explain"),
     "Simulation": ("mbdsl.stepping", "Simulation"),
@@ -32,6 +36,7 @@ _PUBLIC = {
     "ModelError": ("mbdsl.errors", "ModelError"),
     "UsageError": ("mbdsl.errors", "UsageError"),
     "InitialisationError": ("mbdsl.errors", "InitialisationError"),
+    "EquilibriumError": ("mbdsl.errors", "EquilibriumError"),
     "IntegrationError": ("mbdsl.errors", "IntegrationError"),
 }
 __all__ = ["__version__", *_PUBLIC]

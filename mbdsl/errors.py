@@ -109,6 +109,12 @@ class InitialisationError(MbdslError):
     exit_code = 3
 
 
+class EquilibriumError(MbdslError):
+    """No static equilibrium exists, or it was not found."""
+
+    exit_code = 3
+
+
 class IntegrationError(MbdslError):
     """The integration could not go on; ``trajectory`` holds the results up to there."""
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,7 +134,12 @@ class Motion:
         merged = [note.names for note in self.reduction.notes if note.action == "merged"]
         own = system.tables.coordinates
         members = {names[0]: [f"{name}.c" for name in names] for names in merged if names[0] in own}
-        initial = initial_state(system, part.graph, plan.start, members)
+        deform = None
+        if any(c.values.get("initial") == "static" for c in system.scene.bodies() if len(c.coordinates) > len(RATE)):
+            from mbdsl.equilibrium import held
+
+            deform = partial(held, system, plan.start)
+        initial = initial_state(system, part.graph, plan.start, members, deform)
         if part.kinematic and (initial.redundant or not determined(system, plan.start, initial.q)):
             assert part.dynamic is not None
             self._is_not_kinematic(part)

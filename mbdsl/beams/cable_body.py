@@ -87,7 +87,7 @@ class CableBody:
         return [(i, j, value) for (i, j), value in found.items()]
 
     def M(self, q: Array) -> Array:
-        return np.kron(self._banded(), np.eye(2))
+        return np.asarray(np.kron(self._banded(), np.eye(2)), float)
 
     def weight(self, g: Array) -> Array:
         found = np.zeros((self.n // 2, 2))
@@ -182,6 +182,13 @@ class CableBody:
         _, d, dd = shapes(BEND[0], self.L)
         a, b = (np.moveaxis(np.einsum("pj,tejc->tepc", S, e), -1, 0) for S in (d, dd))
         return np.sqrt((slope**2).sum(axis=-1)) - 1.0, (a[0] * b[1] - a[1] * b[0]) / (a**2).sum(axis=0)
+
+    def rigid(self, q: Array) -> Array:
+        r = np.asarray(q).reshape(-1, 2, 2)  # node, position or slope, x or y
+        ones = np.zeros((len(r), 2, 2, 2))
+        ones[:, 0] = np.eye(2)
+        turn = r @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+        return np.concatenate([ones.reshape(self.n, 2), turn.reshape(self.n, 1)], axis=1)
 
     def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
         rate = self._elements(v)

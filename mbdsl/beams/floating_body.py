@@ -184,6 +184,9 @@ class FloatingBody:
     def begin(self, phi: float, F: Array) -> None:
         pass
 
+    def rigid(self, q: Array) -> Array:
+        return np.eye(self.n, 3)
+
     # -- energies ------------------------------------------------------------------------------------------------
     def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
         b = self.beam

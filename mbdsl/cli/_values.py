@@ -5,7 +5,10 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from mbdsl.errors import UsageError
 
 if TYPE_CHECKING:
     from mbdsl.scene import Scene
@@ -64,6 +67,20 @@ def assignment(text: str) -> tuple[str, str]:
 def patterns(text: str) -> list[str]:
     """Patterns of signals, separated by commas; one within brackets belongs to a name."""
     return [pattern.strip() for pattern in re.split(r",(?![^\[]*\])", text)]
+
+
+def check_output(path: str) -> None:
+    """Say now that a file cannot be written, rather than after the work is done.
+
+    Raises
+    ------
+    UsageError
+        There is no such folder, or the file is one.
+    """
+    if not Path(path).resolve().parent.is_dir():
+        raise UsageError(f"cannot write `{path}`: there is no folder `{Path(path).parent!s}`")
+    if Path(path).is_dir():
+        raise UsageError(f"cannot write `{path}`: it is a folder")
 
 
 def add_model(parser: argparse.ArgumentParser) -> None:

@@ -67,11 +67,9 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     output = args.output or f"{Path(args.model).stem}.csv"
-    for path in (output, args.stats):  # said now rather than after the work is done
-        if path and not Path(path).resolve().parent.is_dir():
-            raise UsageError(f"cannot write `{path}`: there is no folder `{Path(path).parent!s}`")
-        if path and Path(path).is_dir():
-            raise UsageError(f"cannot write `{path}`: it is a folder")
+    for path in (output, args.stats):
+        if path:
+            values.check_output(path)
     results.format_of(output)
 
     begun = perf_counter()

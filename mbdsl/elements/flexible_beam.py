@@ -23,13 +23,15 @@ def motion(values: Mapping):
 
 
 def coordinates(values: Mapping) -> tuple[str, ...]:
+    """Of a rigid rod as of any body; else numbered, as only the formulation knows what they are."""
     if values["modes"] == 0:
         return ("x", "y", "phi")
     elements = int(values["elements"])
     if values["formulation"] == ANCF:
-        return tuple(f"{key}{node}" for node in range(1, elements + 2) for key in ("x", "y", "dx", "dy"))
-    count = 4 * elements if values["modes"] is None else int(values["modes"])
-    return ("x", "y", "phi", *(f"q{j}" for j in range(1, count + 1)))
+        count = 4 * (elements + 1)
+    else:
+        count = 3 + (4 * elements if values["modes"] is None else int(values["modes"]))
+    return tuple(f"q[{j}]" for j in range(1, count + 1))
 
 
 def check(values: Mapping) -> str | None:

@@ -65,6 +65,9 @@ class Body(Protocol):
         """Where q does not hold the turns of its frames, they are counted from the angle ``phi`` on from now on, here
         and by kernels that read the float tables F."""
 
+    def rigid(self, q: Array) -> Array:
+        """Directions (n, 3) of its motions as a rigid body in the shape that it has at q (n,)."""
+
     def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
         """Kinetic and potential energy (N,) of states q, v (N, n) in the field g."""
 
@@ -137,6 +140,9 @@ class Rigid:
 
     def begin(self, phi: float, F: Array) -> None:
         pass
+
+    def rigid(self, q: Array) -> Array:
+        return np.eye(self.n, 3)
 
     def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
         return 0.5 * v**2 @ self._mass, -self._mass[0] * (q[:, :2] @ g)

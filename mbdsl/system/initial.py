@@ -10,7 +10,7 @@ by Gauss-Newton steps with the constraints linearised, damped while far from a s
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,9 +94,14 @@ def _scaled(J: Matrix, rows: Array, columns: Array) -> Matrix:
 
 
 def initial_state(
-    system: System, graph: MechanismGraph, t: float, members: Mapping[str, Sequence[str]] = {}
+    system: System,
+    graph: MechanismGraph,
+    t: float,
+    members: Mapping[str, Sequence[str]] = {},
+    deform: Callable[[Array], Array] | None = None,
 ) -> InitialState:
-    """Assemble ``system`` at time ``t``; ``members`` of welded bodies: see :class:`Metric`.
+    """Assemble ``system`` at time ``t``; ``members`` of welded bodies: see :class:`Metric`; ``deform`` turns assembled
+    positions (n,) into those to start from.
 
     Raises
     ------
@@ -104,12 +109,9 @@ def initial_state(
         If no state satisfies the constraints and fixed values, or none was found; it names them.
     """
     given = list(system.scene.initial)
-    positions = [x for x in given if not is_velocity_level(x.target)]
-    velocities = [x for x in given if is_velocity_level(x.target)]
-    placed = place(system, graph, t, positions)
     metric = Metric(system, members)
-    q, v = _assembled(system, t, placed, positions, velocities, metric)
-    redundant = _redundant(system, t, q, v)
+    q, v = _assembled(system, graph, t, metric, deform)
+    redundant = redundant_rows(system, t, q, v)
     a, lam = accelerations(system, t, q, v, redundant)
     moved = []
     found = values(system, [x.target for x in given], np.array([t]), q[None], v[None])
@@ -120,25 +122,46 @@ def initial_state(
 
 
 def _assembled(
-    system: System,
-    t: float,
-    placed: Array,
-    positions: list[InitialValue],
-    velocities: list[InitialValue],
-    metric: Metric,
+    system: System, graph: MechanismGraph, t: float, metric: Metric, deform: Callable[[Array], Array] | None
 ) -> tuple[Array, Array]:
     """q and v; bodies that could deform do so only where it has to be."""
-    shape = Undeformed(system, placed)
-    if shape.any:
+    positions = [x for x in system.scene.initial if not is_velocity_level(x.target)]
+    velocities = [x for x in system.scene.initial if is_velocity_level(x.target)]
+    for shape in _shapes(system, graph, t, positions):
         try:
             y = _positions(system, t, shape, positions, metric)
             q = shape.expand(y)
+            q = deform(q) if deform is not None else q
             return q, _velocities(system, t, q, y, shape, velocities, metric)
         except InitialisationError:
-            pass
-    loose = AsIs(system, placed)
-    q = _positions(system, t, loose, positions, metric)
-    return q, _velocities(system, t, q, q, loose, velocities, metric)
+            if isinstance(shape, AsIs):
+                raise
+    raise AssertionError("the last shape is as it is")
+
+
+def _shapes(system: System, graph: MechanismGraph, t: float, positions: list[InitialValue]) -> list[Shape]:
+    """What assembly may move, in the order in which it is tried."""
+    placed = place(system, graph, t, positions)
+    undeformed = Undeformed(system, placed)
+    return [undeformed, AsIs(system, placed)] if undeformed.any else [AsIs(system, placed)]
+
+
+def initial_position(system: System, graph: MechanismGraph, t: float, metric: Metric | None = None) -> Array:
+    """Assembled positions q (n,) alone, whatever is said about velocities.
+
+    Raises
+    ------
+    InitialisationError
+        As :func:`initial_state` does.
+    """
+    positions = [x for x in system.scene.initial if not is_velocity_level(x.target)]
+    for shape in _shapes(system, graph, t, positions):
+        try:
+            return shape.expand(_positions(system, t, shape, positions, metric or Metric(system, {})))
+        except InitialisationError:
+            if isinstance(shape, AsIs):
+                raise
+    raise AssertionError("the last shape is as it is")
 
 
 # -- positions -----------------------------------------------------------------------------------------------
@@ -271,7 +294,7 @@ def _velocities(
     w = np.zeros(len(y))
     weight = shape.weights(metric.weight) * shape.scale
     for _ in range(20 if system.p else 3):  # mostly linear in v: the second pass refines, the third confirms
-        v = shape.rates(y, w)
+        v = shape.rates(y, w, q)
         value, _q, d_v = _stack(system, fixed, t, q, v)
         r_f = value - np.array([x.value for x in fixed])
         soft_value, _q, soft_v = _stack(system, soft, t, q, v)
@@ -279,14 +302,14 @@ def _velocities(
         r_c = np.concatenate([_velocity_residual(system, t, q, v), r_f])
         if not r_c.any() and not r_s.any():
             return v  # at rest, and meant to be
-        J = shape.reduce(y, _stacked(system.velocity_jacobian(t, q, v), d_v))
+        J = shape.reduce(y, _stacked(system.velocity_jacobian(t, q, v), d_v), q)
         value, d_v = metric.velocities_at(t, q, v)
-        soft_rows, r_s = shape.reduce(y, _stacked(soft_v * GUESSED, d_v)), np.concatenate([r_s * GUESSED, value])
+        soft_rows, r_s = shape.reduce(y, _stacked(soft_v * GUESSED, d_v), q), np.concatenate([r_s * GUESSED, value])
         step = _constrained(weight, weight * w, soft_rows, r_s, J, r_c)
         w = w + step
         if np.abs(step).max(initial=0.0) <= 1e-15 * np.abs(w).max(initial=0.0):
             break
-    v = shape.rates(y, w)
+    v = shape.rates(y, w, q)
     value, *_ = _stack(system, fixed, t, q, v)
     r_c = np.concatenate([_velocity_residual(system, t, q, v), value - np.array([x.value for x in fixed])])
     if np.abs(r_c).max(initial=0.0) > 1e-9 * (1 + np.abs(v).max(initial=0.0)):
@@ -318,7 +341,7 @@ def determined(system: System, t: float, q: Array) -> bool:
     return bool(sizes.min() > 1e-9 * sizes.max())
 
 
-def _redundant(system: System, t: float, q: Array, v: Array) -> tuple[int, ...]:
+def redundant_rows(system: System, t: float, q: Array, v: Array) -> tuple[int, ...]:
     """Rows of [Phi_q; Gam_v] that depend on those before them here and in a pose nearby, for systems of moderate size.
 
     In a singular pose rows are dependent too, but only there: they are kept.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.system.bodies import POSITIONS, Rigid
+from mbdsl.system.bodies import POSITIONS, Body, Rigid
 from mbdsl.system.system import DENSE_LIMIT, System
 
 if TYPE_CHECKING:
@@ -31,12 +31,12 @@ class AsIs:
         """q (n,) for what is moved, y."""
         return y
 
-    def reduce(self, y: Array, J: Array | csr_array) -> Array | csr_array:
-        """J dq/dy for a Jacobian J with respect to q."""
+    def reduce(self, y: Array, J: Array | csr_array, q: Array | None = None) -> Array | csr_array:
+        """J dq/dy for a Jacobian J with respect to q; of motions in the shape at ``q`` (n,) if that is given."""
         return J
 
-    def rates(self, y: Array, w: Array) -> Array:
-        """v (n,) for the rates w of y."""
+    def rates(self, y: Array, w: Array, q: Array) -> Array:
+        """v (n,) for the rates w of y in the shape at q."""
         return w
 
     def weights(self, weight: Array) -> Array:
@@ -49,7 +49,7 @@ class Undeformed:
 
     def __init__(self, system: System, q: Array) -> None:
         tables = system.tables
-        self.system, self.parts = system, list[tuple[int, int, object]]()
+        self.system, self.parts = system, list[tuple[int, int, Body]]()
         start, scale, keep = list[float](), list[float](), list[int]()
         for name, model in tables.models.items():
             d, first = tables.coordinates[name], len(start)
@@ -80,15 +80,16 @@ class Undeformed:
         q = np.zeros(self.system.n)
         q[self._of[self._rigid]] = y[self._rigid]
         for d, first, model in self.parts:
-            q[d : d + model.n] = model.placed(tuple(y[first : first + 3]))[0]  # type: ignore[attr-defined]
+            q[d : d + model.n] = model.placed(tuple(y[first : first + 3]))[0]
         return q
 
-    def _directions(self, y: Array):
-        """dq/dy (n, y.size), dense or sparse as the System's matrices are."""
+    def _directions(self, y: Array, q: Array | None = None):
+        """dq/dy (n, y.size), dense or sparse as the System's matrices are; motions in the shape at ``q`` if given."""
         columns = list(np.flatnonzero(self._rigid))
         rows, values = list(self._of[self._rigid]), [1.0] * len(columns)
         for d, first, model in self.parts:
-            T = model.placed(tuple(y[first : first + 3]))[1]  # type: ignore[attr-defined]
+            pose = tuple(y[first : first + 3])
+            T = model.placed(pose)[1] if q is None else model.rigid(q[d : d + model.n])
             i, j = np.nonzero(T)
             rows.extend(d + i)
             columns.extend(first + j)
@@ -102,11 +103,11 @@ class Undeformed:
         T[rows, columns] = values
         return T
 
-    def reduce(self, y: Array, J: Array | csr_array) -> Array | csr_array:
-        return J @ self._directions(y)
+    def reduce(self, y: Array, J: Array | csr_array, q: Array | None = None) -> Array | csr_array:
+        return J @ self._directions(y, q)
 
-    def rates(self, y: Array, w: Array) -> Array:
-        return self._directions(y) @ w
+    def rates(self, y: Array, w: Array, q: Array) -> Array:
+        return self._directions(y, q) @ w
 
     def weights(self, weight: Array) -> Array:
         return weight[self._of]

@@ -1,0 +1,88 @@
+"""mbdsl eigen: frequencies, damping and shapes of small motions about a state."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mbdsl.cli import _values as values
+from mbdsl.errors import UsageError
+
+if TYPE_CHECKING:
+    from mbdsl.eigenmodes import Modes
+
+SUFFIXES = (".csv", ".json")
+
+
+def state(text: str) -> str | float:
+    """``static``, ``start`` or a time."""
+    return text if text in ("static", "start") else values.seconds(text)
+
+
+def number_of_modes(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"`{text}` is no number of modes: 1, 2, ...")
+    return int(text)
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "eigen",
+        help="eigenmodes of a model: frequencies, damping, shapes",
+        description="Linearise a model about a state, and tell frequencies, damping ratios and what moves most.",
+    )
+    values.add_model(parser)
+    parser.add_argument(
+        "--at",
+        metavar="STATE",
+        type=state,
+        default="static",
+        help="static: the equilibrium that `mbdsl static` finds (default); start: the initial state with its "
+        "velocities; a time such as 1.5s: where a simulation up to then has come",
+    )
+    parser.add_argument("--count", metavar="N", type=number_of_modes, default=10, help="so many modes; default 10")
+    parser.add_argument("--output", metavar="FILE", help="write frequencies, damping and shapes (.csv, .json)")
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    if args.output:
+        values.check_output(args.output)
+        if Path(args.output).suffix.lower() not in SUFFIXES:
+            raise UsageError(f"unknown suffix of `{args.output}`", hint=f"known are {', '.join(SUFFIXES)}")
+    scene = values.load_model(args)
+
+    from mbdsl import jit
+    from mbdsl.eigenmodes import eigen
+
+    jit.alone()
+    modes = eigen(scene, args.at, args.count, announce=lambda text: print(text, file=sys.stderr))
+    print(modes)
+    if args.output:
+        write(modes, args.output)
+        print(f"{args.output}: {len(modes)} modes, frequencies, damping and shapes")
+    return 0
+
+
+def write(modes: Modes, path: str) -> None:
+    """One row a mode as CSV, or as JSON one object a mode with its shape by coordinate as [re, im]."""
+    columns = modes.to_dict()
+    if Path(path).suffix.lower() == ".csv":
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        text = ",".join(columns) + "\n" + "".join(",".join(map(repr, row)) + "\n" for row in rows)
+    else:
+        names = modes.system.names()
+        head = [name for name in columns if name.startswith(("mode", "freq", "damp", "eigenvalue."))][:6]
+        found = []
+        for k, mode in enumerate(modes):
+            shape = {name: [float(x.real), float(x.imag)] for name, x in zip(names, mode.shape, strict=True)}
+            found.append({name: float(columns[name][k]) for name in head} | {"bodies": mode.bodies, "shape": shape})
+        said = {"model": modes.scene.name, "at": modes.at, "t": modes.t, "notes": modes.notes, "modes": found}
+        text = json.dumps(said, indent=2) + "\n"
+    try:
+        Path(path).write_text(text, encoding="utf-8")
+    except OSError as problem:
+        raise UsageError(f"cannot write `{path}`: {problem.strerror or problem}") from problem

@@ -1,0 +1,54 @@
+"""mbdsl static: where a model stays when it is at rest, the forces that hold it there, and whether it would stay."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from mbdsl import results
+from mbdsl.cli import _values as values
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "static",
+        help="find the static equilibrium of a model",
+        description="Find the equilibrium that a model would come to from its initial positions if it moved slowly, "
+        "and tell positions, reactions and whether it is stable.",
+    )
+    values.add_model(parser)
+    parser.add_argument("--start", metavar="T0", type=values.seconds, help="time of drivers and forces; the model's")
+    parser.add_argument("--signals", metavar="PATTERN,...", help="what to tell or write (globs)")
+    suffixes = ", ".join(results.formats())
+    parser.add_argument("--output", metavar="FILE", help=f"write one row to a result file ({suffixes})")
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    if args.output:
+        values.check_output(args.output)
+        results.format_of(args.output)
+    scene = values.load_model(args)
+
+    from mbdsl import jit
+    from mbdsl.cli.simulate import about
+    from mbdsl.equilibrium import listed, static
+
+    jit.alone()
+    found = static(scene, start=args.start, announce=lambda text: print(text, file=sys.stderr))
+    point = found.trajectory
+    default = [*found.system.names(), *found.reactions]
+    names = [n for n in point.select(values.patterns(args.signals)) if n != "time"] if args.signals else default
+    told = str(found).splitlines()
+    if args.output:
+        columns = {"time": point.t, **{name: point[name] for name in names}}
+        units = {"time": "s", **{name: point.unit(name) for name in names}}
+        results.write(args.output, columns, units, about(point) | {"stability": found.stability})
+    if args.output or args.signals:
+        notes = [f"note: {text}" for text in found.notes]
+        rows = listed([(name, found[name], point.unit(name)) for name in names]) if args.signals else []
+        told = [told[0], *rows, *notes]
+    if args.output:
+        told.append(f"{args.output}: 1 row, time and {len(names)} signals")
+    print("\n".join(told))
+    return 0

@@ -1,0 +1,105 @@
+"""Saddle-point systems [[A, U], [J, 0]] [x; mu] = [b; c], as statics and eigenmodes solve them.
+
+Coordinates are scaled as in :mod:`mbdsl.system.initial`, the rows of J and columns of U divided by their largest
+entries, and A by its own, so that lengths, units and stiffnesses say nothing about rank. Rows of J may depend on each
+other: a tiny block -EPS I keeps the matrix regular, and refinement takes its effect back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+Array = NDArray[np.float64]
+Matrix: TypeAlias = "Array | csr_array"
+
+EPS = 1e-12  #: what takes the place of the zero block
+RANK = 1e-10  #: singular values of J, relative to the largest, that count as zero
+
+
+def dense(A: Matrix) -> Array:
+    """``A`` as an array."""
+    return A if isinstance(A, np.ndarray) else A.toarray()
+
+
+def largest(A: Matrix) -> float:
+    """The largest absolute value of an entry of ``A``, 0 where there is none."""
+    if isinstance(A, np.ndarray):
+        return float(np.abs(A).max(initial=0.0))
+    return float(np.abs(A.data).max(initial=0.0))
+
+
+def scaled(A: Matrix, left: Array, right: Array) -> Matrix:
+    """diag(left) A diag(right)."""
+    if isinstance(A, np.ndarray):
+        return left[:, None] * A * right
+    from scipy.sparse import diags_array
+
+    return (diags_array(left) @ A @ diags_array(right)).tocsr()
+
+
+def row_size(J: Matrix) -> Array:
+    """The largest absolute value in each row of J, 1 where a row is zero."""
+    if isinstance(J, np.ndarray):
+        size = np.abs(J).max(axis=1, initial=0.0)
+    else:
+        size = abs(J).max(axis=1).toarray().ravel() if J.shape[0] else np.zeros(0)
+    return np.where(size > 0.0, size, 1.0)
+
+
+def null_space(J: Array) -> Array:
+    """Orthonormal columns that span what J (m, n) maps to zero."""
+    if not len(J):
+        return np.eye(J.shape[1])
+    _, s, Vt = np.linalg.svd(J, full_matrices=True)
+    return Vt[int((s > RANK * s.max(initial=0.0)).sum()) :].T
+
+
+class Saddle:
+    """[[A, U], [J, 0]] factorised; ``scale`` (n,) times coordinates is of order one.
+
+    A (n, n), U (n, m) and J (m, n) are dense or sparse; ``U`` is J^T where forces do not depend on multipliers.
+    """
+
+    def __init__(self, A: Matrix, U: Matrix, J: Matrix, scale: Array) -> None:
+        self.n, self.d = len(scale), 1.0 / scale
+        A = scaled(A, self.d, self.d)
+        self.kappa = largest(A) or 1.0
+        J = scaled(J, np.ones(J.shape[0]), self.d)
+        self.r = 1.0 / row_size(J)
+        A, J = A / self.kappa, scaled(J, self.r, np.ones(self.n))
+        U = scaled(U, self.d, self.r)
+        m = len(self.r)
+        self._solve: Callable[[Array], Array]
+        if isinstance(A, np.ndarray):
+            self._S = np.block([[A, dense(U)], [dense(J), np.zeros((m, m))]])
+            regular = self._S - np.diag(np.concatenate([np.zeros(self.n), np.full(m, EPS)]))
+            try:  # LU is kept by scipy only; the inverse serves as well, as solutions are refined
+                inverse = np.linalg.inv(regular)
+                self._solve = lambda b: inverse @ b
+            except np.linalg.LinAlgError:
+                self._solve = lambda b: np.full_like(b, np.nan)
+            return
+        from scipy.sparse import block_array, csc_array, diags_array
+        from scipy.sparse.linalg import splu
+
+        self._S = block_array([[A, U], [J, None]], format="csr") if m else A
+        shift = np.concatenate([np.zeros(self.n), np.full(m, -EPS)])
+        try:
+            self._solve = splu(csc_array(self._S + diags_array(shift))).solve
+        except RuntimeError:  # exactly singular
+            self._solve = lambda b: np.full_like(b, np.nan)
+
+    def solve(self, b: Array, c: Array | None = None) -> tuple[Array, Array]:
+        """x (n,) and mu (m,); not numbers where the matrix is singular."""
+        right = np.concatenate([self.d * b / self.kappa, np.zeros(len(self.r)) if c is None else self.r * c])
+        x = self._solve(right)
+        for _ in range(3):
+            x = x + self._solve(right - self._S @ x)
+        return self.d * x[: self.n], self.kappa * self.r * x[self.n :]

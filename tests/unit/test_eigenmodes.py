@@ -1,0 +1,355 @@
+"""Eigenmodes against closed forms, at rest and moving, and against differences of the equations of motion."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mbdsl
+from mbdsl import cli
+from mbdsl.eigenmodes import eigen
+from mbdsl.equilibrium import prepare
+from mbdsl.errors import EquilibriumError, ModelError, UsageError
+from mbdsl.system.accelerations import accelerations
+
+G = 9.81
+MODELS = Path(__file__).parents[2] / "models"
+PENDULUM = """model P Ground ground; Rod rod(m = 2 kg, length = 1 m); Revolute pin(ground, rod.a);{more}
+initial equation pin.phi = {phi} deg; end P;"""
+CHAIN = """model C Ground ground; Rod link[{N}](each m = 1 kg, each length = 0.1 m);
+Revolute J[1](ground, link[1].a);{one}
+for i in 2:{N} loop Revolute J[i](link[i - 1].b, link[i].a);{more} end for;
+initial equation for i in 1:{N} loop link[i].phi = -90 deg; end for; end C;"""
+
+
+def modes(text, at="static", count=None):
+    return eigen(mbdsl.parse(text), at, count)
+
+
+def values(found):
+    return np.array([mode.eigenvalue for mode in found])
+
+
+# -- at rest -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_rod_on_a_pin():
+    """omega^2 = m g l/(2 I) = 3 g/(2 l)."""
+    found = modes(PENDULUM.format(phi=30, more=""))
+    (mode,) = found
+    assert mode.omega == pytest.approx(np.sqrt(1.5 * G), rel=1e-13)
+    assert mode.frequency == mode.damped_frequency == pytest.approx(np.sqrt(1.5 * G) / (2 * np.pi), rel=1e-13)
+    assert mode.damping == 0.0 and not mode.unstable
+    assert mode.bodies == {"rod": 1.0}
+    # it hangs: the tip moves sideways, twice as far as the middle, and the largest scaled coordinate is the angle
+    assert found.displacement(0, "rod.phi") == found.displacement(0, "pin.phi") == pytest.approx(1.0)
+    assert found.displacement(0, "rod.b.x") == pytest.approx(1.0)
+    assert found.displacement(0, "rod.x") == pytest.approx(0.5)
+    assert abs(found.displacement(0, "rod.b.y")) < 1e-14
+    assert found.total == 1 and found.at == "static" and found.notes == []
+
+
+def test_a_pendulum_upside_down():
+    found = modes(PENDULUM.format(phi=90, more=""), "start")
+    assert values(found) == pytest.approx([np.sqrt(1.5 * G), -np.sqrt(1.5 * G)], rel=1e-13)
+    assert [mode.unstable for mode in found] == [True, False]
+    assert [mode.damping for mode in found] == [-1.0, 1.0]
+    assert found.unstable == [found[0]]
+    assert "unstable" in str(found)
+
+
+def test_a_double_pendulum():
+    """Equal masses on equal massless rods: omega^2 = (2 -+ sqrt 2) g/l, the lower one a/b = 1 : sqrt 2 in angles."""
+    found = modes("""model D Ground ground; PointMass a(m = 1 kg); PointMass b(m = 1 kg);
+        Distance r(ground, a, length = 0.5 m); Distance s(a, b, length = 0.5 m);
+        initial equation guess a.x = 0.1 m; guess b.x = 0.1 m; guess a.y = -0.5 m; guess b.y = -1 m; end D;""")
+    wanted = np.sqrt((2.0 + np.array([-1.0, 1.0]) * np.sqrt(2.0)) * G / 0.5)
+    assert [mode.omega for mode in found] == pytest.approx(wanted, rel=1e-12)
+    for k, ratio in enumerate((1.0 + np.sqrt(2.0), 1.0 - np.sqrt(2.0))):
+        assert found.displacement(k, "b.x") / found.displacement(k, "a.x") == pytest.approx(ratio, rel=1e-11)
+
+
+def test_a_damped_oscillator():
+    """omega0 = sqrt(k/m), zeta = c/(2 sqrt(k m))."""
+    (mode,) = eigen(MODELS / "spring_mass.mbd")
+    assert mode.omega == pytest.approx(10.0, rel=1e-12)
+    assert mode.damping == pytest.approx(0.1, rel=1e-12)
+    assert mode.damped_frequency == pytest.approx(10.0 * np.sqrt(0.99) / (2 * np.pi), rel=1e-12)
+    slow, fast = eigen(MODELS / "spring_mass.mbd", parameters={"c": 100.0})
+    assert slow.eigenvalue * fast.eigenvalue == pytest.approx(100.0)
+    assert slow.eigenvalue + fast.eigenvalue == pytest.approx(-50.0)
+    assert (slow.damping, slow.damped_frequency) == (1.0, 0.0)
+    (undamped,) = eigen(MODELS / "spring_mass.mbd", without=["damping"])
+    assert undamped.damping == 0.0
+
+
+def test_a_mass_between_two_springs():
+    found = modes("""model T Ground ground(g = 0, frames(l = {-1 m, 0 m, 0}, r = {1 m, 0 m, 0})); PointMass m(m = 2 kg);
+        SpringDamper a(ground.l, m, k = 300 N/m, s0 = 0.5 m); SpringDamper b(ground.r, m, k = 300 N/m, s0 = 0.5 m);
+        end T;""")
+    # along the springs both stiffnesses, across the tension over the length
+    assert [mode.omega for mode in found] == pytest.approx(np.sqrt([300.0 / 2, 600.0 / 2]), rel=1e-12)
+    assert [abs(found.displacement(1, key)) for key in ("m.x", "m.y")] == pytest.approx([1.0, 0.0], abs=1e-12)
+
+
+def test_what_rolls():
+    """As if with one and a half times the mass; the disc turns as it goes."""
+    found = eigen(MODELS / "rolling_disc.mbd")
+    assert values(found) == pytest.approx([1j * np.sqrt(50.0 / 3.0)], rel=1e-12)
+    ratio = found.displacement(0, "disc.phi") / found.displacement(0, "contact.s")
+    assert ratio == pytest.approx(-10.0)
+
+
+def test_gears():
+    """I_a + I_b/9 with the stiffness of the spring on a."""
+    found = modes("""model R Ground ground(g = 0); Body a(m = 1 kg, I = 2 kg.m2); Body b(m = 1 kg, I = 9 kg.m2);
+        Revolute A(ground, a.c); Revolute B(ground, b.c); VelocityConstraint c(gamma = a.w + 3*b.w);
+        RotationalSpringDamper s(A, k = 12 N.m/rad); end R;""")
+    assert values(found) == pytest.approx([2j], rel=1e-12)
+
+
+def test_reactions_in_forces():
+    """tau = r fy: about equilibrium, fy changes with the acceleration of the centre, and K with phi."""
+    r, k, m = 0.1, 5.0, 1.0
+    found = modes("""model R Ground ground; Rod a(m = 1 kg, length = 1 m); Revolute A(ground, a.a);
+        RotationalSpringDamper s(A, k = 5 N.m/rad); Torque T(a.c, tau = 0.1 m*A.fy); end R;""")
+    phi = float(found.q[2])
+    # I phi'' = -m g l/2 cos(phi) - k phi + r (m g + m l/2 (cos(phi) phi'' - sin(phi) phi'^2))
+    inertia = m / 3.0 - r * m / 2.0 * np.cos(phi)
+    assert found[0].omega ** 2 == pytest.approx((k - m * G / 2.0 * np.sin(phi)) / inertia, rel=1e-9)
+
+
+def test_what_moves_freely():
+    found = modes("model F Ground g(g = 0); Rod rod(m = 2 kg, length = 1 m); FreeMotion f(g, rod.c); end F;")
+    assert values(found) == pytest.approx([0.0, 0.0, 0.0])
+    assert "moves freely" in str(found) and "indifferent" in found.notes[0]
+    damped = """model W Ground ground; Body wheel(m = 2 kg, I = 1 kg.m2); Revolute pin(ground, wheel.c);
+        RotationalSpringDamper d(pin, c = 3 N.m.s/rad); end W;"""
+    assert values(modes(damped)) == pytest.approx([0.0, -3.0])
+
+
+def test_two_bodies_on_one_spring():
+    """One zero for the motion together, sqrt(k (1/m + 1/M)) for that against each other, by either solver."""
+    text = """model W Ground ground; Body a(m = 1 kg, I = 1 kg.m2); Body b(m = 3 kg, I = 1 kg.m2);
+        Prismatic p(ground, a.c); Prismatic q(ground, b.c); SpringDamper s(a.c, b.c, k = 12 N/m, s0 = 1 m{c});
+        initial equation guess p.s = 0 m; guess q.s = 1 m; end W;"""
+    assert values(modes(text.replace("{c}", ""))) == pytest.approx([0.0, 4j], abs=1e-12)
+    found = modes(text.replace("{c}", ", c = 1.5 N.s/m"))
+    assert values(found) == pytest.approx([0.0, -1.0 + 1j * np.sqrt(15.0)], abs=1e-9)
+
+
+def test_redundant_constraints():
+    """A parallelogram with a third crank: (3 I + M l^2) phi'' = -(3 m g l/2 + M g l) phi."""
+    found = modes("""model R Ground ground(frames(b = {1 m, 0 m, 0}, w = {2 m, 0 m, 0}));
+        Rod r[3](each m = 1 kg, each length = 1 m); Rod t(m = 3 kg, length = 2 m);
+        Revolute A(ground, r[1].a); Revolute B(ground.b, r[2].a); Revolute C(ground.w, r[3].a);
+        Revolute D(r[1].b, t.a); Revolute E(r[2].b, t.c); Revolute F(r[3].b, t.b);
+        initial equation for i in 1:3 loop guess r[i].phi = -30 deg; end for; end R;""")
+    assert [mode.omega for mode in found] == pytest.approx([np.sqrt((1.5 + 3.0) * G / (1.0 + 3.0))], rel=1e-11)
+
+
+def test_nothing_free():
+    found = eigen(MODELS / "driven_crank.mbd")
+    assert len(found) == found.total == 0
+    assert str(found).startswith("DrivenCrank: no modes about its static equilibrium\nnote: taken at rest")
+
+
+@pytest.mark.parametrize("mass", [0.0, 1e-9])
+def test_what_has_no_mass_adds_no_mode(mass):
+    """Two springs in a row with nothing between them: 1/k = 1/300 + 1/150."""
+    found = modes(f"""model S Ground ground(g = 0); Body m(m = 1 kg, I = 1 kg.m2);
+        Body n(m = {mass} kg, I = {mass} kg.m2);
+        Prismatic p(ground, n.c); Prismatic q(ground, m.c); SpringDamper a(ground, n.c, k = 300 N/m, s0 = 1 m);
+        SpringDamper b(n.c, m.c, k = 150 N/m, s0 = 1 m); initial equation guess p.s = 1 m; guess q.s = 2 m; end S;""")
+    assert found[0].omega == pytest.approx(10.0, rel=1e-8)
+    assert len(found) == (2 if mass else 1)
+
+
+# -- large -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("damper", ["", " RotationalSpringDamper d[{i}](J[{i}], c = 0.02 N.m.s/rad);"])
+def test_sparse_is_dense(damper):
+    """A chain of 100 links, 500 unknowns: by Arnoldi's method and by all eigenvalues."""
+    one, more = damper.replace("{i}", "1"), damper.replace("{i}", "i")
+    text = CHAIN.format(N=100, one=one, more=more)
+    few, every = modes(text, count=6), modes(text)
+    assert (len(few), few.total, every.total) == (6, None, 100 if not damper else every.total)
+    assert values(few) == pytest.approx(values(every)[:6], rel=1e-8)
+    for one, other in zip(few, every, strict=False):
+        assert np.abs(one.shape) == pytest.approx(np.abs(other.shape), abs=1e-8)
+        assert list(one.bodies)[:3] == list(other.bodies)[:3]
+    # of a hanging rope: omega = j_0k/2 sqrt(g/L), up to 1/N
+    assert abs(values(few)[:2]) == pytest.approx(np.array([2.4048, 5.5201]) / 2 * np.sqrt(G / 10), rel=1e-2)
+
+
+def test_sparse_free_motion():
+    """Afloat, everything can go anywhere and turn: three zeros, and nothing else resists."""
+    text = CHAIN.format(N=100, one="", more=" RotationalSpringDamper d[i](J[i], k = 5 N.m/rad);")
+    text = text.replace("Revolute J[1](ground, link[1].a)", "FreeMotion J[1](ground, link[1].a)")
+    found = modes(text.replace("ground;", "ground(g = 0);", 1), count=5)
+    assert values(found)[:3] == pytest.approx([0.0, 0.0, 0.0])
+    # a free-free beam of EI = k l: beta L = 4.730, 7.853
+    wanted = np.array([4.730, 7.853]) ** 2 * np.sqrt(5.0 * 0.1 / 10.0) / 10.0**2
+    assert [mode.omega for mode in found][3:] == pytest.approx(wanted, rel=3e-2)
+
+
+# -- moving ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("omega", [0.0, 1.0, 3.0, 4.5])
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.6])
+def test_a_bead_on_a_turning_rod(omega, angle):
+    """omega_n^2 = k/m - Omega^2, wherever the rod points to."""
+    k, m, s0 = 50.0, 2.0, 0.5
+    s = k * s0 / (k - m * omega**2)
+    found = modes(
+        f"""model B Ground ground(g = 0); Body arm(m = 1 kg, I = 1 kg.m2); Revolute pin(ground, arm.c);
+        RotationalDriver d(pin, phi = {angle} rad + {omega} rad/s*time); PointMass b(m = {m} kg);
+        PointOnLine p(arm.c, b); SpringDamper spring(arm.c, b, k = {k} N/m, s0 = {s0} m);
+        initial equation guess b.x = {s * np.cos(angle)} m; guess b.y = {s * np.sin(angle)} m;
+        spring.s = {s!r} m; end B;""",
+        "start",
+    )
+    assert [mode.omega for mode in found] == pytest.approx([np.sqrt(k / m - omega**2)], rel=1e-9)
+    assert abs(found[0].damping) < 1e-9
+
+
+def test_a_pendulum_on_a_turning_disc():
+    """Pointing outwards, without weight: omega^2 = Omega^2 R m (l/2)/I."""
+    found = modes(
+        """model B Ground ground(g = 0); Body arm(m = 1 kg, I = 1 kg.m2, frames(e = {0.4 m, 0 m, 0}));
+        Revolute pin(ground, arm.c); RotationalDriver d(pin, phi = 0.3 rad + 3 rad/s*time);
+        Rod r(m = 2 kg, length = 1 m); Revolute j(arm.e, r.a); initial equation j.phi = 0 deg; end B;""",
+        "start",
+    )
+    assert values(found) == pytest.approx([3j * np.sqrt(0.4 * 1.5)], rel=1e-9)
+    assert found.notes[0].startswith("it moves")
+
+
+def test_a_sleigh_that_glides():
+    """Straight ahead, with the knife edge behind: turning decays by m a u/(I + m a^2); the rest is free."""
+    found = modes(
+        """model S Ground ground(g = 0); Body b(m = 2 kg, I = 0.5 kg.m2, frames(e = {-0.3 m, 0 m, 0}));
+        FreeMotion f(ground, b.c); KnifeEdge k(b.e);
+        initial equation b.phi = 0.4 rad; b.w = 0 rad/s; b.e.vx = 2 m/s*cos(0.4); end S;""",
+        "start",
+    )
+    nonzero = values(found)[np.abs(values(found)) > 0.0]
+    assert nonzero == pytest.approx([-2.0 * 0.3 * 2.0 / (0.5 + 2.0 * 0.09)], rel=1e-8)
+
+
+def derivative(f, x, h=1e-4):
+    """Jacobian of f by differences of order 4."""
+    columns = [
+        (8.0 * (f(x + h * e) - f(x - h * e)) - f(x + 2 * h * e) + f(x - 2 * h * e)) / (12.0 * h) for e in np.eye(len(x))
+    ]
+    return np.array(columns).T
+
+
+def test_differences_of_the_equations_of_motion():
+    """A double pendulum in full swing: in its relative angles, as eigen takes them."""
+    scene = mbdsl.parse("""model D Ground g; Rod a(m = 1 kg, length = 1 m); Rod b(m = 2 kg, length = 0.7 m);
+        Revolute A(g, a.a); Revolute B(a.b, b.a); RotationalSpringDamper s(B, k = 3 N.m/rad, c = 0.4 N.m.s/rad);
+        initial equation A.phi = 0.3 rad; B.phi = -0.8 rad; A.w = 1.3 rad/s; B.w = -2 rad/s; end D;""")
+    system, _ = prepare(scene, None, (), None)
+
+    def rate(x):
+        phi, w = np.array([x[0], x[0] + x[1]]), np.array([x[2], x[2] + x[3]])
+        e, n = np.array([np.cos(phi), np.sin(phi)]).T, np.array([-np.sin(phi), np.cos(phi)]).T
+        q = np.concatenate([0.5 * e[0], phi[:1], e[0] + 0.35 * e[1], phi[1:]])
+        v = np.concatenate([0.5 * w[0] * n[0], w[:1], w[0] * n[0] + 0.35 * w[1] * n[1], w[1:]])
+        a = accelerations(system, 0.0, q, v)[0]
+        return np.array([x[2], x[3], a[2], a[5] - a[2]])
+
+    wanted = np.linalg.eigvals(derivative(rate, np.array([0.3, -0.8, 1.3, -2.0])))
+    wanted = sorted((s for s in wanted if s.imag >= 0.0), key=abs)
+    assert values(eigen(scene, "start", None)) == pytest.approx(np.array(wanted), rel=1e-7)
+
+
+def test_after_a_time():
+    """Where a driven bead has come after a second; the state is that of a simulation."""
+    found = eigen(MODELS / "slider_crank.mbd", 0.5)
+    run = mbdsl.simulate(MODELS / "slider_crank.mbd", stop=0.5)
+    assert found.t == 0.5
+    assert found.q == pytest.approx(run.q[-1], abs=1e-12)
+    assert found.at == "t = 0.5 s" and len(found) == 1
+    assert values(eigen(MODELS / "pendulum.mbd", "start")) == pytest.approx([0.0], abs=1e-12)  # horizontal
+    assert values(eigen(MODELS / "pendulum.mbd", 0.0)) == pytest.approx([0.0], abs=1e-12)
+
+
+# -- requests ----------------------------------------------------------------------------------------------------------
+
+
+def test_arguments():
+    scene = mbdsl.parse(PENDULUM.format(phi=0, more=""))
+    for given, told in (
+        ({"count": 0}, "number of modes is 1 or more"),
+        ({"count": 1.5}, "number of modes"),
+        ({"at": "rest"}, "`static`, `start` or a time"),
+        ({"at": np.nan}, "not a finite number"),
+        ({"at": -1.0}, "before the start"),
+    ):
+        with pytest.raises(UsageError, match=told):
+            eigen(scene, **given)
+    found = eigen(scene)
+    with pytest.raises(ModelError, match="no signal"):
+        found.displacement(0, "rod.z")
+    with pytest.raises(UsageError, match="more than positions"):
+        found.displacement(0, "rod.w")
+    with pytest.raises(EquilibriumError, match="m keeps moving"):
+        modes("model F Ground g; PointMass m(m = 1 kg); FreeMotion f(g, m); end F;")
+
+
+def test_large_motions_are_refused(monkeypatch):
+    monkeypatch.setattr("mbdsl.eigenmodes.LARGEST_MOVING", 450)
+    text = CHAIN.format(N=100, one="", more="").replace("link[i].phi = -90 deg", "link[i].phi = 0 deg")
+    with pytest.raises(UsageError, match="500 unknowns are too many"):
+        modes(text, "start")
+
+
+@pytest.fixture
+def say(capsys, tmp_path, monkeypatch):
+    """Run a command in an empty folder: exit code, standard output, standard error without what compiles."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*argv):
+        code = cli.main([str(a) for a in argv])
+        out, err = capsys.readouterr()
+        return code, out, "".join(x for x in err.splitlines(True) if not x.startswith("compiling"))
+
+    return run
+
+
+def test_the_command(say):
+    code, out, err = say("eigen", MODELS / "chain.mbd", "--count", 2, "--output", "m.csv")
+    assert (code, err) == (0, "")
+    lines = out.splitlines()
+    assert lines[0] == "Chain: 2 of 8 modes about its static equilibrium"
+    assert lines[1] == "    #      f [Hz]  damped [Hz]     damping  what moves"
+    assert lines[2].startswith("    1    0.212015     0.212015           0  link[8] 39%, ")
+    assert lines[-1] == "m.csv: 2 modes, frequencies, damping and shapes"
+    table = np.genfromtxt("m.csv", delimiter=",", names=True, deletechars="", replace_space=" ")
+    assert len(table) == 2
+    assert table["frequency"] == pytest.approx([mode.frequency for mode in eigen(MODELS / "chain.mbd", count=2)])
+    assert table.dtype.names[-1] == "link[8].phi.phase"
+    assert say("eigen", MODELS / "spring_mass.mbd", "--output", "m.json")[0] == 0
+    with open("m.json") as stream:
+        (mode,) = json.load(stream)["modes"]
+    assert mode["damping"] == pytest.approx(0.1)
+    assert np.hypot(*mode["shape"]["block.y"]) == pytest.approx(1.0)
+    assert mode["bodies"] == {"block": 1.0}
+
+
+def test_wrong_requests(say):
+    pendulum = MODELS / "pendulum.mbd"
+    for argv, told in (
+        (["--count", "0"], "`0` is no number of modes"),
+        (["--at", "1kg"], "wrong unit"),
+        (["--at", "rest"], "`rest` is no number"),
+        (["--output", "m.xls"], "known are .csv, .json"),
+        (["--output", "no/m.csv"], "there is no folder `no`"),
+    ):
+        code, out, err = say("eigen", pendulum, *argv)
+        assert (code, out) == (2, "") and told in err and "Traceback" not in err, err
