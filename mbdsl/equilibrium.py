@@ -112,6 +112,16 @@ class Equilibrium:
         return self.trajectory.select(patterns)
 
     @property
+    def poses(self) -> list[str]:
+        """Names of the positions of all bodies; of those that deform, of their ends as well."""
+        names = []
+        for c in self.scene.bodies():
+            names += [f"{c.name}.{key}" for key in c.kind.coordinates]
+            if len(c.coordinates) > len(c.kind.coordinates):
+                names += [f"{c.name}.{end}.{key}" for end in "ab" for key in c.kind.coordinates]
+        return names
+
+    @property
     def reactions(self) -> list[str]:
         """Names of the reactions of all joints."""
         names = []
@@ -124,7 +134,7 @@ class Equilibrium:
         known = {"held": "nothing can move"}.get(self.stability, self.stability)
         steps = count(self.iterations, "iteration")
         head = f"{self.scene.name}: equilibrium at t = {self.t:g} s, {known} ({steps})"
-        table = [(name, self[name], self.trajectory.unit(name)) for name in (*self.system.names(), *self.reactions)]
+        table = [(name, self[name], self.trajectory.unit(name)) for name in (*self.poses, *self.reactions)]
         return "\n".join([head, *listed(table), *(f"note: {text}" for text in self.notes)])
 
 

@@ -135,7 +135,7 @@ class Motion:
         own = system.tables.coordinates
         members = {names[0]: [f"{name}.c" for name in names] for names in merged if names[0] in own}
         deform = None
-        if any(c.values.get("initial") == "static" for c in system.scene.bodies() if len(c.coordinates) > len(RATE)):
+        if any(c.values.get("shape") == "static" for c in system.scene.bodies() if len(c.coordinates) > len(RATE)):
             from mbdsl.equilibrium import held
 
             deform = partial(held, system, plan.start)

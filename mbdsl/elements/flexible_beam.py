@@ -136,10 +136,10 @@ KIND = BodyKind(
         Parameter("alpha", "1/s", 0.0, "Rayleigh damping: part of the elastic mass", minimum=0.0),
         Parameter("beta", "s", 0.0, "Rayleigh damping: part of the stiffness, as of a material", minimum=0.0),
         Parameter(
-            "initial",
+            "shape",
             "",
             "undeformed",
-            "shape at the start: undeformed, or that of the static equilibrium under the loads there",
+            "at the start: undeformed, or that of the static equilibrium under the loads there",
             choices=("undeformed", "static"),
         ),
         Parameter("frames", "", (), "further frames: frames(tip = {x, 0, phi}, ...) from the middle, on the axis"),
