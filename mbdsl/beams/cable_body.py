@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from mbdsl.beams.banded import cholesky
 from mbdsl.beams.stations import on_axis
-from mbdsl.elements import cable_frames as kernels
 from mbdsl.scene import Component
 from mbdsl.system.bodies import Pose
 
@@ -88,7 +87,8 @@ class CableBody:
         return [(i, j, value) for (i, j), value in found.items()]
 
     def M(self, q: Array) -> Array:
-        return np.kron(self._banded(), np.eye(2))
+        found: Array = np.kron(self._banded(), np.eye(2))
+        return found
 
     def weight(self, g: Array) -> Array:
         found = np.zeros((self.n // 2, 2))
@@ -166,10 +166,11 @@ class CableBody:
         x, y, phi = pose
         c, s = np.cos(phi), np.sin(phi)
         along = np.linspace(-self.length / 2, self.length / 2, self.elements + 1)
-        one, zero = np.ones_like(along), np.zeros_like(along)
+        one = np.ones_like(along)
         q = np.stack([x + c * along, y + s * along, c * one, s * one], axis=1).ravel()
         turned = np.stack([-s * along, c * along, -s * one, c * one], axis=1).ravel()
-        return q, np.stack([np.tile([1.0, 0, 0, 0], len(one)), np.tile([0, 1.0, 0, 0], len(one)), turned], axis=1)
+        shifts = np.tile([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]], (len(one), 1))
+        return q, np.column_stack([shifts, turned])
 
     def begin(self, phi: float, F: Array) -> None:
         self.turn = phi

@@ -48,7 +48,7 @@ def check(values: Mapping) -> str | None:
     if ancf:
         for name in ("modes", "axial"):
             if v[name] is not None:
-                return f"`{name}` belongs to formulation = \"{FLOATING}\": with ANCF the elements' nodes are coordinates"
+                return f'`{name}` belongs to formulation = "{FLOATING}": with ANCF the elements\' nodes are coordinates'
         if v["zeta"] or v["alpha"]:
             return "with ANCF damping is given by `beta`: `zeta` and `alpha` would damp rigid motion, too"
         return None
@@ -77,7 +77,9 @@ def derive(values: Mapping) -> dict:
     if v["mass"] is None:
         found["mass"] = v["density"] * v["S"] * v["length"]
     if v["elements"] is None:
-        found["elements"] = float(max(16, 4 * int(v["modes"] or 0)) if v["modes"] else 8 if v["formulation"] == ANCF else 4)
+        found["elements"] = float(
+            max(16, 4 * int(v["modes"] or 0)) if v["modes"] else 8 if v["formulation"] == ANCF else 4
+        )
     return found
 
 
@@ -131,7 +133,9 @@ KIND = BodyKind(
         Parameter("stiffening", "", True, "geometric stiffening: bending shortens the beam (floating frame)"),
         Parameter("zeta", "1", 0.0, "damping ratio of every mode", minimum=0.0),
         Parameter("alpha", "1/s", 0.0, "Rayleigh damping: part of the elastic mass", minimum=0.0),
-        Parameter("beta", "s", 0.0, "Rayleigh damping: part of the stiffness (the material's retardation)", minimum=0.0),
+        Parameter(
+            "beta", "s", 0.0, "Rayleigh damping: part of the stiffness (the material's retardation)", minimum=0.0
+        ),
         Parameter(
             "initial",
             "",
