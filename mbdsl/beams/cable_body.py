@@ -87,7 +87,7 @@ class CableBody:
         return [(i, j, value) for (i, j), value in found.items()]
 
     def M(self, q: Array) -> Array:
-        found: Array = np.kron(self._banded(), np.eye(2))
+        found: Array = np.kron(self._banded(), np.eye(2)).astype(float)
         return found
 
     def weight(self, g: Array) -> Array:
