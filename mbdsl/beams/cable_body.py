@@ -168,7 +168,8 @@ class CableBody:
         one = np.ones_like(along)
         q = np.stack([x + c * along, y + s * along, c * one, s * one], axis=1).ravel()
         turned = np.stack([-s * along, c * along, -s * one, c * one], axis=1).ravel()
-        return q, np.stack([np.tile([1.0, 0, 0, 0], len(one)), np.tile([0, 1.0, 0, 0], len(one)), turned], axis=1)
+        shifts = np.tile([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]], (len(one), 1))
+        return q, np.column_stack([shifts, turned])
 
     def begin(self, phi: float, F: Array) -> None:
         self.turn = phi
