@@ -17,6 +17,7 @@ from scipy.optimize import brentq
 import mbdsl
 from mbdsl import layout
 from mbdsl.beams.cable_body import shapes
+from mbdsl.errors import ModelError
 from mbdsl.integrators.sparse import analyse
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
@@ -116,7 +117,7 @@ def test_the_model_says_of_frames_what_kernels_say():
 
 @pytest.mark.parametrize("x", ["0.7, 0, 0", "0.1, 0.01, 0"])
 def test_frames_lie_on_the_axis(x):
-    with pytest.raises(ValueError, match="lies on its axis"):
+    with pytest.raises(ModelError, match="lies on its axis"):
         system(beam("  Revolute O(ground, rod.f);", more=f", frames(f = {{{x}}})"))
 
 
