@@ -266,7 +266,9 @@ class Motion:
             k = owner.get(self.reduction.scene.frames[frame].body)
             d, count = system.tables.coordinates[body.name], system.tables.models[body.name].n
             if k is not None and count > len(RATE):  # what deforms is solved for as it is
-                own = self.parts[k].system.tables.coordinates[body.name]
+                part = self.parts[k].system.tables
+                own = part.coordinates[body.name]
+                system.tables.models[body.name].begin(part.models[body.name].turn, system.tables.F)
                 q[:, d : d + count] = states[k][0][:, own : own + count]
                 v[:, d : d + count] = states[k][1][:, own : own + count]
                 continue

@@ -136,19 +136,24 @@ class CableBody:
         head = [d, first, len(poses), self.elements, material, *points, blocks, buffers.ints(frames), band]
         return [*head, buffers.floats(factor), buffers.floats([0.0] * 64)]
 
-    def frame(self, pose: Pose, key: str, q: Array, v: Array) -> Array:
+    def frame(self, pose: Pose, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
         """As the protocol says; the angle of the first state is the one next to ``turn``, those of later ones next to
-        that before: states must be less than half a turn apart."""
+        where the state before, and rates, let them be expected."""
         first, S, d = self._station(pose)
         e, rate = (x[:, first : first + 2 * len(S)].reshape(len(x), -1, 2) for x in (q, v))
         if key in ("x", "y", "vx", "vy"):
             return S @ (rate if key[0] == "v" else e)[:, :, "xy".index(key[-1])].T
         slope = d @ e
+        turning = d @ rate
+        w = (slope[:, 0] * turning[:, 1] - slope[:, 1] * turning[:, 0]) / (slope**2).sum(axis=1)
         if key == "w":
-            turning = d @ rate
-            return (slope[:, 0] * turning[:, 1] - slope[:, 1] * turning[:, 0]) / (slope**2).sum(axis=1)
-        angle = np.unwrap(np.concatenate([[self.turn], np.arctan2(slope[:, 1], slope[:, 0])]))[1:]
-        return angle + pose[2]
+            return w
+        change = np.diff(np.arctan2(slope[:, 1], slope[:, 0]), prepend=self.turn)
+        expected = np.zeros(len(change))
+        if t is not None:
+            expected[1:] = 0.5 * (w[1:] + w[:-1]) * np.diff(t)
+        change += 2.0 * np.pi * np.round((expected - change) / (2.0 * np.pi))
+        return self.turn + np.cumsum(change) + pose[2]
 
     def gradient(self, pose: Pose, q: Array, v: Array) -> tuple[Array, Array]:
         first, S, d = self._station(pose)

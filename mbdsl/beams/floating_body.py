@@ -30,6 +30,8 @@ J = turned(np.pi / 2).round()
 class FloatingBody:
     """A flexible beam with coordinates x, y of its floating frame's origin, its angle, and k elastic ones."""
 
+    turn = 0.0
+
     def __init__(self, component: Component) -> None:
         v = component.values
         self.length = float(v["length"])
@@ -152,7 +154,7 @@ class FloatingBody:
             buffers.slots(elastic, elastic)
         return [k, buffers.ints(which), constants, second, columns, past, slot]
 
-    def frame(self, pose: Pose, key: str, q: Array, v: Array) -> Array:
+    def frame(self, pose: Pose, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
         U, N = self._station(pose)
         e, rate, phi = q[:, 3:], v[:, 3:], q[:, 2]
         if key in ("phi", "w"):

@@ -27,6 +27,7 @@ class Body(Protocol):
     """What a model of a body can tell; n is the number of its generalised coordinates."""
 
     n: int
+    turn: float  #: the angle that turns of its frames are counted from, where q does not hold them
 
     def mass(self) -> Array:
         """The constant part of its mass matrix's diagonal (n,)."""
@@ -52,8 +53,8 @@ class Body(Protocol):
     def record(self, buffers, d: int, first: int, poses: Sequence[Pose], g: Array) -> list[int]:
         """Fill the tables: first coordinate and first frame of the body; the integers that stand in its block."""
 
-    def frame(self, pose: Pose, key: str, q: Array, v: Array) -> Array:
-        """Coordinate ``key`` of a frame for states q, v (N, n); shape (N,)."""
+    def frame(self, pose: Pose, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
+        """Coordinate ``key`` of a frame for states q, v (N, n) at times t (N,); shape (N,)."""
 
     def gradient(self, pose: Pose, q: Array, v: Array) -> tuple[Array, Array]:
         """B = dz/dq and (B v)_q, both (3, n), of a frame's z = (x, y, phi) at one state."""
@@ -77,6 +78,8 @@ class Body(Protocol):
 
 class Rigid:
     """A rigid body by x, y of its centre of mass and, unless it is a point mass, its angle."""
+
+    turn = 0.0
 
     def __init__(self, component: Component) -> None:
         self._mass = np.array(component.kind.table(component.values), float)
@@ -113,7 +116,7 @@ class Rigid:
         c, s = np.cos(phi), np.sin(phi)
         return c * pose[0] - s * pose[1], s * pose[0] + c * pose[1]
 
-    def frame(self, pose: Pose, key: str, q: Array, v: Array) -> Array:
+    def frame(self, pose: Pose, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
         if self.n < 3:
             k = (POSITIONS if key in POSITIONS else VELOCITIES).index(key)
             constant = np.full(len(q), pose[2] if key == "phi" else 0.0)

@@ -60,8 +60,8 @@ ARRAY_OPERATIONS = {
 }
 
 
-def frame_coordinate(system: System, name: str, key: str, q: Array, v: Array) -> Array:
-    """Coordinate ``key`` of frame ``name`` for states q, v of shape (N, n); shape (N,)."""
+def frame_coordinate(system: System, name: str, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
+    """Coordinate ``key`` of frame ``name`` for states q, v of shape (N, n) at times t (N,); shape (N,)."""
     scene: Scene = system.scene
     frame = scene.frames[name]
     component = scene.components[frame.body]
@@ -70,7 +70,7 @@ def frame_coordinate(system: System, name: str, key: str, q: Array, v: Array) ->
     if body is None:
         return np.full(len(q), dict(zip(POSITIONS, pose, strict=True)).get(key, 0.0))
     d = system.tables.coordinates[frame.body]
-    return body.frame(pose, key, q[:, d : d + body.n], v[:, d : d + body.n])
+    return body.frame(pose, key, q[:, d : d + body.n], v[:, d : d + body.n], t)
 
 
 def table_value(table, order: int, u) -> Array:
@@ -127,7 +127,7 @@ def values(
         if motion is not None:
             moved = motion[tuple(RATE).index(key)] if key in RATE else der(motion[_RATES.index(key)])
             return values(system, [moved], t, q, v)[0]
-        return frame_coordinate(system, name, key, q, v)
+        return frame_coordinate(system, name, key, q, v, t)
 
     with np.errstate(all="ignore"):
         results = evaluate(roots, leaf, ARRAY_OPERATIONS, table_value)  # type: ignore[arg-type]
