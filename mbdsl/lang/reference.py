@@ -55,7 +55,9 @@ def _default(p: Parameter) -> str:
         return "-"
     if isinstance(p.default, tuple):
         return "{" + ", ".join(f"{x:g}" for x in p.default) + "}"
-    return f"{p.default:g}" if isinstance(p.default, float) else str(p.default)
+    if isinstance(p.default, bool):
+        return "true" if p.default else "false"
+    return f"{p.default:g}" if isinstance(p.default, float) else f'"{p.default}"' if p.choices else str(p.default)
 
 
 def _notes(p: Parameter) -> str:

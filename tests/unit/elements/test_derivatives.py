@@ -1,9 +1,9 @@
 """Every derivative of every kind against differences of what it is a derivative of.
 
 Kinds are discovered, never listed: a new element file is tested by existing. Each pair kind is set between frames of
-every combination of bodies (two of each body kind, off their centres of mass and turned; the ground; one body with
-itself) in a scene that has every other kind too, between two frames of the ground where it can do nothing. All these
-scenes have one structure, so that the code is compiled once.
+every combination of bodies (two of each body kind, off their centres of mass and turned; flexible ones as ``VARIANTS``
+says; the ground; one body with itself) in a scene that has every other kind too, between two frames of the ground where
+it can do nothing. All these scenes have one structure, so that the code is compiled once.
 
 Differences are five-point with step H: their truncation error is H^4/30 f^(5), with f^(5) up to 5!/l^5 = 4e3 at the
 smallest distance l = 0.5 m allowed here and magnitudes s, lam of a few units, that is 3e-14 * 4e3 * 10 = 1e-9; rounding
@@ -25,15 +25,31 @@ from mbdsl.lang.expressions import COORDINATES, TIME, Expr, call, coordinate, de
 from mbdsl.system import build
 from mbdsl.system.signals import frame_coordinate, gradients, values
 from mbdsl.system.system import System
+from mbdsl.system.tables import gravity
 
 H = 1e-3
 TOLERANCE = 1e-8
 STATES = 3
+#: how far bodies are deformed, in their own coordinates: their mass matrices are positive definite up to there
+BENT = 0.05
 NO_GRAPH = MechanismGraph.__new__(MechanismGraph)
 
 KINDS = {name: m.KIND for name, m in modules().items()}
 PAIRS = [k for k in KINDS.values() if isinstance(k, PairKind) and (k.rows or k.name == "FreeMotion")]
 BODIES = [k for k in KINDS.values() if isinstance(k, BodyKind) and k.coordinates]
+#: bodies of these kinds, one a variant: what is chosen rather than drawn. As soft as they are, no stiffness of theirs
+#: is much larger than all else, which would hide errors.
+VARIANTS = {
+    "FlexibleBeam": (
+        dict(formulation='"floating"', elements=2, length=1.3, E=1.5, reference='"pinned-pinned"', alpha=0.3, beta=0.2),
+        dict(
+            formulation='"floating"', modes=4, elements=4, length=1.1, E=0.5, basis='"craig-bampton"',
+            reference='"clamped-free"', zeta=0.1,
+        ),
+    ),
+}  # fmt: skip
+#: what of them is drawn
+DRAWN = {"FlexibleBeam": ("mass", "S", "I", "rotary")}
 #: parameters of friction, given in one variant only
 FRICTION = {p.name for speed in "vw" for p in friction.parameters(speed, "m/s", 1.0)}
 
@@ -46,6 +62,7 @@ def variants(kind):
     return ("linear", "law") if optional else ("",)
 
 
+SIDES = (("p", -1.0), ("q", 1.0))
 CASES = [pytest.param(k, v, id=f"{k.name}-{v}" if v else k.name) for k in PAIRS for v in variants(k)]
 
 
@@ -99,22 +116,28 @@ def parameters(kind, variant, frames, rng):
     return given
 
 
-def add_body(builder, kind, name, rng):
-    """A body with two frames off its centre of mass; their names."""
-    given = {p.name: number(p, rng) for p in kind.parameters if p.unit and kind.name != "Ground"}
+def add_body(builder, kind, name, rng, chosen=None):
+    """A body with two frames off its centre of mass; their names. ``chosen``: a variant of a flexible one."""
+    names = DRAWN.get(kind.name, [p.name for p in kind.parameters if p.unit and kind.name != "Ground"])
+    given = {p.name: number(p, rng) for p in kind.parameters if p.name in names} | (chosen or {})
     if kind.parameter("frames") is not None:
-        given["frames"] = {
-            f: tuple(float(x) for x in side * rng.uniform(0.4, 1.0, 3)) for f, side in (("p", -1), ("q", 1))
-        }
+        place = (lambda: rng.uniform(0.3, 0.5) * chosen["length"]) if chosen else lambda: rng.uniform(0.4, 1.0)
+        frames = {f: (side * place(), side * rng.uniform(0.4, 1.0), side * rng.uniform(0.4, 1.0)) for f, side in SIDES}
+        given["frames"] = {f: (x, 0.0 if chosen else y, phi) for f, (x, y, phi) in frames.items()}
     builder.add(kind.name, name, **given)
     return [f"{name}.p", f"{name}.q"] if "frames" in given else [f"{name}.c", f"{name}.c"]
+
+
+def count(kind) -> int:
+    """How many bodies of a kind a scene has."""
+    return len(VARIANTS.get(kind.name, (None, None)))
 
 
 def add_pair(builder, kind, variant, name, a, b, third, rng):
     def written(frame):  # a body that is a frame is named without its centre
         return frame[:-2] if frame.endswith(".c") and frame not in centres else frame
 
-    centres = {f"{kind.name}{i}.c" for kind in BODIES if not kind.is_frame for i in (1, 2)}
+    centres = {f"{kind.name}{i}.c" for kind in BODIES if not kind.is_frame for i in range(1, count(kind) + 1)}
     frames = (a, b, third)
     builder.add(kind.name, name, written(a), written(b), **parameters(kind, variant, frames, rng))
 
@@ -126,24 +149,22 @@ def scene(tested: str, variant: str, centred: bool = False):
     builder = Builder(f"Test{tested}")
     frames = {"ground": add_body(builder, KINDS["Ground"], "ground", rng)}
     for kind in BODIES:
-        for i in (1, 2):
-            frames[f"{kind.name}{i}"] = add_body(builder, kind, f"{kind.name}{i}", rng)
+        for i, chosen in enumerate(VARIANTS.get(kind.name, (None, None)), 1):
+            frames[f"{kind.name}{i}"] = add_body(builder, kind, f"{kind.name}{i}", rng, chosen)
     for kind in PAIRS:
         for way in variants(kind):
             add_pair(builder, kind, way, f"idle{kind.name}{way}", *frames["ground"], "ground.p", rng)
     names = []
     if centred:
-        rotating = [k.name for k in BODIES if len(k.coordinates) == 3]
+        rotating = [k.name for k in BODIES if len(k.coordinates) == 3 and k.name not in VARIANTS]
         ends = [(f"{rotating[0]}1.c", f"{rotating[-1]}2.c")]
     else:
-        places = ["ground", *(kind.name for kind in BODIES)]
-        ends = [
-            (frames[a if a == "ground" else f"{a}1"][0], frames[b if b == "ground" else f"{b}2"][1])
-            for a in places
-            for b in places
-            if not a == b == "ground"
-        ]
-        ends += [tuple(frames[f"{kind.name}1"]) for kind in BODIES if len(kind.coordinates) == 3]  # to itself
+        # every pair of places, a place being two bodies of a kind, or a flexible one, which is then joined to itself
+        rigid = [kind for kind in BODIES if kind.name not in VARIANTS]
+        places = [("ground", "ground"), *((f"{kind.name}1", f"{kind.name}2") for kind in rigid)]
+        places += [(f"{name}{i + 1}",) * 2 for name in VARIANTS for i in range(len(VARIANTS[name]))]
+        ends = [(frames[a][0], frames[b][1]) for a, _ in places for _, b in places if not a == b == "ground"]
+        ends += [tuple(frames[f"{kind.name}1"]) for kind in rigid if len(kind.coordinates) == 3]  # to itself
     for k, (a, b) in enumerate(ends):
         third = list(frames.values())[1 + k % (len(frames) - 1)][0]
         names.append(f"c{k}")
@@ -157,6 +178,24 @@ def system(tested: str, variant: str, centred: bool = False) -> System:
     return build(scene(tested, variant, centred)[0], NO_GRAPH)
 
 
+def flexible(s: System):
+    """Names, coordinates and models of bodies that deform."""
+    for name, d in s.tables.coordinates.items():
+        body = s.tables.models[name]
+        if s.scene.components[name].kind.name in VARIANTS:
+            yield name, slice(d, d + body.n), body
+
+
+def mass_matrix(s: System, q):
+    """M as the bodies' models say."""
+    M = np.zeros((s.n, s.n))
+    for name, d in s.tables.coordinates.items():
+        body = s.tables.models[name]
+        at = slice(d, d + body.n)
+        M[at, at] = body.M(q[at])
+    return M
+
+
 def states(s: System, names):
     """Random (t, q, v, lam) with no two connected frames closer than half a metre."""
     rng = np.random.default_rng(7)
@@ -164,6 +203,9 @@ def states(s: System, names):
     ends = [tuple(s.scene.components[name].ports.values()) for name in names]
     while len(found) < STATES:
         q = rng.uniform(-3, 3, s.n)
+        for name, at, body in flexible(s):
+            q[at] = body.placed(q[at][:3])[0] + BENT * rng.uniform(-1, 1, body.n)
+            assert np.linalg.eigvalsh(body.M(q[at])).min() > 0.0, name
         v, lam = rng.normal(size=(2, s.n)), rng.normal(size=s.m + s.p)
         x, y = ({f: frame_coordinate(s, f, k, q[None], v[:1])[0] for e in ends for f in e} for k in "xy")
         if all(np.hypot(x[a] - x[b], y[a] - y[b]) > 0.5 for a, b in ends):
@@ -225,6 +267,12 @@ def check(s, t, q, v, lam):
     agree(D, -jacobian(lambda x: s.evaluate(t, q, x, lam)[0], v), "-f_v")
     J = matrix(s.velocity_jacobian(t, q, v))
     agree(J, np.vstack([dense, Gam_v]), "[Phi_q; Gam_v]")
+    M = matrix(s.M(t, q))
+    agree(M, mass_matrix(s, q), "M")
+    agree(M @ s.solve_mass(t, q, v), v, "M M^-1")
+    acceleration = np.sin(1.0 + np.arange(n))
+    of_mass = jacobian(lambda x: mass_matrix(s, x) @ acceleration, q)
+    agree(matrix(s.stiffness(t, q, v, lam, a=acceleration)) - K, of_mass, "(M a)_q")
     force = s.evaluate(t, q, v, lam)[0]
     agree(matrix(s.Q_lam(t, q, v, lam)) - J.T, jacobian(lambda x: s.evaluate(t, q, v, x)[0], lam), "f_lam")
     agree(s.constraint_force(t, q, lam[:m]), dense.T @ lam[:m], "constraint_force")
@@ -237,7 +285,9 @@ def check(s, t, q, v, lam):
     agree(J @ a - s.gamma_c(t, q, v), slope(constraints), "gamma_c")
     both = matrix(s.tangent(t, q, v, lam, cM=1.0, cK=0.5, cD=0.25, cL=0.75, cP=2.0, cN=0.125, cV=3.0, cW=0.375))
     agree(both[:n, n:], J.T - 0.75 * matrix(s.Q_lam(t, q, v, lam)), "the right block of the tangent")
-    agree(both[:n, :n], np.diag(s.mass()) + 0.5 * K + 0.25 * D, "the sum of M, K and D")
+    agree(both[:n, :n], M + 0.5 * K + 0.25 * D, "the sum of M, K and D")
+    with_a = s.tangent(t, q, v, lam, cM=1.0, cK=0.5, cD=0.25, a=acceleration)
+    agree(matrix(with_a)[:n, :n], M + 0.5 * (K + of_mass) + 0.25 * D, "the sum of M, K, (M a)_q and D")
     agree(both[n : n + m, :n], 2.0 * dense + 0.125 * matrix(s.Phi_v_q(t, q, v)), "the sum of Phi_q and N")
     agree(both[n + m :, :n], 3.0 * Gam_v + 0.375 * Gam_q, "the sum of Gam_v and Gam_q")
     if not s.of_multipliers:
@@ -257,8 +307,8 @@ def test_derivatives_of_the_system(kind, variant):
 def wrong(right: System, method: str) -> System:
     """A system in which the largest entry that ``method`` gives is off by a millionth."""
 
-    def off(*args):
-        value = matrix(getattr(right, method)(*args))
+    def off(*args, **more):
+        value = matrix(getattr(right, method)(*args, **more))
         value.flat[np.abs(value).argmax()] *= 1 + 1e-6
         return value
 
@@ -269,7 +319,19 @@ def wrong(right: System, method: str) -> System:
 
 @pytest.mark.parametrize(
     "method",
-    ["Phi_q", "stiffness", "damping", "Phi_v_q", "Phi_t", "gamma_c", "constraint_force", "Gam_v", "Gam_q", "Q_lam"],
+    [
+        "M",
+        "Phi_q",
+        "stiffness",
+        "damping",
+        "Phi_v_q",
+        "Phi_t",
+        "gamma_c",
+        "constraint_force",
+        "Gam_v",
+        "Gam_q",
+        "Q_lam",
+    ],
 )
 def test_the_check_sees_a_wrong_derivative(method):
     # among much larger numbers of idle components an error would drown: a kind is taken that has them itself
@@ -359,21 +421,44 @@ def test_springs_are_gradients_of_their_energy(kind):
     weight = s.tables.F[s.tables.I[layout.FORCE0] :][: s.n]
     for t, q, v, _ in states(s, names):
         slopes = gradients(s, roots, t, q, v)[1].sum(axis=0)
-        # exact derivatives of both: rounding of some twenty terms of size 10
+        for _, at, body in flexible(s):  # the body's own energy, weight included; a complex step is exact
+            dq = q[at] + 1e-30j * np.eye(body.n)
+            slopes[at] += body.energies(dq, np.zeros((body.n, body.n)), gravity(s.scene))[1].imag / 1e-30 + weight[at]
+        # exact derivatives of both: rounding of some twenty terms of size 10, and of a hundred of size 50 in a beam
         assert s.Q(t, q) - weight == pytest.approx(-slopes, abs=1e-12)
 
 
 def test_mass_and_weight():
-    """M is what the bodies' tables say, and at rest without forces Q is the weight."""
+    """M is what the bodies' tables say, and at rest without forces Q is the weight.
+
+    Of a flexible body that is: M moves it as a rigid one, and Q does the virtual work of its weight.
+    """
     s = system("FreeMotion", "")
-    expected = []
+    q = np.zeros(s.n)
+    M, Q = matrix(s.M(0.0, q)), s.Q(0.3, q)
     for body in s.scene.bodies():
-        m = body.values["m"]
-        expected += [(m, 0.0), (m, -9.81 * m)]
-        expected += [(body.values["I"], 0.0)] if "phi" in body.kind.coordinates else []
-    M, Q = np.array(expected).T
-    assert s.mass() == pytest.approx(M, rel=1e-15)
-    assert s.Q(0.3, np.zeros(s.n)) == pytest.approx(Q, rel=1e-15)
+        if body.kind.name in VARIANTS:
+            continue
+        d, m = s.tables.coordinates[body.name], body.values["m"]
+        expected = np.array([m, m, body.values["I"]] if "phi" in body.kind.coordinates else [m, m])
+        at = slice(d, d + len(expected))
+        assert np.array_equal(M[at, at], np.diag(expected))
+        assert s.mass()[at] == pytest.approx(expected, rel=1e-15)
+        assert Q[at] == pytest.approx(np.array([0.0, -9.81 * m, 0.0])[: len(expected)], rel=1e-15)
+    assert len(list(flexible(s))) == sum(map(len, VARIANTS.values()))
+    # of degree 3 within elements, of which there are 2 or 4
+    points, weights = np.polynomial.legendre.leggauss(4)
+    points, weights = (np.arange(8)[:, None] + (points + 1) / 2).ravel() / 8 - 0.5, np.tile(weights / 16, 8)
+    for name, at, body in flexible(s):
+        v = s.scene.components[name].values
+        m, L = v["mass"], v["length"]
+        straight, rigid = body.placed((0.0, 0.0, 0.0))
+        q[at] = straight
+        M, Q = matrix(s.M(0.0, q))[at, at], s.Q(0.3, q)[at]
+        assert rigid.T @ M @ rigid == pytest.approx(np.diag([m, m, m * L**2 / 12 + v["rotary"] * L]), rel=1e-13)
+        B = [body.gradient((x * L, 0.0, 0.0), straight, 0 * straight)[0] for x in points]
+        weight = -9.81 * m * np.tensordot(weights, B, 1)[1]
+        assert pytest.approx(weight, rel=1e-12, abs=1e-12) == Q
 
 
 def test_every_required_parameter_was_drawn():
