@@ -271,8 +271,22 @@ class Trajectory:
         return a, lam
 
     def _set_inputs(self, i: int) -> None:
+        """What else equations at the point ``i`` depend on: inputs, and turns that coordinates do not hold."""
         for name, value in self.inputs.items():
             self.system.set_input(name, float(value[i]))
+        for at, angle in self._turns:
+            self.system.set_number(at, float(angle[i]))
+
+    @cached_property
+    def _turns(self) -> list[tuple[int, Array]]:
+        """Where in the float tables the angles of frames are counted on from, and these (N,)."""
+        found = []
+        for name in self._flexible:
+            d, body = self.system.tables.coordinates[name], self.system.tables.models[name]
+            q, v = self.q[:, d : d + body.n], self.v[:, d : d + body.n]
+            for at, pose in zip(getattr(body, "turns", ()), getattr(body, "counted", ()), strict=True):
+                found.append((at, body.frame(pose, "phi", q, v, self.t) - pose[2]))
+        return found
 
     @property
     def a(self) -> Array:

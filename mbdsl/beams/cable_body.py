@@ -55,7 +55,7 @@ class CableBody:
         # constant, and is exact for a beam that does not stretch.
         self._density = self.L * (v["mass"] / self.length * (S.T * w) @ S + v["rotary"] * (d.T * w) @ d)
         self._first = self.L * v["mass"] / self.length * w @ S
-        self.turn, self.turns = 0.0, list[int]()
+        self.turn, self.turns, self.counted = 0.0, list[int](), list[Pose]()
 
     def _elements(self, q: Array) -> Array:
         """Coordinates (N, n) element by element: (N, elements, 4, 2)."""
@@ -125,7 +125,7 @@ class CableBody:
         for i in range(self.elements):
             own = range(d + 4 * i, d + 4 * i + 8)
             buffers.slots(own, own)
-        self.turns, frames = [], []
+        self.turns, self.counted, frames = [], list(poses), []
         for pose in poses:
             at, S, slope = self._station(pose)
             constants = buffers.floats([pose[2], *S.tolist(), *slope.tolist()])

@@ -155,10 +155,14 @@ class System:
 
     def set_input(self, name: str, value: float) -> None:
         """The value of an input u in all that is evaluated from now on."""
-        w = self._work if self._work is not None else self.workspace()
-        self._work = w
         if name in self.tables.inputs:
-            w.F[self.tables.inputs[name]] = value
+            self.set_number(self.tables.inputs[name], value)
+
+    def set_number(self, at: int, value: float) -> None:
+        """A number of the float tables in all that is evaluated from now on."""
+        if self._work is None:
+            self._work = self.workspace()
+        self._work.F[at] = value
 
     def Phi(self, t: float, q) -> Array:
         """Position-level constraints (m,)."""
