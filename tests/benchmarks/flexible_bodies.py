@@ -88,7 +88,10 @@ def measure(how: str, method: str, steps: int, repeats: int) -> Cost:
 
 def table(steps: int = 2000, repeats: int = 5, sizes: Sequence[int] = SIZES) -> str:
     head = f"{'':10} {'method':8} {'coordinates':>11} {'us/step':>9} {'iterations':>10} {'matrices':>9}"
-    lines = [f"mbdsl {mbdsl.__version__}, h = {1e3 * H:g} ms", f"{head} {'us/iteration':>12} {'entries':>8} {'power':>6}"]
+    lines = [
+        f"mbdsl {mbdsl.__version__}, h = {1e3 * H:g} ms",
+        f"{head} {'us/iteration':>12} {'entries':>8} {'power':>6}",
+    ]
     for name in ("modes", "elements", "ancf"):
         for method in METHODS:
             before = None
