@@ -25,12 +25,21 @@ from mbdsl.reduction import Note
 from mbdsl.scene import Component, Scene
 from mbdsl.simulation import as_scene, plan
 from mbdsl.system.blocks import by_law
+from mbdsl.system.bodies import motion_module
 from mbdsl.system.emit import evaluate_lines, tangent_lines
 from mbdsl.trajectory import ACCELERATIONS, Trajectory
 from mbdsl.wording import count, few
 
 if TYPE_CHECKING:
     from mbdsl.builder import Builder
+
+VARYING_MASS = "mass matrix that varies"
+#: what of the mass matrix is computed once, by MASS_KIND
+HOISTED_MASS = (
+    "the mass matrix, constant and diagonal: one vector",
+    "the mass matrix, which is constant",
+    "what is constant in the mass matrix, and its factors",
+)
 
 
 @dataclass
@@ -107,7 +116,7 @@ def _receipt(motion: Motion, measured: bool, signals: Sequence[str] | None) -> R
     sizes = {key: (getattr(system, key), motion.sizes[key]) for key in ("n", "m", "p")}
     entries = [_bodies(motion), _joints(motion), _nonholonomic(motion), *_drivers(motion), _gravity(scene)]
     entries += [*_forces(motion), _laws(motion), _velocity_dependent(scene), _friction(motion)]
-    entries += [_of_multipliers(motion), _inputs(scene), _flexibility(scene), _mass()]
+    entries += [_of_multipliers(motion), _inputs(scene), _flexibility(motion), _mass(motion)]
     used = tuple(dict.fromkeys(p.method for p in motion.parts))
     notes = motion.reduction.notes
     found = Receipt(scene, motion.plan, entries, notes, sizes, len(motion.parts), used, _hoisted(motion))
@@ -258,16 +267,27 @@ def _inputs(scene: Scene) -> Entry:
     return Entry("inputs", bool(names), few(names) if names else "none", first)
 
 
-def _flexibility(scene: Scene) -> Entry:
-    return Entry("flexibility", False, "all bodies are rigid")
+def _flexible(motion: Motion, mass: int = 1) -> list[Component]:
+    """Bodies that deform; of them those whose mass matrix is of this sort at least (see MASS_KIND)."""
+    bodies = (c for c in _solved(motion) if isinstance(c.kind, BodyKind) and c.kind.coordinates)
+    return [c for c in bodies if mass <= motion_module(c).MASS]
 
 
-def _mass() -> Entry:
-    return Entry("mass matrix that varies", False, "coordinates of centres of mass: M is diagonal and constant")
+def _flexibility(motion: Motion) -> Entry:
+    nothing = "left out on request" if "flexibility" in motion.system.scene.without else "all bodies are rigid"
+    return _entry("flexibility", _flexible(motion), nothing, kernels=_kernels(motion, "flexibility"))
+
+
+def _mass(motion: Motion) -> Entry:
+    nothing = "coordinates of centres of mass: M is diagonal and constant"
+    if _flexible(motion):
+        nothing = "coordinates of nodes: M is constant, though not diagonal"
+    return _entry(VARYING_MASS, _flexible(motion, 2), nothing, kernels=_kernels(motion, "mass matrix"))
 
 
 def _hoisted(motion: Motion) -> list[str]:
-    found = ["the mass matrix, constant and diagonal: one vector"] if motion.parts else []
+    kind = max((int(p.system.tables.I[layout.MASS_KIND]) for p in motion.parts), default=None)
+    found = [] if kind is None else [HOISTED_MASS[kind]]
     if any(p.system.tables.F[p.system.tables.I[layout.FORCE0] :][: p.system.n].any() for p in motion.parts):
         found.append("gravity, constant in these coordinates: the vector that forces start from")
     orders = [p for p in motion.parts if p.system.unknowns]
@@ -314,7 +334,7 @@ def _share(motion: Motion, receipt: Receipt) -> None:
     for e in receipt.entries:
         if not e.present:
             continue
-        found = of.get(e.effect)
+        found = of.get("mass matrix" if e.effect == VARYING_MASS else e.effect)
         if e.effect in rows:
             own = of.get("laws", 0.0) * rows[e.effect] / laws if laws and found is None else found or 0.0
             found = own + of.get("expressions", 0.0) * rows[e.effect] / on_tape

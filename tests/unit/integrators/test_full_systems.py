@@ -30,7 +30,8 @@ model Soft
   Frame fixed_at(ground, r = {1.6 m, -0.6 m});
   FlexibleBeam beam(length = 1 m, mass = 2 kg, E = 20 MPa, S = 4 cm2, I = 3e-6 m4, rotary = 0.01 kg.m, elements = 1,
                     reference = "clamped-free", alpha = 0.3, beta = 1 ms, frames(p = {0.2 m, 0, 0.3}));
-  FlexibleBeam link(length = 0.8 m, mass = 1 kg, E = 20 MPa, S = 3 cm2, I = 2e-6 m4, modes = 3, basis = "craig-bampton");
+  FlexibleBeam link(length = 0.8 m, mass = 1 kg, E = 20 MPa, S = 3 cm2, I = 2e-6 m4, modes = 3,
+                    basis = "craig-bampton");
   Rod arm(m = 0.5 kg, length = 0.4 m);
   Revolute O(ground, beam.a);
   Revolute A(beam.b, link.a);
