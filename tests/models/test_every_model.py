@@ -14,13 +14,16 @@ METHODS = ("newmark", "hht-i3", "nstiff", "nstiff-si2", "hht-add", "hht-si2")
 RUNS = {
     "chain": (0.5, 1e-3, {"N": 5}),
     "chaplygin_sleigh": (0.5, 1e-3, {}),
+    "crank_ivp": (5e-3, 2e-5, {}),
     "double_pendulum": (0.1, 1e-3, {}),
     "driven_crank": (0.5, 1e-3, {}),
+    "flexible_slider_crank": (0.1, 2e-4, {}),
     "four_bar": (0.5, 1e-3, {}),
     "pendulum": (0.5, 1e-3, {}),
     "rolling_disc": (0.5, 1e-3, {}),
     "seven_body": (5e-3, 1e-5, {}),
     "slider_crank": (0.5, 1e-3, {}),
+    "spin_up_beam": (1.0, 2e-3, {}),
     "spring_mass": (0.5, 1e-3, {}),
     "stick_slip_belt": (0.6, 1e-4, {}),
 }

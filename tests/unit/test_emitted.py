@@ -24,19 +24,26 @@ TRACES = {
     "springs": {"loops.springs", "loops.spring_tangents"},
     "laws": {"loops.laws", "loops.law_tangents"},
     "expressions": {"tape.run", "TAPE_LENGTH", "GRADIENT_LENGTH"},
+    "mass matrix": {"loops.coupling_matrix", "INERTIA_ROW", "TIMES"},
 }
-ALWAYS = {"loops.start", "loops.begin_matrix"}
+ALWAYS = {"loops.start", "loops.begin_matrix", "loops.inertia"}
 #: model -> its effects, the modules that its code takes kernels from
 EXPECTED = {
     "chain": ("joints", "rigid_frames revolute"),
     "chaplygin_sleigh": ("velocity rows, expressions", "rigid_frames"),
+    "crank_ivp": (
+        "joints, moving, expressions, mass matrix",
+        "point_frames floating_frames revolute point_on_line",
+    ),
     "double_pendulum": ("joints, springs", "rigid_frames revolute rotational_spring_damper"),
     "driven_crank": ("joints, moving, expressions", "rigid_frames point_frames revolute point_on_line"),
+    "flexible_slider_crank": ("joints, mass matrix", "rigid_frames floating_frames revolute point_on_line"),
     "four_bar": ("joints", "rigid_frames revolute"),
     "pendulum": ("joints", "point_frames distance"),
     "rolling_disc": ("joints, velocity rows, springs, expressions", "rigid_frames rolling_disc spring_damper"),
     "seven_body": ("joints, springs, laws, expressions", "rigid_frames revolute spring_damper torque"),
     "slider_crank": ("joints, springs", "rigid_frames revolute point_on_line spring_damper"),
+    "spin_up_beam": ("joints, moving, expressions, mass matrix", "floating_frames fixed"),
     "spring_mass": ("joints, springs", "rigid_frames prismatic translational_spring_damper"),
     # its block's friction acts along what a translational spring and damper measures
     "stick_slip_belt": (
@@ -89,7 +96,7 @@ def codes(scene, sets=1):
 def names(code):
     """Functions of loops and tape, and modules of kernels, that the code names anywhere below its title."""
     text = code.split('"""', 2)[2]
-    found = set(re.findall(r"\b(?:loops|tape)\.\w+|\b[A-Z]+_LENGTH\b", text)) - ALWAYS
+    found = set(re.findall(r"\b(?:loops|tape)\.\w+|\b(?:[A-Z]+_LENGTH|INERTIA_ROW|TIMES)\b", text)) - ALWAYS
     modules = set(re.findall(r"import mbdsl_kind_(\w+)|from mbdsl\.elements import (\w+)", text))
     called = set(re.findall(r"^    (\w+)\.\w+\(", text, re.MULTILINE)) - {"loops", "tape"}
     imported = {a or b for a, b in modules}
@@ -168,6 +175,14 @@ def test_friction_leaves_no_trace():
     assert codes(small(pin)) == codes(small(""))
 
 
+def test_what_does_not_bend_leaves_no_trace():
+    """A beam without modes is a rod: the code is that of the slider crank without its spring."""
+    path = MODELS / "flexible_slider_crank.mbd"
+    rigid = codes(mbdsl.load(path, {"modes": 0}))
+    assert rigid == codes(mbdsl.load(path, without=("flexibility",)))
+    assert names(rigid[0]) == (TRACES["joints"], {"rigid_frames", "revolute", "point_on_line"})
+
+
 # -- structure, not numbers ----------------------------------------------------------------------------------------
 
 
@@ -184,6 +199,8 @@ def module_names(name, **parameters):
         ("driven_crank", {"w0": "3 rpm"}),
         ("stick_slip_belt", {"mu": 0.1, "belt_speed": 0.2}),
         ("double_pendulum", {"L1": 0.7}),
+        ("flexible_slider_crank", {"modes": 7, "m2": 1.0}),
+        ("spin_up_beam", {"modes": 4, "stiffening": False}),
     ],
 )
 def test_numbers_do_not_matter(name, parameters):

@@ -19,12 +19,16 @@ FACTS = {
         (6, 4, 0),
         (6, 4, 0),
     ),
+    "crank_ivp": ("joints, moving frames, flexibility, mass matrix", (13, 8, 0), (10, 5, 0)),
     "driven_crank": ("joints, moving frames, gravity", (8, 8, 0), (5, 5, 0)),
+    "flexible_pendulum": ("joints, gravity, flexibility, mass matrix", (68, 2, 0), (68, 2, 0)),
+    "flexible_slider_crank": ("joints, gravity, flexibility, mass matrix", (10, 5, 0), (10, 5, 0)),
     "four_bar": ("joints, gravity", (15, 14, 0), (15, 14, 0)),
     "pendulum": ("joints, gravity", (2, 1, 0), (2, 1, 0)),
     "rolling_disc": ("joints, nonholonomic rows, gravity, SpringDamper", (3, 1, 1), (3, 1, 1)),
     "seven_body": ("joints, SpringDamper, forces by expression", (21, 20, 0), (21, 20, 0)),
     "slider_crank": ("joints, gravity, SpringDamper, velocity-dependent forces", (6, 5, 0), (6, 5, 0)),
+    "spin_up_beam": ("joints, moving frames, flexibility, mass matrix", (12, 6, 0), (9, 3, 0)),
     "spring_mass": (
         "joints, gravity, TranslationalSpringDamper, velocity-dependent forces",
         (3, 2, 0),
@@ -131,7 +135,9 @@ def test_nothing_to_solve():
     assert "everything is fixed, or moved by drivers" in str(found)
 
 
-@pytest.mark.parametrize("name", ["slider_crank", "seven_body", "stick_slip_belt", "rolling_disc", "driven_crank"])
+@pytest.mark.parametrize(
+    "name", ["slider_crank", "seven_body", "stick_slip_belt", "rolling_disc", "driven_crank", "crank_ivp"]
+)
 def test_shares(name):
     """Each between nothing and all; what is not accounted for is the method's. How large they are is the machine's."""
     found = explain(MODELS / f"{name}.mbd")
