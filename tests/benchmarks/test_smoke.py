@@ -132,3 +132,11 @@ def test_ratios_of_the_general_path():
     costs["general"].status = -1
     one, other = benchmark.rows("x", costs)[1:]
     assert one.count("VOID") == 0 and other.endswith("   VOID: stopped early")
+
+
+def test_flexible_bodies():
+    benchmark = script("flexible_bodies")
+    text = benchmark.table(steps=10, repeats=1, sizes=(2, 8))
+    found = re.findall(r"^(modes|elements|ancf) +(\S+) +(\d+) ", text, re.MULTILINE)
+    coordinates = {"modes": (2, 8), "elements": (8,), "ancf": (5, 9)}
+    assert found == [(name, m, str(k)) for name in coordinates for m in benchmark.METHODS for k in coordinates[name]]
