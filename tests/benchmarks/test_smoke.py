@@ -93,7 +93,7 @@ def test_method_costs():
     for name in methods():
         assert text.count(f"  {name} ") == cases + len(benchmark.CASES)  # its rows, and a bar for each case
     assert "VOID" not in text
-    assert text.count("about 1.3\n") == 4  # two methods, two models
+    assert text.count("about 1.3\n") == 6  # two methods, three models
 
 
 def test_ratios_of_method_costs():
