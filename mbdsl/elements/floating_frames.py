@@ -67,8 +67,9 @@ BORDER, NOW, HELD, PAST = 11, 12, 13, 14
 OF_FRAMES, BAND, FACTOR, SCRATCH = 15, 16, 17, 18
 RECORD = 19
 FRAME_RECORD = 7
-#: what stands from NOW on: cos phi, sin phi, c_x, c_y, P - I0; c_j (x, y), b, h1 + H q; what ``decompose`` finds
-COS, SIN, C_X, C_Y, P_Q, LISTS = 0, 1, 2, 3, 4, 5
+#: what stands from NOW on: cos phi, sin phi, c_x, c_y, P - I0, whether ``decompose`` was here; c_j (x, y), b, h1 + H q;
+#: what that found
+COS, SIN, C_X, C_Y, P_Q, KNOWN, LISTS = 0, 1, 2, 3, 4, 5, 6
 
 
 @kernel
@@ -94,6 +95,7 @@ def parts(o, row, at, Y, F, I):
         c_x += 0.5 * (cx[j] - F[n + j]) * q[j]
         P += Hq[j] * q[j]
     F[at + COS], F[at + SIN], F[at + C_X], F[at + C_Y], F[at + P_Q] = cos(phi), sin(phi), c_x, c_y, P
+    F[at + KNOWN] = 0.0
 
 
 @kernel
@@ -152,6 +154,8 @@ def keep(block, F, I):
             o = I[I[block + 1] + e]
             for j in range(LISTS + 7 * I[o + SIZE] + 6):
                 F[I[o + PAST] + j] = F[I[o + NOW] + j]
+            if F[I[o + PAST] + KNOWN] == 0.0:
+                decompose(o, I[o + PAST], F, I)
             for f in range(I[o + N_FRAME]):
                 r = I[o + OF_FRAMES] + FRAME_RECORD * f
                 for j in range(2 * I[r]):
@@ -326,6 +330,7 @@ def decompose(o, at, F, I):
     l21 = (s12 - l10 * s02) / d1
     F[x], F[x + 1], F[x + 2] = 1.0 / s00, 1.0 / d1, 1.0 / (s22 - l20 * s02 - l21 * (s12 - l10 * s02))
     F[x + 3], F[x + 4], F[x + 5] = l10, l20, l21
+    F[at + KNOWN] = 1.0
 
 
 @kernel

@@ -233,8 +233,6 @@ class Integration:
         Y[layout.X2] = Y[layout.XA + layout.PAST]
         # what the start's own evaluation finds is the past of the first step
         self.evaluate(t0, Y, self.Z, self.C, self.F, self.I)
-        if method.inverts_mass:
-            self.inertia(layout.INVERSE, layout.FP, layout.T1, Y, self.F, self.I)
         self.I[layout.KEEP] = 1
         self.J[driver.HISTORY] = 1
 
