@@ -35,8 +35,10 @@ def coordinates(values: Mapping) -> tuple[str, ...]:
 def check(values: Mapping) -> str | None:
     """What the values say together, in the order in which somebody would mend it."""
     v = values
-    if (v["density"] is None) == (v["mass"] is None):
-        return "give either the density of the material or the mass of the whole beam"
+    if v["density"] is None and v["mass"] is None:
+        return "its mass is missing; give the density of the material, or the mass of the whole beam"
+    if v["density"] is not None and v["mass"] is not None:
+        return "the mass follows from the density: give one or the other"
     for name in ("elements", "modes", "axial"):
         if v[name] is not None and v[name] != int(v[name]):
             return f"`{name}` is a number of things, not {v[name]:g}"
