@@ -70,6 +70,13 @@ def check(values: Mapping) -> str | None:
         most = 4 * int(v["elements"]) if v["elements"] is not None else modes + boundary
         if modes > most:
             return f"{v['elements']:g} elements have {most:g} modes, not {modes:g}: give more elements"
+        if axial is not None:
+            bending = modes - axial
+            if v["basis"] == "craig-bampton" and (axial < 1 or bending < 2):
+                return f"the ends alone need one axial mode and two of bending, not {axial:g} and {bending:g}"
+            if v["elements"] is not None and max(axial, bending) > 2 * v["elements"]:
+                of = f"{axial:g} axial ones" if axial > bending else f"{bending:g} of bending"
+                return f"half of the {most:g} modes that {v['elements']:g} elements have are axial: too few for {of}"
     return None
 
 
