@@ -37,8 +37,10 @@ def coordinates(values: Mapping) -> tuple[str, ...]:
 def check(values: Mapping) -> str | None:
     """What the values say together, in the order in which somebody would mend it."""
     v = values
-    if (v["density"] is None) == (v["mass"] is None):
-        return "give either the density of the material or the mass of the whole beam"
+    if v["density"] is None and v["mass"] is None:
+        return "its mass is missing; give the density of the material, or the mass of the whole beam"
+    if v["density"] is not None and v["mass"] is not None:
+        return "the mass follows from the density: give one or the other"
     for name in ("elements", "modes", "axial"):
         if v[name] is not None and v[name] != int(v[name]):
             return f"`{name}` is a number of things, not {v[name]:g}"
@@ -70,6 +72,13 @@ def check(values: Mapping) -> str | None:
         most = 4 * int(v["elements"]) if v["elements"] is not None else modes + boundary
         if modes > most:
             return f"{v['elements']:g} elements have {most:g} modes, not {modes:g}: give more elements"
+        if axial is not None:
+            bending = modes - axial
+            if v["basis"] == "craig-bampton" and (axial < 1 or bending < 2):
+                return f"the ends alone need one axial mode and two of bending, not {axial:g} and {bending:g}"
+            if v["elements"] is not None and max(axial, bending) > 2 * v["elements"]:
+                of = f"{axial:g} axial ones" if axial > bending else f"{bending:g} of bending"
+                return f"half of the {most:g} modes that {v['elements']:g} elements have are axial: too few for {of}"
     return None
 
 

@@ -14,6 +14,7 @@ from mbdsl.studies.effects import effects
 
 MODELS = Path(__file__).parents[2] / "models"
 CRANK, BELT = MODELS / "slider_crank.mbd", MODELS / "stick_slip_belt.mbd"
+FLEXIBLE = MODELS / "flexible_slider_crank.mbd"
 ALL = """
 model All "every effect that can be left out"
   Ground ground;
@@ -63,6 +64,35 @@ def test_what_is_left_out_is_the_same_as_what_was_never_said():
         b, whole = mbdsl.simulate(mbdsl.parse(written)), mbdsl.simulate(parsed())
         assert np.array_equal(a.q, b.q), effect
         assert not np.allclose(a.q, whole.q, atol=1e-6), effect
+
+
+@pytest.mark.parametrize("method", ["hht-si2", "hht-i3", "nstiff-si2", "hht-add"])
+def test_without_flexibility_a_beam_is_a_rod(method):
+    """To the last bit: coordinates, code and numbers are those of a rigid rod."""
+    written = FLEXIBLE.read_text(encoding="utf-8")
+    before, beam, after = written.partition("  FlexibleBeam rod(")
+    assert beam
+    rod = mbdsl.parse(before + "  Rod rod(m = m2, length = L2);" + after.partition(";")[2])
+    runs = [
+        mbdsl.simulate(FLEXIBLE, without="flexibility", method=method, stop=0.3),
+        mbdsl.simulate(FLEXIBLE, parameters={"modes": 0}, method=method, stop=0.3),
+    ]
+    rigid = mbdsl.simulate(rod, method=method, stop=0.3)
+    for run in runs:
+        for found, expected in ((run.q, rigid.q), (run.v, rigid.v), (run.lam, rigid.lam)):
+            assert np.array_equal(found, expected)
+        for signal in ("rod.phi", "rod.b.x", "A.fx", "energy.total"):
+            assert np.array_equal(run[signal], rigid[signal])
+    bends = mbdsl.simulate(FLEXIBLE, method=method, stop=0.3)
+    assert bends.q.shape[1] == rigid.q.shape[1] + 4
+    assert 1e-9 < np.abs(bends["rod.phi"] - rigid["rod.phi"]).max() < 1e-3
+    assert mbdsl.load(FLEXIBLE, without="flexibility").without == {"flexibility": ("rod",)}
+
+
+def test_rotary_inertia_stays_without_flexibility():
+    text = FLEXIBLE.read_text(encoding="utf-8").replace("E = 200 GPa", "E = 200 GPa, rotary = 0.02 kg.m")
+    rod = mbdsl.parse(text.replace("modes = 4", "modes = 0")).components["rod"]
+    assert rod.kind.table(rod.values) == pytest.approx((0.9, 0.9, 0.9 * 0.6**2 / 12 + 0.02 * 0.6), rel=1e-15)
 
 
 def test_scenes_know_who_lacks_what():

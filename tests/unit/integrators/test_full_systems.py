@@ -218,15 +218,22 @@ SPLIT = {"hht-si2": hht_si2, "nstiff-si2": nstiff_si2, "hht-add": hht_add}
 FULL = {**SPLIT, "newmark": newmark, "hht-i3": hht_i3, "nstiff": nstiff}
 
 
-def steps(model, method, done):
-    """A run after ``done`` steps, as the state before the next one; and q, v and multipliers after that."""
+def integration(model, method):
+    """A system and a run of it that stops iterating at rounding."""
     scene = mbdsl.parse(SOFT) if model == "soft" else mbdsl.load(MODELS / f"{model}.mbd")
     mechanism = graph.build(scene)
     system, h = build(scene, mechanism), STEPS[model]
-    n, start = system.n, initial_state(system, mechanism, 0.0)
+    start = initial_state(system, mechanism, 0.0)
     run = Integration(system, method, h, 0.0, 1000 * h, np.array([]))
     run.K[driver.VELOCITY_TOL] = run.K[driver.RELATIVE_TOL] = 0.0
     run.begin(start.q, start.v, start.a, start.lam)
+    return system, run
+
+
+def steps(model, method, done):
+    """A run after ``done`` steps, as the state before the next one; and q, v and multipliers after that."""
+    system, run = integration(model, method)
+    n, h = system.n, run.h
     assert not done or run.advance(done) == driver.RUNNING
     Y = run.Y.copy()
     a = Y[layout.Q1 if method == "hht-add" else layout.XA]
@@ -240,6 +247,30 @@ def steps(model, method, done):
     if method in SPLIT:
         before.near += (Y[layout.XA + layout.PAST, n:],)
     return before, before.near
+
+
+@pytest.mark.parametrize("model", FLEXIBLE)
+def test_hht_si2_looks_at_the_mass_matrix_once_a_step(model):
+    """At the predictor, however many iterations there are; other methods at every iterate."""
+    for method in ("hht-si2", "nstiff-si2"):
+        S, run = integration(model, method)
+        for _ in range(4):
+            q, v = run.Y[layout.Q0, : S.n].copy(), run.Y[layout.V0, : S.n].copy()
+            iterations = run.J[driver.ITERATIONS]
+            assert run.advance(1) == driver.RUNNING
+            assert run.J[driver.ITERATIONS] > iterations + 1
+            assert run.I[layout.NEW_MASS] == 0
+            used, end = run.Y[layout.Q_MASS, : S.n], run.Y[layout.Q0, : S.n]
+            a = run.Y[layout.XA, : S.n]
+            if method == "hht-si2":
+                assert np.array_equal(used, q + (1 + ALPHA) * run.h * v)
+                beside = (S.M(0.0, used) - np.diag(S.mass())) @ a
+                assert run.Y[layout.MX, : S.n] == pytest.approx(
+                    beside, rel=0, abs=1e-9 * max(1.0, np.abs(beside).max())
+                )
+            else:
+                assert not used.any() and run.I[layout.MASS_ROW] == layout.Q
+            assert np.abs(end - q).max() > 1e-6
 
 
 def distances(found, expected):

