@@ -204,6 +204,11 @@ class Builder:
         if match is None:
             raise UsageError(f"{name!r} is no name", hint="a name is made of letters a-z, digits and `_`")
         indices = tuple(s.Number(int(i)) for i in match.group(2).split(",")) if match.group(2) else ()
+        kind = kinds().get(type_name)
+        for key, value in values.items():
+            parameter = kind.parameter(key) if kind is not None else None
+            if parameter is not None and value in parameter.choices:  # a choice is a text, not an expression
+                values = {**values, key: f'"{value}"'}
         arguments = [s.Argument("", frame) for frame in frames]
         arguments += [_argument(key, value, name) for key, value in values.items() if value is not None]
         self._enter(s.Declaration(frozenset(), type_name, match.group(1), indices, tuple(arguments), doc=doc))

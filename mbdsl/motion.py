@@ -22,6 +22,7 @@ from mbdsl.lang.expressions import coordinate
 from mbdsl.reduction import Note, Part, Reduction, reduce
 from mbdsl.scene import Scene
 from mbdsl.system import System, build
+from mbdsl.system.bodies import LARGEST_BEND
 from mbdsl.system.initial import InitialState, Moved, determined, initial_state
 from mbdsl.system.signals import values
 
@@ -140,6 +141,7 @@ class Motion:
 
             deform = partial(held, system, plan.start)
         initial = initial_state(system, part.graph, plan.start, members, deform)
+        _check_bending(system, initial)
         if part.kinematic and (initial.redundant or not determined(system, plan.start, initial.q)):
             assert part.dynamic is not None
             self._is_not_kinematic(part)
@@ -296,6 +298,20 @@ def _check_loose(reduction: Reduction, system: System, t: float) -> None:
                 f"{item.name} = {item.value:g} is required at the start, but welds and drivers make it {value:g}",
                 item.span,
                 hint="leave it out, or say `guess`, or change what holds the body",
+            )
+
+
+def _check_bending(system: System, initial: InitialState) -> None:
+    """Where bodies had to be deformed to be assembled, that is small where their theory takes it so."""
+    for name, body in system.tables.models.items():
+        d = system.tables.coordinates[name]
+        (angle,) = body.bend(initial.q[None, d : d + body.n])
+        if angle > LARGEST_BEND:
+            raise InitialisationError(
+                f"{name} has to bend by {angle:.2g} rad to be assembled: "
+                "in a floating frame deformation is taken as small",
+                system.scene.components[name].span,
+                hint='check lengths and initial values; formulation = "ancf" takes deformation as large',
             )
 
 

@@ -215,7 +215,7 @@ def _laws(motion: Motion) -> Entry:
 
 
 def _velocity_dependent(scene: Scene) -> Entry:
-    found = [c for c in scene.components.values() if isinstance(c.kind, ForceKind) and _damps(c)]
+    found = [c for c in scene.components.values() if _damps(c)]
     why = "left out on request" if "damping" in scene.without else "no force depends on velocities"
     entry = _entry("velocity-dependent forces", found, why)
     entry.kernels = ("within those of the forces",) if found else ()
@@ -224,7 +224,8 @@ def _velocity_dependent(scene: Scene) -> Entry:
 
 def _damps(c: Component) -> bool:
     kind = c.kind
-    assert isinstance(kind, ForceKind)
+    if not isinstance(kind, ForceKind):
+        return len(c.coordinates) > len(kind.coordinates) and bool(kind.effects["damping"](c.values))
     if by_law(c):
         laws = [c.values[name] for name in kind.laws if isinstance(c.values[name], Expr)]
         return any(is_velocity_level(law) for law in laws)

@@ -20,6 +20,7 @@ from mbdsl.integrators.run import Integration, check_options
 from mbdsl.lang.expressions import Expr, diff, leaves
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Component, Scene
+from mbdsl.system.bodies import LARGEST_BEND
 from mbdsl.system.signals import values
 from mbdsl.trajectory import Trajectory
 
@@ -30,8 +31,6 @@ DEFAULT_METHOD = "hht-si2"
 DEFAULT_STEP = 1e-3
 #: floats of stored output beyond which a larger interval is asked for
 MOST_OUTPUT = 250_000_000
-#: rotation of a section [rad] up to which theories of small deformation are followed; their error is about its square
-LARGEST_BEND = 0.5
 
 
 @dataclass(frozen=True)

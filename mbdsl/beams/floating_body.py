@@ -55,8 +55,7 @@ class FloatingBody:
         self.n = 3 + self.k
         b = self.beam
         self.H = b.H - b.N_hat  # the share of stiffening belongs to everything but M_ff
-        ends = np.array([b.station(x)[0] for x in (0.0, self.length)])
-        self._slopes = np.concatenate([ends[1:, 2] - ends[:1, 2], ends[:, 2]])  # (3, k): what is to be small
+        self._slopes = b.bending[1::2]  # (elements + 1, k), of the nodes: what is to be small
         # how far a coordinate of 1 moves any point: a node, or with a slope s of one, about s h/4 beside it
         moved = np.concatenate([b.axial, b.bending[0::2], b.bending[1::2] * self.length / b.elements / 4])
         self._shapes = np.abs(moved).max(axis=0)

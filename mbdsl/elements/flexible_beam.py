@@ -9,10 +9,12 @@ beam (:mod:`mbdsl.elements.floating_frames`), by finite elements or by the modes
 from collections.abc import Mapping
 
 from mbdsl.elements import body, cable_frames, floating_frames, rigid_frames
-from mbdsl.elements.kind import BodyKind, Parameter
+from mbdsl.elements.kind import BodyKind, Parameter, zero
 
 MOTIONS = (rigid_frames, floating_frames, cable_frames)
 FLOATING, ANCF = "floating", "ancf"
+#: their matrices are full while they are made
+MOST_ELEMENTS, MOST_MODES = {FLOATING: 256, ANCF: 2000}, 256
 
 
 def motion(values: Mapping):
@@ -46,6 +48,11 @@ def check(values: Mapping) -> str | None:
             return f"`{name}` is a number of things, not {v[name]:g}"
     if v["elements"] is not None and v["elements"] < 1:
         return "a beam has at least one element"
+    most = MOST_ELEMENTS[v["formulation"]]
+    if v["elements"] is not None and v["elements"] > most:
+        return f"{v['elements']:g} elements are too many: up to {most} are possible"
+    if v["modes"] is not None and v["modes"] > MOST_MODES:
+        return f"{v['modes']:g} modes are too many: up to {MOST_MODES} are possible"
     modes, axial, ancf = v["modes"], v["axial"], v["formulation"] == ANCF
     if modes == 0:
         return None
@@ -89,7 +96,7 @@ def derive(values: Mapping) -> dict:
         found["mass"] = v["density"] * v["S"] * v["length"]
     if v["elements"] is None:
         modes = v["modes"] or 0.0
-        found["elements"] = 8.0 if v["formulation"] == ANCF else max(16.0, 4.0 * modes) if modes else 4.0
+        found["elements"] = 8.0 if v["formulation"] == ANCF else min(max(16.0, 4.0 * modes), 256.0) if modes else 4.0
     return found
 
 
@@ -156,7 +163,10 @@ KIND = BodyKind(
     signals=body.SIGNALS,
     check=check,
     derive=derive,
-    effects={"flexibility": lambda v: {} if v["modes"] == 0 else {"modes": 0.0}},
+    effects={
+        "flexibility": lambda v: {} if v["modes"] == 0 else {"modes": 0.0},
+        "damping": zero("zeta", "alpha", "beta"),
+    },
     coordinates=("x", "y", "phi"),
     coordinates_of=coordinates,
     frames=body.ends,

@@ -20,6 +20,8 @@ from mbdsl.scene import Component
 
 Array = NDArray[np.float64]
 Pose = tuple[float, float, float]
+#: rotation of a section [rad] up to which theories of small deformation are followed; their error is about its square
+LARGEST_BEND = 0.5
 POSITIONS, VELOCITIES = ("x", "y", "phi"), ("vx", "vy", "w")
 
 

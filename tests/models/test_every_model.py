@@ -17,6 +17,7 @@ RUNS = {
     "crank_ivp": (5e-3, 2e-5, {}),
     "double_pendulum": (0.1, 1e-3, {}),
     "driven_crank": (0.5, 1e-3, {}),
+    "flexible_pendulum": (0.1, 2e-4, {}),
     "flexible_slider_crank": (0.1, 2e-4, {}),
     "four_bar": (0.5, 1e-3, {}),
     "pendulum": (0.5, 1e-3, {}),

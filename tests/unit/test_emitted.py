@@ -37,6 +37,7 @@ EXPECTED = {
     ),
     "double_pendulum": ("joints, springs", "rigid_frames revolute rotational_spring_damper"),
     "driven_crank": ("joints, moving, expressions", "rigid_frames point_frames revolute point_on_line"),
+    "flexible_pendulum": ("joints, mass matrix", "cable_frames revolute"),
     "flexible_slider_crank": ("joints, mass matrix", "rigid_frames floating_frames revolute point_on_line"),
     "four_bar": ("joints", "rigid_frames revolute"),
     "pendulum": ("joints", "point_frames distance"),
