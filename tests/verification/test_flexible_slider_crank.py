@@ -121,7 +121,7 @@ def test_order_with_other_damping(run, exact, wrong_orders, alpha):
 
 
 def test_another_method_as_the_reference(run, exact, method, wrong_orders):
-    """What a BDF method finds with steps 8 or 16 times shorter serves as a reference as well; for BDF, an HHT method."""
+    """What a BDF method finds with steps 8 or 16 times shorter serves as a reference, too; for BDF, an HHT method."""
     fine = run("nstiff-si2", 6.25e-7)
     if method.startswith("nstiff"):
         fine = run("hht-add", 6.25e-7)
