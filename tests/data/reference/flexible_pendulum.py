@@ -4,7 +4,6 @@ import json
 from pathlib import Path
 
 import numpy as np
-
 from exudyn_cable import exudyn_cable
 from large_rotation_beam import Beam
 
