@@ -5,10 +5,9 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
-
 from exudyn_cable import exudyn_cable
 from large_rotation_beam import Beam
+from scipy.interpolate import make_interp_spline
 
 L, EA, EI, RHO_A, RHO_I = 10.0, 2.8e7, 1.4e4, 1.2, 6e-4
 END, EACH = 20, 20  #: seconds, samples a second
