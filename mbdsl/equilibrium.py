@@ -32,7 +32,6 @@ from mbdsl.scene import Scene
 from mbdsl.simulation import as_scene
 from mbdsl.system import System, build
 from mbdsl.system.initial import initial_position, redundant_rows
-from mbdsl.system.signals import gradients
 from mbdsl.system.system import DENSE_LIMIT
 from mbdsl.trajectory import Trajectory
 from mbdsl.wording import count, few
@@ -217,7 +216,7 @@ def static(
 def settle(system: System, t: float, q: Array) -> Equilibrium:
     """The equilibrium of ``system`` at time ``t`` that overdamped motion from ``q`` leads to."""
     notes = _at_rest(system, t, q)
-    search = _Search(system, t, q)
+    search = Search(system, t, q)
     pushes = 0
     while True:
         search.descend()
@@ -286,7 +285,7 @@ def _movers(system: System, size: Array) -> list[str]:
     return list(dict.fromkeys(name for name, s in zip(names, size, strict=True) if s >= 0.1 * largest > 0.0))
 
 
-class _Search:
+class Search:
     """A point of the overdamped motion, and how it goes on.
 
     ``g`` (n,) is the scaled velocity of overdamped motion, W g = f with f = Q - Phi_q^T lam - Gam_v^T nu and the
@@ -538,62 +537,3 @@ class _Point:
     def left(self) -> float:
         """What of the forces is not balanced."""
         return float(np.abs(self.g).max(initial=0.0))
-
-
-# -- with positions held -------------------------------------------------------------------------------------------
-
-
-class _Held:
-    """A System with constraints more: the signals that initial values are about stay where they are at q."""
-
-    def __init__(self, system: System, t: float, q: Array) -> None:
-        self.system, self.t = system, t
-        self.targets = [x.target for x in system.scene.initial if not is_velocity_level(x.target)]
-        self.values = self._gradients(q)[0]
-        self.n, self.m, self.p = system.n, system.m + len(self.targets), system.p
-        self.unknowns, self.scene, self.tables = self.n + self.m + self.p, system.scene, system.tables
-
-    def _gradients(self, q: Array) -> tuple[Array, Array]:
-        value, d_q, _ = gradients(self.system, self.targets, self.t, q, np.zeros(len(q)))
-        return value, dense(d_q)
-
-    def _own(self, lam: Array) -> tuple[Array, Array]:
-        """The multipliers of the System, and those of what is held."""
-        m = self.system.m
-        return np.concatenate([lam[:m], lam[self.m :]]), lam[m : self.m]
-
-    def names(self) -> list[str]:
-        return self.system.names()
-
-    def Phi(self, t: float, q: Array) -> Array:
-        return np.concatenate([self.system.Phi(t, q), self._gradients(q)[0] - self.values])
-
-    def evaluate(self, t: float, q: Array, v: Array, lam: Array) -> tuple[Array, Array, Array]:
-        own, held = self._own(lam)
-        f, Phi, rate = self.system.evaluate(t, q, v, own)
-        return f - self._gradients(q)[1].T @ held, Phi, rate
-
-    def tangent(self, t: float, q: Array, v: Array, lam: Array | None = None, **factors: float) -> Array:
-        system, n, m = self.system, self.n, self.system.m
-        own = None if lam is None else self._own(lam)[0]
-        A = dense(system.tangent(t, q, v, own, **factors))
-        S = self._gradients(q)[1]
-        found = np.zeros((self.unknowns, self.unknowns))
-        at = np.concatenate([np.arange(n + m), np.arange(n + self.m, self.unknowns)])
-        found[np.ix_(at, at)] = A
-        rows = np.arange(n + m, n + self.m)
-        found[:n, rows], found[rows, :n] = S.T, factors.get("cP", 0.0) * S
-        return found
-
-
-def held(system: System, t: float, q: Array) -> Array:
-    """Positions (n,) in equilibrium near q, with all that initial values are about held where it is.
-
-    Raises
-    ------
-    EquilibriumError
-        If something keeps moving, which then is not held.
-    """
-    search = _Search(_Held(system, t, q), t, q)  # type: ignore[arg-type]
-    search.descend()
-    return search.q

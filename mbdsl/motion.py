@@ -135,12 +135,14 @@ class Motion:
         merged = [note.names for note in self.reduction.notes if note.action == "merged"]
         own = system.tables.coordinates
         members = {names[0]: [f"{name}.c" for name in names] for names in merged if names[0] in own}
-        deform = None
-        if any(c.values.get("shape") == "static" for c in system.scene.bodies() if len(c.coordinates) > len(RATE)):
-            from mbdsl.equilibrium import held
+        flexible = [c for c in system.scene.bodies() if len(c.coordinates) > len(RATE)]
+        static = [c.name for c in flexible if c.values["shape"] == "static"]
+        relax = None
+        if flexible:
+            from mbdsl.shaping import relaxed
 
-            deform = partial(held, system, plan.start)
-        initial = initial_state(system, part.graph, plan.start, members, deform)
+            relax = partial(relaxed, system, plan.start, static)
+        initial = initial_state(system, part.graph, plan.start, members, relax, bool(static))
         _check_bending(system, initial)
         if part.kinematic and (initial.redundant or not determined(system, plan.start, initial.q)):
             assert part.dynamic is not None

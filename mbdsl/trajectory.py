@@ -284,7 +284,7 @@ class Trajectory:
         for name in self._flexible:
             d, body = self.system.tables.coordinates[name], self.system.tables.models[name]
             q, v = self.q[:, d : d + body.n], self.v[:, d : d + body.n]
-            for at, pose in zip(getattr(body, "turns", ()), getattr(body, "counted", ()), strict=True):
+            for at, pose in zip(body.turns, body.counted, strict=True):
                 found.append((at, body.frame(pose, "phi", q, v, self.t) - pose[2]))
         return found
 

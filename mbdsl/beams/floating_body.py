@@ -31,6 +31,8 @@ class FloatingBody:
     """A flexible beam with coordinates x, y of its floating frame's origin, its angle, and k elastic ones."""
 
     turn = 0.0
+    turns: Sequence[int] = ()
+    counted: Sequence[Pose] = ()
 
     def __init__(self, component: Component) -> None:
         v = component.values

@@ -251,6 +251,9 @@ class Integration:
         used = {name: value for name, value in inputs.items() if name in system.tables.inputs}
         for name, at in system.tables.inputs.items():
             system.set_input(name, self.F[at])  # whoever looked at another time has left it there
+        for body in system.tables.models.values():
+            for at in body.turns:
+                system.set_number(at, self.F[at])
         before = accelerations(system, t, q, v, self.left_out)
         fa = self._applied(t, q, v, before[1])
         for name, value in used.items():

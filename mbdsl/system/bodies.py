@@ -29,7 +29,11 @@ class Body(Protocol):
     """What a model of a body can tell; n is the number of its generalised coordinates."""
 
     n: int
-    turn: float  #: the angle that turns of its frames are counted from, where q does not hold them
+    #: where q does not hold the turns of frames: the angle that they are counted from, where kernels keep the angles in
+    #: F, and the poses of these frames
+    turn: float
+    turns: Sequence[int]
+    counted: Sequence[Pose]
 
     def mass(self) -> Array:
         """The constant part of its mass matrix's diagonal (n,)."""
@@ -82,6 +86,8 @@ class Rigid:
     """A rigid body by x, y of its centre of mass and, unless it is a point mass, its angle."""
 
     turn = 0.0
+    turns: Sequence[int] = ()
+    counted: Sequence[Pose] = ()
 
     def __init__(self, component: Component) -> None:
         self._mass = np.array(component.kind.table(component.values), float)

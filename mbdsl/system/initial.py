@@ -98,10 +98,13 @@ def initial_state(
     graph: MechanismGraph,
     t: float,
     members: Mapping[str, Sequence[str]] = {},
-    deform: Callable[[Array], Array] | None = None,
+    relax: Callable[[Array], Array] | None = None,
+    static: bool = False,
 ) -> InitialState:
-    """Assemble ``system`` at time ``t``; ``members`` of welded bodies: see :class:`Metric`; ``deform`` turns assembled
-    positions (n,) into those to start from.
+    """Assemble ``system`` at time ``t``; ``members`` of welded bodies: see :class:`Metric`.
+
+    ``relax`` lets bodies take the shape of an equilibrium, from positions (n,) to positions. It is asked where they
+    have to deform to be assembled at all, and always if ``static``.
 
     Raises
     ------
@@ -110,7 +113,7 @@ def initial_state(
     """
     given = list(system.scene.initial)
     metric = Metric(system, members)
-    q, v = _assembled(system, graph, t, metric, deform)
+    q, v = _assembled(system, graph, t, metric, relax, static)
     redundant = redundant_rows(system, t, q, v)
     a, lam = accelerations(system, t, q, v, redundant)
     moved = []
@@ -122,7 +125,12 @@ def initial_state(
 
 
 def _assembled(
-    system: System, graph: MechanismGraph, t: float, metric: Metric, deform: Callable[[Array], Array] | None
+    system: System,
+    graph: MechanismGraph,
+    t: float,
+    metric: Metric,
+    relax: Callable[[Array], Array] | None,
+    static: bool,
 ) -> tuple[Array, Array]:
     """q and v; bodies that could deform do so only where it has to be."""
     positions = [x for x in system.scene.initial if not is_velocity_level(x.target)]
@@ -131,7 +139,8 @@ def _assembled(
         try:
             y = _positions(system, t, shape, positions, metric)
             q = shape.expand(y)
-            q = deform(q) if deform is not None else q
+            if relax is not None and (static or isinstance(shape, AsIs)):
+                q = relax(q)
             return q, _velocities(system, t, q, y, shape, velocities, metric)
         except InitialisationError:
             if isinstance(shape, AsIs):

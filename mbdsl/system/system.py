@@ -195,17 +195,17 @@ class System:
         return self.tangent(t, q, cM=1.0)[: self.n, : self.n]
 
     def solve_mass(self, t: float, q, force: Array) -> Array:
-        """M^{-1} force (n,); coordinates without mass count as having one of 1, where M is diagonal."""
+        """M^{-1} force (n,); coordinates without mass count as having one of 1."""
+        mass = self.mass()
         if self.mass_is_diagonal:
-            mass = self.mass()
             return force / np.where(mass > 0.0, mass, 1.0)
-        M = self.M(t, q)
+        M, more = self.M(t, q), np.where(mass > 0.0, 0.0, 1.0)
         if isinstance(M, np.ndarray):
-            return np.asarray(np.linalg.solve(M, force), float)
-        from scipy.sparse import csc_array
+            return np.asarray(np.linalg.solve(M + np.diag(more), force), float)
+        from scipy.sparse import csc_array, diags_array
         from scipy.sparse.linalg import splu
 
-        return splu(csc_array(M)).solve(force)
+        return splu(csc_array(M + diags_array(more))).solve(force)
 
     def tangent(
         self, t: float, q, v=None, lam=None, *, cM=0.0, cK=0.0, cD=0.0, cL=0.0, cP=0.0, cN=0.0, cV=0.0, cW=0.0, a=None

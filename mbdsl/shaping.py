@@ -1,0 +1,106 @@
+"""Shapes of bodies in equilibrium where the mechanism as a whole stays where it is.
+
+A mechanism that is free to move has no equilibrium at its start, but its bodies have a shape in which their own forces
+balance the loads. So it is held: by the signals that initial values are about, and by as many conditions more as there
+are motions that it could do undeformed, each of which may not change on average.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mbdsl.equilibrium import Search
+from mbdsl.lang.expressions import is_velocity_level
+from mbdsl.saddle import Array, dense, null_space, row_size
+from mbdsl.system import System
+from mbdsl.system.bodies import Rigid
+from mbdsl.system.shapes import Undeformed
+from mbdsl.system.signals import gradients
+
+
+def relaxed(system: System, t: float, static: Sequence[str], q: Array) -> Array:
+    """Positions (n,) near ``q`` in which the bodies named have the shape of their equilibrium; those that are not named
+    keep theirs. With no names, all may change: they have been deformed already, to be assembled.
+
+    Raises
+    ------
+    EquilibriumError
+        If something keeps moving.
+    """
+    search = Search(_Held(system, t, static, q), t, q)  # type: ignore[arg-type]
+    search.descend()
+    return search.q
+
+
+class _Held:
+    """A System with more constraints, which hold it at q but for the shapes of some bodies."""
+
+    def __init__(self, system: System, t: float, static: Sequence[str], q: Array) -> None:
+        self.system, self.t, self.n, self.p = system, t, system.n, system.p
+        self.scene, self.tables = system.scene, system.tables
+        self.targets = [x.target for x in system.scene.initial if not is_velocity_level(x.target)]
+        self.values = self._gradients(q)[0]
+        self.rows = np.concatenate([self._motions(q), self._shapes(static, q)])
+        self.start = self.rows @ q
+        self.m = system.m + len(self.targets) + len(self.rows)
+        self.unknowns = self.n + self.m + self.p
+
+    def _motions(self, q: Array) -> Array:
+        """Rows that hold what it could do undeformed, beside what initial values are about."""
+        shape = Undeformed(self.system, q)
+        J = np.concatenate([dense(self.system.Phi_q(self.t, q)), self._gradients(q)[1]])
+        J = dense(shape.reduce(shape.start, J, q)) / shape.scale
+        free = null_space(J / row_size(J)[:, None]) / shape.scale[:, None]
+        motions = dense(shape.reduce(shape.start, np.eye(self.n), q)) @ free
+        return motions.T * self.tables.scale**2
+
+    def _shapes(self, static: Sequence[str], q: Array) -> Array:
+        """Rows that hold the shapes of bodies that are to keep them."""
+        rows = []
+        for name, body in self.tables.models.items() if static else ():
+            if name not in static and not isinstance(body, Rigid):
+                d = self.tables.coordinates[name]
+                own = slice(d, d + body.n)
+                scale = self.tables.scale[own]
+                motions = body.rigid(q[own]) * scale[:, None]
+                found = np.zeros((body.n - 3, self.n))
+                found[:, own] = np.linalg.svd(motions, full_matrices=True)[0][:, 3:].T * scale
+                rows.append(found)
+        return np.concatenate(rows) if rows else np.zeros((0, self.n))
+
+    def _gradients(self, q: Array) -> tuple[Array, Array]:
+        value, d_q, _ = gradients(self.system, self.targets, self.t, q, np.zeros(len(q)))
+        return value, dense(d_q)
+
+    def _own(self, lam: Array) -> tuple[Array, Array]:
+        """The multipliers of the System, and those of what is held."""
+        m = self.system.m
+        return np.concatenate([lam[:m], lam[self.m :]]), lam[m : self.m]
+
+    def _held(self, q: Array) -> Array:
+        """The Jacobian of what is held."""
+        return np.concatenate([self._gradients(q)[1], self.rows])
+
+    def names(self) -> list[str]:
+        return self.system.names()
+
+    def Phi(self, t: float, q: Array) -> Array:
+        more = self._gradients(q)[0] - self.values
+        return np.concatenate([self.system.Phi(t, q), more, self.rows @ q - self.start])
+
+    def evaluate(self, t: float, q: Array, v: Array, lam: Array) -> tuple[Array, Array, Array]:
+        own, held = self._own(lam)
+        f, Phi, rate = self.system.evaluate(t, q, v, own)
+        return f - self._held(q).T @ held, Phi, rate
+
+    def tangent(self, t: float, q: Array, v: Array, lam: Array | None = None, **factors: float) -> Array:
+        n, m = self.n, self.system.m
+        own = None if lam is None else self._own(lam)[0]
+        found = np.zeros((self.unknowns, self.unknowns))
+        at = np.concatenate([np.arange(n + m), np.arange(n + self.m, self.unknowns)])
+        found[np.ix_(at, at)] = dense(self.system.tangent(t, q, v, own, **factors))
+        rows, held = np.arange(n + m, n + self.m), self._held(q)
+        found[:n, rows], found[rows, :n] = held.T, factors.get("cP", 0.0) * held
+        return found
