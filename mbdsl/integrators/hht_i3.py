@@ -6,6 +6,9 @@ gamma = 1/2 - alpha, beta = (1 - alpha)^2/4, and
     1/(1+alpha) M a_{n+1} - f_{n+1} + alpha/(1+alpha) f_n = 0                                             (8c)
     1/(beta h^2) Phi(q_{n+1}, t_{n+1}) = 0                                                                (8d)
 
+Where M depends on q, it is that of the predictor q_n + (1+alpha) h v_n, once a step, as HHT-SI2 has it: a_{n+1} belongs
+to t_{n+1} + alpha h. With M(q_{n+1}), as (8c) reads, the method is of first order, by alpha h dM/dt a.
+
 Source: Negrut, Jay, Khude, A discussion of low order numerical integration formulas for rigid and flexible multibody
 dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eq. (8).
 """
@@ -13,11 +16,12 @@ dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eq. (8).
 from mbdsl.integrators.corrections import correct_one as correct
 from mbdsl.integrators.linear import factor
 from mbdsl.integrators.method import Method, Option
-from mbdsl.integrators.newmark import carried, motion, settle, start_stiff
+from mbdsl.integrators.newmark import carried, settle, start_stiff
+from mbdsl.integrators.newmark import motion as newmark_motion
 from mbdsl.kernels import kernel
-from mbdsl.layout import F0, FP, MASS, MASS_KIND, MASS_ROW, MX, N_ALL, N_PHI, N_Q, PARTS, TIMES, XA, Q, R, X
+from mbdsl.layout import F0, FP, MASS, MASS_KIND, MX, N_ALL, N_PHI, N_Q, NEW_MASS, Q0, Q_MASS, TIMES, V0, XA, R, X
 
-__all__ = ["correct", "motion"]
+__all__ = ["correct"]
 
 ALPHA = Option(-0.1, -1 / 3, 0.0, "numerical damping of high frequencies: 0 none, -1/3 most")
 
@@ -45,7 +49,22 @@ METHOD = Method(
     parameters={"alpha": ALPHA},
     coefficients=coefficients,
     begin=begin,
+    mass_row=Q_MASS,
 )
+
+
+@kernel
+def hold_mass(h, c, Y, I):
+    """The coordinates that M is evaluated at, at the beginning of a step."""
+    if I[NEW_MASS] and I[MASS_KIND] > 1:
+        for i in range(I[N_Q]):
+            Y[Q_MASS, i] = Y[Q0, i] + (1 + c[2]) * h * Y[V0, i]
+
+
+@kernel
+def motion(h, c, Y, I):
+    hold_mass(h, c, Y, I)
+    newmark_motion(h, c, Y, I)
 
 
 @kernel
@@ -63,10 +82,10 @@ def residual(h, c, Y, F, I):
 
 @kernel
 def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
-    """[[M/(1+alpha) + beta h^2 (K + (M a)_q/(1+alpha)) + gamma h D, Phi_q^T], [Phi_q, 0]]."""
+    """[[M/(1+alpha) + beta h^2 K + gamma h D, Phi_q^T], [Phi_q, 0]]."""
     beta, gamma, alpha = c[0], c[1], c[2]
     m, k, d = 1 / (1 + alpha), beta * h * h, gamma * h
-    tangent(t, m, k, d, 1.0, 1.0, 0.0, 1.0, beta * h / gamma, k * m, Y, Z, C, F, I, A[0])
+    tangent(t, m, k, d, 1.0, 1.0, 0.0, 1.0, beta * h / gamma, 0.0, Y, Z, C, F, I, A[0])
     return factor(A[0], P[0], I)
 
 
@@ -75,8 +94,6 @@ def finish(inertia, h, c, Y, F, I, A, P):
     """f at the accepted unknowns, from (8c), which saves an evaluation."""
     alpha = c[2]
     if I[MASS_KIND] > 0:
-        if I[MASS_KIND] > 1 and I[MASS_ROW] == Q:
-            inertia(PARTS, Q, Q, Y, F, I)
         inertia(TIMES, X, MX, Y, F, I)
     for i in range(I[N_Q]):
         Y[FP, i] = (F[I[MASS] + i] * Y[X, i] + Y[MX, i] + alpha * Y[F0, i]) / (1 + alpha)

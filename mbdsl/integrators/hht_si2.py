@@ -27,7 +27,7 @@ Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (12)
 """
 
 from mbdsl.integrators.corrections import couple, couples, solve_two
-from mbdsl.integrators.hht_i3 import ALPHA, begin, coefficients, finish
+from mbdsl.integrators.hht_i3 import ALPHA, begin, coefficients, finish, hold_mass
 from mbdsl.integrators.linear import factor, larger
 from mbdsl.integrators.method import Method
 from mbdsl.kernels import kernel
@@ -37,13 +37,11 @@ from mbdsl.layout import (
     FP,
     GD,
     MASS,
-    MASS_KIND,
     MX,
     MX2,
     N_ALL,
     N_PHI,
     N_Q,
-    NEW_MASS,
     Q0,
     Q_MASS,
     R2,
@@ -78,10 +76,8 @@ METHOD = Method(
 
 @kernel
 def motion(h, c, Y, I):
-    beta, gamma, alpha = c[0], c[1], c[2]
-    if I[NEW_MASS] and I[MASS_KIND] > 1:
-        for i in range(I[N_Q]):
-            Y[Q_MASS, i] = Y[Q0, i] + (1 + alpha) * h * Y[V0, i]
+    beta, gamma = c[0], c[1]
+    hold_mass(h, c, Y, I)
     for i in range(I[N_Q]):
         a0, a = c[3] * Y[XA, i], Y[X, i]
         Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h / 2 * ((1 - 2 * beta) * a0 + 2 * beta * a + Y[X2, i])
