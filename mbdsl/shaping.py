@@ -54,7 +54,7 @@ class _Held:
         J = dense(shape.reduce(shape.start, J, q)) / shape.scale
         free = null_space(J / row_size(J)[:, None]) / shape.scale[:, None]
         motions = dense(shape.reduce(shape.start, np.eye(self.n), q)) @ free
-        return motions.T * self.tables.scale**2
+        return motions.T @ dense(self.system.M(self.t, q))
 
     def _shapes(self, static: Sequence[str], q: Array) -> Array:
         """Rows that hold the shapes of bodies that are to keep them."""

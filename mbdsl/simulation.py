@@ -14,13 +14,15 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from mbdsl import layout
+from mbdsl.elements.kind import JointKind
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import driver, methods
 from mbdsl.integrators.run import Integration, check_options
 from mbdsl.lang.expressions import Expr, diff, leaves
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Component, Scene
-from mbdsl.system.bodies import LARGEST_BEND
+from mbdsl.system import System
+from mbdsl.system.bodies import LARGEST_BEND, Rigid
 from mbdsl.system.signals import values
 from mbdsl.trajectory import Trajectory
 
@@ -344,6 +346,31 @@ def _too_bent(trajectory: Trajectory, t: float, name: str, angle: float) -> tupl
     )
 
 
+def _indefinite(integration: Integration) -> str | None:
+    """A body whose mass matrix has lost its definiteness at the last step or iterate."""
+    tables, Y = integration.system.tables, integration.Y
+    for name, body in tables.models.items():
+        d = tables.coordinates[name]
+        for row in (layout.Q0, layout.Q):
+            q = Y[row, d : d + body.n]
+            if not isinstance(body, Rigid) and np.isfinite(q).all() and not np.linalg.eigvalsh(body.M(q))[0] > 0.0:
+                return name
+    return None
+
+
+def _inextensible(system: System) -> str | None:
+    """A beam whose ends joints hold, and that shortens when it bends, but cannot stretch."""
+    for name in system.tables.models:
+        values = system.scene.components[name].values
+        if values.get("stiffening") and values["modes"] and values["formulation"] == "floating":
+            if values["axial"] == 0 or (values["axial"] is None and values["basis"] == "eigenmodes"):
+                ends = {f"{name}.a", f"{name}.b"}
+                joints = (c for c in system.scene.components.values() if isinstance(c.kind, JointKind))
+                if ends <= {frame for c in joints if c.kind.rows > 1 for frame in c.ports.values()}:
+                    return name
+    return None
+
+
 REASONS = {
     driver.SINGULAR: "the iteration matrix is singular",
     driver.DIVERGED: "Newton's iteration does not converge",
@@ -395,6 +422,15 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     if (bent := bending(trajectory)) is not None:
         told, hint = _too_bent(trajectory, *bent)
         message, span = f"{message}; {told}", trajectory.scene.components[bent[1]].span
+    elif (beam := _indefinite(integration)) is not None:
+        message = f"{message}; the mass matrix of {beam} is no longer positive definite"
+        hint = (
+            "energies of second order do not bear these shapes in this floating frame: take another `reference`, fewer "
+            'modes, formulation = "ancf", or a method that does not need the inverse of M'
+        )
+        span = system.scene.components[beam].span
+    elif (beam := _inextensible(system)) is not None:
+        hint += f"; {beam} may have no axial mode, so that its ends cannot come closer when it bends: give `axial`"
     error = IntegrationError(message, span, hint=hint)
     trajectory.message = message
     error.trajectory = trajectory

@@ -80,25 +80,25 @@ class FloatingBody:
         return [*range(3, self.n), 0, 1, 2]
 
     def _parts(self, q: Array):
-        """c (N, 2), P (N,), b (N, k) at states q (N, n)."""
+        """c (N, 2), c_j (N, 2, k), P (N,), b (N, k) at states q (N, n)."""
         b, e = self.beam, q[:, 3:]
+        c_j = b.S_bar[None] - E_X[:, None] * (e @ b.N_bar)[:, None, :]
+        c = e @ b.S_bar.T - 0.5 * E_X * (e * (e @ b.N_bar)).sum(axis=1)[:, None]
         P = b.I0 + e @ (2.0 * b.h1) + (e * (e @ self.H)).sum(axis=1)
-        return e @ b.S_bar.T, P, b.g0 + e @ b.G
+        return c, c_j, P, b.g0 + e @ b.G
 
     def M(self, q: Array) -> Array:
-        (c,), (P,), (b,) = self._parts(np.asarray(q)[None])
+        (c,), (c_j,), (P,), (b,) = self._parts(np.asarray(q)[None])
         A = turned(q[2])
         M = np.zeros((self.n, self.n))
         M[0, 0] = M[1, 1] = self.beam.m
-        M[:2, 2], M[:2, 3:], M[2, 2], M[2, 3:] = A @ J @ c, A @ self.beam.S_bar, P, b
+        M[:2, 2], M[:2, 3:], M[2, 2], M[2, 3:] = A @ J @ c, A @ c_j, P, b
         M[3:, 3:] = self.beam.M_ff
         return np.triu(M) + np.triu(M, 1).T
 
     # -- frames --------------------------------------------------------------------------------------------------
     def _station(self, pose: Pose) -> tuple[Array, Array]:
-        """U (3, k) and N (k, k) at a frame, N from its mean over the mass."""
-        U, N = self.beam.station(on_axis(pose, self.length))
-        return U, N - self.beam.N_bar / self.beam.m
+        return self.beam.station(on_axis(pose, self.length))
 
     def _which(self, pose: Pose) -> list[int]:
         U, N = self._station(pose)
@@ -111,7 +111,7 @@ class FloatingBody:
         b, k = self.beam, self.k
         lists = np.concatenate([b.S_bar[0], b.S_bar[1], b.h1, b.g0])
         constants = buffers.floats([b.m, b.I0, *g, *lists])
-        inertial = self._entries(buffers, d, self.H, b.G)
+        inertial = self._entries(buffers, d, self.H, b.G, b.N_bar)
         elastic = self._entries(buffers, d, b.K, b.D)
         elastic_coordinates = range(d + 3, d + self.n)
         border = buffers.slots((d, d + 1), (d + 2,))
@@ -121,7 +121,7 @@ class FloatingBody:
             buffers.slots((j,), (d, d + 1))
             buffers.slots((d + 2,), (j,))
             buffers.slots((j,), (d + 2,))
-        now, held, past = (buffers.floats([0.0] * (kernels.LISTS + 5 * k + 6)) for _ in range(3))
+        now, held, past = (buffers.floats([0.0] * (kernels.LISTS + 7 * k + 6)) for _ in range(3))
         frames = [value for pose in poses for value in self._frame_record(buffers, d, pose)]
         band, factor = cholesky(b.M_ff)
         scratch = buffers.floats([0.0] * 8 * k)
@@ -195,10 +195,10 @@ class FloatingBody:
     # -- energies ------------------------------------------------------------------------------------------------
     def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
         b = self.beam
-        c, P, of_phi = self._parts(q)
+        c, c_j, P, of_phi = self._parts(q)
         A, w, R, e, rate = turned(q[:, 2]), v[:, 2], v[:, :2], q[:, 3:], v[:, 3:]
         in_frame = np.einsum("tij,ti->tj", A, R)
-        dc = rate @ b.S_bar.T
+        dc = np.einsum("tij,tj->ti", c_j, rate)
         kinetic = 0.5 * b.m * (R**2).sum(axis=1) + 0.5 * P * w**2 + w * (of_phi * rate).sum(axis=1)
         kinetic += 0.5 * (rate * (rate @ b.M_ff)).sum(axis=1)
         kinetic += (in_frame * (w[:, None] * (c @ J.T) + dc)).sum(axis=1)

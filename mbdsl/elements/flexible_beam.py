@@ -53,6 +53,12 @@ def check(values: Mapping) -> str | None:
         return f"{v['elements']:g} elements are too many: up to {most} are possible"
     if v["modes"] is not None and v["modes"] > MOST_MODES:
         return f"{v['modes']:g} modes are too many: up to {MOST_MODES} are possible"
+    for name, (x, y, _) in v["frames"]:
+        if y != 0.0 or not abs(x) <= v["length"] / 2 * (1 + 1e-9):
+            return (
+                f"frame `{name}` does not lie on its axis: {{x, 0, phi}} with x, from the middle, between "
+                f"-{v['length'] / 2:g} and {v['length'] / 2:g} m"
+            )
     modes, axial, ancf = v["modes"], v["axial"], v["formulation"] == ANCF
     if modes == 0:
         return None

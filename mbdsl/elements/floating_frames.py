@@ -1,23 +1,21 @@
 """How frames on a beam in its floating frame of reference move, and the beam's own inertia and elastic forces.
 
 Coordinates are R = (x, y), the origin of the floating frame, its angle phi, and k elastic coordinates q. In the frame's
-axes a point of the axis is at u(q) = u0 + S q - 1/2 e_x q^T N q, turned by v'(q), linear in q. The last term, the
-shortening by bending, is there with geometric stiffening only, and is measured from its mean over the mass: the origin
-moves along with that, for else M would lose its definiteness long before deflections are large. With A = A(phi), J the
-turn by 90 degrees, w = phi':
+axes a point of the axis is at u(q) = u0 + S q - 1/2 e_x q^T N q (the last term, the foreshortening by bending, with
+geometric stiffening only), turned by v'(q), linear in q. With A = A(phi), J the turn by 90 degrees, w = phi':
 
     r = R + A u,   theta = phi + v',   B = [1, A J u, A u_j; 0, 1, v'_j],   u_j = S_j - e_x (N q)_j
 
-Kinetic energy, with integrals over the mass that are constants of the discretisation (m, I0, S_bar, h1, g0, H and G; H
-holds the stiffening's share, complete to second order in q and q'):
+Kinetic energy, with integrals over the mass that are constants of the discretisation (m, I0, S_bar, h1, g0, H, G and
+N_bar; H holds the stiffening's share, complete to second order in q and q'):
 
     T = m/2 R'.R' + w R'.A J c + R'.A c' + P w^2/2 + w b.q' + 1/2 q'^T M_ff q'
-    c = S_bar q,   P = I0 + (2 h1 + H q).q,   b = g0 - G q
+    c = S_bar q - 1/2 e_x q^T N_bar q,   P = I0 + (2 h1 + H q).q,   b = g0 - G q
 
-so that, with c_j the columns of S_bar and g the field of gravity,
+so that, with c_j = dc/dq_j and g the field of gravity,
 
     M = [[m, A J c, A c_j], [., P, b_j], [., ., M_ff]]
-    Q_R   = m g - A (2 w J c' - w^2 c)
+    Q_R   = m g - A (c'' + 2 w J c' - w^2 c),   c'' = -e_x q'^T N_bar q'
     Q_phi = g.A J c - 2 w (h1 + H q).q'
     Q_j   = g.A c_j + w^2 (h1 + H q)_j + 2 w (G q')_j - (K q + D q')_j
 
@@ -60,17 +58,17 @@ MODEL = "mbdsl.beams.floating_body"
 
 # -- record of a body: first coordinate, first frame, number of frames, k; offsets in F of m, I0, g, S_bar, h1, g0
 FIRST, FRAME, N_FRAME, SIZE, CONSTANTS = 0, 1, 2, 3, 4
-#: entries of H, G (how many; i, j, slot in I; values in F), and of K, D
+#: entries of H, G, N_bar (how many; i, j, slot in I; values in F), and of K, D
 INERTIAL, INERTIAL_AT, INERTIAL_VALUES = 5, 6, 7
 ELASTIC, ELASTIC_AT, ELASTIC_VALUES = 8, 9, 10
-#: first slot of rows and columns of R and phi; offsets in F of c, P, ... at q, for M, at the start of the step
+#: first slot of rows and columns of R and phi; offsets in F of c, c_j, ... at q, for M, at the start of the step
 BORDER, NOW, HELD, PAST = 11, 12, 13, 14
 #: list of frame records in I; bandwidth of M_ff and offset of its Cholesky factor, scratch (8 k) in F
 OF_FRAMES, BAND, FACTOR, SCRATCH = 15, 16, 17, 18
 RECORD = 19
 FRAME_RECORD = 7
-#: what stands from NOW on: cos phi, sin phi, c_x, c_y, P - I0, whether ``decompose`` was here; b, h1 + H q; what that
-#: found
+#: what stands from NOW on: cos phi, sin phi, c_x, c_y, P - I0, whether ``decompose`` was here; c_j (x, y), b, h1 + H q;
+#: what that found
 COS, SIN, C_X, C_Y, P_Q, KNOWN, LISTS = 0, 1, 2, 3, 4, 5, 6
 
 
@@ -80,18 +78,21 @@ def parts(o, row, at, Y, F, I):
     d, k, n = I[o + FIRST], I[o + SIZE], I[o + CONSTANTS] + 4
     phi, q = Y[row, d + 2], Y[row, d + 3 :]
     c_x, c_y, P = 0.0, 0.0, 0.0
-    b, Hq = F[at + LISTS :], F[at + LISTS + k :]
+    cx, cy = F[at + LISTS :], F[at + LISTS + k :]
+    b, Hq = F[at + LISTS + 2 * k :], F[at + LISTS + 3 * k :]
     for j in range(k):
-        Hq[j], b[j] = F[n + 2 * k + j], F[n + 3 * k + j]
+        cx[j], cy[j], Hq[j], b[j] = F[n + j], F[n + k + j], F[n + 2 * k + j], F[n + 3 * k + j]
         c_x += F[n + j] * q[j]
-        c_y += F[n + k + j] * q[j]
+        c_y += cy[j] * q[j]
         P += Hq[j] * q[j]
     entries, values = I[o + INERTIAL_AT], I[o + INERTIAL_VALUES]
     for e in range(I[o + INERTIAL]):
-        i, x = I[entries + 3 * e], q[I[entries + 3 * e + 1]]
-        Hq[i] += F[values + 2 * e] * x
-        b[i] -= F[values + 2 * e + 1] * x
+        i, x, v = I[entries + 3 * e], q[I[entries + 3 * e + 1]], values + 3 * e
+        Hq[i] += F[v] * x
+        b[i] -= F[v + 1] * x
+        cx[i] -= F[v + 2] * x
     for j in range(k):
+        c_x += 0.5 * (cx[j] - F[n + j]) * q[j]
         P += Hq[j] * q[j]
     F[at + COS], F[at + SIN], F[at + C_X], F[at + C_Y], F[at + P_Q] = cos(phi), sin(phi), c_x, c_y, P
     F[at + KNOWN] = 0.0
@@ -151,7 +152,7 @@ def keep(block, F, I):
     if I[KEEP]:
         for e in range(I[block]):
             o = I[I[block + 1] + e]
-            for j in range(LISTS + 5 * I[o + SIZE] + 6):
+            for j in range(LISTS + 7 * I[o + SIZE] + 6):
                 F[I[o + PAST] + j] = F[I[o + NOW] + j]
             if F[I[o + PAST] + KNOWN] == 0.0:
                 decompose(o, I[o + PAST], F, I)
@@ -221,16 +222,17 @@ def forces(block, Y, F, I):
         d, k, at, n, x = I[o + FIRST], I[o + SIZE], I[o + NOW], I[o + CONSTANTS], I[o + SCRATCH]
         c, s, c_x, c_y = F[at + COS], F[at + SIN], F[at + C_X], F[at + C_Y]
         q, v, w, f = Y[Q, d + 3 :], Y[V, d + 3 :], Y[V, d + 2], Y[FP]
-        cx, cy, Hq = F[n + 4 :], F[n + 4 + k :], F[at + LISTS + k :]
+        cx, cy, Hq = F[at + LISTS :], F[at + LISTS + k :], F[at + LISTS + 3 * k :]
         gx, gy = c * F[n + 2] + s * F[n + 3], c * F[n + 3] - s * F[n + 2]
         rates(o, v, x, F, I)
-        dx, dy, dP = 0.0, 0.0, 0.0
+        dx, dy, ddx, dP = 0.0, 0.0, 0.0, 0.0
         for j in range(k):
             dx += cx[j] * v[j]
             dy += cy[j] * v[j]
+            ddx -= F[x + 2 * k + j] * v[j]
             dP += 2.0 * Hq[j] * v[j]
             f[d + 3 + j] += gx * cx[j] + gy * cy[j] + w * (w * Hq[j] + 2.0 * F[x + k + j])
-        fx, fy = -2.0 * w * dy - w * w * c_x, 2.0 * w * dx - w * w * c_y
+        fx, fy = ddx - 2.0 * w * dy - w * w * c_x, 2.0 * w * dx - w * w * c_y
         f[d] -= c * fx - s * fy
         f[d + 1] -= s * fx + c * fy
         f[d + 2] += gy * c_x - gx * c_y - dP * w
@@ -242,14 +244,15 @@ def forces(block, Y, F, I):
 
 @kernel
 def rates(o, y, x, F, I):
-    """H y and G y, to F[x] and F[x + k]."""
+    """H y, G y and N_bar y, to F[x], F[x + k], F[x + 2 k]."""
     k, entries, values = I[o + SIZE], I[o + INERTIAL_AT], I[o + INERTIAL_VALUES]
-    for j in range(2 * k):
+    for j in range(3 * k):
         F[x + j] = 0.0
     for a in range(I[o + INERTIAL]):
-        i, z, v = I[entries + 3 * a], y[I[entries + 3 * a + 1]], values + 2 * a
+        i, z, v = I[entries + 3 * a], y[I[entries + 3 * a + 1]], values + 3 * a
         F[x + i] += F[v] * z
         F[x + k + i] += F[v + 1] * z
+        F[x + 2 * k + i] += F[v + 2] * z
 
 
 # -- the mass matrix -------------------------------------------------------------------------------------------------
@@ -258,9 +261,9 @@ def rates(o, y, x, F, I):
 @kernel
 def border(o, at, sign, row, target, Y, F, I):
     """Y[target] += sign (M - its constant part) Y[row]: what M has in the rows and columns of R and phi."""
-    d, k, n = I[o + FIRST], I[o + SIZE], I[o + CONSTANTS] + 4
+    d, k = I[o + FIRST], I[o + SIZE]
     c, s, c_x, c_y = F[at + COS], F[at + SIN], F[at + C_X], F[at + C_Y]
-    cx, cy, b = F[n:], F[n + k :], F[at + LISTS :]
+    cx, cy, b = F[at + LISTS :], F[at + LISTS + k :], F[at + LISTS + 2 * k :]
     x, y, alpha = Y[row, d], Y[row, d + 1], Y[row, d + 2]
     x, y = sign * (c * x + s * y), sign * (c * y - s * x)
     alpha *= sign
@@ -304,17 +307,16 @@ def carry_over(block, Y, F, I):
 def decompose(o, at, F, I):
     """What M^{-1} takes at these coordinates: M_ff^{-1} M_fr (three columns), and the factors of the 3 x 3 Schur
     complement, in the floating frame's axes. M is never formed, and M_ff was factorised beforehand."""
-    k, n, x = I[o + SIZE], I[o + CONSTANTS], at + LISTS + 2 * I[o + SIZE]
-    c_x, c_y = F[at + C_X], F[at + C_Y]
-    cx_, cy_, b_ = F[n + 4 :], F[n + 4 + k :], F[at + LISTS :]  # the columns of M_fr
-    for j in range(k):
-        F[x + j], F[x + k + j], F[x + 2 * k + j] = cx_[j], cy_[j], b_[j]
+    k, n, x = I[o + SIZE], I[o + CONSTANTS], at + LISTS + 4 * I[o + SIZE]
+    c_x, c_y, lists = F[at + C_X], F[at + C_Y], at + LISTS
+    for j in range(3 * k):
+        F[x + j] = F[lists + j]  # c_j and b: the columns of M_fr
     for column in range(3):
         cholesky_solve(k, I[o + BAND], F[I[o + FACTOR] :], F[x + column * k :])
     s00, s01, s02 = F[n], 0.0, -c_y
     s11, s12, s22 = F[n], c_x, F[n + 1] + F[at + P_Q]
     for j in range(k):
-        cx, cy, b = cx_[j], cy_[j], b_[j]
+        cx, cy, b = F[lists + j], F[lists + k + j], F[lists + 2 * k + j]
         y1, y2 = F[x + k + j], F[x + 2 * k + j]
         s00 -= cx * F[x + j]
         s01 -= cx * y1
@@ -335,7 +337,7 @@ def decompose(o, at, F, I):
 def solve(o, at, row, target, Y, F, I):
     """Y[target] <- M^{-1} Y[row], after ``decompose``."""
     d, k, y = I[o + FIRST], I[o + SIZE], I[o + SCRATCH]
-    c, s, x = F[at + COS], F[at + SIN], at + LISTS + 2 * I[o + SIZE]
+    c, s, x = F[at + COS], F[at + SIN], at + LISTS + 4 * I[o + SIZE]
     r0 = c * Y[row, d] + s * Y[row, d + 1]
     r1 = c * Y[row, d + 1] - s * Y[row, d]
     r2 = Y[row, d + 2]
@@ -417,26 +419,28 @@ def tangents(block, cM, cK, cD, cA, Y, F, I, A):
         o = I[I[block + 1] + e]
         d, k, at, n, x = I[o + FIRST], I[o + SIZE], I[o + NOW], I[o + CONSTANTS], I[o + SCRATCH]
         c, s, c_x, c_y = F[at + COS], F[at + SIN], F[at + C_X], F[at + C_Y]
-        cx, cy, Hq = F[n + 4 :], F[n + 4 + k :], F[at + LISTS + k :]
+        cx, cy, Hq = F[at + LISTS :], F[at + LISTS + k :], F[at + LISTS + 3 * k :]
         v, w, a = Y[V, d + 3 :], Y[V, d + 2], Y[I[TANGENT_ROW], d:]
         ax, ay, alpha = c * a[0] + s * a[1], c * a[1] - s * a[0], cA * a[2]
         gx, gy = c * F[n + 2] + s * F[n + 3], c * F[n + 3] - s * F[n + 2]
         ex, ey = cA * ax - cK * gx, cA * ay - cK * gy
         rates(o, v, x, F, I)
-        rates(o, a[3:], x + 2 * k, F, I)
-        Hv, Gv, Ga = F[x:], F[x + k :], F[x + 3 * k :]
+        rates(o, a[3:], x + 3 * k, F, I)
+        Hv, Gv, Nv = F[x:], F[x + k :], F[x + 2 * k :]
+        Ga, Na = F[x + 4 * k :], F[x + 5 * k :]
         m = of_mass(o, I)
         mc, ms, mx, my = F[m + COS], F[m + SIN], F[m + C_X], F[m + C_Y]
-        mb = F[m + LISTS :]
-        dx, dy, dP, qx, qy = 0.0, 0.0, 0.0, 0.0, 0.0
+        mcx, mcy, mb = F[m + LISTS :], F[m + LISTS + k :], F[m + LISTS + 2 * k :]
+        dx, dy, ddx, dP, qx, qy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(k):
             dx += cx[j] * v[j]
             dy += cy[j] * v[j]
+            ddx -= Nv[j] * v[j]
             dP += 2.0 * Hq[j] * v[j]
             qx += cx[j] * a[3 + j]
             qy += cy[j] * a[3 + j]
         # (R, phi), from what stands in the floating frame's axes and is turned with it
-        tx = -c_y * alpha + cA * qx + cK * (-2.0 * w * dy - w * w * c_x)
+        tx = -c_y * alpha + cA * qx + cK * (ddx - 2.0 * w * dy - w * w * c_x)
         ty = c_x * alpha + cA * qy + cK * (2.0 * w * dx - w * w * c_y)
         tx, ty = -ty - 2.0 * cD * (dy + w * c_x), tx + 2.0 * cD * (dx - w * c_y)
         slot = I[SLOTS] + I[o + BORDER]
@@ -448,9 +452,9 @@ def tangents(block, cM, cK, cD, cA, Y, F, I, A):
         A[I[slot + 4]] += cM * F[m + P_Q] - ex * c_x - ey * c_y + cD * dP
         slot += 5
         for j in range(k):
-            tx = -cy[j] * alpha - cK * w * w * cx[j] - 2.0 * cD * w * cy[j]
-            ty = cx[j] * alpha - cK * w * w * cy[j] + 2.0 * cD * w * cx[j]
-            Mx, My = cM * (mc * cx[j] - ms * cy[j]), cM * (ms * cx[j] + mc * cy[j])
+            tx = -cy[j] * alpha - cA * Na[j] - cK * w * w * cx[j] - 2.0 * cD * (Nv[j] + w * cy[j])
+            ty = cx[j] * alpha - cK * w * (2.0 * Nv[j] + w * cy[j]) + 2.0 * cD * w * cx[j]
+            Mx, My = cM * (mc * mcx[j] - ms * mcy[j]), cM * (ms * mcx[j] + mc * mcy[j])
             turned = ey * cx[j] - ex * cy[j]
             A[I[slot]] += c * tx - s * ty + Mx
             A[I[slot + 1]] += s * tx + c * ty + My
@@ -463,8 +467,8 @@ def tangents(block, cM, cK, cD, cA, Y, F, I, A):
             slot += 6
         entries, values = I[o + INERTIAL_AT], I[o + INERTIAL_VALUES]
         for b in range(I[o + INERTIAL]):
-            H, G = F[values + 2 * b], F[values + 2 * b + 1]
-            A[I[I[SLOTS] + I[entries + 3 * b + 2]]] -= (alpha + 2.0 * cD * w) * G + cK * w * w * H
+            H, G, N = F[values + 3 * b], F[values + 3 * b + 1], F[values + 3 * b + 2]
+            A[I[I[SLOTS] + I[entries + 3 * b + 2]]] -= ex * N + (alpha + 2.0 * cD * w) * G + cK * w * w * H
         entries, values = I[o + ELASTIC_AT], I[o + ELASTIC_VALUES]
         for b in range(I[o + ELASTIC]):
             A[I[I[SLOTS] + I[entries + 3 * b + 2]]] += cK * F[values + 2 * b] + cD * F[values + 2 * b + 1]

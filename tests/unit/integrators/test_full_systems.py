@@ -119,6 +119,7 @@ def newmark(s, mass_at=None):
 
 
 def hht_i3(s, mass_at=None):
+    mass_at = s.q + (1 + ALPHA) * s.h * s.v if mass_at is None else mass_at
     return index_3(s, newmark_motion(s, BETA, GAMMA), ALPHA, mass_at)
 
 
