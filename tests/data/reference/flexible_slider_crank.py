@@ -43,7 +43,7 @@ HEAD = dict(
         "the multiplier and the momentum of rod and crank; the crank's balance of moments about O holds to 1e-12"
     ),
     trusted_digits=(
-        "14 of phi1, phi1', phi2, phi2', xB, relative to 1; q 12, q' 11, forces 11, relative to their largest values; "
+        "15 of phi1, phi1', phi2, phi2', xB, relative to 1; q 12, q' 11, forces 11, relative to their largest values; "
         "neither chaotic nor sensitive up to 2 s; parameters rounded to doubles change q by some 1e-12 of their size"
     ),
     verified_by=(
