@@ -20,9 +20,12 @@ import pytest
 import mbdsl
 
 L = 0.3
-#: three halvings; with the second axial mode, h w = 0.04 to 0.005 (BDF methods) or 0.08 to 0.01
-STEPS = {m: [1e-6 / 2**k for k in range(4)] for m in ("hht-i3", "hht-add", "hht-si2")} | {
-    m: [5e-7 / 2**k for k in range(3)] for m in ("newmark", "nstiff", "nstiff-si2")
+#: three halvings; with the second axial mode, h w = 0.04 to 0.005 (BDF methods) or 0.08 to 0.01. What index 3 makes of
+#: rounding, 5e-16 over h^2 of reactions, is 5e-10 of q1 at an eighth of a microsecond, where hht-i3 is as good as that.
+STEPS = {
+    "hht-i3": [1e-6 / 2**k for k in range(3)],
+    **{m: [1e-6 / 2**k for k in range(4)] for m in ("hht-add", "hht-si2")},
+    **{m: [5e-7 / 2**k for k in range(3)] for m in ("newmark", "nstiff", "nstiff-si2")},
 }
 SHIPPED = "modes = 4, axial = 2,"
 
