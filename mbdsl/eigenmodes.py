@@ -12,14 +12,14 @@ in coordinates y of what the holonomic constraints leave free, and speeds u of w
                  + L^T (M Z (S' + S S) + (2 M Z' + D Z) S + M Z'' + D Z' + (K + (M a)_q) Z) y = 0.
 
 At rest Z, T and S do not change, S = 0, and everything is exact. Where the mechanism moves, y are variations of the
-joints' own coordinates (and of bodies', where joints have none), so that what turns as a whole is seen by those who
-turn with it, and Z', Z'', T', S' are differences along the motion. Eigenvalues of a motion that is not steady hold for
-the moment only.
+joints' own coordinates, of elastic ones in axes that turn with the beam, and of bodies', where joints have none, so
+that what turns as a whole is seen by those who turn with it, and Z', Z'', T', S' are differences along the motion.
+Eigenvalues of a motion that is not steady hold for the moment only.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import TYPE_CHECKING
@@ -364,13 +364,13 @@ class _Moving:
         for candidates in (own, bodies):
             if candidates and free.shape[1]:
                 rows = dense(gradients(system, candidates, t, q, v)[1]) / self.scale
-                for k, free in self._independent(rows / row_size(rows)[:, None], free):
-                    chosen.append(candidates[k])
+                which, free = self._independent(rows / row_size(rows)[:, None], free)
+                chosen += [candidates[k] for k in which]
             if candidates is own and self.bends and free.shape[1]:
                 elastic, pose = self._of_beams(q, v)
                 for rows, first in ((elastic, 0), (pose, len(elastic))):
-                    for k, free in self._independent(rows, free):
-                        turned.append(first + k)
+                    which, free = self._independent(rows, free)
+                    turned += [first + k for k in which]
         if free.shape[1]:
             raise UsageError(
                 f"what moves has {free.shape[1]} more freedoms than joints and bodies have coordinates to tell of",
@@ -379,20 +379,21 @@ class _Moving:
         return chosen, turned
 
     @staticmethod
-    def _independent(rows: Array, free: Array) -> Iterator[tuple[int, Array]]:
-        """Which rows (m, n) of size one tell directions ``free`` (n, k) apart, the most independent one first, and what each
-        leaves free."""
-        while free.shape[1] and len(rows):
+    def _independent(rows: Array, free: Array) -> tuple[list[int], Array]:
+        """Rows (m, n), of size one, that tell directions ``free`` (n, k) apart, and the directions that they leave."""
+        found: list[int] = []
+        while free.shape[1] and len(rows):  # the most independent one first
             size = np.linalg.norm(rows @ free, axis=1)
             k = int(np.argmax(np.round(size, 9)))
             if size[k] < 1e-3:
                 break
+            found.append(k)
             free = free @ null_space((rows[k] @ free)[None])
-            yield k, free
+        return found, free
 
     def _of_a_beam(self, expression: Expr) -> bool:
         frames = self.system.scene.frames
-        names = (x.value[0] for x in leaves(expression) if x.op == "coordinate")
+        names = (x.value[0] for x in leaves(expression) if x.op == "coordinate")  # type: ignore[index]
         return any(frames[name].body in self.bends for name in names)
 
     def _of_beams(self, q: Array, v: Array) -> tuple[Array, Array]:
