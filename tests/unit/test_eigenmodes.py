@@ -8,7 +8,7 @@ import pytest
 
 import mbdsl
 from mbdsl import cli
-from mbdsl.eigenmodes import eigen
+from mbdsl.eigenmodes import _solve, eigen
 from mbdsl.equilibrium import prepare
 from mbdsl.errors import EquilibriumError, ModelError, UsageError
 from mbdsl.system.accelerations import accelerations
@@ -238,6 +238,100 @@ def test_a_sleigh_that_glides():
     )
     nonzero = values(found)[np.abs(values(found)) > 0.0]
     assert nonzero == pytest.approx([-2.0 * 0.3 * 2.0 / (0.5 + 2.0 * 0.09)], rel=1e-8)
+
+
+FLEXIBLE = "length = 1 m, mass = 1 kg, S = 1e-4 m2, I = 1e-9 m4, E = 200 GPa"
+BEAMS = {
+    "floating": ('modes = 4, reference = "clamped-free"', 4),
+    "nodes": ('elements = 3, reference = "clamped-free"', 12),
+    "ancf": ('formulation = "ancf", elements = 4', 17),
+    "odd": ('formulation = "ancf", elements = 3', 13),
+}
+
+
+def on_a_pin(more, w, at="start"):
+    return modes(
+        f"""model S Ground world(g = 0); FlexibleBeam b({FLEXIBLE}, {more}); Revolute f(world, b.a);
+        initial equation f.phi = 0.7 rad; b.w = {w} rad/s; annotation(experiment(StopTime = 1 s)); end S;""",
+        at,
+    )
+
+
+@pytest.mark.parametrize("kind", BEAMS)
+def test_a_beam_that_turns_slowly(kind):
+    """As at rest, with as many modes as it can move in, and without damping."""
+    more, elastic = BEAMS[kind]
+    rest, slow, fast = (on_a_pin(more, w) for w in (0.0, 0.1, 5.0))
+    for found in (rest, slow, fast):
+        assert np.count_nonzero(values(found).imag > 1.0) == elastic
+        assert np.abs(values(found).real).max() <= 1e-9 * np.abs(values(found)).max()
+    assert values(slow)[-elastic:] == pytest.approx(values(rest)[-elastic:], rel=1e-5, abs=1e-3)
+    assert values(fast)[-elastic:] == pytest.approx(values(rest)[-elastic:], rel=1e-2, abs=1e-3)
+    if kind == "floating":
+        assert values(rest) == pytest.approx([0.0, 218.05j, 706.93j, 1481.48j, 4057.62j], rel=1e-5)
+
+
+@pytest.mark.parametrize("kind", ["floating", "ancf"])
+def test_a_beam_that_flies_and_turns(kind):
+    """Seen in axes that turn with it, what goes straight on turns the other way."""
+    found = modes(
+        f"""model S Ground world(g = 0); FlexibleBeam b({FLEXIBLE}, {BEAMS[kind][0]}); FreeMotion f(world, b.c);
+        initial equation f.w = 0.5 rad/s; f.vx = 1 m/s; annotation(experiment(StopTime = 1 s)); end S;""",
+        "start",
+    )
+    assert np.abs(values(found)[:3]) == pytest.approx([0.0, 0.5, 0.5], abs=1e-3)
+    # clamped-free modes can bend and turn: free-free ones are approximate
+    wanted = 22.3733 * np.sqrt(200.0)
+    assert abs(values(found)[3]) == pytest.approx(wanted, rel=5e-3)
+    assert np.abs(values(found).real).max() <= 1e-8 * np.abs(values(found)).max()
+
+
+@pytest.mark.parametrize("ratio", [0.5, 2.0])
+def test_a_cantilever_on_a_hub(ratio):
+    """Stiffened by its centrifugal force, in the plane: omega^2 = omega0^2 + (1.1933 - 1) Omega^2 about (Southwell).
+
+    In absolute coordinates, it is its stretched length that stiffens it.
+    """
+    first = 3.516015 * np.sqrt(200.0)
+
+    def turning(more):
+        return mbdsl.parse(f"""model R Ground world(g = 0); Body hub(m = 1 kg, I = 1 kg.m2);
+            Revolute pin(world, hub.c); RotationalDriver d(pin, phi = 0.4 rad + {ratio * first} rad/s*time);
+            FlexibleBeam b({FLEXIBLE}, {more}); Fixed f(hub.c, b.a); annotation(experiment(StopTime = 1 s)); end R;""")
+
+    floating = 'modes = 6, reference = "clamped-free"'
+    found = eigen(turning(floating), "start", None)
+    assert found.total == 6 and not values(found).real.any()
+    southwell = first * np.sqrt(1.0 + 0.1933 * ratio**2)
+    assert southwell * (0.95 if ratio > 1.0 else 0.999) < abs(values(found)[0]) < southwell
+    # stretched until it is steady, which is linear in where its nodes and slopes are along it
+    system, _ = prepare(turning('formulation = "ancf", elements = 8'), None, (), None)
+    e, n = np.array([np.cos(0.4), np.sin(0.4)]), np.array([-np.sin(0.4), np.cos(0.4)])
+    w = ratio * first
+
+    def state(along):
+        pairs = np.concatenate([[0.0], along])[:, None]
+        q = np.concatenate([[0.0, 0.0, 0.4], (pairs * e).ravel()])
+        v = w * np.concatenate([[0.0, 0.0, 1.0], (pairs * n).ravel()])
+        return q, v, *accelerations(system, 0.0, q, v)
+
+    def unsteady(along):
+        q, _, a, _ = state(along)
+        return ((a + w**2 * q)[3:].reshape(-1, 2) @ e)[1:]
+
+    along = np.stack([np.linspace(0.0, 1.0, 9), np.ones(9)], axis=1).ravel()[1:]
+    for _ in range(3):
+        along -= np.linalg.solve(derivative(unsteady, along), unsteady(along))
+    assert along[-2] - 1.0 == pytest.approx(w**2 / (3.0 * 200e9 * 1e-4), rel=1e-2)
+    q, v, a, lam = state(along)
+    other, _, total = _solve(system, 0.0, q, v, a, lam, True, None)
+    assert total == 33
+    assert np.abs(np.real(other)).max() <= 1e-9 * abs(other[-1])
+    assert other[:2] == pytest.approx(values(found)[:2], rel=2e-3)
+    # without the stiffening it is softer with speed, and flies apart in the end
+    plain = values(eigen(turning(floating + ", stiffening = false"), "start", None))
+    wanted = first * np.sqrt(abs(1.0 - ratio**2)) * (1j if ratio < 1.0 else 1.0)
+    assert plain[0] == pytest.approx(wanted, rel=1e-3)
 
 
 def derivative(f, x, h=1e-4):
