@@ -31,6 +31,7 @@ from mbdsl.saddle import Array, Matrix, Saddle, dense, largest, null_space, row_
 from mbdsl.scene import Scene
 from mbdsl.simulation import as_scene
 from mbdsl.system import System, build
+from mbdsl.system.bodies import LARGEST_BEND
 from mbdsl.system.initial import initial_position, redundant_rows
 from mbdsl.system.system import DENSE_LIMIT
 from mbdsl.trajectory import Trajectory
@@ -244,6 +245,15 @@ def settle(system: System, t: float, q: Array) -> Equilibrium:
     q, lam, left_out = search.q, search.lam, redundant_rows(system, t, search.q, np.zeros(system.n))
     if left_out:
         lam = _without(system, t, q, lam, left_out)
+    for name, body in system.tables.models.items():
+        d = system.tables.coordinates[name]
+        (angle,) = body.bend(q[None, d : d + body.n])
+        if angle > LARGEST_BEND:
+            raise EquilibriumError(
+                f"{name} bends by {angle:.2g} rad: in a floating frame deformation is taken as small",
+                system.scene.components[name].span,
+                hint='formulation = "ancf" takes deformation as large',
+            )
     names = [system.constraint_names()[k] for k in left_out]
     if names:
         notes.append(

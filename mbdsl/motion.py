@@ -22,7 +22,7 @@ from mbdsl.lang.expressions import coordinate
 from mbdsl.reduction import Note, Part, Reduction, reduce
 from mbdsl.scene import Scene
 from mbdsl.system import System, build
-from mbdsl.system.bodies import LARGEST_BEND
+from mbdsl.system.bodies import LARGEST_BEND, Rigid
 from mbdsl.system.initial import InitialState, Moved, determined, initial_state
 from mbdsl.system.signals import values
 
@@ -116,6 +116,12 @@ class Motion:
         names = self.system.constraint_names()
         row = {name: k for k, name in enumerate(names)} if any(p.initial.redundant for p in self.parts) else {}
         self.left_out = tuple(row[name] for p in self.parts for name in p.redundant)
+        self._flexible = [
+            (p, p.system.tables.coordinates[name], body)
+            for p in self.parts
+            for name, body in p.system.tables.models.items()
+            if not isinstance(body, Rigid)
+        ]
         self.known = np.zeros(len(names), bool)
         self._rows = []
         for p in self.parts:
@@ -214,6 +220,13 @@ class Motion:
             self._taken = min(self._taken + steps, self._steps)
             status = driver.DONE if self._taken == self._steps else driver.RUNNING
         return status
+
+    def bent(self) -> bool:
+        """Whether a body deforms by more than its theory takes for small, as it is now."""
+        return any(
+            body.bend(p.integration.Y[None, layout.Q0, d : d + body.n])[0] > LARGEST_BEND
+            for p, d, body in self._flexible
+        )
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
         for p in self.parts:

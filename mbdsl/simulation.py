@@ -151,7 +151,7 @@ def simulate(
     if status not in (driver.DONE, driver.RUNNING):
         raise failure(motion, trajectory, status)
     _check_left_out(motion, trajectory, states)
-    _check_bending(trajectory)
+    check_bending(trajectory)
     return trajectory
 
 
@@ -246,7 +246,7 @@ def _integrate(motion: Motion, progress) -> int:
                 before = perf_counter()
                 status = motion.advance(slice_)
                 now = perf_counter()
-                if status != driver.RUNNING:
+                if status != driver.RUNNING or motion.bent():
                     return status
                 if progress is not None:
                     iterations = motion.count(driver.ITERATIONS)
@@ -322,7 +322,7 @@ def bending(trajectory: Trajectory) -> tuple[float, str, float] | None:
     return first
 
 
-def _check_bending(trajectory: Trajectory) -> None:
+def check_bending(trajectory: Trajectory) -> None:
     """What bends further than its theory allows is no result."""
     found = bending(trajectory)
     if found is None:

@@ -23,7 +23,7 @@ from mbdsl.integrators import driver, methods
 from mbdsl.integrators.run import check_options
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Scene
-from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, as_scene, failure
+from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, as_scene, check_bending, failure
 from mbdsl.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -173,6 +173,8 @@ class Simulation:
                 trajectory.stats["status"] = "failed"
                 raise failure(self._motion, trajectory, status)
             self._keep()
+            if self._motion.bent():
+                check_bending(self.trajectory() if self._record else self._now())
         return self.time
 
     def trajectory(self) -> Trajectory:

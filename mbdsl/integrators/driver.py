@@ -6,7 +6,7 @@ A method gives the formulas, and all else is here, so that a comparison of metho
     residual(h, c, Y, F, I)            R (and R2), from what evaluate left in FP and GD
     matrix(tangent, ..., A, P)         the iteration matrices, factorised; False where that failed
     correct(k, h, c, Y, I, A, P)       the corrections solved for and applied; how far positions moved
-    finish(inertia, h, c, ..., A, P)        what the method keeps of the step, in the rows that are its own
+    finish(inertia, h, c, Y, F, I, A, P)       what the method keeps of the step, in the rows that are its own
 
 Compiled once a method; allocates nothing.
 """

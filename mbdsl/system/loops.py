@@ -276,7 +276,7 @@ def coupling_matrix(cM, F, I, A):
 
 @rare
 def begin_matrix(cM, F, I, A):
-    """A = cM M for a constant diagonal M."""
+    """A = cM times the constant part of M's diagonal."""
     for i in range(I[SIZE]):
         A[i] = 0.0
     for i in range(I[N_Q]):
