@@ -118,8 +118,10 @@ class Step:
         """d(residuals)/d(unknowns) by five-point differences."""
         x = self.unknowns()
         J = np.zeros((x.size, x.size))
-        d = 1e-2 / self.h  # a change of the unknowns moves q by h^2 of it, v by h
         for k in range(x.size):
+            # a change of the unknowns moves q by h^2 of it, v by h; but q' - v, which nstiff-si2 has, moves q by h
+            of_velocity = k >= self.N and self.method.METHOD.name == "nstiff-si2"
+            d = (3e-5 if of_velocity else 1e-2) / self.h
             kept, f = x.flat[k], []
             for s in (1, -1, 2, -2):
                 x.flat[k] = kept + s * d
