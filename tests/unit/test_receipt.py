@@ -19,7 +19,7 @@ FACTS = {
         (6, 4, 0),
         (6, 4, 0),
     ),
-    "crank_ivp": ("joints, moving frames, flexibility, mass matrix", (13, 8, 0), (10, 5, 0)),
+    "crank_ivp": ("joints, moving frames, flexibility, mass matrix", (12, 8, 0), (9, 5, 0)),
     "driven_crank": ("joints, moving frames, gravity", (8, 8, 0), (5, 5, 0)),
     "flexible_pendulum": ("joints, gravity, flexibility, mass matrix", (68, 2, 0), (68, 2, 0)),
     "flexible_slider_crank": ("joints, gravity, flexibility, mass matrix", (10, 5, 0), (10, 5, 0)),
