@@ -67,6 +67,15 @@ def test_history(variant, exact, space):
     assert parts(fine - exact, exact)[1] > THEORY / 10
 
 
+def test_absolute_nodal_coordinates(variant, exact):
+    """No theory of small deformation: elements alone err, with an order of nearly 4. And both formulations agree."""
+    coarse, fine = (tip(variant(f'formulation = "ancf", elements = {n},'), "hht-si2", 1e-3) for n in (4, 8))
+    errors = [parts(found - exact, exact) for found in (coarse, fine)]
+    assert (errors[1] < errors[0] / 8).all()
+    assert errors[1].max() < THEORY / 20
+    assert parts(tip(variant(), "hht-si2", 1e-3) - fine, exact).max() < THEORY
+
+
 @pytest.mark.parametrize("method", ["nstiff", "nstiff-si2", "hht-i3"])
 def test_methods_agree(variant, exact, method):
     """With 1 ms, where the period of bending is 1 s and more; 16 of 20 s are quasi-static.
