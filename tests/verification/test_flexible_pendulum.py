@@ -24,7 +24,7 @@ def distance(model, reference):
 
 
 def test_tip(distance):
-    """More elements and shorter steps come closer: 16 elements still see no short waves, 64 are as good as trust goes."""
+    """More elements and shorter steps come closer: 16 elements see no short waves, 64 are as good as trust goes."""
     coarse, middle, fine = distance(16, 1e-4), distance(32, 1e-4), distance(64, 5e-5)
     assert fine < TRUSTED
     assert fine < middle < coarse / 8
