@@ -169,6 +169,34 @@ def test_what_has_no_mass_adds_no_mode(mass):
 # -- large -------------------------------------------------------------------------------------------------------------
 
 
+def omegas(K, M):
+    """Frequencies [rad/s], from the lowest, of K x = omega^2 M x."""
+    L = np.linalg.inv(np.linalg.cholesky(M))
+    return np.sqrt(np.maximum(np.linalg.eigvalsh(L @ K @ L.T), 0.0))
+
+
+def across(N, m, l):
+    """Places of the links' middles across the chain (N, N) and its mass matrix for small angles, without y of the
+    first end: rods with inertia m l^2/12."""
+    B = l * (np.tri(N, k=-1) + np.eye(N) / 2)
+    return B, m * B.T @ B + m * l**2 / 12 * np.eye(N)
+
+
+def hanging(N, m, l):
+    """A chain's small oscillations: every link carries the weight of those below it and half of its own."""
+    _, M = across(N, m, l)
+    return omegas(np.diag(m * G * l * (N - np.arange(N) - 0.5)), M)
+
+
+def afloat(N, m, l, k):
+    """The same without weight, nothing held, with springs k between neighbours: y of the first end comes first."""
+    B, _ = across(N, m, l)
+    B = np.column_stack([np.ones(N), B])
+    turn = np.column_stack([np.zeros(N), np.eye(N)])
+    bend = np.diff(turn, axis=0)
+    return omegas(k * bend.T @ bend, m * B.T @ B + m * l**2 / 12 * turn.T @ turn)
+
+
 @pytest.mark.parametrize("damper", ["", " RotationalSpringDamper d[{i}](J[{i}], c = 0.02 N.m.s/rad);"])
 def test_sparse_is_dense(damper):
     """A chain of 100 links, 500 unknowns: by Arnoldi's method and by all eigenvalues."""
@@ -180,8 +208,8 @@ def test_sparse_is_dense(damper):
     for one, other in zip(few, every, strict=False):
         assert np.abs(one.shape) == pytest.approx(np.abs(other.shape), abs=1e-8)
         assert list(one.bodies)[:3] == list(other.bodies)[:3]
-    # of a hanging rope: omega = j_0k/2 sqrt(g/L), up to 1/N
-    assert abs(values(few)[:2]) == pytest.approx(np.array([2.4048, 5.5201]) / 2 * np.sqrt(G / 10), rel=1e-2)
+    if not damper:
+        assert values(few).imag == pytest.approx(hanging(100, 1.0, 0.1)[:6], rel=1e-8)
 
 
 def test_sparse_free_motion():
@@ -190,9 +218,7 @@ def test_sparse_free_motion():
     text = text.replace("Revolute J[1](ground, link[1].a)", "FreeMotion J[1](ground, link[1].a)")
     found = modes(text.replace("ground;", "ground(g = 0);", 1), count=5)
     assert values(found)[:3] == pytest.approx([0.0, 0.0, 0.0])
-    # a free-free beam of EI = k l: beta L = 4.730, 7.853
-    wanted = np.array([4.730, 7.853]) ** 2 * np.sqrt(5.0 * 0.1 / 10.0) / 10.0**2
-    assert [mode.omega for mode in found][3:] == pytest.approx(wanted, rel=3e-2)
+    assert [mode.omega for mode in found][3:] == pytest.approx(afloat(100, 1.0, 0.1, 5.0)[2:4], rel=1e-8)
 
 
 # -- moving ------------------------------------------------------------------------------------------------------------
@@ -266,7 +292,15 @@ def test_a_beam_that_turns_slowly(kind):
         assert np.count_nonzero(values(found).imag > 1.0) == elastic
         assert np.abs(values(found).real).max() <= 1e-9 * np.abs(values(found)).max()
     assert values(slow)[-elastic:] == pytest.approx(values(rest)[-elastic:], rel=1e-5, abs=1e-3)
-    assert values(fast)[-elastic:] == pytest.approx(values(rest)[-elastic:], rel=1e-2, abs=1e-3)
+    # Tension is in the floating frame's kinetic energy; a cable has none before it is stretched, and softens by w^2.
+    # Elements can stretch, too, and are about to: their start is not steady, and says nothing of tension.
+    beta, x, step = 3.9266023120479185, (np.arange(4000) + 0.5) / 4000, 1 / 4000
+    shape = np.sin(beta * x) / np.sin(beta) + np.sinh(beta * x) / np.sinh(beta)
+    slope = beta * (np.cos(beta * x) / np.sin(beta) + np.cosh(beta * x) / np.sinh(beta))
+    tension = (0.5 * (1 - x**2) * slope**2).sum() * step / ((shape**2).sum() * step)
+    shift = values(fast)[-elastic:].imag.min() ** 2 - values(rest)[-elastic:].imag.min() ** 2
+    if kind != "nodes":
+        assert shift == pytest.approx(25.0 * ((tension if kind == "floating" else 0.0) - 1.0), rel=1e-3)
     if kind == "floating":
         assert values(rest) == pytest.approx([0.0, 218.05j, 706.93j, 1481.48j, 4057.62j], rel=1e-5)
 
@@ -322,7 +356,8 @@ def test_a_cantilever_on_a_hub(ratio):
     along = np.stack([np.linspace(0.0, 1.0, 9), np.ones(9)], axis=1).ravel()[1:]
     for _ in range(3):
         along -= np.linalg.solve(derivative(unsteady, along), unsteady(along))
-    assert along[-2] - 1.0 == pytest.approx(w**2 / (3.0 * 200e9 * 1e-4), rel=1e-2)
+    k = np.sqrt(w**2 / (200e9 * 1e-4))
+    assert along[-2] - 1.0 == pytest.approx(np.tan(k) / k - 1.0, rel=1e-6)
     q, v, a, lam = state(along)
     other, _, total = _solve(system, 0.0, q, v, a, lam, True, None)
     assert total == 33
