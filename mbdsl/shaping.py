@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbdsl.equilibrium import Search
 from mbdsl.lang.expressions import is_velocity_level
+from mbdsl.overdamped import Search
 from mbdsl.saddle import Array, dense, null_space, row_size
 from mbdsl.system import System
 from mbdsl.system.bodies import Rigid

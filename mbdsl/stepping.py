@@ -19,11 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
+from mbdsl.failures import check_bending, failure
 from mbdsl.integrators import driver, methods
 from mbdsl.integrators.run import check_options
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Scene
-from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, as_scene, check_bending, failure
+from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, as_scene
 from mbdsl.trajectory import Trajectory
 
 if TYPE_CHECKING:

@@ -18,24 +18,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Basis = Literal["eigenmodes", "craig-bampton"]
-Reference = Literal["pinned-pinned", "clamped-free", "mean-axis"]
-
-GAUSS = 4  #: points in an element; exact to degree 7, and v v and x^2 v' v' are of degree 6
-DUST = 1e-14  #: integrals of modes below this part of the largest they could be are zero
-#: reference conditions -> coordinates held, of the axial and of the bending problem; negative ones from the far end
-HELD: dict[Reference, tuple[tuple[int, ...], tuple[int, ...]]] = {
-    "pinned-pinned": ((0,), (0, -2)),
-    "clamped-free": ((0,), (0, 1)),
-    "mean-axis": ((), ()),
-}
-ENDS = ((0, -1), (0, 1, -2, -1))  #: the coordinates at both ends, which are the boundary of Craig and Bampton
+from mbdsl.beams.elements import Array, Reference, cubic, element, free, gauss, gram, quadratic, without_dust
+from mbdsl.beams.modes import Basis, modal_shapes, shifted
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,16 +69,16 @@ class Floating:
         if not -1e-12 * L <= x <= (1 + 1e-12) * L:
             raise ValueError(f"x = {x:g} m is not on the beam, which reaches from 0 to {L:g} m")
         at = np.array([x])
-        v, slope, _ = _cubic(at, L, n)
-        U = np.concatenate([_quadratic(at, L, n)[0] @ self.axial, v @ self.bending, slope @ self.bending])
+        v, slope, _ = cubic(at, L, n)
+        U = np.concatenate([quadratic(at, L, n)[0] @ self.axial, v @ self.bending, slope @ self.bending])
         if not self.stiffening:
             return U, np.zeros((self.k, self.k))
-        start = np.arange(_element(at, L, n)[0][0] + 1) * (L / n)
+        start = np.arange(element(at, L, n)[0][0] + 1) * (L / n)
         points, weights = np.polynomial.legendre.leggauss(3)
         length = np.diff(start, append=max(x, start[-1]))[:, None]
         y = (start[:, None] + length * (1 + points) / 2).ravel()
         root = np.sqrt((length * weights / 2).ravel())[:, None]
-        slopes = root * (_cubic(y, L, n)[1] @ self.bending)
+        slopes = root * (cubic(y, L, n)[1] @ self.bending)
         return U, slopes.T @ slopes
 
     def frequencies(self) -> Array:
@@ -103,7 +91,7 @@ class Floating:
             part = np.flatnonzero(shapes.any(axis=0))
             M, K = (A[np.ix_(part, part)] for A in (self.M_ff, self.K))
             shift = (np.diag(K) / np.diag(M)).max() / per_element  # halfway between the lowest and the highest
-            squares.append(1 / _shifted(K, M, shift)[1] - shift)
+            squares.append(1 / shifted(K, M, shift)[1] - shift)
         return np.sqrt(np.sort(np.concatenate(squares)))
 
 
@@ -163,33 +151,33 @@ def discretise(
     _check_basis(elements, modes, axial, basis, reference, zeta)
     n = elements
     if modes is None:
-        A, B, names = _free(n, reference)
+        A, B, names = free(n, reference)
     else:
-        A, B = _modal_shapes(L, rhoA, EA, EI, J, n, modes, axial, basis, reference)
+        A, B = modal_shapes(L, rhoA, EA, EI, J, n, modes, axial, basis, reference)
         names = tuple(f"q{i + 1}" for i in range(modes))
 
-    x, w = _gauss(L, n)
+    x, w = gauss(L, n)
     arm = x - L / 2
-    S_u, stretch = (f @ A for f in _quadratic(x, L, n))
-    S_v, slope, curvature = (f @ B for f in _cubic(x, L, n))
+    S_u, stretch = (f @ A for f in quadratic(x, L, n))
+    S_v, slope, curvature = (f @ B for f in cubic(x, L, n))
     m, I0 = rhoA * L, rhoA * L**3 / 12 + J * L
-    H = rhoA * (_gram(S_u, w) + _gram(S_v, w))
-    M_ff = H + J * _gram(slope, w)
-    K = EA * _gram(stretch, w) + EI * _gram(curvature, w)
+    H = rhoA * (gram(S_u, w) + gram(S_v, w))
+    M_ff = H + J * gram(slope, w)
+    K = EA * gram(stretch, w) + EI * gram(curvature, w)
     S_bar = rhoA * np.array([w @ S_u, w @ S_v])
     h1 = rhoA * (w * arm) @ S_u
     g0 = rhoA * (w * arm) @ S_v + J * w @ slope
     G = rhoA * (S_u.T * w) @ S_v
     G = G - G.T
     # order of integration exchanged: what lies beyond xi moves by v'(xi)^2
-    N_bar = rhoA * stiffening * _gram(slope, w * (L - x))
-    N_hat = rhoA * stiffening * _gram(slope, w * x * (L - x) / 2)
+    N_bar = rhoA * stiffening * gram(slope, w * (L - x))
+    N_hat = rhoA * stiffening * gram(slope, w * x * (L - x) / 2)
     if modes is not None:  # by Cauchy and Schwarz, a mode of mass one has at most these
         M_ff, K = np.eye(modes), np.diag(np.diag(K))
-        H = _without_dust(H, 1.0) if J else M_ff.copy()
-        S_bar, G = _without_dust(S_bar, m**0.5), _without_dust(G, 1.0)
-        h1, g0 = _without_dust(h1, I0**0.5), _without_dust(g0, I0**0.5)
-        N_bar, N_hat = (_without_dust(N, np.abs(N).max()) for N in (N_bar, N_hat))
+        H = without_dust(H, 1.0) if J else M_ff.copy()
+        S_bar, G = without_dust(S_bar, m**0.5), without_dust(G, 1.0)
+        h1, g0 = without_dust(h1, I0**0.5), without_dust(g0, I0**0.5)
+        N_bar, N_hat = (without_dust(N, np.abs(N).max()) for N in (N_bar, N_hat))
     D = alpha * M_ff + beta * K + np.diag(2 * zeta * np.sqrt(np.diag(K)))
     arrays = dict(S_bar=S_bar, s0=np.zeros(2), h1=h1, g0=g0, H=H, M_ff=M_ff, G=G, N_bar=N_bar, N_hat=N_hat, K=K, D=D)
     arrays |= dict(axial=A, bending=B)
@@ -236,215 +224,3 @@ def _check_basis(n, modes, axial, basis, reference, zeta) -> None:
             raise ValueError(f"{what}: {count}, but there must be at least {least}{why}")
         if count > most:
             raise ValueError(f"{what}: {count}, but elements = {n} give {most} at most; take more elements")
-
-
-# --- finite elements
-
-
-def _element(x: Array, L: float, n: int) -> tuple[NDArray[np.intp], Array]:
-    """Elements that points lie in, and where in them, from 0 to 1; at nodes and mid nodes exactly so."""
-    y = x * (n / L)
-    half = np.round(2 * y) / 2
-    y = np.where(np.abs(y - half) < 1e-12 * n, half, y)
-    e = np.clip(y.astype(np.intp), 0, n - 1)
-    return e, y - e
-
-
-def _spread(parts: list[Array], e: NDArray[np.intp], size: int) -> Array:
-    """Table (points, size) of shapes that are ``parts`` in elements e, whose first coordinate is 2 e."""
-    table = np.zeros((len(e), size))
-    table[np.arange(len(e))[:, None], 2 * e[:, None] + np.arange(len(parts))] = np.array(parts).T
-    return table
-
-
-def _quadratic(x: Array, L: float, n: int) -> tuple[Array, Array]:
-    """s and s' at x of each axial coordinate: (points, 2 n + 1) each."""
-    e, r = _element(x, L, n)
-    s = [(1 - r) * (1 - 2 * r), 4 * r * (1 - r), r * (2 * r - 1)]
-    ds = [(4 * r - 3) * (n / L), (4 - 8 * r) * (n / L), (4 * r - 1) * (n / L)]
-    return _spread(s, e, 2 * n + 1), _spread(ds, e, 2 * n + 1)
-
-
-def _cubic(x: Array, L: float, n: int) -> tuple[Array, Array, Array]:
-    """v, v' and v'' at x of each coordinate of bending: (points, 2 n + 2) each."""
-    e, r = _element(x, L, n)
-    h, size = L / n, 2 * n + 2
-    v = [(1 - r) ** 2 * (1 + 2 * r), h * r * (1 - r) ** 2, r**2 * (3 - 2 * r), -h * r**2 * (1 - r)]
-    d = 6 * r * (1 - r)
-    dv = [-d / h, (1 - r) * (1 - 3 * r), d / h, r * (3 * r - 2)]
-    c = (6 - 12 * r) / h**2
-    ddv = [-c, (6 * r - 4) / h, c, (6 * r - 2) / h]
-    return _spread(v, e, size), _spread(dv, e, size), _spread(ddv, e, size)
-
-
-def _gauss(L: float, n: int) -> tuple[Array, Array]:
-    """Points and weights (4 n,) of the elements' quadrature."""
-    points, weights = np.polynomial.legendre.leggauss(GAUSS)
-    h = L / n
-    return (h * (np.arange(n)[:, None] + (1 + points) / 2)).ravel(), np.tile(h * weights / 2, n)
-
-
-def _gram(f: Array, w: Array | float = 1.0) -> Array:
-    """Sum of f^T f w over the points, w >= 0, symmetric to the last digit."""
-    f = np.sqrt(w)[..., None] * f
-    return f.T @ f
-
-
-def _without_dust(A: Array, size: float) -> Array:
-    return np.where(np.abs(A) < DUST * size, 0.0, A)
-
-
-def _free(n: int, reference: Reference) -> tuple[Array, Array, tuple[str, ...]]:
-    """Finite element coordinates that the reference conditions leave, as shapes, node by node along the beam."""
-    size = 4 * n + 3
-    bends = np.isin(np.arange(size) % 4, (1, 2))
-    axial, bending = np.flatnonzero(~bends), np.flatnonzero(bends)
-    held = [*axial[list(HELD[reference][0])], *bending[list(HELD[reference][1])]]
-    A, B = (np.delete(np.eye(size)[part], held, axis=1) for part in (axial, bending))
-    names = [name for i in range(n + 1) for name in (f"u{i}", f"v{i}", f"t{i}", f"u{i + 1}m")][:size]
-    return A, B, tuple(name for i, name in enumerate(names) if i not in held)
-
-
-# --- modes
-
-
-@dataclass(frozen=True)
-class _Family:
-    """Axial motion or bending, which do not know of each other."""
-
-    mass: Array  #: (points, c) whose square is the mass matrix
-    strain: Array  #: (points, c) whose square is the stiffness matrix
-    held: tuple[int, ...]  #: coordinates that the reference conditions hold
-    ends: tuple[int, ...]  #: coordinates at both ends
-    rigid: Array  #: (c, r) motions without strain that the reference conditions leave
-    static: Array  #: (c, ends) what a displacement of each end coordinate does to the others
-    units: Array  #: (c,) what coordinates are divided by to be alike
-    slow: float  #: about the lowest frequency's square
-    power: int  #: squares of frequencies grow as this power of their number
-
-
-def _families(L, rhoA, EA, EI, J, n, reference) -> tuple[_Family, _Family]:
-    x, w = _gauss(L, n)
-    w = np.sqrt(w)[:, None]
-    s, ds = _quadratic(x, L, n)
-    v, dv, ddv = _cubic(x, L, n)
-    turning = [(J**0.5 * w) * dv] if J else []
-    halves, nodes = np.linspace(0.0, L, 2 * n + 1), np.linspace(0.0, L, n + 1)
-    # a uniform beam with loads at its ends alone bends to cubic and stretches to linear fields: those of one element
-    cubic = np.stack(_cubic(nodes, L, 1)[:2], axis=1).reshape(2 * n + 2, 4)
-    linear = np.stack([1 - halves / L, halves / L], axis=1)
-    push = np.ones((2 * n + 1, 1))
-    move = np.array([np.ones(n + 1), np.zeros(n + 1)]).T.reshape(-1, 1)
-    turn = np.array([nodes - L / 2, np.ones(n + 1)]).T.reshape(-1, 1)
-    rigid = (push, np.hstack([move, turn])) if reference == "mean-axis" else (push[:, :0], move[:, :0])
-    return (
-        _Family(
-            mass=(rhoA**0.5 * w) * s,
-            strain=(EA**0.5 * w) * ds,
-            held=tuple(i % (2 * n + 1) for i in HELD[reference][0]),
-            ends=tuple(i % (2 * n + 1) for i in ENDS[0]),
-            rigid=rigid[0],
-            static=linear,
-            units=np.ones(2 * n + 1),
-            slow=EA / rhoA * (np.pi / L) ** 2,
-            power=2,
-        ),
-        _Family(
-            mass=np.vstack([(rhoA**0.5 * w) * v, *turning]),
-            strain=(EI**0.5 * w) * ddv,
-            held=tuple(i % (2 * n + 2) for i in HELD[reference][1]),
-            ends=tuple(i % (2 * n + 2) for i in ENDS[1]),
-            rigid=rigid[1],
-            static=cubic,
-            units=np.tile([1.0, L / n], n + 1),
-            slow=EI / rhoA * (np.pi / L) ** 4,
-            power=4,
-        ),
-    )
-
-
-def _modal_shapes(L, rhoA, EA, EI, J, n, modes, axial, basis, reference) -> tuple[Array, Array]:
-    """Modes as finite element coordinates of each: axial (2 n + 1, k) and bending (2 n + 2, k)."""
-    families = _families(L, rhoA, EA, EI, J, n, reference)
-    build = _boundary_modes if basis == "craig-bampton" else _eigenmodes
-    if axial is None:
-        counts = _lowest(families, modes, basis)
-    else:
-        counts = (axial, modes - axial)
-    (A, a), (B, b) = (build(f, count) for f, count in zip(families, counts, strict=True))
-    order = np.argsort(np.concatenate([b, a]), kind="stable") if axial is None else np.arange(modes)
-    A = np.hstack([np.zeros((2 * n + 1, len(b))), A])
-    B = np.hstack([B, np.zeros((2 * n + 2, len(a)))])
-    return A[:, order], B[:, order]
-
-
-def _lowest(families: tuple[_Family, _Family], modes: int, basis: Basis) -> tuple[int, int]:
-    """How many of the modes of lowest frequency are axial and of bending; those that the ends need count first."""
-    if basis == "craig-bampton":
-        of_ends, modes = (1, 2), modes - 3
-        squares = [_fixed_modes(f, min(modes, len(f.units) - len(f.ends)))[1] for f in families]
-    else:
-        of_ends = (0, 0)
-        most = [len(f.units) - len(f.held) - f.rigid.shape[1] for f in families]
-        squares = [_eigenmodes(f, min(modes, c))[1] for f, c in zip(families, most, strict=True)]
-    first = np.argsort(np.concatenate(squares), kind="stable")[:modes]
-    a = int((first < len(squares[0])).sum())
-    return of_ends[0] + a, of_ends[1] + modes - a
-
-
-def _eigenmodes(f: _Family, count: int) -> tuple[Array, Array]:
-    return _orthonormal(f, np.delete(np.eye(len(f.units)), f.held, axis=1), f.rigid, count)
-
-
-def _fixed_modes(f: _Family, count: int) -> tuple[Array, Array]:
-    """Eigenmodes with both ends held."""
-    return _orthonormal(f, np.delete(np.eye(len(f.units)), f.ends, axis=1), f.rigid[:, :0], count)
-
-
-def _boundary_modes(f: _Family, count: int) -> tuple[Array, Array]:
-    """Static modes of the ends and modes with the ends held, orthonormalised; rigid ones left out."""
-    static = f.static[:, [end not in f.held for end in f.ends]]
-    inner, _ = _fixed_modes(f, count + f.rigid.shape[1] - static.shape[1])
-    return _orthonormal(f, np.hstack([static, inner]), f.rigid, count)
-
-
-def _shifted(K: Array, M: Array, shift: float) -> tuple[Array, Array]:
-    """X with X^T (K + shift M) X = 1 and mu, descending, with M X = (K + shift M) X mu: lowest frequencies first.
-
-    With a shift halfway between the lowest and the highest frequency wanted (as logarithms) both have alike digits.
-    """
-    C = np.linalg.cholesky(K + shift * M)
-    mu, X = np.linalg.eigh(np.linalg.solve(C, np.linalg.solve(C, M).T))
-    return np.linalg.solve(C.T, X[:, ::-1]), mu[::-1]
-
-
-def _orthonormal(f: _Family, T: Array, rigid: Array, count: int) -> tuple[Array, Array]:
-    """Modes (c, count) of lowest frequency in the span of T (c, t), of mass one, and the squares of their frequencies.
-
-    They are orthogonal to the motions ``rigid`` (c, r), which T spans too. Of each mode, what first comes to a tenth of
-    its largest coordinate is positive.
-    """
-    if not count:
-        return np.zeros((len(T), 0)), np.zeros(0)
-    M, K = _gram(f.mass @ T), _gram(f.strain @ T)
-    X, _ = _shifted(K, M, f.slow * count ** (f.power / 2))
-    X = T @ X[:, rigid.shape[1] :][:, :count]
-    X = _unit_mass(f, X, rigid)
-    # one step of Jacobi's: the factors of the stiffness know more digits of what couples the modes than the eigenvalue
-    # problem did (1e-8 of their frequencies with 128 modes, 1e-13 after it)
-    S = _gram(f.strain @ X)
-    d = np.diag(S)
-    gap = d - d[:, None]
-    X = X + X @ np.divide(S, gap, out=np.zeros_like(S), where=np.abs(gap) > 1e-8 * d)
-    X = _unit_mass(f, X, rigid)
-    alike = X / f.units[:, None]
-    first = (np.abs(alike) > 0.1 * np.abs(alike).max(axis=0)).argmax(axis=0)
-    X = X * np.sign(alike[first, np.arange(count)])
-    return X, ((f.strain @ X) ** 2).sum(axis=0)
-
-
-def _unit_mass(f: _Family, X: Array, rigid: Array) -> Array:
-    """Columns of X made orthonormal to each other, and orthogonal to the rigid ones; the first ones change least."""
-    X = np.hstack([rigid, X])
-    _, R = np.linalg.qr(f.mass @ X)
-    return np.linalg.solve(R.T, X.T).T[:, rigid.shape[1] :]

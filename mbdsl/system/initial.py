@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.graph import MechanismGraph
-from mbdsl.lang.expressions import RATE, coordinate, is_velocity_level
+from mbdsl.lang.expressions import is_velocity_level
 from mbdsl.scene import InitialValue
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.metric import Metric, scaled
 from mbdsl.system.placing import place
 from mbdsl.system.shapes import AsIs, Undeformed
 from mbdsl.system.signals import Matrix, gradients, values
@@ -29,7 +30,7 @@ from mbdsl.system.system import System
 Array = NDArray[np.float64]
 Shape = AsIs | Undeformed
 
-GUESSED, UNSAID = 1.0, 1e-4  #: weights of a coordinate with a guess, and of one without
+GUESSED = 1.0  #: weight of a coordinate with a guess
 LONGEST = 0.5  #: largest change of an angle in one iteration [rad]
 
 
@@ -53,44 +54,6 @@ class InitialState:
     lam: Array
     moved: tuple[Moved, ...] = ()
     redundant: tuple[int, ...] = ()  #: constraint rows that depend on the others, not only in this pose
-
-
-class Metric:
-    """How far a state is from a guess, or from rest, where nothing was said: the sum over coordinates of all bodies.
-
-    A body that others are welded to counts for each of them by itself: ``members`` are the frames at their centres of
-    mass, by the name of the body that they have become.
-    """
-
-    def __init__(self, system: System, members: Mapping[str, Sequence[str]]) -> None:
-        self.weight = np.full(system.n, UNSAID)  #: of coordinates that are measured in ``scale``
-        size, self.positions, self.velocities = 1.0 / system.tables.size, [], []
-        for body, frames in members.items():
-            first = system.tables.coordinates[body]
-            self.weight[first : first + 3] = 0.0
-            for frame in frames:
-                self.positions += [coordinate(frame, key) for key in RATE]
-                self.velocities += [coordinate(frame, key) for key in RATE.values()]
-        self.row_weight = UNSAID * np.tile([size, size, 1.0], len(self.positions) // 3)[:, None]
-        self.system = system
-
-    def positions_at(self, t: float, q: Array) -> tuple[Array, Matrix]:
-        """Weighted coordinates of members, and their gradient with respect to q."""
-        value, d_q, _ = gradients(self.system, self.positions, t, q, np.zeros(self.system.n))
-        return self.row_weight[:, 0] * value, _scaled(d_q, self.row_weight, np.ones(self.system.n))
-
-    def velocities_at(self, t: float, q: Array, v: Array) -> tuple[Array, Matrix]:
-        """Weighted velocities of members, and their gradient with respect to v."""
-        value, _, d_v = gradients(self.system, self.velocities, t, q, v)
-        return self.row_weight[:, 0] * value, _scaled(d_v, self.row_weight, np.ones(self.system.n))
-
-
-def _scaled(J: Matrix, rows: Array, columns: Array) -> Matrix:
-    if isinstance(J, np.ndarray):
-        return rows * J / columns
-    from scipy.sparse import diags_array
-
-    return diags_array(rows[:, 0]) @ J @ diags_array(1.0 / columns)
 
 
 def initial_state(
@@ -209,7 +172,7 @@ def _positions(system: System, t: float, shape: Shape, given: list[InitialValue]
             plain = k >= 80 or violation < 1e-6
             solve = _constrained if plain else _damped
             value, d_q = metric.positions_at(t, q)
-            d_y = _scaled(shape.reduce(y, d_q), np.ones((len(value), 1)), scale)
+            d_y = scaled(shape.reduce(y, d_q), np.ones((len(value), 1)), scale)
             S, r_s = _stacked(S, d_y), np.concatenate([r_s, value - members])
             step = solve(weight, weight * (y - guess) * scale, S, r_s, J, r_c) / scale
             if not np.isfinite(step).all():

@@ -1,0 +1,187 @@
+"""Coordinates of small motions: bases of what constraints leave free, at rest and along a motion.
+
+See :mod:`mbdsl.eigenmodes` for Z, T and S and what is made of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.elements.kind import JointKind
+from mbdsl.errors import UsageError
+from mbdsl.lang.expressions import Expr, coordinate, is_velocity_level, leaves
+from mbdsl.saddle import RANK, Array, dense, null_space, row_size, scaled
+from mbdsl.system import System
+from mbdsl.system.bodies import POSITIONS, Pose, Rigid
+from mbdsl.system.signals import gradients
+
+Complex = NDArray[np.complex128]
+CENTRE: Pose = (0.0, 0.0, 0.0)  #: of a beam: its frame c
+
+
+def of_positions(expression: Expr) -> bool:
+    found = leaves(expression)
+    return all(x.op in ("coordinate", "time") for x in found) and not is_velocity_level(expression)
+
+
+class Still:
+    """Bases at rest: Z spans what all constraints leave, whether on positions or velocities, and does not change."""
+
+    def __init__(self, system: System, J: Array) -> None:
+        scale = system.tables.scale
+        J = scaled(J, np.ones(len(J)), 1.0 / scale)
+        self.Z = null_space(J / row_size(J)[:, None]) / scale[:, None]
+        r = self.Z.shape[1]
+        self.Z1 = self.Z2 = np.zeros_like(self.Z)
+        self.T, self.S = np.eye(r), np.zeros((r, r))
+        self.T1, self.S1 = np.zeros((r, r)), np.zeros((r, r))
+        self.rate = 0.0
+
+
+class Moving:
+    """Bases along the motion q(t + s) = q + s v + s^2 a/2, with their derivatives."""
+
+    #: weights of differences at s = -3e ... 3e of first and second derivatives, both to order e^6
+    FIRST = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / 60.0
+    SECOND = np.array([2.0, -27.0, 270.0, -490.0, 270.0, -27.0, 2.0]) / 180.0
+
+    def __init__(self, system: System, t: float, q: Array, v: Array, a: Array) -> None:
+        self.system, self.scale = system, system.tables.scale
+        self.path = lambda s: (t + s, q + s * v + s * s / 2.0 * a, v + s * a)
+        self.bends = [name for name, body in system.tables.models.items() if not isinstance(body, Rigid)]
+        self.targets, self.turned = self._coordinates(t, q, v)
+        speed = float(np.abs(v * self.scale).max(initial=0.0))
+        #: how fast bases change [1/s]
+        self.rate = max(speed, float(np.sqrt(np.abs(a * self.scale).max(initial=0.0))), 1e-6)
+        self.e = e = 1e-2 / self.rate
+        self.H: Array | None = None
+        Z, T, S = zip(*(self._at(k * e) for k in (0, -3, -2, -1, 1, 2, 3)), strict=True)
+
+        def derivative(x: Sequence[Array], weights: Array, order: int) -> Array:
+            line = [*x[1:4], x[0], *x[4:]]
+            return np.asarray(sum(w * (y - x[0]) for w, y in zip(weights, line, strict=True)) / e**order)
+
+        self.Z, self.T, self.S = Z[0], T[0], S[0]
+        self.Z1, self.Z2 = derivative(Z, self.FIRST, 1), derivative(Z, self.SECOND, 2)
+        self.T1, self.S1 = derivative(T, self.FIRST, 1), derivative(S, self.FIRST, 1)
+
+    def _coordinates(self, t: float, q: Array, v: Array) -> tuple[list[Expr], list[int]]:
+        """Targets whose variations are independent and determine all others: signals, and rows of :meth:`_of_beams`.
+
+        Signals of joints first, then what beams do in their own axes, then coordinates of bodies.
+        """
+        scene, system = self.system.scene, self.system
+        J = dense(system.Phi_q(t, q)) / self.scale
+        free = null_space(J / row_size(J)[:, None])
+        joints = [c for c in scene.components.values() if isinstance(c.kind, JointKind)]
+        # places in fixed axes are not seen by those who turn with a beam: its own axes take their part
+        own = [
+            e
+            for c in joints
+            for key, e in c.signals.items()
+            if e is not None and of_positions(e)
+            if not (c.kind.name == "FreeMotion" and key.rsplit(".", 1)[-1] in ("x", "y") and self._of_a_beam(e))
+        ]
+        bodies = [coordinate(f"{b.name}.c", key) for b in scene.bodies() for key in b.kind.coordinates]
+        bodies = [e for e in bodies if not self._of_a_beam(e)]
+        chosen: list[Expr] = []
+        turned: list[int] = []
+        for candidates in (own, bodies):
+            if candidates and free.shape[1]:
+                rows = dense(gradients(system, candidates, t, q, v)[1]) / self.scale
+                which, free = self._independent(rows / row_size(rows)[:, None], free)
+                chosen += [candidates[k] for k in which]
+            if candidates is own and self.bends and free.shape[1]:
+                elastic, pose = self._of_beams(q, v)
+                for rows, first in ((elastic, 0), (pose, len(elastic))):
+                    which, free = self._independent(rows, free)
+                    turned += [first + k for k in which]
+        if free.shape[1]:
+            raise UsageError(
+                f"what moves has {free.shape[1]} more freedoms than joints and bodies have coordinates to tell of",
+                hint="another state",
+            )
+        return chosen, turned
+
+    @staticmethod
+    def _independent(rows: Array, free: Array) -> tuple[list[int], Array]:
+        """Rows (m, n), of size one, that tell directions ``free`` (n, k) apart, and the directions that they leave."""
+        found: list[int] = []
+        while free.shape[1] and len(rows):  # the most independent one first
+            size = np.linalg.norm(rows @ free, axis=1)
+            k = int(np.argmax(np.round(size, 9)))
+            if size[k] < 1e-3:
+                break
+            found.append(k)
+            free = free @ null_space((rows[k] @ free)[None])
+        return found, free
+
+    def _of_a_beam(self, expression: Expr) -> bool:
+        frames = self.system.scene.frames
+        names = (x.value[0] for x in leaves(expression) if x.op == "coordinate")  # type: ignore[index]
+        return any(frames[name].body in self.bends for name in names)
+
+    def _of_beams(self, q: Array, v: Array) -> tuple[Array, Array]:
+        """Gradients, by scaled coordinates, of what beams do in axes that turn with their frames c: elastic coordinates
+        or where nodes and slopes are (m, n), and of the places and angles of these frames (k, n)."""
+        system, scale = self.system, self.scale
+        elastic, pose = [np.zeros((0, system.n))], [np.zeros((0, system.n))]
+        for name in self.bends:
+            body, d = system.tables.models[name], system.tables.coordinates[name]
+            own = slice(d, d + body.n)
+            B = body.gradient(CENTRE, q[own], v[own])[0]
+            phi = float(body.frame(CENTRE, "phi", q[own][None], v[own][None])[0])
+            A = np.array([[np.cos(phi), np.sin(phi)], [-np.sin(phi), np.cos(phi)]])
+            rigid = body.rigid(q[own])
+            if not rigid[3:].any():  # q holds where its floating frame is, and what it does in that frame
+                rows = np.eye(body.n)[3:] * scale[own]
+            else:  # q holds pairs in fixed axes, which change by what the body does but for moving as c does
+                x, y = (float(body.frame(CENTRE, key, q[own][None], v[own][None])[0]) for key in POSITIONS[:2])
+                rigid = rigid @ np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])  # about c
+                rows = np.kron(np.eye(body.n // 2), A) @ (np.eye(body.n) - rigid @ B) * scale[own][:, None]
+            place = np.vstack([A @ B[:2] * scale[d], B[2:]])
+            for found, part in ((elastic, rows), (pose, place)):
+                whole = np.zeros((len(part), system.n))
+                whole[:, own] = part
+                found.append(whole / scale)
+        return np.vstack(elastic), np.vstack(pose)
+
+    def _gradient(self, t: float, q: Array, v: Array) -> Array:
+        """The targets' gradient (r, n), by scaled coordinates."""
+        G = dense(gradients(self.system, self.targets, t, q, v)[1]) / self.scale
+        return np.vstack([G, np.vstack(self._of_beams(q, v))[self.turned]]) if self.turned else G
+
+    def _at(self, s: float) -> tuple[Array, Array, Array]:
+        """Z (n, r), T (r, d) and S (r, r) at the time ``s`` from now."""
+        system, (t, q, v) = self.system, self.path(s)
+        J = dense(system.Phi_q(t, q)) / self.scale
+        size = row_size(J)
+        G = self._gradient(t, q, v)
+        r = len(G)
+        right = np.vstack([np.zeros((len(J), r)), np.eye(r)])
+        Z = np.linalg.lstsq(np.vstack([J / size[:, None], G]), right, rcond=RANK)[0] / self.scale[:, None]
+        if not system.p:
+            return Z, np.eye(r), np.zeros((r, r))
+        # S belongs to y' = T u + S y: of Gam_v (Z y' + Z' y) + Gam_q Z y = 0, with Z' from the rate of J Z = 0
+        rate = np.vstack([dense(system.Phi_v_q(t, q, v)) / self.scale / size[:, None], self._gradient_rate(s)])
+        solved = np.linalg.lstsq(np.vstack([J / size[:, None], G]), -rate @ (Z * self.scale[:, None]), rcond=RANK)[0]
+        Z1 = solved / self.scale[:, None]
+        B, C = dense(system.Gam_v(t, q, v)), dense(system.Gam_q(t, q, v))
+        C = B @ Z1 + C @ Z
+        B = B @ Z
+        size = row_size(B)
+        B, C = B / size[:, None], C / size[:, None]
+        if self.H is None:
+            self.H = null_space(B).T
+        whole = np.vstack([B, self.H])
+        T = np.linalg.lstsq(whole, np.vstack([np.zeros((len(B), len(self.H))), np.eye(len(self.H))]), rcond=RANK)[0]
+        S = np.linalg.lstsq(whole, np.vstack([-C, np.zeros((len(self.H), r))]), rcond=RANK)[0]
+        return Z, T, S
+
+    def _gradient_rate(self, s: float) -> Array:
+        """The rate of the targets' gradient (r, n), scaled."""
+        e = self.e
+        return sum(w * self._gradient(*self.path(s + k * e)) for w, k in zip(self.FIRST, range(-3, 4), strict=True)) / e  # type: ignore[return-value]

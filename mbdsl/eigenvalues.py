@@ -1,0 +1,171 @@
+"""Eigenvalues and shapes of linearised equations: small ones by all, large ones by a few at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.bases import Moving, Still
+from mbdsl.errors import UsageError
+from mbdsl.saddle import Array, Matrix, Saddle, largest, null_space, row_size, scaled
+from mbdsl.system import System
+from mbdsl.system.bodies import Pose
+
+Complex = NDArray[np.complex128]
+CENTRE: Pose = (0.0, 0.0, 0.0)  #: of a beam: its frame c
+
+
+def reduced(
+    system: System, M: Array, D: Array, K: Array, U: Array, J: Array, basis: Still | Moving
+) -> tuple[list[complex], list[Complex]]:
+    """All eigenvalues, of one of each pair where that is known, and vectors y (r,)."""
+    Z, Z1, Z2, T, T1, S, S1 = (getattr(basis, name) for name in ("Z", "Z1", "Z2", "T", "T1", "S", "S1"))
+    L = Z @ T
+    if not np.array_equal(U, J.T):  # forces that depend on multipliers act where constraints do not
+        U = (U / system.tables.scale[:, None]).T
+        L = null_space(U / row_size(U)[:, None]) / system.tables.scale[:, None]
+        if L.shape[1] != T.shape[1]:
+            raise UsageError(
+                "forces that depend on reactions take all from a constraint that is solved for", hint="another state"
+            )
+    if not T.shape[1]:
+        return [], []
+    DZ = 2.0 * M @ Z1 + D @ Z
+    Mr = L.T @ M @ Z @ T
+    Dr = L.T @ (M @ Z @ (T1 + S @ T) + DZ @ T)
+    Kr = L.T @ (M @ Z @ (S1 + S @ S) + DZ @ S + M @ Z2 + D @ Z1 + K @ Z)
+    # what differences along the motion leave of terms that cancel
+    size = 1e-9 * basis.rate * largest(np.abs(L).T @ np.abs(M) @ np.abs(Z))
+    Dr = np.where(np.abs(Dr) > size, Dr, 0.0)
+    Kr = np.where(np.abs(Kr) > size * basis.rate, Kr, 0.0)
+    if not Dr.any() and not S.any() and _symmetric(Mr) and _symmetric(Kr):
+        found = _undamped(Mr, Kr)
+        if found is not None:
+            return found
+    return _first_order(Mr, Dr, Kr, T, S)
+
+
+def _symmetric(A: Array) -> bool:
+    return A.shape[0] == A.shape[1] and largest(A - A.T) <= 1e-12 * largest(A)
+
+
+def _undamped(M: Array, K: Array) -> tuple[list[complex], list[Complex]] | None:
+    """Eigenvalues of M y'' + K y = 0, symmetric; None where something that moves has no mass."""
+    d = 1.0 / np.sqrt(np.where(np.diag(M) > 0.0, np.diag(M), 1.0))
+    M, K = d[:, None] * (M + M.T) / 2.0 * d, d[:, None] * (K + K.T) / 2.0 * d
+    try:
+        C = np.linalg.cholesky(M)
+    except np.linalg.LinAlgError:
+        return None
+    if np.diag(C).min() < 1e-6:
+        return None
+    _, x = np.linalg.eigh(np.linalg.solve(C, np.linalg.solve(C, K).T))
+    x = np.linalg.solve(C.T, x)
+    # as quotients, low frequencies do not feel the rounding of high ones
+    work, size = (x * (K @ x)).sum(axis=0), (np.abs(x) * (np.abs(K) @ np.abs(x))).sum(axis=0)
+    return _of_squares(np.where(np.abs(work) > 1e-13 * size, work, 0.0) / (x * (M @ x)).sum(axis=0), d[:, None] * x)
+
+
+def _of_squares(square: Array, y: Array, zero: float = 0.0) -> tuple[list[complex], list[Complex]]:
+    """Eigenvalues from squares of frequencies: two where those are negative."""
+    values: list[complex] = []
+    shapes: list[Complex] = []
+    for w2, x in zip(square, y.T, strict=True):
+        w = 0.0 if abs(w2) <= zero else float(np.sqrt(abs(w2)))
+        for s in [complex(w), complex(-w)] if w2 < 0.0 and w else [complex(0.0, w)]:
+            values.append(s)
+            shapes.append(x.astype(complex))
+    return values, shapes
+
+
+def _first_order(M: Array, D: Array, K: Array, T: Array, S: Array) -> tuple[list[complex], list[Complex]]:
+    """Eigenvalues of y' = T u + S y, M u' + D u + K y = 0. What has neither mass nor damping has none."""
+    r, d = T.shape
+    # a time in which masses and stiffnesses are of one size
+    tau = float(np.sqrt(largest(M) / (largest(K) or largest(D) ** 2 / (largest(M) or 1.0) or 1.0))) or 1.0
+    size = largest(M) or 1.0
+    A = np.block([[tau * S, T], [-(tau**2) * K / size, -tau * D / size]])
+    B = np.block([[np.eye(r), np.zeros((r, d))], [np.zeros((d, r)), M / size]])
+    if np.linalg.cond(M) < 1e12:
+        values, x = np.linalg.eig(np.linalg.solve(B, A))
+    else:
+        from scipy.linalg import eig
+
+        pairs, x = eig(A, B, homogeneous_eigvals=True)
+        alpha, beta = pairs
+        finite = np.abs(beta) > 1e-12 * np.abs(alpha)
+        values, x = alpha[finite] / beta[finite], x[:, finite]
+    order = np.argsort(np.abs(values), kind="stable")
+    values, x = values[order], x[:, order]
+    largest_ = float(np.abs(values).max(initial=0.0))
+    # zeros may be double, and come out of rounding as pairs of the square root of it: they are found as null vectors
+    null = null_space_of(A)
+    zeros = null.shape[1]
+    if zeros:
+        near = int((np.abs(values[: 2 * zeros]) <= 1e-7 * largest_).sum())
+        values, x = values[max(zeros, near) :], x[:, max(zeros, near) :]
+        values, x = np.concatenate([np.zeros(zeros), values]), np.hstack([null, x])
+    rounding = 64.0 * np.finfo(float).eps * largest_
+    oscillates = np.abs(values.imag) > rounding
+    values = np.where(oscillates & (np.abs(values.real) <= rounding), 1j * values.imag, values)
+    values = np.where(oscillates, values, values.real) / tau
+    return [complex(s) for s in values], list(x[:r].T.astype(complex))
+
+
+def null_space_of(A: Array) -> Array:
+    """Null space of a square matrix whose rows are of one size, to rounding (singular values of 1e-13)."""
+    _, s, Vt = np.linalg.svd(A)
+    return Vt[int((s > 1e-13 * s.max(initial=0.0)).sum()) :].T
+
+
+def normalised(system: System, x: Complex) -> Complex:
+    size = x * system.tables.scale
+    most = size[int(np.argmax(np.round(np.abs(size) / (np.abs(size).max(initial=0.0) or 1.0), 9)))] if len(x) else 1.0
+    return x / most if most else x
+
+
+def one_of_each(values: Sequence[complex], shapes: Sequence[Complex]) -> tuple[list[complex], list[Complex]]:
+    """From low to high, without the conjugates; of real ones, those that grow before those that decay."""
+    kept = [(s, x) for s, x in zip(values, shapes, strict=True) if s.imag >= 0.0]
+    kept.sort(key=lambda item: (round(abs(item[0]), 12), -item[0].real))
+    return [s for s, _ in kept], [x for _, x in kept]
+
+
+def lowest(
+    system: System, M: Matrix, D: Matrix, K: Matrix, U: Matrix, J: Matrix, count: int
+) -> tuple[list[complex], list[Complex], int | None]:
+    """The modes of the lowest frequencies at rest, by Arnoldi's method for the inverse within the constraints."""
+    from scipy.sparse.linalg import LinearOperator, eigs, eigsh
+
+    n, scale = system.n, system.tables.scale
+    stiff = largest(scaled(K, 1.0 / scale, 1.0 / scale))
+    fast = stiff / (largest(scaled(M, 1.0 / scale, 1.0 / scale)) or 1.0) or 1.0  #: square of the highest frequency
+    v0 = np.random.default_rng(0).normal(size=2 * n)
+    symmetric = all(largest(A - A.T) <= 1e-12 * largest(A) for A in (M, K)) and largest(U - J.T) == 0.0
+    if symmetric and largest(D) == 0.0:
+        sigma, k = -1e-9 * fast, min(count, n - 2)
+        inverse = Saddle(K - sigma * M, U, J, scale)
+        OP = LinearOperator((n, n), lambda b: inverse.solve(b)[0], dtype=float)
+        square, x = eigsh(K, k, M=M, sigma=sigma, OPinv=OP, v0=v0[:n])
+        real = np.abs(square) < 1e6 * fast  # what constraints forbid is infinitely stiff
+        values, shapes = _of_squares(square[real], x[:, real], 1e-7 * abs(sigma))
+    else:
+        shift, k = float(np.sqrt(1e-9 * fast)), min(2 * count + 2, 2 * n - 2)
+        inverse = Saddle(K + shift * D + shift**2 * M, U, J, scale)
+
+        def apply(x: Array) -> Array:
+            q, v = x[:n], x[n:]
+            found = inverse.solve(-(M @ v + D @ q + shift * (M @ q)))[0]
+            return np.concatenate([found, shift * found + q])
+
+        v0 = apply(np.concatenate([inverse.solve(v0[:n])[0], inverse.solve(v0[n:])[0]]))
+        nu, x = eigs(LinearOperator((2 * n, 2 * n), apply, dtype=float), k, v0=v0)
+        finite = np.abs(nu) > 1e-9 / np.sqrt(fast)
+        found = shift + 1.0 / nu[finite]
+        found = np.where(np.abs(found) <= 1e-5 * shift, 0.0, found)
+        found = np.where(np.abs(found.imag) <= 1e-9 * np.abs(found), found.real, found)
+        values, shapes = [complex(s) for s in found], list(x[:n, finite].T)
+    values, shapes = one_of_each(values, [normalised(system, s) for s in shapes])
+    return values[:count], shapes[:count], None

@@ -1,0 +1,169 @@
+"""What goes wrong in runs, told: when, in which equations, why, and what to try."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbdsl import layout
+from mbdsl.elements.kind import JointKind
+from mbdsl.errors import IntegrationError
+from mbdsl.integrators import driver
+from mbdsl.integrators.run import Integration
+from mbdsl.lang.expressions import Expr, diff, leaves
+from mbdsl.motion import Motion
+from mbdsl.scene import Component
+from mbdsl.system import System
+from mbdsl.system.bodies import LARGEST_BEND, Rigid
+from mbdsl.system.signals import values
+from mbdsl.trajectory import Trajectory
+
+
+def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None:
+    """A constraint left out as redundant must have stayed satisfied; else the motion is not that of the model."""
+    for part, (every_q, every_v) in zip(motion.parts, states, strict=True):
+        system, rows, violation = part.system, list(part.initial.redundant), []
+        if not rows:
+            continue
+        for t, q, v in zip(trajectory.t, every_q, every_v, strict=True):
+            violation.append(np.abs(np.concatenate([system.Phi(t, q), system.Gam(t, q, v)])[rows]))
+        found = np.array(violation)
+        bad = np.flatnonzero(found.max(axis=1) > 1e-6 * system.tables.size)
+        if len(bad):
+            name = system.constraint_names()[rows[int(found[bad[0]].argmax())]]
+            trajectory.stats["status"] = "failed"
+            since = trajectory.t[bad[0]]
+            trajectory.message = f"{name} was redundant at the start, but is violated from t = {since:g} s on"
+            span = system.scene.components[name.rsplit(".", 1)[0]].span
+            error = IntegrationError(
+                trajectory.message, span, hint="the mechanism locks there, or reaches a pose with fewer freedoms"
+            )
+            error.trajectory = trajectory
+            raise error
+
+
+def bending(trajectory: Trajectory) -> tuple[float, str, float] | None:
+    """When a body first deforms by more than its theory takes for small, which one, and by what angle [rad]."""
+    tables = trajectory.system.tables
+    first: tuple[float, str, float] | None = None
+    for name, body in tables.models.items():
+        d = tables.coordinates[name]
+        angles = body.bend(trajectory.q[:, d : d + body.n])
+        beyond = np.flatnonzero(angles > LARGEST_BEND)
+        if len(beyond) and (first is None or trajectory.t[beyond[0]] < first[0]):
+            first = float(trajectory.t[beyond[0]]), name, float(angles[beyond[0]])
+    return first
+
+
+def check_bending(trajectory: Trajectory) -> None:
+    """What bends further than its theory allows is no result."""
+    found = bending(trajectory)
+    if found is None:
+        return
+    trajectory.stats["status"] = "failed"
+    trajectory.message, hint = _too_bent(trajectory, *found)
+    error = IntegrationError(trajectory.message, trajectory.scene.components[found[1]].span, hint=hint)
+    error.trajectory = trajectory
+    raise error
+
+
+def _too_bent(trajectory: Trajectory, t: float, name: str, angle: float) -> tuple[str, str]:
+    values = trajectory.scene.components[name].values
+    hint = 'formulation = "ancf" takes deformation as large'
+    if not values["stiffening"]:
+        hint = f"with stiffening = true rotation stiffens it; {hint}"
+    return (
+        f"{name} bends by {angle:.2g} rad at t = {t:g} s: in a floating frame deformation is taken as small, "
+        f"and beyond {LARGEST_BEND:g} rad the results mean nothing",
+        hint,
+    )
+
+
+def _indefinite(integration: Integration) -> str | None:
+    """A body whose mass matrix has lost its definiteness at the last step or iterate."""
+    tables, Y = integration.system.tables, integration.Y
+    for name, body in tables.models.items():
+        d = tables.coordinates[name]
+        for row in (layout.Q0, layout.Q):
+            q = Y[row, d : d + body.n]
+            if not isinstance(body, Rigid) and np.isfinite(q).all() and not np.linalg.eigvalsh(body.M(q))[0] > 0.0:
+                return name
+    return None
+
+
+def _inextensible(system: System) -> str | None:
+    """A beam whose ends joints hold, and that shortens when it bends, but cannot stretch."""
+    for name in system.tables.models:
+        values = system.scene.components[name].values
+        if values.get("stiffening") and values["modes"] and values["formulation"] == "floating":
+            if values["axial"] == 0 or (values["axial"] is None and values["basis"] == "eigenmodes"):
+                ends = {f"{name}.a", f"{name}.b"}
+                joints = (c for c in system.scene.components.values() if isinstance(c.kind, JointKind))
+                if ends <= {frame for c in joints if c.kind.rows > 1 for frame in c.ports.values()}:
+                    return name
+    return None
+
+
+REASONS = {
+    driver.SINGULAR: "the iteration matrix is singular",
+    driver.DIVERGED: "Newton's iteration does not converge",
+    driver.NOT_FINITE: "the equations give values that are not finite",
+    driver.TOO_LARGE: "the step is so large that the result means nothing",
+}
+
+
+def _broken_law(integration: Integration) -> Component | None:
+    """The first component whose law, or a derivative of it, is not a finite number at the last iterate."""
+    system, Y, n = integration.system, integration.Y, integration.system.n
+    t = np.array([integration.K[driver.T]])
+    for q, v in ((Y[layout.Q, :n], Y[layout.V, :n]), (Y[layout.Q0, :n], Y[layout.V0, :n])):
+        for c in system.scene.components.values():
+            laws = [c.values[p.name] for p in c.kind.parameters if p.law and isinstance(c.values[p.name], Expr)]
+            roots = [e for law in laws for e in (law, *diff(law, *leaves(law)))]
+            if roots and np.isfinite(q).all() and not np.isfinite(values(system, roots, t, q[None], v[None])).all():
+                return c
+    return None
+
+
+def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationError:
+    """What went wrong, when, in which equations, and what to try."""
+    assert motion.failed is not None
+    integration = motion.failed.integration
+    system, Y, n = integration.system, integration.Y, integration.system.n
+    names = system.names() + system.constraint_names()
+    residual = np.abs(Y[layout.R, : len(names)])
+    bad = np.flatnonzero(~np.isfinite(residual))
+    worst = bad[:3] if len(bad) else np.argsort(-residual)[:3]
+    t = integration.K[driver.T]
+    where = ", ".join(names[k] if k >= n else f"equation of motion of {names[k]}" for k in worst)
+    row = next((int(k) - n for k in worst if k >= n), None)
+    span = None
+    if row is not None:
+        every = {**system.tables.rows, **system.tables.velocity_rows}
+        owner = max((r, j) for j, r in every.items() if r <= row)[1]
+        span = system.scene.components[owner].span
+    hint = {
+        driver.SINGULAR: "redundant constraints, a singular pose, or a body without mass that moves freely",
+        driver.DIVERGED: "try a smaller step; near a singular pose, another initial value",
+        driver.NOT_FINITE: "an expression or its derivative leaves its domain (as sqrt at 0), or the step is too large",
+        driver.TOO_LARGE: "try a smaller step",
+    }[status]
+    law = _broken_law(integration) if status == driver.NOT_FINITE else None
+    if law is not None:
+        where, span = f"the law of {law.kind.name} {law.name}", law.span
+    message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.h:g} s); worst: {where}"
+    if (bent := bending(trajectory)) is not None:
+        told, hint = _too_bent(trajectory, *bent)
+        message, span = f"{message}; {told}", trajectory.scene.components[bent[1]].span
+    elif (beam := _indefinite(integration)) is not None:
+        message = f"{message}; the mass matrix of {beam} is no longer positive definite"
+        hint = (
+            "energies of second order do not bear these shapes in this floating frame: take another `reference`, fewer "
+            'modes, formulation = "ancf", or a method that does not need the inverse of M'
+        )
+        span = system.scene.components[beam].span
+    elif (beam := _inextensible(system)) is not None:
+        hint += f"; {beam} may have no axial mode, so that its ends cannot come closer when it bends: give `axial`"
+    error = IntegrationError(message, span, hint=hint)
+    trajectory.message = message
+    error.trajectory = trajectory
+    return error

@@ -1,0 +1,54 @@
+"""How far a state is from where it was meant to be, in what assembly makes least."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.lang.expressions import RATE, coordinate
+from mbdsl.system.signals import Matrix, gradients
+from mbdsl.system.system import System
+
+Array = NDArray[np.float64]
+
+UNSAID = 1e-4  #: weight of a coordinate without a guess
+
+
+class Metric:
+    """How far a state is from a guess, or from rest, where nothing was said: the sum over coordinates of all bodies.
+
+    A body that others are welded to counts for each of them by itself: ``members`` are the frames at their centres of
+    mass, by the name of the body that they have become.
+    """
+
+    def __init__(self, system: System, members: Mapping[str, Sequence[str]]) -> None:
+        self.weight = np.full(system.n, UNSAID)  #: of coordinates that are measured in ``scale``
+        size, self.positions, self.velocities = 1.0 / system.tables.size, [], []
+        for body, frames in members.items():
+            first = system.tables.coordinates[body]
+            self.weight[first : first + 3] = 0.0
+            for frame in frames:
+                self.positions += [coordinate(frame, key) for key in RATE]
+                self.velocities += [coordinate(frame, key) for key in RATE.values()]
+        self.row_weight = UNSAID * np.tile([size, size, 1.0], len(self.positions) // 3)[:, None]
+        self.system = system
+
+    def positions_at(self, t: float, q: Array) -> tuple[Array, Matrix]:
+        """Weighted coordinates of members, and their gradient with respect to q."""
+        value, d_q, _ = gradients(self.system, self.positions, t, q, np.zeros(self.system.n))
+        return self.row_weight[:, 0] * value, scaled(d_q, self.row_weight, np.ones(self.system.n))
+
+    def velocities_at(self, t: float, q: Array, v: Array) -> tuple[Array, Matrix]:
+        """Weighted velocities of members, and their gradient with respect to v."""
+        value, _, d_v = gradients(self.system, self.velocities, t, q, v)
+        return self.row_weight[:, 0] * value, scaled(d_v, self.row_weight, np.ones(self.system.n))
+
+
+def scaled(J: Matrix, rows: Array, columns: Array) -> Matrix:
+    if isinstance(J, np.ndarray):
+        return rows * J / columns
+    from scipy.sparse import diags_array
+
+    return diags_array(rows[:, 0]) @ J @ diags_array(1.0 / columns)
