@@ -135,6 +135,16 @@ def curvature(ax, ay, bx, by):
 
 
 @kernel
+def summed(c, k, q):
+    """x and y of a field at a point, by the element's shape functions there, from c[k] on, or their derivatives."""
+    x, y = 0.0, 0.0
+    for j in range(4):
+        x += c[k + j] * q[2 * j]
+        y += c[k + j] * q[2 * j + 1]
+    return x, y
+
+
+@kernel
 def forces(block, Y, F, I):
     """f += elastic and damping forces."""
     for e in range(I[block]):
@@ -146,12 +156,7 @@ def forces(block, Y, F, I):
             q, v, f = Y[Q, d : d + 8], Y[V, d : d + 8], Y[FP, d : d + 8]
             for g in range(I[o + N_STRETCH]):
                 c = F[I[o + STRETCH] + STRETCH_POINT * g :]
-                ax, ay, ux, uy = 0.0, 0.0, 0.0, 0.0
-                for j in range(4):
-                    ax += c[1 + j] * q[2 * j]
-                    ay += c[1 + j] * q[2 * j + 1]
-                    ux += c[1 + j] * v[2 * j]
-                    uy += c[1 + j] * v[2 * j + 1]
+                (ax, ay), (ux, uy) = summed(c, 1, q), summed(c, 1, v)
                 n = sqrt(ax * ax + ay * ay)
                 N = -c[0] * EA * (n - 1.0 + T * (ax * ux + ay * uy) / n) / n
                 for j in range(4):
@@ -159,17 +164,8 @@ def forces(block, Y, F, I):
                     f[2 * j + 1] += c[1 + j] * N * ay
             for g in range(I[o + N_BEND]):
                 c = F[I[o + BEND] + BEND_POINT * g :]
-                ax, ay, bx, by, ux, uy, wx, wy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-                for j in range(4):
-                    s, t, x, y, vx, vy = c[1 + j], c[5 + j], q[2 * j], q[2 * j + 1], v[2 * j], v[2 * j + 1]
-                    ax += s * x
-                    ay += s * y
-                    bx += t * x
-                    by += t * y
-                    ux += s * vx
-                    uy += s * vy
-                    wx += t * vx
-                    wy += t * vy
+                (ax, ay), (ux, uy) = summed(c, 1, q), summed(c, 1, v)
+                (bx, by), (wx, wy) = summed(c, 5, q), summed(c, 5, v)
                 K, kx, ky, px, py, _ = curvature(ax, ay, bx, by)
                 M = -c[0] * EI * (K + T * (kx * ux + ky * uy + px * wx + py * wy))
                 for j in range(4):
@@ -257,12 +253,7 @@ def of_stretch(o, cK, cD, q, v, H, F, I):
     EA, T = F[I[o + MATERIAL]], F[I[o + MATERIAL] + 2]
     for g in range(I[o + N_STRETCH]):
         c = F[I[o + STRETCH] + STRETCH_POINT * g :]
-        ax, ay, ux, uy = 0.0, 0.0, 0.0, 0.0
-        for j in range(4):
-            ax += c[1 + j] * q[2 * j]
-            ay += c[1 + j] * q[2 * j + 1]
-            ux += c[1 + j] * v[2 * j]
-            uy += c[1 + j] * v[2 * j + 1]
+        (ax, ay), (ux, uy) = summed(c, 1, q), summed(c, 1, v)
         n = sqrt(ax * ax + ay * ay)
         ax, ay = ax / n, ay / n
         rate = ax * ux + ay * uy
@@ -287,17 +278,8 @@ def of_bending(o, cK, cD, q, v, H, F, I):
     EI, T = F[I[o + MATERIAL] + 1], F[I[o + MATERIAL] + 2]
     for g in range(I[o + N_BEND]):
         c = F[I[o + BEND] + BEND_POINT * g :]
-        ax, ay, bx, by, ux, uy, wx, wy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for j in range(4):
-            s, t, x, y, vx, vy = c[1 + j], c[5 + j], q[2 * j], q[2 * j + 1], v[2 * j], v[2 * j + 1]
-            ax += s * x
-            ay += s * y
-            bx += t * x
-            by += t * y
-            ux += s * vx
-            uy += s * vy
-            wx += t * vx
-            wy += t * vy
+        (ax, ay), (ux, uy) = summed(c, 1, q), summed(c, 1, v)
+        (bx, by), (wx, wy) = summed(c, 5, q), summed(c, 5, v)
         K, kx, ky, px, py, d = curvature(ax, ay, bx, by)
         k = c[0] * EI
         # K_r'r' = [[aa, ab], [ab, ac]], K_r''r' = [[m, ba], [bb, -m]]
