@@ -162,7 +162,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         )
         span = system.scene.components[beam].span
     elif (beam := _inextensible(system)) is not None:
-        hint += f"; {beam} may have no axial mode, so that its ends cannot come closer when it bends: give `axial`"
+        hint = f"{beam} may have no axial mode: its ends cannot come closer when it bends; give `axial`; or {hint}"
     error = IntegrationError(message, span, hint=hint)
     trajectory.message = message
     error.trajectory = trajectory

@@ -199,3 +199,13 @@ def test_what_bends_too_far_is_seen_between_outputs_by_steps_and_at_rest():
     with pytest.raises(mbdsl.errors.EquilibriumError, match="beam bends by") as caught:
         mbdsl.static(soft)
     assert caught.value.span is not None
+
+
+def test_a_beam_that_cannot_shorten_is_told_so():
+    """Held by pins at both ends, and shorter when it bends, it needs something that stretches."""
+    pins = "Revolute pin(world, beam.a); Frame wall(world, r = {1 m, 0}); Revolute other(wall, beam.b);"
+    with pytest.raises(IntegrationError) as caught:
+        run(model(f"{STEEL}, modes = 4", pins))
+    assert caught.value.hint.startswith("beam may have no axial mode")
+    t = run(model(f"{STEEL}, modes = 4, axial = 1", pins))
+    assert -2e-3 < t["beam.y"].min() < 0.0  # 5/384 m g L^3/EI is 0.6 mm, and twice that when let go
