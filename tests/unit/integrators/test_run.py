@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 import mbdsl
-from mbdsl import Builder, graph, jit, simulation
+from mbdsl import Builder, graph, jit
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import methods, modules
 from mbdsl.integrators.run import Integration, check_options
@@ -308,7 +308,7 @@ def test_interruption_keeps_the_results(monkeypatch):
             raise KeyboardInterrupt
         return advance(self, min(steps, 50))
 
-    monkeypatch.setattr(simulation.Integration, "advance", interrupted)
+    monkeypatch.setattr(Integration, "advance", interrupted)
     r = mbdsl.simulate(pendulum(), step=1e-3, stop=1.0, interval=0.01)
     assert r.status == "interrupted"
     assert r.stats["steps"] == 100
