@@ -75,8 +75,4 @@ BLOCKS = 40  #: first block header
 BLOCK = 4  #: ints of a block: count, then body: offset in I; pair: first row of C, offset and stride in F
 
 # -- tasks of the emitted function ``inertia`` -----------------------------------------------------------------
-PARTS, TIMES, INVERSE = (
-    0,
-    1,
-    2,
-)  #: look at I[MASS_ROW]; target <- (M - its constant diagonal) row; target <- M^{-1} row (not the same)
+TIMES, INVERSE = 0, 1  #: target <- (M - its constant diagonal) row; target <- M^{-1} row (not the same row)

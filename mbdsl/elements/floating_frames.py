@@ -40,7 +40,6 @@ from mbdsl.layout import (
     MASS_ROW,
     MU_WRENCH,
     NEW_MASS,
-    PARTS,
     PAST_LEVER,
     PAST_WRENCH,
     SLOTS,
@@ -284,9 +283,7 @@ def inertia(block, task, row, target, Y, F, I):
     """Tasks of the mass matrix, see :mod:`mbdsl.layout`."""
     for e in range(I[block]):
         o = I[I[block + 1] + e]
-        if task == PARTS:
-            parts(o, I[MASS_ROW], of_mass(o, I), Y, F, I)
-        elif task == TIMES:
+        if task == TIMES:
             border(o, of_mass(o, I), 1.0, row, target, Y, F, I)
         elif task == INVERSE:
             decompose(o, of_mass(o, I), F, I)

@@ -49,13 +49,11 @@ from mbdsl.layout import (
     KEEP,
     LAM,
     MASS,
-    MASS_KIND,
     MX,
     MX2,
     N_ALL,
     N_PHI,
     N_Q,
-    PARTS,
     PAST,
     Q0,
     R2,
@@ -214,7 +212,7 @@ def correct(k, h, c, Y, I, A, P):
 
 @kernel
 def finish(inertia, h, c, Y, F, I, A, P):
-    """fa_{n+1} = M^{-1} Q_{n+1} and a_{n+1}; the pose last evaluated is where the next step begins.
+    """fa_{n+1} = M^{-1} Q_{n+1} and a_{n+1}; the pose last evaluated, that of both, is where the next step begins.
 
     Q is that of the last evaluation and, where forces are stiff, what the last correction makes of it: there Q_v dv may
     be large where dv is negligible.
@@ -229,8 +227,6 @@ def finish(inertia, h, c, Y, F, I, A, P):
     for i in range(I[N_Q]):
         Y[FP, i] = applied(c, Y, i) + Y[T2, i] / (1 + alpha)
         Y[A0, i] = -alpha * Y[FA, i]
-    if I[MASS_KIND] > 1:
-        inertia(PARTS, Q, Q, Y, F, I)
     inertia(INVERSE, FP, FA, Y, F, I)
     for i in range(I[N_Q]):
         Y[A0, i] += (1 + alpha) * Y[FA, i]

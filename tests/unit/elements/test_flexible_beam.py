@@ -174,10 +174,10 @@ def test_times_and_inverse():
     inertia(layout.INVERSE, layout.X, layout.T2, w.Y, w.F, w.I)
     close(M @ x[layout.T2], x[layout.X], 1e-10)
     close(x[layout.T2], s.solve_mass(0.0, x[layout.Q], x[layout.X]), 1e-10)
-    # at other coordinates, without an evaluation
+    # at other coordinates
     other = state(s, 1)[0]
     w.Y[layout.Q, : s.n] = other
-    inertia(layout.PARTS, layout.Q, layout.Q, w.Y, w.F, w.I)
+    kernels.evaluate(0.0, w.Y, w.Z, w.C, w.F, w.I)
     inertia(layout.INVERSE, layout.X, layout.T2, w.Y, w.F, w.I)
     there = s.M(0.0, other)
     close(there @ x[layout.T2], x[layout.X], 1e-10)
