@@ -30,6 +30,8 @@ ADVANCE = jit.Signature(
 )
 #: h^3 times the jerk at the start, relative to the mechanism, beyond which it belongs to a transient
 TRANSIENT = 1e-4
+#: h omega up to which M^{-1} Q is of use: beyond, reactions are wrong by percents, and soon by more than they are
+STIFFEST = 300.0
 #: largest system that the dense solver with pivoting may take over
 PIVOTING_LIMIT = 2000
 
@@ -207,6 +209,8 @@ class Integration:
                 f"{self.method} divides forces by masses, but {name} has none",
                 hint="give it a mass, or take another method",
             )
+        if method.inverts_mass:
+            self._check_stiffness(q, v, lam)
 
         def motion(s: float) -> tuple[Array, Array]:
             return q + s * v + s * s / 2 * a, v + s * a
@@ -235,6 +239,19 @@ class Integration:
         self.evaluate(t0, Y, self.Z, self.C, self.F, self.I)
         self.I[layout.KEEP] = 1
         self.J[driver.HISTORY] = 1
+
+    def _check_stiffness(self, q: Array, v: Array, lam: Array) -> None:
+        """What M^{-1} Q makes of the rounding of q must be less than what the reactions are."""
+        system = self.system
+        K, M = system.stiffness(self.start, q, v, lam).diagonal(), system.M(self.start, q).diagonal()
+        fastest = np.sqrt(np.maximum(K / M, 0.0))
+        k = int(fastest.argmax()) if system.n else 0
+        if system.n and self.h * fastest[k] > STIFFEST:
+            raise InitialisationError(
+                f"{self.method} finds reactions from M^-1 Q, where rounding is magnified by what is stiff: of "
+                f"{system.names()[k]} with {fastest[k]:.1e} rad/s, {self.h * fastest[k]:.0f} times 1/h",
+                hint=f"a step below {STIFFEST / fastest[k]:.2g} s, no such (axial?) mode, or another method",
+            )
 
     def _applied(self, t: float, q: Array, v: Array, lam: Array) -> Array:
         """fa = M^{-1} Q (n,), with the forces of nonholonomic constraints."""
