@@ -91,10 +91,10 @@ def test_bdf_forgets_at_once(method):
 
 #: the axial mode's frequency [rad/s] for each method. hht-add has M^{-1} Q in its equations: what rounding and Newton's
 #: method leave in q is multiplied by w^2 there; from h w = 300 on it refuses (see below).
-FREQUENCY = {"newmark": 1e9, "hht-i3": 1e9, "nstiff": 1e9, "nstiff-si2": 1e9, "hht-si2": 1e9, "hht-add": 5e7}
-#: iterations against those without the mode; new matrices a step. hht-add: measured 1.1 to 1.5, and 0.04
+FREQUENCY = {"newmark": 1e9, "hht-i3": 1e9, "nstiff": 1e9, "nstiff-si2": 1e9, "hht-si2": 1e9, "hht-add": 1e7}
+#: iterations against those without the mode; new matrices a step. hht-add: measured 1.2 to 1.5, and 0.06
 MORE = dict.fromkeys(FREQUENCY, 1.05) | {"hht-add": 1.6}
-MATRICES = dict.fromkeys(FREQUENCY, 0.03) | {"hht-add": 0.05}
+MATRICES = dict.fromkeys(FREQUENCY, 0.03) | {"hht-add": 0.1}
 STEPS = [5e-6, 2.5e-6, 1.25e-6]
 
 
@@ -138,7 +138,7 @@ def errors(run, exact):
 
 
 def test_slow_motion_does_not_notice(model, method, exact, tmp_path, order):
-    """h w = 5000 to 1250 (hht-add: 250 to 62): errors are those without axial modes, and as such of second order.
+    """h w = 5000 to 1250 (hht-add: 50 to 12): errors are those without axial modes, and as such of second order.
 
     To first order errors of two runs add up, so that 5 % more is what Newton's method and rounding may leave. Orders
     are of what does not turn around at one of the two times; newmark's second mode would need shorter steps.
@@ -170,7 +170,7 @@ def test_newton_with_a_mode_that_is_very_stiff(model, method, tmp_path):
 
 
 def test_hht_add_refuses_what_it_cannot_bear(model, tmp_path):
-    """Its reactions, of 60 N at most, would be wrong by 1 N with h w = 500, by 200 N with 1e4, and nothing would tell."""
+    """Its reactions, of 60 N at most, would be wrong by 1 N with h w = 500, by 200 N with 1e4, in silence."""
     fast = crank(model, tmp_path, 1e7)
     with pytest.raises(InitialisationError, match=r"magnified.* of rod\.q\[6\] with 1\.0e\+07 rad/s, 500 times"):
         mbdsl.simulate(fast, method="hht-add", step=5e-5, stop=0.1)
