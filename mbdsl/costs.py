@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from time import perf_counter
 
 from mbdsl.integrators import driver, modules
+from mbdsl.integrators.run import Integration
 from mbdsl.motion import Motion, Moving
 from mbdsl.system.emit import Line, load_repeated
 
@@ -28,6 +29,7 @@ def measure(motion: Motion) -> tuple[float, dict[tuple[str, str], float]]:
 
 def _run(p: Moving) -> tuple[float, float, float]:
     """Seconds of a step, evaluations and tangents a step; over as many steps as patience allows."""
+    assert isinstance(p.integration, Integration)
     J, slice_, spent = p.integration.J, 64, 0.0
     p.integration.advance(4)  # what is slow only once
     start, least = J.copy(), float("inf")
@@ -49,6 +51,7 @@ def _run(p: Moving) -> tuple[float, float, float]:
 def _lines(p: Moving) -> Iterator[tuple[Line, float, bool]]:
     """Every statement of the part's code with the seconds it takes, and whether it belongs to ``tangent``."""
     t, run = p.system.tables, p.integration
+    assert isinstance(run, Integration)
     repeated = load_repeated(t.blocks, t.has_tape, modules()[p.method].METHOD.sets)
     arrays = [x.copy() for x in (run.Y, run.Z, run.C, run.F, run.I, run.A[0])]
     for lines, tangent in ((repeated.evaluate, False), (repeated.tangent, True)):

@@ -128,6 +128,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     """What went wrong, when, in which equations, and what to try."""
     assert motion.failed is not None
     integration = motion.failed.integration
+    assert isinstance(integration, Integration)
     system, Y, n = integration.system, integration.Y, integration.system.n
     names = system.names() + system.constraint_names()
     residual = np.abs(Y[layout.R, : len(names)])

@@ -12,10 +12,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl import graph, jit, layout
+from mbdsl import graph, jit
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import InitialisationError
-from mbdsl.integrators import driver, methods
+from mbdsl.integrators import Run, driver, methods
 from mbdsl.integrators import modules as method_modules
 from mbdsl.integrators.run import Integration, loop_name
 from mbdsl.lang.expressions import coordinate
@@ -42,6 +42,7 @@ class Plan:
     times: Array  #: of output, after the start
     options: Mapping[str, float | None]
     general: bool = False  #: nothing merged, split or left out
+    tol: float | None = None  #: of steps that are controlled; ``h`` is then the longest
 
 
 @dataclass
@@ -52,7 +53,7 @@ class Moving:
     system: System
     method: str
     initial: InitialState
-    integration: Integration
+    integration: Run
 
     @property
     def redundant(self) -> list[str]:
@@ -136,7 +137,7 @@ class Motion:
         plan = self.plan
         method = KINEMATIC if part.kinematic else plan.method
         options = {} if part.kinematic else plan.options
-        integration = Integration(system, method, plan.h, plan.start, plan.stop, plan.times, options)
+        integration = _run(system, method, plan, options)
         lap("compile")
         merged = [note.names for note in self.reduction.notes if note.action == "merged"]
         own = system.tables.coordinates
@@ -193,39 +194,55 @@ class Motion:
 
     @property
     def steps(self) -> int:
-        """Steps that all parts have taken."""
-        return min((int(p.integration.J[driver.STEP]) for p in self.parts), default=self._taken)
+        """Steps that all parts have taken; where each controls its own, those of the part that took most."""
+        found = [p.integration.steps for p in self.parts]
+        return min(found, default=self._taken) if self.plan.tol is None else max(found, default=0)
 
     @property
     def time(self) -> float:
-        return float(self.plan.start + self.steps * self.plan.h)
+        """The time that all parts have reached [s]."""
+        return min((p.integration.time for p in self.parts), default=self.plan.start + self._taken * self.plan.h)
 
-    def count(self, index: int) -> int:
-        """A counter of the driver, over all parts."""
-        return sum(int(p.integration.J[index]) for p in self.parts)
+    def count(self, what: str) -> int:
+        """How many "iterations", "matrix_evaluations", ..., over all parts; see :class:`mbdsl.integrators.Run`."""
+        return sum(p.integration.count(what) for p in self.parts)
 
     def advance(self, steps: int) -> int:
         """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.driver`.
 
         Where a part fails, all end with the last step that all of them have done, and once failed, it stays so.
         """
+        if self.plan.tol is not None and self.parts:
+            return self._advance_each(steps)
         status, most = self._failure, self.steps + steps
         for p in self.parts if self.failed is None else ():
-            found = p.integration.advance(max(0, most - int(p.integration.J[driver.STEP])))
+            found = p.integration.advance(max(0, most - p.integration.steps))
             if found not in (driver.RUNNING, driver.DONE):
                 self.failed, self._failure = p, found
-                most = int(p.integration.J[driver.STEP])  # for those behind it
+                most = p.integration.steps  # for those behind it
             status = found if self.failed is None else self._failure
         if not self.parts:
             self._taken = min(self._taken + steps, self._steps)
             status = driver.DONE if self._taken == self._steps else driver.RUNNING
         return status
 
+    def _advance_each(self, steps: int) -> int:
+        """The same where every part has steps of its own: the part that is furthest behind goes first."""
+        if self.failed is not None:
+            return self._failure
+        status = driver.DONE
+        for p in sorted(self.parts, key=lambda p: p.integration.time):
+            found = p.integration.advance(steps)
+            if found not in (driver.RUNNING, driver.DONE):
+                self.failed, self._failure = p, found
+                return found
+            status = driver.RUNNING if found == driver.RUNNING else status
+        return status
+
     def bent(self) -> bool:
         """Whether a body deforms by more than its theory takes for small, as it is now."""
         return any(
-            body.bend(p.integration.Y[None, layout.Q0, d : d + body.n])[0] > LARGEST_BEND
-            for p, d, body in self._flexible
+            body.bend(p.integration.state()[0][None, d : d + body.n])[0] > LARGEST_BEND for p, d, body in self._flexible
         )
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
@@ -235,11 +252,8 @@ class Motion:
     # -- from the parts to the scene ---------------------------------------------------------------------------
     def present(self) -> tuple[Array, Array, Array]:
         """q, v (n,) and lam (m + p,) as they are now."""
-        states = []
-        for p in self.parts:
-            Y, n, N = p.integration.Y, p.system.n, p.system.unknowns
-            states.append((Y[None, layout.Q0, :n], Y[None, layout.V0, :n], Y[None, layout.XA, n:N]))
-        q, v, lam = self._whole(np.array([self.time]), states)
+        states = [p.integration.state() for p in self.parts]
+        q, v, lam = self._whole(np.array([self.time]), [(q[None], v[None], lam[None]) for q, v, lam in states])
         return q[0], v[0], lam[0]
 
     def output(self, partial: bool) -> tuple[Array, Array, Array, Array, list[tuple[Array, Array]]]:
@@ -247,21 +261,20 @@ class Motion:
 
         With ``partial``, the last step reached is among them, though no output was due there.
         """
-        plan, n_steps = self.plan, self.steps
-        reached = plan.start + n_steps * plan.h
-        done = min((int(p.integration.J[driver.OUTPUT]) for p in self.parts), default=len(plan.times))
+        plan, reached = self.plan, self.time
+        done = min((p.integration.written for p in self.parts), default=len(plan.times))
         if not self.parts:
             done = int((plan.times <= reached + 1e-9 * plan.h).sum())
         times = np.concatenate([[plan.start], plan.times[:done]])
         extra = partial and reached > times[-1] + 1e-9 * plan.h
-        if extra and any(p.integration.J[driver.STEP] != n_steps for p in self.parts):
+        if extra and any(p.integration.time != reached for p in self.parts):
             extra = False  # a part that is further on cannot go back
         states = []
         for p in self.parts:
-            Y, n, N, out, first = p.integration.Y, p.system.n, p.system.unknowns, p.integration.out, p.initial
+            n, out, first = p.system.n, p.integration.out, p.initial
             rows = [np.concatenate([first.q, first.v, first.lam])[None], out[:done]]
             if extra:
-                rows.append(np.concatenate([Y[layout.Q0, :n], Y[layout.V0, :n], Y[layout.XA, n:N]])[None])
+                rows.append(np.concatenate(p.integration.state())[None])
             every = np.concatenate(rows)
             states.append((every[:, :n], every[:, n : 2 * n], every[:, 2 * n :]))
         if extra:
@@ -298,6 +311,10 @@ class Motion:
         for rows, (_, _, part_lam) in zip(self._rows, states, strict=True):
             lam[:, rows[:, 0]] = part_lam[:, rows[:, 1]]
         return q, v, lam
+
+
+def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | None]) -> Run:
+    return Integration(system, method, plan.h, plan.start, plan.stop, plan.times, options, tol=plan.tol)
 
 
 def _check_loose(reduction: Reduction, system: System, t: float) -> None:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 DEFAULT_METHOD = "hht-si2"
 DEFAULT_STEP = 1e-3
+DEFAULT_TOL = 1e-6  #: of methods that only control their steps
 #: floats of stored output beyond which a larger interval is asked for
 MOST_OUTPUT = 250_000_000
 
@@ -167,8 +168,15 @@ def plan(
     method = method or said.method or DEFAULT_METHOD
     if method not in methods():
         raise UsageError(f"there is no method `{method}`", hint=f"methods: {', '.join(methods())}")
-    if tol is not None:
-        raise UsageError("error-controlled steps (tol) are not available yet", hint="give a fixed step")
+    can = methods()[method].steps
+    if tol is not None and "controlled" not in can:
+        raise UsageError(f"{method} has no error-controlled steps", hint="give a fixed step, or another method")
+    if tol is not None and not 0.0 < tol < 1.0:
+        raise UsageError(f"a tolerance is between 0 and 1, not {tol:g}")
+    if step is not None and "fixed" not in can:
+        raise UsageError(f"{method} has no fixed steps", hint="give a tolerance (tol), or take another method")
+    if tol is None and "fixed" not in can:
+        tol = DEFAULT_TOL if said.tolerance is None else said.tolerance
     for name, value in (("start", start), ("stop", stop), ("step", step), ("interval", interval)):
         if value is not None and not isinstance(value, (int, float, np.number)):
             raise UsageError(f"{name} is a number of seconds, not {value!r}")
@@ -190,6 +198,8 @@ def plan(
         raise UsageError(f"the step must be above zero, not {h:g} s")
     if start + h == start or (end - start) / h > 1e12:
         raise UsageError(f"a step of {h:g} s is too small for times from {start:g} to {end:g} s")
+    if tol is not None:
+        h = end - start or h
     steps = max(1, round((end - start) / h))
     rounding = 4.0 * np.finfo(float).eps * max(abs(start), abs(end))
     if abs(end - start - steps * h) > 1e-9 * h + rounding and end > start:
@@ -211,7 +221,7 @@ def plan(
     if count:
         times[-1] = end
     given = check_options(method, options or {}, constrained(scene), force)
-    return Plan(method, h, start, end, times, given, general)
+    return Plan(method, h, start, end, times, given, general, tol)
 
 
 @contextmanager
@@ -244,7 +254,7 @@ def _integrate(motion: Motion, progress) -> int:
                 if status != driver.RUNNING or motion.bent():
                     return status
                 if progress is not None:
-                    iterations = motion.count(driver.ITERATIONS)
+                    iterations = motion.count("iterations")
                     spent = now - begun
                     progress(Progress(motion.time, plan.start, plan.stop, plan.h, motion.steps, iterations, spent))
                 slice_ = int(min(1e9, max(1, slice_ * min(4.0, 0.1 / max(now - before, 1e-9)))))
@@ -259,18 +269,18 @@ def _collect(motion: Motion, status: int, seconds: dict) -> tuple[Trajectory, li
     t, q, v, lam, states = motion.output(status != driver.DONE)
     stats = {
         "method": plan.method,
-        "h": plan.h,
-        "tol": None,
+        "h": plan.h if plan.tol is None else None,
+        "tol": plan.tol,
         "status": {driver.DONE: "done", driver.RUNNING: "interrupted"}.get(status, "failed"),
         "n": system.n,
         "m": system.m,
         "p": system.p,
         "solved": motion.sizes,
         "steps": motion.steps,
-        "rejected": 0,
-        "iterations": motion.count(driver.ITERATIONS),
-        "matrix_evaluations": motion.count(driver.MATRICES),
-        "factorisations": motion.count(driver.FACTORISATIONS),
+        "rejected": motion.count("rejected"),
+        "iterations": motion.count("iterations"),
+        "matrix_evaluations": motion.count("matrix_evaluations"),
+        "factorisations": motion.count("factorisations"),
         "pivoting_from": motion.pivoting_from,
         "seconds": seconds,
         "redundant": motion.redundant,

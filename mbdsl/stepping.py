@@ -188,9 +188,9 @@ class Simulation:
             "h": self.h,
             "status": "done",
             "steps": self._motion.steps,
-            "iterations": self._motion.count(driver.ITERATIONS),
-            "matrix_evaluations": self._motion.count(driver.MATRICES),
-            "factorisations": self._motion.count(driver.FACTORISATIONS),
+            "iterations": self._motion.count("iterations"),
+            "matrix_evaluations": self._motion.count("matrix_evaluations"),
+            "factorisations": self._motion.count("factorisations"),
         }
         return self._trajectory(t, q, v, lam, stats, inputs)
 

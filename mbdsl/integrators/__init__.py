@@ -10,9 +10,9 @@ import pkgutil
 from functools import cache
 from types import ModuleType
 
-from mbdsl.integrators.method import Method, Option
+from mbdsl.integrators.method import Method, Option, Run
 
-__all__ = ["Method", "Option", "methods", "modules"]
+__all__ = ["Method", "Option", "Run", "methods", "modules"]
 
 
 @cache

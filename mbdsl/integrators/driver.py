@@ -26,6 +26,8 @@ K_SIZE = 10
 # -- J: integers of the run ----------------------------------------------------------------------------------
 STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, UNSEEN = range(11)
 J_SIZE = 11
+#: what statistics call them
+COUNTERS = {"iterations": ITERATIONS, "matrix_evaluations": MATRICES, "factorisations": FACTORISATIONS}
 
 MAX_ITERATIONS = 25
 #: smallest part of a correction that is taken where whole ones do not get anywhere

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.layout import X2, Q, X
+
+if TYPE_CHECKING:
+    from mbdsl.system import System
 
 Array = NDArray[np.float64]
 
@@ -55,7 +59,8 @@ class Method:
     ``multipliers`` are the rows of Y with the multipliers in f, in Phi_q^T mu, and as force laws read them.
     Of these ``sets``, the third is that in Phi_q^T psi with Phi_q of the start of the step, always in X.
     ``own_reactions`` is False where reactions have to be found from the acceleration-level equations; ``inverts_mass``
-    tells that every coordinate needs a mass. What nobody can choose is not ``chosen``.
+    tells that every coordinate needs a mass. What nobody can choose is not ``chosen``. ``steps`` are "fixed",
+    "controlled" (by an estimate of their error), or both.
     """
 
     name: str
@@ -78,3 +83,48 @@ class Method:
     inertia_rows: tuple[int, int] = (X, X2)  #: rows that M is multiplied with
     tangent_row: int = X  #: x in (M x)_q of the iteration matrix
     chosen: bool = True
+    steps: tuple[str, ...] = ("fixed",)
+
+
+class Run(Protocol):
+    """A system on its way by some method: what a motion asks of each of its parts.
+
+    Attributes
+    ----------
+    out : (outputs, n + n + m + p)
+        q, v, lam at the output times after the start; the first ``written`` rows are filled.
+    pivoting_from : float or None
+        Since when pivots are searched for.
+    """
+
+    system: System
+    method: str
+    out: Array
+    pivoting_from: float | None
+
+    @property
+    def time(self) -> float:
+        """The time reached [s]."""
+
+    @property
+    def steps(self) -> int:
+        """Steps taken."""
+
+    @property
+    def written(self) -> int:
+        """Outputs written."""
+
+    def count(self, what: str) -> int:
+        """How many "rejected", "iterations", "matrix_evaluations" or "factorisations"; 0 where nobody counts."""
+
+    def begin(self, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...] = ()) -> None:
+        """Set the consistent state at the start, and the redundant constraints that are not solved for."""
+
+    def advance(self, steps: int) -> int:
+        """Take at most so many steps; a status of :mod:`mbdsl.integrators.driver`."""
+
+    def state(self) -> tuple[Array, Array, Array]:
+        """q, v (n,) and lam (m + p,) as they are now; views."""
+
+    def change_inputs(self, inputs: Mapping[str, float]) -> None:
+        """From here on the inputs have other values."""

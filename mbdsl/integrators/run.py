@@ -103,9 +103,9 @@ def rate(after: Callable[[float], Array], now: Array, e: float) -> Array:
 
 @dataclass
 class Integration:
-    """Buffers and compiled functions of one run from a consistent initial state with fixed steps.
+    """Buffers and compiled functions of one run from a consistent initial state.
 
-    ``h`` divides stop - start.
+    ``h`` is the step and divides stop - start; with a tolerance ``tol`` it is the longest step.
     """
 
     system: System
@@ -116,6 +116,7 @@ class Integration:
     times: Array  #: output times after the start
     options: Mapping[str, float | None] = field(default_factory=dict)
     left_out: tuple[int, ...] = ()
+    tol: float | None = None
     pivoting_from: float | None = None  #: since when pivots are searched for, as the order from the graph lost one
 
     def __post_init__(self) -> None:
@@ -290,6 +291,25 @@ class Integration:
     def time(self) -> float:
         """The time reached [s]."""
         return float(self.K[driver.START] + self.J[driver.STEP] * self.h)
+
+    @property
+    def steps(self) -> int:
+        """Steps taken."""
+        return int(self.J[driver.STEP])
+
+    @property
+    def written(self) -> int:
+        """Outputs written to ``out``."""
+        return int(self.J[driver.OUTPUT])
+
+    def count(self, what: str) -> int:
+        """How many "iterations", "matrix_evaluations" or "factorisations"."""
+        return int(self.J[driver.COUNTERS[what]]) if what in driver.COUNTERS else 0
+
+    def state(self) -> tuple[Array, Array, Array]:
+        """q, v (n,) and lam (m + p,) as they are now; views."""
+        n, Y = self.system.n, self.Y
+        return Y[layout.Q0, :n], Y[layout.V0, :n], Y[layout.XA, n : self.system.unknowns]
 
     def advance(self, steps: int = sys.maxsize) -> int:
         """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.driver`."""
