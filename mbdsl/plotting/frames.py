@@ -1,0 +1,200 @@
+"""A figure laid out: every point, mark and text at its place in the frame of the axes, for whatever draws it.
+
+Places run from 0 to 1, from the left and from the bottom; nan is a gap.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import chain
+
+from mbdsl.plotting.axes import Axis, axis, coordinate, limits
+from mbdsl.plotting.figures import Figure, Outcome, Series
+from mbdsl.plotting.looks import DASHES, NEUTRAL, Look, looks
+
+FLATTEST = 0.4  #: height over width of the frame of equal axes, at least
+USUAL = 0.56  #: height over width of all other frames
+ROWS = 6  #: of outcomes, at most
+LONGEST = 60  #: letters of an outcome's text
+BELOW = 0.08  #: of the frame's height below the lowest floor: room for its text
+GAP = 0.012  #: of the frame's width, between marks and texts
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A series with its look and its places; ``low`` and ``high`` are empty without a spread."""
+
+    series: Series
+    look: Look
+    x: list[float]
+    y: list[float]
+    low: list[float]
+    high: list[float]
+
+
+@dataclass
+class Failures:
+    """Outcomes of one series that share a text: marks and the text, in one row above the frame."""
+
+    outcomes: list[Outcome]
+    look: Look
+    x: list[float]
+    text: str
+    text_x: float = 0.0
+    to_left: bool = False  #: the text ends at ``text_x``
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What ``lay_out`` finds. ``rows`` are of outcomes, from the bottom; ``aspect`` is height over width."""
+
+    figure: Figure
+    x: Axis
+    y: Axis
+    drawn: list[Drawn]
+    rows: list[list[Failures]] = field(default_factory=list)
+    unplaced: int = 0  #: groups of outcomes for which there was no row
+    floors: list[tuple[float, str]] = field(default_factory=list)
+    aspect: float = USUAL
+    left_out: str = ""  #: what has no place on logarithmic axes, as a sentence
+
+
+def names(figures: Sequence[Figure]) -> list[str]:
+    """The names that need a look, in the order in which they appear."""
+    each = (chain((s.name for s in f.series if _plain(s)), (o.name for o in f.outcomes)) for f in figures)
+    return list(dict.fromkeys(chain.from_iterable(each)))
+
+
+def lay_out(figure: Figure, known: Mapping[str, Look] | None = None, letter: float = 0.0085) -> Frame:
+    """Place everything. ``known`` are looks by name; ``letter`` is a letter's width over the frame's."""
+    known = dict(known if known is not None else looks(names([figure])))
+    guides = [s.name for s in figure.series if s.style == "guide"]
+    thin = {name: replace(NEUTRAL, dash=DASHES[1 + k % (len(DASHES) - 1)]) for k, name in enumerate(guides)}
+    special = {"guide": thin, "front": {s.name: NEUTRAL for s in figure.series}}
+    x, y, aspect = _axes(figure)
+    drawn = [_place(s, x, y, special.get(s.style, known)[s.name]) for s in figure.series]
+    groups = _groups(figure.outcomes, x, known)
+    rows, unplaced = _pack(groups, letter)
+    floors = sorted((p, text) for p, text in ((y.place(v), text) for v, text in figure.floors) if not math.isnan(p))
+    return Frame(figure, x, y, drawn, rows, unplaced, floors, aspect, _left_out(figure))
+
+
+def _plain(series: Series) -> bool:
+    return series.style not in ("guide", "front")
+
+
+def _axes(figure: Figure) -> tuple[Axis, Axis, float]:
+    counted = [s for s in figure.series if s.style != "guide"] or list(figure.series)
+    shown = [
+        (a, b)
+        for s in counted
+        for a, b in zip(s.x, s.y, strict=True)
+        if not (math.isnan(coordinate(a, figure.x_log)) or math.isnan(coordinate(b, figure.y_log)))
+    ]
+    spreads = chain.from_iterable(edge for s in counted for edge in (s.low, s.high) if edge is not None and _plain(s))
+    failed = [o.x for o in figure.outcomes if o.x is not None]
+    lines_only = bool(counted) and all(s.style == "line" for s in counted) and not figure.equal
+    x = limits(chain((a for a, _ in shown), failed), figure.x_log, pad=0.0 if lines_only else 0.04)
+    y = _with_floors(figure, limits(chain((b for _, b in shown), spreads), figure.y_log, pad=0.06))
+    aspect = USUAL
+    if figure.equal:
+        wide, high = x[1] - x[0], y[1] - y[0]
+        aspect = min(1.0, max(FLATTEST, high / wide))
+        x, y = _widened(x, max(wide, high / aspect)), _widened(y, max(high, wide * aspect))
+    return axis(*x, figure.x_log, 7 if aspect < 0.8 else 5), axis(*y, figure.y_log, 6), aspect
+
+
+def _widened(ends: tuple[float, float], size: float) -> tuple[float, float]:
+    middle = 0.5 * (ends[0] + ends[1])
+    return middle - 0.5 * size, middle + 0.5 * size
+
+
+def _with_floors(figure: Figure, ends: tuple[float, float]) -> tuple[float, float]:
+    """The range widened to floors, with room below the lowest one for its text."""
+    floors = [c for c in (coordinate(v, figure.y_log) for v, _ in figure.floors) if not math.isnan(c)]
+    if not floors:
+        return ends
+    low, high = min(ends[0], *floors), max(ends[1], *floors)
+    return min(low, min(floors) - BELOW * (high - low)), high + (0.03 * (high - low) if high > ends[1] else 0.0)
+
+
+def _place(series: Series, x: Axis, y: Axis, look: Look) -> Drawn:
+    xs, ys = [x.place(v) for v in series.x], [y.place(v) for v in series.y]
+    for k, (a, b) in enumerate(zip(xs, ys, strict=True)):
+        if math.isnan(a) or math.isnan(b):
+            xs[k] = ys[k] = math.nan
+    spread = series.low is not None and series.high is not None
+    low = [_edge(y, v, p) for v, p in zip(series.low, ys, strict=True)] if spread else []  # type: ignore[arg-type]
+    high = [_edge(y, v, p) for v, p in zip(series.high, ys, strict=True)] if spread else []  # type: ignore[arg-type]
+    return Drawn(series, look, xs, ys, low, high)
+
+
+def _edge(y: Axis, value: float, place: float) -> float:
+    """Where one end of a spread is: the point itself if it is not told, the foot of the axis if it is zero."""
+    value = float(value)
+    if math.isnan(place):
+        return math.nan
+    if y.log and value <= 0.0:
+        return 0.0
+    found = y.place(value)
+    return place if math.isnan(found) else found
+
+
+def _groups(outcomes: Sequence[Outcome], x: Axis, known: Mapping[str, Look]) -> list[Failures]:
+    """Outcomes of one name and text together. What has no x is marked right of the frame."""
+    found: dict[tuple[str, str], Failures] = {}
+    for outcome in outcomes:
+        text = outcome.text if outcome.text.startswith(outcome.name) else f"{outcome.name}: {outcome.text}"
+        group = found.setdefault((outcome.name, outcome.text), Failures([], known[outcome.name], [], text))
+        place = math.nan if outcome.x is None else x.place(outcome.x)
+        group.outcomes.append(outcome)
+        group.x.append(1.0 + GAP if math.isnan(place) else place)
+    return list(found.values())
+
+
+def _pack(groups: Sequence[Failures], letter: float) -> tuple[list[list[Failures]], int]:
+    """Into as few rows as no text covers anything in; texts are shortened to what there is room for."""
+    rows: list[list[Failures]] = []
+    taken: list[list[tuple[float, float]]] = []
+    unplaced = 0
+    for group in groups:
+        first, last = min(group.x), max(group.x)
+        right, left = 1.0 - last - GAP, first - GAP
+        wanted = min(len(group.text), LONGEST) * letter
+        group.to_left = wanted > right and left > right
+        group.text = _shortened(group.text, int(min(wanted, max(left, right)) / letter + 0.5))
+        group.text_x = first - GAP if group.to_left else last + GAP
+        ends = (first, group.text_x + len(group.text) * letter)
+        if group.to_left:
+            ends = (group.text_x - len(group.text) * letter, last)
+        fits = (k for k, others in enumerate(taken) if all(ends[1] + GAP < a or b + GAP < ends[0] for a, b in others))
+        row = next(fits, len(rows))
+        if row == ROWS:
+            unplaced += 1
+            continue
+        if row == len(rows):
+            rows.append([])
+            taken.append([])
+        rows[row].append(group)
+        taken[row].append(ends)
+    return rows, unplaced
+
+
+def _shortened(text: str, length: int) -> str:
+    text = " ".join(text.split())
+    return text if len(text) <= length else text[: max(length - 1, 1)].rstrip() + "…"
+
+
+def _left_out(figure: Figure) -> str:
+    counts = {
+        s.name: sum(
+            math.isfinite(a) and math.isfinite(b) and ((figure.x_log and a <= 0) or (figure.y_log and b <= 0))
+            for a, b in zip(s.x, s.y, strict=True)
+        )
+        for s in figure.series
+        if _plain(s)
+    }
+    told = ", ".join(f"{name} ({count})" for name, count in counts.items() if count)
+    return f"Zero or negative, so without a place on a logarithmic axis: {told}." if told else ""

@@ -1,0 +1,159 @@
+"""A page as one HTML file that needs nothing else: figures as SVG, tables, and a script for hovering and the legend."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterator, Sequence
+from html import escape
+from pathlib import Path
+
+from mbdsl.errors import UsageError
+from mbdsl.plotting import svg
+from mbdsl.plotting.figures import Figure, Page, Table
+from mbdsl.plotting.frames import Frame, lay_out, names
+from mbdsl.plotting.looks import NEUTRAL, Look, looks
+
+HERE = Path(__file__).parent
+#: a browser that holds to it asks nobody for anything, whatever a text on the page says
+POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+SHORT = 100  #: letters of a value of the fine print that needs no unfolding
+_BLANK = re.compile(r"[\s–—-]*$")
+_NUMBER = re.compile(
+    r"nan$|inf$|[<>≤≥~≈±]?\s*[-+−]?"
+    r"(\d[\d,]*\.?\d*|\.\d+)([eE][-+]?\d+|·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"  # digits and exponent
+    r"(\s*[±%…].*|\s?[^\W\d]{1,4})?$"  # a spread or a unit
+)
+
+
+def write(page: Page, path: str | os.PathLike) -> None:
+    """Write the page to a file.
+
+    Raises
+    ------
+    UsageError
+        The file cannot be written.
+    """
+    try:
+        Path(path).write_text(html(page), encoding="utf-8")
+    except OSError as problem:
+        raise UsageError(f"cannot write `{path!s}`: {problem.strerror or problem}") from problem
+
+
+def html(page: Page) -> str:
+    """The page as the text of one HTML file."""
+    known = looks(names([item for item in page.items if isinstance(item, Figure)]))
+    style = (HERE / "page.css").read_text(encoding="utf-8") + _colours(known)
+    script = (HERE / "page.js").read_text(encoding="utf-8")
+    body = [f"<h1>{escape(page.title)}</h1>", *(f"<p>{escape(text)}</p>" for text in page.paragraphs)]
+    for k, item in enumerate(page.items):
+        body += _figure(item, f"figure-{k}", known) if isinstance(item, Figure) else _table(item)
+    body += _fine_print(page.fine_print)
+    return "\n".join(
+        (
+            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
+            f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            f"<title>{escape(page.title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main>",
+            *body,
+            f"</main>\n<script>\n{script}</script>\n</body>\n</html>\n",
+        )
+    )
+
+
+def _colours(known: dict[str, Look]) -> str:
+    """Classes ``c0``, ``c1``, ... of the names in their order, and ``neutral``."""
+    rules = {f"c{k}": look for k, look in enumerate(known.values())} | {"neutral": NEUTRAL}
+    light = "".join(f".{name} {{ color: {look.light}; }}\n" for name, look in rules.items())
+    dark = "".join(f".{name} {{ color: {look.dark}; }}\n" for name, look in rules.items())
+    return f"{light}@media screen and (prefers-color-scheme: dark) {{\n{dark}}}\n"
+
+
+def _figure(figure: Figure, key: str, known: dict[str, Look]) -> Iterator[str]:
+    frame = lay_out(figure, known, svg.letter())
+    classes = {name: f"c{k}" for k, name in enumerate(known)}
+    yield f'<figure id="{key}">\n<figcaption><h2>{escape(figure.title)}</h2>'
+    if figure.note:
+        yield f'<p class="note">{escape(figure.note)}</p>'
+    yield "</figcaption>"
+    yield from _legend(frame, classes)
+    yield f'<div class="scroll">\n{svg.picture(frame, key, classes)}\n</div>'
+    yield from _outcomes(frame)
+    # `<` would let a text end the element; as an escape it is the same JSON.
+    data = json.dumps(svg.hover(frame), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    yield f'<script type="application/json">{data.replace("<", chr(92) + "u003c")}</script>\n</figure>'
+
+
+def _legend(frame: Frame, classes: dict[str, str]) -> Iterator[str]:
+    named = [(k, drawn) for k, drawn in enumerate(frame.drawn) if drawn.series.name]
+    named.sort(key=lambda entry: entry[1].series.style in svg.BEHIND)
+    if not named:
+        return
+    yield '<ul class="legend" aria-label="Series">'
+    for k, drawn in named:
+        kind = svg.colour(drawn, classes)
+        yield (
+            f'<li><span data-entry="{k}"><span class="{kind}">{svg.swatch(drawn)}</span>'
+            f"{escape(drawn.series.name)}</span></li>"
+        )
+    yield "</ul>"
+
+
+def _outcomes(frame: Frame) -> Iterator[str]:
+    """All outcomes in full: in the picture they are shortened."""
+    if frame.left_out:
+        yield f'<p class="note">{escape(frame.left_out)}</p>'
+    told: dict[str, list[str]] = {}
+    for outcome in frame.figure.outcomes:
+        told.setdefault(f"{outcome.name}: {outcome.text}", []).append(
+            "" if outcome.x is None else svg.number(outcome.x)
+        )
+    if not told:
+        return
+    yield '<ul class="outcomes" aria-label="Without a point">'
+    for text, where in told.items():
+        at = ", ".join(filter(None, where))
+        yield f"<li>{escape(text)}{f' ({escape(frame.figure.x_label)}: {at})' if at else ''}</li>"
+    yield "</ul>"
+
+
+def _table(table: Table) -> Iterator[str]:
+    right = [_numeric([row[k] for row in table.rows if k < len(row)]) for k in range(len(table.columns))]
+    kind = [' class="number"' if r else "" for r in right]
+    yield f'<div class="table">\n<div class="scroll"><table>\n<caption>{escape(table.title)}</caption>\n<thead><tr>'
+    yield "".join(f'<th scope="col"{k}>{escape(c)}</th>' for c, k in zip(table.columns, kind, strict=True))
+    yield "</tr></thead>\n<tbody>"
+    for row in table.rows:
+        cells = [*row, *[""] * (len(table.columns) - len(row))]
+        first = f'<th scope="row"{kind[0]}>{escape(str(cells[0]))}</th>' if cells else ""
+        rest = (f"<td{k}>{escape(str(c))}</td>" for c, k in zip(cells[1:], kind[1:], strict=True))
+        yield f"<tr>{first}{''.join(rest)}</tr>"
+    yield "</tbody>\n</table></div>"
+    if table.note:
+        yield f'<p class="note">{escape(table.note)}</p>'
+    yield "</div>"
+
+
+def _numeric(cells: Sequence[str]) -> bool:
+    """Whether most of the cells that are not blank read as numbers: a word among them says why there is none."""
+    told = [str(cell).strip() for cell in cells if not _BLANK.match(str(cell))]
+    return 2 * sum(bool(_NUMBER.match(cell)) for cell in told) > len(told)
+
+
+def _fine_print(items: Sequence[tuple[str, str]]) -> Iterator[str]:
+    if not items:
+        return
+    yield '<section class="fine">\n<h2>To repeat it</h2>\n<dl>'
+    for name, value in items:
+        yield f"<dt>{escape(name)}</dt><dd>{_value(str(value))}</dd>"
+    yield "</dl>\n</section>"
+
+
+def _value(value: str) -> str:
+    text = value.strip("\n")
+    if "\n" not in text and len(text) <= SHORT:
+        return escape(text)
+    lines = text.count("\n") + 1
+    told = f"{lines} lines" if lines > 1 else f"{text[:60].rstrip()}…"
+    return f"<details><summary>{escape(told)}</summary><pre>{escape(text)}</pre></details>"
