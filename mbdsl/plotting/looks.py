@@ -77,7 +77,7 @@ def looks(names: Iterable[str]) -> dict[str, Look]:
 def _variant(look: Look, k: int) -> Look:
     """The ``k``-th of one method's series: deeper colours, then dashes as well."""
     turn, depth = divmod(k, 3)
-    light, dark = _mixed(look.light, "#000000", 0.4 * depth), _mixed(look.dark, "#ffffff", 0.35 * depth)
+    light, dark = _mixed(look.light, "#000000", 0.33 * depth), _mixed(look.dark, "#ffffff", 0.33 * depth)
     return replace(look, light=light, dark=dark, filled=look.filled ^ (k % 2 == 1), dash=DASHES[turn % len(DASHES)])
 
 

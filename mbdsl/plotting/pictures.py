@@ -119,7 +119,8 @@ def _axes(ax: Axes, frame: Frame) -> None:
     for k, (place, text) in enumerate(frame.floors):
         ax.axhline(place, color=PALE, linewidth=1.0, dashes=(5, 3), zorder=1.5)
         at, side = (0.995, "right") if k % 2 == 0 else (0.005, "left")
-        ax.text(at, place - 0.012, text, ha=side, va="top", fontsize=8.5, color=PALE)
+        box = dict(facecolor=SHADE, linewidth=0.0, pad=1.0)
+        ax.text(at, place - 0.015, text, ha=side, va="top", fontsize=8.5, color=PALE, bbox=box, zorder=2.9)
 
 
 def _series(ax: Axes, drawn: Drawn, zorder: float) -> None:
@@ -141,25 +142,20 @@ def _series(ax: Axes, drawn: Drawn, zorder: float) -> None:
     )
 
 
-def _front(ax: Axes, drawn: Drawn, zorder: float) -> None:
-    ax.plot(
-        drawn.x, drawn.y, color=drawn.look.light, alpha=0.3, linewidth=9.0, label=drawn.series.name, zorder=zorder - 1.5
+def _behind(ax: Axes, drawn: Drawn, zorder: float) -> None:
+    """A front or a guide, which may leave the frame."""
+    front = drawn.series.style == "front"
+    look: dict[str, Any] = (
+        dict(alpha=0.3, linewidth=9.0) if front else dict(linewidth=0.9, linestyle=(0, drawn.look.dash))
     )
+    zorder -= 1.5 if front else 1.0
+    (line,) = ax.plot(drawn.x, drawn.y, color=drawn.look.light, label=drawn.series.name, zorder=zorder, **look)
+    from matplotlib.transforms import Bbox, TransformedBbox
+
+    line.set_clip_box(TransformedBbox(Bbox.unit(), ax.transData))
 
 
-def _guide(ax: Axes, drawn: Drawn, zorder: float) -> None:
-    ax.plot(
-        drawn.x,
-        drawn.y,
-        color=drawn.look.light,
-        linewidth=0.9,
-        linestyle=(0, drawn.look.dash),
-        label=drawn.series.name,
-        zorder=zorder - 1,
-    )
-
-
-_SHOW = {"front": _front, "guide": _guide}
+_SHOW = {"front": _behind, "guide": _behind}
 
 
 def _mark(look: Look, count: int, size: float = 7.0) -> dict[str, Any]:

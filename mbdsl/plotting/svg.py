@@ -17,7 +17,8 @@ TALLEST = 560.0  #: frame of equal axes
 LETTER = 6.7  #: width of a letter of the small text
 RADIUS = 4.2  #: of a mark
 MANY = 150  #: marks; beyond them they are dots
-NEAR = 0.4  #: points of a line closer than this to the one before are left out [px]
+FLAT = 0.25  #: points of a line that lie as close to what is drawn without them are left out [px]
+NEAR = 5.0  #: of many points those are told that are farther than this from the one before [px]
 
 
 class Canvas:
@@ -56,12 +57,14 @@ def picture(frame: Frame, key: str, classes: dict[str, str]) -> str:
         f'width="{canvas.width:.1f}" height="{canvas.height + 2:.1f}"/></clipPath>',
         *_axes(frame, canvas),
     ]
-    order = sorted(range(len(frame.drawn)), key=lambda k: BEHIND.get(frame.drawn[k].series.style, 2))
-    for k in order:
-        drawn = frame.drawn[k]
-        parts.append(f'<g class="series {colour(drawn, classes)}" data-series="{k}">')
-        parts += _series(drawn, canvas, f"{key}-clip")
-        parts.append("</g>")
+    for depth in (0, 1, 2):
+        if depth == 2:
+            parts += _floor_texts(frame, canvas)
+        for k, drawn in enumerate(frame.drawn):
+            if BEHIND.get(drawn.series.style, 2) == depth:
+                parts.append(f'<g class="series {colour(drawn, classes)}" data-series="{k}">')
+                parts += _series(drawn, canvas, f"{key}-clip")
+                parts.append("</g>")
     parts += _outcomes(frame, canvas, classes)
     parts.append('<circle class="ring" r="8" visibility="hidden"/></svg>')
     return "\n".join(parts)
@@ -92,7 +95,7 @@ def swatch(drawn: Drawn) -> str:
     style = drawn.series.style
     inside = []
     if style != "marks":
-        kind = style if style in ("front", "guide") else "line"
+        kind = style if style in BEHIND else "line"
         inside.append(f'<path class="{kind}"{_dash(drawn)} d="M1 8H33"/>')
     if style in ("both", "marks"):
         inside.append(_mark(drawn, 17.0, 8.0))
@@ -128,9 +131,7 @@ def hover(frame: Frame) -> dict[str, Any]:
 
 def _points(drawn: Drawn, canvas: Canvas) -> Iterator[list[Any]]:
     s = drawn.series
-    for k in _kept(drawn, canvas):
-        if math.isnan(drawn.x[k]):
-            continue
+    for k in _told(drawn, canvas):
         spread = ""
         if s.low is not None and s.high is not None and math.isfinite(s.low[k]) and math.isfinite(s.high[k]):
             spread = f"{number(s.low[k])} … {number(s.high[k])}"
@@ -139,19 +140,55 @@ def _points(drawn: Drawn, canvas: Canvas) -> Iterator[list[Any]]:
         yield [*place, number(s.x[k]), number(s.y[k]), spread, str(text)]
 
 
-def _kept(drawn: Drawn, canvas: Canvas) -> list[int]:
-    """The points that are drawn: without those that cannot be told from the one before. A gap is kept."""
-    kept: list[int] = []
-    last = (math.nan, math.nan)
+def _told(drawn: Drawn, c: Canvas) -> Iterator[int]:
+    """The points that hovering tells: all of a few, of many those that are apart."""
     few = len(drawn.x) <= MANY
+    last = (math.inf, math.inf)
     for k, (x, y) in enumerate(zip(drawn.x, drawn.y, strict=True)):
-        at = canvas.width * x, canvas.height * y
-        if few or not (abs(at[0] - last[0]) < NEAR and abs(at[1] - last[1]) < NEAR) or k == len(drawn.x) - 1:
-            if math.isnan(x) and kept and math.isnan(drawn.x[kept[-1]]):
-                continue
-            kept.append(k)
+        at = c.width * x, c.height * y
+        if not math.isnan(x) and (few or math.dist(at, last) >= NEAR):
+            yield k
             last = at
-    return kept
+
+
+def _pieces(drawn: Drawn) -> list[list[int]]:
+    """The points between gaps."""
+    pieces: list[list[int]] = [[]]
+    for k, x in enumerate(drawn.x):
+        if math.isnan(x):
+            pieces.append([])
+        else:
+            pieces[-1].append(k)
+    return [piece for piece in pieces if piece]
+
+
+def _outline(drawn: Drawn, c: Canvas, piece: list[int]) -> list[int]:
+    """The points of a piece that its line needs: none of the others is farther than FLAT from it.
+
+    By halving at the farthest point: Douglas and Peucker, Cartographica 10 (1973) 112.
+    """
+    import numpy as np
+
+    if len(piece) <= MANY:
+        return piece
+    x = c.width * np.array([drawn.x[k] for k in piece])
+    y = c.height * np.array([drawn.y[k] for k in piece])
+    keep, open_ = {0, len(piece) - 1}, [(0, len(piece) - 1)]
+    while open_:
+        a, b = open_.pop()
+        if b - a < 2:
+            continue
+        dx, dy = x[a + 1 : b] - x[a], y[a + 1 : b] - y[a]
+        ex, ey = x[b] - x[a], y[b] - y[a]
+        size = ex * ex + ey * ey
+        along = np.clip((dx * ex + dy * ey) / size, 0.0, 1.0) if size > 0.0 else 0.0
+        off = np.hypot(dx - along * ex, dy - along * ey)
+        farthest = int(off.argmax())
+        if off[farthest] > FLAT:
+            middle = a + 1 + farthest
+            keep.add(middle)
+            open_ += [(a, middle), (middle, b)]
+    return [piece[k] for k in sorted(keep)]
 
 
 def _text(x: float, y: float, text: str, kind: str, anchor: str = "start") -> str:
@@ -181,59 +218,50 @@ def _axes(frame: Frame, c: Canvas) -> Iterator[str]:
         yield _text(left - 8.0, c.y(place) + 4.5, label, "tick", "end")
     yield _text(c.x(0.5), c.total - 6.0, " ".join(filter(None, (figure.x_label, frame.x.scale))), "label", "middle")
     yield _text(2.0, 15.0, " ".join(filter(None, (figure.y_label, frame.y.scale))), "label")
-    for k, (place, text) in enumerate(frame.floors):
+    for place, _ in frame.floors:
         yield f'<path class="floor-line" d="M{left:.1f} {c.y(place):.1f}H{right:.1f}"/>'
-        at, anchor = (right - 5.0, "end") if k % 2 == 0 else (left + 6.0, "start")
-        yield _text(at, c.y(place) + 14.0, text, "small", anchor)
+
+
+def _floor_texts(frame: Frame, c: Canvas) -> Iterator[str]:
+    """Under their lines, right and left in turn; over guides, which may cross them."""
+    for k, (place, text) in enumerate(frame.floors):
+        at, anchor = (c.x(1.0) - 5.0, "end") if k % 2 == 0 else (c.x(0.0) + 6.0, "start")
+        yield _text(at, c.y(place) + 14.0, text, "small on-floor", anchor)
 
 
 def _series(drawn: Drawn, c: Canvas, clip: str) -> Iterator[str]:
     style = drawn.series.style
-    kept = _kept(drawn, c)
+    pieces = _pieces(drawn)
+    points = [k for piece in pieces for k in piece]
     if drawn.high and style == "line":
-        yield f'<path class="band" clip-path="url(#{clip})" d="{_band(drawn, kept, c)}"/>'
+        yield f'<path class="band" clip-path="url(#{clip})" d="{"".join(_band(drawn, p, c) for p in pieces)}"/>'
     elif drawn.high:
-        bars = (k for k in kept if not math.isnan(drawn.x[k]))
-        ends = "".join(f"M{c.x(drawn.x[k]):.1f} {c.y(drawn.low[k]):.1f}V{c.y(drawn.high[k]):.1f}" for k in bars)
+        ends = "".join(f"M{c.x(drawn.x[k]):.1f} {c.y(drawn.low[k]):.1f}V{c.y(drawn.high[k]):.1f}" for k in points)
         yield f'<path class="spread" clip-path="url(#{clip})" d="{ends}"/>'
     if style != "marks":
-        kind = style if style in ("front", "guide") else "line"
-        yield f'<path class="{kind}" clip-path="url(#{clip})"{_dash(drawn)} d="{_line(drawn, kept, c)}"/>'
+        kind = style if style in BEHIND else "line"
+        line = "".join(_line(drawn, _outline(drawn, c, piece), c) for piece in pieces)
+        yield f'<path class="{kind}" clip-path="url(#{clip})"{_dash(drawn)} d="{line}"/>'
     if style not in ("both", "marks"):
         return
-    shown = [(c.x(drawn.x[k]), c.y(drawn.y[k])) for k in kept if not math.isnan(drawn.x[k])]
-    if len(shown) > MANY:
-        dots = dict.fromkeys(f"M{round(x * 2) / 2:g} {round(y * 2) / 2:g}h0" for x, y in shown)
+    if len(points) > MANY:
+        dots = dict.fromkeys(
+            f"M{round(c.x(drawn.x[k]) * 2) / 2:g} {round(c.y(drawn.y[k]) * 2) / 2:g}h0" for k in points
+        )
         yield f'<path class="dots" d="{"".join(dots)}"/>'
     else:
-        yield from (_mark(drawn, x, y) for x, y in shown)
+        yield from (_mark(drawn, c.x(drawn.x[k]), c.y(drawn.y[k])) for k in points)
 
 
-def _line(drawn: Drawn, kept: list[int], c: Canvas) -> str:
-    words, pen = [], "M"
-    for k in kept:
-        if math.isnan(drawn.x[k]):
-            pen = "M"
-            continue
-        words.append(f"{pen}{c.x(drawn.x[k]):.1f} {c.y(drawn.y[k]):.1f}")
-        pen = "L"
-    return "".join(words)
+def _line(drawn: Drawn, points: list[int], c: Canvas) -> str:
+    return "M" + "L".join(f"{c.x(drawn.x[k]):.1f} {c.y(drawn.y[k]):.1f}" for k in points)
 
 
-def _band(drawn: Drawn, kept: list[int], c: Canvas) -> str:
-    """One closed outline for each piece between gaps."""
-    pieces: list[list[int]] = [[]]
-    for k in kept:
-        if math.isnan(drawn.x[k]):
-            pieces.append([])
-        else:
-            pieces[-1].append(k)
-    words = []
-    for piece in filter(None, pieces):
-        up = [f"{c.x(drawn.x[k]):.1f} {c.y(drawn.high[k]):.1f}" for k in piece]
-        down = [f"{c.x(drawn.x[k]):.1f} {c.y(drawn.low[k]):.1f}" for k in reversed(piece)]
-        words.append(f"M{'L'.join(up + down)}Z")
-    return "".join(words)
+def _band(drawn: Drawn, points: list[int], c: Canvas) -> str:
+    """The outline: forth along the upper edge, back along the lower one."""
+    up = [f"{c.x(drawn.x[k]):.1f} {c.y(drawn.high[k]):.1f}" for k in points]
+    down = [f"{c.x(drawn.x[k]):.1f} {c.y(drawn.low[k]):.1f}" for k in reversed(points)]
+    return f"M{'L'.join(up + down)}Z"
 
 
 def _dash(drawn: Drawn) -> str:

@@ -2,6 +2,8 @@
 
 import math
 
+import pytest
+
 from mbdsl.plotting.figures import Figure, Outcome, Page, Series, Table
 
 MODEL = "model Pendulum\n  parameter m = 1 kg\n" + "\n".join(f"  // line {k}: a < b && c > d" for k in range(60))
@@ -98,7 +100,7 @@ def energy(count=3000):
     return Figure("energy", "Total energy", "time [s]", "energy [J]", series, x_log=False, y_log=False)
 
 
-def page():
+def sample():
     times = Table(
         "Cheapest for each error",
         ["error", "method", "h or tol", "time [s]", "spread", "factor"],
@@ -129,3 +131,23 @@ def page():
             ("model", MODEL),
         ],
     )
+
+
+@pytest.fixture(name="work_precision")
+def _work_precision():
+    return work_precision()
+
+
+@pytest.fixture(name="drift")
+def _drift():
+    return drift()
+
+
+@pytest.fixture(name="energy")
+def _energy():
+    return energy()
+
+
+@pytest.fixture(name="page", scope="session")
+def _page():
+    return sample()
