@@ -26,6 +26,10 @@ class Axis:
     minor: tuple[float, ...] = ()
     scale: str = ""
 
+    def titled(self, label: str) -> str:
+        """The axis' label, with what its ticks leave out."""
+        return f"{label} (ticks {self.scale})" if self.scale else label
+
     def place(self, value: float) -> float:
         """Where a number is: 0 at the low end, 1 at the high end; nan if it has no place."""
         return (coordinate(value, self.log) - self.low) / (self.high - self.low)

@@ -100,10 +100,11 @@ def _axes(figure: Figure) -> tuple[Axis, Axis, float]:
     y = _with_floors(figure, limits(chain((b for _, b in shown), spreads), figure.y_log, pad=0.06))
     aspect = USUAL
     if figure.equal:
-        wide, high = x[1] - x[0], y[1] - y[0]
-        aspect = min(1.0, max(FLATTEST, high / wide))
-        x, y = _widened(x, max(wide, high / aspect)), _widened(y, max(high, wide * aspect))
-    return axis(*x, figure.x_log, 7 if aspect < 0.8 else 5), axis(*y, figure.y_log, 6), aspect
+        dx, dy = x[1] - x[0], y[1] - y[0]
+        aspect = min(1.0, max(FLATTEST, dy / dx))
+        x, y = _widened(x, max(dx, dy / aspect)), _widened(y, max(dy, dx * aspect))
+    x_axis = axis(*x, figure.x_log, 9 if figure.x_log else 7)
+    return x_axis, axis(*y, figure.y_log, 8 if figure.y_log else 6), aspect
 
 
 def _widened(ends: tuple[float, float], size: float) -> tuple[float, float]:
@@ -125,9 +126,11 @@ def _place(series: Series, x: Axis, y: Axis, look: Look) -> Drawn:
     for k, (a, b) in enumerate(zip(xs, ys, strict=True)):
         if math.isnan(a) or math.isnan(b):
             xs[k] = ys[k] = math.nan
-    spread = series.low is not None and series.high is not None
-    low = [_edge(y, v, p) for v, p in zip(series.low, ys, strict=True)] if spread else []  # type: ignore[arg-type]
-    high = [_edge(y, v, p) for v, p in zip(series.high, ys, strict=True)] if spread else []  # type: ignore[arg-type]
+    low: list[float] = []
+    high: list[float] = []
+    if series.low is not None and series.high is not None:
+        low = [_edge(y, v, p) for v, p in zip(series.low, ys, strict=True)]
+        high = [_edge(y, v, p) for v, p in zip(series.high, ys, strict=True)]
     return Drawn(series, look, xs, ys, low, high)
 
 

@@ -104,6 +104,7 @@ def _axes(ax: Axes, frame: Frame) -> None:
     ax.set(xlim=(0.0, 1.0), ylim=(0.0, top))
     if frame.figure.equal:
         ax.set_box_aspect(frame.aspect * top)
+        ax.set_anchor("N")
     for axis, ticks, side in ((ax.xaxis, frame.x, "bottom"), (ax.yaxis, frame.y, "left")):
         axis.set_ticks([p for p, _ in ticks.ticks], [label for _, label in ticks.ticks])
         axis.set_ticks(list(ticks.minor), minor=True)
@@ -112,8 +113,8 @@ def _axes(ax: Axes, frame: Frame) -> None:
     ax.vlines([p for p, _ in frame.x.ticks], 0.0, 1.0, **grid)
     ax.hlines([p for p, _ in frame.y.ticks], 0.0, 1.0, **grid)
     ax.spines[["top", "right"]].set_visible(False)
-    ax.set_xlabel(" ".join(filter(None, (frame.figure.x_label, frame.x.scale))))
-    ax.set_title(" ".join(filter(None, (frame.figure.y_label, frame.y.scale))), loc="left", fontsize=10)
+    ax.set_xlabel(frame.x.titled(frame.figure.x_label))
+    ax.set_title(frame.y.titled(frame.figure.y_label), loc="left", fontsize=10)
     for place, _ in frame.floors[-1:]:
         ax.axhspan(0.0, place, color=SHADE, zorder=0.5)
     for k, (place, text) in enumerate(frame.floors):

@@ -216,8 +216,8 @@ def _axes(frame: Frame, c: Canvas) -> Iterator[str]:
         yield _text(c.x(place), bottom + 19.0, label, "tick", "middle")
     for place, label in frame.y.ticks:
         yield _text(left - 8.0, c.y(place) + 4.5, label, "tick", "end")
-    yield _text(c.x(0.5), c.total - 6.0, " ".join(filter(None, (figure.x_label, frame.x.scale))), "label", "middle")
-    yield _text(2.0, 15.0, " ".join(filter(None, (figure.y_label, frame.y.scale))), "label")
+    yield _text(c.x(0.5), c.total - 6.0, frame.x.titled(figure.x_label), "label", "middle")
+    yield _text(2.0, 15.0, frame.y.titled(figure.y_label), "label")
     for place, _ in frame.floors:
         yield f'<path class="floor-line" d="M{left:.1f} {c.y(place):.1f}H{right:.1f}"/>'
 

@@ -18,6 +18,7 @@ FORBIDDEN = {
     "lang": ("mbdsl.graph", "mbdsl.system", "mbdsl.integrators", "mbdsl.jit", "mbdsl.cli", *NUMERICS),
     "reduction": ("mbdsl.system", "mbdsl.integrators", "mbdsl.jit", "mbdsl.cli", *NUMERICS),
     "integrators": ("mbdsl.elements", "mbdsl.lang", "mbdsl.graph", "mbdsl.cli"),
+    "plotting": ("mbdsl.lang", "mbdsl.elements", "mbdsl.graph", "mbdsl.system", "mbdsl.integrators", "mbdsl.cli"),
     "results": ("mbdsl.lang", "mbdsl.elements", "mbdsl.graph", "mbdsl.system", "mbdsl.integrators", "mbdsl.cli"),
 }
 #: what none may import while it is itself imported: extras, and what is slow to load
