@@ -102,12 +102,9 @@ def summary(numbers: dict) -> str:
         ["figure", "the paper", "here"],
         [
             ["3", "slope 2, NEWMARK 1", f"slope {orders(numbers['figure 3']['errors'], 'figure 3')}"],
-            [
-                "4",
-                "slope 2, NEWMARK 1",
-                f"angle: slope {orders(four['angle'], 'angle')}; angular velocity at 2 s: none",
-            ],
-            ["", "", f"angular velocity, ringing resolved: slope {orders(four['resolved'], 'resolved')}"],
+            ["4", "slope 2, NEWMARK 1", "angular velocity at 2 s, which rings: none"],
+            ["", "", f"angular velocity, resolved: slope {orders(four['resolved'], 'resolved')}"],
+            ["", "", f"angle: slope {orders(four['angle'], 'angle')}"],
             ["5", "slope 2, NEWMARK 1", f"slope {orders(seven['errors'], 'figure 5')}"],
             ["6", "slope 2, NEWMARK 1", f"slope {orders(seven['rates'], 'figure 6')}"],
             ["7, 8", "alpha = -0.3 dissipates an order of magnitude more", f"{span(ratios)} times as much"],
@@ -181,7 +178,7 @@ def figures_7_and_8(numbers: dict) -> str:
             + [f"{slope(row, '2^-7', '2^-10'):.2f}" for row in (strong, weak)]
         )
     rows.append(["an oscillator, in theory", "", "", f"{theory(-0.3) / theory(-0.05):.2f}", "3", "3"])
-    rows.append(["the paper", "", "", "10", "", ""])
+    rows.append(["the paper", "", "", "an order of magnitude", "", ""])
     head = ["lost per second, h = 2^-8 s [W]", "alpha = -0.3", "alpha = -0.05", "ratio"]
     return table([*head, "slope, -0.3", "slope, -0.05"], rows)
 
