@@ -180,7 +180,11 @@ def figures_7_and_8(numbers: dict) -> str:
     rows.append(["an oscillator, in theory", "", "", f"{theory(-0.3) / theory(-0.05):.2f}", "3", "3"])
     rows.append(["the paper", "", "", "an order of magnitude", "", ""])
     head = ["lost per second, h = 2^-8 s [W]", "alpha = -0.3", "alpha = -0.05", "ratio"]
-    return table([*head, "slope, -0.3", "slope, -0.05"], rows)
+    strong, weak = (short(x) for x in numbers["figures 7 and 8"]["wavers"].values())
+    return (
+        f"{table([*head, 'slope, -0.3', 'slope, -0.05'], rows)}\n\n"
+        f"In the last two seconds the energy of `hht-i3` goes to and fro by {strong} and {weak} J."
+    )
 
 
 @block
