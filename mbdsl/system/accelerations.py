@@ -62,7 +62,7 @@ def _solve_motion(
             f"the forces at t = {t:g} s are not finite numbers",
             hint="an expression divides by zero or leaves the domain of a function there",
         )
-    d = _balance(system, diagonal, J)
+    d = balance(system, diagonal, J)
     if isinstance(J, np.ndarray):
         K = np.block([[M, U], [J, np.zeros((m, m))]])
         K, b = d[:, None] * K * d, d * b
@@ -99,7 +99,7 @@ def _solve_motion(
     return x[:n], found
 
 
-def _balance(system: System, M: Array, J) -> Array:
+def balance(system: System, M: Array, J) -> Array:
     """Powers of two d for which d [[M, J^T], [J, 0]] d has entries near one: masses first, then the rows of J."""
     sized = M / system.tables.scale**2  # as moments of inertia; what has no mass is taken to have the largest
     d = 1 / np.sqrt(np.where(M > 0.0, M, (sized.max(initial=0.0) or 1.0) * system.tables.scale**2))

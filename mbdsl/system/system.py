@@ -20,6 +20,7 @@ from mbdsl.graph import MechanismGraph
 from mbdsl.graph import build as build_graph
 from mbdsl.scene import Scene
 from mbdsl.system import beside, emit
+from mbdsl.system.clock import Clock
 from mbdsl.system.emit import Kernels
 from mbdsl.system.tables import Tables, build_tables
 
@@ -58,6 +59,7 @@ class System:
     _kernels: dict[int, Kernels] = field(default_factory=dict)
     _work: Workspace | None = None
     _A: Array | None = None
+    _clock: Clock | None = None
 
     @property
     def n(self) -> int:
@@ -221,18 +223,26 @@ class System:
         """
         w = self._at(t, q, v, lam)
         w.Y[layout.X, : self.n] = 0.0 if a is None else a
-        cA = 0.0 if a is None else cK
+        return self.matrix(self.entries(t, cM, cK, cD, cL, cP, cN, cV, cW, 0.0 if a is None else cK))
+
+    def entries(self, t: float, *coefficients: float) -> Array:
+        """The requested entries (size,) of that matrix at the state evaluated last, those at one place apart."""
+        w = self._work
+        assert w is not None
         if self._A is None:
             self._A = np.zeros(self.size)
-        matrix = self._any_kernels(1).tangent
-        matrix(float(t), cM, cK, cD, cL, cP, cN, cV, cW, cA, w.Y, w.Z, w.C, w.F, w.I, self._A)
+        self._any_kernels(1).tangent(float(t), *coefficients, w.Y, w.Z, w.C, w.F, w.I, self._A)
+        return self._A
+
+    def matrix(self, entries: Array) -> Array | csr_array:
+        """The matrix with these entries (size,): a fresh one, dense up to ``DENSE_LIMIT`` unknowns."""
         size = self.unknowns
         rows, columns = self.tables.pattern
         if size <= DENSE_LIMIT:
-            return np.bincount(rows * size + columns, self._A, size * size).reshape(size, size)
+            return np.bincount(rows * size + columns, entries, size * size).reshape(size, size)
         from scipy.sparse import csr_array
 
-        return csr_array((self._A.copy(), (rows, columns)), shape=(size, size))
+        return csr_array((entries.copy(), (rows, columns)), shape=(size, size))
 
     def Phi_q(self, t: float, q) -> Array | csr_array:
         """Constraint Jacobian (m, n)."""
@@ -266,36 +276,15 @@ class System:
         """
         # also runs the gradient tape, which holds u'' and Gam_t
         rate = self.tangent(t, q, v, cN=1.0, cW=1.0)[self.n :, : self.n] @ np.asarray(v, float)
-        in_time = np.zeros(self.m + self.p)
-        assert self._work is not None
-        I, F = self._work.I, self._work.F
-        for r in range(self.m):
-            registers = I[I[layout.PAIRS] + layout.PAIR * r + 4]
-            if registers >= 0:
-                in_time[r] = -F[I[layout.REGISTERS] + I[registers + 2]]
-        if I[layout.N_MOVING]:
-            in_time[: self.m] += self._carried()
-        for k in range(self.p):
-            in_time[self.m + k] = F[I[layout.REGISTERS] + I[I[I[layout.GAMMAS] + k] + 1]]
-        return -rate - in_time
+        return -rate - self.in_time()
 
-    def _carried(self) -> Array:
-        """What frames that move as functions of time add to Phi_tt and (Phi_q v)_t (m,), at the last tangent."""
+    def in_time(self) -> Array:
+        """What time alone adds to -gamma_c (m + p,), at the state of the last tangent: of drivers, and in Gam_t."""
         w = self._work
         assert w is not None
-        acceleration = {}
-        for k in range(w.I[layout.N_MOVING]):
-            record = w.I[w.I[layout.MOVING] + layout.MOVED * k :][: layout.MOVED]
-            acceleration[int(record[0])] = w.F[w.I[layout.REGISTERS] + record[7:]]
-        found = np.zeros(self.m)
-        for r in range(self.m):
-            for side in range(2):
-                f = int(w.I[w.I[layout.PAIRS] + layout.PAIR * r + side])
-                if f in acceleration:
-                    G = w.C[r, 3 * side : 3 * side + 3]
-                    G_rate = w.C[r, layout.GRADIENT_RATE + 3 * side :][:3]
-                    found[r] += G_rate @ w.Z[f, 3:6] + G @ acceleration[f]
-        return found
+        if self._clock is None:
+            self._clock = Clock(w.I, self.m, self.p)
+        return self._clock(w)
 
     def elimination_order(self) -> NDArray[np.int64]:
         """The order, from the graph, in which coordinates and constraints are eliminated (n + m + p,): new -> old."""

@@ -1,0 +1,156 @@
+"""The index-1 reduction: y' = f(t, y) with y = [q; v], from the equations at the level of accelerations.
+
+    q' = v,   [[M, J^T], [J, 0]] [v'; lam] = [Q; gamma_c],   J = [Phi_q; Gam_v]
+
+Its solutions keep Phi = 0 and Phi_q v + Phi_t = 0, Gam = 0 if they start there, but numerical ones drift away.
+``project`` brings them back by the smallest change in the norm of the masses, one linear system for both levels:
+
+    [[M, J^T], [J, 0]] [dq, dv; ...] = -[0, 0; (Phi, 0), (Phi_q v + Phi_t, Gam)],   until nothing changes
+
+Source: the reduction is classical; projection onto invariants: E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical
+Integration* (2006), section IV.4; in the norm of the masses: C. Lubich, BIT 31 (1991), 545-550.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl import layout
+from mbdsl.system.accelerations import balance
+from mbdsl.system.system import System
+
+Array = NDArray[np.float64]
+
+#: changes of coordinates, as parts of the mechanism's size, below which a projection has arrived
+ARRIVED = 1e-12
+#: iterations of a projection, and of accelerations where forces depend on multipliers
+MOST = 20
+#: solutions larger than this, in balanced units, come from a singular matrix
+SINGULAR = 1e8
+
+
+class Index1:
+    """y' = f(t, y) of a system: call it. ``left_out`` are redundant constraints, whose multipliers are zero.
+
+    Attributes
+    ----------
+    evaluations : int
+        How often f has been called.
+    """
+
+    def __init__(self, system: System, left_out: Sequence[int] = ()) -> None:
+        self.system, self.n = system, system.n
+        self.evaluations = 0
+        rows = np.delete(np.arange(system.m + system.p), list(left_out))
+        self._kept = np.concatenate([np.arange(self.n), self.n + rows])
+        self._all = len(rows) == system.m + system.p
+        self._d: Array | None = None
+
+    def join(self, q: Array, v: Array) -> Array:
+        """y (2n,) of q and v (n,)."""
+        return np.concatenate([q, v])
+
+    def split(self, y: Array) -> tuple[Array, Array]:
+        """q and v (n,) of y (2n,), copies."""
+        return y[: self.n].copy(), y[self.n :].copy()
+
+    def __call__(self, t: float, y: Array) -> Array:
+        """f(t, y) (2n,); not numbers where forces have no finite value or no accelerations exist."""
+        self.evaluations += 1
+        q, v = y[: self.n], y[self.n :]
+        return np.concatenate([v, self.motion(t, q, v)[0]])
+
+    def motion(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
+        """Accelerations a (n,) and multipliers lam (m + p,) at a state; not numbers where there are none."""
+        system, n = self.system, self.n
+        work = system._at(t, q, v)
+        gamma: Array | None = None
+        lam = np.zeros(system.m + system.p)
+        size = 0.0
+        for _ in range(MOST):
+            force = work.Y[layout.FP, :n].copy()
+            K = self._matrix(t, 1.0)
+            if gamma is None:
+                rate = system.matrix(system.entries(t, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0))
+                gamma = -(rate[n:, :n] @ np.asarray(v)) - system.in_time()
+            # forces are linearised about lam: what is solved for is its change
+            x = self._solve(K, np.concatenate([force, gamma])[self._kept])
+            change = np.zeros(n + len(lam))
+            change[self._kept] = x
+            lam = lam + change[n:]
+            size = max(size, float(np.abs(lam).max(initial=0.0)))
+            if not system.of_multipliers or np.abs(change[n:]).max(initial=0.0) <= 1e-12 * size:
+                return change[:n], lam
+            work = system._at(t, q, v, lam)
+        return np.full(n, np.nan), np.full(len(lam), np.nan)
+
+    def project(self, t: float, y: Array) -> Array:
+        """The state (2n,) on the constraints of positions and velocities next to ``y``.
+
+        Where none is found nearby, the last iterate: it violates the constraints, or is not a number.
+        """
+        system, n, m = self.system, self.n, self.system.m
+        if not m and not system.p:
+            return y
+        scale = np.concatenate([system.tables.scale] * 2)
+        for _ in range(MOST):
+            work = system._at(t, y[:n], y[n:])
+            right = np.zeros((n + m + system.p, 2))
+            right[n : n + m, 0] = -work.Y[layout.FP, n : n + m]
+            right[n : n + m, 1] = -work.Y[layout.GD, n : n + m]
+            right[n + m :, 1] = -work.Y[layout.FP, n + m : system.unknowns]
+            change = self._solve(self._matrix(t, 0.0), right[self._kept])[:n].T.ravel()
+            y = y + change
+            speed = 1.0 + np.abs(y[n:] * scale[n:]).max(initial=0.0)
+            size = np.abs(change * scale)
+            if not max(size[:n].max(initial=0.0), size[n:].max(initial=0.0) / speed) > ARRIVED:
+                break
+        return y
+
+    def _matrix(self, t: float, cL: float):
+        """[[M, J^T - cL Q_lam], [J, 0]] of the state evaluated last, without what is left out."""
+        K = self.system.matrix(self.system.entries(t, 1.0, 0.0, 0.0, cL, 1.0, 0.0, 1.0, 0.0, 0.0))
+        if self._all:
+            return K
+        return K[np.ix_(self._kept, self._kept)] if isinstance(K, np.ndarray) else K[self._kept][:, self._kept]
+
+    def _solve(self, K, b: Array) -> Array:
+        """x of K x = b, of least norm where K is singular."""
+        if self._d is None:
+            self._d = balance(self.system, K.diagonal()[: self.n], K[self.n :, : self.n])
+        d = self._d
+        b = (d * b.T).T
+        if not np.isfinite(b).all():
+            return np.full_like(b, np.nan)
+        if not isinstance(K, np.ndarray):
+            return (d * self._sparse(K, b).T).T
+        K = d[:, None] * K * d
+        if not np.isfinite(K).all():
+            return np.full_like(b, np.nan)
+        try:
+            x = np.linalg.solve(K, b)
+        except np.linalg.LinAlgError:
+            x = np.full_like(b, np.nan)
+        if not np.abs(x).max(initial=0.0) <= SINGULAR * np.abs(b).max(initial=0.0):
+            x = np.linalg.lstsq(K, b, rcond=1e-13)[0]
+        return (d * x.T).T
+
+    def _sparse(self, K, b: Array) -> Array:
+        """The same for a large K, balanced here; what regularises it is refined away."""
+        from scipy.sparse import csc_array, diags_array
+        from scipy.sparse.linalg import splu
+
+        d, n = self._d, self.n
+        S = diags_array(d) @ K @ diags_array(d)
+        shift = np.concatenate([np.zeros(n), np.full(K.shape[0] - n, -1e-12)])
+        try:
+            lu = splu(csc_array(S + diags_array(shift)))
+        except RuntimeError:  # exactly singular
+            return np.full_like(b, np.nan)
+        x = lu.solve(b)
+        for _ in range(2):
+            x = x + lu.solve(b - S @ x)
+        return x
