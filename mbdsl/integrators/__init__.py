@@ -1,6 +1,11 @@
-"""Integration methods: one file each, found by looking, never listed.
+"""Integration methods, found by looking, never listed: one file each.
 
-A method is a module of this package with a ``METHOD``. ``methods()`` maps names to declarations.
+A method of our own is a module of this package with a ``METHOD`` and kernels. A backend has a ``METHOD`` and a function
+``solve`` (see :mod:`mbdsl.integrators.backend`); it is a module of :mod:`mbdsl.integrators.external`, or belongs to
+another distribution, which registers it by an entry point of the group "mbdsl.integrators":
+
+    [project.entry-points."mbdsl.integrators"]
+    name = "package.module"
 """
 
 from __future__ import annotations
@@ -10,22 +15,102 @@ import pkgutil
 from functools import cache
 from types import ModuleType
 
+from mbdsl.errors import UsageError
 from mbdsl.integrators.method import Method, Option, Run
 
-__all__ = ["Method", "Option", "Run", "methods", "modules"]
+__all__ = ["Method", "Option", "Run", "backend", "compiled", "declared", "methods", "modules", "problems"]
+
+GROUP = "mbdsl.integrators"
 
 
-@cache
-def modules() -> dict[str, ModuleType]:
-    """Method name -> the module that implements it."""
+def _found(package: str, path) -> dict[str, ModuleType]:
     found = {}
-    for info in pkgutil.iter_modules(__path__):
-        module = importlib.import_module(f"{__name__}.{info.name}")
+    for info in pkgutil.iter_modules(path):
+        module = importlib.import_module(f"{package}.{info.name}")
         if isinstance(getattr(module, "METHOD", None), Method):
             found[module.METHOD.name] = module
     return dict(sorted(found.items()))
 
 
-def methods() -> dict[str, Method]:
-    """Method name -> declaration, by name, of those that can be chosen."""
+@cache
+def modules() -> dict[str, ModuleType]:
+    """Method name -> the module that implements it, of the compiled methods of this package."""
+    return _found(__name__, __path__)
+
+
+@cache
+def _external() -> dict[str, ModuleType]:
+    """The same of the backends that come with this package; none of them loads what it needs before it runs."""
+    from mbdsl.integrators import external
+
+    return _found(external.__name__, external.__path__)
+
+
+@cache
+def _registered() -> tuple[dict[str, object], dict[str, str]]:
+    """Backends of other distributions, and why others of theirs are of no use; looking for them takes time."""
+    from importlib.metadata import entry_points
+
+    found: dict[str, object] = {}
+    wrong: dict[str, str] = {}
+    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
+        source = point.dist.name if point.dist is not None else point.value
+        try:
+            problem = _misfit(point.name, backend := point.load())
+            if problem is None:
+                found[point.name] = backend
+                continue
+        except Exception as error:  # whatever goes wrong in a package that is not ours
+            problem = f"{type(error).__name__}: {error}"
+        if found.get(point.name) is None:  # a distribution may be seen twice
+            wrong[f"{point.name} (of {source})"] = problem
+    return found, wrong
+
+
+def _misfit(name: str, backend: object) -> str | None:
+    """What keeps an object from being a backend of this name."""
+    method = getattr(backend, "METHOD", None)
+    if not isinstance(method, Method) or not callable(getattr(backend, "solve", None)):
+        return "it has no METHOD (an mbdsl.integrators.Method), or no function solve"
+    if method.name != name:
+        return f"its METHOD is called {method.name}"
+    return "there is a method of that name already" if name in modules() or name in _external() else None
+
+
+def backend(name: str) -> object | None:
+    """The object with ``METHOD`` and ``solve`` by this name; None where it is a compiled method or there is none."""
+    if name in modules():
+        return None
+    return _external().get(name) or _registered()[0].get(name)
+
+
+def compiled() -> dict[str, Method]:
+    """Method name -> declaration, by name, of our own that can be chosen."""
     return {name: module.METHOD for name, module in modules().items() if module.METHOD.chosen}
+
+
+def methods() -> dict[str, Method]:
+    """Method name -> declaration of all that can be chosen: our own, then backends."""
+    others: dict[str, object] = {**_external(), **_registered()[0]}
+    return {**compiled(), **{name: found.METHOD for name, found in others.items()}}  # type: ignore[attr-defined]
+
+
+def problems() -> dict[str, str]:
+    """What is registered, but of no use -> why."""
+    return _registered()[1]
+
+
+def declared(name: str) -> Method:
+    """The declaration of a method.
+
+    Raises
+    ------
+    UsageError
+        If there is none of this name.
+    """
+    found = modules().get(name) or backend(name)
+    if found is None:
+        wrong = [f"{who}: {why}" for who, why in problems().items() if who.startswith(f"{name} (")]
+        hint = "; ".join(wrong) or f"methods: {', '.join(methods())}"
+        raise UsageError(f"there is no method `{name}`", hint=hint)
+    return found.METHOD  # type: ignore[attr-defined]

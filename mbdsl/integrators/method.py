@@ -61,6 +61,10 @@ class Method:
     ``own_reactions`` is False where reactions have to be found from the acceleration-level equations; ``inverts_mass``
     tells that every coordinate needs a mass. What nobody can choose is not ``chosen``. ``steps`` are "fixed",
     "controlled" (by an estimate of their error), or both.
+
+    A method that is not of this package (see :mod:`mbdsl.integrators.backend`) has neither ``coefficients`` nor
+    ``begin``, ``own_reactions`` if it yields multipliers, and says what ``needs`` to be installed. Where its order
+    varies, ``order`` is the highest.
     """
 
     name: str
@@ -69,8 +73,8 @@ class Method:
     index: int
     enforces: tuple[str, ...]  #: of "Phi", "dPhi"
     source: str
-    coefficients: Callable[[Mapping[str, float | None]], tuple[float, ...]]
-    begin: Callable[[Array, Start], Mapping[int, Array | list[float]]]
+    coefficients: Callable[[Mapping[str, float | None]], tuple[float, ...]] = lambda options: ()
+    begin: Callable[[Array, Start], Mapping[int, Array | list[float]]] = lambda c, start: {}
     parameters: Mapping[str, Option] = field(default_factory=dict)
     check: Callable[[Mapping[str, float | None]], str | None] = lambda options: None
     check_constrained: Callable[[Mapping[str, float | None]], str | None] = lambda options: None
@@ -84,6 +88,7 @@ class Method:
     tangent_row: int = X  #: x in (M x)_q of the iteration matrix
     chosen: bool = True
     steps: tuple[str, ...] = ("fixed",)
+    needs: str = ""
 
 
 class Run(Protocol):

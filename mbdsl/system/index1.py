@@ -74,7 +74,7 @@ class Index1:
             force = work.Y[layout.FP, :n].copy()
             K = self._matrix(t, 1.0)
             if gamma is None:
-                rate = system.matrix(system.entries(t, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0))
+                rate = system.matrix(system.entries(t, cN=1.0, cW=1.0))
                 gamma = -(rate[n:, :n] @ np.asarray(v)) - system.in_time()
             # forces are linearised about lam: what is solved for is its change
             x = self._solve(K, np.concatenate([force, gamma])[self._kept])
@@ -112,7 +112,7 @@ class Index1:
 
     def _matrix(self, t: float, cL: float):
         """[[M, J^T - cL Q_lam], [J, 0]] of the state evaluated last, without what is left out."""
-        K = self.system.matrix(self.system.entries(t, 1.0, 0.0, 0.0, cL, 1.0, 0.0, 1.0, 0.0, 0.0))
+        K = self.system.matrix(self.system.entries(t, cM=1.0, cL=cL, cP=1.0, cV=1.0))
         if self._all:
             return K
         return K[np.ix_(self._kept, self._kept)] if isinstance(K, np.ndarray) else K[self._kept][:, self._kept]

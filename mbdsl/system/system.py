@@ -223,15 +223,20 @@ class System:
         """
         w = self._at(t, q, v, lam)
         w.Y[layout.X, : self.n] = 0.0 if a is None else a
-        return self.matrix(self.entries(t, cM, cK, cD, cL, cP, cN, cV, cW, 0.0 if a is None else cK))
+        cA = 0.0 if a is None else cK
+        return self.matrix(self.entries(t, cM=cM, cK=cK, cD=cD, cL=cL, cP=cP, cN=cN, cV=cV, cW=cW, cA=cA))
 
-    def entries(self, t: float, *coefficients: float) -> Array:
-        """The requested entries (size,) of that matrix at the state evaluated last, those at one place apart."""
+    def entries(self, t: float, *, cM=0.0, cK=0.0, cD=0.0, cL=0.0, cP=0.0, cN=0.0, cV=0.0, cW=0.0, cA=0.0) -> Array:
+        """The requested entries (size,) of that matrix at the state evaluated last, those at one place apart.
+
+        cA goes with (M a)_q alone, for the a in row X of Y. The array is overwritten by the next call.
+        """
         w = self._work
         assert w is not None
         if self._A is None:
             self._A = np.zeros(self.size)
-        self._any_kernels(1).tangent(float(t), *coefficients, w.Y, w.Z, w.C, w.F, w.I, self._A)
+        tangent = self._any_kernels(1).tangent
+        tangent(float(t), cM, cK, cD, cL, cP, cN, cV, cW, cA, w.Y, w.Z, w.C, w.F, w.I, self._A)
         return self._A
 
     def matrix(self, entries: Array) -> Array | csr_array:

@@ -1,0 +1,197 @@
+"""Backends: integrators that are handed a system's equations, and hand back states.
+
+A backend is a module (or any object) with
+
+    METHOD           its declaration, a :class:`mbdsl.integrators.Method`
+    solve(problem)   a generator of states: (t, q, v), and lam (m + p,) behind them where METHOD.own_reactions
+
+It yields a state at every one of ``problem.times``, and may yield others, in order of time: what has been yielded is
+kept where the run ends early, and between two states a run can be interrupted. What it cannot solve it reports by
+raising ``IntegrationError`` with a reason in words. :class:`External` makes a run of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.errors import InitialisationError, MbdslError, UsageError
+from mbdsl.integrators import backend, driver
+from mbdsl.integrators.run import check_options
+from mbdsl.system import System
+
+Array = NDArray[np.float64]
+
+#: status beside those of :mod:`mbdsl.integrators.driver`: ``External.reason`` says why
+FAILED = -1
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is to be solved, and how.
+
+    Attributes
+    ----------
+    system : System
+        The equations: single quantities of it, or by its reductions :class:`mbdsl.system.index1.Index1` and
+        :class:`mbdsl.system.index2.StabilisedIndex2`.
+    start, stop : float [s]
+    times : (outputs,) [s]
+        Where states are wanted, after the start; the last is ``stop``.
+    q, v, a : (n,)
+        Consistent state at the start, with accelerations.
+    lam : (m + p,)
+        Multipliers there.
+    left_out : tuple of int
+        Redundant constraints: their multipliers are zero.
+    h : float [s]
+        Step, where steps are fixed.
+    tol : float or None
+        Largest error asked for where steps are controlled: of angles [rad], and of positions as part of the
+        mechanism's size; see ``tolerances``.
+    options : mapping
+        Parameters of the method.
+    breaks : tuple of float [s]
+        Times at which the equations have a jump, known beforehand; no step should pass over one.
+    counts : dict
+        To be filled in: "steps", "rejected", "iterations" (of Newton's method), "matrix_evaluations",
+        "factorisations", "evaluations" (of the equations).
+    """
+
+    system: System
+    start: float
+    stop: float
+    times: Array
+    q: Array
+    v: Array
+    a: Array
+    lam: Array
+    left_out: tuple[int, ...]
+    h: float
+    tol: float | None
+    options: Mapping[str, float | None]
+    breaks: tuple[float, ...] = ()
+    counts: dict[str, int] = field(default_factory=dict)
+
+    def tolerances(self) -> tuple[Array, Array]:
+        """What ``tol`` means for each coordinate and each velocity (n,), absolutely.
+
+        Velocities count as they move the mechanism in the time in which it changes: that of its present velocities and
+        accelerations, or the whole run.
+        """
+        assert self.tol is not None
+        scale = self.system.tables.scale
+        speed = float(np.abs(self.v * scale).max(initial=0.0))
+        pace = float(np.sqrt(np.abs(self.a * scale).max(initial=0.0)))
+        return self.tol / scale, self.tol * max(speed, pace, 1.0 / (self.stop - self.start)) / scale
+
+
+class External:
+    """A run by a backend; see :class:`mbdsl.integrators.Run`.
+
+    ``reason`` says why it failed, ``cause`` is the exception behind it.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        method: str,
+        h: float,
+        start: float,
+        stop: float,
+        times: Array,
+        options: Mapping[str, float | None],
+        tol: float | None = None,
+    ) -> None:
+        self.system, self.method = system, method
+        self._backend: Any = backend(method)
+        self._given = {"start": start, "stop": stop, "times": times, "h": h, "tol": tol}
+        self._given["options"] = check_options(method, options, force=True)
+        self.out = np.zeros((len(times), system.n + system.unknowns))
+        self.pivoting_from: float | None = None
+        self.written = 0
+        self.time = start
+        self.reason = ""
+        self.cause: Exception | None = None
+        self._counts: dict[str, int] = {}
+        system.kernels(self._backend.METHOD.sets)
+
+    @property
+    def steps(self) -> int:
+        """Steps taken."""
+        return self.count("steps")
+
+    def count(self, what: str) -> int:
+        """How many of ``Problem.counts``; 0 where nobody counts."""
+        return int(self._counts.get(what, 0))
+
+    def begin(self, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...] = ()) -> None:
+        """Set the consistent state at the start, and the redundant constraints that are not solved for."""
+        problem = Problem(self.system, q=q, v=v, a=a, lam=lam, left_out=left_out, counts=self._counts, **self._given)
+        self._q, self._v, self._lam = q, v, lam
+        self._states: Iterator[tuple] = iter(self._backend.solve(problem))
+
+    def advance(self, steps: int) -> int:
+        """Take at most so many states from the backend; a status of :mod:`mbdsl.integrators.driver`, or FAILED."""
+        times = self._given["times"]
+        for _ in range(steps):
+            if self.written == len(times):
+                return driver.DONE
+            try:
+                self._keep(times, *next(self._states))
+            except StopIteration:
+                return self._fail("it ended before its time", None)
+            except MbdslError as problem:
+                return self._fail(problem.message, problem)
+            except Exception as problem:
+                return self._fail(f"{type(problem).__name__}: {problem}", problem)
+        return driver.DONE if self.written == len(times) else driver.RUNNING
+
+    def _fail(self, reason: str, cause: Exception | None) -> int:
+        self.reason, self.cause = " ".join(reason.split()), cause
+        return FAILED
+
+    def _keep(self, times: Array, t: float, q: Array, v: Array, lam: Array | None = None) -> None:
+        """A state; where it is at the next time of output, it is written."""
+        due = float(times[self.written])
+        near = 1e-9 * (due - (times[self.written - 1] if self.written else self._given["start"]))
+        if not (self.time - near <= t <= due + near):
+            raise ValueError(f"it gave a state at t = {t:.9g} s, after {self.time:.9g} s, where {due:.9g} s was due")
+        if not (np.isfinite(q).all() and np.isfinite(v).all()):
+            raise ArithmeticError(f"its state at t = {t:.9g} s is not made of finite numbers")
+        given = np.full(len(self._lam), np.nan) if lam is None else lam
+        self.time, self._q, self._v, self._lam = float(t), q, v, given
+        if t >= due - near:
+            self.time = due
+            self.out[self.written] = np.concatenate([q, v, given])
+            self.written += 1
+
+    def state(self) -> tuple[Array, Array, Array]:
+        """q, v (n,) and lam (m + p,) as they are now."""
+        return self._q, self._v, self._lam
+
+    def change_inputs(self, inputs: Mapping[str, float]) -> None:
+        raise UsageError(f"{self.method} cannot be stopped to change inputs", hint="take a method with fixed steps")
+
+
+def require(module: str, extra: str, name: str):
+    """Import what a backend needs.
+
+    Raises
+    ------
+    UsageError
+        If it is not installed.
+    """
+    import importlib
+
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise UsageError(f"{name} needs {module.split('.')[0]}", hint=f'pip install "mbdsl[{extra}]"') from None
+
+
+__all__ = ["FAILED", "External", "InitialisationError", "Problem", "require"]
