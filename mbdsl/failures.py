@@ -8,6 +8,7 @@ from mbdsl import layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators import driver
+from mbdsl.integrators.backends import External
 from mbdsl.integrators.run import Integration
 from mbdsl.lang.expressions import Expr, diff, leaves
 from mbdsl.motion import Motion
@@ -124,10 +125,24 @@ def _broken_law(integration: Integration) -> Component | None:
     return None
 
 
+def _given_up(run: External, trajectory: Trajectory) -> IntegrationError:
+    """What a backend says."""
+    trajectory.message = f"{run.method} stopped at t = {run.time:.9g} s: {run.reason}"
+    hint, span = run.hint or "a larger tolerance may pass, or another method; see `mbdsl methods`", None
+    if (bent := bending(trajectory)) is not None:
+        told, hint = _too_bent(trajectory, *bent)
+        trajectory.message, span = f"{trajectory.message}; {told}", trajectory.scene.components[bent[1]].span
+    error = IntegrationError(trajectory.message, span, hint=hint)
+    error.__cause__, error.trajectory = run.cause, trajectory
+    return error
+
+
 def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationError:
     """What went wrong, when, in which equations, and what to try."""
     assert motion.failed is not None
     integration = motion.failed.integration
+    if isinstance(integration, External):
+        return _given_up(integration, trajectory)
     assert isinstance(integration, Integration)
     system, Y, n = integration.system, integration.Y, integration.system.n
     names = system.names() + system.constraint_names()

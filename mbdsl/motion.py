@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from mbdsl import graph, jit
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import InitialisationError
-from mbdsl.integrators import Run, driver, methods
-from mbdsl.integrators import modules as method_modules
+from mbdsl.integrators import Run, backend, declared, driver
 from mbdsl.integrators.run import Integration, loop_name
 from mbdsl.lang.expressions import coordinate
 from mbdsl.reduction import Note, Part, Reduction, reduce
@@ -94,6 +93,7 @@ class Motion:
         self.failed: Moving | None = None
         self._failure = driver.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
+        self._own_steps = plan.tol is not None or backend(plan.method) is not None  # that parts do not have in common
         self._taken = 0
 
     @property
@@ -106,8 +106,8 @@ class Motion:
 
     def _is_compiled(self, part: Part, system: System) -> bool:
         method = KINEMATIC if part.kinematic else self.plan.method
-        code = system.module_name(method_modules()[method].METHOD.sets)
-        return jit.is_compiled(code) and jit.is_compiled(loop_name(method))
+        code = system.module_name(declared(method).sets)
+        return jit.is_compiled(code) and (backend(method) is not None or jit.is_compiled(loop_name(method)))
 
     def prepare(self, lap: Callable[[str], None] = lambda phase: None) -> None:
         """Compile (or load), and assemble the initial states; ``lap`` is told what has been done when."""
@@ -190,13 +190,13 @@ class Motion:
 
     @property
     def own_reactions(self) -> bool:
-        return methods()[self.plan.method].own_reactions
+        return declared(self.plan.method).own_reactions
 
     @property
     def steps(self) -> int:
         """Steps that all parts have taken; where each controls its own, those of the part that took most."""
         found = [p.integration.steps for p in self.parts]
-        return min(found, default=self._taken) if self.plan.tol is None else max(found, default=0)
+        return max(found, default=0) if self._own_steps else min(found, default=self._taken)
 
     @property
     def time(self) -> float:
@@ -212,7 +212,7 @@ class Motion:
 
         Where a part fails, all end with the last step that all of them have done, and once failed, it stays so.
         """
-        if self.plan.tol is not None and self.parts:
+        if self._own_steps and self.parts:
             return self._advance_each(steps)
         status, most = self._failure, self.steps + steps
         for p in self.parts if self.failed is None else ():
@@ -314,6 +314,10 @@ class Motion:
 
 
 def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | None]) -> Run:
+    if backend(method) is not None:
+        from mbdsl.integrators.backends import External
+
+        return External(system, method, plan.h, plan.start, plan.stop, plan.times, options, tol=plan.tol)
     return Integration(system, method, plan.h, plan.start, plan.stop, plan.times, options, tol=plan.tol)
 
 

@@ -18,7 +18,7 @@ from mbdsl.elements import kinds
 from mbdsl.elements import modules as element_modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import Span
-from mbdsl.integrators import modules
+from mbdsl.integrators import backend, declared
 from mbdsl.lang.expressions import Expr, is_velocity_level, leaves
 from mbdsl.motion import Motion, Moving, Plan
 from mbdsl.reduction import Note
@@ -115,7 +115,7 @@ def _receipt(motion: Motion, measured: bool, signals: Sequence[str] | None) -> R
         nothing = np.zeros((0, 0))
         names = Trajectory(system, np.zeros(0), nothing, nothing, None, {}).select(signals)
         found.outputs = [(name, _takes(motion, name)) for name in names if name != "time"]
-    if measured and motion.parts:
+    if measured and motion.parts and all(backend(method) is None for method in used):
         _share(motion, found)
     return found
 
@@ -141,7 +141,7 @@ def _kernels(motion: Motion, *effects: str) -> tuple[str, ...]:
 
 
 def _sets(p: Moving) -> int:
-    return modules()[p.method].METHOD.sets
+    return declared(p.method).sets
 
 
 def _solved(motion: Motion) -> list[Component]:

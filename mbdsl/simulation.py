@@ -15,7 +15,7 @@ import numpy as np
 
 from mbdsl.errors import UsageError
 from mbdsl.failures import check_bending, check_left_out, failure
-from mbdsl.integrators import driver, methods
+from mbdsl.integrators import declared, driver
 from mbdsl.integrators.run import check_options
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Scene
@@ -166,9 +166,7 @@ def plan(
     """What was asked for, checked, with what the model says and the defaults in place of what was not."""
     said = scene.experiment
     method = method or said.method or DEFAULT_METHOD
-    if method not in methods():
-        raise UsageError(f"there is no method `{method}`", hint=f"methods: {', '.join(methods())}")
-    can = methods()[method].steps
+    can = declared(method).steps
     if tol is not None and "controlled" not in can:
         raise UsageError(f"{method} has no error-controlled steps", hint="give a fixed step, or another method")
     if tol is not None and not 0.0 < tol < 1.0:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
 from mbdsl.failures import check_bending, failure
-from mbdsl.integrators import driver, methods
+from mbdsl.integrators import backend, declared, driver
 from mbdsl.integrators.run import check_options
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Scene
@@ -111,8 +111,9 @@ class Simulation:
         scene = as_scene(model, parameters, without)
         said = scene.experiment
         self.method = method or said.method or DEFAULT_METHOD
-        if self.method not in methods():
-            raise UsageError(f"there is no method `{self.method}`", hint=f"methods: {', '.join(methods())}")
+        if "fixed" not in declared(self.method).steps or backend(self.method) is not None:
+            hint = f"methods with fixed steps of our own can, as {DEFAULT_METHOD}"
+            raise UsageError(f"{self.method} cannot be taken step by step", hint=hint)
         self.h = float(step if step is not None else said.step if said.step is not None else DEFAULT_STEP)
         if not 0.0 < self.h < np.inf:
             raise UsageError(f"the step must be above zero, not {self.h:g} s")

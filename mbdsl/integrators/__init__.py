@@ -1,7 +1,7 @@
 """Integration methods, found by looking, never listed: one file each.
 
 A method of our own is a module of this package with a ``METHOD`` and kernels. A backend has a ``METHOD`` and a function
-``solve`` (see :mod:`mbdsl.integrators.backend`); it is a module of :mod:`mbdsl.integrators.external`, or belongs to
+``solve`` (see :mod:`mbdsl.integrators.backends`); it is a module of :mod:`mbdsl.integrators.external`, or belongs to
 another distribution, which registers it by an entry point of the group "mbdsl.integrators":
 
     [project.entry-points."mbdsl.integrators"]

@@ -62,7 +62,7 @@ class Method:
     tells that every coordinate needs a mass. What nobody can choose is not ``chosen``. ``steps`` are "fixed",
     "controlled" (by an estimate of their error), or both.
 
-    A method that is not of this package (see :mod:`mbdsl.integrators.backend`) has neither ``coefficients`` nor
+    A method that is not of this package (see :mod:`mbdsl.integrators.backends`) has neither ``coefficients`` nor
     ``begin``, ``own_reactions`` if it yields multipliers, and says what ``needs`` to be installed. Where its order
     varies, ``order`` is the highest.
     """

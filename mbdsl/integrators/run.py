@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mbdsl import jit, layout
 from mbdsl.errors import InitialisationError, UsageError
-from mbdsl.integrators import driver, linear, modules, sparse
+from mbdsl.integrators import declared, driver, linear, modules, sparse
 from mbdsl.integrators.method import Start
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
@@ -47,21 +47,21 @@ def check_options(
         For a parameter that the method does not have, a value outside its interval, values that do not go together, or
         (not with ``force``) a choice known to fail on constrained models.
     """
-    declared = modules()[name].METHOD.parameters
-    values: dict[str, float | None] = {key: option.default for key, option in declared.items()}
+    method = declared(name)
+    parameters = method.parameters
+    values: dict[str, float | None] = {key: option.default for key, option in parameters.items()}
     for key, value in options.items():
         if value is None:
             continue
-        if key not in declared:
-            has = ", ".join(declared) or "no parameters"
+        if key not in parameters:
+            has = ", ".join(parameters) or "no parameters"
             raise UsageError(f"{name} has no parameter {key}", hint=f"it has {has}")
-        low, high = declared[key].lower, declared[key].upper
+        low, high = parameters[key].lower, parameters[key].upper
         if not low - 1e-12 <= value <= high + 1e-12:
             raise UsageError(
-                f"{key} = {value:g} is outside [{low:g}, {high:g}] for {name}", hint=f"{key}: {declared[key].doc}"
+                f"{key} = {value:g} is outside [{low:g}, {high:g}] for {name}", hint=f"{key}: {parameters[key].doc}"
             )
         values[key] = float(value)
-    method = modules()[name].METHOD
     if (wrong := method.check(values)) is not None:
         raise UsageError(f"{name}: {wrong}")
     if constrained and not force and (wrong := method.check_constrained(values)) is not None:

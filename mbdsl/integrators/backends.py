@@ -13,6 +13,7 @@ raising ``IntegrationError`` with a reason in words. :class:`External` makes a r
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -57,7 +58,7 @@ class Problem:
         Parameters of the method.
     breaks : tuple of float [s]
         Times at which the equations have a jump, known beforehand; no step should pass over one.
-    counts : dict
+    counts : collections.Counter
         To be filled in: "steps", "rejected", "iterations" (of Newton's method), "matrix_evaluations",
         "factorisations", "evaluations" (of the equations).
     """
@@ -75,25 +76,26 @@ class Problem:
     tol: float | None
     options: Mapping[str, float | None]
     breaks: tuple[float, ...] = ()
-    counts: dict[str, int] = field(default_factory=dict)
+    counts: Counter[str] = field(default_factory=Counter)
 
     def tolerances(self) -> tuple[Array, Array]:
         """What ``tol`` means for each coordinate and each velocity (n,), absolutely.
 
-        Velocities count as they move the mechanism in the time in which it changes: that of its present velocities and
-        accelerations, or the whole run.
+        That of velocities is relative to those at the start. Where the start is slow, it is between what would pass
+        the mechanism's size once in the run, and what accelerations at the start would lead to: these may belong to
+        a short transient.
         """
         assert self.tol is not None
-        scale = self.system.tables.scale
+        scale, slow = self.system.tables.scale, 1.0 / (self.stop - self.start)
         speed = float(np.abs(self.v * scale).max(initial=0.0))
         pace = float(np.sqrt(np.abs(self.a * scale).max(initial=0.0)))
-        return self.tol / scale, self.tol * max(speed, pace, 1.0 / (self.stop - self.start)) / scale
+        return self.tol / scale, self.tol * max(speed, slow, np.sqrt(pace * slow)) / scale
 
 
 class External:
     """A run by a backend; see :class:`mbdsl.integrators.Run`.
 
-    ``reason`` says why it failed, ``cause`` is the exception behind it.
+    ``reason`` says why it failed and ``hint`` what to try, if the backend has said so; ``cause`` is the exception.
     """
 
     def __init__(
@@ -115,9 +117,9 @@ class External:
         self.pivoting_from: float | None = None
         self.written = 0
         self.time = start
-        self.reason = ""
+        self.reason, self.hint = "", ""
         self.cause: Exception | None = None
-        self._counts: dict[str, int] = {}
+        self._counts: Counter[str] = Counter()
         system.kernels(self._backend.METHOD.sets)
 
     @property
@@ -127,7 +129,7 @@ class External:
 
     def count(self, what: str) -> int:
         """How many of ``Problem.counts``; 0 where nobody counts."""
-        return int(self._counts.get(what, 0))
+        return int(self._counts[what])
 
     def begin(self, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...] = ()) -> None:
         """Set the consistent state at the start, and the redundant constraints that are not solved for."""
@@ -146,6 +148,7 @@ class External:
             except StopIteration:
                 return self._fail("it ended before its time", None)
             except MbdslError as problem:
+                self.hint = problem.hint or ""
                 return self._fail(problem.message, problem)
             except Exception as problem:
                 return self._fail(f"{type(problem).__name__}: {problem}", problem)

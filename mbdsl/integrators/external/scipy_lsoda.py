@@ -1,0 +1,28 @@
+"""SciPy's LSODA on the index-1 reduction: Adams or BDF formulas of variable order, whichever fits."""
+
+from __future__ import annotations
+
+from mbdsl.integrators.backends import Problem
+from mbdsl.integrators.method import Method
+
+METHOD = Method(
+    "scipy-lsoda",
+    doc="SciPy's LSODA: Adams or BDF formulas of variable order, whichever fits",
+    order=12,
+    index=1,
+    enforces=("Phi", "dPhi"),
+    source="Petzold, SIAM J. Sci. Stat. Comput. 4 (1983), 136-148",
+    own_reactions=False,
+    steps=("controlled",),
+)
+
+
+def solve(problem: Problem):
+    from scipy.integrate import LSODA
+
+    from mbdsl.integrators.external import _scipy
+
+    def make(f, t, y, stop, rtol, atol):
+        return LSODA(f, t, y, stop, rtol=rtol, atol=atol)
+
+    return _scipy.solve(problem, make, share=0.01, multistep=True)
