@@ -128,7 +128,7 @@ def simulate(
     scene = as_scene(model, parameters, without)
     lap("parse")
     run = plan(scene, method, step, tol, start, stop, interval, options, force, general)
-    if scene.experiment.tolerance is not None and announce is not None:
+    if scene.experiment.tolerance is not None and run.tol is None and announce is not None:
         announce(f"the model's Tolerance is not used: steps have a fixed size, {run.h:g} s")
     motion = Motion(scene, run)
     lap("build")
@@ -277,6 +277,7 @@ def _collect(motion: Motion, status: int, seconds: dict) -> tuple[Trajectory, li
         "steps": motion.steps,
         "rejected": motion.count("rejected"),
         "iterations": motion.count("iterations"),
+        "evaluations": motion.count("evaluations"),
         "matrix_evaluations": motion.count("matrix_evaluations"),
         "factorisations": motion.count("factorisations"),
         "pivoting_from": motion.pivoting_from,

@@ -64,6 +64,20 @@ def assignment(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
+def numbers(assignments: list[tuple[str, str]]) -> dict[str, float]:
+    """Numbers by name, of what ``assignment`` has read.
+
+    Raises
+    ------
+    UsageError
+        One of them is no number.
+    """
+    try:
+        return {name: number(value) for name, value in assignments}
+    except argparse.ArgumentTypeError as problem:
+        raise UsageError(f"argument --option: {problem}") from None
+
+
 def patterns(text: str) -> list[str]:
     """Patterns of signals, separated by commas; one within brackets belongs to a name."""
     return [pattern.strip() for pattern in re.split(r",(?![^\[]*\])", text)]

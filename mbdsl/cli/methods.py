@@ -14,13 +14,20 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
-    from mbdsl.integrators import methods
+    from mbdsl.cli.simulate import OPTIONS
+    from mbdsl.integrators import methods, problems
 
     for name, method in methods().items():
-        print(f"{name:12}order {method.order}, index {method.index}, enforces {' and '.join(method.enforces)}")
+        enforces = " and ".join(method.enforces) or "nothing"
+        print(f"{name:14}order {method.order}, index {method.index}, enforces {enforces}")
         print(f"    {method.doc}")
         for option, o in method.parameters.items():
             default = "" if o.default is None else f" {o.default:g}"
-            print(f"    --{option}{default}  ({o.lower:.4g} to {o.upper:.4g})  {o.doc}")
+            flag = f"--{option}" if option in OPTIONS else f"--option {option}="
+            print(f"    {flag}{default}  ({o.lower:.4g} to {o.upper:.4g})  {o.doc}")
+        if method.needs:
+            print(f"    needs {method.needs}")
         print(f"    {method.source}")
+    for name, problem in problems().items():
+        print(f"{name}: cannot be used: {problem}")
     return 0

@@ -36,6 +36,14 @@ def register(subparsers) -> argparse.ArgumentParser:
         parser.add_argument(
             f"--{option}", metavar="X", type=values.number, help="method parameter, see `mbdsl methods`"
         )
+    parser.add_argument(
+        "--option",
+        metavar="NAME=X",
+        type=values.assignment,
+        action="append",
+        default=[],
+        help="parameter of a method from elsewhere, repeatable",
+    )
     parser.add_argument("--force", action="store_true", help="allow parameters known to fail on constrained models")
     parser.add_argument(
         "--general", action="store_true", help="solve without any specialisation, as a check of it or to see its worth"
@@ -72,6 +80,8 @@ def run(args: argparse.Namespace) -> int:
             values.check_output(path)
     results.format_of(output)
 
+    options = {name: getattr(args, name) for name in OPTIONS if getattr(args, name) is not None}
+    options.update(values.numbers(args.option))
     begun = perf_counter()
     scene = values.load_model(args)
     parse = perf_counter() - begun
@@ -91,7 +101,7 @@ def run(args: argparse.Namespace) -> int:
             start=args.start,
             stop=args.stop,
             interval=args.interval,
-            options={name: getattr(args, name) for name in OPTIONS if getattr(args, name) is not None},
+            options=options,
             force=args.force,
             general=args.general,
             progress=display,
@@ -157,9 +167,10 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
     stats, seconds = trajectory.stats, trajectory.stats["seconds"]
     steps, iterations = stats["steps"], stats["iterations"]
     reached = trajectory.t[-1] if len(trajectory.t) else 0.0
+    work, what = (stats["evaluations"], "evaluations") if stats["evaluations"] else (iterations, "iterations")
     lines = [
         f"{trajectory.scene.name}: {steps} steps of {stats['method']} to t = {reached:g} s, "
-        f"{iterations} iterations ({iterations / max(1, steps):.2f} a step), {seconds['integrate']:.3g} s",
+        f"{work} {what} ({work / max(1, steps):.2f} a step), {seconds['integrate']:.3g} s",
         f"{output}: {len(trajectory.t)} rows, time and {len(names)} signals",
     ]
     if stats["pivoting_from"] is not None:

@@ -6,6 +6,8 @@ another distribution, which registers it by an entry point of the group "mbdsl.i
 
     [project.entry-points."mbdsl.integrators"]
     name = "package.module"
+
+or is given to ``register``.
 """
 
 from __future__ import annotations
@@ -14,13 +16,15 @@ import importlib
 import pkgutil
 from functools import cache
 from types import ModuleType
+from typing import Any
 
 from mbdsl.errors import UsageError
 from mbdsl.integrators.method import Method, Option, Run
 
-__all__ = ["Method", "Option", "Run", "backend", "compiled", "declared", "methods", "modules", "problems"]
+__all__ = ["Method", "Option", "Run", "backend", "compiled", "declared", "methods", "modules", "problems", "register"]
 
 GROUP = "mbdsl.integrators"
+_given: dict[str, object] = {}  # by ``register``
 
 
 def _found(package: str, path) -> dict[str, ModuleType]:
@@ -77,11 +81,25 @@ def _misfit(name: str, backend: object) -> str | None:
     return "there is a method of that name already" if name in modules() or name in _external() else None
 
 
-def backend(name: str) -> object | None:
+def backend(name: str) -> Any:
     """The object with ``METHOD`` and ``solve`` by this name; None where it is a compiled method or there is none."""
     if name in modules():
         return None
-    return _external().get(name) or _registered()[0].get(name)
+    return _given.get(name) or _external().get(name) or _registered()[0].get(name)
+
+
+def register(backend: object) -> None:
+    """Make a backend known in this process, by the name that it declares; again, in place of the former.
+
+    Raises
+    ------
+    UsageError
+        If it lacks METHOD or solve, or there is another method of that name.
+    """
+    name = getattr(getattr(backend, "METHOD", None), "name", "")
+    if (problem := _misfit(name, backend)) is not None:
+        raise UsageError(f"{backend!r} is no backend: {problem}")
+    _given[name] = backend
 
 
 def compiled() -> dict[str, Method]:
@@ -91,7 +109,7 @@ def compiled() -> dict[str, Method]:
 
 def methods() -> dict[str, Method]:
     """Method name -> declaration of all that can be chosen: our own, then backends."""
-    others: dict[str, object] = {**_external(), **_registered()[0]}
+    others: dict[str, object] = {**_external(), **_registered()[0], **_given}
     return {**compiled(), **{name: found.METHOD for name, found in others.items()}}  # type: ignore[attr-defined]
 
 
@@ -113,4 +131,4 @@ def declared(name: str) -> Method:
         wrong = [f"{who}: {why}" for who, why in problems().items() if who.startswith(f"{name} (")]
         hint = "; ".join(wrong) or f"methods: {', '.join(methods())}"
         raise UsageError(f"there is no method `{name}`", hint=hint)
-    return found.METHOD  # type: ignore[attr-defined]
+    return found.METHOD

@@ -12,15 +12,15 @@ raising ``IntegrationError`` with a reason in words. :class:`External` makes a r
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.errors import InitialisationError, MbdslError, UsageError
+from mbdsl.errors import MbdslError, UsageError
 from mbdsl.integrators import backend, driver
 from mbdsl.integrators.run import check_options
 from mbdsl.system import System
@@ -93,7 +93,7 @@ class Problem:
 
 
 class External:
-    """A run by a backend; see :class:`mbdsl.integrators.Run`.
+    """A run by a backend; see :class:`mbdsl.integrators.Run`. With ``every``, all states are kept, and ``times`` found.
 
     ``reason`` says why it failed and ``hint`` what to try, if the backend has said so; ``cause`` is the exception.
     """
@@ -108,11 +108,13 @@ class External:
         times: Array,
         options: Mapping[str, float | None],
         tol: float | None = None,
+        every: bool = False,
     ) -> None:
         self.system, self.method = system, method
-        self._backend: Any = backend(method)
-        self._given = {"start": start, "stop": stop, "times": times, "h": h, "tol": tol}
+        self._backend = backend(method)
+        self._given: dict[str, Any] = {"start": start, "stop": stop, "times": times, "h": h, "tol": tol}
         self._given["options"] = check_options(method, options, force=True)
+        self.times, self._every = times.copy(), every
         self.out = np.zeros((len(times), system.n + system.unknowns))
         self.pivoting_from: float | None = None
         self.written = 0
@@ -139,12 +141,11 @@ class External:
 
     def advance(self, steps: int) -> int:
         """Take at most so many states from the backend; a status of :mod:`mbdsl.integrators.driver`, or FAILED."""
-        times = self._given["times"]
         for _ in range(steps):
-            if self.written == len(times):
+            if self._done:
                 return driver.DONE
             try:
-                self._keep(times, *next(self._states))
+                self._keep(*next(self._states))
             except StopIteration:
                 return self._fail("it ended before its time", None)
             except MbdslError as problem:
@@ -152,26 +153,44 @@ class External:
                 return self._fail(problem.message, problem)
             except Exception as problem:
                 return self._fail(f"{type(problem).__name__}: {problem}", problem)
-        return driver.DONE if self.written == len(times) else driver.RUNNING
+        return driver.DONE if self._done else driver.RUNNING
+
+    @property
+    def _done(self) -> bool:
+        times = self._given["times"]
+        return not len(times) or self.time == times[-1]
 
     def _fail(self, reason: str, cause: Exception | None) -> int:
         self.reason, self.cause = " ".join(reason.split()), cause
         return FAILED
 
-    def _keep(self, times: Array, t: float, q: Array, v: Array, lam: Array | None = None) -> None:
+    def _keep(self, t: float, q: Array, v: Array, lam: Array | None = None) -> None:
         """A state; where it is at the next time of output, it is written."""
-        due = float(times[self.written])
-        near = 1e-9 * (due - (times[self.written - 1] if self.written else self._given["start"]))
-        if not (self.time - near <= t <= due + near):
+        times = self._given["times"]
+        last = int(np.searchsorted(times, self.time, side="right"))  # the next one due
+        due, before = float(times[last]), float(times[last - 1]) if last else self._given["start"]
+        near = 1e-9 * (due - before)
+        if not self.time - near <= t <= due + near:
             raise ValueError(f"it gave a state at t = {t:.9g} s, after {self.time:.9g} s, where {due:.9g} s was due")
+        q, v = np.array(q, float), np.array(v, float)  # the backend may go on with its own
+        if q.shape != (self.system.n,) or v.shape != q.shape:
+            raise ValueError(f"it gave q and v of shapes {q.shape} and {v.shape} for n = {self.system.n}")
         if not (np.isfinite(q).all() and np.isfinite(v).all()):
             raise ArithmeticError(f"its state at t = {t:.9g} s is not made of finite numbers")
         given = np.full(len(self._lam), np.nan) if lam is None else lam
-        self.time, self._q, self._v, self._lam = float(t), q, v, given
-        if t >= due - near:
-            self.time = due
-            self.out[self.written] = np.concatenate([q, v, given])
-            self.written += 1
+        on_time = t >= due - near
+        moved = t > self.time
+        self.time, self._q, self._v, self._lam = due if on_time else float(t), q, v, given
+        if on_time or (self._every and moved):
+            self._write(np.concatenate([q, v, given]))
+
+    def _write(self, row: Array) -> None:
+        if self.written == len(self.out):  # only where all states are kept
+            more = max(64, self.written)
+            self.out = np.concatenate([self.out, np.zeros((more, self.out.shape[1]))])
+            self.times = np.concatenate([self.times, np.full(more, np.inf)])
+        self.out[self.written], self.times[self.written] = row, self.time
+        self.written += 1
 
     def state(self) -> tuple[Array, Array, Array]:
         """q, v (n,) and lam (m + p,) as they are now."""
@@ -195,6 +214,3 @@ def require(module: str, extra: str, name: str):
         return importlib.import_module(module)
     except ImportError:
         raise UsageError(f"{name} needs {module.split('.')[0]}", hint=f'pip install "mbdsl[{extra}]"') from None
-
-
-__all__ = ["FAILED", "External", "InitialisationError", "Problem", "require"]

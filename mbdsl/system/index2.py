@@ -140,14 +140,14 @@ class StabilisedIndex2:
         coordinates = system.entries(t, cK=1.0, cA=1.0, cL=1.0, cP=1.0, cW=1.0).copy()
         velocities = system.entries(t, cM=cj, cD=1.0, cV=1.0).copy()
         rates = system.entries(t, cP=1.0).copy()
-        of_rates = system.entries(t, cN=1.0)
+        of_rates = system.entries(t, cN=1.0).copy()
         K, U, J, H = self._K, self._U, self._J, self._H
         ones = np.ones(len(self._out) + len(self._out2))
         values = [cj * W, -W, self._of_mu(t, y), rates[self._mu], coordinates[K], velocities[K], coordinates[U]]
         values += [coordinates[J], velocities[J], of_rates[H], rates[H], ones]
         every = np.concatenate(values)
         every[self._nothing] = 0.0
-        return np.bincount(self._slots, every, len(self.pattern[0]))
+        return np.asarray(np.bincount(self._slots, every, len(self.pattern[0])), float)
 
     def _of_mu(self, t: float, y: Array) -> Array:
         """(Phi_q^T mu)_q: what f's derivative changes by where mu takes the place of lam, but in the laws of forces."""

@@ -20,7 +20,8 @@ import numpy as np
 
 import mbdsl
 from mbdsl import graph
-from mbdsl.integrators import driver, methods
+from mbdsl.integrators import compiled as methods
+from mbdsl.integrators import driver
 from mbdsl.integrators.run import Integration
 from mbdsl.system import System, build
 from mbdsl.system.initial import InitialState, initial_state

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from mbdsl.integrators import methods
+from mbdsl.integrators import compiled as methods
 
 
 def script(name):

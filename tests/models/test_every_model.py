@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.integrators import methods
+from mbdsl.integrators import compiled
 
 MODELS = Path(__file__).parents[2] / "models"
 METHODS = ("newmark", "hht-i3", "nstiff", "nstiff-si2", "hht-add", "hht-si2")
@@ -34,7 +34,7 @@ CONSERVED = {"chain", "chaplygin_sleigh", "four_bar", "pendulum", "rolling_disc"
 
 def test_all_are_here():
     assert set(RUNS) == {path.stem for path in MODELS.glob("*.mbd")}
-    assert set(METHODS) == set(methods())
+    assert set(METHODS) == set(compiled())
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -351,8 +351,8 @@ def test_methods_are_listed_with_their_source(say):
     code, out, _ = say("methods")
     assert code == 0
     for method in methods().values():
-        first, *rest = out[out.index(f"{method.name:12}") :].splitlines()
-        assert first == f"{method.name:12}order {method.order}, index {method.index}, " + (
+        first, *rest = out[out.index(f"{method.name:14}") :].splitlines()
+        assert first == f"{method.name:14}order {method.order}, index {method.index}, " + (
             f"enforces {' and '.join(method.enforces)}"
         )
         assert f"    {method.source}" in rest

@@ -58,6 +58,7 @@ def test_page(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
     monkeypatch.setattr(sys, "argv", ["mbdsl"])
+    monkeypatch.setattr("mbdsl.integrators._given", {})  # what a page registers
     names = {"__name__": "__main__"}
     for language, body in FENCE.findall(page.read_text(encoding="utf-8")):
         if language == "mbd" and (name := re.match(r"// (\w+\.mbd)\n", body)):

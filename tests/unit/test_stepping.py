@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 import mbdsl
 from mbdsl.errors import IntegrationError, UsageError
-from mbdsl.integrators import methods
+from mbdsl.integrators import compiled as methods
 
 METHODS = sorted(methods())
 ARM = """

@@ -11,7 +11,8 @@ import pytest
 
 import mbdsl
 from mbdsl import graph, jit
-from mbdsl.integrators import driver, methods
+from mbdsl.integrators import compiled as methods
+from mbdsl.integrators import driver
 from mbdsl.integrators.run import Integration, loop_name
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state

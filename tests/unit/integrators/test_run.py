@@ -9,7 +9,8 @@ from scipy.special import ellipj, ellipk
 import mbdsl
 from mbdsl import Builder, graph, jit
 from mbdsl.errors import IntegrationError, UsageError
-from mbdsl.integrators import methods, modules
+from mbdsl.integrators import compiled as methods
+from mbdsl.integrators import modules
 from mbdsl.integrators.run import Integration, check_options
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state

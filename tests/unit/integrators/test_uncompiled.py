@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbdsl.integrators import methods
+from mbdsl.integrators import compiled as methods
 
 SCRIPT = Path(__file__).with_name("uncompiled.py")
 #: methods whose correction is Newton's with the exact matrix (that of the others may leave terms of order h)

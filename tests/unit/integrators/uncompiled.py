@@ -13,7 +13,8 @@ import numpy as np
 import mbdsl
 from mbdsl import graph, jit, layout
 from mbdsl.elements.kind import ForceKind
-from mbdsl.integrators import corrections, linear, methods, modules
+from mbdsl.integrators import compiled as methods
+from mbdsl.integrators import corrections, linear, modules
 from mbdsl.integrators.run import Integration
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
