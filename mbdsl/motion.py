@@ -236,6 +236,10 @@ class Motion:
             found = p.integration.advance(steps)
             if found not in (driver.RUNNING, driver.DONE):
                 self.failed, self._failure = p, found
+                for other in self.parts:  # those behind come as far: results go no further than the last of them
+                    while other.integration.time < p.integration.time:
+                        if other.integration.advance(1) != driver.RUNNING:
+                            break
                 return found
             status = driver.RUNNING if found == driver.RUNNING else status
         return status

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,8 @@ METHOD = Method(
 SHARE = 0.01
 #: weight of a multiplier is so small that no test sees it
 UNSEEN = 1e30
+#: residual where there is none: IDA goes round in circles with what is no number, and takes a shorter step with this
+NOWHERE = 1e30
 #: unknowns beyond which the sparse solver is faster
 DENSE = 100
 
@@ -87,20 +90,21 @@ def _solver(problem: Problem, F: StabilisedIndex2):
     from sksundae.ida import IDA
 
     q, v = problem.tolerances()
+    least = 16.0 * np.finfo(float).eps * max(abs(problem.start), abs(problem.stop))  # or it never gives up
     unseen = np.full(len(F.algebraic), UNSEEN)
     rows, starts = F.pattern
     columns = np.repeat(np.arange(F.size), np.diff(starts))
 
     def residual(t, y, rate, out):
-        out[:] = F(t, y, rate)
+        out[:] = np.nan_to_num(F(t, y, rate), nan=NOWHERE)
 
     def sparse(t, y, rate, res, cj, out):
-        out[:] = F.jacobian(t, y, rate, cj)
+        out[:] = np.nan_to_num(F.jacobian(t, y, rate, cj))
 
     def dense(t, y, rate, res, cj, out):
-        out[rows, columns] = F.jacobian(t, y, rate, cj)
+        out[rows, columns] = np.nan_to_num(F.jacobian(t, y, rate, cj))
 
-    options = {"linsolver": "dense", "jacfn": dense}
+    options: dict[str, Any] = {"linsolver": "dense", "jacfn": dense}
     if F.size > DENSE:
         small = rows.astype(np.int32), starts.astype(np.int32)  # the indices that it reads
         pattern = csc_array((np.ones(len(rows)), *small), shape=(F.size, F.size))
@@ -108,4 +112,5 @@ def _solver(problem: Problem, F: StabilisedIndex2):
     atol = np.concatenate([SHARE * q, SHARE * v, unseen])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that a Jacobian is given and a pattern too
-        return IDA(residual, rtol=1e-15, atol=atol, algebraic_idx=F.algebraic.tolist(), **options)
+        options.update(algebraic_idx=F.algebraic.tolist(), min_step=least, max_step=problem.stop - problem.start)
+        return IDA(residual, rtol=1e-15, atol=atol, **options)

@@ -1,0 +1,72 @@
+"""Every shipped model with every backend: their motion is that of our own method, to the tolerance asked for."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mbdsl
+from mbdsl.integrators import external, methods
+
+MODELS = Path(__file__).parents[2] / "models"
+BACKENDS = ("scipy-dop853", "scipy-radau", "scipy-lsoda", "ida")
+TOL = 1e-5
+#: model -> (stop, step of hht-si2, parameters); the error of the latter is TOL/50 or less
+RUNS = {
+    "chain": (0.1, 5e-5, {"N": 5}),
+    "chaplygin_sleigh": (0.1, 5e-5, {}),
+    "crank_ivp": (1e-3, 1e-6, {}),
+    "double_pendulum": (4e-3, 1e-5, {}),
+    "driven_crank": (0.1, 5e-5, {}),
+    "flexible_pendulum": (4e-3, 1e-6, {}),
+    "flexible_slider_crank": (0.02, 1e-5, {}),
+    "four_bar": (0.1, 5e-5, {}),
+    "pendulum": (0.1, 5e-5, {}),
+    "rolling_disc": (0.1, 5e-5, {}),
+    "seven_body": (1e-3, 5e-7, {}),
+    "slider_crank": (0.1, 5e-5, {}),
+    "spin_up_beam": (0.2, 1e-4, {}),
+    "spring_mass": (0.1, 5e-5, {}),
+    "stick_slip_belt": (0.01, 5e-6, {}),
+}
+#: those in which nothing is so stiff that its velocities matter more than its positions
+SMOOTH = set(RUNS) - {"crank_ivp", "double_pendulum", "flexible_pendulum", "flexible_slider_crank", "spin_up_beam"}
+SMOOTH -= {"stick_slip_belt"}
+
+
+@pytest.fixture(scope="module")
+def own():
+    """Motions by hht-si2, each computed once."""
+    found = {}
+
+    def of(name):
+        if name not in found:
+            stop, step, parameters = RUNS[name]
+            model, given = MODELS / f"{name}.mbd", {"stop": stop, "interval": stop / 10, "parameters": parameters}
+            reference = mbdsl.simulate(model, method="hht-si2", step=step, options={"alpha": 0.0}, **given)
+            found[name] = model, given, reference
+        return found[name]
+
+    return of
+
+
+def test_all_are_here():
+    assert set(RUNS) == {path.stem for path in MODELS.glob("*.mbd")}
+    folder = Path(external.__file__).parent
+    assert {path.stem.replace("_", "-") for path in folder.glob("[a-z]*.py")} == set(BACKENDS) <= set(methods())
+
+
+@pytest.mark.parametrize("method", BACKENDS)
+@pytest.mark.parametrize("name", RUNS)
+def test_motion(name, method, own):
+    model, given, reference = own(name)
+    found = mbdsl.simulate(model, method=method, tol=TOL, **given)
+    assert found.status == "done" and np.array_equal(found.t, reference.t)
+    scale = reference.system.tables.scale
+    assert np.abs((found.q - reference.q) * scale).max() < TOL
+    if name in SMOOTH:
+        speed = max(np.abs(reference.v * scale).max(), 1.0 / given["stop"])
+        assert np.abs((found.v - reference.v) * scale).max() < TOL * speed
+    system = found.system
+    for t, q in zip(found.t, found.q, strict=True):
+        assert np.abs(system.Phi(t, q)).max(initial=0.0) < 1e-12 * system.tables.size
