@@ -27,7 +27,8 @@ class Trajectory:
 
     def __init__(self, status="done"):
         self.t, self.status, self.scene = np.linspace(0.0, 1.0, 5), status, Scene("Crank", {}, {})
-        counts = dict(n=3, m=2, p=0, steps=10, rejected=0, iterations=21, matrix_evaluations=2, factorisations=2)
+        counts = dict(n=3, m=2, p=0, steps=10, rejected=0, iterations=21)
+        counts.update(evaluations=0, matrix_evaluations=2, factorisations=2)
         counts["pivoting_from"] = None
         seconds = {"build": 0.1, "compile": 0.0, "initialise": 0.0, "integrate": 0.25}
         self.stats = {"method": "hht-si2", "h": 0.1, "tol": None, "status": status, **counts, "seconds": seconds}
