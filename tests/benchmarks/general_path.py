@@ -85,7 +85,7 @@ def measure(scene: Scene, repeats: int, method: str | None = None, steps: int | 
             seconds = time.process_time() - begun
             done = max(1, motion.steps)
             cost = costs[name]
-            cost.iterations, cost.sizes = motion.count(driver.ITERATIONS) / done, motion.sizes
+            cost.iterations, cost.sizes = motion.count("iterations") / done, motion.sizes
             cost.status = driver.DONE if steps and status == driver.RUNNING else status
             if k > 0:  # the first round loads what is compiled
                 cost.us.append(1e6 * seconds / done)
