@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from mbdsl.system.initial import Moved
     from mbdsl.trajectory import Trajectory
 
-OPTIONS = ("alpha", "gamma", "beta", "b")
+OPTIONS = ("alpha", "gamma", "beta", "b", "rho")
 
 
 def register(subparsers) -> argparse.ArgumentParser:

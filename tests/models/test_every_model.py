@@ -9,7 +9,9 @@ import mbdsl
 from mbdsl.integrators import compiled
 
 MODELS = Path(__file__).parents[2] / "models"
-METHODS = ("newmark", "hht-i3", "nstiff", "nstiff-si2", "hht-add", "hht-si2")
+METHODS = (
+    "newmark", "hht-i3", "nstiff", "nstiff-si2", "hht-add", "hht-si2", "generalized-alpha", "generalized-alpha-i3"
+)  # fmt: skip
 #: model -> (stop, step, parameters); a hundred steps or more
 RUNS = {
     "chain": (0.5, 1e-3, {"N": 5}),

@@ -14,7 +14,7 @@ from mbdsl.integrators import compiled as methods
 
 SCRIPT = Path(__file__).with_name("uncompiled.py")
 #: methods whose correction is Newton's with the exact matrix (that of the others may leave terms of order h)
-EXACT = {"hht-i3", "newmark", "nstiff"}
+EXACT = {"hht-i3", "newmark", "nstiff", "generalized-alpha-i3"}
 
 
 @pytest.fixture(scope="module")
