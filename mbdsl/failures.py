@@ -109,6 +109,7 @@ REASONS = {
     driver.DIVERGED: "Newton's iteration does not converge",
     driver.NOT_FINITE: "the equations give values that are not finite",
     driver.TOO_LARGE: "the step is so large that the result means nothing",
+    driver.TOO_SMALL: "no step is small enough for the tolerance",
 }
 
 
@@ -162,6 +163,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         driver.DIVERGED: "try a smaller step; near a singular pose, another initial value",
         driver.NOT_FINITE: "an expression or its derivative leaves its domain (as sqrt at 0), or the step is too large",
         driver.TOO_LARGE: "try a smaller step",
+        driver.TOO_SMALL: "a jump of forces, or more digits than rounding leaves: try a larger tolerance",
     }[status]
     law = _broken_law(integration) if status == driver.NOT_FINITE else None
     if law is not None:

@@ -17,17 +17,21 @@ from mbdsl.kernels import kernel, rare
 from mbdsl.layout import BEFORE, F0, FP, N_ALL, N_GAM, N_Q, NEW_MASS, PAST, Q0, SCALE, V0, XA, Q, R, V, X
 
 # -- status --------------------------------------------------------------------------------------------------
-RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE = range(6)
+RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL = range(7)
 
 # -- K: floats of the run ------------------------------------------------------------------------------------
-START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, LOOSEST, UNIT, WILD = range(10)
-K_SIZE = 10
+START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, LOOSEST, UNIT, WILD, NOW, TOL = range(12)
+K_SIZE = 12
 
 # -- J: integers of the run ----------------------------------------------------------------------------------
-STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, UNSEEN = range(11)
-J_SIZE = 11
+STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, UNSEEN, REJECTED = (
+    range(12)
+)
+J_SIZE = 12
 #: what statistics call them
-COUNTERS = {"iterations": ITERATIONS, "matrix_evaluations": MATRICES, "factorisations": FACTORISATIONS}
+COUNTERS = {
+    "iterations": ITERATIONS, "matrix_evaluations": MATRICES, "factorisations": FACTORISATIONS, "rejected": REJECTED
+}  # fmt: skip
 
 MAX_ITERATIONS = 25
 #: smallest part of a correction that is taken where whole ones do not get anywhere

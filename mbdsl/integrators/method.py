@@ -89,6 +89,7 @@ class Method:
     chosen: bool = True
     steps: tuple[str, ...] = ("fixed",)
     needs: str = ""
+    rows: int = 0  #: rows of Y that are the method's own, behind the common ones
 
 
 class Run(Protocol):

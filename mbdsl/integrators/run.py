@@ -77,6 +77,16 @@ def loop_name(method: str) -> str:
 def compiled(name: str, module: ModuleType) -> Callable:
     """The step loop compiled for one method: its kernels are known to the compiler, the scene's are pointers."""
     short = module.__name__.rsplit(".", 1)[-1]
+    if hasattr(module, "advance"):  # it brings a step loop of its own
+        text = f'''"""Emitted by mbdsl: the step loop of {name}."""
+
+from mbdsl.integrators import {short} as method
+
+
+def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
+    return method.advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out)
+'''
+        return jit.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [module])[0]
     text = f'''"""Emitted by mbdsl: the step loop of {name}."""
 
 from mbdsl.integrators import driver
@@ -131,7 +141,8 @@ class Integration:
         self.out = np.zeros((len(self.times), self.system.n + self.system.unknowns))
         steps = round((self.stop - self.start) / self.h)
         self.K[driver.START], self.K[driver.STOP], self.K[driver.H] = self.start, self.stop, self.h
-        self.K[driver.T] = self.start
+        self.K[driver.T] = self.K[driver.NOW] = self.start
+        self.K[driver.TOL] = self.tol or 0.0
         self.K[driver.CONTRACTION] = 0.1
         # parts of h times the speed, of the local error, and of the size: where a rings, its differences say nothing
         # (All but the stabilised index-2 methods find reactions from what 1/h^2 magnifies.)
@@ -166,14 +177,14 @@ class Integration:
         else:
             slots, size, table = rows * N + columns, N * N, np.empty(0, np.int64)
             length = size + 2 * N  # the scales of rows and columns
-        work = system.workspace(slots)
+        method = modules()[self.method].METHOD
+        work = system.workspace(slots, layout.ROWS + method.rows)
         kept = self.I[layout.KEEP] if hasattr(self, "I") else 0
         if hasattr(self, "Y"):
             work.Y[:], work.Z[:], work.C[:], work.F[:] = self.Y, self.Z, self.C, self.F
         self.Y, self.Z, self.C, self.F = work.Y, work.Z, work.C, work.F
         self.I = np.concatenate([work.I, table])
         self.I[layout.SOLVER], self.I[layout.SPARSE], self.I[layout.SIZE] = solver, len(work.I), size
-        method = modules()[self.method].METHOD
         self.I[layout.LAM_ROW], self.I[layout.MU_ROW], self.I[layout.LAW_ROW] = method.multipliers
         self.I[layout.INERTIA_ROW], self.I[layout.INERTIA_ROW2] = method.inertia_rows
         self.I[layout.MASS_ROW], self.I[layout.TANGENT_ROW] = method.mass_row, method.tangent_row
@@ -290,7 +301,7 @@ class Integration:
     @property
     def time(self) -> float:
         """The time reached [s]."""
-        return float(self.K[driver.START] + self.J[driver.STEP] * self.h)
+        return float(self.K[driver.NOW] if self.tol else self.K[driver.START] + self.J[driver.STEP] * self.h)
 
     @property
     def steps(self) -> int:
@@ -303,7 +314,7 @@ class Integration:
         return int(self.J[driver.OUTPUT])
 
     def count(self, what: str) -> int:
-        """How many "iterations", "matrix_evaluations" or "factorisations"."""
+        """How many "rejected", "iterations", "matrix_evaluations" or "factorisations"."""
         return int(self.J[driver.COUNTERS[what]]) if what in driver.COUNTERS else 0
 
     def state(self) -> tuple[Array, Array, Array]:

@@ -100,14 +100,14 @@ class System:
         """Start to compile the kernels in another process."""
         return beside.start(self.tables.blocks, self.tables.has_tape, sets)
 
-    def workspace(self, slots: NDArray[np.int64] | None = None) -> Workspace:
+    def workspace(self, slots: NDArray[np.int64] | None = None, rows: int = layout.ROWS) -> Workspace:
         """Fresh buffers. ``slots`` gives the position in A of every requested entry (default: one each)."""
         t = self.tables
         if slots is None:
             slots = np.arange(self.size)
         I = np.concatenate([t.I, slots.astype(np.int64)])
         I[layout.SLOTS], I[layout.SIZE] = len(t.I), self.size
-        Y = np.zeros((layout.ROWS, max(1, self.unknowns)))
+        Y = np.zeros((rows, max(1, self.unknowns)))
         Y[layout.SCALE, : self.n] = t.scale
         C = np.zeros((max(1, t.pair_rows), layout.GRADIENT_COLUMNS))
         return Workspace(Y, t.Z.copy(), C, t.F.copy(), I)

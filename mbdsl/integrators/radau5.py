@@ -1,0 +1,276 @@
+"""RADAU5: Radau IIA with three stages on the stabilised index-2 equations, order 5, with error-controlled steps.
+
+The equations and how they are solved: :mod:`mbdsl.integrators.stages`. The end of a step is its third stage, where both
+levels of constraints hold. Lengths of steps follow from an embedded formula of order 3 and a predictive controller.
+
+Source: Hairer, Wanner, Solving Ordinary Differential Equations II (1996), section IV.8, on the equations of Gear,
+Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90; controller: Gustafsson, ACM Trans. Math. Softw. 20
+(1994) 496-517. The splitting is ours.
+"""
+
+from mbdsl.integrators.driver import (
+    DIVERGED,
+    DONE,
+    EPS,
+    FACTORISATIONS,
+    FRESH,
+    HISTORY,
+    ITERATIONS,
+    LAST_STEP,
+    MATRICES,
+    NOT_FINITE,
+    NOW,
+    OUTPUT,
+    REJECTED,
+    RUNNING,
+    SINGULAR,
+    START,
+    STEP,
+    STOP,
+    TOL,
+    TOO_SMALL,
+    H,
+    T,
+    finite,
+)
+from mbdsl.integrators.linear import SPARSE_LU
+from mbdsl.integrators.method import Method
+from mbdsl.integrators.stages import (
+    MATRICES as MATRIX_COUNT,
+)
+from mbdsl.integrators.stages import (
+    NODES,
+    OWN_ROWS,
+    PAST,
+    PAST2,
+    QB,
+    STAGE,
+    STAGE2,
+    VB,
+    correct,
+    estimate,
+    matrices,
+    motion,
+    predict,
+    residual,
+    set_metric,
+)
+from mbdsl.kernels import kernel, rare
+from mbdsl.layout import N_ALL, N_Q, NEW_MASS, Q0, SCALE, SOLVER, V0, XA, Q, V
+
+# -- c: floats that the steps hand on: the next step; the last one, and its error; the one of the matrices; the
+# contraction last seen; the largest scaled speed so far; iterations of the last step
+NEXT, LAST, ERROR, OF_MATRICES, CONTRACTION, SPEED, TAKEN = range(7)
+
+METHOD = Method(
+    "radau5",
+    doc="Radau IIA of order 5, stabilised: positions and velocities on their constraints",
+    order=5,
+    index=2,
+    enforces=("Phi", "dPhi"),
+    source="Hairer, Wanner (1996)",
+    coefficients=lambda options: (0.0,) * 7,
+    begin=lambda c, start: {XA: [*start.a, *start.lam]},
+    sets=2,
+    matrices=MATRIX_COUNT,
+    own_reactions=False,
+    steps=("fixed", "controlled"),
+    rows=OWN_ROWS,
+)
+
+MAX_ITERATIONS = 12
+#: contraction above which matrices are made anew
+SLOW = 0.02
+#: the tolerance of the embedded formula, of order 3, is this times the power 4/5 of that of the result
+STRICT = 0.1
+#: what Newton's iteration may leave, relative to the tolerance over the whole time
+LEFT = 0.05
+SAFETY, SHRINK, GROW = 0.9, 0.15, 6.0
+
+
+@kernel
+def newton(evaluate, tangent, t, h, size, tolerance, c, J, Y, Z, C, F, I, A, P):
+    """Solve the stages; a status."""
+    floor = 4.0 * EPS * size
+    contraction, former = max(c[CONTRACTION], 1e-3), 0.0
+    fresh = False
+    for k in range(MAX_ITERATIONS):
+        # the middle one last: matrices are made there
+        for stage in (0, 2, 1):
+            motion(stage, h, Y, I)
+            I[NEW_MASS] = 1
+            evaluate(t + NODES[stage] * h, Y, Z, C, F, I)
+            residual(stage, Y, F, I)
+        J[ITERATIONS] += 1
+        if J[FRESH] == 0:
+            J[MATRICES] += 1
+            J[FACTORISATIONS] += 1
+            if not matrices(tangent, t + NODES[1] * h, h, Y, Z, C, F, I, A, P):
+                return SINGULAR if finite(A) else NOT_FINITE
+            J[FRESH], c[OF_MATRICES], fresh = 1, h, True
+        change = correct(h, Y, I, A, P)
+        if not change < 1e100:
+            return NOT_FINITE
+        if k > 0:
+            contraction = change / former if former > 0.0 else 0.0
+            if former > 100.0 * floor:
+                c[CONTRACTION] = contraction
+        left = change * contraction / (1.0 - contraction) if contraction < 0.9 else change
+        c[TAKEN] = k + 1.0
+        if left <= tolerance or change <= floor or (k > 2 and contraction > 0.3 and change <= 1e3 * floor):
+            return RUNNING
+        if k > 0 and contraction > 0.3 and not fresh:
+            J[FRESH] = 0
+        elif k > 2 and contraction > 0.9:
+            return DIVERGED
+        former = change
+    return DIVERGED
+
+
+@kernel
+def sizes(c, h, Y, I):
+    """The size of the mechanism and its motion; and c[SPEED] follows the largest scaled velocity."""
+    size, speed, force = 1.0, 0.0, 0.0
+    for i in range(I[N_Q]):
+        size = max(size, abs(Y[Q0, i]) * Y[SCALE, i])
+        speed = max(speed, abs(Y[V0, i]) * Y[SCALE, i])
+        force = max(force, abs(Y[XA, i]) * Y[SCALE, i])
+    c[SPEED] = max(c[SPEED], speed, h * force)
+    return size
+
+
+@rare
+def first_step(length, strict, Y, I):
+    """A step in which the motion that is known at the start changes little."""
+    speed, force = 0.0, 0.0
+    for i in range(I[N_Q]):
+        speed = max(speed, abs(Y[V0, i]) * Y[SCALE, i])
+        force = max(force, abs(Y[XA, i]) * Y[SCALE, i])
+    rate = max(speed, force**0.5)
+    return min(0.01 * length, strict**0.25 / rate) if rate > 0.0 else 0.01 * length
+
+
+@kernel
+def next_step(h, error, c):
+    """Gustafsson's prediction: of an error that changes from step to step as it did."""
+    safety = SAFETY * (2.0 * MAX_ITERATIONS + 1.0) / (2.0 * MAX_ITERATIONS + c[TAKEN])
+    error = max(error, 1e-10)
+    ratio = safety * error**-0.25
+    if c[ERROR] > 0.0:
+        ratio = min(ratio, SAFETY * h / c[LAST] * (c[ERROR] / (error * error)) ** 0.25)
+    return h * min(max(ratio, SHRINK), GROW)
+
+
+@rare
+def record(t0, h, J, c, Y, I, times, out):
+    """Output times passed by this step: q and v by the polynomial of degree 5 that both have at three ends of steps (in
+    the first step: with the accelerations at both ends), multipliers linearly."""
+    n, r = I[N_Q], c[LAST] / h
+    while J[OUTPUT] < times.size and times[J[OUTPUT]] <= t0 + h + 1e-9 * h:
+        k = J[OUTPUT]
+        x = min((times[k] - t0) / h, 1.0)
+        if x > 1.0 - 1e-9:
+            x = 1.0
+        for i in range(n):
+            q0, v0, q1, v1 = Y[Q0, i], h * Y[V0, i], Y[Q, i], h * Y[V, i]
+            c2, c3 = 3.0 * (q1 - q0) - 2.0 * v0 - v1, 2.0 * (q0 - q1) + v0 + v1
+            if J[HISTORY] > 1:
+                g, dg = (r * (1.0 + r)) ** 2, -2.0 * r * (1.0 + r) * (1.0 + 2.0 * r)
+                off = Y[QB, i] - (q0 - r * (v0 - r * (c2 - r * c3)))
+                slope = h * Y[VB, i] - (v0 - r * (2.0 * c2 - r * 3.0 * c3))
+                b1 = (slope - dg * off / g) / g
+                b0 = off / g + b1 * r
+            else:
+                b0 = h * h / 2.0 * Y[XA, i] - c2
+                b1 = h * h / 2.0 * Y[STAGE + 2, i] - c2 - 3.0 * c3 - b0
+            g, dg, b = (x * (1.0 - x)) ** 2, 2.0 * x * (1.0 - x) * (1.0 - 2.0 * x), b0 + b1 * x
+            out[k, i] = q0 + x * (v0 + x * (c2 + x * c3)) + g * b
+            out[k, n + i] = (v0 + x * (2.0 * c2 + x * 3.0 * c3) + dg * b + g * b1) / h
+            if x == 1.0:
+                out[k, i], out[k, n + i] = q1, Y[V, i]
+        for i in range(n, I[N_ALL]):
+            out[k, n + i] = Y[XA, i] + x * (Y[STAGE + 2, i] - Y[XA, i])
+        J[OUTPUT] += 1
+
+
+@kernel
+def shift(Y, I):
+    """The step becomes history."""
+    for i in range(I[N_Q]):
+        Y[QB, i], Y[VB, i], Y[Q0, i], Y[V0, i] = Y[Q0, i], Y[V0, i], Y[Q, i], Y[V, i]
+    for i in range(I[N_ALL]):
+        Y[XA, i] = Y[STAGE + 2, i]
+        for k in range(3):
+            Y[PAST + k, i], Y[PAST2 + k, i] = Y[STAGE + k, i], Y[STAGE2 + k, i]
+
+
+@kernel
+def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
+    """At most ``steps`` steps, not counting rejected ones; a status. Everything needed to go on is in the buffers."""
+    tol, length = K[TOL], K[STOP] - K[START]
+    strict = STRICT * tol**0.8
+    if J[STEP] == 0:
+        set_metric(Y, F, I)
+        if tol > 0.0 and c[NEXT] == 0.0:
+            c[NEXT] = first_step(length, strict, Y, I)
+    for _ in range(steps):
+        if (tol > 0.0 and K[NOW] >= K[STOP]) or (tol == 0.0 and J[STEP] >= J[LAST_STEP]):
+            return DONE
+        t0, tried, error = K[START] + J[STEP] * K[H], 0, 0.0
+        h = K[H]
+        if tol > 0.0:
+            t0, h = K[NOW], c[NEXT]
+        shortest = 16.0 * EPS * max(abs(t0), length)
+        while True:
+            t = t0 + h
+            if tol > 0.0 and K[STOP] - t < h:  # the stop time is hit exactly, with no short step before it
+                left = K[STOP] - t0
+                h = left if left <= 1.01 * h else min(h, 0.5 * left)
+                t = t0 + h if h < left else K[STOP]
+            elif tol == 0.0 and J[STEP] == J[LAST_STEP] - 1:
+                t = K[STOP]
+            size = sizes(c, h, Y, I)
+            if c[OF_MATRICES] != h:
+                J[FRESH] = 0
+            tolerance = LEFT * tol * h / length * size
+            behind = J[HISTORY] - 1 if tried == 0 else 1 - tried
+            predict(h / c[LAST] if J[HISTORY] > 1 else 1.0, behind, Y, I)
+            K[T] = t
+            status = newton(evaluate, tangent, t0, h, size, tolerance, c, J, Y, Z, C, F, I, A, P)
+            if status == SINGULAR and I[SOLVER] == SPARSE_LU:
+                return status  # once more with a search for pivots
+            if tol == 0.0:
+                if status == RUNNING:
+                    break
+                J[FRESH], tried = 0, tried + 1
+                if tried > 2:
+                    return status
+                continue
+            if status == RUNNING:
+                motion(2, h, Y, I)
+                error = estimate(inertia, h, size, c[SPEED], Y, F, I, A, P) / strict
+                if error <= 1.0:
+                    break
+                h *= max(SHRINK, SAFETY * error**-0.25) if error < 1e300 else 0.1
+            else:
+                h *= 0.4 if status == DIVERGED else 0.25
+                J[FRESH], tried = 0, tried + 1 if tried < 1 else 1
+            J[REJECTED] += 1
+            if h < shortest:
+                return status if status != RUNNING else TOO_SMALL
+        motion(2, h, Y, I)
+        if J[OUTPUT] < times.size and times[J[OUTPUT]] <= t0 + h + 1e-9 * h:
+            record(t0, h, J, c, Y, I, times, out)
+        shift(Y, I)
+        if tol > 0.0:
+            c[NEXT] = next_step(h, error, c)
+            if 1.0 <= c[NEXT] / h <= 1.2 and c[CONTRACTION] < SLOW:
+                c[NEXT] = h  # and the matrices are good for another one
+            c[ERROR] = max(error, 1e-2)
+        c[LAST] = h
+        if c[CONTRACTION] > SLOW:
+            J[FRESH] = 0
+        J[HISTORY], J[STEP], K[NOW] = 2, J[STEP] + 1, t
+    if tol > 0.0:
+        return DONE if K[NOW] >= K[STOP] else RUNNING
+    return DONE if J[STEP] >= J[LAST_STEP] else RUNNING
