@@ -1,11 +1,11 @@
 """RADAU5: Radau IIA with three stages on the stabilised index-2 equations, order 5, with error-controlled steps.
 
 The equations and how they are solved: :mod:`mbdsl.integrators.stages`. The end of a step is its third stage, where both
-levels of constraints hold. Lengths of steps follow from an embedded formula of order 3 and a predictive controller.
+levels of constraints hold. Lengths of steps follow from an embedded formula of order 3, and a digital filter.
 
 Source: Hairer, Wanner, Solving Ordinary Differential Equations II (1996), section IV.8, on the equations of Gear,
-Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90; controller: Gustafsson, ACM Trans. Math. Softw. 20
-(1994) 496-517. The splitting is ours.
+Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90; controller: Soederlind, ACM Trans. Math. Softw. 29
+(2003) 1-26. The splitting is ours.
 """
 
 from mbdsl.integrators.driver import (
@@ -29,6 +29,7 @@ from mbdsl.integrators.driver import (
     STOP,
     TOL,
     TOO_SMALL,
+    UNSEEN,
     H,
     T,
     finite,
@@ -59,8 +60,8 @@ from mbdsl.kernels import kernel, rare
 from mbdsl.layout import N_ALL, N_Q, NEW_MASS, Q0, SCALE, SOLVER, V0, XA, Q, V
 
 # -- c: floats that the steps hand on: the next step; the last one, and its error; the one of the matrices; the
-# contraction last seen; the largest scaled speed so far; iterations of the last step
-NEXT, LAST, ERROR, OF_MATRICES, CONTRACTION, SPEED, TAKEN = range(7)
+# contraction last seen; the largest scaled speed so far
+NEXT, LAST, ERROR, OF_MATRICES, CONTRACTION, SPEED = range(6)
 
 METHOD = Method(
     "radau5",
@@ -69,7 +70,7 @@ METHOD = Method(
     index=2,
     enforces=("Phi", "dPhi"),
     source="Hairer, Wanner (1996)",
-    coefficients=lambda options: (0.0,) * 7,
+    coefficients=lambda options: (0.0,) * 6,
     begin=lambda c, start: {XA: [*start.a, *start.lam]},
     sets=2,
     matrices=MATRIX_COUNT,
@@ -79,20 +80,27 @@ METHOD = Method(
 )
 
 MAX_ITERATIONS = 12
+#: contraction assumed of a first iteration, at least, where it has not been seen for so many steps
+ASSUMED, OFTEN = 0.05, 4
 #: contraction above which matrices are made anew
 SLOW = 0.02
 #: the tolerance of the embedded formula, of order 3, is this times the power 4/5 of that of the result
-STRICT = 0.1
+STRICT = 0.03
 #: what Newton's iteration may leave, relative to the tolerance over the whole time
 LEFT = 0.05
-SAFETY, SHRINK, GROW = 0.9, 0.15, 6.0
+#: longest step, relative to the time that there is: what happens in between has to be met by some stage
+LONGEST = 0.02
+#: the error that is aimed at; how much shorter, or longer, the next step may be
+AIM, SHRINK, GROW = 0.5, 0.15, 6.0
 
 
 @kernel
 def newton(evaluate, tangent, t, h, size, tolerance, c, J, Y, Z, C, F, I, A, P):
     """Solve the stages; a status."""
     floor = 4.0 * EPS * size
-    contraction, former = max(c[CONTRACTION], 1e-3), 0.0
+    # The first change has nothing to be compared with.
+    contraction, former = min(max(c[CONTRACTION], ASSUMED if J[UNSEEN] >= OFTEN else 1e-3), 0.9), 0.0
+    J[UNSEEN] += 1
     fresh = False
     for k in range(MAX_ITERATIONS):
         # the middle one last: matrices are made there
@@ -114,9 +122,8 @@ def newton(evaluate, tangent, t, h, size, tolerance, c, J, Y, Z, C, F, I, A, P):
         if k > 0:
             contraction = change / former if former > 0.0 else 0.0
             if former > 100.0 * floor:
-                c[CONTRACTION] = contraction
+                c[CONTRACTION], J[UNSEEN] = contraction, 0
         left = change * contraction / (1.0 - contraction) if contraction < 0.9 else change
-        c[TAKEN] = k + 1.0
         if left <= tolerance or change <= floor or (k > 2 and contraction > 0.3 and change <= 1e3 * floor):
             return RUNNING
         if k > 0 and contraction > 0.3 and not fresh:
@@ -128,14 +135,14 @@ def newton(evaluate, tangent, t, h, size, tolerance, c, J, Y, Z, C, F, I, A, P):
 
 
 @kernel
-def sizes(c, h, Y, I):
-    """The size of the mechanism and its motion; and c[SPEED] follows the largest scaled velocity."""
-    size, speed, force = 1.0, 0.0, 0.0
+def sizes(c, length, Y, I):
+    """The size of the mechanism and its motion; c[SPEED] follows the largest scaled velocity, and is not less than that
+    which makes this way in the time that there is."""
+    size, speed = 1.0, 0.0
     for i in range(I[N_Q]):
         size = max(size, abs(Y[Q0, i]) * Y[SCALE, i])
         speed = max(speed, abs(Y[V0, i]) * Y[SCALE, i])
-        force = max(force, abs(Y[XA, i]) * Y[SCALE, i])
-    c[SPEED] = max(c[SPEED], speed, h * force)
+    c[SPEED] = max(c[SPEED], speed, size / length)
     return size
 
 
@@ -152,12 +159,12 @@ def first_step(length, strict, Y, I):
 
 @kernel
 def next_step(h, error, c):
-    """Gustafsson's prediction: of an error that changes from step to step as it did."""
-    safety = SAFETY * (2.0 * MAX_ITERATIONS + 1.0) / (2.0 * MAX_ITERATIONS + c[TAKEN])
-    error = max(error, 1e-10)
-    ratio = safety * error**-0.25
-    if c[ERROR] > 0.0:
-        ratio = min(ratio, SAFETY * h / c[LAST] * (c[ERROR] / (error * error)) ** 0.25)
+    """The digital filter H211b of Soederlind, which does not answer to what changes from one step to the next; where
+    the error is far from what is aimed at, what that alone says."""
+    now = AIM / max(error, 1e-8)
+    ratio = now**0.25
+    if c[ERROR] > 0.0 and ratio < 2.0:
+        ratio = (now * AIM / max(c[ERROR], 1e-8)) ** (1.0 / 16.0) * (h / c[LAST]) ** -0.25
     return h * min(max(ratio, SHRINK), GROW)
 
 
@@ -212,6 +219,7 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
     if J[STEP] == 0:
         set_metric(Y, F, I)
         if tol > 0.0 and c[NEXT] == 0.0:
+            c[CONTRACTION] = 1.0
             c[NEXT] = first_step(length, strict, Y, I)
     for _ in range(steps):
         if (tol > 0.0 and K[NOW] >= K[STOP]) or (tol == 0.0 and J[STEP] >= J[LAST_STEP]):
@@ -219,7 +227,7 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
         t0, tried, error = K[START] + J[STEP] * K[H], 0, 0.0
         h = K[H]
         if tol > 0.0:
-            t0, h = K[NOW], c[NEXT]
+            t0, h = K[NOW], min(c[NEXT], LONGEST * length)
         shortest = 16.0 * EPS * max(abs(t0), length)
         while True:
             t = t0 + h
@@ -229,7 +237,7 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
                 t = t0 + h if h < left else K[STOP]
             elif tol == 0.0 and J[STEP] == J[LAST_STEP] - 1:
                 t = K[STOP]
-            size = sizes(c, h, Y, I)
+            size = sizes(c, length, Y, I)
             if c[OF_MATRICES] != h:
                 J[FRESH] = 0
             tolerance = LEFT * tol * h / length * size
@@ -251,7 +259,7 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
                 error = estimate(inertia, h, size, c[SPEED], Y, F, I, A, P) / strict
                 if error <= 1.0:
                     break
-                h *= max(SHRINK, SAFETY * error**-0.25) if error < 1e300 else 0.1
+                h *= max(SHRINK, (AIM / error) ** 0.25) if error < 1e300 else 0.1
             else:
                 h *= 0.4 if status == DIVERGED else 0.25
                 J[FRESH], tried = 0, tried + 1 if tried < 1 else 1
@@ -264,9 +272,9 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
         shift(Y, I)
         if tol > 0.0:
             c[NEXT] = next_step(h, error, c)
-            if 1.0 <= c[NEXT] / h <= 1.2 and c[CONTRACTION] < SLOW:
+            if 0.95 <= c[NEXT] / h <= 1.15 and c[CONTRACTION] < SLOW:
                 c[NEXT] = h  # and the matrices are good for another one
-            c[ERROR] = max(error, 1e-2)
+            c[ERROR] = error
         c[LAST] = h
         if c[CONTRACTION] > SLOW:
             J[FRESH] = 0

@@ -153,7 +153,7 @@ class Integration:
         if declaration.order == 0:
             # There is no local error, and nothing that is left adds up over steps; but there are other assemblies, and
             # who makes steps so large may end up in one.
-            self.K[driver.RELATIVE_TOL :] = 1e300, 4e-15, 1.0, 0.5
+            self.K[driver.RELATIVE_TOL : driver.WILD + 1] = 1e300, 4e-15, 1.0, 0.5
         self.J[driver.LAST_STEP] = steps
         self.J[driver.STABILISED] = declaration.sets > 1
         sets = declaration.sets
