@@ -10,7 +10,8 @@ from mbdsl.integrators import compiled
 
 MODELS = Path(__file__).parents[2] / "models"
 METHODS = (
-    "newmark", "hht-i3", "nstiff", "nstiff-si2", "hht-add", "hht-si2", "generalized-alpha", "generalized-alpha-i3"
+    "newmark", "hht-i3", "nstiff", "nstiff-si2", "hht-add", "hht-si2", "generalized-alpha", "generalized-alpha-i3",
+    "radau5"
 )  # fmt: skip
 #: model -> (stop, step, parameters); a hundred steps or more
 RUNS = {

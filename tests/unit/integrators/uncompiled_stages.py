@@ -1,0 +1,123 @@
+"""Run by test_radau5.py in a process of its own, with NUMBA_DISABLE_JIT=1: what is easier, or only possible, there.
+
+Prints a JSON object: for every shipped model, how one correction of all stages compares with the Jacobian of their
+equations by differences.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import mbdsl
+from mbdsl import graph, jit, layout
+from mbdsl.integrators import linear, stages
+from mbdsl.integrators.collocation import NODES
+from mbdsl.integrators.run import Integration
+from mbdsl.system import build
+from mbdsl.system.initial import initial_state
+
+MODELS = sorted((Path(__file__).parents[3] / "models").glob("*.mbd"))
+#: steps of models that are too fast for 1 ms
+STEPS = {"crank_ivp": 1e-5, "seven_body": 1e-4}
+
+
+class Stages:
+    """The stages on one model at a state off the motion; ``at_rest``, all in the same place, and w = mu = 0."""
+
+    def __init__(self, path, h, at_rest=False, spoilt=False):
+        # Differences cannot follow friction that turns round within 0.1 mm/s.
+        scene = mbdsl.load(path, {"v_s": 50.0} if path.stem == "stick_slip_belt" else {})
+        mechanism = graph.build(scene)
+        system = build(scene, mechanism)
+        start = initial_state(system, mechanism, 0.0)
+        self.run = run = Integration(system, "radau5", h, 0.0, 1.0, np.array([1.0]))
+        run._use(linear.DENSE)  # which finds a pivot wherever there is one
+        run.begin(start.q, start.v, start.a, start.lam)
+        stages.set_metric(run.Y, run.F, run.I)
+        self.h, self.n, self.m, self.N, self.spoilt = h, system.n, system.m, system.unknowns, spoilt
+        rng, Y, n, N = np.random.default_rng(3), run.Y, system.n, system.unknowns
+        Y[layout.Q0, :n] += rng.uniform(-0.1, 0.1, n)
+        lam = rng.normal(size=N - n)
+        for k in range(3):
+            Y[stages.STAGE + k, n:] = Y[layout.XA, n:] + lam + (0.0 if at_rest else 0.1 * rng.normal(size=N - n))
+        if at_rest:
+            Y[layout.V0] = 0.0
+        else:
+            Y[layout.V0, :n] += rng.normal(size=n)
+            Y[stages.STAGE : stages.STAGE + 3, :n] = rng.normal(size=(3, n))
+            Y[stages.STAGE2 : stages.STAGE2 + 3, : n + self.m] = 0.01 * h**2 * rng.normal(size=(3, n + self.m))
+        if any(c.friction is not None for c in scene.components.values()):
+            Y[stages.STAGE : stages.STAGE + 3, n:] += 1e5  # far from where a normal force changes its sign
+        # unknowns that are none: the second multipliers of nonholonomic constraints
+        self.active = np.ones((6, N), bool)
+        self.active[3:, n + self.m :] = False
+
+    def residual(self):
+        r = self.run
+        for k in (0, 2, 1):
+            stages.motion(k, self.h, r.Y, r.I)
+            r.I[layout.NEW_MASS] = 1
+            r.evaluate(NODES[k] * self.h, r.Y, r.Z, r.C, r.F, r.I)
+            stages.residual(k, r.Y, r.F, r.I)
+        return r.Y[stages.RESIDUAL : stages.RESIDUAL + 6].ravel().copy()
+
+    def unknowns(self):
+        return self.run.Y[stages.STAGE : stages.STAGE + 6]
+
+    def jacobian(self):
+        """d(residuals)/d(unknowns) by five-point differences."""
+        x = self.unknowns()
+        J = np.zeros((x.size, x.size))
+        for k in range(x.size):
+            d = (1e-2 if k < 3 * self.N else 3e-5) / self.h  # a moves q by h^2, w by h
+            kept, f = x.flat[k], []
+            for s in (1, -1, 2, -2):
+                x.flat[k] = kept + s * d
+                f.append(self.residual())
+            x.flat[k] = kept
+            J[:, k] = (8 * (f[0] - f[1]) - (f[2] - f[3])) / (12 * d)
+        return J
+
+    def corrections(self):
+        """The linear map from residuals to corrections."""
+        r = self.run
+        self.residual()
+
+        def tangent(t, cM, cK, *more):
+            r.tangent(t, cM, (1.01 if self.spoilt else 1.0) * cK, *more)
+
+        assert stages.matrices(tangent, NODES[1] * self.h, self.h, r.Y, r.Z, r.C, r.F, r.I, r.A, r.P)
+        x = self.unknowns()
+        B, kept = np.zeros((x.size, x.size)), x.copy()
+        for k in range(x.size):
+            x[:] = 0.0
+            r.Y[stages.RESIDUAL : stages.RESIDUAL + 6] = 0.0
+            r.Y[stages.RESIDUAL + k // self.N, k % self.N] = 1.0
+            stages.correct(self.h, r.Y, r.I, r.A, r.P)
+            B[:, k] = -x.ravel()
+        x[:] = kept
+        return B
+
+
+def contraction(path, h, **how):
+    """The spectral radius of what one correction leaves of an error, zero for Newton's method."""
+    step = Stages(path, h, **how)
+    left = np.eye(6 * step.N) - step.corrections() @ step.jacobian()
+    active = step.active.ravel()
+    return float(np.abs(np.linalg.eigvals(left[np.ix_(active, active)])).max())
+
+
+if __name__ == "__main__":
+    assert not jit.enabled()
+    found: dict[str, dict] = {"moving": {}, "at rest": {}, "spoilt": {}}
+    for path in MODELS:
+        h = STEPS.get(path.stem, 1e-3)
+        if path.stem in ("flexible_pendulum", "spin_up_beam", "chain"):
+            continue  # hundreds of unknowns; other models have the same elements
+        found["moving"][path.stem] = [contraction(path, k * h) for k in (4, 1)]
+        found["at rest"][path.stem] = contraction(path, h, at_rest=True)
+        if path.stem == "slider_crank":
+            found["spoilt"][path.stem] = contraction(path, 0.1, at_rest=True, spoilt=True)
+    json.dump(found, sys.stdout)
