@@ -142,7 +142,7 @@ def sizes(c, length, Y, I):
     for i in range(I[N_Q]):
         size = max(size, abs(Y[Q0, i]) * Y[SCALE, i])
         speed = max(speed, abs(Y[V0, i]) * Y[SCALE, i])
-    c[SPEED] = max(c[SPEED], speed, size / length)
+    c[SPEED] = max(c[SPEED], speed, 1.0 / length)
     return size
 
 
@@ -256,7 +256,7 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
                 continue
             if status == RUNNING:
                 motion(2, h, Y, I)
-                error = estimate(inertia, h, size, c[SPEED], Y, F, I, A, P) / strict
+                error = estimate(inertia, h, c[SPEED], Y, F, I, A, P) / strict
                 if error <= 1.0:
                     break
                 h *= max(SHRINK, (AIM / error) ** 0.25) if error < 1e300 else 0.1

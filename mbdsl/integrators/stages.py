@@ -242,8 +242,8 @@ def correct(h, Y, I, A, P):
 
 
 @rare
-def estimate(inertia, h, size, speed, Y, F, I, A, P):
-    """The error of the embedded formula of order 3 in q, relative to ``size``, and v, to ``speed``; the larger.
+def estimate(inertia, h, speed, Y, F, I, A, P):
+    """The error of the embedded formula of order 3: the largest of q, scaled, and of v, relative to ``speed`` moreover.
 
     Filtered by (1 - s J)^-1 with the real s, J being that of the equations of motion with their constraints: what is
     stiff has no part in it.
@@ -269,5 +269,5 @@ def estimate(inertia, h, size, speed, Y, F, I, A, P):
     largest = 0.0
     for i in range(n):
         of_q, of_v = Y[ERROR, i] + s * Y[CHANGE, i], Y[CHANGE, i]
-        largest = larger(max(abs(of_q) / size, abs(of_v) / speed) * Y[SCALE, i], largest)
+        largest = larger(max(abs(of_q), abs(of_v) / speed) * Y[SCALE, i], largest)
     return largest

@@ -12,9 +12,9 @@ MODELS = TESTS.parent / "models"
 #: method -> its order; the same six wherever tests are about methods
 ORDERS = {"newmark": 1, "hht-i3": 2, "nstiff": 2, "nstiff-si2": 2, "hht-add": 2, "hht-si2": 2}
 #: later ones, in tests that ask for every method
-LATER = {"generalized-alpha": 2, "generalized-alpha-i3": 2}
+LATER = {"generalized-alpha": 2, "generalized-alpha-i3": 2, "radau5": 5}
 #: what the slope over all of the steps may be; newmark with gamma = 0.6
-SLOPES = {1: (0.9, 1.15), 2: (1.85, 2.15)}
+SLOPES = {1: (0.9, 1.15), 2: (1.85, 2.15), 5: (4.75, 5.25)}
 
 
 @pytest.fixture(params=ORDERS, scope="session")
@@ -25,7 +25,7 @@ def method(request):
 
 @pytest.fixture(params=[*ORDERS, *LATER], scope="session")
 def any_method(request):
-    """Each method of this order or that in turn, with fixed steps."""
+    """Each method of our own in turn, with fixed steps."""
     return request.param
 
 
@@ -45,6 +45,12 @@ def model():
 def order():
     """``order(steps, errors)``: the slope of a straight line through log(error) over log(step)."""
     return lambda steps, errors: float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
+
+
+@pytest.fixture(scope="session")
+def order_of():
+    """``order_of(method)``."""
+    return lambda method: (ORDERS | LATER)[method]
 
 
 @pytest.fixture(scope="session")

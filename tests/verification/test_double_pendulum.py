@@ -7,6 +7,7 @@ Radau IIA, to 12 digits at 0.2 s. Reactions: Newton's and Euler's equations of t
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import mbdsl
 
@@ -106,3 +107,36 @@ def test_fast_motion_is_damped(data, scene, method):
     end = mbdsl.simulate(scene, method=method, step=2.5e-4, stop=STOP, interval=STOP)
     _, _, w1, w2 = data["y"][data["t"].index(STOP)]
     assert end["link2.w"][-1] - end["link1.w"][-1] == pytest.approx(w2 - w1, abs=2e-6)
+
+
+SOFT = {"k2": 30.0, "c2": 0.5, "c1": 0.5}
+
+
+@pytest.fixture(scope="module")
+def soft(data):
+    """Angles and rates of the pendulum with a knee that is not stiff after 1 s, by another integrator."""
+    p, hanging = {**data["parameters"], **SOFT}, 1.5 * np.pi
+    start = [hanging, hanging - np.pi / 12, 0.0, 0.0]
+    end = solve_ivp(lambda t, y: [*y[2:], *newton_euler(p, *y)[0]], (0, 1), start, "DOP853", rtol=1e-13, atol=1e-14)
+    return end.y[:, -1]
+
+
+def test_order_of_radau5(model, soft, order):
+    """Of a knee that is not stiff: 5 in rates, 6 in angles, where the fifth order's error is small."""
+    steps, errors = [2.0**-k for k in range(4, 8)], []
+    for h in steps:
+        end = mbdsl.simulate(model("double_pendulum"), method="radau5", step=h, stop=1.0, interval=1.0, parameters=SOFT)
+        errors.append([abs(end[name][-1] - x) for name, x in zip(SIGNALS, soft, strict=True)])
+    slopes = [order(steps, error) for error in np.transpose(errors)]
+    assert all(4.75 < slope < 5.25 for slope in slopes[2:]), slopes
+    assert all(4.75 < slope < 7.0 for slope in slopes[:2]), slopes
+
+
+@pytest.mark.parametrize("tol", [1e-4, 1e-6, 1e-8, 1e-10])
+def test_tolerance_of_radau5(model, data, soft, tol):
+    """Errors follow the tolerance: angles in radians, rates relative to the largest one; stiff or not."""
+    for parameters, stop, exact in ((SOFT, 1.0, soft), ({}, 0.2, data["y"][data["t"].index(0.2)])):
+        end = mbdsl.simulate(
+            model("double_pendulum"), method="radau5", tol=tol, stop=stop, interval=stop, parameters=parameters
+        )
+        assert max(abs(end[name][-1] - x) for name, x in zip(SIGNALS, exact, strict=True)) < 10 * tol

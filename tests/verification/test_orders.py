@@ -17,6 +17,7 @@ STEPS = {
     **{method: [2.0**-k for k in range(6, 12)] for method in (*HHT, "generalized-alpha", "generalized-alpha-i3")},
     **{method: [2.0**-k for k in range(7, 13)] for method in ("nstiff", "nstiff-si2")},
     "newmark": [2.0**-k for k in range(9, 15)],
+    "radau5": [2.0**-k for k in range(6, 10)],
 }
 LOW, HIGH = 1.85, 2.15
 

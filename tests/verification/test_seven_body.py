@@ -116,9 +116,13 @@ STEPS = {
     "newmark": [1e-2 / 320 / 2**k for k in range(6)],
     "hht-i3": [1e-2 / 125 / 2**k for k in range(6)],
     **{method: [1e-2 / 160 / 2**k for k in range(6)] for method in ("nstiff", "nstiff-si2", "hht-add", "hht-si2")},
+    "generalized-alpha": [1e-2 / 160 / 2**k for k in range(6)],
+    "generalized-alpha-i3": [1e-2 / 125 / 2**k for k in range(6)],
+    "radau5": [1e-2 / n for n in (50, 75, 100, 150)],
 }
 
 
+@pytest.mark.parametrize("method", STEPS)
 def test_order(data, scene, method, wrong_orders):
     """Every angle, every angular velocity, and what every pin carries."""
     q, v = state(data["samples"]["0.01"])
@@ -155,6 +159,16 @@ def test_published_end_state(data, scene, method):
     four times as much relative to it.
     """
     assert np.abs(end_angles(scene, method, 0.8e-6) / published(data) - 1).max() < 1e-6
+
+
+@pytest.mark.parametrize(("tol", "digits"), [(1e-6, 4), (1e-8, 6), (1e-10, 8)])
+def test_published_end_state_with_controlled_steps(data, scene, tol, digits):
+    """Digits follow tolerances, two behind: the crank, turned by 15.8 rad then, magnifies what steps get wrong by 50."""
+    exact = np.array([float(x) for x in data["reference_t0p03"]["q"]])
+    end = mbdsl.simulate(scene, method="radau5", tol=tol, interval=0.03)
+    found = relative([end[f"{body}.phi"][-1] for body in BODIES])
+    assert np.abs(found - exact).max() < 10.0**-digits
+    assert end.stats["steps"] < 3000
 
 
 def test_published_end_state_to_eight_digits(data, scene):
