@@ -24,6 +24,7 @@ from mbdsl.integrators.driver import (
     REJECTED,
     RUNNING,
     SINGULAR,
+    SINGULAR_NOISE,
     START,
     STEP,
     STOP,
@@ -45,6 +46,7 @@ from mbdsl.integrators.stages import (
     PAST,
     PAST2,
     QB,
+    RESIDUAL,
     STAGE,
     STAGE2,
     VB,
@@ -57,7 +59,7 @@ from mbdsl.integrators.stages import (
     set_metric,
 )
 from mbdsl.kernels import kernel, rare
-from mbdsl.layout import N_ALL, N_Q, NEW_MASS, Q0, SCALE, SOLVER, V0, XA, Q, V
+from mbdsl.layout import N_ALL, N_PHI, N_Q, NEW_MASS, Q0, SCALE, SOLVER, V0, XA, Q, V
 
 # -- c: floats that the steps hand on: the next step; the last one, and its error; the one of the matrices; the
 # contraction last seen; the largest scaled speed so far
@@ -79,15 +81,17 @@ METHOD = Method(
     rows=OWN_ROWS,
 )
 
-MAX_ITERATIONS = 12
+MAX_ITERATIONS = 25
 #: contraction assumed of a first iteration, at least, where it has not been seen for so many steps
 ASSUMED, OFTEN = 0.05, 4
 #: contraction above which matrices are made anew
 SLOW = 0.02
 #: the tolerance of the embedded formula, of order 3, is this times the power 4/5 of that of the result
-STRICT = 0.03
+STRICT = 0.1
 #: what Newton's iteration may leave, relative to the tolerance over the whole time
-LEFT = 0.05
+LEFT = 0.2
+#: where that is rounding: what it may leave relative to what a step may err
+STALLED = 1e-3
 #: longest step, relative to the time that there is: what happens in between has to be met by some stage
 LONGEST = 0.02
 #: the error that is aimed at; how much shorter, or longer, the next step may be
@@ -95,9 +99,10 @@ AIM, SHRINK, GROW = 0.5, 0.15, 6.0
 
 
 @kernel
-def newton(evaluate, tangent, t, h, size, tolerance, c, J, Y, Z, C, F, I, A, P):
+def newton(evaluate, tangent, t, h, size, unit, tolerance, stalled, c, J, Y, Z, C, F, I, A, P):
     """Solve the stages; a status."""
-    floor = 4.0 * EPS * size
+    # What every step leaves undone adds up: not much more than half of the last digit is good enough.
+    floor = 0.5 * EPS * size
     # The first change has nothing to be compared with.
     contraction, former = min(max(c[CONTRACTION], ASSUMED if J[UNSEEN] >= OFTEN else 1e-3), 0.9), 0.0
     J[UNSEEN] += 1
@@ -116,7 +121,7 @@ def newton(evaluate, tangent, t, h, size, tolerance, c, J, Y, Z, C, F, I, A, P):
             if not matrices(tangent, t + NODES[1] * h, h, Y, Z, C, F, I, A, P):
                 return SINGULAR if finite(A) else NOT_FINITE
             J[FRESH], c[OF_MATRICES], fresh = 1, h, True
-        change = correct(h, Y, I, A, P)
+        change = correct(h, unit, Y, I, A, P)
         if not change < 1e100:
             return NOT_FINITE
         if k > 0:
@@ -124,14 +129,30 @@ def newton(evaluate, tangent, t, h, size, tolerance, c, J, Y, Z, C, F, I, A, P):
             if former > 100.0 * floor:
                 c[CONTRACTION], J[UNSEEN] = contraction, 0
         left = change * contraction / (1.0 - contraction) if contraction < 0.9 else change
-        if left <= tolerance or change <= floor or (k > 2 and contraction > 0.3 and change <= 1e3 * floor):
+        if (
+            left <= tolerance
+            or change <= floor
+            or (k > 2 and contraction > 0.3 and change <= max(1e3 * floor, stalled))
+        ):
             return RUNNING
-        if k > 0 and contraction > 0.3 and not fresh:
+        if k > 6 and change <= SINGULAR_NOISE * size and constraint_size(Y, I) <= 1e3 * floor:
+            return RUNNING  # close to a singular pose, where rounding is magnified; the constraints hold
+        if k > 0 and contraction > 0.3 and former > 100.0 * floor and (not fresh or k % 3 == 0):
             J[FRESH] = 0
-        elif k > 2 and contraction > 0.9:
-            return DIVERGED
+        if k > 2 and contraction > 0.9 and tolerance > 0.0:
+            return DIVERGED  # with a shorter step it will be better
         former = change
     return DIVERGED
+
+
+@rare
+def constraint_size(Y, I):
+    """Largest violation of the constraints on positions, in all stages."""
+    value = 0.0
+    for k in range(3):
+        for i in range(I[N_Q], I[N_Q] + I[N_PHI]):
+            value = max(value, abs(Y[RESIDUAL + k, i]))
+    return value
 
 
 @kernel
@@ -224,7 +245,7 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
     for _ in range(steps):
         if (tol > 0.0 and K[NOW] >= K[STOP]) or (tol == 0.0 and J[STEP] >= J[LAST_STEP]):
             return DONE
-        t0, tried, error = K[START] + J[STEP] * K[H], 0, 0.0
+        t0, tried, refused, error, former = K[START] + J[STEP] * K[H], 0, 0, 0.0, 0.0
         h = K[H]
         if tol > 0.0:
             t0, h = K[NOW], min(c[NEXT], LONGEST * length)
@@ -240,11 +261,11 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
             size = sizes(c, length, Y, I)
             if c[OF_MATRICES] != h:
                 J[FRESH] = 0
-            tolerance = LEFT * tol * h / length * size
+            tolerance, unit, stalled = LEFT * tol * h / length, 1.0 / c[SPEED] if tol > 0.0 else h, STALLED * strict
             behind = J[HISTORY] - 1 if tried == 0 else 1 - tried
             predict(h / c[LAST] if J[HISTORY] > 1 else 1.0, behind, Y, I)
             K[T] = t
-            status = newton(evaluate, tangent, t0, h, size, tolerance, c, J, Y, Z, C, F, I, A, P)
+            status = newton(evaluate, tangent, t0, h, size, unit, tolerance, stalled, c, J, Y, Z, C, F, I, A, P)
             if status == SINGULAR and I[SOLVER] == SPARSE_LU:
                 return status  # once more with a search for pivots
             if tol == 0.0:
@@ -257,8 +278,10 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
             if status == RUNNING:
                 motion(2, h, Y, I)
                 error = estimate(inertia, h, c[SPEED], Y, F, I, A, P) / strict
-                if error <= 1.0:
+                # A step that is shorter and errs no less errs by rounding.
+                if error <= 1.0 or (refused > 1 and error >= former):
                     break
+                refused, former = refused + 1, error
                 h *= max(SHRINK, (AIM / error) ** 0.25) if error < 1e300 else 0.1
             else:
                 h *= 0.4 if status == DIVERGED else 0.25

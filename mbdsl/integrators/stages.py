@@ -198,8 +198,8 @@ def transform(first, last, h, rank, Y):
 
 
 @kernel
-def correct(h, Y, I, A, P):
-    """Solve for the corrections, apply them; the largest scaled change of a position (or of h times a velocity)."""
+def correct(h, unit, Y, I, A, P):
+    """Solve for the corrections, apply them; the largest scaled change of a position or ``unit`` times a velocity."""
     n, m, size = I[N_Q], I[N_PHI], I[N_ALL]
     transform(0, n, h, 0, Y)
     transform(n, n + m, h, 2, Y)
@@ -237,7 +237,7 @@ def correct(h, Y, I, A, P):
             Y[STAGE + k, i] += Y[CHANGE + k, i]
         for i in range(n):
             dv = b0 * Y[CHANGE, i] + b1 * Y[CHANGE + 1, i] + b2 * Y[CHANGE + 2, i] - Y[RESIDUAL2 + k, i]
-            largest = larger(h * abs(dv) * Y[SCALE, i], largest)
+            largest = larger(unit * abs(dv) * Y[SCALE, i], largest)
     return largest
 
 

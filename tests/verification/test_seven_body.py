@@ -163,7 +163,7 @@ def test_published_end_state(data, scene, method):
 
 @pytest.mark.parametrize(("tol", "digits"), [(1e-6, 4), (1e-8, 6), (1e-10, 8)])
 def test_published_end_state_with_controlled_steps(data, scene, tol, digits):
-    """Digits follow tolerances, two behind: the crank, turned by 15.8 rad then, magnifies what steps get wrong by 50."""
+    """Digits follow tolerances, two behind: the crank has turned by 15.8 rad, and magnifies what steps get wrong."""
     exact = np.array([float(x) for x in data["reference_t0p03"]["q"]])
     end = mbdsl.simulate(scene, method="radau5", tol=tol, interval=0.03)
     found = relative([end[f"{body}.phi"][-1] for body in BODIES])

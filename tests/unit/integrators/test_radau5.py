@@ -310,14 +310,12 @@ def test_a_coordinate_without_mass():
     assert r["link.x"] == pytest.approx(0.1 * np.cos(w * r.t), abs=1e-7)
 
 
-def test_redundant_constraints():
-    """A parallelogram with a third rocker: one constraint follows from the others, and is left out."""
-    text = (MODELS / "four_bar.mbd").read_text(encoding="utf-8")
-    assert text
+def test_singular_poses_are_passed():
+    """Two parallelograms, whose bars all lie in one line about once in a second."""
     found = mbdsl.simulate(MODELS / "four_bar.mbd", method="radau5", tol=1e-8, stop=2.0)
     energy = found["energy.total"]
-    assert np.abs(energy - energy[0]).max() < 1e-5 * np.abs(found["energy.kinetic"]).max()
-    assert max(np.abs(found[row]).max() for row in found.select(["*.Phi[*]"])) < 1e-7
+    assert np.abs(energy - energy[0]).max() < 1e-6 * np.abs(found["energy.kinetic"]).max()
+    assert max(np.abs(found[row]).max() for row in found.select(["*.Phi[*]"])) < 1e-8
 
 
 def test_stages_do_not_overlap():

@@ -95,7 +95,7 @@ class Stages:
             x[:] = 0.0
             r.Y[stages.RESIDUAL : stages.RESIDUAL + 6] = 0.0
             r.Y[stages.RESIDUAL + k // self.N, k % self.N] = 1.0
-            stages.correct(self.h, r.Y, r.I, r.A, r.P)
+            stages.correct(self.h, self.h, r.Y, r.I, r.A, r.P)
             B[:, k] = -x.ravel()
         x[:] = kept
         return B
