@@ -118,9 +118,11 @@ def newton(evaluate, tangent, t, h, size, unit, tolerance, stalled, c, J, Y, Z, 
         if J[FRESH] == 0:
             J[MATRICES] += 1
             J[FACTORISATIONS] += 1
-            if not matrices(tangent, t + NODES[1] * h, h, Y, Z, C, F, I, A, P):
+            still = max(1e3 * floor, stalled) / unit
+            if not matrices(tangent, t + NODES[1] * h, h, still, Y, Z, C, F, I, A, P):
                 return SINGULAR if finite(A) else NOT_FINITE
             J[FRESH], c[OF_MATRICES], fresh = 1, h, True
+        held = k > 6 and constraint_size(Y, I) <= 1e3 * floor
         change = correct(h, unit, Y, I, A, P)
         if not change < 1e100:
             return NOT_FINITE
@@ -135,7 +137,7 @@ def newton(evaluate, tangent, t, h, size, unit, tolerance, stalled, c, J, Y, Z, 
             or (k > 2 and contraction > 0.3 and change <= max(1e3 * floor, stalled))
         ):
             return RUNNING
-        if k > 6 and change <= SINGULAR_NOISE * size and constraint_size(Y, I) <= 1e3 * floor:
+        if held and change <= SINGULAR_NOISE * size:
             return RUNNING  # close to a singular pose, where rounding is magnified; the constraints hold
         if k > 0 and contraction > 0.3 and former > 100.0 * floor and (not fresh or k % 3 == 0):
             J[FRESH] = 0

@@ -23,8 +23,9 @@ and then for every stage, with N = (Phi_q v)_q,
     R2:          G dw + Phi_q^T dmu = -R2 + ...
     R4, R3:      Phi_q dw = R4 - (h A)^-1 R3 + N dQ
 
-The dots are D dw, Gam_v dw/s, (M w)_q and (Phi_q^T mu)_q dQ: w and mu vanish with the error of the discretisation, and
-what is left is left to the next iteration. Masses make K and M drop out of the coupling, however stiff forces are.
+Masses make K and M drop out of the coupling, however stiff forces are. The dots are D dw and Gam_v dw/s, for which e
+is corrected afterwards where dampers are stiff or constraints nonholonomic, and (M w)_q and (Phi_q^T mu)_q dQ, left to
+the next iteration: w and mu vanish with the error of the discretisation.
 """
 
 from __future__ import annotations
@@ -47,6 +48,7 @@ from mbdsl.integrators.collocation import (
 )
 from mbdsl.integrators.collocation import A as W
 from mbdsl.integrators.complex_lu import complex_factor, complex_solve
+from mbdsl.integrators.driver import EPS
 from mbdsl.integrators.linear import compress, factor, larger, multiply, solve
 from mbdsl.kernels import kernel, rare
 from mbdsl.layout import (
@@ -58,6 +60,7 @@ from mbdsl.layout import (
     MX,
     MX2,
     N_ALL,
+    N_GAM,
     N_PHI,
     N_Q,
     Q0,
@@ -79,10 +82,15 @@ from mbdsl.layout import (
 STAGE, STAGE2, RESIDUAL, RESIDUAL2, CHANGE, PAST, PAST2 = range(ROWS, ROWS + 21, 3)
 #: two of scratch; 0, or G, where a coordinate has no mass; q and v where the last step began
 ERROR, ERROR2, METRIC, QB, VB = range(ROWS + 21, ROWS + 26)
-OWN_ROWS = 26
-#: matrices: of the real s, the projection, [K'; N; Gam_q] in columns of q, real and imaginary part for the complex s
-PROJECTION, COUPLING, COMPLEX = 1, 2, 3
-MATRICES = 5
+#: corrections of v, three
+DV = ROWS + 26
+OWN_ROWS = 29
+#: matrices: of the real s, the projection, [K'; N; Gam_q] in columns of q, real and imaginary part for the complex s,
+#: and [D; 0; Gam_v], of no entries where that does not matter
+PROJECTION, COUPLING, COMPLEX, DAMPING = 1, 2, 3, 5
+MATRICES = 6
+#: part of the matrix's diagonal that dampers make up, from which on they do
+DAMPED = 0.02
 #: G where a coordinate has no mass, relative to what moves with it
 MASSLESS = 1e-6
 
@@ -152,8 +160,9 @@ def residual(k, Y, F, I):
 
 
 @rare
-def matrices(tangent, t, h, Y, Z, C, F, I, A, P):
-    """All matrices at the state last evaluated, factorised; False where that failed."""
+def matrices(tangent, t, h, still, Y, Z, C, F, I, A, P):
+    """All matrices at the state last evaluated, factorised; False where that failed. ``still``: what scaled velocities
+    need not be better than."""
     s, x, y = REAL * h, RE * h, IM * h
     k, l = x * x - y * y, 2.0 * x * y
     tangent(t, 1.0, s * s, s, 1.0, 1.0, 0.0, 1.0, s, s * s, Y, Z, C, F, I, A[0])
@@ -167,11 +176,27 @@ def matrices(tangent, t, h, Y, Z, C, F, I, A, P):
     tangent(t, 1.0, k + l, x + y, 1.0, 1.0, 0.0, 1.0, x + y, k + l, Y, Z, C, F, I, A[COMPLEX + 1])
     for i in range(I[SIZE]):
         A[COMPLEX + 1, i] -= A[COMPLEX, i]
+    prepare_damping(tangent, t, s, still, Y, Z, C, F, I, A, P)
     return (
         factor(A[0], P[0], I)
         and factor(A[PROJECTION], P[PROJECTION], I)
         and complex_factor(A[COMPLEX], A[COMPLEX + 1], P[COMPLEX], I)
     )
+
+
+@rare
+def prepare_damping(tangent, t, s, still, Y, Z, C, F, I, A, P):
+    """D and Gam_v. However short steps are: w has the rounding of positions over h, and D h times that is in v."""
+    tangent(t, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, Y, Z, C, F, I, A[DAMPING])
+    matters = I[N_GAM] > 0
+    for i in range(I[N_Q]):
+        slot = I[I[SLOTS] + I[MASS_SLOTS] + i]
+        d, a = abs(A[DAMPING, slot]), abs(A[0, slot])
+        matters = matters or s * d > DAMPED * a or 10.0 * EPS * d > still * a
+    if matters:
+        compress(A[DAMPING], P[DAMPING], I)
+    else:
+        P[DAMPING, P.shape[1] - 1] = 0
 
 
 @kernel
@@ -201,15 +226,7 @@ def transform(first, last, h, rank, Y):
 def correct(h, unit, Y, I, A, P):
     """Solve for the corrections, apply them; the largest scaled change of a position or ``unit`` times a velocity."""
     n, m, size = I[N_Q], I[N_PHI], I[N_ALL]
-    transform(0, n, h, 0, Y)
-    transform(n, n + m, h, 2, Y)
-    transform(n + m, size, h, 1, Y)
-    solve(A[0], P[0], I, Y, CHANGE)
-    complex_solve(A[COMPLEX], A[COMPLEX + 1], P[COMPLEX], I, Y[CHANGE + 1], Y[CHANGE + 2])
-    for i in range(size):
-        u, v, w = Y[CHANGE, i], 2.0 * Y[CHANGE + 1, i], 2.0 * Y[CHANGE + 2, i]
-        for k in range(3):
-            Y[CHANGE + k, i] = R_REAL[k] * u + R_RE[k] * v - R_IM[k] * w
+    solve_stages(h, Y, I, A, P)
     largest = 0.0
     for k in range(3):
         b0, b1, b2 = h * h * SQUARE[k][0], h * h * SQUARE[k][1], h * h * SQUARE[k][2]
@@ -236,9 +253,45 @@ def correct(h, unit, Y, I, A, P):
         for i in range(n + m, size):
             Y[STAGE + k, i] += Y[CHANGE + k, i]
         for i in range(n):
-            dv = b0 * Y[CHANGE, i] + b1 * Y[CHANGE + 1, i] + b2 * Y[CHANGE + 2, i] - Y[RESIDUAL2 + k, i]
-            largest = larger(unit * abs(dv) * Y[SCALE, i], largest)
+            e = b0 * Y[CHANGE, i] + b1 * Y[CHANGE + 1, i] + b2 * Y[CHANGE + 2, i]
+            Y[DV + k, i] = e - Y[RESIDUAL2 + k, i]
+    if P[DAMPING, P.shape[1] - 1] > 0:
+        couple(h, Y, I, A, P)
+    for k in range(3):
+        for i in range(n):
+            largest = larger(unit * abs(Y[DV + k, i]) * Y[SCALE, i], largest)
     return largest
+
+
+@kernel
+def solve_stages(h, Y, I, A, P):
+    """e and kappa of all stages, in CHANGE, from the residuals."""
+    n, m, size = I[N_Q], I[N_PHI], I[N_ALL]
+    transform(0, n, h, 0, Y)
+    transform(n, n + m, h, 2, Y)
+    transform(n + m, size, h, 1, Y)
+    solve(A[0], P[0], I, Y, CHANGE)
+    complex_solve(A[COMPLEX], A[COMPLEX + 1], P[COMPLEX], I, Y[CHANGE + 1], Y[CHANGE + 2])
+    for i in range(size):
+        u, v, w = Y[CHANGE, i], 2.0 * Y[CHANGE + 1, i], 2.0 * Y[CHANGE + 2, i]
+        for k in range(3):
+            Y[CHANGE + k, i] = R_REAL[k] * u + R_RE[k] * v - R_IM[k] * w
+
+
+@rare
+def couple(h, Y, I, A, P):
+    """What dw, in RESIDUAL2, makes of a by D and Gam_v."""
+    for k in range(3):
+        for i in range(I[N_ALL]):
+            Y[ERROR, i], Y[RESIDUAL + k, i], Y[RESIDUAL2 + k, i] = -Y[RESIDUAL2 + k, i], 0.0, 0.0
+        multiply(A[DAMPING], P[DAMPING], Y, ERROR, RESIDUAL + k)
+    solve_stages(h, Y, I, A, P)
+    for k in range(3):
+        for i in range(I[N_ALL]):
+            Y[STAGE + k, i] += Y[CHANGE + k, i]
+        b0, b1, b2 = h * W[k][0], h * W[k][1], h * W[k][2]
+        for i in range(I[N_Q]):
+            Y[DV + k, i] += b0 * Y[CHANGE, i] + b1 * Y[CHANGE + 1, i] + b2 * Y[CHANGE + 2, i]
 
 
 @rare

@@ -71,15 +71,15 @@ def test_corrections_are_newtons_but_for_terms_of_order_h(uncompiled):
     assert len(uncompiled["moving"]) >= 8
     for name, (coarse, fine) in uncompiled["moving"].items():
         assert fine < 0.01, name
-        # the knee's damper, 5e4 N.m.s/rad, couples w to a at any step
-        assert fine < (0.6 if name == "double_pendulum" else 0.4) * coarse or fine < 1e-8, name
+        # friction far above v_s: what depends on multipliers is linearised without mu
+        assert fine < (0.7 if name == "stick_slip_belt" else 0.4) * coarse or fine < 1e-8, name
 
 
 def test_corrections_at_rest_are_exact(uncompiled):
-    """Stages are then in one place, and this sees every block of the splitting, K however stiff among them. Dampers are
-    not felt by what keeps velocities on their constraints: by h c/m of it; 1e-7 with the crank's, and the knee's."""
+    """Stages are then in one place, and this sees every block of the splitting, K and D however stiff among them.
+    Dampers that are not stiff are left to the next iteration: the crank's."""
     for name, left in uncompiled["at rest"].items():
-        assert left < {"slider_crank": 1e-6, "double_pendulum": 1e-4}.get(name, 1e-8), name
+        assert left < {"slider_crank": 1e-6}.get(name, 1e-8), name
     assert uncompiled["spoilt"]["slider_crank"] > 1e-5  # K wrong by 1 %, of h^2 K/M = 0.1
 
 
@@ -319,7 +319,8 @@ def test_singular_poses_are_passed():
 
 
 def test_stages_do_not_overlap():
-    rows = [stages.STAGE, stages.STAGE2, stages.RESIDUAL, stages.RESIDUAL2, stages.CHANGE, stages.PAST, stages.PAST2]
+    rows = [stages.STAGE, stages.STAGE2, stages.RESIDUAL, stages.RESIDUAL2, stages.CHANGE]
+    rows += [stages.PAST, stages.PAST2, stages.DV]
     rows = [row + k for row in rows for k in range(3)]
     rows += [stages.ERROR, stages.ERROR2, stages.METRIC, stages.QB, stages.VB]
     assert sorted(rows) == list(range(layout.ROWS, layout.ROWS + stages.OWN_ROWS))

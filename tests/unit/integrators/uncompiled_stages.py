@@ -88,7 +88,7 @@ class Stages:
         def tangent(t, cM, cK, *more):
             r.tangent(t, cM, (1.01 if self.spoilt else 1.0) * cK, *more)
 
-        assert stages.matrices(tangent, NODES[1] * self.h, self.h, r.Y, r.Z, r.C, r.F, r.I, r.A, r.P)
+        assert stages.matrices(tangent, NODES[1] * self.h, self.h, 1e-12, r.Y, r.Z, r.C, r.F, r.I, r.A, r.P)
         x = self.unknowns()
         B, kept = np.zeros((x.size, x.size)), x.copy()
         for k in range(x.size):
