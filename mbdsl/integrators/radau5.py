@@ -92,6 +92,8 @@ STRICT = 0.1
 LEFT = 0.2
 #: where that is rounding: what it may leave relative to what a step may err
 STALLED = 1e-3
+#: the largest error that may be rounding, relative to what is allowed
+NOISE = 100.0
 #: longest step, relative to the time that there is: what happens in between has to be met by some stage
 LONGEST = 0.02
 #: the error that is aimed at; how much shorter, or longer, the next step may be
@@ -122,7 +124,7 @@ def newton(evaluate, tangent, t, h, size, unit, tolerance, stalled, c, J, Y, Z, 
             if not matrices(tangent, t + NODES[1] * h, h, still, Y, Z, C, F, I, A, P):
                 return SINGULAR if finite(A) else NOT_FINITE
             J[FRESH], c[OF_MATRICES], fresh = 1, h, True
-        held = k > 6 and constraint_size(Y, I) <= 1e3 * floor
+        held = k > 4 and constraint_size(Y, I) <= 1e3 * floor
         change = correct(h, unit, Y, I, A, P)
         if not change < 1e100:
             return NOT_FINITE
@@ -141,7 +143,7 @@ def newton(evaluate, tangent, t, h, size, unit, tolerance, stalled, c, J, Y, Z, 
             return RUNNING  # close to a singular pose, where rounding is magnified; the constraints hold
         if k > 0 and contraction > 0.3 and former > 100.0 * floor and (not fresh or k % 3 == 0):
             J[FRESH] = 0
-        if k > 2 and contraction > 0.9 and tolerance > 0.0:
+        if k > 2 and contraction > 0.9 and tolerance > 0.0 and change > SINGULAR_NOISE * size:
             return DIVERGED  # with a shorter step it will be better
         former = change
     return DIVERGED
@@ -281,7 +283,7 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
                 motion(2, h, Y, I)
                 error = estimate(inertia, h, c[SPEED], Y, F, I, A, P) / strict
                 # A step that is shorter and errs no less errs by rounding.
-                if error <= 1.0 or (refused > 1 and error >= former):
+                if error <= 1.0 or (refused > 1 and former <= error < NOISE):
                     break
                 refused, former = refused + 1, error
                 h *= max(SHRINK, (AIM / error) ** 0.25) if error < 1e300 else 0.1

@@ -28,12 +28,13 @@ end Parallelogram;
 
 
 #: method -> errors of angle and angular velocity allowed with h = 1 ms: 50 and 200 times h^2, for BDF four times as
-#: much; for newmark 3 and 13 times h, half as much again as measured; for radau5, what the reference is good for
+#: much; for newmark 3 and 13 times h, half as much again as measured; for radau5, which
+#: controls its steps, the tolerance of 1e-8, and ten times that
 ALLOWED = {
     "newmark": (3e-3, 1.3e-2),
     **dict.fromkeys(("nstiff", "nstiff-si2"), (2e-4, 8e-4)),
     **dict.fromkeys(("hht-i3", "hht-add", "hht-si2", "generalized-alpha", "generalized-alpha-i3"), (5e-5, 2e-4)),
-    "radau5": (1e-11, 1e-10),
+    "radau5": (1e-8, 1e-7),
 }
 
 
@@ -41,7 +42,8 @@ ALLOWED = {
 def test_parallelogram(method):
     said = []
     h = 1e-3
-    trajectory = mbdsl.simulate(mbdsl.parse(PARALLELOGRAM), method=method, step=h, announce=said.append)
+    steps = {"tol": 1e-8} if method == "radau5" else {"step": h}  # it passes a singular pose by going close to it
+    trajectory = mbdsl.simulate(mbdsl.parse(PARALLELOGRAM), method=method, announce=said.append, **steps)
 
     # T = 1/2 (3 m L^2/3 + 2 m L^2) w^2, V = g (3 m L/2 + 2 m L) sin(phi)
     def rhs(t, y):
