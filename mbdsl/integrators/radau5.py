@@ -139,7 +139,7 @@ def newton(evaluate, tangent, t, h, size, unit, tolerance, stalled, c, J, Y, Z, 
             or (k > 2 and contraction > 0.3 and change <= max(1e3 * floor, stalled))
         ):
             return RUNNING
-        if held and change <= SINGULAR_NOISE * size:
+        if held and contraction > 0.3 and change <= SINGULAR_NOISE * size:
             return RUNNING  # close to a singular pose, where rounding is magnified; the constraints hold
         if k > 0 and contraction > 0.3 and former > 100.0 * floor and (not fresh or k % 3 == 0):
             J[FRESH] = 0
