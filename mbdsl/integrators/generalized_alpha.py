@@ -42,6 +42,7 @@ METHOD = Method(
     check_constrained=check_constrained,
     coefficients=coefficients,
     begin=begin,
+    steps=("fixed",),
     sets=2,
     matrices=3,
 )

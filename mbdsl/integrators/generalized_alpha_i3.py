@@ -84,6 +84,7 @@ METHOD = Method(
     check_constrained=check_constrained,
     coefficients=coefficients,
     begin=begin,
+    steps=("fixed",),
 )
 
 
