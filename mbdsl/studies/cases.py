@@ -1,0 +1,153 @@
+"""What is run in a study: cases (a method with its step or tolerance), and the setting that they share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+
+import numpy as np
+
+from mbdsl.errors import UsageError
+from mbdsl.integrators import methods
+from mbdsl.scene import Scene
+from mbdsl.simulation import DEFAULT_STEP, as_scene
+
+POINTS = 100  #: of output at which runs are compared, where the steps allow it
+LEVELS = 9  #: steps of a ladder, each half of the one before
+TOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A method with a fixed step [s], or with a tolerance."""
+
+    method: str
+    step: float | None = None
+    tol: float | None = None
+    options: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def series(self) -> str:
+        """The name that all cases of one line in a figure share."""
+        given = "".join(f" --{name} {value:g}" for name, value in self.options)
+        both = self.tol is not None and "fixed" in methods()[self.method].steps
+        return f"{self.method}{given}{' --tol' if both else ''}"
+
+    @property
+    def size(self) -> float:
+        """The step, or the tolerance: what the accuracy is chosen by."""
+        size = self.step if self.tol is None else self.tol
+        assert size is not None
+        return size
+
+    @property
+    def arguments(self) -> str:
+        """What it is chosen by on the command line."""
+        given = "".join(f" --{name} {value!r}" for name, value in self.options)
+        how = f"--step {self.step!r}" if self.tol is None else f"--tol {self.tol!r}"
+        return f"--method {self.method}{given} {how}"
+
+    def __str__(self) -> str:
+        return f"{self.series}, {f'h = {self.step:.4g} s' if self.tol is None else f'tol = {self.tol:.1g}'}"
+
+
+@dataclass(frozen=True)
+class Setting:
+    """The scene and the times of all runs of a study; where the scene comes from, for other processes to read it."""
+
+    scene: Scene
+    start: float
+    stop: float
+    points: int
+    path: str | None = None
+    parameters: Mapping[str, str | float] = field(default_factory=dict)
+    without: tuple[str, ...] = ()
+
+    @property
+    def span(self) -> float:
+        return self.stop - self.start
+
+    @property
+    def interval(self) -> float:
+        return self.span / self.points
+
+    @property
+    def times(self) -> np.ndarray:
+        """Times of output (points + 1,) [s]."""
+        return self.start + self.interval * np.arange(self.points + 1)
+
+
+def setting(
+    model,
+    stop: float | None = None,
+    parameters: Mapping[str, str | float] | None = None,
+    without: Sequence[str] = (),
+    points: int = POINTS,
+) -> Setting:
+    """The setting of runs of ``model``, from its start to ``stop`` (default: the model's)."""
+    scene = as_scene(model, parameters, without)
+    start, end = scene.experiment.start, scene.experiment.stop if stop is None else stop
+    if end is None:
+        raise UsageError(
+            f"no stop time: {scene.name} has none in its experiment annotation", hint="give one, e.g. --stop 2s"
+        )
+    if not start < end < math.inf:
+        raise UsageError(f"a study needs a time to look at, not {start:g} to {end:g} s")
+    path = str(model) if isinstance(model, (str, PathLike)) else None
+    return Setting(scene, start, float(end), points, path, dict(parameters or {}), tuple(without))
+
+
+def chosen(names: Iterable[str] | None) -> list[str]:
+    """Names of methods, checked; all that there are where None is given."""
+    found = list(names) if names is not None else list(methods())
+    for name in found:
+        if name not in methods():
+            raise UsageError(f"there is no method `{name}`", hint=f"methods: {', '.join(methods())}")
+    if not found:
+        raise UsageError("a study needs a method", hint=f"methods: {', '.join(methods())}")
+    return list(dict.fromkeys(found))
+
+
+def step_ladder(of: Setting, levels: int = LEVELS) -> list[float]:
+    """Steps [s] around the model's own (else 1 ms), from some ten times longer, each half of the one before.
+
+    The output times divide all of them.
+    """
+    base = min(of.scene.experiment.step or DEFAULT_STEP, of.span / of.points)
+    coarsest = max(1, round(of.span / (10.0 * base) / of.points))
+    return [of.interval / (coarsest * 2**k) for k in range(levels)]
+
+
+def common_points(span: float, steps: Sequence[float], most: int = 2 * POINTS) -> int:
+    """Output points that all steps reach, ``most`` or less; as many as usual where they have too few in common."""
+    counts = [math.ceil(span / h * (1 - 1e-12) - 1e-9) for h in steps]
+    shared = math.gcd(*counts) if counts else 0
+    fitting = [n for n in range(10, most + 1) if shared % n == 0] if shared else []
+    return max(fitting, default=min([POINTS, *[n for n in counts if n >= 10]]))
+
+
+def cases(
+    names: Sequence[str], steps: Sequence[float] | None, tols: Sequence[float] | None, both: bool = False
+) -> tuple[list[Case], list[tuple[str, str]]]:
+    """Cases of every method at every step or tolerance that it can take, coarse ones first; and who can take none.
+
+    With neither steps nor tols given this is called with both ladders and ``both``: a method with fixed steps takes
+    these only, unless ``both`` are wanted.
+    """
+    for what, sizes in (("step", steps), ("tolerance", tols)):
+        for size in sizes or ():
+            if not 0.0 < size < (math.inf if what == "step" else 1.0):
+                raise UsageError(f"{size:g} is no {what}")
+    found: list[Case] = []
+    refused: list[tuple[str, str]] = []
+    for name in names:
+        can = methods()[name].steps
+        own = [Case(name, step=h) for h in sorted(steps or (), reverse=True) if "fixed" in can]
+        if tols and "controlled" in can and (both or not own):
+            own += [Case(name, tol=tol) for tol in sorted(tols, reverse=True)]
+        if not own:
+            refused.append((name, f"it has no {'fixed' if 'fixed' not in can else 'error-controlled'} steps"))
+        found += own
+    return found, refused

@@ -1,0 +1,164 @@
+"""Convergence: how errors fall with the step or the tolerance, and whether as the order of the method says."""
+
+from __future__ import annotations
+
+import math
+from os import PathLike
+from typing import Any
+
+from mbdsl.integrators import methods
+from mbdsl.plotting.figures import Figure, Series, Table
+from mbdsl.scene import Scene
+from mbdsl.studies.errors import Quantity
+from mbdsl.studies.report import Study, number, outcomes, size
+from mbdsl.studies.slopes import CLEAR, Fit, fit, verdict
+from mbdsl.studies.survey import Asked, Row, Survey, survey
+
+#: what is fitted: constraints and energy may fall with other orders, or be kept exactly
+FITTED = ("q", "v", "reactions")
+
+
+class Convergence(Study):
+    """``fits[series][quantity]`` are the slopes, None where errors do not fall along a line."""
+
+    kind = "convergence"
+
+    def __init__(self, survey: Survey) -> None:
+        super().__init__(survey)
+        self.fits: dict[str, dict[str, Fit | None]] = {}
+        for name, rows in survey.series().items():
+            sizes = [row.case.size for row in rows if row.run.done]
+            self.fits[name] = {}
+            for q in survey.quantities:
+                errors = [row.errors[q.key].scaled for row in rows if row.run.done]
+                self.fits[name][q.key] = fit(sizes, errors, survey.reference.floor(q).scaled)
+
+    def verdict(self, series: str, key: str) -> str:
+        """What the slope says about the method: "" where it is as declared."""
+        rows, q = self.survey.series()[series], self.survey.quantity(key)
+        assert q is not None
+        errors = [row.errors[key].scaled for row in rows if row.run.done]
+        order = methods()[rows[0].case.method].order
+        return verdict(self.fits[series][key], order, errors, self.survey.reference.floor(q).scaled)
+
+    def summary(self) -> list[str]:
+        s = self.survey
+        told = [trusted(s)]
+        fixed = {name: rows for name, rows in s.series().items() if rows[0].case.tol is None}
+        for name in fixed:
+            wrong = {key: v for key in FITTED if s.quantity(key) and (v := self.verdict(name, key)) and "too" not in v}
+            if wrong:
+                told.append(f"{name}: " + ", ".join(f"{key} {v}" for key, v in wrong.items()))
+        failed = [row for row in s.rows if row.run.problem]
+        told += [f"{row.case}: {row.run.problem}" for row in failed]
+        told += [f"{name} is left out: {why}" for name, why in s.refused]
+        return told
+
+    def tables(self) -> list[Table]:
+        return [errors_table(self.survey), self._slopes()]
+
+    def _slopes(self) -> Table:
+        rows = []
+        shown = [q for q in self.survey.quantities if not q.itself]
+        for name, series in self.survey.series().items():
+            controlled = series[0].case.tol is not None
+            for q in shown:
+                found = self.fits[name][q.key]
+                declared = "" if controlled else str(methods()[series[0].case.method].order)
+                says = self.verdict(name, q.key) if not controlled and q.key in FITTED else ""
+                if found is None:
+                    rows.append((name, q.key, declared, "", "", "", says))
+                    continue
+                where = f"{_size(found.high, controlled)} to {_size(found.low, controlled)}"
+                ends = f"below: {found.below}" if found.below else ""
+                rows.append((name, q.key, declared, str(found), where, str(found.count), says or ends))
+        columns = ("series", "error in", "order", "slope", "from", "points", "")
+        note = "Slopes with half of their 95 % interval; what is not yet or no longer a line is not fitted."
+        return Table("Slopes", columns, rows, note)
+
+    def figures(self) -> list[Figure]:
+        return [figure for q in self.survey.quantities for figure in error_figures(self.survey, q)]
+
+
+def convergence(model: Scene | str | PathLike, **asked: Any) -> Convergence:
+    """Errors of methods over their steps or tolerances.
+
+    Parameters
+    ----------
+    model : path or Scene
+    **asked
+        What of :class:`mbdsl.studies.survey.Asked` is to be other than its default: methods, steps, tols, signals, ...
+
+    Raises
+    ------
+    MbdslError
+        If model or arguments make no sense, or there is no reference.
+    """
+    return Convergence(survey(model, Asked(**asked)))
+
+
+def trusted(s: Survey) -> str:
+    """How far the reference is to be believed, in a sentence."""
+    if s.reference.check is None:
+        return f"Reference: {s.reference.how}; nobody says how exact it is."
+    digits = {q.key: s.reference.digits(q) for q in s.quantities if not q.itself}
+    said = ", ".join(f"{key} {d:.1f}" for key, d in digits.items() if d is not None)
+    return f"Reference: {s.reference}; digits in which they agree: {said}."
+
+
+def errors_table(s: Survey) -> Table:
+    """Scaled errors of every case; in brackets what the reference does not tell."""
+    columns = ("method", "step or tol", "steps", *(q.key for q in s.quantities))
+    rows = []
+    for row in s.rows:
+        cells = [_cell(s, q, row) for q in s.quantities] if row.run.done else ["failed"] + [""] * (len(s.quantities) - 1)
+        rows.append((row.case.series, size(row), str(row.run.stats.get("steps", "")), *cells))
+    note = "Largest over time, scaled; (below what the reference is trusted to)."
+    return Table("Errors", columns, rows, note)
+
+
+def _cell(s: Survey, q: Quantity, row: Row) -> str:
+    e, floor = row.errors[q.key].scaled, s.reference.floor(q).scaled
+    return number(e) if e >= floor or q.itself else f"({number(e)})"
+
+
+def error_figures(s: Survey, q: Quantity) -> list[Figure]:
+    """Errors in one quantity, over the step and over the tolerance; what is below the floor is no point."""
+    found = []
+    floor = s.reference.floor(q).scaled
+    for key, label, controlled in (("", "step [s]", False), ("-tol", "tolerance", True)):
+        of_kind = {name: rows for name, rows in s.series().items() if (rows[0].case.tol is not None) == controlled}
+        if not of_kind:
+            continue
+        series = []
+        for name, rows in of_kind.items():
+            done = [row for row in rows if row.run.done]
+            y = [row.errors[q.key].scaled for row in done]
+            y = [e if e > 0.0 and (q.itself or e >= floor) else math.nan for e in y]
+            series.append(Series(name, [row.case.size for row in done], y, hover=[_hover(q, row) for row in done]))
+        if controlled:
+            sizes = sorted({row.case.size for rows in of_kind.values() for row in rows})
+            series.append(Series("error = tolerance", sizes, sizes, style="guide"))
+        floors = [(floor, "the references differ")] if floor > 0.0 else []
+        what = q.label if q.itself else f"error in {q.label}"
+        problems = outcomes(row for rows in of_kind.values() for row in rows)
+        file = q.key.replace("[", "").replace("]", "").replace(".", "_")
+        found.append(
+            Figure(f"{file}{key}", f"{what[0].upper()}{what[1:]}", label, "largest over time, scaled", series,
+                   outcomes=problems, floors=floors)
+        )
+    return found
+
+
+def _hover(q: Quantity, row: Row) -> str:
+    e = row.errors[q.key]
+    return f"{row.case}: {number(e.largest, 3)} {q.unit}, {row.run.stats.get('steps')} steps"
+
+
+def _size(x: float, controlled: bool) -> str:
+    from mbdsl.studies.report import duration
+
+    return f"{x:.0e}".replace("e-0", "e-") if controlled else duration(x)
+
+
+__all__ = ["CLEAR", "Convergence", "convergence", "error_figures", "errors_table", "trusted"]

@@ -1,0 +1,129 @@
+"""Errors of a run: in positions, velocities, reactions, energy, constraints, and in any signal.
+
+Every quantity stands for some signals. Its absolute error is the largest of theirs in their own units; the scaled one
+counts lengths in the mechanism's size, velocities in the largest speed, forces in the largest reaction, energy in
+what is exchanged, and a signal by its own range.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.elements.kind import JointKind
+from mbdsl.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+
+class Solution(Protocol):
+    """What errors are measured against: signals by name at times t."""
+
+    t: Array
+
+    def __contains__(self, name: str) -> bool: ...
+
+    def __getitem__(self, name: str) -> Array: ...
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """``weights`` scale the errors of ``signals``; a quantity that is an error itself needs no reference."""
+
+    key: str
+    label: str
+    unit: str
+    signals: tuple[str, ...]
+    weights: tuple[float, ...]
+    itself: bool = False
+
+
+@dataclass(frozen=True)
+class Error:
+    """The largest over time, and that at the end; absolute and scaled."""
+
+    largest: float
+    scaled: float
+    end: float
+    scaled_end: float
+
+
+def quantities(trajectory: Trajectory, reference: Solution, patterns: Sequence[str] = ()) -> list[Quantity]:
+    """q, v, reactions, energy, Phi and dPhi, as far as there are any, and the signals that match ``patterns``.
+
+    ``reference`` gives the scales.
+    """
+    size = trajectory.system.tables.size
+    names = [name for name in trajectory.default_names if name in reference]
+    units = {name: trajectory.unit(name) for name in names}
+    lengths = {"m": 1.0 / size, "rad": 1.0, "m/s": 1.0 / size, "rad/s": 1.0}
+    q = [name for name in names if units[name] in ("m", "rad")]
+    v = [name for name in names if units[name] in ("m/s", "rad/s")]
+    speed = _largest(reference, {name: lengths[units[name]] for name in v})
+    forces = {n: 1.0 if trajectory.unit(n) == "N" else 1.0 / size for n in reactions(trajectory) if n in reference}
+    force = _largest(reference, forces)
+    found = [
+        Quantity("q", "positions", "m, rad", tuple(q), tuple(lengths[units[n]] for n in q)),
+        Quantity("v", "velocities", "m/s, rad/s", tuple(v), tuple(lengths[units[n]] / speed for n in v)),
+        Quantity("reactions", "reactions", "N, N.m", tuple(forces), tuple(w / force for w in forces.values())),
+    ]
+    energies = ("energy.kinetic", "energy.potential", "energy.total")
+    if all(name in reference for name in energies):
+        kinetic, potential, _ = (reference[name] for name in energies)
+        exchanged = float(np.ptp(potential) + kinetic.max(initial=0.0)) or 1.0
+        found.append(Quantity("energy", "energy", "J", ("energy.total",), (1.0 / exchanged,)))
+    rows = [n for n in trajectory.names if ".Phi[" in n]
+    rates = [n for n in trajectory.names if ".dPhi[" in n or ".Gam[" in n]
+    found += [
+        Quantity("Phi", "constraints on positions", "m, rad", tuple(rows), (1.0 / size,) * len(rows), True),
+        Quantity("dPhi", "constraints on velocities", "m/s, rad/s", tuple(rates), (1.0 / (size * speed),) * len(rates), True),
+    ]
+    for name in trajectory.select(patterns) if patterns else ():
+        if name in reference and name != "time":
+            S = reference[name][np.isfinite(reference[name])]
+            extent = float(np.ptp(S)) if len(S) else 0.0
+            extent = extent or float(np.abs(S).max(initial=0.0)) or 1.0
+            found.append(Quantity(name, name, trajectory.unit(name), (name,), (1.0 / extent,)))
+    return [quantity for quantity in found if quantity.signals]
+
+
+def reactions(trajectory: Trajectory) -> list[str]:
+    """Names of the forces and torques that joints transmit."""
+    joints = [c for c in trajectory.scene.components.values() if isinstance(c.kind, JointKind)]
+    return [f"{c.name}.{r}" for c in joints for r in c.kind.reaction if f"{c.name}.{r}" in c.signals]
+
+
+def _largest(reference: Solution, weights: Mapping[str, float]) -> float:
+    """The largest weighted absolute value; 1 where all vanish."""
+    sizes = (weight * np.abs(reference[name]).max(initial=0.0, where=np.isfinite(reference[name]))
+             for name, weight in weights.items())
+    return float(max(sizes, default=0.0)) or 1.0
+
+
+def over_time(quantity: Quantity, found: Solution, reference: Solution, scaled: bool = True) -> Array:
+    """The error (N,) at the times of ``reference``; where a value is none on either side it does not count."""
+    rows = matching(found.t, reference.t)
+    largest = np.zeros(len(rows))
+    for name, weight in zip(quantity.signals, quantity.weights, strict=True):
+        D = np.abs(found[name][rows] if quantity.itself else found[name][rows] - reference[name])
+        largest = np.fmax(largest, D * weight if scaled else D)
+    return largest
+
+
+def matching(t: Array, times: Array) -> Array:
+    """For each of ``times`` the index of the one in ``t`` that is it."""
+    return np.minimum(np.searchsorted(t, times - 1e-9 * (np.ptp(t) or 1.0)), len(t) - 1)
+
+
+def error(quantity: Quantity, found: Solution, reference: Solution) -> Error:
+    plain, scaled = (over_time(quantity, found, reference, s) for s in (False, True))
+    return Error(float(plain.max()), float(scaled.max()), float(plain[-1]), float(scaled[-1]))
+
+
+def worst(errors: Iterable[Error]) -> float:
+    """The largest scaled error of several quantities."""
+    return max((e.scaled for e in errors), default=0.0)

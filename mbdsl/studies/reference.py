@@ -1,0 +1,178 @@
+"""The reference of a study: a solution by one family of methods, and how far one of another family differs from it.
+
+Preferred are methods of high order at a tight tolerance. Where there are too few, methods of order 2 at short steps
+are extrapolated: with the error as a series c_2 h^2 + c_3 h^3 + ..., solutions at h, h/2, h/4 and h/8 give that at h = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl import results
+from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.integrators import methods
+from mbdsl.studies.cases import Case, Setting
+from mbdsl.studies.errors import Error, Quantity, Solution, error, matching, quantities
+from mbdsl.studies.families import EXTRAPOLATED, family, precise
+from mbdsl.studies.runner import Runner
+from mbdsl.studies.store import Computed
+from mbdsl.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+TIGHT = (1e-12, 1e-10, 1e-8)  #: tolerances of a reference; the first with which it runs is taken
+POWERS = (2, 3, 4)  #: of h that extrapolation removes
+GOOD = 1e-8  #: scaled difference of two references beyond which a third is asked
+
+
+@dataclass
+class Reference:
+    """``solution`` by ``how``, and ``check`` by ``checked_by``; None where nobody knows how exact it is."""
+
+    solution: Solution
+    how: str
+    check: Solution | None = None
+    checked_by: str = ""
+    problems: tuple[str, ...] = ()
+    _floors: dict[str, Error] = field(default_factory=dict)
+
+    def floor(self, quantity: Quantity) -> Error:
+        """What the reference is trusted to: errors below that cannot be told."""
+        if quantity.itself or self.check is None:
+            return Error(0.0, 0.0, 0.0, 0.0)
+        if quantity.key not in self._floors:
+            self._floors[quantity.key] = error(quantity, self.check, self.solution)
+        return self._floors[quantity.key]
+
+    def digits(self, quantity: Quantity) -> float | None:
+        """Decimal digits that are trusted, relative to the quantity's scale; None where nobody knows."""
+        if self.check is None or quantity.itself:
+            return None
+        return float(-np.log10(max(self.floor(quantity).scaled, 1e-17)))
+
+    def __str__(self) -> str:
+        return self.how + (f", checked by {self.checked_by}" if self.checked_by else ", unchecked")
+
+
+@dataclass
+class Columns:
+    """Signals out of a file, at those of its times that are output times of a study."""
+
+    t: Array
+    columns: dict[str, Array]
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.columns
+
+    def __getitem__(self, name: str) -> Array:
+        return self.columns[name]
+
+
+def from_file(path: str | Path, of: Setting) -> Reference:
+    """The signals of a result file.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be read, or has no time at which there is output.
+    """
+    columns, meta = results.read(path)
+    t, times = columns["time"], of.times
+    rows = matching(t, times)
+    there = np.abs(t[rows] - times) <= 1e-6 * of.interval
+    there[0] = there[0] and len(times) > 1
+    if not there[1:].any():
+        raise UsageError(
+            f"`{path}` has none of the times {times[1]:g}, {times[2]:g}, ... {times[-1]:g} s",
+            hint=f"a reference has the interval {of.interval:g} s, or a part of it, or the stop time alone",
+        )
+    kept = {name: np.asarray(x, float)[rows[there]] for name, x in columns.items()}
+    told = f"`{Path(path).name}`"
+    if not meta.get("complete", True):
+        told += " (incomplete)"
+    return Reference(Columns(times[there], kept), told)
+
+
+def automatic(runner: Runner, studied: Sequence[str], finest: float | None) -> Reference:
+    """A reference of another family than those studied where there is one, checked by a second family.
+
+    ``finest`` is the shortest step studied, if there is one [s].
+
+    Raises
+    ------
+    IntegrationError
+        If no reference can be had.
+    """
+    own = {family(name) for name in studied}
+    high = sorted(precise(), key=lambda name: family(name) in own)
+    candidates = [*high, *(name for name in EXTRAPOLATED if name in methods())]
+    found: list[tuple[str, str, Trajectory]] = []
+    problems: list[str] = []
+    seen: set[str] = set()
+    best: tuple[float, int, int] | None = None
+    for name in candidates:
+        if family(name) in seen:
+            continue
+        how, run = _precise(runner, name) if name in high else _extrapolated(runner, name, finest)
+        if run.problem:
+            problems.append(f"{name}: {run.problem}")
+            continue
+        seen.add(family(name))
+        found.append((name, how, runner.trajectory(run)))
+        new = len(found) - 1
+        for k in range(new):
+            differ = _difference(found[k][2], found[new][2])
+            if best is None or differ < best[0]:
+                best = differ, k, new
+        if best is not None and (best[0] < GOOD or len(found) == 3):
+            break
+    if best is None:
+        told = "; ".join(problems) or "there are too few methods"
+        raise IntegrationError(f"no reference can be had: {told}", hint="give one: --reference FILE")
+    (_, how, solution), (_, other, check) = found[best[1]], found[best[2]]
+    return Reference(solution, how, check, other, tuple(problems))
+
+
+def _difference(one: Trajectory, other: Trajectory) -> float:
+    wanted = [quantity for quantity in quantities(one, one) if quantity.key in ("q", "v")]
+    return max((error(quantity, other, one).scaled for quantity in wanted), default=0.0)
+
+
+def _precise(runner: Runner, name: str) -> tuple[str, Computed]:
+    """By a method of high order, at the tightest tolerance that it takes."""
+    for tol in TIGHT:
+        case = Case(name, tol=tol)
+        run = runner.compute([case], f"reference by {case}")[case]
+        if run.done:
+            return f"{name}, tol = {tol:g}", run
+    return name, run
+
+
+def _extrapolated(runner: Runner, name: str, finest: float | None) -> tuple[str, Computed]:
+    """By a method of order 2 at short steps, extrapolated to none."""
+    of = runner.setting
+    # from twice the shortest step studied down to a quarter of it; in steps an output interval
+    each = max(1, round(of.interval / (2.0 * finest)) if finest else 16)
+    steps = [of.interval / (each * 2**k) for k in range(len(POWERS) + 1)]
+    cases = [Case(name, step=h) for h in steps]
+    runs = runner.compute(cases, f"reference by {name}")
+    missing = next((run for run in runs.values() if run.problem), None)
+    how = f"{name} extrapolated from {steps[0]:.3g} ... {steps[-1]:.3g} s"
+    if missing is not None:
+        return how, missing
+    weights = extrapolation(steps)
+    q, v, lam = (sum(w * getattr(runs[c], x) for w, c in zip(weights, cases, strict=True)) for x in ("q", "v", "lam"))
+    last = runs[cases[-1]]
+    return how, Computed(last.case, last.t, q, v, lam, last.stats)
+
+
+def extrapolation(steps: Sequence[float]) -> Array:
+    """Weights of solutions at ``steps`` in that without an error of orders ``POWERS``; they sum up to one."""
+    h = np.asarray(steps) / steps[0]
+    powers = POWERS[: len(h) - 1]
+    A = np.array([np.ones(len(h)), *(h**p for p in powers)])
+    return np.linalg.solve(A, np.eye(len(h))[0])

@@ -1,0 +1,236 @@
+"""What a study leaves behind: a text, CSV, JSON, pictures and a page, with everything needed to repeat it."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+import platform
+from collections.abc import Iterable, Sequence
+from datetime import datetime, timezone
+from pathlib import Path
+
+import numpy as np
+
+import mbdsl
+from mbdsl.errors import UsageError
+from mbdsl.plotting.figures import Figure, Outcome, Page, Table
+from mbdsl.studies.store import fingerprint, machine
+from mbdsl.studies.survey import Row, Survey
+
+PICTURES = ("png", "svg")
+
+
+class Study:
+    """The base of all studies of methods. Those below say what they found by ``tables``, ``figures``, ``summary``."""
+
+    kind = "study"
+
+    def __init__(self, survey: Survey) -> None:
+        self.survey = survey
+        self.when = datetime.now(timezone.utc).isoformat(timespec="seconds")
+
+    # -- what each study says --------------------------------------------------------------------------------
+    @property
+    def title(self) -> str:
+        return f"{self.survey.scene.name}: {self.kind}"
+
+    def summary(self) -> list[str]:
+        """Sentences, most important first."""
+        return []
+
+    def tables(self) -> list[Table]:
+        return []
+
+    def figures(self) -> list[Figure]:
+        return []
+
+    # -- the same for all ------------------------------------------------------------------------------------
+    def records(self) -> list[dict]:
+        """A flat row for every case: what it was, what it cost, its errors."""
+        return [_record(row) for row in self.survey.rows]
+
+    def facts(self) -> dict:
+        """Everything needed to run the study again."""
+        s = self.survey
+        return {
+            "study": self.kind,
+            "model": s.scene.name,
+            "when": self.when,
+            "versions": versions(),
+            "machine": machine(),
+            "start": s.setting.start,
+            "stop": s.setting.stop,
+            "output points": s.setting.points,
+            "methods": list(dict.fromkeys(row.case.method for row in s.rows)),
+            "steps": list(dict.fromkeys(row.case.step for row in s.rows if row.case.step is not None)),
+            "tolerances": list(dict.fromkeys(row.case.tol for row in s.rows if row.case.tol is not None)),
+            "repeats": s.asked.repeats,
+            "budget": s.asked.budget,
+            "parameters": dict(s.setting.parameters),
+            "without": list(s.setting.without),
+            "random numbers": "none",
+            "reference": str(s.reference),
+            "trusted digits": {q.key: s.reference.digits(q) for q in s.quantities if not q.itself},
+            "runs": {"computed": s.runner.computed, "found in the store": s.runner.found},
+        }
+
+    def data(self) -> dict:
+        """What is written as JSON."""
+        text = {Path(file).name: _text(file) for file in self.survey.scene.files}
+        model = {"files": text, "scene": fingerprint(self.survey.scene)}
+        return {**self.facts(), "model text": model, "summary": self.summary(), "rows": self.records()}
+
+    def page(self) -> Page:
+        items = [*self.tables(), *self.figures()]
+        small = [(name, _plain(value)) for name, value in self.facts().items()]
+        small += [(f"text of {Path(file).name}", _text(file)) for file in self.survey.scene.files]
+        return Page(self.title, self.summary(), items, small)
+
+    def __str__(self) -> str:
+        parts = [self.title, *(as_text(table) for table in self.tables()), "\n".join(self.summary())]
+        return "\n\n".join(part for part in parts if part)
+
+    def write(self, folder: str | os.PathLike, pictures: Sequence[str] = PICTURES) -> list[Path]:
+        """Write ``KIND.csv``, ``.json``, ``.html`` and ``KIND-FIGURE.png``, ``.svg`` into a folder; their paths.
+
+        Raises
+        ------
+        UsageError
+            If the folder cannot be written, or for ``pictures`` without matplotlib: the rest has been written then.
+        """
+        return write(self, folder, pictures)
+
+
+def write(study: Study, folder: str | os.PathLike, pictures: Sequence[str]) -> list[Path]:
+    where, stem = Path(folder), study.kind
+    try:
+        where.mkdir(parents=True, exist_ok=True)
+        paths = [where / f"{stem}.csv", where / f"{stem}.json"]
+        paths[0].write_text(as_csv(study.records()), encoding="utf-8")
+        paths[1].write_text(json.dumps(_finite(study.data()), indent=2) + "\n", encoding="utf-8")
+        page = where / f"{stem}.html"
+        from mbdsl.plotting import pages
+
+        pages.write(study.page(), page)
+        paths.append(page)
+    except OSError as problem:
+        raise UsageError(f"cannot write into `{where}`: {problem.strerror or problem}") from problem
+    for figure in study.figures() if pictures else ():
+        from mbdsl.plotting import pictures as drawing
+
+        for suffix in pictures:
+            path = where / f"{stem}-{figure.key}.{suffix}"
+            drawing.draw(figure, path)
+            paths.append(path)
+    return paths
+
+
+def versions() -> dict[str, str]:
+    """Of what results depend on."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    found = {"mbdsl": mbdsl.__version__, "python": platform.python_version(), "numpy": np.__version__}
+    for name in ("scipy", "numba", "llvmlite", "scikit-sundae"):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def _record(row: Row) -> dict:
+    case, stats = row.case, row.run.stats
+    record = {
+        "method": case.method,
+        **{f"option {name}": value for name, value in case.options},
+        "step": case.step,
+        "tol": case.tol,
+        "outcome": row.run.problem or "done",
+        **{key: stats.get(key) for key in ("steps", "rejected", "iterations", "matrix_evaluations", "factorisations")},
+    }
+    if row.seconds:
+        record |= {
+            "seconds": float(np.median(row.seconds)),
+            "seconds least": min(row.seconds),
+            "seconds most": max(row.seconds),
+            "timed runs": len(row.seconds),
+        }
+    for key, e in row.errors.items():
+        record |= {key: e.largest, f"{key} scaled": e.scaled, f"{key} at end": e.end, f"{key} at end scaled": e.scaled_end}
+    return record
+
+
+def as_csv(records: Sequence[dict]) -> str:
+    names = list(dict.fromkeys(name for record in records for name in record))
+    text = io.StringIO()
+    writer = csv.DictWriter(text, names, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({k: repr(v) if isinstance(v, float) else v for k, v in record.items()} for record in records)
+    return text.getvalue()
+
+
+def as_text(table: Table) -> str:
+    """A table as a person reads it in a terminal: numbers to the right."""
+    rows = [list(table.columns), *map(list, table.rows)]
+    widths = [max(len(row[k]) for row in rows) for k in range(len(table.columns))]
+    right = [_numbers(row[k] for row in table.rows) for k in range(len(table.columns))]
+    lines = [table.title] if table.title else []
+    for row in rows:
+        cells = (c.rjust(w) if r else c.ljust(w) for c, w, r in zip(row, widths, right, strict=True))
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join([*lines, *([table.note] if table.note else [])])
+
+
+def _numbers(cells: Iterable[str]) -> bool:
+    return all(not c or c[0] in "0123456789-.+" for c in cells)
+
+
+def outcomes(rows: Iterable[Row]) -> list[Outcome]:
+    """Of rows that have no point because they failed."""
+    return [Outcome(row.case.series, row.case.size, row.run.problem) for row in rows if row.run.problem]
+
+
+def number(x: float | None, digits: int = 2) -> str:
+    """An error, short."""
+    return "" if x is None or not math.isfinite(x) else "0" if x == 0.0 else f"{x:.{digits - 1}e}".replace("e-0", "e-")
+
+
+def duration(seconds: float) -> str:
+    """A duration or a step with its unit: 1.5 ms."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
+        if seconds >= size or unit == "ns":
+            return f"{seconds / size:.3g} {unit}"
+    raise AssertionError
+
+
+def size(row_or_case) -> str:
+    """The step or tolerance of a case as it is read."""
+    case = getattr(row_or_case, "case", row_or_case)
+    return duration(case.step) if case.tol is None else f"{case.tol:.0e}".replace("e-0", "e-")
+
+
+def _plain(value) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{k}: {_plain(v)}" for k, v in value.items())
+    if isinstance(value, list):
+        return ", ".join(map(_plain, value))
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _finite(value):
+    """JSON knows no infinities and no nan."""
+    if isinstance(value, dict):
+        return {k: _finite(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _text(file: str) -> str:
+    try:
+        return Path(file).read_text(encoding="utf-8")
+    except OSError:
+        return ""

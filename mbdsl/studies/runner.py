@@ -1,0 +1,179 @@
+"""Runs of a study: what is in the store is taken from there, the rest is computed on all cores, times are taken alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+
+from mbdsl.errors import MbdslError
+from mbdsl.simulation import Progress, simulate
+from mbdsl.studies.cases import Case, Setting
+from mbdsl.studies.store import Computed, Store, key_of
+from mbdsl.trajectory import Trajectory
+
+#: seconds of work after which other processes are called for help: they take half a second to begin
+ALONE = 1.0
+OUT_OF_TIME = "not run to its end: the budget of the study was spent"
+
+
+@dataclass(frozen=True)
+class Told:
+    """How far a study is: runs done of all, and what is on its way."""
+
+    done: int
+    total: int
+    what: str
+    seconds: float
+
+
+class Runner:
+    """Computes cases of one setting.
+
+    ``budget`` [s] is what may be spent from now on; what does not fit in is a problem of its case. ``tell`` is told how
+    far it is, ``announce`` what takes long before it starts.
+    """
+
+    def __init__(
+        self,
+        setting: Setting,
+        store: Store,
+        *,
+        workers: int | None = None,
+        budget: float | None = None,
+        tell: Callable[[Told], None] | None = None,
+        announce: Callable[[str], None] | None = None,
+    ) -> None:
+        self.setting, self.store, self.workers, self.announce = setting, store, workers, announce
+        self.tell = tell or (lambda told: None)
+        self.begun = perf_counter()
+        self.budget = math.inf if budget is None else budget
+        self.computed = self.found = 0
+
+    @property
+    def left(self) -> float:
+        """Seconds of the budget that are left."""
+        return self.budget - (perf_counter() - self.begun)
+
+    def compute(self, cases: Sequence[Case], what: str = "") -> dict[Case, Computed]:
+        """Every case, from the store or run, coarse ones first."""
+        done: dict[Case, Computed] = {}
+        for case in cases:
+            kept = self.store.get(key_of(self.setting, case), case)
+            if kept is not None:
+                done[case] = kept
+        self.found += len(done)
+        waiting = sorted((c for c in dict.fromkeys(cases) if c not in done), key=lambda c: -c.size)
+        total, begun = len(done) + len(waiting), perf_counter()
+
+        def add(case: Case, run: Computed) -> None:
+            done[case] = run
+            self.computed += run.problem != OUT_OF_TIME
+            self.tell(Told(len(done), total, what or str(case), perf_counter() - self.begun))
+
+        while waiting:
+            if perf_counter() - begun > ALONE and len(waiting) > 1 and self.setting.path is not None:
+                from mbdsl.studies.workers import cores, side_by_side
+
+                count = min(cores() if self.workers is None else self.workers, len(waiting))
+                if count > 1:
+                    side_by_side(self.setting, self.store, waiting, count, lambda: self.left, add)
+                    break
+            case = waiting.pop(0)
+            self.tell(Told(len(done), total, what or str(case), perf_counter() - self.begun))
+            add(case, self._one(case))
+        return done
+
+    def _one(self, case: Case) -> Computed:
+        run = compute(self.setting, case, self.left, self.announce)
+        if run.problem != OUT_OF_TIME:
+            self.store.put(key_of(self.setting, case), run)
+        return run
+
+    def time(self, cases: Sequence[Case], repeats: int, slowest: Callable[[Case], float]) -> dict[Case, list[float]]:
+        """Seconds of the step loops, ``repeats`` runs each as far as the budget goes: alone, alternately.
+
+        ``slowest(case)`` is about what a run takes, which has been done before.
+        """
+        seconds = {case: self.store.times(key_of(self.setting, case))[:repeats] for case in cases}
+        total, done = repeats * len(cases), sum(map(len, seconds.values()))
+        for round_ in range(repeats):
+            for case in cases:
+                if len(seconds[case]) > round_ or self.left < slowest(case) and round_ > 0:
+                    continue
+                self.tell(Told(done, total, f"timing {case}", perf_counter() - self.begun))
+                try:
+                    found = _simulate(self.setting, case)
+                except MbdslError:
+                    continue
+                if found.status == "interrupted":
+                    raise KeyboardInterrupt
+                seconds[case].append(found.stats["seconds"]["integrate"])
+                self.store.put_times(key_of(self.setting, case), seconds[case])
+                done += 1
+        return {case: found for case, found in seconds.items() if found}
+
+    def trajectory(self, run: Computed, like: Trajectory | None = None) -> Trajectory:
+        """A run as a trajectory, to ask for its signals."""
+        system = like.system if like is not None else self._system()
+        return Trajectory(system, run.t, run.q, run.v, run.lam, dict(run.stats))
+
+    def _system(self):
+        if not hasattr(self, "_made"):
+            from mbdsl import graph
+            from mbdsl.system import build
+
+            self._made = build(self.setting.scene, graph.build(self.setting.scene))
+        return self._made
+
+
+def _simulate(of: Setting, case: Case, progress=None, announce=None) -> Trajectory:
+    return simulate(
+        of.scene,
+        method=case.method,
+        step=case.step,
+        tol=case.tol,
+        start=of.start,
+        stop=of.stop,
+        interval=of.interval,
+        options=dict(case.options),
+        progress=progress,
+        announce=announce,
+    )
+
+
+def compute(of: Setting, case: Case, limit: float = math.inf, announce=None) -> Computed:
+    """One run, whatever comes of it.
+
+    Raises
+    ------
+    KeyboardInterrupt
+    """
+    if limit <= 0.0:
+        return Computed(case, problem=OUT_OF_TIME)
+    late = False
+
+    def watch(progress: Progress) -> None:
+        nonlocal late
+        if progress.seconds > limit:
+            late = True
+            raise KeyboardInterrupt
+
+    try:
+        found = _simulate(of, case, watch, announce)
+    except MbdslError as problem:
+        return Computed(case, problem=problem.message)
+    except (ArithmeticError, ValueError, MemoryError) as problem:  # of a third party's code
+        return Computed(case, problem=f"{type(problem).__name__}: {problem}")
+    if found.status == "interrupted":
+        if not late:
+            raise KeyboardInterrupt
+        return Computed(case, problem=OUT_OF_TIME)
+    return Computed(case, found.t, found.q, found.v, found.lam, _plain(found.stats))
+
+
+def _plain(stats: Mapping) -> dict:
+    """What of the stats can be written as JSON."""
+    kept = ("method", "h", "tol", "steps", "rejected", "iterations", "matrix_evaluations", "factorisations", "seconds")
+    return {key: stats[key] for key in kept if key in stats}

@@ -1,0 +1,93 @@
+"""Slopes of errors: a straight line through log(error) over log(size), where there is one.
+
+At large sizes errors do not yet fall as the order says, at small ones they end in rounding or in what the reference
+is not trusted to tell. Neither is fitted: the line goes through the longest run of neighbours whose slopes agree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+AGREE = 0.25  #: between the least and the largest slope of neighbours in a run
+LEAST = 0.15  #: errors that fall more slowly do not converge
+CLEAR = 5.0  #: times what the reference is trusted to: what is closer, it changes
+
+
+@dataclass(frozen=True)
+class Fit:
+    """error ~ size^slope for sizes from ``low`` to ``high``; ``uncertainty``: half of the 95 % interval.
+
+    ``below`` tells what was seen of smaller sizes than ``low``: "", "rounding" or "reference".
+    """
+
+    slope: float
+    uncertainty: float | None  #: None for a line through two points
+    low: float
+    high: float
+    count: int
+    below: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.slope:.2f}" + ("" if self.uncertainty is None else f" ± {self.uncertainty:.2f}")
+
+
+def fit(sizes: Sequence[float], errors: Sequence[float], floor: float = 0.0, agree: float = AGREE) -> Fit | None:
+    """The slope of ``errors`` over ``sizes``; None where they do not fall, or too few are above ``floor``.
+
+    ``floor`` is what the reference is trusted to.
+    """
+    order = np.argsort(-np.asarray(sizes, float))
+    x, e = np.asarray(sizes, float)[order], np.asarray(errors, float)[order]
+    known = np.isfinite(e) & (e > 0.0)
+    x, e = x[known], e[known]
+    usable = e > CLEAR * floor
+    best: tuple[int, int] | None = None
+    slopes = np.diff(np.log(e)) / np.diff(np.log(x)) if len(x) > 1 else np.empty(0)
+    for first in range(len(slopes)):
+        for last in range(first, len(slopes)):
+            part = slopes[first : last + 1]
+            if not usable[first : last + 2].all() or part.min() < LEAST or np.ptp(part) > agree:
+                break
+            # the longest; of two as long, that of smaller sizes
+            if best is None or last - first >= best[1] - best[0]:
+                best = first, last
+    if best is None:
+        return None
+    first, last = best[0], best[1] + 2
+    X, E = np.log(x[first:last]), np.log(e[first:last])
+    slope, uncertainty = _line(X, E)
+    below = ""
+    if last < len(x):
+        below = "reference" if not usable[last] else "rounding" if slopes[last - 1] < slope - agree else ""
+    return Fit(slope, uncertainty, float(x[last - 1]), float(x[first]), last - first, below)
+
+
+def _line(X: np.ndarray, Y: np.ndarray) -> tuple[float, float | None]:
+    """Slope of the line of least squares, and half of its 95 % interval by Student's t."""
+    from scipy.special import stdtrit
+
+    dX = X - X.mean()
+    slope = float(dX @ Y / (dX @ dX))
+    if len(X) < 3:
+        return slope, None
+    rest = Y - Y.mean() - slope * dX
+    spread = float(np.sqrt(rest @ rest / (len(X) - 2) / (dX @ dX)))
+    return slope, float(stdtrit(len(X) - 2, 0.975)) * spread
+
+
+def verdict(found: Fit | None, order: int, errors: Sequence[float], floor: float) -> str:
+    """What a slope says about a method of ``order``: "" where it is as declared."""
+    known = [e for e in errors if np.isfinite(e)]
+    if not known or max(known) <= CLEAR * floor:
+        return "too exact to tell"
+    if found is None:
+        return "does not converge" if len(known) > 2 and min(known) > CLEAR * floor else "too few points to tell"
+    if found.count < 3:
+        return "too few points to tell"
+    allowed = AGREE + (found.uncertainty or 0.0)
+    if found.slope < order - allowed:
+        return f"below its order {order}"
+    return f"above its order {order}" if found.slope > order + allowed else ""

@@ -1,0 +1,148 @@
+"""Other processes that compute cases: each reads them line by line, and puts what comes of them into the store."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from typing import Any
+
+from mbdsl import jit
+from mbdsl.studies.cases import Case, Setting, setting
+from mbdsl.studies.store import Computed, Store, key_of
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def side_by_side(
+    of: Setting,
+    store: Store,
+    cases: list[Case],
+    count: int,
+    left: Callable[[], float],
+    add: Callable[[Case, Computed], None],
+) -> None:
+    """Compute ``cases``, which are taken out one by one, in ``count`` processes; ``add`` gets each as it is done."""
+    results: queue.Queue[tuple[Case, Computed] | None] = queue.Queue()
+    lock = threading.Lock()
+    processes = [_start() for _ in range(count)]
+
+    def feed(process: subprocess.Popen) -> None:
+        assert process.stdin is not None and process.stdout is not None
+        try:
+            while True:
+                with lock:
+                    if not cases:
+                        return
+                    case = cases.pop(0)
+                limit, said = left(), ""
+                key = key_of(of, case)
+                if limit > 0.0:
+                    try:
+                        process.stdin.write(json.dumps(_job(of, store, case, key, min(limit, 1e9))) + "\n")
+                        process.stdin.flush()
+                        said = process.stdout.readline()
+                    except OSError:
+                        pass
+                    answer = json.loads(said) if said else {"problem": "the process that ran it ended"}
+                else:
+                    from mbdsl.studies.runner import OUT_OF_TIME
+
+                    answer = {"problem": OUT_OF_TIME}
+                store.own.add(key)
+                kept = None if answer["problem"] else store.get(key, case)
+                results.put((case, kept or Computed(case, problem=answer["problem"] or "its result was not kept")))
+                if limit > 0.0 and not said:
+                    return
+        finally:
+            results.put(None)
+
+    threads = [threading.Thread(target=feed, args=(process,), daemon=True) for process in processes]
+    try:
+        for thread in threads:
+            thread.start()
+        ended = 0
+        while ended < count:
+            try:
+                found = results.get(timeout=0.2)  # a wait without end would not hear Ctrl-C everywhere
+            except queue.Empty:
+                continue
+            if found is None:
+                ended += 1
+            else:
+                add(*found)
+    finally:
+        for process in processes:
+            process.terminate()
+        for process in processes:
+            process.wait()
+            for stream in (process.stdin, process.stdout):
+                if stream is not None:
+                    try:
+                        stream.close()
+                    except OSError:
+                        pass
+
+
+def _start() -> subprocess.Popen:
+    """A process that imports from where this one does; Ctrl-C is for this one alone to hear."""
+    environment = {**os.environ, "MBDSL_CACHE_DIR": str(jit.cache_directory().parent), "OPENBLAS_NUM_THREADS": "1"}
+    code = f"import sys; sys.path[:] = {sys.path!r}; from mbdsl.studies.workers import main; main()"
+    return subprocess.Popen(
+        [sys.executable, "-I", "-c", code],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env=environment,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def _job(of: Setting, store: Store, case: Case, key: str, limit: float) -> dict:
+    where = {"path": of.path, "stop": of.stop, "points": of.points, "without": of.without}
+    return {
+        **where,
+        "parameters": dict(of.parameters),
+        "case": asdict(case),
+        "store": str(store.folder),
+        "key": key,
+        "limit": limit,
+    }
+
+
+def main() -> None:
+    """Read a job a line, answer each with a line, until there are no more."""
+    from mbdsl.studies.runner import compute
+
+    jit.alone()
+    # what a solver prints must not be taken for an answer
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    known: dict[str, Setting] = {}
+    for line in sys.stdin:
+        job = json.loads(line)
+        run = compute(_setting(job, known), _case(job["case"]), job["limit"])
+        from mbdsl.studies.runner import OUT_OF_TIME
+
+        if run.problem != OUT_OF_TIME:
+            Store(job["store"]).put(job["key"], run)
+        answers.write(json.dumps({"problem": run.problem}) + "\n")
+        answers.flush()
+
+
+def _case(said: Mapping[str, Any]) -> Case:
+    return Case(said["method"], said["step"], said["tol"], tuple((n, x) for n, x in said["options"]))
+
+
+def _setting(job: Mapping[str, Any], known: dict[str, Setting]) -> Setting:
+    arguments = (job["path"], job["stop"], job["parameters"], tuple(job["without"]), job["points"])
+    return known.setdefault(repr(arguments), setting(*arguments)) if repr(arguments) not in known else known[repr(arguments)]
