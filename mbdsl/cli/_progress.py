@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
     from mbdsl.simulation import Progress
+    from mbdsl.studies.runner import Told
 
 PATIENCE = 1.0  #: seconds of work before anything is shown
 BETWEEN_LINES = 5.0  #: seconds between plain lines
 
 
-class Display:
-    """Call it with every ``Progress``; ``say`` prints a line without tearing the bar; ``close`` removes it."""
+class _Line:
+    """A line that is written over on a terminal; lines below each other elsewhere."""
 
     def __init__(self, stream: TextIO) -> None:
         self.stream = stream
@@ -21,16 +23,17 @@ class Display:
         self.shown = False
         self.next = PATIENCE
 
-    def __call__(self, progress: Progress) -> None:
-        if progress.seconds < self.next:
+    def show(self, seconds: float, text: Callable[[], str], whole: Callable[[str], str]) -> None:
+        """Show a text, with its bar on a terminal, unless it is too early; ``seconds`` since the work began."""
+        if seconds < self.next:
             return
         if self.terminal:
             width = max(20, shutil.get_terminal_size().columns - 1)
-            self.stream.write("\r" + bar(progress, self._block()).ljust(width)[:width])
-            self.next = progress.seconds + 0.1
+            self.stream.write("\r" + whole(self._block()).ljust(width)[:width])
+            self.next = seconds + 0.1
         else:
-            self.stream.write(text(progress) + "\n")
-            self.next = progress.seconds + BETWEEN_LINES
+            self.stream.write(text() + "\n")
+            self.next = seconds + BETWEEN_LINES
         self.shown = True
         self.stream.flush()
 
@@ -49,6 +52,24 @@ class Display:
         self.shown = False
 
 
+class Display(_Line):
+    """Call it with every ``Progress``; ``say`` prints a line without tearing the bar; ``close`` removes it."""
+
+    def __call__(self, progress: Progress) -> None:
+        self.show(progress.seconds, lambda: text(progress), lambda block: bar(progress, block))
+
+
+class Counter(_Line):
+    """The same for runs that are counted: call it with every ``Told``. ``done`` are the runs that are kept."""
+
+    done = 0
+
+    def __call__(self, told: Told) -> None:
+        self.done = max(self.done, told.done)
+        line = f"{told.done} of {told.total}  {told.what}"
+        self.show(told.seconds, lambda: line, lambda block: f"{blocks(told.done / max(1, told.total), block)} {line}")
+
+
 def done(p: Progress) -> float:
     return min(1.0, max(0.0, (p.t - p.start) / (p.stop - p.start))) if p.stop > p.start else 1.0
 
@@ -61,9 +82,13 @@ def text(p: Progress) -> str:
     return f"{part:4.0%}  t = {p.t:.4g} of {p.stop:.4g} s  h = {p.h:.2g} s  {per_step:.1f} iterations/step  {left}"
 
 
+def blocks(part: float, block: str = "#", length: int = 20) -> str:
+    full = int(part * length)
+    return block * full + "." * (length - full)
+
+
 def bar(p: Progress, block: str = "#", length: int = 20) -> str:
-    full = int(done(p) * length)
-    return f"{block * full}{'.' * (length - full)} {text(p)}"
+    return f"{blocks(done(p), block, length)} {text(p)}"
 
 
 def clock(seconds: float) -> str:

@@ -83,6 +83,30 @@ def patterns(text: str) -> list[str]:
     return [pattern.strip() for pattern in re.split(r",(?![^\[]*\])", text)]
 
 
+def names(text: str) -> list[str]:
+    """Names, separated by commas."""
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def list_of(parse: Callable[[str], float]) -> Callable[[str], list[float]]:
+    """Values, separated by commas, each with its unit."""
+    return lambda text: [parse(part) for part in names(text)]
+
+
+def check_folder(path: Path) -> None:
+    """Say now that a folder cannot be written into, rather than after the work is done.
+
+    Raises
+    ------
+    UsageError
+        It is a file, or the folder around it is not there.
+    """
+    if path.exists() and not path.is_dir():
+        raise UsageError(f"cannot write into `{path}`: it is a file")
+    if not path.resolve().parent.is_dir():
+        raise UsageError(f"cannot write into `{path}`: there is no folder `{path.parent}`")
+
+
 def check_output(path: str) -> None:
     """Say now that a file cannot be written, rather than after the work is done.
 

@@ -4,8 +4,23 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
+from pathlib import Path
 
 from mbdsl.cli import _values as values
+from mbdsl.errors import UsageError
+
+METHODS = {
+    "convergence": ("how errors fall with the step or the tolerance", "Errors in positions, velocities, reactions, "
+        "energy and constraints over the step or the tolerance, and their slopes beside the order of each method."),
+    "energy": ("what methods lose or gain of the energy", "The error in energy over time, and its mean over the step."),
+    "drift": ("how far methods leave the constraints", "How far positions and velocities are off their constraints, "
+        "over time and over the step."),
+    "runtime": ("what a step costs with every method", "Time of a step and of a simulated second with every method, "
+        "alone and beside hht-i3."),
+    "work-precision": ("what each error costs in time", "Errors over run times of every method, and the least time for "
+        "each error."),
+}  # fmt: skip
 
 
 def register(subparsers) -> argparse.ArgumentParser:
@@ -15,6 +30,8 @@ def register(subparsers) -> argparse.ArgumentParser:
         description="Many runs of one model, and what they say.",
     )
     kinds = parser.add_subparsers(title="studies", metavar="KIND", dest="kind", required=True)
+    for kind, (help_, description) in METHODS.items():
+        _add_methods(kinds.add_parser(kind, help=help_, description=description), kind)
     effects = kinds.add_parser(
         "effects",
         help="which effects the model calls for, to an accuracy",
@@ -31,8 +48,86 @@ def register(subparsers) -> argparse.ArgumentParser:
     return parser
 
 
+def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
+    """The arguments of studies of methods."""
+    values.add_model(parser)
+    parser.add_argument("--methods", metavar="NAME,...", type=values.names, help="integrators; default: all")
+    parser.add_argument(
+        "--steps", metavar="H,...", type=values.list_of(values.positive_seconds), help="fixed steps: 4ms,2ms,1ms"
+    )
+    parser.add_argument(
+        "--tols", metavar="TOL,...", type=values.list_of(values.tolerance), help="tolerances of error-controlled steps"
+    )
+    if kind in ("convergence", "work-precision"):
+        parser.add_argument("--signals", metavar="PATTERN,...", help="signals to look at as well (globs)")
+    if kind in ("convergence", "work-precision", "energy"):
+        parser.add_argument(
+            "--reference", metavar="FILE", default="auto", help="a result file; default auto: methods of two families"
+        )
+    if kind in ("runtime", "work-precision"):
+        parser.add_argument("--repeats", metavar="K", type=int, default=5, help="timed runs of each; default 5")
+    parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
+    parser.add_argument(
+        "--budget", metavar="S", type=values.positive_seconds, default=120.0, help="what it may take; default 120 s"
+    )
+    parser.add_argument("--output", metavar="DIR", help=f"folder of what is written; default: MODEL-{kind}")
+    parser.add_argument("--pictures", metavar="SUFFIX,...", type=values.names, default=["png", "svg"],
+                        help="kinds of pictures; default png,svg; none: the page alone")  # fmt: skip
+    parser.add_argument("--fresh", action="store_true", help="compute everything again")
+    parser.add_argument("--quiet", action="store_true", help="print no table")
+
+
 def run(args: argparse.Namespace) -> int:
-    return {"effects": _effects}[args.kind](args)
+    return _effects(args) if args.kind == "effects" else _methods(args)
+
+
+def _methods(args: argparse.Namespace) -> int:
+    output = Path(args.output or f"{Path(args.model).stem}-{args.kind}")
+    values.check_folder(output)
+
+    from mbdsl import jit
+    from mbdsl.cli._progress import Counter
+    from mbdsl.studies.report import draw
+
+    jit.alone()
+    study = _function(args.kind)
+    counter = Counter(sys.stderr)
+    given = {name: getattr(args, name) for name in ("methods", "steps", "tols", "stop", "budget", "fresh", "without")}
+    given |= {name: getattr(args, name) for name in ("reference", "repeats") if hasattr(args, name)}
+    if getattr(args, "signals", None):
+        given["signals"] = values.patterns(args.signals)
+    try:
+        found = study(args.model, parameters=dict(args.set), tell=counter, announce=counter.say, **given)
+    except KeyboardInterrupt:
+        counter.close()
+        print(f"{counter.done} runs are kept; the same command goes on from there", file=sys.stderr)
+        raise
+    finally:
+        counter.close()
+    if not args.quiet:
+        print(found)
+    paths = found.write(output, pictures=())
+    try:
+        paths += draw(found, output, [] if args.pictures == ["none"] else args.pictures)
+    except UsageError as problem:  # all the rest is there
+        print(problem.render(), file=sys.stderr)
+    if not args.quiet:
+        print(f"\n{output}: {', '.join(path.name for path in paths if path.suffix in ('.csv', '.json', '.html'))}"
+              f"{_pictures(paths)}")  # fmt: skip
+    return 0
+
+
+def _pictures(paths: list[Path]) -> str:
+    count = sum(path.suffix not in (".csv", ".json", ".html") for path in paths)
+    return f" and {count} pictures" if count else ""
+
+
+def _function(kind: str) -> Callable:
+    """The function of a study: ``work_precision`` of ``mbdsl.studies.work_precision``."""
+    from importlib import import_module
+
+    name = kind.replace("-", "_")
+    return getattr(import_module(f"mbdsl.studies.{name}"), name)
 
 
 def _effects(args: argparse.Namespace) -> int:

@@ -110,13 +110,17 @@ def chosen(names: Iterable[str] | None) -> list[str]:
     return list(dict.fromkeys(found))
 
 
+def own_step(of: Setting) -> float:
+    """The model's own step [s], else 1 ms; shorter where that would be too few of them."""
+    return min(of.scene.experiment.step or DEFAULT_STEP, of.interval)
+
+
 def step_ladder(of: Setting, levels: int = LEVELS) -> list[float]:
     """Steps [s] around the model's own (else 1 ms), from some ten times longer, each half of the one before.
 
     The output times divide all of them.
     """
-    base = min(of.scene.experiment.step or DEFAULT_STEP, of.span / of.points)
-    coarsest = max(1, round(of.span / (10.0 * base) / of.points))
+    coarsest = max(1, round(of.interval / (10.0 * own_step(of))))
     return [of.interval / (coarsest * 2**k) for k in range(levels)]
 
 

@@ -10,8 +10,8 @@ from mbdsl.integrators import methods
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
 from mbdsl.studies.errors import Quantity
-from mbdsl.studies.report import Study, number, outcomes, size
-from mbdsl.studies.slopes import CLEAR, Fit, fit, verdict
+from mbdsl.studies.report import Study, duration, number, outcomes, size
+from mbdsl.studies.slopes import Fit, fit, verdict
 from mbdsl.studies.survey import Asked, Row, Survey, survey
 
 #: what is fitted: constraints and energy may fall with other orders, or be kept exactly
@@ -111,7 +111,9 @@ def errors_table(s: Survey) -> Table:
     columns = ("method", "step or tol", "steps", *(q.key for q in s.quantities))
     rows = []
     for row in s.rows:
-        cells = [_cell(s, q, row) for q in s.quantities] if row.run.done else ["failed"] + [""] * (len(s.quantities) - 1)
+        cells = (
+            [_cell(s, q, row) for q in s.quantities] if row.run.done else ["failed"] + [""] * (len(s.quantities) - 1)
+        )
         rows.append((row.case.series, size(row), str(row.run.stats.get("steps", "")), *cells))
     note = "Largest over time, scaled; (below what the reference is trusted to)."
     return Table("Errors", columns, rows, note)
@@ -144,8 +146,15 @@ def error_figures(s: Survey, q: Quantity) -> list[Figure]:
         problems = outcomes(row for rows in of_kind.values() for row in rows)
         file = q.key.replace("[", "").replace("]", "").replace(".", "_")
         found.append(
-            Figure(f"{file}{key}", f"{what[0].upper()}{what[1:]}", label, "largest over time, scaled", series,
-                   outcomes=problems, floors=floors)
+            Figure(
+                f"{file}{key}",
+                f"{what[0].upper()}{what[1:]}",
+                label,
+                "largest over time, scaled",
+                series,
+                outcomes=problems,
+                floors=floors,
+            )
         )
     return found
 
@@ -156,9 +165,4 @@ def _hover(q: Quantity, row: Row) -> str:
 
 
 def _size(x: float, controlled: bool) -> str:
-    from mbdsl.studies.report import duration
-
     return f"{x:.0e}".replace("e-0", "e-") if controlled else duration(x)
-
-
-__all__ = ["CLEAR", "Convergence", "convergence", "error_figures", "errors_table", "trusted"]

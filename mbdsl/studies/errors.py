@@ -80,7 +80,9 @@ def quantities(trajectory: Trajectory, reference: Solution, patterns: Sequence[s
     rates = [n for n in trajectory.names if ".dPhi[" in n or ".Gam[" in n]
     found += [
         Quantity("Phi", "constraints on positions", "m, rad", tuple(rows), (1.0 / size,) * len(rows), True),
-        Quantity("dPhi", "constraints on velocities", "m/s, rad/s", tuple(rates), (1.0 / (size * speed),) * len(rates), True),
+        Quantity(
+            "dPhi", "constraints on velocities", "m/s, rad/s", tuple(rates), (1.0 / (size * speed),) * len(rates), True
+        ),
     ]
     for name in trajectory.select(patterns) if patterns else ():
         if name in reference and name != "time":
@@ -93,14 +95,19 @@ def quantities(trajectory: Trajectory, reference: Solution, patterns: Sequence[s
 
 def reactions(trajectory: Trajectory) -> list[str]:
     """Names of the forces and torques that joints transmit."""
-    joints = [c for c in trajectory.scene.components.values() if isinstance(c.kind, JointKind)]
-    return [f"{c.name}.{r}" for c in joints for r in c.kind.reaction if f"{c.name}.{r}" in c.signals]
+    found = []
+    for c in trajectory.scene.components.values():
+        if isinstance(c.kind, JointKind):
+            found += [name for r in c.kind.reaction if (name := f"{c.name}.{r}") in c.signals]
+    return found
 
 
 def _largest(reference: Solution, weights: Mapping[str, float]) -> float:
     """The largest weighted absolute value; 1 where all vanish."""
-    sizes = (weight * np.abs(reference[name]).max(initial=0.0, where=np.isfinite(reference[name]))
-             for name, weight in weights.items())
+    sizes = (
+        weight * np.abs(reference[name]).max(initial=0.0, where=np.isfinite(reference[name]))
+        for name, weight in weights.items()
+    )
     return float(max(sizes, default=0.0)) or 1.0
 
 

@@ -1,13 +1,14 @@
 """The reference of a study: a solution by one family of methods, and how far one of another family differs from it.
 
 Preferred are methods of high order at a tight tolerance. Where there are too few, methods of order 2 at short steps
-are extrapolated: with the error as a series c_2 h^2 + c_3 h^3 + ..., solutions at h, h/2, h/4 and h/8 give that at h = 0.
+are extrapolated: with the error as a series c_2 h^2 + c_3 h^3 + ..., solutions at h, h/2, h/4 and h/8 give that at 0.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,11 @@ class Reference:
     checked_by: str = ""
     problems: tuple[str, ...] = ()
     _floors: dict[str, Error] = field(default_factory=dict)
+
+    @classmethod
+    def none(cls) -> Reference:
+        """Where nothing is compared."""
+        return cls(Columns(np.empty(0), {}), "none")
 
     def floor(self, quantity: Quantity) -> Error:
         """What the reference is trusted to: errors below that cannot be told."""
@@ -72,7 +78,7 @@ class Columns:
         return self.columns[name]
 
 
-def from_file(path: str | Path, of: Setting) -> Reference:
+def from_file(path: str | PathLike, of: Setting) -> Reference:
     """The signals of a result file.
 
     Raises

@@ -84,7 +84,7 @@ class Study:
         return {**self.facts(), "model text": model, "summary": self.summary(), "rows": self.records()}
 
     def page(self) -> Page:
-        items = [*self.tables(), *self.figures()]
+        items: list[Figure | Table] = [*self.tables(), *self.figures()]
         small = [(name, _plain(value)) for name, value in self.facts().items()]
         small += [(f"text of {Path(file).name}", _text(file)) for file in self.survey.scene.files]
         return Page(self.title, self.summary(), items, small)
@@ -118,13 +118,24 @@ def write(study: Study, folder: str | os.PathLike, pictures: Sequence[str]) -> l
         paths.append(page)
     except OSError as problem:
         raise UsageError(f"cannot write into `{where}`: {problem.strerror or problem}") from problem
-    for figure in study.figures() if pictures else ():
+    return paths + draw(study, where, pictures)
+
+
+def draw(study: Study, folder: str | os.PathLike, pictures: Sequence[str] = PICTURES) -> list[Path]:
+    """Write ``KIND-FIGURE.png``, ``.svg``; their paths.
+
+    Raises
+    ------
+    UsageError
+        Without matplotlib.
+    """
+    paths = [Path(folder) / f"{study.kind}-{figure.key}.{suffix}" for figure in study.figures() for suffix in pictures]
+    if paths:
         from mbdsl.plotting import pictures as drawing
 
-        for suffix in pictures:
-            path = where / f"{stem}-{figure.key}.{suffix}"
+        figures = [figure for figure in study.figures() for _ in pictures]
+        for figure, path in zip(figures, paths, strict=True):
             drawing.draw(figure, path)
-            paths.append(path)
     return paths
 
 
@@ -159,7 +170,12 @@ def _record(row: Row) -> dict:
             "timed runs": len(row.seconds),
         }
     for key, e in row.errors.items():
-        record |= {key: e.largest, f"{key} scaled": e.scaled, f"{key} at end": e.end, f"{key} at end scaled": e.scaled_end}
+        record |= {
+            key: e.largest,
+            f"{key} scaled": e.scaled,
+            f"{key} at end": e.end,
+            f"{key} at end scaled": e.scaled_end,
+        }
     return record
 
 

@@ -1,4 +1,4 @@
-"""Runs of a study: what is in the store is taken from there, the rest is computed on all cores, times are taken alone."""
+"""Runs of a study: taken from the store, or computed on all cores; times are taken alone."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class Runner:
         total, done = repeats * len(cases), sum(map(len, seconds.values()))
         for round_ in range(repeats):
             for case in cases:
-                if len(seconds[case]) > round_ or self.left < slowest(case) and round_ > 0:
+                if len(seconds[case]) > round_ or (self.left < slowest(case) and round_ > 0):
                     continue
                 self.tell(Told(done, total, f"timing {case}", perf_counter() - self.begun))
                 try:

@@ -24,18 +24,18 @@ class Fit:
     """
 
     slope: float
-    uncertainty: float | None  #: None for a line through two points
+    uncertainty: float
     low: float
     high: float
     count: int
     below: str = ""
 
     def __str__(self) -> str:
-        return f"{self.slope:.2f}" + ("" if self.uncertainty is None else f" ± {self.uncertainty:.2f}")
+        return f"{self.slope:.2f} ± {self.uncertainty:.2f}"
 
 
 def fit(sizes: Sequence[float], errors: Sequence[float], floor: float = 0.0, agree: float = AGREE) -> Fit | None:
-    """The slope of ``errors`` over ``sizes``; None where they do not fall, or too few are above ``floor``.
+    """The slope of ``errors`` over ``sizes``; None where no three of them in a row, above ``floor``, fall alike.
 
     ``floor`` is what the reference is trusted to.
     """
@@ -47,7 +47,7 @@ def fit(sizes: Sequence[float], errors: Sequence[float], floor: float = 0.0, agr
     best: tuple[int, int] | None = None
     slopes = np.diff(np.log(e)) / np.diff(np.log(x)) if len(x) > 1 else np.empty(0)
     for first in range(len(slopes)):
-        for last in range(first, len(slopes)):
+        for last in range(first + 1, len(slopes)):
             part = slopes[first : last + 1]
             if not usable[first : last + 2].all() or part.min() < LEAST or np.ptp(part) > agree:
                 break
@@ -65,14 +65,12 @@ def fit(sizes: Sequence[float], errors: Sequence[float], floor: float = 0.0, agr
     return Fit(slope, uncertainty, float(x[last - 1]), float(x[first]), last - first, below)
 
 
-def _line(X: np.ndarray, Y: np.ndarray) -> tuple[float, float | None]:
+def _line(X: np.ndarray, Y: np.ndarray) -> tuple[float, float]:
     """Slope of the line of least squares, and half of its 95 % interval by Student's t."""
     from scipy.special import stdtrit
 
     dX = X - X.mean()
     slope = float(dX @ Y / (dX @ dX))
-    if len(X) < 3:
-        return slope, None
     rest = Y - Y.mean() - slope * dX
     spread = float(np.sqrt(rest @ rest / (len(X) - 2) / (dX @ dX)))
     return slope, float(stdtrit(len(X) - 2, 0.975)) * spread
@@ -85,9 +83,7 @@ def verdict(found: Fit | None, order: int, errors: Sequence[float], floor: float
         return "too exact to tell"
     if found is None:
         return "does not converge" if len(known) > 2 and min(known) > CLEAR * floor else "too few points to tell"
-    if found.count < 3:
-        return "too few points to tell"
-    allowed = AGREE + (found.uncertainty or 0.0)
+    allowed = AGREE + found.uncertainty
     if found.slope < order - allowed:
         return f"below its order {order}"
     return f"above its order {order}" if found.slope > order + allowed else ""

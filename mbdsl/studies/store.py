@@ -63,8 +63,8 @@ class Store:
         try:
             with np.load(path) as found:
                 meta = json.loads(str(found["meta"]))
-                arrays = (found[name] for name in ("t", "q", "v", "lam"))
-                return Computed(case, *arrays, meta["stats"], meta["problem"])
+                t, q, v, lam = (found[name] for name in ("t", "q", "v", "lam"))
+                return Computed(case, t, q, v, lam, meta["stats"], meta["problem"])
         except (OSError, ValueError, KeyError, EOFError):
             return None
 
@@ -94,7 +94,7 @@ class Store:
         part = path.with_name(f".{name}.{os.getpid()}.{threading.get_ident()}.part")
         try:
             with open(part, "wb") as stream:
-                np.savez(stream, **arrays)
+                np.savez(stream, **arrays)  # type: ignore[arg-type]
             os.replace(part, path)
         finally:
             part.unlink(missing_ok=True)

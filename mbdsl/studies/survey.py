@@ -21,6 +21,7 @@ from mbdsl.studies.cases import (
     cases,
     chosen,
     common_points,
+    own_step,
     setting,
     step_ladder,
 )
@@ -123,10 +124,16 @@ class Survey:
         return next((q for q in self.quantities if q.key == key), None)
 
 
-def begin(model: Scene | str | PathLike, asked: Asked, both: bool = False) -> tuple[Runner, list[Case], list]:
+def begin(
+    model: Scene | str | PathLike,
+    asked: Asked,
+    both: bool = False,
+    few: tuple[Sequence[float], Sequence[float]] | None = None,
+) -> tuple[Runner, list[Case], list]:
     """A runner, the cases to run, and methods that can take none of them.
 
-    With ``both``, methods that can take steps and tolerances take both where neither are given.
+    Where neither steps nor tolerances are given: with ``both``, methods that can take both do; ``few`` are parts of the
+    model's own step, and tolerances, in place of whole ladders.
     """
     names = chosen(asked.methods)
     of = setting(model, asked.stop, asked.parameters, asked.without)
@@ -143,6 +150,9 @@ def begin(model: Scene | str | PathLike, asked: Asked, both: bool = False) -> tu
     if not ladder:
         both = asked.steps is not None and asked.tols is not None
         return runner, *cases(names, asked.steps, asked.tols, both)
+    if few is not None:
+        each = max(1, round(of.interval / own_step(of)))
+        return runner, *cases(names, [of.interval / each * part for part in few[0]], few[1])
     steps = step_ladder(of)
     fixed = [name for name in names if "fixed" in methods()[name].steps]
     if fixed:
@@ -162,7 +172,17 @@ def survey(model: Scene | str | PathLike, asked: Asked, both: bool = False) -> S
     KeyboardInterrupt
         What has been computed is kept.
     """
-    runner, every, refused = begin(model, asked, both)
+    return measure(prepare(model, asked, both))
+
+
+def prepare(
+    model: Scene | str | PathLike,
+    asked: Asked,
+    both: bool = False,
+    few: tuple[Sequence[float], Sequence[float]] | None = None,
+) -> Survey:
+    """The same before errors are measured."""
+    runner, every, refused = begin(model, asked, both, few)
     of = runner.setting
     if asked.reference == "auto":
         finest = min((c.step for c in every if c.step is not None), default=None)
@@ -171,7 +191,7 @@ def survey(model: Scene | str | PathLike, asked: Asked, both: bool = False) -> S
         reference = from_file(asked.reference, of)
     runs = runner.compute(every)
     rows = [Row(case, runs[case]) for case in every]
-    return measure(Survey(of, asked, runner, rows, refused, reference, []))
+    return Survey(of, asked, runner, rows, refused, reference, [])
 
 
 def measure(found: Survey) -> Survey:
@@ -195,7 +215,11 @@ def _points(of: Setting, asked: Asked) -> int:
         t = results.read(asked.reference)[0]["time"]
         inside = t[(t > of.start + 1e-9 * of.span) & (t <= of.stop + 1e-9 * of.span)]
         spacing = np.diff(inside)
-        even = len(inside) > 1 and np.allclose(spacing, spacing[0], rtol=1e-6) and abs(inside[-1] - of.stop) < spacing[0] / 2
+        even = (
+            len(inside) > 1
+            and np.allclose(spacing, spacing[0], rtol=1e-6)
+            and abs(inside[-1] - of.stop) < spacing[0] / 2
+        )
         count = len(inside) if even else POINTS
         return next(n for n in range(min(count, 2 * POINTS), 0, -1) if count % n == 0)
     return common_points(of.span, list(asked.steps)) if asked.steps else POINTS

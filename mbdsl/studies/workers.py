@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import queue
@@ -86,10 +87,8 @@ def side_by_side(
             process.wait()
             for stream in (process.stdin, process.stdout):
                 if stream is not None:
-                    try:
+                    with contextlib.suppress(OSError):
                         stream.close()
-                    except OSError:
-                        pass
 
 
 def _start() -> subprocess.Popen:
@@ -121,7 +120,7 @@ def _job(of: Setting, store: Store, case: Case, key: str, limit: float) -> dict:
 
 def main() -> None:
     """Read a job a line, answer each with a line, until there are no more."""
-    from mbdsl.studies.runner import compute
+    from mbdsl.studies.runner import OUT_OF_TIME, compute
 
     jit.alone()
     # what a solver prints must not be taken for an answer
@@ -131,8 +130,6 @@ def main() -> None:
     for line in sys.stdin:
         job = json.loads(line)
         run = compute(_setting(job, known), _case(job["case"]), job["limit"])
-        from mbdsl.studies.runner import OUT_OF_TIME
-
         if run.problem != OUT_OF_TIME:
             Store(job["store"]).put(job["key"], run)
         answers.write(json.dumps({"problem": run.problem}) + "\n")
@@ -144,5 +141,8 @@ def _case(said: Mapping[str, Any]) -> Case:
 
 
 def _setting(job: Mapping[str, Any], known: dict[str, Setting]) -> Setting:
+    """The model is read once."""
     arguments = (job["path"], job["stop"], job["parameters"], tuple(job["without"]), job["points"])
-    return known.setdefault(repr(arguments), setting(*arguments)) if repr(arguments) not in known else known[repr(arguments)]
+    if repr(arguments) not in known:
+        known[repr(arguments)] = setting(*arguments)
+    return known[repr(arguments)]

@@ -1,0 +1,84 @@
+"""Drift: how far positions and velocities are off their constraints, over time and over the step."""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import Any
+
+from mbdsl.errors import IntegrationError
+from mbdsl.plotting.figures import Figure, Series, Table
+from mbdsl.scene import Scene
+from mbdsl.studies.convergence import error_figures
+from mbdsl.studies.errors import over_time
+from mbdsl.studies.reference import Reference
+from mbdsl.studies.report import Study, number, size
+from mbdsl.studies.slopes import fit
+from mbdsl.studies.survey import Asked, Row, Survey, begin, finite, measure
+
+PARTS = (4.0, 2.0, 1.0, 0.5)  #: of the model's own step
+TOLS = (1e-4, 1e-6, 1e-8)
+KEYS = ("Phi", "dPhi")
+
+
+class Drift(Study):
+    kind = "drift"
+
+    def summary(self) -> list[str]:
+        s = self.survey
+        told = ["Largest violation of the constraints, in their own units [m, rad; m/s, rad/s]."]
+        told += [f"{row.case}: {row.run.problem}" for row in s.rows if row.run.problem]
+        return told + [f"{name} is left out: {why}" for name, why in s.refused]
+
+    def tables(self) -> list[Table]:
+        s = self.survey
+        keys = [q.key for q in s.quantities if q.key in KEYS]
+        rows = []
+        for name, series in s.series().items():
+            done = [row for row in series if row.run.done]
+            for row in series:
+                cells = [number(row.errors[key].largest) for key in keys] if row.run.done else ["failed"]
+                rows.append((name, size(row), *cells, *[""] * (2 * len(keys) - len(cells))))
+            slopes = [fit([r.case.size for r in done], [r.errors[key].largest for r in done]) for key in keys]
+            if done and rows:
+                last = rows.pop()
+                rows.append((*last[: 2 + len(keys)], *(str(f) if f else "" for f in slopes)))
+        columns = ("method", "step or tol", *keys, *(f"slope of {key}" for key in keys))
+        return [Table("Drift", columns, rows, "Slopes stand where they end.")]
+
+    def figures(self) -> list[Figure]:
+        s, found = self.survey, []
+        for q in (q for q in s.quantities if q.key in KEYS):
+            series = []
+            for name, rows in s.series().items():
+                row = next((r for r in rows if r.trajectory is not None), None)
+                if row is not None and row.trajectory is not None:
+                    y = over_time(q, row.trajectory, s.reference.solution, scaled=False)
+                    series.append(Series(f"{name}, {size(row)}", row.run.t.tolist(), finite(y.tolist()), style="line"))
+            found.append(
+                Figure(
+                    f"{q.key}-time",
+                    f"{q.label[0].upper()}{q.label[1:]} over time",
+                    "t [s]",
+                    f"largest violation [{q.unit}]",
+                    series,
+                    x_log=False,
+                )
+            )
+            found += error_figures(s, q)
+        return found
+
+
+def drift(model: Scene | str | PathLike, **asked: Any) -> Drift:
+    """Violation of constraints by methods at a few steps around the model's own; arguments as for
+    :func:`mbdsl.studies.convergence.convergence`. It needs no reference."""
+    given = Asked(**asked)
+    runner, every, refused = begin(model, given, few=(PARTS, TOLS))
+    runs = runner.compute(every)
+    rows = [Row(case, runs[case]) for case in every]
+    done = [row for row in rows if row.run.done]
+    if not done:
+        raise IntegrationError(
+            f"no run came to its end; {rows[0].case}: {rows[0].run.problem}" if rows else "nothing to run"
+        )
+    reference = Reference(runner.trajectory(done[-1].run), "none")
+    return Drift(measure(Survey(runner.setting, given, runner, rows, refused, reference, [])))

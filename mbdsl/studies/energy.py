@@ -1,0 +1,149 @@
+"""Energy: what methods lose or gain of it, over time and over the step.
+
+Where the model conserves energy, its value at the start is what it is compared with; else that of the reference.
+"""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.errors import UsageError
+from mbdsl.plotting.figures import Figure, Series, Table
+from mbdsl.scene import Scene
+from mbdsl.studies.convergence import trusted
+from mbdsl.studies.errors import matching
+from mbdsl.studies.report import Study, number, outcomes, size
+from mbdsl.studies.slopes import Fit, fit
+from mbdsl.studies.survey import Asked, Row, Survey, finite, measure, prepare
+
+PARTS = (4.0, 2.0, 1.0, 0.5, 0.25)  #: of the model's own step
+TOLS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+CONSERVED = 1e-9  #: part of what is exchanged between kinds of energy: more is not conserved
+
+
+class Energy(Study):
+    """``conserved`` tells what errors are counted from."""
+
+    kind = "energy"
+
+    def __init__(self, survey: Survey) -> None:
+        super().__init__(survey)
+        q = survey.quantity("energy")
+        if q is None:
+            raise UsageError(
+                "the reference has no energies", hint="energy.kinetic, .potential and .total are looked at"
+            )
+        self.exchanged = 1.0 / q.weights[0]
+        self.floor = survey.reference.floor(q).largest
+        E = survey.reference.solution["energy.total"]
+        self.conserved = bool(np.ptp(E) <= max(CONSERVED * self.exchanged, 10.0 * self.floor))
+        if self.conserved:
+            self.floor = 0.0
+
+    def error(self, row: Row) -> NDArray[np.float64]:
+        """What the energy is off (N,) [J], with its sign."""
+        assert row.trajectory is not None
+        E, other = row.trajectory["energy.total"], self.survey.reference.solution
+        return E - E[0] if self.conserved else E[matching(row.trajectory.t, other.t)] - other["energy.total"]
+
+    def mean(self, row: Row) -> float:
+        """The mean over time of its absolute value [J]."""
+        return float(np.abs(self.error(row)).mean())
+
+    def slope(self, rows: list[Row]) -> Fit | None:
+        done = [row for row in rows if row.run.done]
+        return fit([row.case.size for row in done], [self.mean(row) for row in done], self.floor)
+
+    def records(self) -> list[dict]:
+        found = super().records()
+        for record, row in zip(found, self.survey.rows, strict=True):
+            if row.run.done:
+                e = self.error(row)
+                record |= {"energy mean": self.mean(row), "energy lost at end": -float(e[-1])}
+        return found
+
+    def summary(self) -> list[str]:
+        s = self.survey
+        what = "Energy is conserved: errors are counted from its start."
+        if not self.conserved:
+            what = "Energy is not conserved: errors are counted from the reference."
+        told = [f"{what} Between kinds of energy, {self.exchanged:.4g} J are exchanged.", trusted(s)]
+        told += [f"{row.case}: {row.run.problem}" for row in s.rows if row.run.problem]
+        return told + [f"{name} is left out: {why}" for name, why in s.refused]
+
+    def tables(self) -> list[Table]:
+        rows = []
+        for name, series in self.survey.series().items():
+            slope = self.slope(series)
+            for row in series:
+                told = str(slope) if slope and row is series[-1] else ""
+                if row.run.problem:
+                    rows.append((name, size(row), "failed", "", "", "", told))
+                    continue
+                e = self.error(row)
+                share = number(float(np.abs(e).max()) / self.exchanged)
+                rows.append(
+                    (
+                        name,
+                        size(row),
+                        number(self.mean(row)),
+                        number(float(np.abs(e).max())),
+                        share,
+                        f"{e[-1]:+.1e}".replace("e-0", "e-"),
+                        told,
+                    )
+                )
+        columns = ("method", "step or tol", "mean [J]", "largest [J]", "of exchanged", "at end [J]", "slope of mean")
+        return [Table("Error in energy", columns, rows, "Slopes stand where they end.")]
+
+    def figures(self) -> list[Figure]:
+        over_time, over_size = [], {False: [], True: []}
+        for name, rows in self.survey.series().items():
+            done = [row for row in rows if row.run.done]
+            if not done:
+                continue
+            t = self.survey.reference.solution.t if not self.conserved else done[0].run.t
+            over_time.append(Series(f"{name}, {size(done[0])}", t.tolist(), self.error(done[0]).tolist(), style="line"))
+            y = [e if e >= self.floor else float("nan") for e in map(self.mean, done)]
+            hover = [f"{row.case}: {number(self.mean(row), 3)} J" for row in done]
+            controlled = rows[0].case.tol is not None
+            over_size[controlled].append(Series(name, [row.case.size for row in done], finite(y), hover=hover))
+        found = [
+            Figure(
+                "time",
+                "Error in energy over time",
+                "t [s]",
+                "E(t) less what it should be [J]",
+                over_time,
+                x_log=False,
+                y_log=False,
+            )
+        ]
+        floors = [(self.floor, "the references differ")] if self.floor > 0.0 else []
+        for controlled, series in over_size.items():
+            if series:
+                problems = [
+                    o for r in self.survey.rows if (r.case.tol is not None) == controlled for o in outcomes([r])
+                ]
+                found.append(
+                    Figure(
+                        "tol" if controlled else "step",
+                        "Mean error in energy",
+                        "tolerance" if controlled else "step [s]",
+                        "mean over time [J]",
+                        series,
+                        outcomes=problems,
+                        floors=floors,
+                    )
+                )
+        return found
+
+
+def energy(model: Scene | str | PathLike, **asked: Any) -> Energy:
+    """Errors in energy of methods at a few steps around the model's own; arguments as for
+    :func:`mbdsl.studies.convergence.convergence`."""
+    return Energy(measure(prepare(model, Asked(**asked), few=(PARTS, TOLS))))

@@ -1,0 +1,99 @@
+"""Run time: what a step and a simulated second cost with every method, beside HHT-I3."""
+
+from __future__ import annotations
+
+from os import PathLike
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from mbdsl.plotting.figures import Figure, Series, Table
+from mbdsl.scene import Scene
+from mbdsl.studies.reference import Reference
+from mbdsl.studies.report import Study, duration, outcomes, size
+from mbdsl.studies.survey import Asked, Row, Survey, begin
+from mbdsl.studies.work_precision import time_rows
+
+BASE = "hht-i3"
+TOLS = (1e-6,)
+
+
+class Runtime(Study):
+    """Ratios are medians over rounds, in each of which every method ran once."""
+
+    kind = "runtime"
+
+    def summary(self) -> list[str]:
+        s = self.survey
+        told = [f"Times of the step loops alone, medians of {s.asked.repeats} rounds in which methods alternate."]
+        told += [f"{row.case}: {row.run.problem}" for row in s.rows if row.run.problem]
+        return told + [f"{name} is left out: {why}" for name, why in s.refused]
+
+    def ratios(self, row: Row) -> list[float]:
+        """Times over those of HHT-I3 at the same step, round by round; at its first where there is no such step."""
+        others = [r for r in self.survey.rows if r.case.method == BASE and r.seconds]
+        base = next((r for r in others if r.case.step == row.case.step), others[0] if others else None)
+        return [] if base is None else [a / b for a, b in zip(row.seconds, base.seconds, strict=False)]
+
+    def records(self) -> list[dict]:
+        found = super().records()
+        for record, row in zip(found, self.survey.rows, strict=True):
+            if row.seconds:
+                seconds, ratios = median(row.seconds), self.ratios(row)
+                record["seconds a step"] = seconds / max(1, row.run.stats["steps"])
+                record["seconds a simulated second"] = seconds / self.survey.setting.span
+                record[f"relative to {BASE}"] = median(ratios) if ratios else None
+        return found
+
+    def tables(self) -> list[Table]:
+        rows = []
+        for row in self.survey.rows:
+            if not row.seconds:
+                rows.append((row.case.series, size(row), "", "failed", "", "", "", ""))
+                continue
+            stats, seconds, ratios = row.run.stats, median(row.seconds), self.ratios(row)
+            steps = max(1, stats["steps"])
+            relative = spread = ""
+            if ratios:
+                low, high = np.percentile(ratios, (25, 75))
+                relative, spread = f"{median(ratios):.2f}", f"{low:.2f} to {high:.2f}"
+            rows.append(
+                (
+                    row.case.series,
+                    size(row),
+                    str(stats["steps"]),
+                    duration(seconds / steps),
+                    duration(seconds / self.survey.setting.span),
+                    relative,
+                    spread,
+                    f"{stats['iterations'] / steps:.2f}",
+                )
+            )
+        columns = ("method", "step or tol", "steps", "a step", "a second", f"to {BASE}", "middle half", "iterations")
+        return [Table("Run time", columns, rows, "`a second`: of simulated time; `iterations`: a step.")]
+
+    def figures(self) -> list[Figure]:
+        series = []
+        for name, rows in self.survey.series().items():
+            done = [row for row in rows if row.seconds]
+            span = self.survey.setting.span
+            y = [median(row.seconds) / span for row in done]
+            low, high = [min(row.seconds) / span for row in done], [max(row.seconds) / span for row in done]
+            counts = [row.run.stats["steps"] for row in done]
+            hover = [f"{row.case}: {duration(t)} a second" for row, t in zip(done, y, strict=True)]
+            series.append(Series(name, counts, y, low, high, hover))
+        problems = [type(o)(o.name, None, o.text) for o in outcomes(self.survey.rows)]
+        return [Figure("time", "Run time", "steps", "time of a simulated second [s]", series, outcomes=problems)]
+
+
+def runtime(model: Scene | str | PathLike, **asked: Any) -> Runtime:
+    """Times of methods at one step (the model's own) or several; arguments as for
+    :func:`mbdsl.studies.convergence.convergence`."""
+    given = Asked(**asked)
+    runner, every, refused = begin(model, given, few=((1.0,), TOLS))
+    runs = runner.compute(every)
+    rows = [Row(case, runs[case]) for case in every]
+    found = Survey(runner.setting, given, runner, rows, refused, Reference.none(), [])
+    time_rows(found)
+    return Runtime(found)

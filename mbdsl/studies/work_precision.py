@@ -1,0 +1,166 @@
+"""Work and precision: what each error costs in time, by every method, and the least that it costs by any."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from os import PathLike
+from statistics import median
+from typing import Any
+
+from mbdsl.plotting.figures import Figure, Series, Table
+from mbdsl.scene import Scene
+from mbdsl.studies.convergence import trusted
+from mbdsl.studies.errors import Quantity
+from mbdsl.studies.report import Study, duration, number, outcomes, size
+from mbdsl.studies.survey import Asked, Row, Survey, survey
+
+SHOWN = ("q", "v", "reactions", "energy")
+CHOICES = 3  #: methods named for an error
+
+
+class WorkPrecision(Study):
+    """``front(key)`` are the rows that no other beats in both error and time."""
+
+    kind = "work-precision"
+
+    def points(self, key: str) -> list[Row]:
+        """Rows with a time, and an error in a quantity that the reference can tell."""
+        q = self.survey.quantity(key)
+        if q is None:
+            return []
+        floor = self.survey.reference.floor(q).scaled
+        return [r for r in self.survey.rows if r.run.done and r.seconds and r.errors[key].scaled >= max(floor, 1e-300)]
+
+    def front(self, key: str) -> list[Row]:
+        return front(self.points(key), key)
+
+    def shown(self) -> list[Quantity]:
+        return [q for q in self.survey.quantities if q.key in SHOWN or (not q.itself and q.key == q.label)]
+
+    def summary(self) -> list[str]:
+        s = self.survey
+        told = [
+            trusted(s),
+            f"Times are of the step loops alone, medians of up to {s.asked.repeats} runs, in which methods alternate.",
+        ]
+        told += [f"{row.case}: {row.run.problem}" for row in s.rows if row.run.problem]
+        told += [f"{row.case}: not timed, the budget was spent" for row in s.rows if row.run.done and not row.seconds]
+        return told + [f"{name} is left out: {why}" for name, why in s.refused]
+
+    def tables(self) -> list[Table]:
+        keys = [q.key for q in self.shown() if q.key in ("q", "reactions") or q.key == q.label]
+        return [self._all(), *(self._read_out(key) for key in keys)]
+
+    def _all(self) -> Table:
+        shown = self.shown()
+        rows = []
+        for r in self.survey.rows:
+            if r.run.problem:
+                rows.append((r.case.series, size(r), "", "", "", *["failed"] * len(shown)))
+                continue
+            time, spread = (duration(median(r.seconds)), _spread(r.seconds)) if r.seconds else ("", "")
+            errors = (number(r.errors[q.key].scaled) for q in shown)
+            rows.append((r.case.series, size(r), str(r.run.stats["steps"]), time, spread, *errors))
+        columns = ("method", "step or tol", "steps", "time", "spread", *(q.key for q in shown))
+        return Table("Error and time", columns, rows, "Errors: largest over time, scaled.")
+
+    def _read_out(self, key: str) -> Table:
+        rows = []
+        points = self.points(key)
+        for k in range(1, 13):
+            best = cheapest(points, key, 10.0**-k)
+            if not best:
+                continue
+            first, others = best[0], best[1:CHOICES]
+            ratios = [f"{o.case.series} {median(o.seconds) / median(first.seconds):.2g}" for o in others]
+            rows.append((f"1e-{k}", first.case.series, size(first), duration(median(first.seconds)), ", ".join(ratios)))
+        q = self.survey.quantity(key)
+        label = q.label if q else key
+        columns = ("error", "cheapest", "with", "takes", "then, and how many times as long")
+        return Table(f"Least time for an error in {label}", columns, rows)
+
+    def figures(self) -> list[Figure]:
+        return [self._figure(q) for q in self.shown()]
+
+    def _figure(self, q: Quantity) -> Figure:
+        points, series = self.points(q.key), []
+        best = self.front(q.key)
+        if len(best) > 1:
+            x, y = [r.errors[q.key].scaled for r in best], [median(r.seconds) for r in best]
+            series.append(Series("least time", x, y, style="front", hover=[str(r.case) for r in best]))
+        for name, rows in self.survey.series().items():
+            own = [r for r in rows if r in points]
+            if own:
+                series.append(
+                    Series(
+                        name,
+                        [r.errors[q.key].scaled for r in own],
+                        [median(r.seconds) for r in own],
+                        [min(r.seconds) for r in own],
+                        [max(r.seconds) for r in own],
+                        [
+                            f"{r.case}: {number(r.errors[q.key].scaled, 3)} in {duration(median(r.seconds))}"
+                            for r in own
+                        ],
+                    )
+                )
+        floor = self.survey.reference.floor(q).scaled
+        times = [median(r.seconds) for r in points]
+        if floor > 0.0 and times:
+            series.append(Series("the references differ", [floor, floor], [min(times), max(times)], style="guide"))
+        problems = [type(o)(o.name, None, f"{o.x:g}: {o.text}") for o in outcomes(self.survey.rows)]
+        key = q.key.replace("[", "").replace("]", "").replace(".", "_")
+        return Figure(
+            key,
+            f"Work and precision: {q.label}",
+            f"error in {q.label}, largest over time, scaled",
+            "time [s]",
+            series,
+            outcomes=problems,
+            note="Further left is more exact, further down is faster.",
+        )
+
+
+def work_precision(model: Scene | str | PathLike, **asked: Any) -> WorkPrecision:
+    """Errors and times of methods over their steps and tolerances; arguments as for
+    :func:`mbdsl.studies.convergence.convergence`."""
+    found = survey(model, Asked(**asked), both=True)
+    time_rows(found)
+    return WorkPrecision(found)
+
+
+def time_rows(found: Survey) -> None:
+    """Time all rows that came to their end."""
+    rows = {row.case: row for row in found.rows if row.run.done}
+    times = found.runner.time(
+        list(rows), found.asked.repeats, lambda case: rows[case].run.stats["seconds"]["integrate"]
+    )
+    for case, seconds in times.items():
+        rows[case].seconds = seconds
+
+
+def front(rows: Sequence[Row], key: str) -> list[Row]:
+    """Rows that no other beats in both error and time, exact ones last."""
+    found, least = [], math.inf
+    for row in sorted(rows, key=lambda r: (median(r.seconds), r.errors[key].scaled)):
+        if row.errors[key].scaled < least:
+            least = row.errors[key].scaled
+            found.append(row)
+    return found
+
+
+def cheapest(rows: Sequence[Row], key: str, error: float) -> list[Row]:
+    """Of each series the row that takes the least time for an error, the cheapest first."""
+    best: dict[str, Row] = {}
+    for row in rows:
+        if row.errors[key].scaled <= error:
+            own = best.setdefault(row.case.series, row)
+            if median(row.seconds) < median(own.seconds):
+                best[row.case.series] = row
+    return sorted(best.values(), key=lambda r: median(r.seconds))
+
+
+def _spread(seconds: Sequence[float]) -> str:
+    """How much longer the longest took than the shortest."""
+    return f"{100 * (max(seconds) / min(seconds) - 1):.0f} %" if len(seconds) > 1 else ""
