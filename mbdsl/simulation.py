@@ -68,6 +68,7 @@ def simulate(
     method: str | None = None,
     step: float | None = None,
     tol: float | None = None,
+    accuracy: float | None = None,
     start: float | None = None,
     stop: float | None = None,
     interval: float | None = None,
@@ -89,6 +90,10 @@ def simulate(
     step : float, optional [s]
         Fixed step; default the model's, else 1 ms. Where it does not divide the time, all steps are a little shorter,
         so that the last ends at ``stop``.
+    accuracy : float, optional
+        In place of a step or tolerance: the largest error in positions, as part of the mechanism's size, and in
+        velocities, as part of the largest. Method (where none is given) and step are found by several runs;
+        ``stats["accuracy"]`` says what came of it (:mod:`mbdsl.studies.accuracy`).
     start, stop : float, optional [s]
         Default the model's.
     interval : float, optional [s]
@@ -116,6 +121,14 @@ def simulate(
     IntegrationError
         If the integration cannot go on; its ``trajectory`` holds the results up to there.
     """
+    if accuracy is not None:
+        from mbdsl.studies.accuracy import reach
+
+        if step is not None or tol is not None:
+            raise UsageError("an accuracy finds its own step or tolerance", hint="give one of them alone")
+        given = {"start": start, "stop": stop, "options": options, "force": force, "general": general}
+        found = as_scene(model, parameters, without)
+        return reach(found, accuracy, method=method, interval=interval, progress=progress, announce=announce, **given)
     seconds = dict.fromkeys(("parse", "build", "compile", "initialise", "integrate", "write"), 0.0)
     clock = perf_counter()
 

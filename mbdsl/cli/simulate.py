@@ -18,6 +18,7 @@ from mbdsl.errors import IntegrationError, UsageError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from mbdsl.studies.verify import Verification
     from mbdsl.system.initial import Moved
     from mbdsl.trajectory import Trajectory
 
@@ -51,6 +52,13 @@ def register(subparsers) -> argparse.ArgumentParser:
     step = parser.add_mutually_exclusive_group()
     step.add_argument("--step", metavar="H", type=values.positive_seconds, help="fixed step size")
     step.add_argument("--tol", metavar="TOL", type=values.tolerance, help="error-controlled steps, to this tolerance")
+    step.add_argument(
+        "--accuracy",
+        metavar="E",
+        type=values.tolerance,
+        help="find method and step for this error in positions and velocities, as part of the largest",
+    )
+    parser.add_argument("--verify", action="store_true", help="run again by another method, and tell the digits agreed")
     parser.add_argument("--start", metavar="T0", type=values.seconds, help="start time; default: the model's, else 0")
     parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time, hit exactly; default: the model's")
     parser.add_argument(
@@ -98,6 +106,7 @@ def run(args: argparse.Namespace) -> int:
             method=args.method,
             step=args.step,
             tol=args.tol,
+            accuracy=args.accuracy,
             start=args.start,
             stop=args.stop,
             interval=args.interval,
@@ -118,6 +127,7 @@ def run(args: argparse.Namespace) -> int:
     begun = perf_counter()
     names = write(trajectory, output, args.signals)
     trajectory.stats["seconds"].update(parse=parse, write=perf_counter() - begun)
+    verified = second_opinion(trajectory, names, args) if args.verify and not failure else None
     if args.stats:
         write_stats(args.stats, trajectory.stats)
     if trajectory.undetermined and not args.quiet:
@@ -126,12 +136,36 @@ def run(args: argparse.Namespace) -> int:
         print(f"accelerations and reactions have no value (nan) at t = {where}{more} s", file=sys.stderr)
     if not args.quiet:
         print(summary(trajectory, output, names, args.verbose))
+        if verified:
+            print(verified)
     if failure:
         raise failure
     if trajectory.status == "interrupted":
         print(f"{output} ends at t = {trajectory.t[-1]:g} s and is marked incomplete", file=sys.stderr)
         raise KeyboardInterrupt
     return 0
+
+
+def second_opinion(trajectory: Trajectory, names: list[str], args: argparse.Namespace) -> Verification | None:
+    """What another method says of the signals written; warns where it says otherwise."""
+    from mbdsl.studies.verify import FEW, verify
+
+    if trajectory.status != "done":
+        return None
+    display = None if args.quiet else Display(sys.stderr)
+    try:
+        found = verify(trajectory, names, args.interval, args.general, display, display.say if display else None)
+    finally:
+        if display:
+            display.close()
+    trajectory.stats["verify"] = found.facts()
+    if found.problem:
+        print(f"warning: not verified: {found.problem}", file=sys.stderr)
+    if found.doubtful:
+        least, some = found.doubtful[0], f"{len(found.doubtful)} of {len(names)} signals"
+        told = f"{some} agree to fewer than {FEW:g} digits, {least.signal} to {least.digits:.1f}"
+        print(f"warning: {told}", file=sys.stderr)
+    return found
 
 
 def write(trajectory: Trajectory, output: str, signals: str | None) -> list[str]:
@@ -175,6 +209,11 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
     ]
     if stats["pivoting_from"] is not None:
         lines.append(f"from t = {stats['pivoting_from']:g} s on with a search for pivots: without it, one was lost")
+    if found := stats.get("accuracy"):
+        lines.append(
+            f"accuracy {found['asked']:g}: estimated error {found['estimated']:.1e} ({found['by']}); "
+            f"checked by {found['checked by']}"
+        )
     if verbose:
         sizes = ", ".join(f"{key} = {stats[key]}" for key in ("n", "m", "p"))
         counts = f"{stats['matrix_evaluations']} matrices, {stats['factorisations']} factorisations"

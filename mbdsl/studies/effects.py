@@ -109,7 +109,7 @@ def effects(
     S = whole[signal]
     finer = run(base, 0.5)[signal]
     error = float(np.abs(finer - S).max()) * 4.0 / 3.0  # of order 2; a bit too large for none
-    allowed = None if tol is None else _tolerance(tol, whole.unit(signal), float(S.max() - S.min()))
+    allowed = None if tol is None else tolerance(tol, whole.unit(signal), float(S.max() - S.min()))
 
     out = tuple(base.without)
     scenes = {name: load(model, parameters or {}, without=(*out, name)) for name in EFFECTS if name not in out}
@@ -133,8 +133,8 @@ def effects(
     return EffectsStudy(base, signal, unit, low, high, error, seconds, tuple(rows), absent, allowed, together)
 
 
-def _tolerance(tol: float | str, unit: str, extent: float) -> float:
-    """A tolerance in the unit of a signal that goes over ``extent``."""
+def tolerance(tol: float | str, unit: str, extent: float) -> float:
+    """A tolerance in the unit of a signal that goes over ``extent``: 1e-3, "1 mm", "1 %"."""
     text = str(tol).strip()
     try:
         found = measure(text[:-1], "1") / 100 * extent if text.endswith("%") else measure(text, unit or "1")

@@ -5,12 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from time import perf_counter
 
+import numpy as np
+
+from mbdsl import graph
 from mbdsl.errors import MbdslError
 from mbdsl.simulation import Progress, simulate
 from mbdsl.studies.cases import Case, Setting
 from mbdsl.studies.store import Computed, Store, key_of
+from mbdsl.system import System, build
 from mbdsl.trajectory import Trajectory
 
 #: seconds of work after which other processes are called for help: they take half a second to begin
@@ -114,18 +119,18 @@ class Runner:
                 done += 1
         return {case: found for case, found in seconds.items() if found}
 
-    def trajectory(self, run: Computed, like: Trajectory | None = None) -> Trajectory:
+    @cached_property
+    def _system(self) -> System:
+        return build(self.setting.scene, graph.build(self.setting.scene))
+
+    def trajectory(self, run: Computed) -> Trajectory:
         """A run as a trajectory, to ask for its signals."""
-        system = like.system if like is not None else self._system()
-        return Trajectory(system, run.t, run.q, run.v, run.lam, dict(run.stats))
+        return Trajectory(self._system, run.t, run.q, run.v, run.lam, dict(run.stats))
 
-    def _system(self):
-        if not hasattr(self, "_made"):
-            from mbdsl import graph
-            from mbdsl.system import build
-
-            self._made = build(self.setting.scene, graph.build(self.setting.scene))
-        return self._made
+    def blank(self) -> Trajectory:
+        """One of no run, to ask for names and units."""
+        nothing = np.zeros((0, self._system.n))
+        return Trajectory(self._system, np.zeros(0), nothing, nothing, None, {"status": "done"})
 
 
 def _simulate(of: Setting, case: Case, progress=None, announce=None) -> Trajectory:

@@ -196,12 +196,9 @@ def prepare(
 
 def measure(found: Survey) -> Survey:
     """Errors of all rows that came to their end."""
-    done = next((row.run for row in found.rows if row.run.done), None)
     like = found.reference.solution
-    trajectory = like if isinstance(like, Trajectory) else found.runner.trajectory(done) if done else None
-    if trajectory is None:
-        return found
-    found.quantities = quantities(trajectory, like, found.asked.signals)
+    names = like if isinstance(like, Trajectory) else found.runner.blank()
+    found.quantities = quantities(names, like, found.asked.signals)
     for row in found.rows:
         if row.run.done:
             row.trajectory = found.runner.trajectory(row.run)

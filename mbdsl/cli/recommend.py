@@ -1,0 +1,61 @@
+"""mbdsl recommend: which method, with which step or tolerance, reaches an error in the least time."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from mbdsl.cli import _values as values
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "recommend",
+        help="find the cheapest method and step for an error",
+        description="Try every method with steps and tolerances until its error is small enough, time those that come "
+        "close to the quickest, and tell what to run on this machine.",
+    )
+    values.add_model(parser)
+    parser.add_argument(
+        "--error",
+        metavar="E",
+        required=True,
+        help="the error allowed: of the signal (1e-6, 1mm, 1%%), or of positions and velocities, scaled",
+    )
+    parser.add_argument("--signal", metavar="NAME", help="what is looked at; default: all positions and velocities")
+    parser.add_argument("--methods", metavar="NAME,...", type=values.names, help="integrators; default: all")
+    parser.add_argument(
+        "--reference", metavar="FILE", default="auto", help="a result file; default auto: methods of two families"
+    )
+    parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
+    parser.add_argument("--repeats", metavar="K", type=int, default=3, help="timed runs of each; default 3")
+    parser.add_argument(
+        "--budget", metavar="S", type=values.positive_seconds, default=60.0, help="what it may take; default 60 s"
+    )
+    parser.add_argument("--fresh", action="store_true", help="compute everything again")
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    from mbdsl import jit
+    from mbdsl.cli._progress import Counter
+    from mbdsl.studies.recommend import recommend
+
+    jit.alone()
+    counter = Counter(sys.stderr)
+    given = {name: getattr(args, name) for name in ("methods", "reference", "stop", "repeats", "budget", "fresh")}
+    try:
+        found = recommend(
+            args.model,
+            args.error,
+            args.signal,
+            parameters=dict(args.set),
+            without=args.without,
+            tell=counter,
+            announce=counter.say,
+            **given,
+        )
+    finally:
+        counter.close()
+    print(found)
+    return 0

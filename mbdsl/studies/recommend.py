@@ -1,0 +1,247 @@
+"""Which method, with which step or tolerance, reaches an error in the least time on this machine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from os import PathLike
+from statistics import median
+from typing import Any
+
+from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.integrators import methods
+from mbdsl.plotting.figures import Table
+from mbdsl.scene import Scene
+from mbdsl.studies.cases import Case, chosen, own_step, setting
+from mbdsl.studies.effects import tolerance
+from mbdsl.studies.errors import Quantity, error, quantities
+from mbdsl.studies.reference import Reference, automatic, from_file
+from mbdsl.studies.report import as_text, duration, number, size
+from mbdsl.studies.runner import Runner
+from mbdsl.studies.store import Store
+from mbdsl.studies.survey import Asked
+from mbdsl.trajectory import Trajectory
+
+AIM = 0.8  #: part of the error that is aimed at: a step is not tried for every per cent
+RUNS = 8  #: of one method, at most
+FAR = 3.0  #: times as slow as the best so far: no more is tried
+SHORT = 0.1  #: seconds of a run that are too short to tell by one run
+JUMP = 32.0  #: from one step to the next: errors of long steps tell little of short ones
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A case that reaches the error, with its own and the seconds that it takes."""
+
+    case: Case
+    error: float
+    seconds: list[float]
+
+    @property
+    def time(self) -> float:
+        return median(self.seconds)
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """``choices`` reach ``error`` (of ``what``, in ``unit``), the cheapest first; ``others`` do not, and why."""
+
+    model: str
+    path: str
+    what: str
+    error: float
+    unit: str
+    choices: tuple[Choice, ...]
+    others: tuple[tuple[str, str], ...]
+    reference: Reference
+    extra: str = ""  #: arguments of the command line that the model needs
+
+    @property
+    def best(self) -> Choice:
+        return self.choices[0]
+
+    @property
+    def command(self) -> str:
+        """What to run."""
+        return f"mbdsl simulate {self.path} {self.best.case.arguments}{self.extra}"
+
+    def __str__(self) -> str:
+        unit = f" {self.unit}" if self.unit else ""
+        rows = []
+        for c in self.choices:
+            ratio = f"{c.time / self.best.time:.2g}"
+            rows.append((c.case.series, size(c.case), number(c.error) + unit, duration(c.time), ratio))
+        table = Table("", ("method", "step or tol", "error", "time", "to the best"), rows)
+        lines = [f"{self.model}: an error of {self.error:.3g}{unit} in {self.what}", "", as_text(table), ""]
+        lines += [f"{name}: {why}" for name, why in self.others]
+        return "\n".join([*lines, f"reference: {self.reference}", f"cheapest here:  {self.command}"])
+
+
+def recommend(
+    model: Scene | str | PathLike, target: float | str, signal: str | None = None, **asked: Any
+) -> Recommendation:
+    """The cheapest ways to an error.
+
+    Parameters
+    ----------
+    model : path or Scene
+    target : float or str
+        The error that is allowed, the largest over time: of ``signal`` in its unit in SI, or as a text with a unit or
+        as part of its range ("1 mm", "1 %"); without a signal, of positions and velocities, as part of the mechanism's
+        size and of the largest speed.
+    signal : str, optional
+    **asked
+        Of :class:`mbdsl.studies.survey.Asked`: methods, reference, stop, parameters, without, repeats, budget, ...
+
+    Raises
+    ------
+    IntegrationError
+        If no method reaches it, or no reference can tell.
+    """
+    given = Asked(**{"budget": 60.0, "repeats": 3, **asked})
+    names = chosen(given.methods)
+    of = setting(model, given.stop, given.parameters, given.without)
+    store = Store(given.store, given.fresh)
+    runner = Runner(of, store, budget=given.budget, tell=given.tell, announce=given.announce)
+    reference, search = _search(runner, names, given, target, signal)
+    choices: list[Choice] = []
+    others: list[tuple[str, str]] = []
+    quickest = math.inf
+    for name in names:
+        for kind in methods()[name].steps:
+            found, why = search.reach(name, kind, quickest)
+            if found is None:
+                others.append((_case(name, kind, 0.1).series, why))
+            else:
+                choices.append(found)
+                quickest = min(quickest, found.time)
+    if not choices:
+        told = "; ".join(f"{name}: {why}" for name, why in others)
+        raise IntegrationError(f"no method reaches an error of {search.wording(search.target)}: {told}")
+    near = [c for c in choices if c.time <= max(FAR * quickest, SHORT)]
+    times = runner.time([c.case for c in near], given.repeats, {c.case: c.time for c in near}.__getitem__)
+    timed = [Choice(c.case, c.error, times.get(c.case, c.seconds)) for c in near]
+    others += [(c.case.series, f"takes {c.time / quickest:.0f} times as long") for c in choices if c not in near]
+    extra = "".join(f' --set "{k}={v}"' for k, v in of.parameters.items())
+    extra += f" --without {','.join(of.without)}" if of.without else ""
+    extra += f" --stop {given.stop!r}" if given.stop is not None else ""
+    timed.sort(key=lambda c: c.time)
+    path = of.path or of.scene.name
+    return Recommendation(
+        of.scene.name, path, search.what, search.target, search.unit, tuple(timed), tuple(others), reference, extra
+    )
+
+
+@dataclass
+class Search:
+    """Steps and tolerances tried until the error is small enough."""
+
+    runner: Runner
+    reference: Reference
+    wanted: Sequence[Quantity]
+    target: float
+    unit: str
+    what: str
+    scaled: bool
+
+    def error(self, trajectory: Trajectory) -> float:
+        found = (error(q, trajectory, self.reference.solution) for q in self.wanted)
+        return max(e.scaled if self.scaled else e.largest for e in found)
+
+    def wording(self, x: float) -> str:
+        return f"{x:.2g} {self.unit}".rstrip()
+
+    def reach(self, name: str, kind: str, quickest: float = math.inf) -> tuple[Choice | None, str]:
+        """The case of a method that reaches the target with the longest step tried, or why there is none."""
+        fixed = kind == "fixed"
+        order = float(methods()[name].order) if fixed else 1.0
+        at = 4.0 * own_step(self.runner.setting) if fixed else min(1e-3, 10.0 * self.target_part)
+        tried: list[tuple[float, float]] = []
+        best: Choice | None = None
+        why = ""
+        for _ in range(RUNS):
+            case = _case(name, kind, _rounded(at))
+            run = self.runner.compute([case])[case]
+            if run.problem:
+                why = run.problem
+                at /= 4.0 if fixed else 10.0
+                if tried or best is not None:
+                    break
+                continue
+            e, seconds = self.error(self.runner.trajectory(run)), run.stats["seconds"]["integrate"]
+            if e <= self.target:
+                if best is None or seconds < best.time:
+                    best = Choice(case, e, [seconds])
+                if e > self.target / 4.0 or (tried and tried[-1][0] <= 2.5 * at):
+                    break
+            elif best is not None:
+                break
+            elif seconds > max(FAR * quickest, SHORT):
+                return None, f"takes more than {FAR:g} times as long"
+            elif len(tried) > 1 and e > 0.9 * tried[-1][1] and e < 1e-2:
+                return None, f"does not come below {min(e, *(x for _, x in tried)):.1e}"
+            if tried and e < tried[-1][1] and tried[-1][0] > at:
+                seen = math.log(tried[-1][1] / e) / math.log(tried[-1][0] / at) if e > 0.0 else order
+                order = min(max(seen, 0.5), 2.0 * order)
+            tried.append((at, e))
+            change = (AIM * self.target / max(e, 1e-300)) ** (1.0 / order)
+            at *= min(max(change, 1.0 / JUMP), 0.7 if best is None else JUMP)
+            longest = self.runner.setting.interval * 10 if fixed else 1e-2
+            if at >= longest:
+                break
+        return best, why or f"not in {RUNS} runs"
+
+    @property
+    def target_part(self) -> float:
+        """The target as part of the scale."""
+        return self.target if self.scaled else self.target * self.wanted[0].weights[0]
+
+
+def _search(
+    runner: Runner, names: Sequence[str], given: Asked, target: float | str, signal: str | None
+) -> tuple[Reference, Search]:
+    """A reference that is exact enough to tell, and the search by it."""
+    step = own_step(runner.setting) / 4.0
+    for _ in range(3):
+        if given.reference != "auto":
+            reference = from_file(given.reference, runner.setting)
+        else:
+            reference = automatic(runner, names, step)
+        search = _by(runner, reference, target, signal)
+        floors = [reference.floor(q) for q in search.wanted]
+        floor = max(f.scaled if search.scaled else f.largest for f in floors)
+        if floor < search.target / 5.0 or reference.check is None:
+            return reference, search
+        step /= 8.0
+        if given.reference != "auto":
+            break
+    raise IntegrationError(
+        f"an error of {search.wording(search.target)} cannot be told: references agree to {search.wording(floor)} only",
+        hint=f"{reference}; ask for less, or give --reference FILE",
+    )
+
+
+def _by(runner: Runner, reference: Reference, target: float | str, signal: str | None) -> Search:
+    solution = reference.solution
+    like = solution if isinstance(solution, Trajectory) else runner.blank()
+    if signal is None:
+        wanted = [q for q in quantities(like, solution) if q.key in ("q", "v")]
+        number_ = tolerance(target, "", 1.0)
+        return Search(runner, reference, wanted, number_, "", "positions and velocities, scaled", True)
+    (name,) = like.select([signal]) if signal in like else [signal]
+    wanted = [q for q in quantities(like, solution, [name]) if q.key == name]
+    if not wanted:
+        raise UsageError(f"the reference has no signal `{name}`")
+    allowed = tolerance(target, like.unit(name), 1.0 / wanted[0].weights[0])
+    return Search(runner, reference, wanted, allowed, like.unit(name), name, False)
+
+
+def _case(method: str, kind: str, size: float) -> Case:
+    return Case(method, step=size) if kind == "fixed" else Case(method, tol=size)
+
+
+def _rounded(x: float) -> float:
+    """Two digits, downwards."""
+    digit = 10.0 ** (math.floor(math.log10(x)) - 1)
+    return float(f"{math.floor(x / digit * (1 + 1e-9)) * digit:.2g}")
