@@ -24,7 +24,8 @@ MOST = 12  #: runs of one method
 JUMP = 1.0 / 64.0  #: from one size to the next
 ROUNDING = 1e-6  #: errors below that do not fall any more have come to rounding
 LONGEST = 600.0  #: seconds, or so many times as long as the first run: what takes longer is not begun
-LARGEST = 0.05  #: estimates above that say little: the next step is half, whatever they say
+LARGEST = 0.05  #: estimates above that say little
+WAVERS = 0.3  #: orders that are so much lower than they should be say that steps are still too long
 CONTRADICTION = 3.0  #: times what two runs say of their own errors
 PATIENCE = 20.0  #: times as long as all runs before, that one more may take
 
@@ -42,12 +43,16 @@ class Ladder:
     problem: str = ""
 
     @property
+    def declared(self) -> float:
+        """The order with which errors should fall: with the step, or with the tolerance."""
+        return float(methods()[self.method].order) if self.fixed else 1.0
+
+    @property
     def order(self) -> float:
-        """That of the method, less where runs say so."""
-        declared = float(methods()[self.method].order) if self.fixed else 1.0
+        """The same, less where runs say so."""
         if len(self.runs) < 3:
-            return declared
-        return min(declared, observed(self.sizes[len(self.runs) - 3 : len(self.runs)], self.differences[-2:]))
+            return self.declared
+        return min(self.declared, observed(self.sizes[len(self.runs) - 3 : len(self.runs)], self.differences[-2:]))
 
     @property
     def case(self) -> Case:
@@ -59,14 +64,15 @@ class Ladder:
         return self.estimates[-1] if self.estimates else math.inf
 
     def next(self, target: float) -> float:
-        """The step or tolerance that should do."""
-        change = (AIM * target / max(self.estimate, 1e-300)) ** (1.0 / self.order)
-        return self.sizes[-1] * (0.5 if self.estimate > LARGEST and self.fixed else min(0.5, max(change, JUMP)))
+        """The step or tolerance that should do; no long way where errors do not yet fall as they should."""
+        change = (AIM * target / max(self.estimate, 1e-300)) ** (1.0 / self.declared)
+        longest = JUMP if self.estimate < LARGEST and self.order > self.declared - WAVERS else 0.25
+        return self.sizes[-1] * min(0.5, max(change, longest))
 
     def price(self, target: float) -> float:
         """Seconds that reaching ``target`` should take."""
         spent = self.runs[-1].stats["seconds"]["integrate"]
-        power = 1.0 / self.order if self.fixed else 1.0 / (methods()[self.method].order + 1.0)
+        power = 1.0 / self.declared if self.fixed else 1.0 / (methods()[self.method].order + 1.0)
         return spent * max(1.0, self.estimate / (AIM * target)) ** power
 
 

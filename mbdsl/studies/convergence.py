@@ -46,7 +46,7 @@ class Convergence(Study):
         told = [trusted(s)]
         fixed = {name: rows for name, rows in s.series().items() if rows[0].case.tol is None}
         for name in fixed:
-            wrong = {key: v for key in FITTED if s.quantity(key) and (v := self.verdict(name, key)) and "too" not in v}
+            wrong = {key: v for key in FITTED if s.quantity(key) and (v := self.verdict(name, key)) and "tell" not in v}
             if wrong:
                 told.append(f"{name}: " + ", ".join(f"{key} {v}" for key, v in wrong.items()))
         failed = [row for row in s.rows if row.run.problem]

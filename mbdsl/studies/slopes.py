@@ -13,6 +13,7 @@ import numpy as np
 
 AGREE = 0.25  #: between the least and the largest slope of neighbours in a run
 LEAST = 0.15  #: errors that fall more slowly do not converge
+STAYS = 0.5  #: times the least error so far: at last errors fall no further than that
 CLEAR = 5.0  #: times what the reference is trusted to: what is closer, it changes
 
 
@@ -20,7 +21,8 @@ CLEAR = 5.0  #: times what the reference is trusted to: what is closer, it chang
 class Fit:
     """error ~ size^slope for sizes from ``low`` to ``high``; ``uncertainty``: half of the 95 % interval.
 
-    ``below`` tells what was seen of smaller sizes than ``low``: "", "rounding" or "reference".
+    ``below`` tells what was seen of smaller sizes than ``low``: "" (there are none), "rounding" (errors stay),
+    "reference" (it does not tell them), or "irregular".
     """
 
     slope: float
@@ -61,7 +63,8 @@ def fit(sizes: Sequence[float], errors: Sequence[float], floor: float = 0.0, agr
     slope, uncertainty = _line(X, E)
     below = ""
     if last < len(x):
-        below = "reference" if not usable[last] else "rounding" if slopes[last - 1] < slope - agree else ""
+        stays = e[-1] > STAYS * e[last - 1 : -1].min()
+        below = "reference" if not usable[last] else "rounding" if stays else "irregular"
     return Fit(slope, uncertainty, float(x[last - 1]), float(x[first]), last - first, below)
 
 
@@ -80,9 +83,11 @@ def verdict(found: Fit | None, order: int, errors: Sequence[float], floor: float
     """What a slope says about a method of ``order``: "" where it is as declared."""
     known = [e for e in errors if np.isfinite(e)]
     if not known or max(known) <= CLEAR * floor:
-        return "too exact to tell"
+        return "the reference cannot tell"
     if found is None:
         return "does not converge" if len(known) > 2 and min(known) > CLEAR * floor else "too few points to tell"
+    if found.below == "irregular":
+        return "not settled"
     allowed = AGREE + found.uncertainty
     if found.slope < order - allowed:
         return f"below its order {order}"
