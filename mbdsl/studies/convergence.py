@@ -57,6 +57,12 @@ class Convergence(Study):
     def tables(self) -> list[Table]:
         return [errors_table(self.survey), self._slopes()]
 
+    def data(self) -> dict:
+        fits = {
+            name: {key: vars(found) if found else None for key, found in of.items()} for name, of in self.fits.items()
+        }
+        return {**super().data(), "slopes": fits}
+
     def _slopes(self) -> Table:
         rows = []
         shown = [q for q in self.survey.quantities if not q.itself]

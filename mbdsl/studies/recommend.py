@@ -19,6 +19,7 @@ from mbdsl.studies.errors import Quantity, error, quantities
 from mbdsl.studies.reference import Reference, automatic, from_file
 from mbdsl.studies.report import as_text, duration, number, size
 from mbdsl.studies.runner import Runner
+from mbdsl.studies.slopes import CLEAR
 from mbdsl.studies.store import Store
 from mbdsl.studies.survey import Asked
 from mbdsl.trajectory import Trajectory
@@ -202,20 +203,14 @@ def _search(
     runner: Runner, names: Sequence[str], given: Asked, target: float | str, signal: str | None
 ) -> tuple[Reference, Search]:
     """A reference that is exact enough to tell, and the search by it."""
-    step = own_step(runner.setting) / 4.0
-    for _ in range(3):
-        if given.reference != "auto":
-            reference = from_file(given.reference, runner.setting)
-        else:
-            reference = automatic(runner, names, step)
-        search = _by(runner, reference, target, signal)
-        floors = [reference.floor(q) for q in search.wanted]
-        floor = max(f.scaled if search.scaled else f.largest for f in floors)
-        if floor < search.target / 5.0 or reference.check is None:
-            return reference, search
-        step /= 8.0
-        if given.reference != "auto":
-            break
+    if given.reference == "auto":
+        reference = automatic(runner, names, None)
+    else:
+        reference = from_file(given.reference, runner.setting)
+    search = _by(runner, reference, target, signal)
+    floor = max(f.scaled if search.scaled else f.largest for f in map(reference.floor, search.wanted))
+    if floor < search.target / CLEAR or reference.check is None:
+        return reference, search
     raise IntegrationError(
         f"an error of {search.wording(search.target)} cannot be told: references agree to {search.wording(floor)} only",
         hint=f"{reference}; ask for less, or give --reference FILE",

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 from os import PathLike
 from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +19,7 @@ from numpy.typing import NDArray
 from mbdsl import results
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import methods
-from mbdsl.studies.cases import Case, Setting
+from mbdsl.studies.cases import Case, Setting, own_step
 from mbdsl.studies.errors import Error, Quantity, Solution, error, matching, quantities
 from mbdsl.studies.families import EXTRAPOLATED, family, precise
 from mbdsl.studies.runner import Runner
@@ -27,7 +29,8 @@ from mbdsl.trajectory import Trajectory
 Array = NDArray[np.float64]
 TIGHT = (1e-12, 1e-10, 1e-8)  #: tolerances of a reference; the first with which it runs is taken
 POWERS = (2, 3, 4)  #: of h that extrapolation removes
-GOOD = 1e-8  #: scaled difference of two references beyond which a third is asked
+GOOD = 1e-9  #: scaled difference of two references beyond which more is tried
+FINER = 3  #: times that steps are made shorter by four
 
 
 @dataclass
@@ -115,32 +118,54 @@ def automatic(runner: Runner, studied: Sequence[str], finest: float | None) -> R
     """
     own = {family(name) for name in studied}
     high = sorted(precise(), key=lambda name: family(name) in own)
-    candidates = [*high, *(name for name in EXTRAPOLATED if name in methods())]
-    found: list[tuple[str, str, Trajectory]] = []
-    problems: list[str] = []
-    seen: set[str] = set()
-    best: tuple[float, int, int] | None = None
-    for name in candidates:
-        if family(name) in seen:
-            continue
-        how, run = _precise(runner, name) if name in high else _extrapolated(runner, name, finest)
-        if run.problem:
-            problems.append(f"{name}: {run.problem}")
-            continue
-        seen.add(family(name))
-        found.append((name, how, runner.trajectory(run)))
-        new = len(found) - 1
-        for k in range(new):
-            differ = _difference(found[k][2], found[new][2])
-            if best is None or differ < best[0]:
-                best = differ, k, new
-        if best is not None and (best[0] < GOOD or len(found) == 3):
+    found, problems = _candidates(runner, high)
+    best = _closest(found)
+    h = 2.0 * finest if finest else own_step(runner.setting) / 4.0
+    low = [name for name in EXTRAPOLATED if name in methods() and family(name) not in {family(x[0]) for x in found}]
+    for _ in range(FINER):
+        if (best is not None and best[0] < GOOD) or not low:
             break
+        begun = perf_counter()
+        more, why = _candidates(runner, low, h)
+        problems += why
+        better = _closest([*found, *more])
+        if better is not None and (best is None or better[0] < best[0]):
+            best = better
+        # half an hour for a digit more is too long
+        if 5.0 * (perf_counter() - begun) > runner.left / 4.0:
+            break
+        h /= 4.0
     if best is None:
         told = "; ".join(problems) or "there are too few methods"
         raise IntegrationError(f"no reference can be had: {told}", hint="give one: --reference FILE")
-    (_, how, solution), (_, other, check) = found[best[1]], found[best[2]]
+    _, (_, how, solution), (_, other, check) = best
     return Reference(solution, how, check, other, tuple(problems))
+
+
+Found = tuple[str, str, Trajectory]  #: method, how it was used, and what came of it
+
+
+def _candidates(runner: Runner, names: Sequence[str], longest: float | None = None) -> tuple[list[Found], list[str]]:
+    """Solutions by at most three families, and why others gave none; extrapolated from ``longest`` [s] where given."""
+    found: list[Found] = []
+    problems = []
+    for name in names:
+        if family(name) in {family(other) for other, _, _ in found}:
+            continue
+        how, run = _precise(runner, name) if longest is None else _extrapolated(runner, name, longest)
+        if run.problem:
+            problems.append(f"{name}: {run.problem}")
+            continue
+        found.append((name, how, runner.trajectory(run)))
+        if len(found) == 3 or ((best := _closest(found)) is not None and best[0] < GOOD):
+            break
+    return found, problems
+
+
+def _closest(found: Sequence[Found]) -> tuple[float, Found, Found] | None:
+    """The two that differ least, and by how much."""
+    pairs = [(_difference(one[2], two[2]), one, two) for one, two in combinations(found, 2)]
+    return min(pairs, key=lambda pair: pair[0], default=None)
 
 
 def _difference(one: Trajectory, other: Trajectory) -> float:
@@ -158,11 +183,10 @@ def _precise(runner: Runner, name: str) -> tuple[str, Computed]:
     return name, run
 
 
-def _extrapolated(runner: Runner, name: str, finest: float | None) -> tuple[str, Computed]:
+def _extrapolated(runner: Runner, name: str, longest: float) -> tuple[str, Computed]:
     """By a method of order 2 at short steps, extrapolated to none."""
     of = runner.setting
-    # from twice the shortest step studied down to a quarter of it; in steps an output interval
-    each = max(1, round(of.interval / (2.0 * finest)) if finest else 16)
+    each = max(1, round(of.interval / longest))  # steps an output interval
     steps = [of.interval / (each * 2**k) for k in range(len(POWERS) + 1)]
     cases = [Case(name, step=h) for h in steps]
     runs = runner.compute(cases, f"reference by {name}")

@@ -21,6 +21,7 @@ from mbdsl.studies.store import fingerprint, machine
 from mbdsl.studies.survey import Row, Survey
 
 PICTURES = ("png", "svg")
+WIDTH = 100  #: characters of a line in a terminal
 
 
 class Study:
@@ -52,11 +53,28 @@ class Study:
         """A flat row for every case: what it was, what it cost, its errors."""
         return [_record(row) for row in self.survey.rows]
 
+    def command(self) -> str:
+        """What runs the same cases again from a shell."""
+        s, of = self.survey, self.survey.setting
+        sizes = {"steps": [row.case.step for row in s.rows], "tols": [row.case.tol for row in s.rows]}
+        said = [f"mbdsl study {self.kind} {of.path or of.scene.name}"]
+        said.append(f"--methods {','.join(dict.fromkeys(row.case.method for row in s.rows))}")
+        for name, found in sizes.items():
+            if given := [repr(x) for x in dict.fromkeys(found) if x is not None]:
+                said.append(f"--{name} {','.join(given)}")
+        said.append(f"--stop {of.stop!r}")
+        said += [f'--set "{name}={value}"' for name, value in of.parameters.items()]
+        said += [f"--without {','.join(of.without)}"] if of.without else []
+        said += [f'--signals "{",".join(s.asked.signals)}"'] if s.asked.signals else []
+        said += [f"--reference {s.asked.reference}"] if s.asked.reference != "auto" else []
+        return " ".join(said)
+
     def facts(self) -> dict:
         """Everything needed to run the study again."""
         s = self.survey
         return {
             "study": self.kind,
+            "command": self.command(),
             "model": s.scene.name,
             "when": self.when,
             "versions": versions(),
@@ -188,15 +206,25 @@ def as_csv(records: Sequence[dict]) -> str:
     return text.getvalue()
 
 
-def as_text(table: Table) -> str:
-    """A table as a person reads it in a terminal: numbers to the right."""
+def as_text(table: Table, width: int = WIDTH) -> str:
+    """A table as a person reads it in a terminal: numbers to the right.
+
+    Columns that do not fit stand below, the first two again beside them.
+    """
     rows = [list(table.columns), *map(list, table.rows)]
     widths = [max(len(row[k]) for row in rows) for k in range(len(table.columns))]
     right = [_numbers(row[k] for row in table.rows) for k in range(len(table.columns))]
+    blocks = [list(range(min(2, len(widths))))]
+    for k in range(2, len(widths)):
+        if len(blocks[-1]) > 2 and sum(widths[j] + 2 for j in blocks[-1]) + widths[k] > width:
+            blocks.append([0, 1])
+        blocks[-1].append(k)
     lines = [table.title] if table.title else []
-    for row in rows:
-        cells = (c.rjust(w) if r else c.ljust(w) for c, w, r in zip(row, widths, right, strict=True))
-        lines.append("  ".join(cells).rstrip())
+    for block in blocks:
+        lines += [""] if block is not blocks[0] else []
+        for row in rows:
+            cells = (row[k].rjust(widths[k]) if right[k] else row[k].ljust(widths[k]) for k in block)
+            lines.append("  ".join(cells).rstrip())
     return "\n".join([*lines, *([table.note] if table.note else [])])
 
 

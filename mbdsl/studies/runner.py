@@ -51,6 +51,7 @@ class Runner:
         announce: Callable[[str], None] | None = None,
     ) -> None:
         self.setting, self.store, self.workers, self.announce = setting, store, workers, announce
+        store.prune()
         self.tell = tell or (lambda told: None)
         self.begun = perf_counter()
         self.budget = math.inf if budget is None else budget

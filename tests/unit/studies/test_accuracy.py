@@ -1,0 +1,221 @@
+"""An accuracy that is asked for: recommended, reached, and verified."""
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mbdsl
+from mbdsl import cli
+from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.studies import accuracy as reaching
+from mbdsl.studies.accuracy import difference, observed
+from mbdsl.studies.recommend import _rounded, recommend
+from mbdsl.studies.verify import agree, verify
+
+MODELS = Path(__file__).parents[3] / "models"
+CRANK = MODELS / "slider_crank.mbd"
+SIX = ["newmark", "hht-i3", "nstiff", "nstiff-si2", "hht-add", "hht-si2"]
+
+
+@pytest.fixture(scope="module")
+def exact():
+    """``exact(interval)``: the slider crank over half a second, to 1e-10 (hht-add, h = 4 us)."""
+    return lambda interval=None: mbdsl.simulate(CRANK, method="hht-add", step=4e-6, stop=0.5, interval=interval)
+
+
+# -- reached ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("wanted", [1e-3, 1e-5, 1e-7])
+def test_the_error_is_what_was_asked_for(wanted, exact):
+    found = mbdsl.simulate(CRANK, accuracy=wanted, stop=0.5)
+    attained = difference(found, exact())
+    said = found.stats["accuracy"]
+    assert attained <= wanted
+    # an estimate from two steps is as good as errors are asymptotic
+    assert attained / 2.0 < said["estimated"] <= wanted
+    assert said["asked"] == wanted and said["checked by"] and len(said["runs"]) >= 4
+
+
+def test_the_method_asked_for(exact):
+    found = mbdsl.simulate(CRANK, accuracy=1e-4, method="newmark", stop=0.5, options={"gamma": 0.7})
+    assert found.stats["method"] == "newmark"
+    assert difference(found, exact()) <= 1e-4
+    every = mbdsl.simulate(CRANK, accuracy=1e-3, stop=0.05, interval=0.0)
+    assert len(every.t) == every.stats["steps"] + 1
+
+
+def test_what_cannot_be_reached():
+    with pytest.raises(
+        IntegrationError, match=r"an accuracy of 1e-15 cannot be reached: hht-i3: .*1e-15|stays at"
+    ) as no:
+        mbdsl.simulate(CRANK, accuracy=1e-15, stop=0.01, method="hht-i3")
+    assert no.value.exit_code == 4
+
+
+def test_methods_that_contradict_each_other(monkeypatch):
+    monkeypatch.setattr(reaching, "CONTRADICTION", 0.0)
+    with pytest.raises(IntegrationError, match="contradict each other"):
+        mbdsl.simulate(CRANK, accuracy=1e-3, stop=0.1)
+
+
+def test_wrong_arguments():
+    with pytest.raises(UsageError, match="finds its own step"):
+        mbdsl.simulate(CRANK, accuracy=1e-3, step=1e-3)
+    with pytest.raises(UsageError, match="between 0 and 1"):
+        mbdsl.simulate(CRANK, accuracy=2.0)
+    with pytest.raises(UsageError, match="no method"):
+        mbdsl.simulate(CRANK, accuracy=1e-3, method="hht")
+
+
+def test_the_order_that_is_observed():
+    for p in (0.5, 1.0, 2.0, 5.0):
+        h = np.array([0.1, 0.05, 0.003])
+        assert observed(h.tolist(), (-np.diff(h**p)).tolist()) == pytest.approx(p, rel=1e-9)
+    assert observed([0.1, 0.05, 0.025], [1.0, 2.0]) == pytest.approx(0.1)  # it does not converge
+
+
+# -- recommended -----------------------------------------------------------------------------------------------------
+
+
+def test_recommended_is_exact_enough(tmp_path, exact):
+    found = recommend(CRANK, 1e-5, stop=0.5, store=tmp_path, methods=SIX, repeats=1)
+    for choice in found.choices:
+        run = mbdsl.simulate(CRANK, method=choice.case.method, step=choice.case.step, stop=0.5, interval=0.005)
+        assert difference(run, exact(0.005)) == pytest.approx(choice.error, rel=1e-3)
+        assert 2.5e-6 < choice.error <= 1e-5
+    assert [c.time for c in found.choices] == sorted(c.time for c in found.choices)
+    command = shlex.split(found.command)
+    assert command[:3] == ["mbdsl", "simulate", str(CRANK)]
+    assert cli.main([*command[1:], "--output", str(tmp_path / "a.csv"), "--quiet"]) == 0
+
+
+def test_recommended_for_a_signal(tmp_path):
+    found = recommend(CRANK, "1 %", "A.fx", stop=0.5, store=tmp_path, methods=["hht-si2", "newmark"], repeats=1)
+    fx = mbdsl.simulate(CRANK, stop=0.5)["A.fx"]
+    assert found.error == pytest.approx(0.01 * np.ptp(fx), rel=1e-2)  # of the range at fewer points
+    assert found.unit == "N" and "in A.fx" in str(found)
+    assert all(c.error <= found.error for c in found.choices)
+    with pytest.raises(UsageError, match=r"no signal `A[.]z`"):
+        recommend(CRANK, 1e-3, "A.z", stop=0.1, store=tmp_path)
+
+
+def test_what_nobody_can_tell_is_not_recommended(tmp_path):
+    with pytest.raises(IntegrationError, match="cannot be told: references agree"):
+        recommend(CRANK, 1e-15, stop=0.02, store=tmp_path, methods=["hht-si2"])
+
+
+@pytest.mark.parametrize(("x", "wanted"), [(1.27e-4, 1.2e-4), (0.1, 0.1), (9.99e-7, 9.9e-7), (3e-5, 3e-5)])
+def test_steps_are_rounded_downwards(x, wanted):
+    assert _rounded(x) == pytest.approx(wanted, rel=1e-12)
+
+
+# -- verified --------------------------------------------------------------------------------------------------------
+
+
+def test_digits():
+    one = mbdsl.simulate(CRANK, stop=0.5)
+    found = verify(one, ["crank.phi", "A.fx", "B.fx"])
+    assert (found.method, found.step) == ("nstiff-si2", 5e-4)
+    other = mbdsl.simulate(CRANK, method="nstiff-si2", step=5e-4, stop=0.5)
+    digits = {a.signal: a.digits for a in found.agreements}
+    for name in ("crank.phi", "A.fx"):
+        differ = np.abs(one[name] - other[name]).max() / np.ptp(one[name])
+        assert digits[name] == pytest.approx(-np.log10(differ))
+    assert digits["B.fx"] == 16.0  # it vanishes in both
+    assert [a.signal for a in found.agreements] == sorted(digits, key=digits.__getitem__)
+    assert not found.doubtful and found.facts()["run"]["steps"] == 1000
+
+
+def test_what_is_at_rest_is_no_doubt():
+    """A velocity of rounding alone, beside one of a metre a second."""
+    one = mbdsl.simulate(CRANK, stop=0.5)
+    other = mbdsl.simulate(CRANK, stop=0.5, method="nstiff-si2")
+    found = {a.signal: a for a in agree(one, other, ["crank.vx", "crank.a.vx"])}
+    assert np.ptp(one["crank.a.vx"]) < 1e-9 and found["crank.a.vx"].digits > 3.0
+
+
+def test_every_step_is_verified_at_common_times():
+    one = mbdsl.simulate(CRANK, stop=0.1, interval=0.0)
+    assert verify(one, ["crank.phi"], interval=0.0).agreements[0].digits > 3.0
+
+
+def test_a_second_run_that_fails_is_told():
+    one = mbdsl.simulate(MODELS / "pendulum.mbd", stop=0.1)
+    one.stats["h"] = 1e-20  # a step that nobody can take
+    found = verify(one, ["mass.x"])
+    assert "too small" in found.problem and str(found).startswith("not verified: nstiff-si2")
+
+
+# -- from a shell ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def say(capsys, tmp_path, monkeypatch):
+    """Run a command in an empty folder: exit code, standard output, standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*argv):
+        return (cli.main([str(a) for a in argv]), *capsys.readouterr())
+
+    return run
+
+
+def test_simulate_from_a_shell(say, tmp_path):
+    import json
+
+    argv = ("simulate", CRANK, "--stop", "0.1s", "--output", "a.csv", "--stats", "a.json")
+    code, out, err = say(*argv, "--accuracy", "1e-4", "--verify")
+    assert code == 0 and "warning" not in err
+    assert "accuracy 0.0001: estimated error " in out and "verified by nstiff-si2, h = " in out
+    stats = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
+    assert stats["accuracy"]["asked"] == 1e-4 and min(stats["verify"]["digits"].values()) > 3.0
+    code, out, err = say(*argv[:3], "2s", *argv[4:], "--step", "40ms", "--verify")
+    assert code == 0 and "signals agree to fewer than 3 digits" in err
+    code, _, err = say(*argv, "--accuracy", "1e-4", "--step", "1ms")
+    assert code == 2 and "not allowed with argument" in err
+
+
+def test_recommend_from_a_shell(say):
+    argv = ("recommend", CRANK, "--stop", "0.1s", "--methods", "hht-si2,nstiff-si2", "--repeats", "1")
+    code, out, _ = say(*argv, "--error", "1e-4")
+    assert code == 0 and out.startswith("SliderCrank: an error of 0.0001 in positions and velocities, scaled\n")
+    assert "cheapest here:  mbdsl simulate" in out and "--stop 0.1" in out
+    code, _, err = say(*argv, "--error", "1s", "--signal", "B.s")
+    assert code == 2 and "wrong unit" in err
+
+
+def test_studies_from_a_shell(say, tmp_path, monkeypatch):
+    argv = ("study", "convergence", CRANK, "--stop", "0.1s", "--methods", "hht-si2", "--steps", "4ms,2ms,1ms")
+    code, out, _ = say(*argv, "--pictures", "none", "--signals", "A.*")
+    assert code == 0 and "\nslider_crank-convergence: convergence.csv, convergence.json, convergence.html\n" in out
+    assert max(map(len, out.split("\n\nReference")[0].splitlines())) <= 100
+    (tmp_path / "file").write_text("")
+    for more, told in (
+        (("--output", "file"), "it is a file"),
+        (("--output", "no/where"), "there is no folder `no`"),
+        (("--steps", "1m"), "expected s, found m"),
+        (("--methods", "hht-i4"), "no method `hht-i4`"),
+        (("--tols", "1e-4", "--steps", "1ms", "--reference", "none.csv"), "cannot read `none.csv`"),
+    ):
+        code, _, err = say(*argv, *more)
+        assert code == 2 and told in err, err
+    monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
+    code, out, err = say(*argv, "--quiet")
+    assert (
+        code == 0 and out == "" and "mbdsl[plot]" in err and Path("slider_crank-convergence/convergence.html").exists()
+    )
+
+
+def test_an_interrupted_study_tells_how_to_go_on(say, monkeypatch):
+    from mbdsl.studies import runner as running
+
+    def interrupted(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(running, "compute", interrupted)
+    code, out, err = say("study", "drift", CRANK, "--stop", "0.1s", "--fresh", "--methods", "hht-si2")
+    assert code == 130 and out == ""
+    assert err == "0 runs are kept; the same command goes on from there\ninterrupted\n"

@@ -1,0 +1,198 @@
+"""Runs of a study: kept, found again, computed side by side, interrupted, and out of time."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mbdsl.errors import UsageError
+from mbdsl.studies import runner as running
+from mbdsl.studies import workers
+from mbdsl.studies.cases import Case, cases, common_points, setting, step_ladder
+from mbdsl.studies.runner import OUT_OF_TIME, Runner
+from mbdsl.studies.store import Store, key_of
+
+MODELS = Path(__file__).parents[3] / "models"
+CRANK = MODELS / "slider_crank.mbd"
+CASES = [Case("hht-si2", step=h) for h in (4e-3, 2e-3, 1e-3)]
+
+
+@pytest.fixture
+def store(tmp_path):
+    return Store(tmp_path / "store")
+
+
+def runner(store, stop=0.2, **given):
+    return Runner(setting(CRANK, stop), store, **given)
+
+
+def test_what_was_computed_is_found(store):
+    first = runner(store)
+    runs = first.compute(CASES)
+    assert (first.computed, first.found) == (3, 0)
+    again = runner(Store(store.folder))
+    found = again.compute(CASES)
+    assert (again.computed, again.found) == (0, 3)
+    for case in CASES:
+        for name in ("t", "q", "v", "lam"):
+            assert np.array_equal(getattr(runs[case], name), getattr(found[case], name))
+        assert runs[case].stats == found[case].stats
+    anew = runner(Store(store.folder, fresh=True))
+    anew.compute(CASES)
+    assert (anew.computed, anew.found) == (3, 0)
+
+
+def test_everything_that_determines_a_run_is_in_its_key(tmp_path, monkeypatch):
+    base = setting(CRANK, 0.2)
+    case = CASES[0]
+    copy = tmp_path / "copy.mbd"
+    copy.write_text(CRANK.read_text(encoding="utf-8"), encoding="utf-8")
+    assert key_of(setting(copy, 0.2), case) == key_of(base, case)  # where the file is does not matter
+    copy.write_text(CRANK.read_text(encoding="utf-8").replace("k = 100 N/m", "k = 101 N/m"), encoding="utf-8")
+    keys = {
+        key_of(base, case),
+        key_of(setting(copy, 0.2), case),
+        key_of(setting(CRANK, 0.3), case),
+        key_of(setting(CRANK, 0.2, points=50), case),
+        key_of(setting(CRANK, 0.2, {"c": 4.0}), case),
+        key_of(setting(CRANK, 0.2, without=("damping",)), case),
+        key_of(base, Case("hht-i3", step=4e-3)),
+        key_of(base, Case("hht-si2", step=2e-3)),
+        key_of(base, Case("hht-si2", tol=4e-3)),
+        key_of(base, Case("hht-si2", step=4e-3, options=(("alpha", -0.2),))),
+    }
+    monkeypatch.setattr("mbdsl.studies.store._code", lambda: "of another version")
+    assert len(keys | {key_of(base, case)}) == 11
+
+
+def test_a_failure_is_kept(store):
+    wrong = Case("hht-i3", step=0.5)
+    first = Runner(setting(CRANK), store)
+    problem = first.compute([wrong])[wrong].problem
+    assert "step" in problem or "converge" in problem
+    again = Runner(setting(CRANK), store)
+    assert again.compute([wrong])[wrong].problem == problem
+    assert again.found == 1
+
+
+def test_a_spoilt_file_is_computed_anew(store):
+    runner(store).compute(CASES)
+    (store.folder / f"{key_of(setting(CRANK, 0.2), CASES[0])}.npz").write_bytes(b"half a")
+    again = runner(store)
+    again.compute(CASES)
+    assert (again.computed, again.found) == (1, 2)
+
+
+def test_an_interruption_keeps_what_is_done(store):
+    def tell(told):
+        if told.done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        runner(store, tell=tell).compute(CASES)
+    again = runner(store)
+    again.compute(CASES)
+    assert (again.computed, again.found) == (1, 2)
+
+
+def test_out_of_time(store):
+    """What does not fit into the budget is told, and not kept."""
+    runs = runner(store, budget=1e-9).compute(CASES)
+    assert {run.problem for run in runs.values()} == {OUT_OF_TIME}
+    long = Case("hht-si2", step=1e-7)  # half a minute
+    part = Runner(setting(CRANK), store, budget=0.3)
+    assert part.compute([long])[long].problem == OUT_OF_TIME
+    assert part.left > -5.0 and not list(store.folder.glob("*.npz"))
+
+
+def test_side_by_side_is_the_same(store, tmp_path, monkeypatch):
+    monkeypatch.setattr(running, "ALONE", -1.0)
+    wrong = Case("hht-add", step=0.2)
+    every = [*CASES, wrong]
+    many = runner(store, workers=2)
+    found = many.compute(every)
+    alone = runner(Store(tmp_path / "other"), workers=1).compute(every)
+    for case in every:
+        assert found[case].problem == alone[case].problem
+        assert np.array_equal(found[case].q, alone[case].q)
+        assert np.array_equal(found[case].lam, alone[case].lam)
+    assert many.computed == 4
+    assert runner(store).compute(CASES).keys() == set(CASES)
+
+
+def test_a_process_that_ends_is_told(store, monkeypatch):
+    monkeypatch.setattr(running, "ALONE", -1.0)
+    real = workers._start
+
+    def start():
+        process = real()
+        process.kill()
+        return process
+
+    monkeypatch.setattr(workers, "_start", start)
+    runs = runner(store, workers=2).compute(CASES[:2])
+    assert {run.problem for run in runs.values()} == {"the process that ran it ended"}
+
+
+def test_the_oldest_runs_go(store):
+    import os
+
+    runner(store).compute(CASES)
+    files = sorted(store.folder.glob("*.npz"))
+    for age, file in enumerate(files):
+        os.utime(file, (1e9 - age, 1e9 - age))
+    store.prune(largest=files[0].stat().st_size + 1)
+    assert list(store.folder.glob("*.npz")) == files[:1]
+
+
+def test_times_alternate_and_are_kept(store):
+    first, second = CASES[:2]
+    told = []
+    timed = runner(store, tell=lambda t: told.append(t.what))
+    runs = timed.compute([first, second])
+    told.clear()
+    seconds = timed.time([first, second], 3, lambda case: runs[case].stats["seconds"]["integrate"])
+    assert [len(x) for x in seconds.values()] == [3, 3] and min(map(min, seconds.values())) > 0.0
+    assert told == [f"timing {first}", f"timing {second}"] * 3
+    told.clear()
+    assert runner(store, tell=lambda t: told.append(t.what)).time([first], 3, lambda case: 0.0) == {
+        first: seconds[first]
+    }
+    assert told == []
+
+
+# -- which runs there are --------------------------------------------------------------------------------------------
+
+
+def test_cases_of_methods():
+    found, refused = cases(["hht-si2", "nstiff"], [1e-3, 2e-3], None)
+    assert [str(c) for c in found] == [
+        "hht-si2, h = 0.002 s",
+        "hht-si2, h = 0.001 s",
+        "nstiff, h = 0.002 s",
+        "nstiff, h = 0.001 s",
+    ]
+    assert refused == []
+    with pytest.raises(UsageError, match="no step"):
+        cases(["hht-si2"], [0.0], None)
+    with pytest.raises(UsageError, match="no tolerance"):
+        cases(["hht-si2"], None, [2.0])
+
+
+def test_ladders_reach_all_output_times():
+    for name in ("slider_crank", "pendulum", "seven_body", "stick_slip_belt"):
+        of = setting(MODELS / f"{name}.mbd")
+        steps = np.array(step_ladder(of))
+        counts = of.interval / steps
+        assert np.allclose(counts, np.round(counts), rtol=1e-12) and counts[0] >= 1
+        assert np.allclose(steps[:-1] / steps[1:], 2.0)
+
+
+def test_output_points_that_steps_share():
+    assert common_points(2.0, [8e-3, 4e-3, 2e-3]) == 125  # of 250, 500 and 1000 steps
+    assert common_points(2.0, [1e-3, 0.7e-3]) == 100  # nothing in common: outputs are between steps
+
+
+def test_no_time_to_look_at():
+    with pytest.raises(UsageError, match="needs a time"):
+        setting(CRANK, 0.0)
