@@ -10,7 +10,7 @@ from mbdsl.integrators import methods
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
 from mbdsl.studies.errors import Quantity
-from mbdsl.studies.report import Study, duration, number, outcomes, size
+from mbdsl.studies.report import Study, duration, number, outcomes, size, troubles
 from mbdsl.studies.slopes import Fit, fit, verdict
 from mbdsl.studies.survey import Asked, Row, Survey, survey
 
@@ -49,10 +49,7 @@ class Convergence(Study):
             wrong = {key: v for key in FITTED if s.quantity(key) and (v := self.verdict(name, key)) and "tell" not in v}
             if wrong:
                 told.append(f"{name}: " + ", ".join(f"{key} {v}" for key, v in wrong.items()))
-        failed = [row for row in s.rows if row.run.problem]
-        told += [f"{row.case}: {row.run.problem}" for row in failed]
-        told += [f"{name} is left out: {why}" for name, why in s.refused]
-        return told
+        return told + troubles(s)
 
     def tables(self) -> list[Table]:
         return [errors_table(self.survey), self._slopes()]
@@ -118,7 +115,9 @@ def errors_table(s: Survey) -> Table:
     rows = []
     for row in s.rows:
         cells = (
-            [_cell(s, q, row) for q in s.quantities] if row.run.done else ["failed"] + [""] * (len(s.quantities) - 1)
+            [_cell(s, q, row) for q in s.quantities]
+            if row.run.done
+            else [row.run.word] + [""] * (len(s.quantities) - 1)
         )
         rows.append((row.case.series, size(row), str(row.run.stats.get("steps", "")), *cells))
     note = "Largest over time, scaled; (below what the reference is trusted to)."

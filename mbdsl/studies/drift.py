@@ -11,7 +11,7 @@ from mbdsl.scene import Scene
 from mbdsl.studies.convergence import error_figures
 from mbdsl.studies.errors import over_time
 from mbdsl.studies.reference import Reference
-from mbdsl.studies.report import Study, number, size
+from mbdsl.studies.report import Study, number, size, troubles
 from mbdsl.studies.slopes import fit
 from mbdsl.studies.survey import Asked, Row, Survey, begin, finite, measure
 
@@ -26,8 +26,7 @@ class Drift(Study):
     def summary(self) -> list[str]:
         s = self.survey
         told = ["Largest violation of the constraints, in their own units [m, rad; m/s, rad/s]."]
-        told += [f"{row.case}: {row.run.problem}" for row in s.rows if row.run.problem]
-        return told + [f"{name} is left out: {why}" for name, why in s.refused]
+        return told + troubles(s)
 
     def tables(self) -> list[Table]:
         s = self.survey
@@ -36,7 +35,7 @@ class Drift(Study):
         for name, series in s.series().items():
             done = [row for row in series if row.run.done]
             for row in series:
-                cells = [number(row.errors[key].largest) for key in keys] if row.run.done else ["failed"]
+                cells = [number(row.errors[key].largest) for key in keys] if row.run.done else [row.run.word]
                 rows.append((name, size(row), *cells, *[""] * (2 * len(keys) - len(cells))))
             slopes = [fit([r.case.size for r in done], [r.errors[key].largest for r in done]) for key in keys]
             if done and rows:

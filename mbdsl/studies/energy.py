@@ -16,7 +16,7 @@ from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
 from mbdsl.studies.convergence import trusted
 from mbdsl.studies.errors import matching
-from mbdsl.studies.report import Study, number, outcomes, size
+from mbdsl.studies.report import Study, number, outcomes, size, troubles
 from mbdsl.studies.slopes import Fit, fit
 from mbdsl.studies.survey import Asked, Row, Survey, finite, measure, prepare
 
@@ -72,8 +72,7 @@ class Energy(Study):
         if not self.conserved:
             what = "Energy is not conserved: errors are counted from the reference."
         told = [f"{what} Between kinds of energy, {self.exchanged:.4g} J are exchanged.", trusted(s)]
-        told += [f"{row.case}: {row.run.problem}" for row in s.rows if row.run.problem]
-        return told + [f"{name} is left out: {why}" for name, why in s.refused]
+        return told + troubles(s)
 
     def tables(self) -> list[Table]:
         rows = []
@@ -82,7 +81,7 @@ class Energy(Study):
             for row in series:
                 told = str(slope) if slope and row is series[-1] else ""
                 if row.run.problem:
-                    rows.append((name, size(row), "failed", "", "", "", told))
+                    rows.append((name, size(row), row.run.word, "", "", "", told))
                     continue
                 e = self.error(row)
                 share = number(float(np.abs(e).max()) / self.exchanged)

@@ -21,6 +21,7 @@ from mbdsl.studies.store import fingerprint, machine
 from mbdsl.studies.survey import Row, Survey
 
 PICTURES = ("png", "svg")
+TROUBLES = 12  #: failed cases that are told one by one
 WIDTH = 100  #: characters of a line in a terminal
 
 
@@ -229,12 +230,25 @@ def as_text(table: Table, width: int = WIDTH) -> str:
 
 
 def _numbers(cells: Iterable[str]) -> bool:
-    return all(not c or c[0] in "0123456789-.+" for c in cells)
+    kinds = {"number" if c[0] in "0123456789-.+(" else c for c in cells if c}
+    return "number" in kinds and kinds <= {"number", "failed", "not run"}
 
 
 def outcomes(rows: Iterable[Row]) -> list[Outcome]:
     """Of rows that have no point because they failed."""
-    return [Outcome(row.case.series, row.case.size, row.run.problem) for row in rows if row.run.problem]
+    return [Outcome(r.case.series, r.case.size, r.run.problem) for r in rows if r.run.problem and not r.run.late]
+
+
+def troubles(s: Survey) -> list[str]:
+    """What did not run, in sentences."""
+    late = [row for row in s.rows if row.run.late]
+    told = [f"{row.case}: {row.run.problem}" for row in s.rows if row.run.problem and not row.run.late]
+    if len(told) > TROUBLES:
+        told = [*told[:TROUBLES], f"... and {len(told) - TROUBLES} more"]
+    if late:
+        which = f"{len(late)} of {len(s.rows)} cases were not run, as the budget of {s.asked.budget:g} s was spent"
+        told.append(f"{which}; run it again to go on.")
+    return told + [f"{name} is left out: {why}." for name, why in s.refused]
 
 
 def number(x: float | None, digits: int = 2) -> str:

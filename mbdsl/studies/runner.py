@@ -14,13 +14,12 @@ from mbdsl import graph
 from mbdsl.errors import MbdslError
 from mbdsl.simulation import Progress, simulate
 from mbdsl.studies.cases import Case, Setting
-from mbdsl.studies.store import Computed, Store, key_of
+from mbdsl.studies.store import OUT_OF_TIME, Computed, Store, key_of
 from mbdsl.system import System, build
 from mbdsl.trajectory import Trajectory
 
 #: seconds of work after which other processes are called for help: they take half a second to begin
 ALONE = 1.0
-OUT_OF_TIME = "not run to its end: the budget of the study was spent"
 
 
 @dataclass(frozen=True)
@@ -75,7 +74,9 @@ class Runner:
 
         def add(case: Case, run: Computed) -> None:
             done[case] = run
-            self.computed += run.problem != OUT_OF_TIME
+            self.computed += not run.late
+            # compiling is done once and for all; it is no part of the study
+            self.budget += run.stats.get("seconds", {}).get("compile", 0.0)
             self.tell(Told(len(done), total, what or str(case), perf_counter() - self.begun))
 
         while waiting:
@@ -93,7 +94,7 @@ class Runner:
 
     def _one(self, case: Case) -> Computed:
         run = compute(self.setting, case, self.left, self.announce)
-        if run.problem != OUT_OF_TIME:
+        if not run.late:
             self.store.put(key_of(self.setting, case), run)
         return run
 

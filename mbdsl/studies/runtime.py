@@ -11,7 +11,7 @@ import numpy as np
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
 from mbdsl.studies.reference import Reference
-from mbdsl.studies.report import Study, duration, outcomes, size
+from mbdsl.studies.report import Study, duration, outcomes, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, begin
 from mbdsl.studies.work_precision import time_rows
 
@@ -27,8 +27,7 @@ class Runtime(Study):
     def summary(self) -> list[str]:
         s = self.survey
         told = [f"Times of the step loops alone, medians of {s.asked.repeats} rounds in which methods alternate."]
-        told += [f"{row.case}: {row.run.problem}" for row in s.rows if row.run.problem]
-        return told + [f"{name} is left out: {why}" for name, why in s.refused]
+        return told + troubles(s)
 
     def ratios(self, row: Row) -> list[float]:
         """Times over those of HHT-I3 at the same step, round by round; at its first where there is no such step."""
@@ -50,7 +49,7 @@ class Runtime(Study):
         rows = []
         for row in self.survey.rows:
             if not row.seconds:
-                rows.append((row.case.series, size(row), "", "failed", "", "", "", ""))
+                rows.append((row.case.series, size(row), "", row.run.word, "", "", "", ""))
                 continue
             stats, seconds, ratios = row.run.stats, median(row.seconds), self.ratios(row)
             steps = max(1, stats["steps"])

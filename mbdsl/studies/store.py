@@ -28,6 +28,7 @@ from mbdsl.studies.cases import Case, Setting
 
 Array = NDArray[np.float64]
 LARGEST = 1_000_000_000  #: bytes that are kept
+OUT_OF_TIME = "not run to its end: the budget of the study was spent"
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,15 @@ class Computed:
     @property
     def done(self) -> bool:
         return not self.problem
+
+    @property
+    def late(self) -> bool:
+        """Whether nothing is known of it but that there was no time."""
+        return self.problem == OUT_OF_TIME
+
+    @property
+    def word(self) -> str:
+        return "not run" if self.late else "failed" if self.problem else "done"
 
 
 class Store:

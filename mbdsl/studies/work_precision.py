@@ -12,7 +12,7 @@ from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
 from mbdsl.studies.convergence import trusted
 from mbdsl.studies.errors import Quantity
-from mbdsl.studies.report import Study, duration, number, outcomes, size
+from mbdsl.studies.report import Study, duration, number, outcomes, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, survey
 
 SHOWN = ("q", "v", "reactions", "energy")
@@ -44,9 +44,9 @@ class WorkPrecision(Study):
             trusted(s),
             f"Times are of the step loops alone, medians of up to {s.asked.repeats} runs, in which methods alternate.",
         ]
-        told += [f"{row.case}: {row.run.problem}" for row in s.rows if row.run.problem]
-        told += [f"{row.case}: not timed, the budget was spent" for row in s.rows if row.run.done and not row.seconds]
-        return told + [f"{name} is left out: {why}" for name, why in s.refused]
+        untimed = sum(row.run.done and not row.seconds for row in s.rows)
+        told += [f"{untimed} cases were not timed, as the budget was spent."] if untimed else []
+        return told + troubles(s)
 
     def tables(self) -> list[Table]:
         keys = [q.key for q in self.shown() if q.key in ("q", "reactions") or q.key == q.label]
@@ -57,7 +57,7 @@ class WorkPrecision(Study):
         rows = []
         for r in self.survey.rows:
             if r.run.problem:
-                rows.append((r.case.series, size(r), "", "", "", *["failed"] * len(shown)))
+                rows.append((r.case.series, size(r), "", "", "", *[r.run.word] * len(shown)))
                 continue
             time, spread = (duration(median(r.seconds)), _spread(r.seconds)) if r.seconds else ("", "")
             errors = (number(r.errors[q.key].scaled) for q in shown)

@@ -15,7 +15,7 @@ from typing import Any
 
 from mbdsl import jit
 from mbdsl.studies.cases import Case, Setting, setting
-from mbdsl.studies.store import Computed, Store, key_of
+from mbdsl.studies.store import OUT_OF_TIME, Computed, Store, key_of
 
 
 def cores() -> int:
@@ -55,8 +55,6 @@ def side_by_side(
                         pass
                     answer = json.loads(said) if said else {"problem": "the process that ran it ended"}
                 else:
-                    from mbdsl.studies.runner import OUT_OF_TIME
-
                     answer = {"problem": OUT_OF_TIME}
                 store.own.add(key)
                 kept = None if answer["problem"] else store.get(key, case)
@@ -120,7 +118,7 @@ def _job(of: Setting, store: Store, case: Case, key: str, limit: float) -> dict:
 
 def main() -> None:
     """Read a job a line, answer each with a line, until there are no more."""
-    from mbdsl.studies.runner import OUT_OF_TIME, compute
+    from mbdsl.studies.runner import compute
 
     jit.alone()
     # what a solver prints must not be taken for an answer
@@ -130,7 +128,7 @@ def main() -> None:
     for line in sys.stdin:
         job = json.loads(line)
         run = compute(_setting(job, known), _case(job["case"]), job["limit"])
-        if run.problem != OUT_OF_TIME:
+        if not run.late:
             Store(job["store"]).put(job["key"], run)
         answers.write(json.dumps({"problem": run.problem}) + "\n")
         answers.flush()

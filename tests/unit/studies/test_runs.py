@@ -9,8 +9,8 @@ from mbdsl.errors import UsageError
 from mbdsl.studies import runner as running
 from mbdsl.studies import workers
 from mbdsl.studies.cases import Case, cases, common_points, setting, step_ladder
-from mbdsl.studies.runner import OUT_OF_TIME, Runner
-from mbdsl.studies.store import Store, key_of
+from mbdsl.studies.runner import Runner
+from mbdsl.studies.store import OUT_OF_TIME, Store, key_of
 
 MODELS = Path(__file__).parents[3] / "models"
 CRANK = MODELS / "slider_crank.mbd"
