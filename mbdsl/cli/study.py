@@ -74,7 +74,9 @@ def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
     parser.add_argument("--pictures", metavar="SUFFIX,...", type=values.names, default=["png", "svg"],
                         help="kinds of pictures; default png,svg; none: the page alone")  # fmt: skip
     parser.add_argument("--fresh", action="store_true", help="compute everything again")
-    parser.add_argument("--quiet", action="store_true", help="print no table")
+    talk = parser.add_mutually_exclusive_group()
+    talk.add_argument("--quiet", action="store_true", help="print nothing")
+    talk.add_argument("--verbose", action="store_true", help="print long tables, too")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -105,7 +107,7 @@ def _methods(args: argparse.Namespace) -> int:
     finally:
         counter.close()
     if not args.quiet:
-        print(found)
+        print(found.text(10**9) if args.verbose else found)
     paths = found.write(output, pictures=())
     try:
         paths += draw(found, output, [] if args.pictures == ["none"] else args.pictures)

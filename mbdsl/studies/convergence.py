@@ -52,7 +52,7 @@ class Convergence(Study):
         return told + troubles(s)
 
     def tables(self) -> list[Table]:
-        return [errors_table(self.survey), self._slopes()]
+        return [errors_table(self.survey), *self._slopes()]
 
     def data(self) -> dict:
         fits = {
@@ -60,24 +60,26 @@ class Convergence(Study):
         }
         return {**super().data(), "slopes": fits}
 
-    def _slopes(self) -> Table:
-        rows = []
+    def _slopes(self) -> list[Table]:
+        """A row for every series; and one for every slope, with the range in which it holds."""
+        short, long = [], []
         shown = [q for q in self.survey.quantities if not q.itself]
         for name, series in self.survey.series().items():
             controlled = series[0].case.tol is not None
-            for q in shown:
-                found = self.fits[name][q.key]
-                declared = "" if controlled else str(methods()[series[0].case.method].order)
-                says = self.verdict(name, q.key) if not controlled and q.key in FITTED else ""
-                if found is None:
-                    rows.append((name, q.key, declared, "", "", "", says))
-                    continue
-                where = f"{_size(found.high, controlled)} to {_size(found.low, controlled)}"
-                ends = f"below: {found.below}" if found.below else ""
-                rows.append((name, q.key, declared, str(found), where, str(found.count), says or ends))
-        columns = ("series", "error in", "order", "slope", "from", "points", "")
-        note = "Slopes with half of their 95 % interval; what is not yet or no longer a line is not fitted."
-        return Table("Slopes", columns, rows, note)
+            order = "" if controlled else str(methods()[series[0].case.method].order)
+            slopes = [self.fits[name][q.key] for q in shown]
+            says = {} if controlled else {q.key: self.verdict(name, q.key) for q in shown if q.key in FITTED}
+            told = dict.fromkeys(f"{key} {verdict}" for key, verdict in says.items() if verdict)
+            short.append((name, order, *(str(f) if f else "-" for f in slopes), "; ".join(told)))
+            for q, f in zip(shown, slopes, strict=True):
+                if f is not None:
+                    where = (_size(f.high, controlled), _size(f.low, controlled))
+                    long.append((name, q.key, str(f), *where, str(f.count), f.below))
+        note = "With half of the 95 % interval; what is not yet or no longer a line is not fitted."
+        return [
+            Table("Slopes", ("series", "order", *(q.key for q in shown), ""), short, note),
+            Table("Where slopes hold", ("series", "error in", "slope", "from", "to", "points", "below"), long),
+        ]
 
     def figures(self) -> list[Figure]:
         return [figure for q in self.survey.quantities for figure in error_figures(self.survey, q)]

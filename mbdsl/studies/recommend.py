@@ -166,15 +166,14 @@ class Search:
             run = self.runner.compute([case])[case]
             if run.problem:
                 why = run.problem
-                at /= 4.0 if fixed else 10.0
-                if tried or best is not None:
+                if tried or run.late:
                     break
+                at /= 4.0 if fixed else 10.0
                 continue
             e, seconds = self.error(self.runner.trajectory(run)), run.stats["seconds"]["integrate"]
             if e <= self.target:
-                if best is None or seconds < best.time:
-                    best = Choice(case, e, [seconds])
-                if e > self.target / 4.0 or (tried and tried[-1][0] <= 2.5 * at):
+                best = Choice(case, e, [seconds])  # what follows is less exact
+                if e > self.target / 4.0 or any(size <= 2.5 * at for size, _ in tried):
                     break
             elif best is not None:
                 break
@@ -182,14 +181,13 @@ class Search:
                 return None, f"takes more than {FAR:g} times as long"
             elif len(tried) > 1 and e > 0.9 * tried[-1][1] and e < 1e-2:
                 return None, f"does not come below {min(e, *(x for _, x in tried)):.1e}"
-            if tried and e < tried[-1][1] and tried[-1][0] > at:
-                seen = math.log(tried[-1][1] / e) / math.log(tried[-1][0] / at) if e > 0.0 else order
+            if tried and 0.0 < e < tried[-1][1] and tried[-1][0] > at:
+                seen = math.log(tried[-1][1] / e) / math.log(tried[-1][0] / at)
                 order = min(max(seen, 0.5), 2.0 * order)
             tried.append((at, e))
             change = (AIM * self.target / max(e, 1e-300)) ** (1.0 / order)
             at *= min(max(change, 1.0 / JUMP), 0.7 if best is None else JUMP)
-            longest = self.runner.setting.interval * 10 if fixed else 1e-2
-            if at >= longest:
+            if at >= (10.0 * self.runner.setting.interval if fixed else 1e-2):
                 break
         return best, why or f"not in {RUNS} runs"
 

@@ -177,9 +177,11 @@ def _precise(runner: Runner, name: str) -> tuple[str, Computed]:
     """By a method of high order, at the tightest tolerance that it takes."""
     for tol in TIGHT:
         case = Case(name, tol=tol)
-        run = runner.compute([case], f"reference by {case}")[case]
+        run = runner.compute([case], f"reference by {case}", limit=runner.left / 5.0)[case]
         if run.done:
             return f"{name}, tol = {tol:g}", run
+        if run.late:
+            break
     return name, run
 
 
@@ -189,7 +191,7 @@ def _extrapolated(runner: Runner, name: str, longest: float) -> tuple[str, Compu
     each = max(1, round(of.interval / longest))  # steps an output interval
     steps = [of.interval / (each * 2**k) for k in range(len(POWERS) + 1)]
     cases = [Case(name, step=h) for h in steps]
-    runs = runner.compute(cases, f"reference by {name}")
+    runs = runner.compute(cases, f"reference by {name}", limit=runner.left / 3.0)
     missing = next((run for run in runs.values() if run.problem), None)
     how = f"{name} extrapolated from {steps[0]:.3g} ... {steps[-1]:.3g} s"
     if missing is not None:

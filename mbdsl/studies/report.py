@@ -22,6 +22,7 @@ from mbdsl.studies.survey import Row, Survey
 
 PICTURES = ("png", "svg")
 TROUBLES = 12  #: failed cases that are told one by one
+LONG = 40  #: rows of a table that a terminal does not show
 WIDTH = 100  #: characters of a line in a terminal
 
 
@@ -109,8 +110,15 @@ class Study:
         return Page(self.title, self.summary(), items, small)
 
     def __str__(self) -> str:
-        parts = [self.title, *(as_text(table) for table in self.tables()), "\n".join(self.summary())]
-        return "\n\n".join(part for part in parts if part)
+        return self.text()
+
+    def text(self, most: int = LONG) -> str:
+        """What a terminal shows: tables of up to ``most`` rows, and how many rows the others have."""
+        parts = [self.title]
+        for table in self.tables():
+            rest = f"{table.title}: {len(table.rows)} rows, on the page and in {self.kind}.csv"
+            parts.append(as_text(table) if len(table.rows) <= most else rest)
+        return "\n\n".join([*parts, "\n".join(self.summary())])
 
     def write(self, folder: str | os.PathLike, pictures: Sequence[str] = PICTURES) -> list[Path]:
         """Write ``KIND.csv``, ``.json``, ``.html`` and ``KIND-FIGURE.png``, ``.svg`` into a folder; their paths.
@@ -183,6 +191,7 @@ def _record(row: Row) -> dict:
     }
     if row.seconds:
         record |= {
+            "rounds": " ".join(f"{x:.6g}" for x in row.seconds),
             "seconds": float(np.median(row.seconds)),
             "seconds least": min(row.seconds),
             "seconds most": max(row.seconds),

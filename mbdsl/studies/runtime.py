@@ -13,7 +13,7 @@ from mbdsl.scene import Scene
 from mbdsl.studies.reference import Reference
 from mbdsl.studies.report import Study, duration, outcomes, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, begin
-from mbdsl.studies.work_precision import time_rows
+from mbdsl.studies.work_precision import quartiles, time_rows
 
 BASE = "hht-i3"
 TOLS = (1e-6,)
@@ -78,7 +78,7 @@ class Runtime(Study):
             done = [row for row in rows if row.seconds]
             span = self.survey.setting.span
             y = [median(row.seconds) / span for row in done]
-            low, high = [min(row.seconds) / span for row in done], [max(row.seconds) / span for row in done]
+            low, high = ([quartiles(row.seconds)[k] / span for row in done] for k in (0, 1))
             counts = [row.run.stats["steps"] for row in done]
             hover = [f"{row.case}: {duration(t)} a second" for row, t in zip(done, y, strict=True)]
             series.append(Series(name, counts, y, low, high, hover))

@@ -8,6 +8,8 @@ from os import PathLike
 from statistics import median
 from typing import Any
 
+import numpy as np
+
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
 from mbdsl.studies.convergence import trusted
@@ -42,7 +44,8 @@ class WorkPrecision(Study):
         s = self.survey
         told = [
             trusted(s),
-            f"Times are of the step loops alone, medians of up to {s.asked.repeats} runs, in which methods alternate.",
+            f"Times are of the step loops alone: medians of {s.asked.repeats} rounds in which methods alternate, "
+            "in each the least of three short runs; the spread is that of the middle half.",
         ]
         untimed = sum(row.run.done and not row.seconds for row in s.rows)
         told += [f"{untimed} cases were not timed, as the budget was spent."] if untimed else []
@@ -97,8 +100,8 @@ class WorkPrecision(Study):
                         name,
                         [r.errors[q.key].scaled for r in own],
                         [median(r.seconds) for r in own],
-                        [min(r.seconds) for r in own],
-                        [max(r.seconds) for r in own],
+                        [quartiles(r.seconds)[0] for r in own],
+                        [quartiles(r.seconds)[1] for r in own],
                         [
                             f"{r.case}: {number(r.errors[q.key].scaled, 3)} in {duration(median(r.seconds))}"
                             for r in own
@@ -161,6 +164,13 @@ def cheapest(rows: Sequence[Row], key: str, error: float) -> list[Row]:
     return sorted(best.values(), key=lambda r: median(r.seconds))
 
 
+def quartiles(seconds: Sequence[float]) -> tuple[float, float]:
+    """Half of the times lie between."""
+    low, high = np.percentile(seconds, (25, 75))
+    return float(low), float(high)
+
+
 def _spread(seconds: Sequence[float]) -> str:
-    """How much longer the longest took than the shortest."""
-    return f"{100 * (max(seconds) / min(seconds) - 1):.0f} %" if len(seconds) > 1 else ""
+    """How far apart quartiles are, of the median."""
+    low, high = quartiles(seconds)
+    return f"{100 * (high - low) / median(seconds):.0f} %" if len(seconds) > 1 else ""
