@@ -15,3 +15,11 @@ def few(names: Iterable[str], most: int = 6) -> str:
     names = list(names)
     shown = ", ".join(names[:most])
     return shown if len(names) <= most else f"{shown}, ... ({len(names)} in all)"
+
+
+def duration(seconds: float) -> str:
+    """A duration or a step with its unit: 1.5 ms."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
+        if seconds >= size or unit == "ns":
+            return f"{seconds / size:.3g} {unit}"
+    raise AssertionError

@@ -35,6 +35,14 @@ class Parser(argparse.ArgumentParser):
         raise UsageError(message, hint=f"see {self.prog} --help")
 
 
+class Help(argparse.RawDescriptionHelpFormatter):
+    """With room for the longest command: argparse forgets that commands are indented further than options."""
+
+    def __init__(self, *given, **named) -> None:
+        super().__init__(*given, **named)
+        self._action_max_length = 4 + max(map(len, commands()))
+
+
 def commands() -> dict[str, ModuleType]:
     """Command name -> its module."""
     found = {}
@@ -49,7 +57,7 @@ def make_parser() -> Parser:
         prog="mbdsl",
         description="Declarative multibody dynamics: models as text, simulated as differential-algebraic equations.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=Help,
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"mbdsl {mbdsl.__version__}")

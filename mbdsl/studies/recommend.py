@@ -17,12 +17,13 @@ from mbdsl.studies.cases import Case, chosen, own_step, setting
 from mbdsl.studies.effects import tolerance
 from mbdsl.studies.errors import Quantity, error, quantities
 from mbdsl.studies.reference import Reference, automatic, from_file
-from mbdsl.studies.report import as_text, duration, number, size
+from mbdsl.studies.report import as_text, number, size
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.slopes import CLEAR
 from mbdsl.studies.store import Store
 from mbdsl.studies.survey import Asked
 from mbdsl.trajectory import Trajectory
+from mbdsl.wording import duration
 
 AIM = 0.8  #: part of the error that is aimed at: a step is not tried for every per cent
 RUNS = 8  #: of one method, at most

@@ -25,6 +25,7 @@ from mbdsl.studies.families import EXTRAPOLATED, family, precise
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.store import Computed
 from mbdsl.trajectory import Trajectory
+from mbdsl.wording import duration
 
 Array = NDArray[np.float64]
 TIGHT = (1e-12, 1e-10, 1e-8)  #: tolerances of a reference; the first with which it runs is taken
@@ -193,7 +194,7 @@ def _extrapolated(runner: Runner, name: str, longest: float) -> tuple[str, Compu
     cases = [Case(name, step=h) for h in steps]
     runs = runner.compute(cases, f"reference by {name}", limit=runner.left / 3.0)
     missing = next((run for run in runs.values() if run.problem), None)
-    how = f"{name} extrapolated from {steps[0]:.3g} ... {steps[-1]:.3g} s"
+    how = f"{name} extrapolated from {duration(steps[0])} to {duration(steps[-1])}"
     if missing is not None:
         return how, missing
     weights = extrapolation(steps)

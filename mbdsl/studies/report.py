@@ -8,6 +8,7 @@ import json
 import math
 import os
 import platform
+import textwrap
 from collections.abc import Iterable, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
@@ -19,6 +20,7 @@ from mbdsl.errors import UsageError
 from mbdsl.plotting.figures import Figure, Outcome, Page, Table
 from mbdsl.studies.store import fingerprint, machine
 from mbdsl.studies.survey import Row, Survey
+from mbdsl.wording import duration
 
 PICTURES = ("png", "svg")
 TROUBLES = 12  #: failed cases that are told one by one
@@ -116,9 +118,10 @@ class Study:
         """What a terminal shows: tables of up to ``most`` rows, and how many rows the others have."""
         parts = [self.title]
         for table in self.tables():
-            rest = f"{table.title}: {len(table.rows)} rows, on the page and in {self.kind}.csv"
+            rest = f"{table.title}: {len(table.rows)} rows, on the page (--verbose prints them)"
             parts.append(as_text(table) if len(table.rows) <= most else rest)
-        return "\n\n".join([*parts, "\n".join(self.summary())])
+        lines = [line for said in self.summary() for line in textwrap.wrap(said, WIDTH, break_long_words=False)]
+        return "\n\n".join([*parts, "\n".join(lines)])
 
     def write(self, folder: str | os.PathLike, pictures: Sequence[str] = PICTURES) -> list[Path]:
         """Write ``KIND.csv``, ``.json``, ``.html`` and ``KIND-FIGURE.png``, ``.svg`` into a folder; their paths.
@@ -257,20 +260,15 @@ def troubles(s: Survey) -> list[str]:
     if late:
         which = f"{len(late)} of {len(s.rows)} cases were not run, as the budget of {s.asked.budget:g} s was spent"
         told.append(f"{which}; run it again to go on.")
+    counts = [s.setting.interval / row.case.step for row in s.rows if row.case.step is not None]
+    if any(abs(n - round(n)) > 1e-6 * n for n in counts):
+        told.append("Not all steps reach the output times: between steps output is interpolated, and so are errors.")
     return told + [f"{name} is left out: {why}." for name, why in s.refused]
 
 
 def number(x: float | None, digits: int = 2) -> str:
     """An error, short."""
     return "" if x is None or not math.isfinite(x) else "0" if x == 0.0 else f"{x:.{digits - 1}e}".replace("e-0", "e-")
-
-
-def duration(seconds: float) -> str:
-    """A duration or a step with its unit: 1.5 ms."""
-    for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
-        if seconds >= size or unit == "ns":
-            return f"{seconds / size:.3g} {unit}"
-    raise AssertionError
 
 
 def size(row_or_case) -> str:

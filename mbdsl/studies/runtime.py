@@ -11,9 +11,10 @@ import numpy as np
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
 from mbdsl.studies.reference import Reference
-from mbdsl.studies.report import Study, duration, outcomes, size, troubles
+from mbdsl.studies.report import Study, outcomes, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, begin
 from mbdsl.studies.work_precision import quartiles, time_rows
+from mbdsl.wording import duration
 
 BASE = "hht-i3"
 TOLS = (1e-6,)

@@ -14,8 +14,9 @@ from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
 from mbdsl.studies.convergence import trusted
 from mbdsl.studies.errors import Quantity
-from mbdsl.studies.report import Study, duration, number, outcomes, size, troubles
+from mbdsl.studies.report import Study, number, outcomes, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, survey
+from mbdsl.wording import duration
 
 SHOWN = ("q", "v", "reactions", "energy")
 CHOICES = 3  #: methods named for an error

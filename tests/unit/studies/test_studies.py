@@ -111,7 +111,7 @@ def test_failures_stay_in_the_picture(given):
     figure = next(f for f in found.figures() if f.key == "q")
     (outcome,) = figure.outcomes
     assert (outcome.name, outcome.x) == ("hht-i3", 0.5) and outcome.text
-    assert "failed" in str(found) and f"hht-i3, h = 0.5 s: {outcome.text}" in str(found)
+    assert "failed" in str(found) and f"hht-i3, h = 0.5 s: {outcome.text}" in found.summary()
 
 
 # -- wrong methods ---------------------------------------------------------------------------------------------------
