@@ -254,7 +254,14 @@ def outcomes(rows: Iterable[Row]) -> list[Outcome]:
 def troubles(s: Survey) -> list[str]:
     """What did not run, in sentences."""
     late = [row for row in s.rows if row.run.late]
-    told = [f"{row.case}: {row.run.problem}" for row in s.rows if row.run.problem and not row.run.late]
+    failed: dict[tuple[str, str], list[Row]] = {}
+    for row in s.rows:
+        if row.run.problem and not row.run.late:
+            failed.setdefault((row.case.series, row.run.problem), []).append(row)
+    told = [
+        f"{rows[0].case if len(rows) == 1 else f'{series}, {len(rows)} cases'}: {problem}"
+        for (series, problem), rows in failed.items()
+    ]
     if len(told) > TROUBLES:
         told = [*told[:TROUBLES], f"... and {len(told) - TROUBLES} more"]
     if late:

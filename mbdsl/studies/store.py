@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 import mbdsl
 from mbdsl import jit
-from mbdsl.integrators import modules
+from mbdsl.integrators import backend, modules
 from mbdsl.lang.expression_text import text
 from mbdsl.lang.expressions import Expr
 from mbdsl.scene import Scene
@@ -158,7 +158,9 @@ def _code() -> str:
 
 def _method_code(name: str) -> str:
     """Digest of the file of a method, which may come from elsewhere."""
-    file = getattr(modules().get(name), "__file__", None)
+    owner = modules().get(name) or backend(name)
+    module = owner if hasattr(owner, "__file__") else sys.modules.get(type(owner).__module__)
+    file = getattr(module, "__file__", None)
     return hashlib.sha256(Path(file).read_bytes()).hexdigest() if file and Path(file).exists() else name
 
 
