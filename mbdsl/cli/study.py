@@ -102,7 +102,8 @@ def _methods(args: argparse.Namespace) -> int:
         found = study(args.model, parameters=dict(args.set), tell=counter, announce=counter.say, **given)
     except KeyboardInterrupt:
         counter.close()
-        print(f"{counter.done} runs are kept; the same command goes on from there", file=sys.stderr)
+        runs = "1 run is" if counter.done == 1 else f"{counter.done} runs are"
+        print(f"{runs} kept; the same command goes on from there", file=sys.stderr)
         raise
     finally:
         counter.close()

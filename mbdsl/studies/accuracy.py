@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -29,6 +30,10 @@ WAVERS = 0.3  #: orders that are so much lower than they should be say that step
 CONTRADICTION = 3.0  #: times what two runs say of their own errors
 WEAK = 10.0  #: times the accuracy: who errs more than that says little
 PATIENCE = 20.0  #: times as long as all runs before, or so many tenths of a second, that one of another method may take
+
+
+class TooLong(IntegrationError):
+    """A run that is not worth its time."""
 
 
 @dataclass
@@ -129,15 +134,16 @@ def reach(
         )  # fmt: skip
         if found.status == "interrupted":
             if late:
-                raise IntegrationError("it takes too long")
+                raise TooLong("it takes too long")
             raise KeyboardInterrupt
         runs.append(str(case))
         spent += found.stats["seconds"]["integrate"]
         return found
 
     ladders = _ladders(scene, accuracy, method, given)
-    for ladder in ladders:
-        _start(ladder, run)
+    for k, ladder in enumerate(ladders):
+        # the first is what would have been run anyway
+        _start(ladder, partial(run, limit=PATIENCE * max(0.1, spent)) if k else run)
     able = sorted((x for x in ladders if not x.problem), key=lambda x: x.price(accuracy))
     for ladder in able:
         say(f"{ladder.method}: about {ladder.price(accuracy):.2g} s for an error of {accuracy:g}")
@@ -201,6 +207,8 @@ def _start(ladder: Ladder, run: Callable) -> None:
                 ladder.runs.append(run(_case(ladder, size)))
         except MbdslError as problem:
             ladder.runs, ladder.problem = [], problem.message
+            if isinstance(problem, (TooLong, UsageError)):
+                return
             ladder.sizes = [size / (8.0 if ladder.fixed else 100.0) for size in ladder.sizes]
             continue
         ladder.problem = ""

@@ -122,6 +122,7 @@ def automatic(runner: Runner, studied: Sequence[str], finest: float | None) -> R
     found, problems = _candidates(runner, high)
     best = _closest(found)
     h = 2.0 * finest if finest else own_step(runner.setting) / 4.0
+    h = h if best is not None and best[0] < GOOD else _affordable(runner, h)
     low = [name for name in EXTRAPOLATED if name in methods() and family(name) not in {family(x[0]) for x in found}]
     for _ in range(FINER):
         if (best is not None and best[0] < GOOD) or not low:
@@ -132,7 +133,6 @@ def automatic(runner: Runner, studied: Sequence[str], finest: float | None) -> R
         better = _closest([*found, *more])
         if better is not None and (best is None or better[0] < best[0]):
             best = better
-        # half an hour for a digit more is too long
         if 5.0 * (perf_counter() - begun) > runner.left / 4.0:
             break
         h /= 4.0
@@ -169,6 +169,18 @@ def _closest(found: Sequence[Found]) -> tuple[float, Found, Found] | None:
     return min(pairs, key=lambda pair: pair[0], default=None)
 
 
+def _affordable(runner: Runner, h: float) -> float:
+    """The longest step [s] from which to extrapolate: ``h``, or longer, so that a third of the budget will do."""
+    first = Case(EXTRAPOLATED[0], step=4.0 * own_step(runner.setting))
+    run = runner.compute([first], "how long a step takes")[first]
+    if run.done and run.stats["steps"]:
+        each = run.stats["seconds"]["integrate"] / run.stats["steps"]
+        runs = len(EXTRAPOLATED) * sum(2**k for k in range(len(POWERS) + 1))
+        while runs * each * runner.setting.span / h > runner.left / 3.0 and h < runner.setting.interval:
+            h *= 2.0
+    return h
+
+
 def _difference(one: Trajectory, other: Trajectory) -> float:
     wanted = [quantity for quantity in quantities(one, one) if quantity.key in ("q", "v")]
     return max((error(quantity, other, one).scaled for quantity in wanted), default=0.0)
@@ -178,7 +190,7 @@ def _precise(runner: Runner, name: str) -> tuple[str, Computed]:
     """By a method of high order, at the tightest tolerance that it takes."""
     for tol in TIGHT:
         case = Case(name, tol=tol)
-        run = runner.compute([case], f"reference by {case}", limit=runner.left / 5.0)[case]
+        run = runner.compute([case], f"reference by {case}", limit=runner.left / 12.0)[case]
         if run.done:
             return f"{name}, tol = {tol:g}", run
         if run.late:

@@ -21,7 +21,7 @@ CLEAR = 5.0  #: times what the reference is trusted to: what is closer, it chang
 class Fit:
     """error ~ size^slope for sizes from ``low`` to ``high``; ``uncertainty``: half of the 95 % interval.
 
-    ``below`` tells what was seen of smaller sizes than ``low``: "" (there are none), "rounding" (errors stay),
+    ``below`` tells what was seen of smaller sizes than ``low``: "" (there are none), "levels off" (in rounding, as a rule),
     "reference" (it does not tell them), or "irregular".
     """
 
@@ -64,7 +64,7 @@ def fit(sizes: Sequence[float], errors: Sequence[float], floor: float = 0.0, agr
     below = ""
     if last < len(x):
         stays = e[-1] > STAYS * e[last - 1 : -1].min()
-        below = "reference" if not usable[last] else "rounding" if stays else "irregular"
+        below = "reference" if not usable[last] else "levels off" if stays else "irregular"
     return Fit(slope, uncertainty, float(x[last - 1]), float(x[first]), last - first, below)
 
 
@@ -85,7 +85,11 @@ def verdict(found: Fit | None, order: int, errors: Sequence[float], floor: float
     if not known or max(known) <= CLEAR * floor:
         return "the reference cannot tell"
     if found is None:
-        return "does not converge" if len(known) > 2 and min(known) > CLEAR * floor else "too few points to tell"
+        return (
+            "does not converge at these sizes"
+            if len(known) > 2 and min(known) > CLEAR * floor
+            else "too few points to tell"
+        )
     if found.below == "irregular":
         return "not settled"
     allowed = AGREE + found.uncertainty

@@ -24,7 +24,7 @@ def test_rounding_is_not_fitted():
     """Rounding grows with 1/h^2, as in the reactions of index-3 methods."""
     found = fit(H, H**2 + 1e-9 / H**2)
     assert found.slope == pytest.approx(2.0, abs=0.02)
-    assert found.below == "rounding"
+    assert found.below == "levels off"
     # neighbours of a slope that is off by 0.25: rounding is a sixth of the error or less
     assert (1e-9 / found.low**4) < 0.2
 
@@ -63,7 +63,7 @@ def test_no_line(errors):
         (H**2, 2, 0.0, ""),
         (H**1, 2, 0.0, "below its order 2"),
         (H**2, 1, 0.0, "above its order 1"),
-        (np.full(10, 1e-3), 2, 1e-9, "does not converge"),
+        (np.full(10, 1e-3), 2, 1e-9, "does not converge at these sizes"),
         (np.full(10, 1e-3), 2, 1e-3, "the reference cannot tell"),
         (H[:2] ** 2, 2, 0.0, "too few points to tell"),
     ],
