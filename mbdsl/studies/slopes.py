@@ -21,8 +21,8 @@ CLEAR = 5.0  #: times what the reference is trusted to: what is closer, it chang
 class Fit:
     """error ~ size^slope for sizes from ``low`` to ``high``; ``uncertainty``: half of the 95 % interval.
 
-    ``below`` tells what was seen of smaller sizes than ``low``: "" (there are none), "levels off" (in rounding, as a rule),
-    "reference" (it does not tell them), or "irregular".
+    ``below`` tells what was seen of smaller sizes than ``low``: "" (there are none), "levels off" (in rounding, as
+    a rule), "reference" (it does not tell them), or "irregular".
     """
 
     slope: float
