@@ -243,7 +243,7 @@ def _estimate(ladder: Ladder) -> float:
     ladder.differences.append(differ)
     ratio = ladder.sizes[len(ladder.runs) - 2] / ladder.sizes[len(ladder.runs) - 1]
     if not ladder.fixed:
-        return differ / 3.0  # errors follow tolerances loosely
+        return differ  # errors follow tolerances loosely: that of the run before is what is known
     return differ / max(1.0, ratio**ladder.order - 1.0)
 
 
