@@ -168,7 +168,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     law = _broken_law(integration) if status == driver.NOT_FINITE else None
     if law is not None:
         where, span = f"the law of {law.kind.name} {law.name}", law.span
-    message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.h:g} s); worst: {where}"
+    message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.step:g} s); worst: {where}"
     if (bent := bending(trajectory)) is not None:
         told, hint = _too_bent(trajectory, *bent)
         message, span = f"{message}; {told}", trajectory.scene.components[bent[1]].span

@@ -26,7 +26,8 @@ BEFORE, BEFORE2 = 29, 30  #: X and X2 before a correction that may be taken back
 MX, MX2 = 31, 32  #: what M has beside its constant diagonal, times the rows I[INERTIA_ROW], I[INERTIA_ROW2]
 Q_MASS = 33  #: the coordinates that M is evaluated at, for methods that keep it throughout a step
 Y1, Y2 = 34, 35  #: what a method multiplies with M where that is not X and X2
-ROWS = 36
+E_Q, E_V, E_X = 36, 37, 38  #: local errors of q and v, and what becomes of that of v
+ROWS = 39
 
 # -- columns of Z: pose x, y, phi; rates 3-5; then these ----------------------------------------------------------
 WRENCH = 6  #: accumulated force and torque, 6 .. 8
@@ -60,6 +61,7 @@ TABLES = 17  #: offset in I of (points, offset in F, extrapolation) of each tabl
 SOLVER = 18  #: 0 dense, 1 sparse
 SIZE = 19  #: entries of one row of A that a matrix is assembled in
 SPARSE = 20  #: offset in I of the sparse solver's tables
+ACCELERATION = 21  #: row of Y, X or X2, that differences of are those of accelerations
 LAM_ROW, MU_ROW, LAW_ROW, PSI_ROW = 22, 23, 24, 25  #: rows of Y: multipliers in f, in GD, as laws read them, in GP
 KEEP = 26  #: 1 where the next evaluation begins a step: the gradients found last become those of its start
 N_GAM = 27  #: number of nonholonomic constraints

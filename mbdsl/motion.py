@@ -17,6 +17,7 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.errors import InitialisationError
 from mbdsl.integrators import Run, backend, declared, driver
 from mbdsl.integrators.run import Integration, loop_name
+from mbdsl.interpolation import between
 from mbdsl.lang.expressions import coordinate
 from mbdsl.reduction import Note, Part, Reduction, reduce
 from mbdsl.scene import Scene
@@ -43,6 +44,7 @@ class Plan:
     options: Mapping[str, float | None]
     general: bool = False  #: nothing merged, split or left out
     tol: float | None = None  #: of steps that are controlled; ``h`` is then the longest
+    every: bool = False  #: with a tolerance: every step is output, and ``times`` is empty
 
 
 @dataclass
@@ -72,6 +74,8 @@ class Motion:
         Which multipliers the parts solve for; the others follow from the motion where somebody asks.
     failed : Moving or None
         The part that could not go on.
+    trial_steps, error : int, float or None
+        Of controlled steps: what was taken to find out how errors grow, and the error attained as known from that.
 
     Raises
     ------
@@ -91,6 +95,8 @@ class Motion:
         else:
             self._systems = [build(part.scene, part.graph, size=self._size) for part in self.reduction.parts]
         self.parts: list[Moving] = []
+        self.trial_steps = 0
+        self.error: float | None = None
         self.failed: Moving | None = None
         self._failure = driver.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
@@ -160,6 +166,17 @@ class Motion:
         lap("initialise")
         return Moving(part, system, method, initial, integration)
 
+    def restart(self, plan: Plan) -> None:
+        """Back to the start, for another run of the same scene."""
+        self.plan, self.failed = plan, None
+        for p in self.parts:
+            if isinstance(p.integration, Integration):
+                p.integration = p.integration.anew(plan.times, plan.tol, plan.every)
+            else:
+                p.integration = _run(p.system, p.method, plan, plan.options)
+            first = p.initial
+            p.integration.begin(first.q, first.v, first.a, first.lam, first.redundant)
+
     def _is_not_kinematic(self, part: Part) -> None:
         """Only counting said so; the receipt tells what is."""
         names, why = tuple(part.graph.bodies), "as many constraints as coordinates, but not independent ones"
@@ -203,6 +220,12 @@ class Motion:
     def time(self) -> float:
         """The time that all parts have reached [s]."""
         return min((p.integration.time for p in self.parts), default=self.plan.start + self._taken * self.plan.h)
+
+    @property
+    def h(self) -> float:
+        """The step, or the shortest present one of all parts where they control theirs [s]."""
+        steps = [h for p in self.parts if (h := getattr(p.integration, "step", None))]
+        return min(steps, default=self.plan.h) if self.plan.tol is not None else self.plan.h
 
     def count(self, what: str) -> int:
         """How many "iterations", "matrix_evaluations", ..., over all parts; see :class:`mbdsl.integrators.Run`."""
@@ -267,6 +290,8 @@ class Motion:
         With ``partial``, the last step reached is among them, though no output was due there.
         """
         plan, reached = self.plan, self.time
+        if plan.every and self.parts:
+            return self._output_of_every_step()
         done = min((p.integration.written for p in self.parts), default=len(plan.times))
         if not self.parts:
             done = int((plan.times <= reached + 1e-9 * plan.h).sum())
@@ -284,6 +309,23 @@ class Motion:
             states.append((every[:, :n], every[:, n : 2 * n], every[:, 2 * n :]))
         if extra:
             times = np.append(times, reached)
+        return times, *self._whole(times, states), [(q, v) for q, v, _ in states]
+
+    def _output_of_every_step(self) -> tuple[Array, Array, Array, Array, list[tuple[Array, Array]]]:
+        """Where parts have steps of their own: at the steps of all of them, as far as all have come."""
+        known, states = [], []
+        for p in self.parts:
+            n, run, first = p.system.n, p.integration, p.initial
+            rows = np.concatenate([first.q, first.v, first.lam])[None], run.out[: run.written]
+            every = np.concatenate(rows)
+            known.append(np.concatenate([[self.plan.start], run.times[: run.written]]))
+            states.append((every[:, :n], every[:, n : 2 * n], every[:, 2 * n :]))
+        if len(known) == 1:
+            times = known[0]
+        else:
+            times = np.unique(np.concatenate(known))
+            times = times[times <= min(t[-1] for t in known)]
+            states = [between(times, t, *state) for t, state in zip(known, states, strict=True)]
         return times, *self._whole(times, states), [(q, v) for q, v, _ in states]
 
     def _whole(self, t: Array, states: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Array, Array]:
@@ -329,7 +371,9 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
         from mbdsl.integrators.backends import External
 
         return External(system, method, plan.h, plan.start, plan.stop, plan.times, options, tol=plan.tol)
-    return Integration(system, method, plan.h, plan.start, plan.stop, plan.times, options, tol=plan.tol)
+    return Integration(
+        system, method, plan.h, plan.start, plan.stop, plan.times, options, tol=plan.tol, every=plan.every
+    )
 
 
 def _check_loose(reduction: Reduction, system: System, t: float) -> None:

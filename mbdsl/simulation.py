@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from mbdsl.calibration import calibrated
 from mbdsl.errors import UsageError
 from mbdsl.failures import check_bending, check_left_out, failure
 from mbdsl.integrators import declared, driver
-from mbdsl.integrators.run import check_options
+from mbdsl.integrators.run import MOST_OUTPUT, check_options, controls_locally
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Scene
 from mbdsl.trajectory import Trajectory
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
 DEFAULT_METHOD = "hht-si2"
 DEFAULT_STEP = 1e-3
 DEFAULT_TOL = 1e-6  #: of methods that only control their steps
-#: floats of stored output beyond which a larger interval is asked for
-MOST_OUTPUT = 250_000_000
 
 
 @dataclass(frozen=True)
@@ -90,6 +89,12 @@ def simulate(
     step : float, optional [s]
         Fixed step; default the model's, else 1 ms. Where it does not divide the time, all steps are a little shorter,
         so that the last ends at ``stop``.
+    tol : float, optional
+        Instead, steps of controlled size, so that the error is about half of this: the largest one over all outputs
+        and coordinates, positions in the mechanism's size, angles in radians, velocities relative to the largest one
+        of the run (but at least the mechanism's size, or a radian, in the time of the run). Default the model's
+        Tolerance, if it gives no Step. Two short runs with larger errors come first; ``stats["error"]`` is the error
+        as known from them.
     accuracy : float, optional
         In place of a step or tolerance: the largest error in positions, as part of the mechanism's size, and in
         velocities, as part of the largest. Method (where none is given) and step are found by several runs;
@@ -154,9 +159,12 @@ def simulate(
             "how the reactions share the load there is not determined"
         )
     lap("initialise")
-    status = _integrate(motion, progress)
+    if run.tol is None or not motion.parts or not controls_locally(run.method):
+        status = _integrate(motion, progress)
+    else:
+        status = calibrated(motion, run.tol, lambda: _integrate(motion, progress))
     lap("integrate")
-    trajectory, states = _collect(motion, status, seconds)
+    trajectory, states = _collect(motion, run.tol, status, seconds)
     if status not in (driver.DONE, driver.RUNNING):
         raise failure(motion, trajectory, status)
     check_left_out(motion, trajectory, states)
@@ -186,6 +194,8 @@ def plan(
         raise UsageError(f"a tolerance is between 0 and 1, not {tol:g}")
     if step is not None and "fixed" not in can:
         raise UsageError(f"{method} has no fixed steps", hint="give a tolerance (tol), or take another method")
+    if tol is None and step is None and said.step is None and "controlled" in can:
+        tol = said.tolerance
     if tol is None and "fixed" not in can:
         tol = DEFAULT_TOL if said.tolerance is None else said.tolerance
     for name, value in (("start", start), ("stop", stop), ("step", step), ("interval", interval)):
@@ -219,8 +229,9 @@ def plan(
         h = (end - start) / np.ceil((end - start) / h)
     if interval is not None and not 0.0 <= interval < np.inf:
         raise UsageError(f"the output interval must not be negative, not {interval:g} s")
+    every = tol is not None and interval == 0.0 and controls_locally(method)
     spacing = (end - start) / 500 if interval is None else interval or h
-    points = np.ceil((end - start) / spacing - 1e-9) if end > start else 0.0
+    points = np.ceil((end - start) / spacing - 1e-9) if end > start and not every else 0.0
     columns = sum(2 * len(c.coordinates) + c.kind.rows for c in scene.components.values())
     if not points * columns <= MOST_OUTPUT:
         raise UsageError(
@@ -232,7 +243,7 @@ def plan(
     if count:
         times[-1] = end
     given = check_options(method, options or {}, constrained(scene), force)
-    return Plan(method, h, start, end, times, given, general, tol)
+    return Plan(method, h, start, end, times, given, general, tol, every)
 
 
 @contextmanager
@@ -267,27 +278,29 @@ def _integrate(motion: Motion, progress) -> int:
                 if progress is not None:
                     iterations = motion.count("iterations")
                     spent = now - begun
-                    progress(Progress(motion.time, plan.start, plan.stop, plan.h, motion.steps, iterations, spent))
+                    progress(Progress(motion.time, plan.start, plan.stop, motion.h, motion.steps, iterations, spent))
                 slice_ = int(min(1e9, max(1, slice_ * min(4.0, 0.1 / max(now - before, 1e-9)))))
     except KeyboardInterrupt:  # from the progress callback
         pass
     return driver.RUNNING
 
 
-def _collect(motion: Motion, status: int, seconds: dict) -> tuple[Trajectory, list]:
+def _collect(motion: Motion, tol: float | None, status: int, seconds: dict) -> tuple[Trajectory, list]:
     """The trajectory, and q and v of every part."""
     plan, system = motion.plan, motion.system
     t, q, v, lam, states = motion.output(status != driver.DONE)
     stats = {
         "method": plan.method,
         "h": plan.h if plan.tol is None else None,
-        "tol": plan.tol,
+        "tol": tol,
+        "error": motion.error,
         "status": {driver.DONE: "done", driver.RUNNING: "interrupted"}.get(status, "failed"),
         "n": system.n,
         "m": system.m,
         "p": system.p,
         "solved": motion.sizes,
         "steps": motion.steps,
+        "trial_steps": motion.trial_steps,
         "rejected": motion.count("rejected"),
         "iterations": motion.count("iterations"),
         "evaluations": motion.count("evaluations"),

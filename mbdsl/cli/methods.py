@@ -25,6 +25,7 @@ def run(args: argparse.Namespace) -> int:
             default = "" if o.default is None else f" {o.default:g}"
             flag = f"--{option}" if option in OPTIONS else f"--option {option}="
             print(f"    {flag}{default}  ({o.lower:.4g} to {o.upper:.4g})  {o.doc}")
+        print(f"    {' and '.join(method.steps)} steps")
         if method.needs:
             print(f"    needs {method.needs}")
         print(f"    {method.source}")

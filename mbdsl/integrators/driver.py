@@ -13,25 +13,60 @@ Compiled once a method; allocates nothing.
 
 from __future__ import annotations
 
-from mbdsl.kernels import kernel, rare
-from mbdsl.layout import BEFORE, F0, FP, N_ALL, N_GAM, N_Q, NEW_MASS, PAST, Q0, SCALE, V0, XA, Q, R, V, X
-
-# -- status --------------------------------------------------------------------------------------------------
-RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL = range(7)
-
-# -- K: floats of the run ------------------------------------------------------------------------------------
-START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, LOOSEST, UNIT, WILD, NOW, TOL = range(12)
-K_SIZE = 12
-
-# -- J: integers of the run ----------------------------------------------------------------------------------
-STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, UNSEEN, REJECTED = (
-    range(12)
+from mbdsl.integrators.control import (
+    acceptable,
+    after,
+    bend_uneven,
+    best_order_uneven,
+    change,
+    even,
+    is_short,
+    next_trial,
+    other_matrices,
+    predict_uneven,
+    remember,
 )
-J_SIZE = 12
-#: what statistics call them
-COUNTERS = {
-    "iterations": ITERATIONS, "matrix_evaluations": MATRICES, "factorisations": FACTORISATIONS, "rejected": REJECTED
-}  # fmt: skip
+from mbdsl.integrators.linear import DENSE
+from mbdsl.integrators.state import (
+    CONTRACTION,
+    CONTROLLED,
+    DIVERGED,
+    DONE,
+    EVERY,
+    FACTORISATIONS,
+    FRESH,
+    HISTORY,
+    IN_A_ROW,
+    ITERATIONS,
+    LAST_STEP,
+    LOOSEST,
+    MATRICES,
+    NOT_FINITE,
+    NOW,
+    ORDER,
+    OUTPUT,
+    REJECTED,
+    RELATIVE_TOL,
+    RUNNING,
+    SAME,
+    SINCE,
+    SINGULAR,
+    SPEED,
+    STABILISED,
+    START,
+    STEP,
+    STOP,
+    TOO_LARGE,
+    TOO_SMALL,
+    UNIT,
+    UNSEEN,
+    VELOCITY_TOL,
+    WILD,
+    H,
+    T,
+)
+from mbdsl.kernels import kernel, rare
+from mbdsl.layout import BEFORE, F0, FP, N_ALL, N_GAM, N_Q, NEW_MASS, PAST, Q0, SCALE, SOLVER, V0, XA, Q, R, V, X
 
 MAX_ITERATIONS = 25
 #: smallest part of a correction that is taken where whole ones do not get anywhere
@@ -147,6 +182,8 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
         # at the start, where nothing is known of how a changes, a thousandth of a itself
         d = Y[XA, i] - 2.0 * Y[XA + 1, i] + Y[XA + 2, i] if J[HISTORY] > 2 else 1e-3 * Y[XA, i]
         bend = max(bend, abs(d) * Y[SCALE, i])
+    if J[HISTORY] > 2 and not even(J):
+        bend = bend_uneven(h, n, K, Y)
     floor = 16.0 * EPS * size
     # The local error is about h^2/12 times the second difference of a; constraints on velocities are to be kept, too.
     tolerance = min(K[RELATIVE_TOL] * h * h * bend, K[LOOSEST] * size)
@@ -177,6 +214,8 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
             if not matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
                 return SINGULAR if finite(A) else NOT_FINITE
             J[FRESH] = 1
+            if J[CONTROLLED]:
+                other_matrices(tangent, t, h, K, J, Y, Z, C, F, I, A, P)
         if damped:
             keep_unknowns(unknowns, I[N_ALL], Y)
         change = correct(k, h, c, Y, I, A, P)
@@ -199,7 +238,8 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
         grown = k > 0 and remaining > 10.0 * former_residual and change > 100.0 * floor
         # What every step leaves undone adds up over many small ones: rounding is an excuse from the second change on.
         left = change * contraction / (1.0 - contraction) if contraction < 0.9 else change
-        done = left <= tolerance or change <= EPS * size or (k > 0 and left <= EPS * size)
+        rounding = change <= EPS * size and (k > 0 or not J[CONTROLLED])  # of positions, not of what errors are seen in
+        done = left <= tolerance or rounding or (k > 0 and left <= EPS * size)
         # That v stays on the constraints is a promise, for which no contraction is good enough that was only assumed.
         if max(left, UNMEASURED * change if k == 0 else 0.0) > velocity_tolerance:
             done = False
@@ -254,6 +294,32 @@ def shift(unknowns, n, size, Y):
             Y[a + 3, i], Y[a + 2, i], Y[a + 1, i], Y[a, i] = Y[a + 2, i], Y[a + 1, i], Y[a, i], Y[X + k, i]
 
 
+@rare
+def reject(new, status, change_step, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
+    """The step is tried again with another length; a status."""
+    if is_short(new, K):
+        return TOO_SMALL if status == RUNNING else status
+    J[REJECTED] += 1
+    J[IN_A_ROW] += 1
+    change(change_step, evaluate, tangent, inertia, new, c, K, J, Y, Z, C, F, I, A, P)
+    return RUNNING
+
+
+@rare
+def go_on(error, h, change_step, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P, times):
+    """After a controlled step was accepted: its end is now, and how long the next one is."""
+    remember(h, K)
+    K[NOW] = K[T]
+    for i in range(I[N_Q]):
+        K[SPEED] = max(K[SPEED], abs(Y[V0, i]) * Y[SCALE, i])
+    J[SAME] += 1
+    new = after(error, K, J, times)
+    J[SINCE] += 1
+    J[IN_A_ROW] = 0
+    if new != h or J[SAME] < 3:
+        change(change_step, evaluate, tangent, inertia, new, c, K, J, Y, Z, C, F, I, A, P)
+
+
 @kernel
 def advance(
     motion,
@@ -261,6 +327,9 @@ def advance(
     matrix,
     correct,
     finish,
+    estimate,
+    local_error,
+    change_step,
     evaluate,
     tangent,
     inertia,
@@ -278,42 +347,66 @@ def advance(
     times,
     out,
 ):
-    """At most ``steps`` steps; a status. Everything needed to go on is in the buffers."""
-    n, size, unknowns = I[N_Q], I[N_ALL], 1 + J[STABILISED]
+    """At most ``steps`` steps, rejected ones included; a status. Everything needed to go on is in the buffers."""
+    n, size, unknowns, controlled = I[N_Q], I[N_ALL], 1 + J[STABILISED], J[CONTROLLED] > 0
+    error = 0.0
     for _ in range(steps):
-        step = J[STEP]
-        if step >= J[LAST_STEP]:
-            return DONE
-        t0, h = K[START] + step * K[H], K[H]
-        # the stop time is hit exactly, not by adding up
-        t = K[STOP] if step == J[LAST_STEP] - 1 else K[START] + (step + 1) * K[H]
+        step, h = J[STEP], K[H]
+        if controlled:
+            t0 = K[NOW]
+            if t0 >= K[STOP]:
+                return DONE
+            # the stop time is hit exactly, not by adding up
+            t = K[STOP] if t0 + h >= K[STOP] - 1e-9 * h else t0 + h
+            if J[EVERY]:
+                times[J[OUTPUT]] = t
+        else:
+            if step >= J[LAST_STEP]:
+                return DONE
+            t0 = K[START] + step * h
+            t = K[STOP] if step == J[LAST_STEP] - 1 else K[START] + (step + 1) * h
+        K[T] = t
         status = DIVERGED
         for attempt in range(3):
             for k in range(unknowns):
-                predict(k, J[ORDER], size, Y)
+                if even(J):
+                    predict(k, J[ORDER], size, Y)
+                else:
+                    predict_uneven(k, J[ORDER], h, I, K, Y)
             status = newton(
                 attempt == 2, motion, residual, matrix, correct, evaluate, tangent, t, h, c, K, J, Y, Z, C, F, I, A, P
             )
-            if status == RUNNING:
+            if status == RUNNING or (controlled and attempt == 1):
                 break
             J[FRESH], J[ORDER] = 0, 0  # once more, from the last step and with a new matrix
+        if status == RUNNING:
+            motion(h, c, Y, I)
+            if controlled:
+                error = estimate(local_error, inertia, h, c, K, J, Y, F, I, A, P)
+        searching = status != SINGULAR or I[SOLVER] == DENSE  # else somebody goes on with the other solver
+        if controlled and searching and (status != RUNNING or not acceptable(error, h, K)):
+            new = next_trial(error if status == RUNNING else 1e300, h, K)
+            status = reject(new, status, change_step, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P)
+            if status == RUNNING:
+                continue
         if status != RUNNING:
-            K[T] = t
             return status
-        motion(h, c, Y, I)
         finish(inertia, h, c, Y, F, I, A, P)
-        jump = 0.0
-        for i in range(n):
-            jump = max(jump, abs(Y[X, i] - Y[XA, i]) * Y[SCALE, i])
-        if K[UNIT] * jump > K[WILD]:
-            K[T] = t
-            return TOO_LARGE
+        if not controlled:
+            jump = 0.0
+            for i in range(n):
+                jump = max(jump, abs(Y[X, i] - Y[XA, i]) * Y[SCALE, i])
+            if K[UNIT] * jump > K[WILD]:
+                return TOO_LARGE
         if step % RECONSIDER == 0 or J[HISTORY] < 4 or J[ORDER] == 0:
-            J[ORDER] = best_order(J[HISTORY], n, Y)
+            J[ORDER] = best_order(J[HISTORY], n, Y) if even(J) else best_order_uneven(J[HISTORY], h, n, K, Y)
         if J[OUTPUT] < times.size and times[J[OUTPUT]] <= t0 + h + 1e-9 * h:
             record(t0, h, K, J, Y, I, times, out)
         shift(unknowns, n, size, Y)
         J[HISTORY] = min(J[HISTORY] + 1, 4)
         J[STEP] = step + 1
-        K[T] = t
+        if controlled:
+            go_on(error, h, change_step, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P, times)
+    if controlled:
+        return DONE if K[NOW] >= K[STOP] else RUNNING
     return DONE if J[STEP] >= J[LAST_STEP] else RUNNING

@@ -29,6 +29,9 @@ equations fall apart, as HHT-SI2's do:
 The converged solution is that of the full system. psi_II is of order 1 only: reactions are found from the
 acceleration-level equations, and friction in joints, which has to take psi_II, is of order 1.
 
+Local errors: as HHT-I3's. Where steps differ, a_n, found for t_n + alpha h_{n-1}, becomes that for t_n + alpha h_n:
+fa_n + h_n/h_{n-1} (a_n - fa_n).
+
 Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section on HHT-ADD, with the velocity formula
 derived anew (misprinted there); Jay, Negrut, Extensions of the HHT-alpha method to differential-algebraic equations in
 mechanics, ETNA 26 (2007) 190-208. The splitting is ours.
@@ -36,9 +39,11 @@ mechanics, ETNA 26 (2007) 190-208. The splitting is ours.
 
 from mbdsl.integrators import hht_i3
 from mbdsl.integrators.corrections import couple, couples, solve_two, stiff
+from mbdsl.integrators.hht_i3 import local_error
 from mbdsl.integrators.linear import compress, factor, larger, multiply
 from mbdsl.integrators.method import Method, Option
 from mbdsl.integrators.newmark import settle, start_stiff
+from mbdsl.integrators.state import H
 from mbdsl.kernels import kernel
 from mbdsl.layout import (
     D2,
@@ -72,6 +77,8 @@ from mbdsl.layout import (
 )
 from mbdsl.layout import Q1 as A0  # the row that keeps a_n
 from mbdsl.layout import V1 as FA  # the row that keeps fa_n
+
+__all__ = ["local_error"]
 
 #: share of S beyond which forces count as stiff
 STIFF = 0.5
@@ -116,6 +123,10 @@ METHOD = Method(
     inverts_mass=True,
     inertia_rows=(Y1, Y2),
     tangent_row=Y2,
+    acceleration_row=X2,
+    node=lambda c: 0.5,
+    damping_weight=lambda c: c[1] * (1 + c[2]),
+    steps=("fixed", "controlled"),
 )
 
 
@@ -140,6 +151,13 @@ def motion(h, c, Y, I):
         Y[LAM, i] = share(c) * Y[X2, i]
     for i in range(n + m, I[N_ALL]):
         Y[LAM, i] = Y[X2, i] = Y[X, i]
+
+
+@kernel
+def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
+    """a_n for a step of length h in place of K[H]."""
+    for i in range(I[N_Q]):
+        Y[A0, i] = Y[FA, i] + h / K[H] * (Y[A0, i] - Y[FA, i])
 
 
 @kernel

@@ -9,15 +9,24 @@ gamma = 1/2 - alpha, beta = (1 - alpha)^2/4, and
 Where M depends on q, it is that of the predictor q_n + (1+alpha) h v_n, once a step, as HHT-SI2 has it: a_{n+1} belongs
 to t_{n+1} + alpha h. With M(q_{n+1}), as (8c) reads, the method is of first order, by alpha h dM/dt a.
 
+Local errors: -h^3 (1/12 + alpha^2/4) q''' in q, h^3 (-1/12 + alpha/2 + alpha^2) v''' in v, where the alpha/2 and half
+of alpha^2 are what (8c) gets wrong in a.
+
+Steps that differ: a_n, found for t_n + alpha h_{n-1}, is shifted by alpha (h_n - h_{n-1}) times its rate. Along the
+constraints' normals v_n has the error that makes q_{n+1} right, -h^2 (1/12 + alpha^2/4) q'''; as it is found with
+h_{n-1}, it is changed, too, without which a, and reactions, would jump by O(h) with every change of the step.
+
 Source: Negrut, Jay, Khude, A discussion of low order numerical integration formulas for rigid and flexible multibody
 dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eq. (8).
 """
 
+from mbdsl.integrators.control import set_velocity
 from mbdsl.integrators.corrections import correct_one as correct
 from mbdsl.integrators.linear import factor
 from mbdsl.integrators.method import Method, Option
 from mbdsl.integrators.newmark import carried, settle, start_stiff
 from mbdsl.integrators.newmark import motion as newmark_motion
+from mbdsl.integrators.state import H
 from mbdsl.kernels import kernel
 from mbdsl.layout import F0, FP, MASS, MASS_KIND, MX, N_ALL, N_PHI, N_Q, NEW_MASS, Q0, Q_MASS, TIMES, V0, XA, R, X
 
@@ -50,6 +59,10 @@ METHOD = Method(
     coefficients=coefficients,
     begin=begin,
     mass_row=Q_MASS,
+    node=lambda c: 1 + c[2],
+    mass_weight=lambda c: 1 / (1 + c[2]),
+    damping_weight=lambda c: c[1],
+    steps=("fixed", "controlled"),
 )
 
 
@@ -65,6 +78,27 @@ def hold_mass(h, c, Y, I):
 def motion(h, c, Y, I):
     hold_mass(h, c, Y, I)
     newmark_motion(h, c, Y, I)
+
+
+@kernel
+def local_error(h, last, c, jerk, snap):
+    """Errors of q and v in a step of length h behind one of length ``last``."""
+    alpha = c[2]
+    h3 = h * h * h
+    return -(1 / 12 + alpha * alpha / 4) * h3 * jerk, (-1 / 12 + alpha / 2 + alpha * alpha) * h3 * snap
+
+
+@kernel
+def velocity_error(h, last, c):
+    """What v is wrong by along the constraints' normals, relative to the jerk."""
+    return -(1 / 12 + c[2] * c[2] / 4) * h * h
+
+
+@kernel
+def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
+    """v_n along the normals, for a step of length h in place of K[H]; a_n is shifted by the driver."""
+    if h != K[H]:
+        set_velocity(velocity_error(h, h, c), h, matrix, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P)
 
 
 @kernel

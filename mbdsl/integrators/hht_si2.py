@@ -22,14 +22,18 @@ a projection with a mass matrix that does not change, and HHT-I3's own system. T
 h^2 (Phi_q^T mu)_q dq: a power of h times a correction, left to the next iteration. The converged solution is that of
 the full system.
 
+Local errors are those of HHT-I3, and so is the shift of a_n where steps differ. abar and mu, which vanish with h, are
+predicted in proportion to it.
+
 Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (12)-(13), with R1's signs derived anew
 (they are misprinted there); the splitting is ours.
 """
 
 from mbdsl.integrators.corrections import couple, couples, solve_two
-from mbdsl.integrators.hht_i3 import ALPHA, begin, coefficients, finish, hold_mass
+from mbdsl.integrators.hht_i3 import ALPHA, begin, coefficients, finish, hold_mass, local_error
 from mbdsl.integrators.linear import factor, larger
 from mbdsl.integrators.method import Method
+from mbdsl.integrators.state import H
 from mbdsl.kernels import kernel
 from mbdsl.layout import (
     D2,
@@ -42,6 +46,7 @@ from mbdsl.layout import (
     N_ALL,
     N_PHI,
     N_Q,
+    PAST,
     Q0,
     Q_MASS,
     R2,
@@ -56,7 +61,7 @@ from mbdsl.layout import (
     X,
 )
 
-__all__ = ["finish"]
+__all__ = ["finish", "local_error"]
 
 METHOD = Method(
     "hht-si2",
@@ -71,6 +76,10 @@ METHOD = Method(
     sets=2,
     matrices=3,
     mass_row=Q_MASS,
+    node=lambda c: 1 + c[2],
+    mass_weight=lambda c: 1 / (1 + c[2]),
+    damping_weight=lambda c: c[1],
+    steps=("fixed", "controlled"),
 )
 
 
@@ -82,6 +91,14 @@ def motion(h, c, Y, I):
         a0, a = c[3] * Y[XA, i], Y[X, i]
         Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h / 2 * ((1 - 2 * beta) * a0 + 2 * beta * a + Y[X2, i])
         Y[V, i] = Y[V0, i] + h * ((1 - gamma) * a0 + gamma * a)
+
+
+@kernel
+def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
+    """abar and mu of the past, as with steps of length h in place of K[H]."""
+    for k in range(PAST if h != K[H] else 0):
+        for i in range(I[N_ALL]):
+            Y[XA + PAST + k, i] *= h / K[H]
 
 
 @kernel

@@ -7,10 +7,12 @@ With as many (independent) constraints as coordinates, unknowns are the displace
 
 Both are solved to rounding, whatever h. Forces do not enter; reactions follow from the motion where somebody asks. The
 matrix is that of the other methods with M beside Phi_q, for the sake of its pivots: the solution does not depend on it.
+Where steps are controlled, they end at outputs, and none moves a coordinate by more than K[LARGEST].
 """
 
 from mbdsl.integrators.linear import factor, larger, solve
 from mbdsl.integrators.method import Method
+from mbdsl.integrators.state import LARGEST, H
 from mbdsl.kernels import kernel
 from mbdsl.layout import D2, FP, GD, N_ALL, N_Q, PAST, Q0, R2, SCALE, X2, XA, D, Q, R, V, X
 
@@ -34,6 +36,29 @@ def motion(h, c, Y, I):
     for i in range(I[N_Q]):
         Y[Q, i] = Y[Q0, i] + Y[X, i]
         Y[V, i] = Y[X2, i]
+
+
+@kernel
+def local_error(h, last, c, jerk, snap):
+    """There is none."""
+    return 0.0, 0.0
+
+
+@kernel
+def estimate(local_error, inertia, h, c, K, J, Y, F, I, A, P):
+    """The largest displacement, relative to what it may be."""
+    largest = 0.0
+    for i in range(I[N_Q]):
+        largest = larger(abs(Y[X, i]) * Y[SCALE, i], largest)
+    return largest / K[LARGEST]
+
+
+@kernel
+def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
+    """Displacements of the past, as with steps of length h in place of K[H]."""
+    for k in range(PAST):
+        for i in range(I[N_Q]):
+            Y[XA + k, i] *= h / K[H]
 
 
 @kernel

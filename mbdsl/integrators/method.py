@@ -90,6 +90,10 @@ class Method:
     steps: tuple[str, ...] = ("fixed",)
     needs: str = ""
     rows: int = 0  #: rows of Y that are the method's own, behind the common ones
+    acceleration_row: int = X  #: X or X2: differences of that over steps are those of accelerations
+    node: Callable[[Array], float] = lambda c: 1.0  #: when in a step that acceleration is, in parts of the step
+    mass_weight: Callable[[Array], float] = lambda c: 1.0  #: factor on M in the (first) iteration matrix
+    damping_weight: Callable[[Array], float] = lambda c: 2 / 3  #: the same on h D
 
 
 class Run(Protocol):
@@ -99,6 +103,8 @@ class Run(Protocol):
     ----------
     out : (outputs, n + n + m + p)
         q, v, lam at the output times after the start; the first ``written`` rows are filled.
+    times : (outputs,)
+        Those times; where every step is output, those of the steps.
     pivoting_from : float or None
         Since when pivots are searched for.
     """
@@ -106,6 +112,7 @@ class Run(Protocol):
     system: System
     method: str
     out: Array
+    times: Array
     pivoting_from: float | None
 
     @property

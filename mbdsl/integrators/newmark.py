@@ -7,6 +7,8 @@ Unknowns a_{n+1}, lam_{n+1}; f = Q - Phi_q^T lam:
     M a_{n+1} - f_{n+1} = 0
     1/(beta h^2) Phi(q_{n+1}, t_{n+1}) = 0
 
+Local errors: h^3 (1/6 - beta) q''' in q, h^2 (1/2 - gamma) v'' in v.
+
 gamma > 1/2 damps high frequencies. gamma = 1/2 with beta = 1/4, the trapezoidal rule, has order 2, but does not damp
 the multipliers' oscillations at all.
 
@@ -17,9 +19,11 @@ Source: Negrut, Jay, Khude, A discussion of low order numerical integration form
 dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (4)-(6).
 """
 
+from mbdsl.integrators.control import set_velocity
 from mbdsl.integrators.corrections import correct_one as correct
 from mbdsl.integrators.linear import factor
 from mbdsl.integrators.method import Method, Option
+from mbdsl.integrators.state import H
 from mbdsl.kernels import kernel
 from mbdsl.layout import FP, MASS, MX, N_ALL, N_PHI, N_Q, Q0, V0, XA, Q, R, V, X
 
@@ -86,6 +90,8 @@ METHOD = Method(
     check_constrained=check_constrained,
     coefficients=coefficients,
     begin=begin,
+    damping_weight=lambda c: c[1],
+    steps=("fixed", "controlled"),
 )
 
 
@@ -96,6 +102,26 @@ def motion(h, c, Y, I):
         a0, a = c[3] * Y[XA, i], Y[X, i]
         Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h / 2 * ((1 - 2 * beta) * a0 + 2 * beta * a)
         Y[V, i] = Y[V0, i] + h * ((1 - gamma) * a0 + gamma * a)
+
+
+@kernel
+def local_error(h, last, c, jerk, snap):
+    """Errors of q and v in a step of length h behind one of length ``last``."""
+    beta, gamma = c[0], c[1]
+    return h * h * h * (1 / 6 - beta) * jerk, h * h * (1 / 2 - gamma) * jerk
+
+
+@kernel
+def velocity_error(h, last, c):
+    """What v is wrong by along the constraints' normals, relative to the jerk."""
+    return h * h * (1 / 6 - c[0] - (1 / 2 - c[1]) / 2)
+
+
+@kernel
+def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
+    """v_n along the normals, for a step of length h in place of K[H]."""
+    if h != K[H]:
+        set_velocity(velocity_error(h, h, c), h, matrix, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P)
 
 
 @kernel

@@ -7,6 +7,15 @@ Unknowns a_{n+1}, lam_{n+1}; f = Q - Phi_q^T lam:
     M a_{n+1} - f_{n+1} = 0
     9/(4 h^2) Phi(q_{n+1}, t_{n+1}) = 0
 
+Steps that differ, with r = h_n/h_{n-1}, s = h_n (1 + r)/(1 + 2 r) and p = r^2/(1 + 2 r) (2/3 h and 1/3 for r = 1):
+
+    v_{n+1} = (1 + p) v_n - p v_{n-1} + s a_{n+1}
+    q_{n+1} = (1 + p) q_n - p q_{n-1} + s v_{n+1}
+
+Local errors: -s h_n (h_n + h_{n-1})/6 times q''' in q, and times v''' in v (-2/9 h^3 for r = 1). Along the constraints'
+normals v_n has the error that makes q_n right, -h_{n-1} (h_{n-1} + h_{n-2})/6 q'''; where steps differ, it is made that
+of the step to come, without which a, and reactions, would jump by O(h).
+
 The step before the start is made up, from the motion's Taylor expansion. Where the start is stiff, so that a says
 nothing about the motion behind a transient, the first step is one of the backward Euler method instead: v_{n+1} = v_n +
 h a_{n+1}, q_{n+1} = q_n + h v_{n+1}. Order 2 is kept, as it is one step.
@@ -15,17 +24,20 @@ Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section o
 integrator in ADAMS. The start is ours.
 """
 
+from mbdsl.integrators.control import set_velocity
 from mbdsl.integrators.corrections import correct_one as correct
 from mbdsl.integrators.linear import factor
 from mbdsl.integrators.method import Method
+from mbdsl.integrators.state import LAST_H
 from mbdsl.kernels import kernel
-from mbdsl.layout import FP, MASS, MX, N_ALL, N_PHI, N_Q, Q0, Q1, V0, V1, XA, Q, R, V, X
+from mbdsl.layout import E_Q, FP, MASS, MX, N_ALL, N_PHI, N_Q, Q0, Q1, V0, V1, XA, Q, R, V, X
 
 __all__ = ["correct"]
 
 
-#: (s/h)^2 and s/h: how q and v follow a
-BDF2 = (4 / 9, 2 / 3)
+#: (s/h)^2 and s/h: how q and v follow a; p
+BDF2 = (4 / 9, 2 / 3, 1 / 3)
+EULER = (1.0, 1.0, 0.0)
 
 
 def before(start):
@@ -35,7 +47,7 @@ def before(start):
 
 
 def begin(c, start):
-    c[0], c[1] = (1.0, 1.0) if start.stiff else BDF2
+    c[:4] = *(EULER if start.stiff else BDF2), -(start.h**2) / 3
     return {XA: [*(0.0 * start.a if start.stiff else start.a), *start.lam], **before(start)}
 
 
@@ -46,21 +58,50 @@ METHOD = Method(
     index=3,
     enforces=("Phi",),
     source="Negrut, Jay, Khude (2009), NSTIFF",
-    coefficients=lambda options: BDF2,
+    coefficients=lambda options: (*BDF2, 0.0),
     begin=begin,
+    steps=("fixed", "controlled"),
 )
 
 
 @kernel
 def motion(h, c, Y, I):
+    s, p = c[1] * h, c[2]
     for i in range(I[N_Q]):
-        q0, q1, v0, v1, a = Y[Q0, i], Y[Q1, i], Y[V0, i], Y[V1, i], Y[X, i]
-        if c[1] < 1.0:
-            Y[Q, i] = q0 + (q0 - q1) / 3 + h * (8 / 9 * v0 - 2 / 9 * v1) + 4 / 9 * h * h * a
-            Y[V, i] = v0 + (v0 - v1) / 3 + 2 / 3 * h * a
-        else:  # backward Euler
-            Y[Q, i] = q0 + h * v0 + h * h * a
-            Y[V, i] = v0 + h * a
+        v = Y[V0, i] + p * (Y[V0, i] - Y[V1, i])
+        Y[Q, i] = Y[Q0, i] + p * (Y[Q0, i] - Y[Q1, i]) + s * (v + s * Y[X, i])
+        Y[V, i] = v + s * Y[X, i]
+
+
+@kernel
+def local_error(h, last, c, jerk, snap):
+    """Errors of q and v in a step of length h behind one of length ``last``."""
+    k = -c[1] * h * h * (h + last) / 6
+    return k * jerk, k * snap
+
+
+@kernel
+def velocity_error(h, last, c):
+    """What v is wrong by along the constraints' normals, relative to the jerk."""
+    return -h * (h + last) / 6
+
+
+@kernel
+def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
+    """Coefficients of a step of length h; v_n and v_{n-1} along the normals."""
+    set_ratio(h / K[LAST_H], c)
+    error = velocity_error(h, K[LAST_H], c)
+    if error != c[3]:
+        set_velocity(error, h, matrix, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P)
+        for i in range(I[N_Q]):
+            Y[V1, i] += Y[E_Q, i]
+    c[3] = error
+
+
+@kernel
+def set_ratio(r, c):
+    s = (1 + r) / (1 + 2 * r)
+    c[0], c[1], c[2] = s * s, s, r * r / (1 + 2 * r)
 
 
 @kernel
@@ -86,6 +127,6 @@ def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
 @kernel
 def finish(inertia, h, c, Y, F, I, A, P):
     """The step's start becomes the past, and what began with backward Euler goes on with BDF2."""
-    c[0], c[1] = 4 / 9, 2 / 3
+    c[0], c[1], c[2] = 4 / 9, 2 / 3, 1 / 3
     for i in range(I[N_Q]):
         Y[Q1, i], Y[V1, i] = Y[Q0, i], Y[V0, i]

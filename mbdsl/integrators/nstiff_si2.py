@@ -21,13 +21,16 @@ what velocities make of them), S = M + s^2 K + s D and K with (M a)_q, Newton's 
 The dots are s N q and s^2 (Phi_q^T mu)_q: a power of h times a correction, left to the next iteration. The converged
 solution is that of the full system.
 
+Steps that differ, and local errors: as with NSTIFF. q' - v and mu, which vanish with h^2, are predicted in proportion.
+
 Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section on NSTIFF-SI2; the splitting is ours.
 """
 
 from mbdsl.integrators.corrections import couple, couples, solve_two
 from mbdsl.integrators.linear import factor, larger
 from mbdsl.integrators.method import Method
-from mbdsl.integrators.nstiff import BDF2, begin, finish
+from mbdsl.integrators.nstiff import BDF2, begin, finish, local_error, set_ratio
+from mbdsl.integrators.state import LAST_H, H
 from mbdsl.kernels import kernel
 from mbdsl.layout import (
     D2,
@@ -39,6 +42,7 @@ from mbdsl.layout import (
     N_ALL,
     N_PHI,
     N_Q,
+    PAST,
     Q0,
     Q1,
     R2,
@@ -47,6 +51,7 @@ from mbdsl.layout import (
     V0,
     V1,
     X2,
+    XA,
     D,
     Q,
     R,
@@ -54,7 +59,7 @@ from mbdsl.layout import (
     X,
 )
 
-__all__ = ["begin", "finish"]
+__all__ = ["begin", "finish", "local_error"]
 
 
 METHOD = Method(
@@ -64,21 +69,30 @@ METHOD = Method(
     index=2,
     enforces=("Phi", "dPhi"),
     source="Negrut, Jay, Khude (2009), NSTIFF-SI2",
-    coefficients=lambda options: BDF2,
+    coefficients=lambda options: (*BDF2, 0.0),
     begin=begin,
     sets=2,
     matrices=3,
+    steps=("fixed", "controlled"),
 )
 
 
 @kernel
 def motion(h, c, Y, I):
-    s = c[1] * h
-    past = 1 / 3 if c[1] < 1.0 else 0.0  # none where it starts with backward Euler
+    s, p = c[1] * h, c[2]
     for i in range(I[N_Q]):
-        v = Y[V0, i] + past * (Y[V0, i] - Y[V1, i]) + s * Y[X, i]
-        Y[Q, i] = Y[Q0, i] + past * (Y[Q0, i] - Y[Q1, i]) + s * (v + Y[X2, i])
+        v = Y[V0, i] + p * (Y[V0, i] - Y[V1, i]) + s * Y[X, i]
+        Y[Q, i] = Y[Q0, i] + p * (Y[Q0, i] - Y[Q1, i]) + s * (v + Y[X2, i])
         Y[V, i] = v
+
+
+@kernel
+def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
+    """Coefficients of a step of length h in place of K[H]; q' - v and mu of the past, as with steps of that length."""
+    set_ratio(h / K[LAST_H], c)
+    for k in range(PAST if h != K[H] else 0):
+        for i in range(I[N_ALL]):
+            Y[XA + PAST + k, i] *= (h / K[H]) ** 2
 
 
 @kernel

@@ -8,33 +8,7 @@ Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90; controller: Soed
 (2003) 1-26. The splitting is ours.
 """
 
-from mbdsl.integrators.driver import (
-    DIVERGED,
-    DONE,
-    EPS,
-    FACTORISATIONS,
-    FRESH,
-    HISTORY,
-    ITERATIONS,
-    LAST_STEP,
-    MATRICES,
-    NOT_FINITE,
-    NOW,
-    OUTPUT,
-    REJECTED,
-    RUNNING,
-    SINGULAR,
-    SINGULAR_NOISE,
-    START,
-    STEP,
-    STOP,
-    TOL,
-    TOO_SMALL,
-    UNSEEN,
-    H,
-    T,
-    finite,
-)
+from mbdsl.integrators.driver import EPS, SINGULAR_NOISE, finite
 from mbdsl.integrators.linear import SPARSE_LU
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.stages import (
@@ -57,6 +31,30 @@ from mbdsl.integrators.stages import (
     predict,
     residual,
     set_metric,
+)
+from mbdsl.integrators.state import (
+    DIVERGED,
+    DONE,
+    FACTORISATIONS,
+    FRESH,
+    HISTORY,
+    ITERATIONS,
+    LAST_STEP,
+    MATRICES,
+    NOT_FINITE,
+    NOW,
+    OUTPUT,
+    REJECTED,
+    RUNNING,
+    SINGULAR,
+    START,
+    STEP,
+    STOP,
+    TOL,
+    TOO_SMALL,
+    UNSEEN,
+    H,
+    T,
 )
 from mbdsl.kernels import kernel, rare
 from mbdsl.layout import N_ALL, N_PHI, N_Q, NEW_MASS, Q0, SCALE, SOLVER, V0, XA, Q, V

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping
+from copy import copy
 from dataclasses import dataclass, field
 from types import ModuleType
 
@@ -12,8 +13,9 @@ from numpy.typing import NDArray
 
 from mbdsl import jit, layout
 from mbdsl.errors import InitialisationError, UsageError
-from mbdsl.integrators import declared, driver, linear, modules, sparse
-from mbdsl.integrators.method import Start
+from mbdsl.integrators import control, declared, driver, linear, modules, sparse, state
+from mbdsl.integrators.method import Method, Start
+from mbdsl.integrators.starting import applied, check_stiffness, first_step, normal_part, rates
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.emit import EVALUATE, INERTIA, TANGENT
@@ -30,8 +32,14 @@ ADVANCE = jit.Signature(
 )
 #: h^3 times the jerk at the start, relative to the mechanism, beyond which it belongs to a transient
 TRANSIENT = 1e-4
-#: h omega up to which M^{-1} Q is of use: beyond, reactions are wrong by percents, and soon by more than they are
-STIFFEST = 300.0
+#: largest displacement in a controlled step of what constraints determine, relative to the mechanism
+LARGEST = 0.1
+#: floats of stored output beyond which a larger interval is asked for
+MOST_OUTPUT = 250_000_000
+#: kernels of controlled steps, which methods have, or which do nothing
+CONTROL = ("estimate", "local_error", "change_step")
+#: rows of output that are made room for at once, where their number is not known
+ROOM = 4096
 #: largest system that the dense solver with pivoting may take over
 PIVOTING_LIMIT = 2000
 
@@ -74,6 +82,11 @@ def loop_name(method: str) -> str:
     return "mbdsl_method_" + modules()[method].__name__.rsplit(".", 1)[-1]
 
 
+def controls_locally(method: str) -> bool:
+    """Whether controlled steps of a method are those of :mod:`mbdsl.integrators.control`, and not its own."""
+    return method in modules() and not hasattr(modules()[method], "advance")
+
+
 def compiled(name: str, module: ModuleType) -> Callable:
     """The step loop compiled for one method: its kernels are known to the compiler, the scene's are pointers."""
     short = module.__name__.rsplit(".", 1)[-1]
@@ -89,33 +102,26 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
         return jit.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [module])[0]
     text = f'''"""Emitted by mbdsl: the step loop of {name}."""
 
-from mbdsl.integrators import driver
+from mbdsl.integrators import control, driver
 from mbdsl.integrators import {short} as method
 
 
 def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
     return driver.advance(
         method.motion, method.residual, method.matrix, method.correct, method.finish,
+        {", ".join(f"{'method' if hasattr(module, f) else 'control'}.{f}" for f in CONTROL)},
         evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out,
     )
 '''
-    return jit.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [driver, module])[0]
-
-
-def rate(after: Callable[[float], Array], now: Array, e: float) -> Array:
-    """The rate of a quantity (n,) at the start, by one-sided differences over the time e; zero where there is none."""
-    try:
-        found = (4 * after(e) - after(2 * e) - 3 * now) / (2 * e)
-    except InitialisationError:
-        return np.zeros_like(now)
-    return found if np.isfinite(found).all() else np.zeros_like(now)
+    return jit.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [driver, control, module])[0]
 
 
 @dataclass
 class Integration:
     """Buffers and compiled functions of one run from a consistent initial state.
 
-    ``h`` is the step and divides stop - start; with a tolerance ``tol`` it is the longest step.
+    ``h`` is the step and divides stop - start; with a tolerance ``tol`` it is the longest step. With ``every``, each
+    step is output, and ``times`` are found.
     """
 
     system: System
@@ -127,36 +133,62 @@ class Integration:
     options: Mapping[str, float | None] = field(default_factory=dict)
     left_out: tuple[int, ...] = ()
     tol: float | None = None
+    every: bool = False
     pivoting_from: float | None = None  #: since when pivots are searched for, as the order from the graph lost one
 
     def __post_init__(self) -> None:
-        module = modules()[self.method]
-        declaration = module.METHOD
-        self.matrices = declaration.matrices
+        self._rates: tuple | None = None
+        self._prepare()
+        self._load()
+
+    @property
+    def controlled(self) -> bool:
+        """Whether the lengths of steps follow from local errors."""
+        return self.tol is not None and controls_locally(self.method)
+
+    def anew(self, times: Array, tol: float | None, every: bool) -> Integration:
+        """Another run of the same System, which has not begun yet."""
+        run = copy(self)
+        run.times, run.tol, run.every, run.pivoting_from = times, tol, every, None
+        del run.Y, run.I
+        run._prepare()
+        return run
+
+    def _prepare(self) -> None:
+        """The buffers."""
+        declaration = modules()[self.method].METHOD
+        self.matrices = declaration.matrices + 2 * self.controlled
         self._use(linear.SPARSE_LU)
         options = check_options(self.method, self.options, force=True)
         self.c = np.array(declaration.coefficients(options), float)
-        self.K = np.zeros(driver.K_SIZE)
-        self.J = np.zeros(driver.J_SIZE, np.int64)
+        self.K = np.zeros(state.K_SIZE)
+        self.J = np.zeros(state.J_SIZE, np.int64)
         self.out = np.zeros((len(self.times), self.system.n + self.system.unknowns))
         steps = round((self.stop - self.start) / self.h)
-        self.K[driver.START], self.K[driver.STOP], self.K[driver.H] = self.start, self.stop, self.h
-        self.K[driver.T] = self.K[driver.NOW] = self.start
-        self.K[driver.TOL] = self.tol or 0.0
-        self.K[driver.CONTRACTION] = 0.1
+        self.K[state.START], self.K[state.STOP], self.K[state.H] = self.start, self.stop, self.h
+        self.K[state.T] = self.K[state.NOW] = self.start
+        self.K[state.TOL] = self.tol or 0.0
+        self.K[state.CONTRACTION] = 0.1
         # parts of h times the speed, of the local error, and of the size: where a rings, its differences say nothing
         # (All but the stabilised index-2 methods find reactions from what 1/h^2 magnifies.)
-        self.K[driver.VELOCITY_TOL : driver.LOOSEST + 1] = 8e-12, 1e-5 if declaration.sets == 2 else 1e-6, 1e-11
+        self.K[state.VELOCITY_TOL : state.LOOSEST + 1] = 8e-12, 1e-5 if declaration.sets == 2 else 1e-6, 1e-11
         # What turns unknowns and residuals into positions; the largest change of an unknown from step to step, as a
         # position, that means anything: of an acceleration, no motion worth following has it.
-        self.K[driver.UNIT], self.K[driver.WILD] = self.h**2, 25.0
+        self.K[state.UNIT], self.K[state.WILD] = self.h**2, 25.0
         if declaration.order == 0:
             # There is no local error, and nothing that is left adds up over steps; but there are other assemblies, and
             # who makes steps so large may end up in one.
-            self.K[driver.RELATIVE_TOL : driver.WILD + 1] = 1e300, 4e-15, 1.0, 0.5
-        self.J[driver.LAST_STEP] = steps
-        self.J[driver.STABILISED] = declaration.sets > 1
-        sets = declaration.sets
+            self.K[state.RELATIVE_TOL : state.WILD + 1] = 1e300, 4e-15, 1.0, 0.5
+        self.J[state.LAST_STEP], self.J[state.SAME] = steps, control.LONG_AGO
+        if self.controlled:
+            assert self.tol is not None
+            self._control(self.tol, declaration)
+        self.J[state.STABILISED] = declaration.sets > 1
+
+    def _load(self) -> None:
+        """The compiled functions."""
+        module = modules()[self.method]
+        sets = module.METHOD.sets
         code, loop = self.system.module_name(sets), loop_name(self.method)
         # What has to be compiled is compiled side by side: the scene's code elsewhere, the method's loop here.
         both = not jit.is_compiled(code) and not jit.is_compiled(loop)
@@ -166,6 +198,19 @@ class Integration:
             other.wait()
         kernels = self.system.kernels(sets)
         self.evaluate, self.tangent, self.inertia = kernels.evaluate, kernels.tangent, kernels.inertia
+
+    def _control(self, tol: float, method: Method) -> None:
+        K, J, span = self.K, self.J, self.stop - self.start
+        J[state.CONTROLLED], J[state.EVERY] = True, self.every
+        J[state.LANDING] = method.order == 0 and not self.every
+        K[state.NOW], K[state.TOL] = self.start, tol
+        K[state.SPEED] = 1.0 / span if span > 0.0 else 1.0
+        K[state.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
+        K[state.MOST_H] = span if method.order else span / 100
+        K[state.EXPONENT] = 1.0 / (method.order + 1)
+        K[state.LARGEST] = min(LARGEST, (100.0 * tol) ** 0.25)  # q between outputs is of order 4
+        K[state.NODE], K[state.MASS_WEIGHT] = method.node(self.c), method.mass_weight(self.c)
+        K[state.DAMPING] = method.damping_weight(self.c)
 
     def _use(self, solver: int) -> None:
         """Lay out the buffers for a solver; the vectors keep their content."""
@@ -188,6 +233,7 @@ class Integration:
         self.I[layout.LAM_ROW], self.I[layout.MU_ROW], self.I[layout.LAW_ROW] = method.multipliers
         self.I[layout.INERTIA_ROW], self.I[layout.INERTIA_ROW2] = method.inertia_rows
         self.I[layout.MASS_ROW], self.I[layout.TANGENT_ROW] = method.mass_row, method.tangent_row
+        self.I[layout.ACCELERATION] = method.acceleration_row
         self.I[layout.PSI_ROW], self.I[layout.KEEP] = layout.X, kept
         self.A = np.zeros((self.matrices, length + 1))  # the last entry is the method's own
         self.P = np.zeros((self.matrices, max(N, 2 * size + 1)), np.int64)  # pivots, or rows and columns of entries
@@ -202,8 +248,19 @@ class Integration:
             else:
                 self.I[self.I[self.I[layout.GAMMAS] + row - m] + 3] = 1
 
-    def begin(self, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...] = ()) -> None:
+    def begin(
+        self,
+        q: Array,
+        v: Array,
+        a: Array,
+        lam: Array,
+        left_out: tuple[int, ...] = (),
+        t: float | None = None,
+        h: float | None = None,
+    ) -> None:
         """Set the consistent state at the start, and the redundant constraints that are not solved for.
+
+        Controlled steps may begin anew at a later time ``t``, as behind a jump, with a first step of about ``h``.
 
         Raises
         ------
@@ -212,7 +269,8 @@ class Integration:
         """
         self.left_out = left_out
         self._leave_out()
-        system, t0, Y, e = self.system, self.start, self.Y, 1e-3 * self.h
+        controlled = self.controlled
+        system, t0, Y = self.system, self.start if t is None else t, self.Y
         n, mass, scale = system.n, system.mass(), system.tables.scale
         method = modules()[self.method].METHOD
         if method.inverts_mass and not (mass > 0.0).all():
@@ -221,22 +279,22 @@ class Integration:
                 f"{self.method} divides forces by masses, but {name} has none",
                 hint="give it a mass, or take another method",
             )
-        if method.inverts_mass:
-            self._check_stiffness(q, v, lam)
-
-        def motion(s: float) -> tuple[Array, Array]:
-            return q + s * v + s * s / 2 * a, v + s * a
-
-        def applied(s: float) -> Array:
-            return self._applied(t0 + s, *motion(s), lam)
 
         def largest(x: Array) -> float:
             return float(np.abs(x * scale).max(initial=0.0))
 
-        fa = applied(0.0)
-        jerk = rate(lambda s: accelerations(system, t0 + s, *motion(s), left_out)[0], a, e)
-        fa_rate = rate(applied, fa, e)
-        stiff = self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
+        if controlled:
+            self.c[:] = method.coefficients(check_options(self.method, self.options, force=True))
+            self.h = 1e-2 / max(1.0 / (self.stop - t0), largest(v), largest(a) ** 0.5)
+        key = t0, self.h, q.tobytes(), v.tobytes(), a.tobytes()
+        if self._rates is None or self._rates[0] != key:
+            self._rates = key, rates(system, t0, 1e-3 * self.h, q, v, a, lam, left_out)
+        fa, jerk, fa_rate = self._rates[1]
+        if controlled:
+            self.h = self._first_step(v, a, jerk) if h is None else h
+        if method.inverts_mass:
+            check_stiffness(system, self.method, t0, self.h, q, v, lam)
+        stiff = not controlled and self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
         if stiff:  # a method damps what it cannot follow, but must not be thrown off by it
             jerk, fa_rate = np.zeros(n), np.zeros(n)
         Y[layout.Q0, :n] = Y[layout.Q, :n] = q
@@ -247,28 +305,42 @@ class Integration:
             Y[row, : len(vector)] = vector
         Y[layout.X] = Y[layout.XA]
         Y[layout.X2] = Y[layout.XA + layout.PAST]
+        if controlled:
+            self._begin_control(t0, q, jerk)
         # what the start's own evaluation finds is the past of the first step
         self.evaluate(t0, Y, self.Z, self.C, self.F, self.I)
         self.I[layout.KEEP] = 1
-        self.J[driver.HISTORY] = 1
+        self.J[state.HISTORY] = 1
 
-    def _check_stiffness(self, q: Array, v: Array, lam: Array) -> None:
-        """What M^{-1} Q makes of the rounding of q must be less than what the reactions are."""
-        system = self.system
-        K, M = system.stiffness(self.start, q, v, lam).diagonal(), system.M(self.start, q).diagonal()
-        fastest = np.sqrt(np.maximum(K / M, 0.0))
-        k = int(fastest.argmax()) if system.n else 0
-        if system.n and self.h * fastest[k] > STIFFEST:
-            raise InitialisationError(
-                f"{self.method} finds reactions from M^-1 Q, where rounding is magnified by what is stiff: of "
-                f"{system.names()[k]} with {fastest[k]:.1e} rad/s, {self.h * fastest[k]:.0f} times 1/h",
-                hint=f"a step below {STIFFEST / fastest[k]:.2g} s, no such (axial?) mode, or another method",
+    def _first_step(self, v: Array, a: Array, jerk: Array) -> float:
+        module, K, scale = modules()[self.method], self.K, self.Y[layout.SCALE, : self.system.n]
+        span = self.stop - self.start
+        h, speed = min(0.01 * span, 10.0 * self.h), max(K[state.SPEED], float(np.abs(v * scale).max(initial=0.0)))
+        if module.METHOD.order == 0:
+            return min(h, 0.5 * K[state.LARGEST] / speed, *self.times[:1] - self.start)
+        allowed = control.AIM * control.SHARE * K[state.TOL]
+        return first_step(module.local_error, self.c, h, allowed, K[state.EXPONENT], scale, speed, span, a, jerk)
+
+    def _begin_control(self, t: float, q: Array, jerk: Array) -> None:
+        """No steps yet, but the accelerations of one that might have been."""
+        system, K, J, h, n = self.system, self.K, self.J, self.h, self.system.n
+        K[state.NOW], K[state.H], K[state.LAST_H], K[state.TYPICAL_H] = t, h, h, h
+        if K[state.EXPONENT] < 1.0:
+            K[state.UNIT] = h * h
+        J[state.SAME] = J[state.SINCE] = J[state.IN_A_ROW] = J[state.FRESH] = J[state.ORDER] = 0
+        method = modules()[self.method].METHOD
+        a = layout.XA + layout.PAST * (method.acceleration_row - layout.X)
+        self.Y[a + 1, :n] = self.Y[a, :n] - h * jerk
+        first = t + (K[state.NODE] - 1.0) * h
+        K[state.NODES : state.NODES + 2] = first, first - h
+        K[state.TIMES : state.TIMES + 2] = t, t - h
+        velocity_error = getattr(modules()[self.method], "velocity_error", None)
+        if velocity_error is not None:
+            error = getattr(velocity_error, "py_func", velocity_error)(h, h, self.c) * normal_part(
+                system, t, q, jerk, self.left_out
             )
-
-    def _applied(self, t: float, q: Array, v: Array, lam: Array) -> Array:
-        """fa = M^{-1} Q (n,), with the forces of nonholonomic constraints."""
-        force = self.system.evaluate(t, q, v, lam)[0] + self.system.constraint_force(t, q, lam[: self.system.m])
-        return self.system.solve_mass(t, q, force)
+            self.Y[layout.V0, :n] += error
+            self.Y[layout.V1, :n] += error  # where it is read, that is v of a step before
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
         """From here on the inputs have other values; accelerations and forces jump by what that makes of them.
@@ -284,13 +356,13 @@ class Integration:
             for at in body.turns:
                 system.set_number(at, self.F[at])
         before = accelerations(system, t, q, v, self.left_out)
-        fa = self._applied(t, q, v, before[1])
+        fa = applied(system, t, q, v, before[1])
         for name, value in used.items():
             system.set_input(name, value)
             self.F[system.tables.inputs[name]] = value
         after = accelerations(system, t, q, v, self.left_out)
         a, lam = after[0] - before[0], after[1] - before[1]
-        fa = self._applied(t, q, v, after[1]) - fa
+        fa = applied(system, t, q, v, after[1]) - fa
         nothing = np.zeros(n)
         jump = Start(self.h, nothing, nothing, a, lam, fa, nothing, nothing, False)
         rows = {layout.F0: system.M(t, q) @ a, **modules()[self.method].METHOD.begin(self.c.copy(), jump)}
@@ -301,21 +373,28 @@ class Integration:
     @property
     def time(self) -> float:
         """The time reached [s]."""
-        return float(self.K[driver.NOW] if self.tol else self.K[driver.START] + self.J[driver.STEP] * self.h)
+        if self.tol is not None:
+            return float(self.K[state.NOW])
+        return float(self.K[state.START] + self.J[state.STEP] * self.h)
+
+    @property
+    def step(self) -> float:
+        """The length of the next step [s]."""
+        return float(self.K[state.H])
 
     @property
     def steps(self) -> int:
         """Steps taken."""
-        return int(self.J[driver.STEP])
+        return int(self.J[state.STEP])
 
     @property
     def written(self) -> int:
         """Outputs written to ``out``."""
-        return int(self.J[driver.OUTPUT])
+        return int(self.J[state.OUTPUT])
 
     def count(self, what: str) -> int:
         """How many "rejected", "iterations", "matrix_evaluations" or "factorisations"."""
-        return int(self.J[driver.COUNTERS[what]]) if what in driver.COUNTERS else 0
+        return int(self.J[state.COUNTERS[what]]) if what in state.COUNTERS else 0
 
     def state(self) -> tuple[Array, Array, Array]:
         """q, v (n,) and lam (m + p,) as they are now; views."""
@@ -324,12 +403,36 @@ class Integration:
 
     def advance(self, steps: int = sys.maxsize) -> int:
         """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.driver`."""
+        if self.every:
+            status = state.RUNNING
+            while steps > 0 and status == state.RUNNING:
+                self._make_room()
+                if self.out.size > MOST_OUTPUT:
+                    raise UsageError(
+                        f"{self.written} steps of {self.out.shape[1]} numbers until t = {self.time:g} s do not fit in "
+                        "memory",
+                        hint="give an output interval",
+                    )
+                status = self._advance_by(min(steps, ROOM))
+                steps -= ROOM
+            return status
+        return self._advance_by(steps)
+
+    def _make_room(self) -> None:
+        """For as many outputs as are written at most before it is asked again."""
+        used = self.written
+        if len(self.times) < used + ROOM:
+            more = max(ROOM, used // 2)
+            self.times = np.concatenate([self.times[:used], np.full(more, np.inf)])
+            self.out = np.concatenate([self.out[:used], np.empty((more, self.out.shape[1]))])
+
+    def _advance_by(self, steps: int) -> int:
         status = self._call(steps)
-        if status == driver.SINGULAR and self.solver == linear.SPARSE_LU and self.system.unknowns <= PIVOTING_LIMIT:
+        if status == state.SINGULAR and self.solver == linear.SPARSE_LU and self.system.unknowns <= PIVOTING_LIMIT:
             # The order from the graph gave no usable pivots here: go on with a solver that searches for them.
             self._use(linear.DENSE)
             self.pivoting_from = self.time
-            self.J[driver.FRESH] = 0
+            self.J[state.FRESH] = 0
             status = self._call(steps)
         return status
 

@@ -134,6 +134,14 @@ def test_ratios_of_the_general_path():
     assert one.count("VOID") == 0 and other.endswith("   VOID: stopped early")
 
 
+def test_tolerances():
+    benchmark = script("tolerances")
+    assert set(benchmark.STEPS) == set(benchmark.names())
+    text = benchmark.table(["rolling_disc"], ["hht-si2"], [1e-3, 1e-4])
+    found = re.search(r"^rolling_disc +hht-si2 +\S+ +(\S+) +(\S+) ", text, re.MULTILINE)
+    assert all(0.1 < float(x) < 2.0 for x in found.groups())
+
+
 def test_flexible_bodies():
     benchmark = script("flexible_bodies")
     text = benchmark.table(steps=10, repeats=1, sizes=(2, 8))

@@ -107,7 +107,6 @@ def test_b_of_hht_add():
         ({"step": 1e-30}, "too small"),
         ({"interval": -0.1}, "must not be negative"),
         ({"interval": 1e-12}, "do not fit in memory"),
-        ({"tol": 1e-6}, "no error-controlled"),
     ],
 )
 def test_arguments_that_make_no_sense(arguments, message):

@@ -1,0 +1,103 @@
+"""From local errors to the error attained: how much a model magnifies what its steps get wrong.
+
+Steps are controlled by their local errors, whose sum is kept below eps (:mod:`mbdsl.integrators.control`). What becomes
+of them until the end of the run is the model's own: a damped one forgets them, in a chaotic one they grow. But the
+error attained goes with eps, so that two cheap runs, with eps much larger than what is asked for, tell the factor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.integrators import driver
+from mbdsl.motion import Motion
+
+Array = NDArray[np.float64]
+
+#: eps of the first trial run over the tolerance, and at most; of a trial run over that of the next one
+FIRST, LOOSEST, NEXT = 1024.0, 4e-3, 4.0
+#: part of the tolerance that is aimed at
+AIM = 0.5
+#: difference of two runs from which on it is no measure of their errors any more
+SATURATED = 0.05
+#: runs at most
+MOST = 8
+#: how often the factor may turn out to be larger than was thought, and the run be made again
+CORRECTIONS = 3
+#: outputs that trial runs are compared at, where fewer are asked for
+POINTS = 200
+#: part of the outputs that may differ by more: those at which an event has happened in one run and not yet in the other
+EVENTS = 0.01
+
+
+@dataclass
+class Trial:
+    """A run that was made: its eps, and q and v at the outputs."""
+
+    eps: float
+    q: Array
+    v: Array
+
+
+def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> int:
+    """Run ``motion`` so that its error is about ``AIM * tol``; a status. ``integrate()`` runs it to its end.
+
+    The error is the largest over outputs and coordinates, positions in the mechanism's size and angles in radians,
+    velocities relative to the largest one of the run.
+    """
+    plan = motion.plan
+    times = plan.times
+    if len(times) < POINTS:
+        times = np.linspace(plan.start, plan.stop, POINTS + 1)[1:]
+    trial_plan = replace(plan, times=times, every=False)
+    eps, trials = min(FIRST * tol, LOOSEST), []
+    factor = 0.0
+    for _ in range(MOST):
+        motion.restart(replace(trial_plan, tol=eps))
+        status = integrate()
+        if status != driver.DONE:
+            return status
+        _, q, v, *_ = motion.output(False)
+        trials.append(Trial(eps, q, v))
+        motion.trial_steps += motion.steps
+        if len(trials) > 1:
+            coarse, fine = trials[-2:]
+            found = distance(motion, coarse, fine)
+            factor = found / (coarse.eps - fine.eps)
+            error = factor * fine.eps
+            if error <= tol and plan.times is times and not plan.every:
+                motion.error = error
+                return status
+            if found < SATURATED:
+                break
+        eps /= NEXT
+    eps = min(eps, AIM * tol / factor) if factor else eps
+    for _ in range(CORRECTIONS):
+        motion.restart(replace(plan, tol=eps))
+        status = integrate()
+        if status != driver.DONE or plan.times is not times or plan.every:
+            break
+        # the factor itself, now between errors further apart
+        _, q, v, *_ = motion.output(False)
+        last = Trial(eps, q, v)
+        factor = max(factor, distance(motion, trials[-1], last) / (trials[-1].eps - eps))
+        if factor * eps <= tol:
+            break
+        trials.append(last)
+        motion.trial_steps += motion.steps
+        eps = AIM * tol / factor
+    motion.error = factor * eps
+    return status
+
+
+def distance(motion: Motion, one: Trial, other: Trial) -> float:
+    """What two runs of a scene differ by at its outputs."""
+    scale, span = motion.system.tables.scale, motion.plan.stop - motion.plan.start
+    speed = max(float(np.abs(other.v / scale).max(initial=0.0)), 1.0 / span)
+    q, v = np.abs(one.q - other.q) / scale, np.abs(one.v - other.v) / scale / speed
+    every = np.sort(np.maximum(q.max(axis=1, initial=0.0), v.max(axis=1, initial=0.0)))
+    return float(every[-1 - int(EVENTS * len(every))])

@@ -1,0 +1,108 @@
+"""What a run begins with: rates of accelerations at its start, a first step, what is normal to the constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.errors import InitialisationError
+from mbdsl.system import System
+from mbdsl.system.accelerations import accelerations
+
+Array = NDArray[np.float64]
+
+#: h omega up to which M^{-1} Q is of use: beyond, reactions are wrong by percents, and soon by more than they are
+STIFFEST = 300.0
+
+
+def rate(after: Callable[[float], Array], now: Array, e: float) -> Array:
+    """The rate of a quantity (n,) at the start, by one-sided differences over the time e; zero where there is none."""
+    try:
+        found = (4 * after(e) - after(2 * e) - 3 * now) / (2 * e)
+    except InitialisationError:
+        return np.zeros_like(now)
+    return found if np.isfinite(found).all() else np.zeros_like(now)
+
+
+def applied(system: System, t: float, q: Array, v: Array, lam: Array) -> Array:
+    """fa = M^{-1} Q (n,), with the forces of nonholonomic constraints."""
+    force = system.evaluate(t, q, v, lam)[0] + system.constraint_force(t, q, lam[: system.m])
+    return system.solve_mass(t, q, force)
+
+
+def rates(
+    system: System, t: float, e: float, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...]
+) -> tuple[Array, Array, Array]:
+    """fa, and the rates of a and of fa (n,), by differences over the time e."""
+
+    def motion(s: float) -> tuple[Array, Array]:
+        return q + s * v + s * s / 2 * a, v + s * a
+
+    def forced(s: float) -> Array:
+        return applied(system, t + s, *motion(s), lam)
+
+    fa = forced(0.0)
+    jerk = rate(lambda s: accelerations(system, t + s, *motion(s), left_out)[0], a, e)
+    return fa, jerk, rate(forced, fa, e)
+
+
+def first_step(
+    local_error: Callable,
+    c: Array,
+    h: float,
+    allowed: float,
+    exponent: float,
+    scale: Array,
+    speed: float,
+    span: float,
+    a: Array,
+    jerk: Array,
+) -> float:
+    """A first step, up to h, that errs by about as much as is allowed, as far as that can be known.
+
+    In a symmetric start derivatives may vanish that are as large as others a moment later: none is taken for less than
+    what ``speed`` and accelerations tell of the time in which things change.
+    """
+    fast = float(np.abs(a * scale).max(initial=0.0))
+    w = max(1.0 / span, speed, fast**0.5)
+    snap = np.abs(jerk) * float(np.abs(jerk * scale).max(initial=0.0)) / fast if fast else np.abs(jerk)
+    snap, jerk = np.maximum(snap, np.abs(a) * w**2), np.maximum(np.abs(jerk), np.abs(a) * w)
+    compute, error = getattr(local_error, "py_func", local_error), 0.0
+    for k in range(len(a)):
+        e_q, e_v = compute(h, h, c, jerk[k], snap[k])
+        error = max(error, abs(e_q) * scale[k], abs(e_v) * scale[k] / speed)
+    return h * min(1.0, (allowed / error) ** exponent) if error > 0.0 else h
+
+
+def normal_part(system: System, t: float, q: Array, x: Array, left_out: tuple[int, ...]) -> Array:
+    """The part of x (n,) along the constraints' normals, in the metric of M."""
+    n = system.n
+    kept = np.setdiff1d(np.arange(system.unknowns), n + np.array(left_out, int))
+    matrix, right = system.tangent(t, q, cM=1.0, cP=1.0), np.zeros(system.unknowns)
+    right[:n] = matrix[:n, :n] @ x
+    found = np.zeros(system.unknowns)
+    try:
+        if isinstance(matrix, np.ndarray):
+            found[kept] = np.linalg.solve(matrix[np.ix_(kept, kept)], right[kept])
+        else:
+            from scipy.sparse.linalg import splu
+
+            found[kept] = splu(matrix[kept][:, kept].tocsc()).solve(right[kept])
+    except (np.linalg.LinAlgError, RuntimeError):  # a singular pose, or a body without mass
+        return np.zeros(n)
+    return x - found[:n]
+
+
+def check_stiffness(system: System, method: str, t: float, h: float, q: Array, v: Array, lam: Array) -> None:
+    """What M^{-1} Q makes of the rounding of q must be less than what the reactions are."""
+    K, M = system.stiffness(t, q, v, lam).diagonal(), system.M(t, q).diagonal()
+    fastest = np.sqrt(np.maximum(K / M, 0.0))
+    k = int(fastest.argmax()) if system.n else 0
+    if system.n and h * fastest[k] > STIFFEST:
+        raise InitialisationError(
+            f"{method} finds reactions from M^-1 Q, where rounding is magnified by what is stiff: of "
+            f"{system.names()[k]} with {fastest[k]:.1e} rad/s, {h * fastest[k]:.0f} times 1/h",
+            hint=f"a step below {STIFFEST / fastest[k]:.2g} s, no such (axial?) mode, or another method",
+        )

@@ -1,0 +1,30 @@
+"""Names for what a run keeps in its floats K and integers J, and for what its loop answers."""
+
+from __future__ import annotations
+
+# -- status --------------------------------------------------------------------------------------------------
+RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL = range(7)
+
+# -- K: floats of the run ------------------------------------------------------------------------------------
+START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, LOOSEST, UNIT, WILD = range(10)
+# of controlled steps: the time reached; tolerance; largest velocity so far; the step before, the shortest and the
+# longest allowed; 1/(order + 1); where in a step its accelerations belong; factor on M in the iteration matrix; the
+# largest displacement; what steps of late were long; factor on h D
+NOW, TOL, SPEED, LAST_H, LEAST_H, MOST_H, EXPONENT, NODE, MASS_WEIGHT, LARGEST, TYPICAL_H, DAMPING = range(10, 22)
+NODES, TIMES = 22, 26  #: times that the unknowns of the last four steps belong to: accelerations, multipliers
+K_SIZE = 30
+
+# -- J: integers of the run ----------------------------------------------------------------------------------
+STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, UNSEEN = range(11)
+# of controlled steps: whether they are; rejected ones; those since the start, or since the last one that was changed in
+# length; in a row rejected; whether every step is output, or ends at the next output at most;
+# where dampers are stiff, after how many steps what they take away is looked at
+CONTROLLED, REJECTED, SINCE, SAME, IN_A_ROW, EVERY, LANDING, DAMPED = range(11, 19)
+J_SIZE = 19
+#: what statistics call them
+COUNTERS = {
+    "rejected": REJECTED,
+    "iterations": ITERATIONS,
+    "matrix_evaluations": MATRICES,
+    "factorisations": FACTORISATIONS,
+}

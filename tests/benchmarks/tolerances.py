@@ -1,0 +1,157 @@
+"""What error controlled steps attain, over the tolerance, and what they take beside fixed steps of the same error.
+
+    python tests/benchmarks/tolerances.py [--models pendulum,...] [--methods hht-si2,...] [--tolerances 1e-3,...]
+
+The error is the largest over all outputs and coordinates: positions in the mechanism's size and angles in radians,
+velocities relative to the largest one of the run. Reference: hht-si2 with fixed steps much shorter, extrapolated from
+two lengths; ``+-`` is a bound of its own error. Runs that would take more than ``MOST`` steps are left out.
+
+The second table compares run times at equal error, trial runs included: the median over rounds of controlled runs and
+of fixed ones in turn, the fixed step being the one with the same error, by interpolation between the errors of several.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+import mbdsl
+from mbdsl.errors import MbdslError
+from mbdsl.integrators import methods
+from mbdsl.trajectory import Trajectory
+
+MODELS = Path(__file__).parents[2] / "models"
+#: longer step of the two references
+STEPS = {
+    "chain": 1e-5,
+    "chaplygin_sleigh": 5e-4,
+    "crank_ivp": 1e-6,
+    "double_pendulum": 1e-5,
+    "driven_crank": 1e-3,
+    "flexible_pendulum": 1e-5,
+    "flexible_slider_crank": 2e-5,
+    "four_bar": 1e-4,
+    "pendulum": 1e-4,
+    "rolling_disc": 5e-4,
+    "seven_body": 1e-6,
+    "slider_crank": 1e-4,
+    "spin_up_beam": 2e-4,
+    "spring_mass": 2e-4,
+    "stick_slip_belt": 2e-6,
+}
+TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6)
+MOST = 1_000_000
+#: cases of the second table: a model, what is changed in it, and steps between which one is looked for
+STIFF = (
+    ("double_pendulum", {}, (4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4, 6e-5, 3e-5, 1.5e-5)),
+    ("slider_crank", {"c": "2e5 N.s/m"}, (1e-2, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1e-4, 5e-5, 2.5e-5)),
+)
+
+
+@dataclass
+class Reference:
+    """q and v at the outputs, the largest scaled velocity, and what q and v may be wrong by."""
+
+    q: np.ndarray
+    v: np.ndarray
+    speed: float
+    wrong: float
+
+    def error(self, run: Trajectory) -> float:
+        scale = run.system.tables.scale
+        q, v = np.abs(run.q - self.q) / scale, np.abs(run.v - self.v) / scale / self.speed
+        return float(max(q.max(initial=0.0), v.max(initial=0.0)))
+
+
+def reference(name: str, h: float | None = None, parameters: dict[str, str] | None = None) -> Reference:
+    path, h = MODELS / f"{name}.mbd", h or STEPS[name]
+    one, two, four = (mbdsl.simulate(path, method="hht-si2", step=h / k, parameters=parameters) for k in (1, 2, 4))
+    scale = one.system.tables.scale
+    speed = max(float(np.abs(four.v / scale).max()), 1.0 / (four.t[-1] - four.t[0]))
+    first, second = ([x + (x - y) / 3 for x, y in zip(z, w, strict=True)] for z, w in (
+        ((two.q, two.v), (one.q, one.v)), ((four.q, four.v), (two.q, two.v))))  # fmt: skip
+    found = Reference(second[0], second[1], speed, 0.0)
+    found.wrong = max(
+        float(np.abs((first[0] - second[0]) / scale).max()), float(np.abs((first[1] - second[1]) / scale).max() / speed)
+    )
+    return found
+
+
+def table(names: Sequence[str], chosen: Sequence[str], tolerances: Sequence[float]) -> str:
+    """Error attained over tolerance, for each model and method."""
+    lines = [f"{'model':22}{'method':12}{'+-':>8}" + "".join(f"{tol:>9.0e}" for tol in tolerances) + "   steps"]
+    for name in names:
+        exact = reference(name)
+        for method in chosen:
+            cells, steps, expected = [], [], 0.0
+            for tol in tolerances:
+                run = None
+                if expected <= MOST and not (methods()[method].order == 1 and tol < 0.99e-5):
+                    try:
+                        run = mbdsl.simulate(MODELS / f"{name}.mbd", method=method, tol=tol)
+                    except MbdslError:
+                        cells.append(f"{'failed':>9}")
+                        continue
+                if run is None:
+                    cells.append(f"{'-':>9}")
+                    continue
+                cells.append(f"{exact.error(run) / tol:9.2g}")
+                steps.append(run.stats["steps"])
+                expected = 10.0 ** (1.0 / methods()[method].order) * steps[-1]
+            lines.append(f"{name:22}{method:12}{exact.wrong:8.0e}{''.join(cells)}   {', '.join(map(str, steps))}")
+    return "\n".join(lines)
+
+
+def seconds(path: Path, parameters: dict[str, str], **how) -> tuple[float, Trajectory]:
+    run = mbdsl.simulate(path, parameters=parameters, **how)
+    return run.stats["seconds"]["integrate"], run
+
+
+def beside_fixed(method: str, tolerances: Sequence[float], repeats: int = 7) -> str:
+    """Seconds of controlled and fixed steps of the same error."""
+    lines = [f"{'model':18}{'tol':>8}{'error':>10}{'steps':>8}{'ms':>8}   fixed:{'h':>9}{'steps':>8}{'ms':>8}   ratio"]
+    for name, parameters, fixed in STIFF:
+        path = MODELS / f"{name}.mbd"
+        exact = reference(name, 4e-6, parameters)
+        errors = [exact.error(seconds(path, parameters, method=method, step=h)[1]) for h in fixed]
+        for tol in tolerances:
+            if methods()[method].order == 1 and tol < 0.99e-5:
+                continue
+            error = exact.error(seconds(path, parameters, method=method, tol=tol)[1])
+            h = float(np.exp(np.interp(np.log(error), np.log(errors[::-1]), np.log(fixed[::-1]))))
+            pairs = []
+            for _ in range(repeats):
+                one, run = seconds(path, parameters, method=method, tol=tol)
+                other, like = seconds(path, parameters, method=method, step=h)
+                pairs.append((one, other, other / one))
+            ours, theirs, ratio = (median(x) for x in zip(*pairs, strict=True))
+            steps = run.stats["steps"] + run.stats["trial_steps"]
+            lines.append(
+                f"{name:18}{tol:8.0e}{error:10.1e}{steps:8}{1e3 * ours:8.2f}   {'':6}{h:9.1e}{like.stats['steps']:8}"
+                f"{1e3 * theirs:8.2f}   {ratio:5.2f}"
+            )
+    return "\n".join(lines)
+
+
+@cache
+def names() -> tuple[str, ...]:
+    return tuple(sorted(path.stem for path in MODELS.glob("*.mbd")))
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--models", default=",".join(names()))
+    parser.add_argument("--methods", default="hht-si2")
+    parser.add_argument("--tolerances", default=",".join(f"{tol:g}" for tol in TOLERANCES))
+    given = parser.parse_args()
+    tolerances = [float(x) for x in given.tolerances.split(",")]
+    if given.models:
+        print(table(given.models.split(","), given.methods.split(","), tolerances))
+    for each in given.methods.split(","):
+        print(f"\n{each}, beside fixed steps of the same error\n{beside_fixed(each, tolerances)}")

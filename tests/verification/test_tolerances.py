@@ -1,0 +1,69 @@
+"""The error attained is the tolerance: between a tenth of it, where no cheaper run was made, and all of it, or nearly.
+
+Half of the tolerance is aimed at, with a factor between eps and the error that two runs of larger errors have told; it
+changes from there on by a fifth or so. Errors are measured as :mod:`mbdsl.calibration` does, against closed forms and
+reference data.
+"""
+
+import numpy as np
+import pytest
+from scipy.special import ellipj, ellipk
+
+import mbdsl
+
+LEAST, MOST = 0.1, 2.0
+
+
+def pendulum(t, g=9.81):
+    """Position and velocity of the pendulum that is released at the left."""
+    k, w = np.sin(np.pi / 4), np.sqrt(g)
+    sn, cn, _, _ = ellipj(ellipk(k * k) - w * t, k * k)
+    angle, rate = -2 * np.arcsin(k * sn), 2 * k * w * cn
+    return np.sin(angle), -np.cos(angle), np.cos(angle) * rate, np.sin(angle) * rate
+
+
+def scaled(run, q, v):
+    """The error over all outputs."""
+    scale, speed = run.system.tables.scale, max(np.abs(v / run.system.tables.scale).max(), 1 / (run.t[-1] - run.t[0]))
+    return max(np.abs((run.q - q) / scale).max(), np.abs((run.v - v) / scale).max() / speed)
+
+
+@pytest.mark.parametrize("tol", [1e-3, 1e-4, 1e-5, 1e-6])
+def test_pendulum(model, method, tol):
+    if method == "newmark" and tol < 1e-4:
+        pytest.skip("order 1 takes a million steps")
+    run = mbdsl.simulate(model("pendulum"), method=method, tol=tol)
+    x, y, vx, vy = pendulum(run.t)
+    assert LEAST * tol < scaled(run, np.stack([x, y], 1), np.stack([vx, vy], 1)) < MOST * tol
+
+
+@pytest.fixture(scope="module")
+def fine(model):
+    """Seven bodies, slider crank, and the stiff pendulum, by short fixed steps, extrapolated."""
+    found = {}
+    for name, h in (("slider_crank", 1e-4), ("seven_body", 2e-6), ("double_pendulum", 2e-5)):
+        one, two = (mbdsl.simulate(model(name), method="hht-si2", step=x) for x in (h, h / 2))
+        found[name] = two.q + (two.q - one.q) / 3, two.v + (two.v - one.v) / 3
+    return found
+
+
+@pytest.mark.parametrize("tol", [1e-3, 1e-5])
+@pytest.mark.parametrize("name", ["slider_crank", "seven_body", "double_pendulum"])
+def test_models(model, fine, name, tol):
+    run = mbdsl.simulate(model(name), tol=tol)
+    assert LEAST * tol < scaled(run, *fine[name]) < MOST * tol
+    assert run.stats["error"] < tol
+
+
+def test_growth_of_errors_is_taken_into_account(model):
+    """The four-bars magnify errors by twenty, as their singular poses let them: steps are the shorter for it."""
+    run = mbdsl.simulate(model("four_bar"), tol=1e-4)
+    finer = mbdsl.simulate(model("four_bar"), step=2e-4)
+    assert scaled(run, finer.q, finer.v) < MOST * 1e-4
+
+
+def test_transient_is_passed(model):
+    """What the stiff damper takes away within microseconds does not cost thousands of steps."""
+    run = mbdsl.simulate(model("double_pendulum"), tol=1e-5, interval=0)
+    assert (run.t < 1e-4).sum() < 0.2 * len(run.t)
+    assert run.stats["steps"] + run.stats["trial_steps"] < 0.6 * 6500  # which is what fixed steps take
