@@ -9,6 +9,7 @@ those of Phi first, which is what ``lam`` means below.
 from __future__ import annotations
 
 import subprocess
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -19,7 +20,7 @@ from mbdsl import layout
 from mbdsl.graph import MechanismGraph
 from mbdsl.graph import build as build_graph
 from mbdsl.scene import Scene
-from mbdsl.system import beside, emit
+from mbdsl.system import beside, emit, switches
 from mbdsl.system.clock import Clock
 from mbdsl.system.emit import Kernels
 from mbdsl.system.tables import Tables, build_tables
@@ -290,6 +291,31 @@ class System:
         if self._clock is None:
             self._clock = Clock(w.I, self.m, self.p)
         return self._clock(w)
+
+    # -- where the equations of motion are not smooth ----------------------------------------------------------
+    def switches(self, t: float, q, v, lam=None) -> NDArray[np.int64]:
+        """States of all switches of the expressions that make the motion: conditions, signs, cells of tables.
+
+        Where they are the same the equations of motion are smooth; a change between two states of a motion is found by
+        bisection. Empty where nothing switches. What each belongs to: ``tables.switches``; see
+        :mod:`mbdsl.system.switches`.
+        """
+        found = np.zeros(len(self.tables.switches), np.int64)
+        if len(found):
+            w = self._at(t, q, v, lam)
+            switches.compiled()(w.F, w.I, found)
+        return found
+
+    def time_events(self, t0: float, t1: float) -> Iterator[float]:
+        """The times t0 < t < t1 [s], ascending, at which a switch changes that time alone decides on; generated lazily.
+
+        To a few units in the last place: step onto slightly before, and go on from slightly behind. Found where
+        expressions are piecewise linear in time, as `time < 1 s`, tables over time, mod(time, 1 s) < 0.2 s. What is
+        not, as sin(time) < 0, shows in :meth:`switches` only.
+        """
+        from mbdsl.system.time_events import time_events
+
+        return time_events(self.tables.switches, t0, t1)
 
     def elimination_order(self) -> NDArray[np.int64]:
         """The order, from the graph, in which coordinates and constraints are eliminated (n + m + p,): new -> old."""

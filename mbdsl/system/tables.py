@@ -17,7 +17,7 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
 from mbdsl.lang.expressions import leaves
 from mbdsl.scene import Scene
-from mbdsl.system import gammas, moving, pairs
+from mbdsl.system import gammas, moving, pairs, switches
 from mbdsl.system.blocks import Block, expressions, find_blocks, frame_of
 from mbdsl.system.bodies import Body, body_pose, model
 from mbdsl.system.splines import piecewise
@@ -46,6 +46,7 @@ class Tables:
     pattern: tuple[NDArray[np.int64], NDArray[np.int64]] = (np.empty(0, np.int64), np.empty(0, np.int64))
     multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> its entry in a row of Y
     inputs: dict[str, int] = field(default_factory=dict)  #: name -> offset in F, of inputs that are used
+    switches: list[switches.Switch] = field(default_factory=list)
 
     @property
     def of_multipliers(self) -> bool:
@@ -194,6 +195,9 @@ def _fill(tables: Tables, size: float | None) -> None:
     found = [g for b in tables.blocks if b.role == "gamma" for c in b.components for g in c.velocity_constraints]
     gammas.tabulate(found, frames, dofs, n + m, buffers, tape, later)
     moving.tabulate({f: scene.frames[name].motion for name, f in frames.items()}, buffers, tape, later)
+    # Values are complete: what switches in them. What only derivatives are made of switches with them.
+    tables.switches = switches.find(dict.fromkeys(tape.roots))
+    switches.tabulate(tables.switches, buffers, tape)
     _fill_tape(buffers, tape, later)
     tables.inputs = {name: I[layout.REGISTERS] + register for name, register in tape.inputs.items()}
 
@@ -267,7 +271,7 @@ def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> No
 
 
 def _fill_tape(buffers: Buffers, tape: Tape, later: list[Callable[[], None]]) -> None:
-    """Values are complete; now the gradients, then the program itself and the tables that it reads."""
+    """After the values the gradients, then the program itself and the tables that it reads."""
     I = buffers.I
     values = len(tape.code)
     for fill in later:

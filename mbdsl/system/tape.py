@@ -41,10 +41,12 @@ class Tape:
     code: list[tuple[int, int, int, int, int]] = field(default_factory=list)
     registers: list[float] = field(default_factory=lambda: [0.0])  #: register 0 is time
     tables: list = field(default_factory=list)
+    roots: list[Expr] = field(default_factory=list)  #: what was asked for
     _where: dict[Expr, int] = field(default_factory=dict)
 
     def add(self, root: Expr) -> int:
         """The register that will hold ``root``; appends the instructions that are not there yet."""
+        self.roots.append(root)
         for node in walk(root):
             if node in self._where:
                 continue
@@ -81,6 +83,38 @@ class Tape:
 
 
 @rare
+def search(v, o, n, F):
+    """The cell of v among the n breaks at o: it begins with the last break that is not above v, or with the last but
+    one."""
+    lo, hi = 0, n - 1
+    while hi - lo > 1:
+        mid = (lo + hi) // 2
+        if F[o + mid] <= v:
+            lo = mid
+        else:
+            hi = mid
+    return lo
+
+
+@rare
+def cell_of(u, header, knots, ends, F, I):
+    """A number for the piece of a table that u lies on, where pieces end at ``knots``, at the table's ``ends``, or
+    both."""
+    n, o, beyond = I[header], I[header + 1], I[header + 2]
+    first, last = F[o], F[o + n - 1]
+    lap = 0
+    if beyond == 2 and (u < first or u > last):  # periodic, see below
+        lap = int(floor((u - first) / (last - first)))
+        u = first + (u - first) - lap * (last - first)
+    elif ends and u < first:
+        return -1
+    elif ends and u > last:
+        return n
+    lo = search(min(max(u, first), last), o, n, F) if knots else 0
+    return (lap * n if ends else 0) + lo
+
+
+@rare
 def interpolate(u, order, header, F, I):
     """Piecewise cubic: derivative ``order`` at u of the table with (points, offset, extrapolation) at ``header``."""
     n, o, beyond = I[header], I[header + 1], I[header + 2]
@@ -91,13 +125,7 @@ def interpolate(u, order, header, F, I):
     if beyond == 3 and outside:
         return nan if order == 0 else 0.0  # "error": not a number, which stops the integration
     v = min(max(u, first), last)
-    lo, hi = 0, n - 1
-    while hi - lo > 1:
-        mid = (lo + hi) // 2
-        if F[o + mid] <= v:
-            lo = mid
-        else:
-            hi = mid
+    lo = search(v, o, n, F)
     c = o + n + 4 * lo
     x = v - F[o + lo]
     if outside and beyond < 2:

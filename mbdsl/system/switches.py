@@ -1,0 +1,179 @@
+"""Switches: where expressions change at once: the branches of an `if`, the sign of a speed, the corner of a table.
+
+Between two changes the equations of motion are smooth; a step across one loses its order. The state of a switch is an
+integer that follows from (t, q, v, lam), read from the registers after the tape has run:
+
+    truth of a condition          `if`; whatever stands below a condition matters through its truth alone
+    value of sign, floor, ceil    an integer by itself
+    order of two arguments        min and max; abs, whose argument is compared with zero
+    whole quotient                mod(a, b): floor(a/b)
+    cell of a table               where its slope jumps at knots, and at ends beyond which it goes on in another way
+
+What stands in a branch that is not taken has the state 0. Only what makes the motion has switches: laws, drivers,
+nonholonomic constraints; not signals that are only looked at. abs, min and max of reactions have none: they go on
+without a jump, and at a reaction that is zero but for rounding they would switch at every step.
+
+A record in I, at I[I[SWITCHES] + k]: what it reads, two operands, which events of a table count, number of guards; per
+guard the register of a condition and the truth that it must have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cache
+
+from numpy import floor
+
+from mbdsl import jit, layout
+from mbdsl.kernels import rare
+from mbdsl.lang.expressions import Expr, const, leaves, walk
+from mbdsl.layout import N_SWITCHES, REGISTERS, SWITCHES, TABLES
+from mbdsl.system.tape import Tape, cell_of
+
+TRUTH, VALUE, ORDER, QUOTIENT, CELL = range(5)
+#: what of a table is an event
+KNOTS, ENDS = 1, 2
+CONDITIONS = ("lt", "le", "eq", "ne", "and", "or", "not")
+COMPARED = ("abs", "min", "max")
+#: how often a table can be differentiated before it has corners, and before it is zero throughout
+SMOOTH = {"linear": (0, 2), "monotone": (1, 4), "cubic": (2, 4)}
+#: of the signature: prime, so that no change of a single switch goes unnoticed
+PRIME, BASE = 2147483647, 1000003
+
+
+@dataclass(frozen=True)
+class Switch:
+    """A node of an expression that switches, and the conditions (and their truth) under which it matters."""
+
+    node: Expr
+    guards: tuple[tuple[Expr, bool], ...] = ()
+
+
+def find(roots: Iterable[Expr]) -> list[Switch]:
+    """The switches of ``roots``."""
+    roots = list(roots)
+    guards: dict[Expr, dict[tuple[Expr, bool], None]] = {root: {} for root in roots}
+    found = []
+
+    def reach(node: Expr, own: dict[tuple[Expr, bool], None]) -> None:
+        # what is reached by several ways matters under the conditions common to all
+        guards[node] = {g: None for g in guards.get(node, own) if g in own}
+
+    for node in reversed(walk(*roots)):  # what uses a node comes before it
+        if node not in guards:
+            continue  # it stands below a condition
+        own = guards[node]
+        if _switches(node):
+            found.append(Switch(node, tuple(own)))
+        if node.op in CONDITIONS:
+            continue
+        for k, argument in enumerate(node.args):
+            arm = {(node.args[0], k == 1): None} if node.op == "select" and k else {}
+            reach(argument, {**own, **arm})
+    return found[::-1]
+
+
+def _switches(node: Expr) -> bool:
+    if node.op == "table":
+        return table_events(node) != 0
+    if node.op in COMPARED:
+        return all(leaf.op != "multiplier" for leaf in leaves(node))
+    return node.op in CONDITIONS or node.op in ("sign", "floor", "ceil", "mod")
+
+
+def table_events(node: Expr) -> int:
+    """Whether the knots and the ends of a table's derivative are events: it has corners or jumps there."""
+    table, order = node.value  # type: ignore[misc]
+    smooth, nothing = SMOOTH[table.smoothness if len(table.u) > 2 else "linear"]
+    if order >= nothing:
+        return 0
+    knots = KNOTS if smooth <= order and len(table.u) > 2 else 0
+    if table.extrapolation == "periodic":
+        closed = smooth == 2 and table.y[0] == table.y[-1]
+        return knots | (ENDS if knots or not closed else 0)
+    if table.extrapolation == "linear":
+        return knots | (ENDS if smooth > 0 and order > 0 else 0)
+    return knots | ENDS
+
+
+def tabulate(switches: list[Switch], buffers, tape: Tape) -> None:
+    """Records of ``switches``, whose registers are on the tape."""
+    records = [_record(switch, tape) for switch in switches]
+    buffers.I[layout.SWITCHES] = buffers.ints([buffers.ints(record) for record in records])
+    buffers.I[layout.N_SWITCHES] = len(records)
+
+
+def _record(switch: Switch, tape: Tape) -> list[int]:
+    node = switch.node
+    a = [tape.add(x) for x in node.args]
+    if node.op in CONDITIONS:
+        head = [TRUTH, tape.add(node), 0, 0]
+    elif node.op in COMPARED:
+        head = [ORDER, a[0], a[1] if len(a) > 1 else tape.add(const(0.0)), 0]
+    elif node.op == "mod":
+        head = [QUOTIENT, *a, 0]
+    elif node.op == "table":
+        head = [CELL, a[0], tape.tables.index(node.value[0]), table_events(node)]  # type: ignore[index]
+    else:
+        head = [VALUE, tape.add(node), 0, 0]
+    return [*head, len(switch.guards), *(x for c, truth in switch.guards for x in (tape.add(c), int(truth)))]
+
+
+@rare
+def whole(x):
+    """The integer below x; 0 where there is none."""
+    return int(floor(x)) if abs(x) < 1e15 else 0
+
+
+@rare
+def state(k, F, I):
+    """The state of switch k, from the registers."""
+    o, r = I[I[SWITCHES] + k], I[REGISTERS]
+    for g in range(I[o + 4]):
+        if (F[r + I[o + 5 + 2 * g]] != 0.0) != (I[o + 6 + 2 * g] != 0):
+            return 0
+    kind, a = I[o], F[r + I[o + 1]]
+    if kind == TRUTH:
+        return 1 if a != 0.0 else 0
+    if kind == VALUE:
+        return whole(a)
+    if kind == CELL:
+        return cell_of(a, I[TABLES] + 3 * I[o + 2], (I[o + 3] & KNOTS) != 0, (I[o + 3] & ENDS) != 0, F, I)
+    b = F[r + I[o + 2]]
+    if kind == ORDER:
+        return 1 if a < b else 0
+    return whole(a / b) if b != 0.0 else 0
+
+
+@rare
+def states(F, I, S):
+    """The states of all switches, into S (N_SWITCHES)."""
+    for k in range(I[N_SWITCHES]):
+        S[k] = state(k, F, I)
+
+
+@rare
+def signature(F, I):
+    """One integer for the states of all switches: another one where any of them has changed."""
+    found = 0
+    for k in range(I[N_SWITCHES]):
+        found = (found * BASE + state(k, F, I) % PRIME) % PRIME
+    return found
+
+
+@cache
+def compiled() -> Callable:
+    """``states`` compiled."""
+    from mbdsl.system import switches, tape
+
+    text = '''"""Emitted by mbdsl: the states of switches."""
+
+from mbdsl.system import switches
+
+
+def states(F, I, S):
+    switches.states(F, I, S)
+'''
+    given = {"states": jit.Signature(("vector", "ints", "ints"))}
+    return jit.functions("mbdsl_switches", text, given, lambda: [switches, tape])[0]
