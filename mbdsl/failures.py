@@ -7,10 +7,10 @@ import numpy as np
 from mbdsl import layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import IntegrationError
-from mbdsl.integrators import driver
+from mbdsl.integrators import driver, state
 from mbdsl.integrators.backends import External
 from mbdsl.integrators.run import Integration
-from mbdsl.lang.expressions import Expr, diff, leaves
+from mbdsl.lang.expressions import Expr, diff, leaves, walk
 from mbdsl.motion import Motion
 from mbdsl.scene import Component
 from mbdsl.system import System
@@ -110,6 +110,7 @@ REASONS = {
     driver.NOT_FINITE: "the equations give values that are not finite",
     driver.TOO_LARGE: "the step is so large that the result means nothing",
     driver.TOO_SMALL: "no step is small enough for the tolerance",
+    state.SLIDING: "a condition changes to and fro without end: on both sides of it forces drive the motion back",
 }
 
 
@@ -138,6 +139,16 @@ def _given_up(run: External, trajectory: Trajectory) -> IntegrationError:
     return error
 
 
+def _switching_law(integration: Integration) -> Component | None:
+    """The first component whose law depends on a switch that changes to and fro."""
+    nodes = {switch.node for switch in integration.events.changing}
+    for c in integration.system.scene.components.values():
+        laws = [c.values[p.name] for p in c.kind.parameters if p.law and isinstance(c.values[p.name], Expr)]
+        if nodes & set(walk(*laws)):
+            return c
+    return None
+
+
 def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationError:
     """What went wrong, when, in which equations, and what to try."""
     assert motion.failed is not None
@@ -163,9 +174,12 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         driver.DIVERGED: "try a smaller step; near a singular pose, another initial value",
         driver.NOT_FINITE: "an expression or its derivative leaves its domain (as sqrt at 0), or the step is too large",
         driver.TOO_LARGE: "try a smaller step",
+        state.SLIDING: "let the force pass steadily from one side to the other, as tanh(v/v_s) in place of sign(v)",
         driver.TOO_SMALL: "a jump of forces, or more digits than rounding leaves: try a larger tolerance",
     }[status]
     law = _broken_law(integration) if status == driver.NOT_FINITE else None
+    if status == state.SLIDING:
+        law = _switching_law(integration)
     if law is not None:
         where, span = f"the law of {law.kind.name} {law.name}", law.span
     message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.step:g} s); worst: {where}"

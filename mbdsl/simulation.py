@@ -302,6 +302,7 @@ def _collect(motion: Motion, tol: float | None, status: int, seconds: dict) -> t
         "steps": motion.steps,
         "trial_steps": motion.trial_steps,
         "rejected": motion.count("rejected"),
+        "events": motion.count("events"),
         "iterations": motion.count("iterations"),
         "evaluations": motion.count("evaluations"),
         "matrix_evaluations": motion.count("matrix_evaluations"),

@@ -37,6 +37,7 @@ from mbdsl.integrators.state import (
     MASS_WEIGHT,
     MATRICES,
     MOST_H,
+    NEXT_EVENT,
     NODE,
     NODES,
     NOW,
@@ -352,7 +353,7 @@ def after(error, K, J, times):
 @rare
 def fitted(h, K, J, times):
     """About h, so that a whole number of steps leads to the stop time where that is near (or to the next output)."""
-    left = K[STOP] - K[NOW]
+    left = min(K[STOP], K[NEXT_EVENT]) - K[NOW]
     if J[LANDING] and J[OUTPUT] < times.size:
         left = min(left, times[J[OUTPUT]] - K[NOW])
     if not left > 0.0 or left > 4.0 * h:

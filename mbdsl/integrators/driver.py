@@ -30,8 +30,10 @@ from mbdsl.integrators.linear import DENSE
 from mbdsl.integrators.state import (
     CONTRACTION,
     CONTROLLED,
+    CUT,
     DIVERGED,
     DONE,
+    EVENT,
     EVERY,
     FACTORISATIONS,
     FRESH,
@@ -41,6 +43,7 @@ from mbdsl.integrators.state import (
     LAST_STEP,
     LOOSEST,
     MATRICES,
+    NEXT_EVENT,
     NOT_FINITE,
     NOW,
     ORDER,
@@ -58,13 +61,16 @@ from mbdsl.integrators.state import (
     STOP,
     TOO_LARGE,
     TOO_SMALL,
+    UNCUT,
     UNIT,
     UNSEEN,
     VELOCITY_TOL,
+    WATCHING,
     WILD,
     H,
     T,
 )
+from mbdsl.integrators.switching import SHORT_OF, until_switch
 from mbdsl.kernels import kernel, rare
 from mbdsl.layout import BEFORE, F0, FP, N_ALL, N_GAM, N_Q, NEW_MASS, PAST, Q0, SCALE, SOLVER, V0, XA, Q, R, V, X
 
@@ -301,6 +307,21 @@ def reject(new, status, change_step, evaluate, tangent, inertia, c, K, J, Y, Z, 
         return TOO_SMALL if status == RUNNING else status
     J[REJECTED] += 1
     J[IN_A_ROW] += 1
+    J[CUT] = 0
+    change(change_step, evaluate, tangent, inertia, new, c, K, J, Y, Z, C, F, I, A, P)
+    return RUNNING
+
+
+@rare
+def cut(part, change_step, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
+    """The step is tried again up to shortly before a switch changes; a status."""
+    if J[CUT] == 0:
+        K[UNCUT] = K[H]
+    new = part * (1.0 - min(0.5, SHORT_OF * 10.0 ** J[CUT])) * K[H]
+    if is_short(new, K):
+        return EVENT
+    J[REJECTED] += 1
+    J[CUT] += 1
     change(change_step, evaluate, tangent, inertia, new, c, K, J, Y, Z, C, F, I, A, P)
     return RUNNING
 
@@ -357,7 +378,8 @@ def advance(
             if t0 >= K[STOP]:
                 return DONE
             # the stop time is hit exactly, not by adding up
-            t = K[STOP] if t0 + h >= K[STOP] - 1e-9 * h else t0 + h
+            end = min(K[STOP], K[NEXT_EVENT])
+            t = end if t0 + h >= end - 1e-9 * h else t0 + h
             if J[EVERY]:
                 times[J[OUTPUT]] = t
         else:
@@ -383,8 +405,16 @@ def advance(
             motion(h, c, Y, I)
             if controlled:
                 error = estimate(local_error, inertia, h, c, K, J, Y, F, I, A, P)
+        accepted = status == RUNNING and (not controlled or acceptable(error, h, K))
         searching = status != SINGULAR or I[SOLVER] == DENSE  # else somebody goes on with the other solver
-        if controlled and searching and (status != RUNNING or not acceptable(error, h, K)):
+        if J[WATCHING] and searching:
+            part = until_switch(status, accepted, evaluate, h, K, J, Y, Z, C, F, I)
+            if part < 1.0:
+                status = cut(part, change_step, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P)
+                if status == RUNNING:
+                    continue
+                return status
+        if controlled and searching and not accepted:
             new = next_trial(error if status == RUNNING else 1e300, h, K)
             status = reject(new, status, change_step, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P)
             if status == RUNNING:
@@ -407,6 +437,8 @@ def advance(
         J[STEP] = step + 1
         if controlled:
             go_on(error, h, change_step, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P, times)
+            if J[CUT] > 0 or K[NOW] >= K[NEXT_EVENT]:
+                return EVENT
     if controlled:
         return DONE if K[NOW] >= K[STOP] else RUNNING
     return DONE if J[STEP] >= J[LAST_STEP] else RUNNING

@@ -128,7 +128,7 @@ class Run(Protocol):
         """Outputs written."""
 
     def count(self, what: str) -> int:
-        """How many "rejected", "iterations", "matrix_evaluations" or "factorisations"; 0 where nobody counts."""
+        """How many "rejected", "events", "iterations", "matrix_evaluations", "factorisations"; 0 where none counts."""
 
     def begin(self, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...] = ()) -> None:
         """Set the consistent state at the start, and the redundant constraints that are not solved for."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from mbdsl import jit, layout
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.integrators import control, declared, driver, linear, modules, sparse, state
+from mbdsl.integrators.events import Events
 from mbdsl.integrators.method import Method, Start
 from mbdsl.integrators.starting import applied, check_stiffness, first_step, normal_part, rates
 from mbdsl.system import System
@@ -200,6 +201,8 @@ class Integration:
         self.evaluate, self.tangent, self.inertia = kernels.evaluate, kernels.tangent, kernels.inertia
 
     def _control(self, tol: float, method: Method) -> None:
+        self.events = Events(self)
+        self.K[state.NEXT_EVENT] = np.inf
         K, J, span = self.K, self.J, self.stop - self.start
         J[state.CONTROLLED], J[state.EVERY] = True, self.every
         J[state.LANDING] = method.order == 0 and not self.every
@@ -257,10 +260,12 @@ class Integration:
         left_out: tuple[int, ...] = (),
         t: float | None = None,
         h: float | None = None,
+        longest: float = np.inf,
     ) -> None:
         """Set the consistent state at the start, and the redundant constraints that are not solved for.
 
-        Controlled steps may begin anew at a later time ``t``, as behind a jump, with a first step of about ``h``.
+        Controlled steps may begin anew at a later time ``t``, as behind a jump, with a first step ``h``, or one
+        that is found and at most the ``longest``.
 
         Raises
         ------
@@ -291,7 +296,7 @@ class Integration:
             self._rates = key, rates(system, t0, 1e-3 * self.h, q, v, a, lam, left_out)
         fa, jerk, fa_rate = self._rates[1]
         if controlled:
-            self.h = self._first_step(v, a, jerk) if h is None else h
+            self.h = min(self._first_step(v, a, jerk), longest) if h is None else h
         if method.inverts_mass:
             check_stiffness(system, self.method, t0, self.h, q, v, lam)
         stiff = not controlled and self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
@@ -307,6 +312,8 @@ class Integration:
         Y[layout.X2] = Y[layout.XA + layout.PAST]
         if controlled:
             self._begin_control(t0, q, jerk)
+            if t is None and method.order:
+                self.events.begin(t0, q, v, lam)
         # what the start's own evaluation finds is the past of the first step
         self.evaluate(t0, Y, self.Z, self.C, self.F, self.I)
         self.I[layout.KEEP] = 1
@@ -350,11 +357,7 @@ class Integration:
         system, Y, n = self.system, self.Y, self.system.n
         t, q, v = self.time, Y[layout.Q0, :n], Y[layout.V0, :n]
         used = {name: value for name, value in inputs.items() if name in system.tables.inputs}
-        for name, at in system.tables.inputs.items():
-            system.set_input(name, self.F[at])  # whoever looked at another time has left it there
-        for body in system.tables.models.values():
-            for at in body.turns:
-                system.set_number(at, self.F[at])
+        self.synchronise()
         before = accelerations(system, t, q, v, self.left_out)
         fa = applied(system, t, q, v, before[1])
         for name, value in used.items():
@@ -369,6 +372,17 @@ class Integration:
         for row, change in rows.items():
             past = layout.PAST if row in (layout.XA, layout.XA + layout.PAST) else 1
             Y[row : row + past, : len(change)] += change
+        if self.tol is not None:
+            self.events.resume()
+
+    def synchronise(self) -> None:
+        """The system's numbers become those of the run: whoever looked at another time has left others there."""
+        system = self.system
+        for name, at in system.tables.inputs.items():
+            system.set_input(name, self.F[at])
+        for body in system.tables.models.values():
+            for at in body.turns:
+                system.set_number(at, self.F[at])
 
     @property
     def time(self) -> float:
@@ -428,6 +442,8 @@ class Integration:
 
     def _advance_by(self, steps: int) -> int:
         status = self._call(steps)
+        if status == state.EVENT:
+            return self.events.come()
         if status == state.SINGULAR and self.solver == linear.SPARSE_LU and self.system.unknowns <= PIVOTING_LIMIT:
             # The order from the graph gave no usable pivots here: go on with a solver that searches for them.
             self._use(linear.DENSE)

@@ -78,10 +78,30 @@ def first_step(
 
 def normal_part(system: System, t: float, q: Array, x: Array, left_out: tuple[int, ...]) -> Array:
     """The part of x (n,) along the constraints' normals, in the metric of M."""
-    n = system.n
-    kept = np.setdiff1d(np.arange(system.unknowns), n + np.array(left_out, int))
-    matrix, right = system.tangent(t, q, cM=1.0, cP=1.0), np.zeros(system.unknowns)
-    right[:n] = matrix[:n, :n] @ x
+    right = np.zeros(system.unknowns)
+    right[: system.n] = system.M(t, q) @ x
+    found = _projected(system, t, q, None, right, left_out)
+    return np.zeros(system.n) if found is None else x - found
+
+
+def onto_constraints(system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> tuple[Array, Array]:
+    """q and v (n,) close by, in the metric of M, that satisfy Phi, its rate and Gam but for second powers."""
+    n, m = system.n, system.m
+    right = np.zeros(system.unknowns)
+    right[n : n + m] = -system.Phi(t, q)
+    change = _projected(system, t, q, v, right, left_out)
+    q = q if change is None else q + change
+    right[n:] = -np.concatenate([system.evaluate(t, q, v)[2], system.Gam(t, q, v)])
+    change = _projected(system, t, q, v, right, left_out)
+    return q, v if change is None else v + change
+
+
+def _projected(
+    system: System, t: float, q: Array, v: Array | None, right: Array, left_out: tuple[int, ...]
+) -> Array | None:
+    """x (n,) of [[M, J^T], [J, 0]] [x; .] = right, with J = [Phi_q; Gam_v], or Phi_q without v; None if singular."""
+    kept = np.setdiff1d(np.arange(system.unknowns), system.n + np.array(left_out, int))
+    matrix = system.tangent(t, q, v, cM=1.0, cP=1.0, cV=0.0 if v is None else 1.0)
     found = np.zeros(system.unknowns)
     try:
         if isinstance(matrix, np.ndarray):
@@ -91,8 +111,8 @@ def normal_part(system: System, t: float, q: Array, x: Array, left_out: tuple[in
 
             found[kept] = splu(matrix[kept][:, kept].tocsc()).solve(right[kept])
     except (np.linalg.LinAlgError, RuntimeError):  # a singular pose, or a body without mass
-        return np.zeros(n)
-    return x - found[:n]
+        return None
+    return found[: system.n]
 
 
 def check_stiffness(system: System, method: str, t: float, h: float, q: Array, v: Array, lam: Array) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 # -- status --------------------------------------------------------------------------------------------------
-RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL = range(7)
+RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EVENT = range(9)
 
 # -- K: floats of the run ------------------------------------------------------------------------------------
 START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, LOOSEST, UNIT, WILD = range(10)
@@ -12,7 +12,9 @@ START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, LOOSEST, UNIT, WILD 
 # largest displacement; what steps of late were long; factor on h D
 NOW, TOL, SPEED, LAST_H, LEAST_H, MOST_H, EXPONENT, NODE, MASS_WEIGHT, LARGEST, TYPICAL_H, DAMPING = range(10, 22)
 NODES, TIMES = 22, 26  #: times that the unknowns of the last four steps belong to: accelerations, multipliers
-K_SIZE = 30
+# of switches: the next time that is known beforehand; the step before it was cut short
+NEXT_EVENT, UNCUT = 30, 31
+K_SIZE = 32
 
 # -- J: integers of the run ----------------------------------------------------------------------------------
 STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, UNSEEN = range(11)
@@ -20,10 +22,14 @@ STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, O
 # length; in a row rejected; whether every step is output, or ends at the next output at most;
 # where dampers are stiff, after how many steps what they take away is looked at
 CONTROLLED, REJECTED, SINCE, SAME, IN_A_ROW, EVERY, LANDING, DAMPED = range(11, 19)
-J_SIZE = 19
+# of switches: whether they are watched, their signature, whether corners may be passed, how often the step was cut
+# short, and events
+WATCHING, SIGNATURE, CORNERS, CUT, EVENTS = range(19, 24)
+J_SIZE = 24
 #: what statistics call them
 COUNTERS = {
     "rejected": REJECTED,
+    "events": EVENTS,
     "iterations": ITERATIONS,
     "matrix_evaluations": MATRICES,
     "factorisations": FACTORISATIONS,

@@ -20,7 +20,7 @@ guard the register of a condition and the truth that it must have.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 from numpy import floor
@@ -44,15 +44,34 @@ PRIME, BASE = 2147483647, 1000003
 
 @dataclass(frozen=True)
 class Switch:
-    """A node of an expression that switches, and the conditions (and their truth) under which it matters."""
+    """A node of an expression that switches, and the conditions (and their truth) under which it matters.
+
+    ``of_force`` tells that only forces depend on it: accelerations jump there if they do.
+    """
 
     node: Expr
     guards: tuple[tuple[Expr, bool], ...] = ()
+    of_force: bool = True
+
+    @property
+    def is_corner(self) -> bool:
+        """Whether accelerations go on without a jump, so far as this is known from the node itself."""
+        if self.node.op == "table":
+            table, order = self.node.value  # type: ignore[misc]
+            closed = table.extrapolation != "periodic" or table.y[0] == table.y[-1]
+            return self.of_force and order == 0 and table.extrapolation != "error" and closed
+        return self.of_force and self.node.op in COMPARED
 
 
-def find(roots: Iterable[Expr]) -> list[Switch]:
-    """The switches of ``roots``."""
-    roots = list(roots)
+def find(forces: Iterable[Expr], demands: Iterable[Expr] = ()) -> list[Switch]:
+    """The switches of forces, and of positions and velocities that are demanded."""
+    demands = list(demands)
+    demanded = {switch.node for switch in _find(demands)}
+    found = _find([*forces, *demands])
+    return [replace(switch, of_force=switch.node not in demanded) for switch in found]
+
+
+def _find(roots: list[Expr]) -> list[Switch]:
     guards: dict[Expr, dict[tuple[Expr, bool], None]] = {root: {} for root in roots}
     found = []
 
@@ -159,6 +178,14 @@ def signature(F, I):
     found = 0
     for k in range(I[N_SWITCHES]):
         found = (found * BASE + state(k, F, I) % PRIME) % PRIME
+    return found
+
+
+def combined(S: Iterable[int]) -> int:
+    """The signature that belongs to states."""
+    found = 0
+    for k in S:
+        found = (found * BASE + int(k) % PRIME) % PRIME
     return found
 
 

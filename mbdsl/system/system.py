@@ -306,16 +306,18 @@ class System:
             switches.compiled()(w.F, w.I, found)
         return found
 
-    def time_events(self, t0: float, t1: float) -> Iterator[float]:
+    def time_events(self, t0: float, t1: float, corners: bool = True) -> Iterator[float]:
         """The times t0 < t < t1 [s], ascending, at which a switch changes that time alone decides on; generated lazily.
 
+        Without ``corners``, only those at which accelerations may jump: not at the knots of a linear table of forces.
         To a few units in the last place: step onto slightly before, and go on from slightly behind. Found where
         expressions are piecewise linear in time, as `time < 1 s`, tables over time, mod(time, 1 s) < 0.2 s. What is
         not, as sin(time) < 0, shows in :meth:`switches` only.
         """
         from mbdsl.system.time_events import time_events
 
-        return time_events(self.tables.switches, t0, t1)
+        chosen = [switch for switch in self.tables.switches if corners or not switch.is_corner]
+        return time_events(chosen, t0, t1)
 
     def elimination_order(self) -> NDArray[np.int64]:
         """The order, from the graph, in which coordinates and constraints are eliminated (n + m + p,): new -> old."""

@@ -18,7 +18,7 @@ from mbdsl.errors import ModelError
 from mbdsl.lang.expressions import leaves
 from mbdsl.scene import Scene
 from mbdsl.system import gammas, moving, pairs, switches
-from mbdsl.system.blocks import Block, expressions, find_blocks, frame_of
+from mbdsl.system.blocks import Block, expressions, find_blocks, frame_of, law_expressions
 from mbdsl.system.bodies import Body, body_pose, model
 from mbdsl.system.splines import piecewise
 from mbdsl.system.tape import Tape
@@ -196,7 +196,10 @@ def _fill(tables: Tables, size: float | None) -> None:
     gammas.tabulate(found, frames, dofs, n + m, buffers, tape, later)
     moving.tabulate({f: scene.frames[name].motion for name, f in frames.items()}, buffers, tape, later)
     # Values are complete: what switches in them. What only derivatives are made of switches with them.
-    tables.switches = switches.find(dict.fromkeys(tape.roots))
+    forces = dict.fromkeys(
+        x for b in tables.blocks if b.role == "law" for c in b.components for x in law_expressions(c)
+    )
+    tables.switches = switches.find(forces, (x for x in dict.fromkeys(tape.roots) if x not in forces))
     switches.tabulate(tables.switches, buffers, tape)
     _fill_tape(buffers, tape, later)
     tables.inputs = {name: I[layout.REGISTERS] + register for name, register in tape.inputs.items()}

@@ -148,3 +148,8 @@ def test_flexible_bodies():
     found = re.findall(r"^(modes|elements|ancf) +(\S+) +(\d+) ", text, re.MULTILINE)
     coordinates = {"modes": (2, 8), "elements": (8,), "ancf": (5, 9)}
     assert found == [(name, m, str(k)) for name in coordinates for m in benchmark.METHODS for k in coordinates[name]]
+
+
+def test_discontinuities():
+    located, without = list(script("discontinuities").lines([1e-3], ("hht-si2",), ("friction",)))[1:]
+    assert int(located.split()[7]) == 4 and int(without.split()[7]) == 0

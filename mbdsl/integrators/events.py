@@ -1,0 +1,139 @@
+"""Events: the exact time at which a switch changes, and the new beginning behind it.
+
+A step has ended shortly before (:mod:`mbdsl.integrators.switching`), or at a time that was known beforehand. The little
+that is left goes with the acceleration there: q + s v + s^2/2 a, v + s a. What its third power leaves of the
+constraints is taken out, in the metric of M. Behind the switch a and lam are found anew; q and v go on.
+
+Where forces drive the motion back from both sides of a switch, as sign(v) does at rest, events follow one another and
+time does not go on. No step has a solution then, however short, and the run stops and says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.errors import InitialisationError
+from mbdsl.integrators import state
+from mbdsl.integrators.starting import onto_constraints
+from mbdsl.system import System
+from mbdsl.system.accelerations import accelerations
+from mbdsl.system.switches import Switch, combined
+
+if TYPE_CHECKING:
+    from mbdsl.integrators.run import Integration
+
+Array = NDArray[np.float64]
+States = NDArray[np.int64]
+
+#: part of the last step that may be left to a switch
+LEFT = 1e-3
+#: so many events within this part of the whole time are no progress
+CROWD, STANDSTILL = 20, 1e-9
+
+
+class Events:
+    """The switches of a run with controlled steps.
+
+    Attributes
+    ----------
+    times : list of float
+        When switches have changed so far [s], as far as they are stepped onto.
+    """
+
+    def __init__(self, run: Integration) -> None:
+        self.run = run
+        self.system: System = run.system
+        self.times: list[float] = []
+        self._known: Iterator[float] = iter(())
+        self._recent: list[tuple[float, States]] = []
+
+    @property
+    def changing(self) -> list[Switch]:
+        """The switches that have changed without progress."""
+        states = np.array([s for _, s in self._recent])
+        return _changed(self.system, states.min(axis=0), states.max(axis=0))
+
+    def begin(self, t: float, q: Array, v: Array, lam: Array) -> None:
+        """At the start of the run."""
+        run, K, J, switches = self.run, self.run.K, self.run.J, self.system.tables.switches
+        if switches:
+            J[state.WATCHING] = True
+            J[state.CORNERS] = all(switch.of_force for switch in switches)
+            J[state.SIGNATURE] = combined(self.system.switches(t, q, v, lam))
+            self._known = self.system.time_events(t, run.stop, corners=False)
+            self._next(t)
+            K[state.H] = run.h = min(run.h, K[state.NEXT_EVENT] - t)
+
+    def _next(self, t: float) -> None:
+        """Steps are to end before the next event that is known: as far before as rounding may matter."""
+        before = self.run.K[state.LEAST_H]
+        later = (x - before for x in self._known)
+        self.run.K[state.NEXT_EVENT] = next((x for x in later if x > t + before), np.inf)
+
+    def resume(self) -> None:
+        """After inputs have changed."""
+        run = self.run
+        q, v, lam = run.state()
+        run.J[state.SIGNATURE] = combined(self.system.switches(run.time, q, v, lam))
+
+    def come(self) -> int:
+        """A step was cut short, or ended at a known time: begin anew if a switch changes here; a status."""
+        run, K, J, system = self.run, self.run.K, self.run.J, self.system
+        t, (q, v, lam) = run.time, run.state()
+        least, known, cut = K[state.LEAST_H], run.time >= K[state.NEXT_EVENT], J[state.CUT] > 0
+        at_once = not (known or cut)  # there was no room for a step
+        h, J[state.CUT] = K[state.H] if known else K[state.UNCUT], 0
+        run.synchronise()
+        old, s = system.switches(t, q, v, lam), 2 * least  # over what a known time may be off by
+        if known:
+            self._next(t + s)
+        try:
+            a, lam = accelerations(system, t, q, v, run.left_out)
+            if not known:
+                most = 4 * least if at_once else LEFT * K[state.LAST_H]
+                found = self._distance(t, q, v, a, lam, old, most)
+                if found is None:
+                    return self._progress(t, old) if at_once else state.RUNNING
+                s = found
+            t, q, v = t + s, q + s * (v + s / 2 * a), v + s * a
+            q, v = onto_constraints(system, t, q, v, run.left_out)
+            a, lam = accelerations(system, t, q, v, run.left_out)
+            new = system.switches(t, q, v, lam)
+            J[state.SIGNATURE] = combined(new)
+            J[state.EVENTS] += 1
+            self.times.append(t)
+            run.begin(q, v, a, lam, run.left_out, t=t, longest=min(h, min(run.stop, K[state.NEXT_EVENT]) - t))
+            return self._progress(t, new)
+        except InitialisationError:
+            return state.NOT_FINITE if not np.isfinite(system.Q(t, q, v)).all() else state.SINGULAR
+
+    def _distance(self, t: float, q: Array, v: Array, a: Array, lam: Array, old: States, most: float) -> float | None:
+        """The time to where a switch has just changed, if that is not further than ``most``."""
+        if combined(old) != self.run.J[state.SIGNATURE]:
+            return 0.0  # by what Newton's last correction did
+
+        def same(s: float) -> bool:
+            return bool((self.system.switches(t + s, q + s * (v + s / 2 * a), v + s * a, lam) == old).all())
+
+        if same(most):
+            return None
+        low, high = 0.0, most
+        while high - low > max(1e-9 * high, 0.01 * self.run.K[state.LEAST_H]):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if same(middle) else (low, middle)
+        return high
+
+    def _progress(self, t: float, states: States) -> int:
+        """Whether time goes on; a status."""
+        if self._recent and t - self._recent[0][0] > STANDSTILL * (self.run.stop - self.run.start):
+            self._recent = []
+        self._recent.append((t, states))
+        return state.SLIDING if len(self._recent) > CROWD else state.RUNNING
+
+
+def _changed(system: System, old: States, new: States) -> list[Switch]:
+    return [switch for switch, a, b in zip(system.tables.switches, old, new, strict=True) if a != b]
