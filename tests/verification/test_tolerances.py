@@ -30,8 +30,8 @@ def scaled(run, q, v):
 
 @pytest.mark.parametrize("tol", [1e-3, 1e-4, 1e-5, 1e-6])
 def test_pendulum(model, method, tol):
-    if method == "newmark" and tol < 1e-4:
-        pytest.skip("order 1 takes a million steps")
+    if method == "newmark" and tol < 1e-3:
+        pytest.skip("order 1 takes millions of steps")
     run = mbdsl.simulate(model("pendulum"), method=method, tol=tol)
     x, y, vx, vy = pendulum(run.t)
     assert LEAST * tol < scaled(run, np.stack([x, y], 1), np.stack([vx, vy], 1)) < MOST * tol
