@@ -32,7 +32,9 @@ def run(command):
         if words and Path(words[0]).name == "mbdsl":
             with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
                 code = cli.main(words[1:])
-    return code, printed.getvalue()
+    # whether anything has to be compiled depends on what ran before
+    lines = printed.getvalue().splitlines(keepends=True)
+    return code, "".join(line for line in lines if not line.startswith("compiling for the first time"))
 
 
 def commands(body, console):

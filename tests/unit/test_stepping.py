@@ -54,6 +54,9 @@ def test_order_over_jumps_of_inputs(method, reference):
             sim.inputs["u"] = -20.0 * sim["arm.phi"] - 3.0 * sim["arm.w"]
             sim.step(round(PERIOD / h))
         errors.append(np.abs([sim["arm.phi"] - reference[0], sim["arm.w"] - reference[1]]))
+    if methods()[method].order > 2:  # nothing but rounding is left
+        assert np.max(errors) < 1e-11
+        return
     slopes = np.log2(np.array(errors[:-1]) / errors[1:])
     low, high = (0.9, 1.15) if methods()[method].order == 1 else (1.85, 2.15)
     assert ((low < slopes) & (slopes < high)).all()
