@@ -17,9 +17,10 @@ def run(args: argparse.Namespace) -> int:
     from mbdsl.cli.simulate import OPTIONS
     from mbdsl.integrators import methods, problems
 
+    width = max(map(len, methods())) + 2
     for name, method in methods().items():
         enforces = " and ".join(method.enforces) or "nothing"
-        print(f"{name:14}order {method.order}, index {method.index}, enforces {enforces}")
+        print(f"{name:{width}}order {method.order}, index {method.index}, enforces {enforces}")
         print(f"    {method.doc}")
         for option, o in method.parameters.items():
             default = "" if o.default is None else f" {o.default:g}"

@@ -133,12 +133,13 @@ class Ours:
 
 
 class Theirs:
-    """The same in Exudyn, at the same start; displacements count from there."""
+    """The same in Exudyn, at the same start; displacements count from there. Coordinates are kept at ``points`` times."""
 
-    def __init__(self, exu: Any, ours: Ours) -> None:
+    def __init__(self, exu: Any, ours: Ours, points: int = TIMES) -> None:
         from exudyn import itemInterface as item
 
-        self.exu, self.item, self.stop, self.n = exu, item, ours.stop, ours.system.n
+        self.exu, self.item, self.stop, self.n, self.points = exu, item, ours.stop, ours.system.n, points
+        self.solver = exu.DynamicSolverType.GeneralizedAlpha
         self.container = exu.SystemContainer()
         self.mbs = self.container.AddSystem()
         self.scene = ours.scene
@@ -254,8 +255,8 @@ class Theirs:
         data = [self.mbs.GetSensorStoredData(sensor) for sensor in self.sensors]
         moved = np.hstack([x[1:, 1:] for x in data])  # without the start, and the column of times
         it = self.mbs.sys["dynamicSolver"].it
-        done = done and it.currentStepIndex == steps + 1 and len(moved) == TIMES
-        states = np.full((TIMES, self.n), np.nan)
+        done = done and it.currentStepIndex == steps + 1 and len(moved) == self.points
+        states = np.full((self.points, self.n), np.nan)
         if done:
             states[:] = [self._centres(self.reference + q, np.zeros(self.n))[0] for q in moved]
         return Seen(max(total - start, LEAST), states, it.newtonStepsCount / steps, it.newtonJacobiCount / steps, done)
@@ -270,12 +271,12 @@ class Theirs:
         t.newton.relativeTolerance *= tighter
         t.newton.absoluteTolerance *= tighter
         s.solutionSettings.writeSolutionToFile = False
-        s.solutionSettings.sensorsWritePeriod = self.stop / TIMES
+        s.solutionSettings.sensorsWritePeriod = self.stop / self.points
         s.linearSolver.solverType = kinds.EigenSparse if sparse else kinds.EXUdense
         s.parallel.numberOfThreads = 1
         begun = time.process_time()
         try:
-            done = bool(self.mbs.SolveDynamic(s))
+            done = bool(self.mbs.SolveDynamic(s, solverType=self.solver))
         except self.exu.SolverError:
             done = False
         return time.process_time() - begun, done

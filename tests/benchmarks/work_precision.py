@@ -1,0 +1,238 @@
+"""What accuracy costs in time: every method of mbdsl, and Exudyn where it is installed, on the same axes.
+
+    python tests/benchmarks/work_precision.py [--only NAME] [--repeats 5] [--output FOLDER]
+
+The work-precision study of the slider crank and of the seven body mechanism, with Exudyn's runs beside it: the same
+model and start, the same times of comparison, the same reference, and runs that are timed in turn with ours in one
+process. Exudyn solves by its generalised-alpha method and by its trapezoidal rule of index 2, in every way that
+``against_exudyn.py`` tries, with its own tolerances of Newton's iteration and with tighter ones; of all that, only what
+no other run of Exudyn beats in both error and time is its curve. Its times begin with the second step, as told there.
+
+Nothing is asserted: times belong to a machine and an hour. With ``--output`` the pictures, pages and numbers are
+written; those of docs/work-precision.md are made so.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import math
+import os
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads go on spinning for a while, and count as our time
+
+import against_exudyn
+import numpy as np
+from against_exudyn import JUDGED, MODELS, WAYS, Ours, Theirs
+
+from mbdsl.plotting.figures import Page, Series, Table
+from mbdsl.plotting.pages import write
+from mbdsl.plotting.pictures import draw
+from mbdsl.studies.report import as_text, number
+from mbdsl.studies.runner import SHORT, TRIES
+from mbdsl.studies.survey import Asked, Row, measure, prepare
+from mbdsl.studies.work_precision import WorkPrecision
+from mbdsl.wording import duration
+
+CASES = ("slider_crank", "seven_body")
+DECADES = tuple(range(3, 11))  #: errors 1e-3 ... 1e-10
+TIGHTER = (1.0, 1e-2)  #: times Exudyn's tolerances
+SOLVERS = ("GeneralizedAlpha", "TrapezoidalIndex2")
+PATIENCE = 20.0  #: seconds of one run of Exudyn, at most
+LEVELS = 16  #: halvings of its step, at most
+
+
+@dataclass
+class Their:
+    """Runs of Exudyn at one setting: its error (scaled, in positions) and the seconds that it took, each time."""
+
+    label: str
+    way: str
+    solver: str
+    tighter: float
+    steps: int
+    error: float
+    seconds: list[float] = field(default_factory=list)
+
+
+class Exudyn:
+    """The model in Exudyn, at the times of a study."""
+
+    def __init__(self, study: Any) -> None:
+        s = study.survey
+        case = against_exudyn.Case(Path(s.setting.path).stem, s.setting.stop, s.setting.points, 1.0)
+        self.exu, ours = against_exudyn.load(), Ours(case, s.setting.stop)
+        self.program = Theirs(self.exu, ours, s.setting.points)
+        self.true, self.scale, self.points = s.reference.solution.q[1:], ours.system.tables.scale, s.setting.points
+
+    def run(self, solver: str, way: str, tighter: float, steps: int) -> tuple[float, float]:
+        """Error, and seconds; the error is infinite where it does not come through."""
+        self.program.solver = getattr(self.exu.DynamicSolverType, solver)
+        seen = self.program.run(way, steps, tighter)
+        error = float((np.abs(seen.states - self.true) * self.scale).max()) if seen.whole else math.inf
+        return error if math.isfinite(error) else math.inf, seen.seconds
+
+    def time(self, run: Their) -> float:
+        """Seconds: the least of three where they are few, as of ours."""
+        tries: list[float] = []
+        while len(tries) < TRIES and (not tries or sum(tries) < SHORT):
+            tries.append(self.run(run.solver, run.way, run.tighter, run.steps)[1])
+        return min(tries)
+
+    def explore(self, least: float) -> list[Their]:
+        """Steps halved until the error is ``least``, with all solvers and tolerances; what nothing else beats."""
+        found = []
+        for solver in SOLVERS:
+            seconds = {way: self.run(solver, way, 1.0, 8 * self.points)[1] for way in WAYS}
+            best = min(seconds, key=seconds.__getitem__)
+            near = [way for way in WAYS if seconds[way] <= 1.3 * seconds[best] + JUDGED]
+            for tighter in TIGHTER:
+                for way in near if tighter == 1.0 else [best]:
+                    for k in range(LEVELS):
+                        steps = self.points * 2**k
+                        error, spent = self.run(solver, way, tighter, steps)
+                        label = f"{solver}, {way}, {steps} steps, tolerances x {tighter:g}"
+                        if math.isfinite(error):
+                            found.append(Their(label, way, solver, tighter, steps, error, [spent]))
+                        stuck = k > 2 and len(found) > 1 and found[-1].error > 0.7 * found[-2].error and error < 1e-3
+                        if error < least or stuck or spent > PATIENCE / 2:
+                            break
+        kept = front(found)
+        for run in kept:
+            run.seconds = []
+        return kept
+
+
+def front(runs: list[Their]) -> list[Their]:
+    """What no other run beats in both, large errors first."""
+    kept: list[Their] = []
+    for run in sorted(runs, key=lambda r: (median(r.seconds), r.error)):
+        if not kept or run.error < kept[-1].error:
+            kept.append(run)
+    return kept
+
+
+def at(error: float, errors: list[float], seconds: list[float]) -> float:
+    """Seconds at an error, along straight lines between logarithms; not a number outside; large errors come first."""
+    if not errors or not min(errors) <= error:
+        return math.nan
+    if error >= max(errors):
+        return seconds[0]
+    x, y = np.log(errors[::-1]), np.log(seconds[::-1])
+    return float(np.exp(np.interp(math.log(error), x, y)))
+
+
+def compare(
+    name: str, repeats: int, budget: float, stop: float | None = None, **asked: Any
+) -> tuple[WorkPrecision, list[Their]]:
+    """The study of one model, and Exudyn's runs, timed in turn."""
+    study = WorkPrecision(
+        measure(
+            prepare(
+                MODELS / f"{name}.mbd", Asked(repeats=repeats, budget=budget, stop=stop, fresh=True, **asked), both=True
+            )
+        )
+    )
+    theirs, program = [], None
+    if importlib.util.find_spec("exudyn") is not None:
+        program = Exudyn(study)
+        theirs = program.explore(10.0 ** -DECADES[-1])
+    survey = study.survey
+    done = [row for row in survey.rows if row.run.done]
+    for k in range(repeats):
+        times = survey.runner.time([row.case for row in done], k + 1, lambda case: 0.0)
+        for row in done:
+            row.seconds = times.get(row.case, [])
+        for run in theirs:
+            run.seconds.append(program.time(run))
+    return study, front(theirs)
+
+
+def ratios(study: WorkPrecision, theirs: list[Their]) -> list[tuple[float, float, Row | None, float]]:
+    """For each decade: the error, Exudyn's seconds, our cheapest run and its seconds there."""
+    rows = study.front("q")
+    errors, seconds = [r.errors["q"].scaled for r in rows], [median(r.seconds) for r in rows]
+    found = []
+    for k in DECADES:
+        error = 10.0**-k
+        near = next((r for r in rows if r.errors["q"].scaled <= error), None)
+        other = at(error, [r.error for r in theirs], [median(r.seconds) for r in theirs])
+        found.append((error, other, near, at(error, errors, seconds)))
+    return found
+
+
+def table(study: WorkPrecision, theirs: list[Their]) -> Table:
+    """The read-out; where Exudyn was not followed as far, its longest run is a bound."""
+    cells, longest = [], median(theirs[-1].seconds) if theirs else math.nan
+    for error, other, row, own in ratios(study, theirs):
+        bound = "" if math.isfinite(other) else "> "
+        other = other if math.isfinite(other) else longest
+        times = [duration(own) if math.isfinite(own) else "", f"{bound}{duration(other)}" if theirs else ""]
+        times.append(f"{bound}{other / own:.3g}" if math.isfinite(other / own) else "")
+        cells.append((number(error, 1), "" if row is None else row.case.series, *times))
+    columns = ("error", "mbdsl, by", "takes", "Exudyn takes", "times as long")
+    return Table("Least time for an error in positions", columns, cells)
+
+
+def page(study: WorkPrecision, theirs: list[Their]) -> Page:
+    """The study's page, with Exudyn in its first figure."""
+    own = study.page()
+    items = [x for x in own.items if getattr(x, "key", "q") == "q"]
+    figure = next(x for x in study.figures() if x.key == "q")
+    if theirs:
+        their = Series(
+            "Exudyn",
+            [r.error for r in theirs],
+            [median(r.seconds) for r in theirs],
+            [min(r.seconds) for r in theirs],
+            [max(r.seconds) for r in theirs],
+            [r.label for r in theirs],
+        )
+        figure = type(figure)(**{**vars(figure), "series": [*figure.series, their]})
+    rest = [x for x in items if getattr(x, "key", "") != "q"]
+    return Page(own.title, own.paragraphs, [table(study, theirs), figure, *rest], own.fine_print)
+
+
+def numbers(study: WorkPrecision, theirs: list[Their]) -> dict:
+    """What docs/work-precision.md is made from."""
+    points = [
+        {"series": r.case.series, "with": r.case.arguments, "error": r.errors["q"].scaled, "seconds": median(r.seconds)}
+        for r in study.points("q")
+    ]
+    points += [{"series": "Exudyn", "with": r.label, "error": r.error, "seconds": median(r.seconds)} for r in theirs]
+    return {"table": [list(row) for row in table(study, theirs).rows], "points": points, "facts": study.facts()}
+
+
+def main(arguments: argparse.Namespace) -> None:
+    found = {}
+    for name in CASES:
+        if arguments.only in (None, name):
+            study, theirs = compare(name, arguments.repeats, arguments.budget)
+            print(f"\n{study.title}\n\n{as_text(table(study, theirs))}\n\n{study}\n", flush=True)
+            found[name] = study, theirs
+    if arguments.output is None:
+        return
+    folder = Path(arguments.output)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, (study, theirs) in found.items():
+        made = page(study, theirs)
+        write(made, folder / f"{name}.html")
+        figure = next(x for x in made.items if getattr(x, "key", "") == "q")
+        draw(figure, folder / f"{name}.png")
+        (folder / f"{name}.json").write_text(json.dumps(numbers(study, theirs), indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", metavar="NAME", choices=CASES, help="one model")
+    parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--budget", type=float, default=600.0, help="seconds that our runs of one model may take")
+    parser.add_argument("--output", metavar="FOLDER", help="where pages, pictures and numbers go")
+    warnings.simplefilter("ignore", DeprecationWarning)  # Exudyn renames its items from time to time
+    main(parser.parse_args())
