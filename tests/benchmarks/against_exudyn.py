@@ -133,7 +133,9 @@ class Ours:
 
 
 class Theirs:
-    """The same in Exudyn, at the same start; displacements count from there. Coordinates are kept at ``points`` times."""
+    """The same in Exudyn, at the same start; displacements count from there. Coordinates are kept at ``points``
+    times.
+    """
 
     def __init__(self, exu: Any, ours: Ours, points: int = TIMES) -> None:
         from exudyn import itemInterface as item
