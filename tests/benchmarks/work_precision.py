@@ -9,7 +9,7 @@ process. Exudyn solves by its generalised-alpha method and by its trapezoidal ru
 no other run of Exudyn beats in both error and time is its curve. Its times begin with the second step, as told there.
 
 Nothing is asserted: times belong to a machine and an hour. With ``--output`` the pictures, pages and numbers are
-written; those of docs/work-precision.md are made so.
+written; with ``--output docs/work-precision`` the tables of docs/work-precision.md, too.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import json
 import math
 import os
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
@@ -41,6 +42,7 @@ from mbdsl.studies.work_precision import WorkPrecision
 from mbdsl.wording import duration
 
 CASES = ("slider_crank", "seven_body")
+PAGE = Path(__file__).parents[2] / "docs" / "work-precision.md"
 DECADES = tuple(range(3, 11))  #: errors 1e-3 ... 1e-10
 TIGHTER = (1.0, 1e-2)  #: times Exudyn's tolerances
 SOLVERS = ("GeneralizedAlpha", "TrapezoidalIndex2")
@@ -209,23 +211,36 @@ def numbers(study: WorkPrecision, theirs: list[Their]) -> dict:
     return {"table": [list(row) for row in table(study, theirs).rows], "points": points, "facts": study.facts()}
 
 
+def markdown(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table of docs/work-precision.md."""
+    lines = [columns, ["---"] * len(columns), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def tell(page: Path, name: str, text: str) -> None:
+    """Set what stands between the marks of a model in a page."""
+    before, rest = page.read_text(encoding="utf-8").split(f"<!-- {name} -->\n")
+    _, after = rest.split("<!-- end -->\n", 1)
+    page.write_text(f"{before}<!-- {name} -->\n\n{text}\n\n<!-- end -->\n{after}", encoding="utf-8")
+
+
 def main(arguments: argparse.Namespace) -> None:
-    found = {}
     for name in CASES:
-        if arguments.only in (None, name):
-            study, theirs = compare(name, arguments.repeats, arguments.budget)
-            print(f"\n{study.title}\n\n{as_text(table(study, theirs))}\n\n{study}\n", flush=True)
-            found[name] = study, theirs
-    if arguments.output is None:
-        return
-    folder = Path(arguments.output)
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, (study, theirs) in found.items():
+        if arguments.only not in (None, name):
+            continue
+        study, theirs = compare(name, arguments.repeats, arguments.budget)
+        read_out = table(study, theirs)
+        print(f"\n{study.title}\n\n{as_text(read_out)}\n\n{study}\n", flush=True)
+        if arguments.output is None:
+            continue
+        folder = Path(arguments.output)
+        folder.mkdir(parents=True, exist_ok=True)
         made = page(study, theirs)
         write(made, folder / f"{name}.html")
-        figure = next(x for x in made.items if getattr(x, "key", "") == "q")
-        draw(figure, folder / f"{name}.png")
+        draw(next(x for x in made.items if getattr(x, "key", "") == "q"), folder / f"{name}.png")
         (folder / f"{name}.json").write_text(json.dumps(numbers(study, theirs), indent=1) + "\n", encoding="utf-8")
+        if folder.resolve() == PAGE.with_suffix(""):
+            tell(PAGE, name, markdown(read_out.columns, read_out.rows))
 
 
 if __name__ == "__main__":
