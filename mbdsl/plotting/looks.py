@@ -34,6 +34,7 @@ METHODS = {
     "nstiff": Look("#c67500", "#f5b041", "up", False),
     "nstiff-si2": Look("#b3360a", "#f07b4b", "down"),
     "generalized-alpha": Look("#7d1d4f", "#d4709f", "pentagon"),
+    "generalized-alpha-i3": Look("#b04a80", "#eba6c4", "pentagon", False),
     "radau5": Look("#008a64", "#35c89b", "star"),
     "scipy-dop853": Look("#7a6a00", "#d2c04a", "plus", dash=DASHED),
     "scipy-radau": Look("#7a6a00", "#d2c04a", "cross", dash=DASHED),

@@ -352,9 +352,10 @@ def test_methods_are_listed_with_their_source(say):
     code, out, _ = say("methods")
     assert code == 0
     for method in methods().values():
-        first, *rest = out[out.index(f"{method.name:14}") :].splitlines()
-        assert first == f"{method.name:14}order {method.order}, index {method.index}, " + (
-            f"enforces {' and '.join(method.enforces)}"
-        )
+        lines = out.splitlines()
+        (at,) = (k for k, line in enumerate(lines) if line.startswith(f"{method.name} "))
+        first, rest = lines[at], lines[at + 1 :]
+        facts = f"order {method.order}, index {method.index}, enforces {' and '.join(method.enforces)}"
+        assert first.removeprefix(method.name).strip() == facts
         assert f"    {method.source}" in rest
         assert all(f"    --{name} " in out for name in method.parameters)
