@@ -129,11 +129,13 @@ def test_accuracy_across_events(name, method, seen):
 
 @pytest.mark.parametrize("name", CASES)
 def test_radau5_across_events_to_eight_digits(name):
-    """Its order is kept across jumps and corners: by a step across one of them errors would be a thousand times that."""
+    """As without events. By error control alone errors are 2 to 12 times the tolerance (with the switched force 0.2),
+    with ten times as many rejected steps."""
     scene, solution, times = CASES[name]
     found, error = solved(scene, solution, "radau5", 1e-8)
-    assert error <= 1e-8
-    assert found.stats["events"] == len(times) and found.stats["steps"] < 300
+    assert error <= 2e-9
+    assert found.stats["events"] == len(times)
+    assert found.stats["rejected"] <= 4 * len(times)
 
 
 def test_every_step_of_radau5_is_written():
