@@ -16,7 +16,7 @@ import numpy as np
 from mbdsl.calibration import calibrated
 from mbdsl.errors import UsageError
 from mbdsl.failures import check_bending, check_left_out, failure
-from mbdsl.integrators import declared, driver
+from mbdsl.integrators import backend, declared, driver
 from mbdsl.integrators.run import MOST_OUTPUT, check_options, controls_locally
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Scene
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 DEFAULT_METHOD = "hht-si2"
 DEFAULT_STEP = 1e-3
-DEFAULT_TOL = 1e-6  #: of methods that only control their steps
+DEFAULT_TOL = 1e-6  #: of methods that control their steps unless told otherwise
 
 
 @dataclass(frozen=True)
@@ -88,13 +88,14 @@ def simulate(
         Name of an integrator; default the model's, else "hht-si2".
     step : float, optional [s]
         Fixed step; default the model's, else 1 ms. Where it does not divide the time, all steps are a little shorter,
-        so that the last ends at ``stop``.
+        so that the last ends at ``stop``. Methods that control their steps by themselves, as "radau5", take only a
+        step that is given here.
     tol : float, optional
         Instead, steps of controlled size, so that the error is about half of this: the largest one over all outputs
         and coordinates, positions in the mechanism's size, angles in radians, velocities relative to the largest one
         of the run (but at least the mechanism's size, or a radian, in the time of the run). Default the model's
-        Tolerance, if it gives no Step. Two short runs with larger errors come first; ``stats["error"]`` is the error
-        as known from them.
+        Tolerance, if it gives no Step; with "radau5", and backends, its Tolerance in any case, else 1e-6. Two short
+        runs with larger errors come first, not with those; ``stats["error"]`` is the error as known from them.
     accuracy : float, optional
         In place of a step or tolerance: the largest error in positions, as part of the mechanism's size, and in
         velocities, as part of the largest. Method (where none is given) and step are found by several runs;
@@ -194,10 +195,10 @@ def plan(
         raise UsageError(f"a tolerance is between 0 and 1, not {tol:g}")
     if step is not None and "fixed" not in can:
         raise UsageError(f"{method} has no fixed steps", hint="give a tolerance (tol), or take another method")
-    if tol is None and step is None and said.step is None and "controlled" in can:
-        tol = said.tolerance
-    if tol is None and "fixed" not in can:
+    if tol is None and step is None and can[0] == "controlled":
         tol = DEFAULT_TOL if said.tolerance is None else said.tolerance
+    elif tol is None and step is None and said.step is None and "controlled" in can:
+        tol = said.tolerance
     for name, value in (("start", start), ("stop", stop), ("step", step), ("interval", interval)):
         if value is not None and not isinstance(value, (int, float, np.number)):
             raise UsageError(f"{name} is a number of seconds, not {value!r}")
@@ -229,7 +230,7 @@ def plan(
         h = (end - start) / np.ceil((end - start) / h)
     if interval is not None and not 0.0 <= interval < np.inf:
         raise UsageError(f"the output interval must not be negative, not {interval:g} s")
-    every = tol is not None and interval == 0.0 and controls_locally(method)
+    every = tol is not None and interval == 0.0 and backend(method) is None
     spacing = (end - start) / 500 if interval is None else interval or h
     points = np.ceil((end - start) / spacing - 1e-9) if end > start and not every else 0.0
     columns = sum(2 * len(c.coordinates) + c.kind.rows for c in scene.components.values())

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
-from mbdsl.integrators import state
+from mbdsl.integrators import declared, state
 from mbdsl.integrators.starting import onto_constraints
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
@@ -64,7 +64,7 @@ class Events:
             J[state.WATCHING] = True
             J[state.CORNERS] = all(switch.of_force for switch in switches)
             J[state.SIGNATURE] = combined(self.system.switches(t, q, v, lam))
-            self._known = self.system.time_events(t, run.stop, corners=False)
+            self._known = self.system.time_events(t, run.stop, corners=declared(run.method).order > 2)
             self._next(t)
             K[state.H] = run.h = min(run.h, K[state.NEXT_EVENT] - t)
 

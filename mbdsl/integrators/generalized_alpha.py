@@ -15,21 +15,33 @@ with M and Phi_q at q_{n+1}. The corrections are those of hht-si2, where beta an
 a_{n+1}: a projection with the mass matrix, and the index-3 system. What (M abar)_q adds to R2 is, as (Phi_q^T mu)_q,
 left to the next iteration: abar vanishes with the error of the discretisation.
 
+Local errors, and the shift of A_n where steps differ, are those of generalized-alpha-i3; abar and mu are predicted in
+proportion to the step.
+
 Source: Chung, Hulbert (1993); Arnold, Bruels, Cardona, Error analysis of generalized-alpha Lie group time integration
 methods for constrained mechanical systems, Numer. Math. 129 (2015) 149-179, for the stabilised index-2 form; its
 projection is here the one of Negrut, Jay, Khude (2009), eq. (12), with masses.
 """
 
 from mbdsl.integrators.corrections import couple, couples
-from mbdsl.integrators.generalized_alpha_i3 import RHO, begin, check_constrained, coefficients, finish
+from mbdsl.integrators.generalized_alpha_i3 import (
+    RHO,
+    begin,
+    check_constrained,
+    coefficients,
+    finish,
+    local_error,
+    shift,
+)
 from mbdsl.integrators.generalized_alpha_i3 import motion as index_3_motion
 from mbdsl.integrators.hht_si2 import correct
 from mbdsl.integrators.linear import factor
 from mbdsl.integrators.method import Method
+from mbdsl.integrators.state import H
 from mbdsl.kernels import kernel
-from mbdsl.layout import FP, GD, MASS, MX, MX2, N_ALL, N_PHI, N_Q, R2, X2, Q, R, X
+from mbdsl.layout import FP, GD, MASS, MX, MX2, N_ALL, N_PHI, N_Q, PAST, R2, X2, XA, Q, R, X
 
-__all__ = ["correct", "finish"]
+__all__ = ["correct", "finish", "local_error"]
 
 METHOD = Method(
     "generalized-alpha",
@@ -42,7 +54,8 @@ METHOD = Method(
     check_constrained=check_constrained,
     coefficients=coefficients,
     begin=begin,
-    steps=("fixed",),
+    damping_weight=lambda c: c[1],
+    steps=("fixed", "controlled"),
     sets=2,
     matrices=3,
 )
@@ -53,6 +66,16 @@ def motion(h, c, Y, I):
     index_3_motion(h, c, Y, I)
     for i in range(I[N_Q]):
         Y[Q, i] += h * h / 2 * Y[X2, i]
+
+
+@kernel
+def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
+    """A_n, and abar and mu of the past, for a step of length h in place of K[H]."""
+    if h != K[H]:
+        shift(h, c, K, Y, I)
+        for k in range(PAST):
+            for i in range(I[N_ALL]):
+                Y[XA + PAST + k, i] *= h / K[H]
 
 
 @kernel

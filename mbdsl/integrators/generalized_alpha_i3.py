@@ -17,14 +17,22 @@ The spectral radius for infinite frequencies, rho, gives all else:
 The equations of motion hold at t_{n+1}, so that the method is of order 2 with any M(q). A_0 = a_0 + (alpha_m - alpha_f)
 h q''': with A_0 = a_0 reactions would be of order 1 at first.
 
+Local errors, with D = alpha_m - alpha_f and k = (1 - alpha_f)/2 - (1 - alpha_m) (1/2 + D), A_n being
+q''(t_n) + D h q''' + k h^2 q'''': h^3 (1/6 - beta - D/2) q''' in q, h^3 (1/6 - k - gamma (1/2 + D)) v''' in v.
+
+Steps that differ: A_n is shifted by D (h_n - h_{n-1}) q''', and v_n along the constraints' normals set anew, as HHT-I3
+has it.
+
 Source: Chung, Hulbert, A time integration algorithm for structural dynamics with improved numerical dissipation: the
 generalized-alpha method, J. Appl. Mech. 60 (1993) 371-375; Arnold, Bruels, Convergence of the generalized-alpha scheme
 for constrained mechanical systems, Multibody Syst. Dyn. 18 (2007) 185-202.
 """
 
+from mbdsl.integrators.control import set_velocity
 from mbdsl.integrators.corrections import correct_one as correct
 from mbdsl.integrators.linear import factor
 from mbdsl.integrators.method import Method, Option
+from mbdsl.integrators.state import NODES, H
 from mbdsl.kernels import kernel
 from mbdsl.layout import FP, MASS, MX, N_ALL, N_PHI, N_Q, Q0, V0, XA, Q, R, V, X
 from mbdsl.layout import Q1 as CARRIED
@@ -68,9 +76,8 @@ def begin(c, start):
     if start.stiff:
         c[:LEFT], c[LEFT] = EULER, 2.0
         return {XA: [*(0.0 * start.a), *start.lam], CARRIED: 0.0 * start.a}
-    # alpha_m - alpha_f, from gamma = (weight of a_{n+1} in v) / (that in A)
-    offset = 1 / 2 - c[1] / c[6]
-    return {XA: [*start.a, *start.lam], CARRIED: start.a + offset * start.h * start.jerk}
+    D = 1 / 2 - c[1] / c[6]  # gamma is (weight of a_{n+1} in v) / (that in A)
+    return {XA: [*start.a, *start.lam], CARRIED: start.a + D * start.h * start.jerk}
 
 
 METHOD = Method(
@@ -84,8 +91,40 @@ METHOD = Method(
     check_constrained=check_constrained,
     coefficients=coefficients,
     begin=begin,
-    steps=("fixed",),
+    damping_weight=lambda c: c[1],
+    steps=("fixed", "controlled"),
 )
+
+
+@kernel
+def local_error(h, last, c, jerk, snap):
+    """Errors of q and v in a step of length h behind one of length ``last``."""
+    h3, beta, gamma = h * h * h, c[0] / c[6], c[1] / c[6]
+    D = 1 / 2 - gamma
+    k = (c[6] / 2 - 1 / 2 - D) / (c[6] + c[7])
+    return (1 / 6 - beta - D / 2) * h3 * jerk, (1 / 6 - k - gamma * (1 / 2 + D)) * h3 * snap
+
+
+@kernel
+def velocity_error(h, last, c):
+    """What v is wrong by along the constraints' normals, relative to the jerk."""
+    return h * h * (1 / 6 - c[0] / c[6] - (1 / 2 - c[1] / c[6]) / 2)
+
+
+@kernel
+def shift(h, c, K, Y, I):
+    """A_n for a step of length h in place of K[H]."""
+    D = 1 / 2 - c[1] / c[6]
+    for i in range(I[N_Q]):
+        Y[CARRIED, i] += D * (h - K[H]) * (Y[XA, i] - Y[XA + 1, i]) / (K[NODES] - K[NODES + 1])
+
+
+@kernel
+def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
+    """A_n, and v_n along the normals, for a step of length h in place of K[H]."""
+    if h != K[H]:
+        shift(h, c, K, Y, I)
+        set_velocity(velocity_error(h, h, c), h, matrix, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P)
 
 
 @kernel

@@ -60,7 +60,7 @@ class Method:
     Of these ``sets``, the third is that in Phi_q^T psi with Phi_q of the start of the step, always in X.
     ``own_reactions`` is False where reactions have to be found from the acceleration-level equations; ``inverts_mass``
     tells that every coordinate needs a mass. What nobody can choose is not ``chosen``. ``steps`` are "fixed",
-    "controlled" (by an estimate of their error), or both.
+    "controlled" (by an estimate of their error), or both, the first of which is taken if nobody asks for the other.
 
     A method that is not of this package (see :mod:`mbdsl.integrators.backends`) has neither ``coefficients`` nor
     ``begin``, ``own_reactions`` if it yields multipliers, and says what ``needs`` to be installed. Where its order

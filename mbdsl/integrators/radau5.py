@@ -15,7 +15,9 @@ from mbdsl.integrators.stages import (
     MATRICES as MATRIX_COUNT,
 )
 from mbdsl.integrators.stages import (
-    NODES,
+    NODES as STAGES,
+)
+from mbdsl.integrators.stages import (
     OWN_ROWS,
     PAST,
     PAST2,
@@ -33,35 +35,47 @@ from mbdsl.integrators.stages import (
     set_metric,
 )
 from mbdsl.integrators.state import (
+    CUT,
     DIVERGED,
     DONE,
+    EVENT,
+    EVERY,
     FACTORISATIONS,
     FRESH,
     HISTORY,
     ITERATIONS,
+    LAST_H,
     LAST_STEP,
+    LEAST_H,
     MATRICES,
+    NEXT_EVENT,
+    NODES,
     NOT_FINITE,
     NOW,
     OUTPUT,
     REJECTED,
     RUNNING,
+    SIGNATURE,
     SINGULAR,
     START,
     STEP,
     STOP,
     TOL,
     TOO_SMALL,
+    UNCUT,
     UNSEEN,
+    WATCHING,
     H,
     T,
 )
+from mbdsl.integrators.switching import SHORT_OF, until_switch
 from mbdsl.kernels import kernel, rare
-from mbdsl.layout import N_ALL, N_PHI, N_Q, NEW_MASS, Q0, SCALE, SOLVER, V0, XA, Q, V
+from mbdsl.layout import F0, FP, N_ALL, N_PHI, N_Q, NEW_MASS, Q0, SCALE, SOLVER, V0, XA, Q, V
+from mbdsl.system.switches import signature
 
-# -- c: floats that the steps hand on: the next step; the last one, and its error; the one of the matrices; the
-# contraction last seen; the largest scaled speed so far
-NEXT, LAST, ERROR, OF_MATRICES, CONTRACTION, SPEED = range(6)
+# -- c: floats that the steps hand on: the last step, and its error; the one of the matrices; the contraction last seen;
+# the largest scaled speed so far
+LAST, ERROR, OF_MATRICES, CONTRACTION, SPEED = range(5)
 
 METHOD = Method(
     "radau5",
@@ -70,12 +84,12 @@ METHOD = Method(
     index=2,
     enforces=("Phi", "dPhi"),
     source="Hairer, Wanner (1996)",
-    coefficients=lambda options: (0.0,) * 6,
+    coefficients=lambda options: (0.0,) * 5,
     begin=lambda c, start: {XA: [*start.a, *start.lam]},
     sets=2,
     matrices=MATRIX_COUNT,
     own_reactions=False,
-    steps=("fixed", "controlled"),
+    steps=("controlled", "fixed"),
     rows=OWN_ROWS,
 )
 
@@ -92,6 +106,8 @@ LEFT = 0.2
 STALLED = 1e-3
 #: the largest error that may be rounding, relative to what is allowed
 NOISE = 100.0
+#: the error, relative to what is allowed, up to which a corner of a force is passed
+UNNOTICED = 0.05
 #: longest step, relative to the time that there is: what happens in between has to be met by some stage
 LONGEST = 0.02
 #: the error that is aimed at; how much shorter, or longer, the next step may be
@@ -112,14 +128,14 @@ def newton(evaluate, tangent, t, h, size, unit, tolerance, stalled, c, J, Y, Z, 
         for stage in (0, 2, 1):
             motion(stage, h, Y, I)
             I[NEW_MASS] = 1
-            evaluate(t + NODES[stage] * h, Y, Z, C, F, I)
+            evaluate(t + STAGES[stage] * h, Y, Z, C, F, I)
             residual(stage, Y, F, I)
         J[ITERATIONS] += 1
         if J[FRESH] == 0:
             J[MATRICES] += 1
             J[FACTORISATIONS] += 1
             still = max(1e3 * floor, stalled) / unit
-            if not matrices(tangent, t + NODES[1] * h, h, still, Y, Z, C, F, I, A, P):
+            if not matrices(tangent, t + STAGES[1] * h, h, still, Y, Z, C, F, I, A, P):
                 return SINGULAR if finite(A) else NOT_FINITE
             J[FRESH], c[OF_MATRICES], fresh = 1, h, True
         held = k > 4 and constraint_size(Y, I) <= 1e3 * floor
@@ -229,9 +245,27 @@ def shift(Y, I):
     for i in range(I[N_Q]):
         Y[QB, i], Y[VB, i], Y[Q0, i], Y[V0, i] = Y[Q0, i], Y[V0, i], Y[Q, i], Y[V, i]
     for i in range(I[N_ALL]):
+        Y[XA + 1, i] = Y[STAGE + 1, i]
         Y[XA, i] = Y[STAGE + 2, i]
         for k in range(3):
             Y[PAST + k, i], Y[PAST2 + k, i] = Y[STAGE + k, i], Y[STAGE2 + k, i]
+
+
+@rare
+def before_switch(status, error, evaluate, h, K, J, Y, Z, C, F, I):
+    """The part of the step just tried after which a switch changes that makes a difference; 1 if none does."""
+    if status == RUNNING:
+        evaluate(K[T], Y, Z, C, F, I)
+    return until_switch(status, status == RUNNING and error <= UNNOTICED, evaluate, h, K, J, Y, Z, C, F, I)
+
+
+@rare
+def see(t, evaluate, J, Y, Z, C, F, I):
+    """Switches and forces at the end of a step that is accepted."""
+    evaluate(t, Y, Z, C, F, I)
+    J[SIGNATURE] = signature(F, I)
+    for i in range(I[N_Q]):
+        Y[F0, i] = Y[FP, i]
 
 
 @kernel
@@ -239,25 +273,24 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
     """At most ``steps`` steps, not counting rejected ones; a status. Everything needed to go on is in the buffers."""
     tol, length = K[TOL], K[STOP] - K[START]
     strict = STRICT * tol**0.8
-    if J[STEP] == 0:
+    if J[HISTORY] == 1:
         set_metric(Y, F, I)
-        if tol > 0.0 and c[NEXT] == 0.0:
-            c[CONTRACTION] = 1.0
-            c[NEXT] = first_step(length, strict, Y, I)
+        if tol > 0.0:
+            c[CONTRACTION], c[ERROR] = 1.0, 0.0
+            K[H] = min(K[H], first_step(length, strict, Y, I))
     for _ in range(steps):
         if (tol > 0.0 and K[NOW] >= K[STOP]) or (tol == 0.0 and J[STEP] >= J[LAST_STEP]):
             return DONE
-        t0, tried, refused, error, former = K[START] + J[STEP] * K[H], 0, 0, 0.0, 0.0
-        h = K[H]
+        t0, h, end, tried, refused, error, former = K[START] + J[STEP] * K[H], K[H], K[STOP], 0, 0, 0.0, 0.0
         if tol > 0.0:
-            t0, h = K[NOW], min(c[NEXT], LONGEST * length)
+            t0, h, end = K[NOW], min(K[H], LONGEST * length), min(K[STOP], K[NEXT_EVENT])
         shortest = 16.0 * EPS * max(abs(t0), length)
         while True:
             t = t0 + h
-            if tol > 0.0 and K[STOP] - t < h:  # the stop time is hit exactly, with no short step before it
-                left = K[STOP] - t0
+            if tol > 0.0 and end - t < h:  # it is hit exactly, with no short step before it
+                left = end - t0
                 h = left if left <= 1.01 * h else min(h, 0.5 * left)
-                t = t0 + h if h < left else K[STOP]
+                t = t0 + h if h < left else end
             elif tol == 0.0 and J[STEP] == J[LAST_STEP] - 1:
                 t = K[STOP]
             size = sizes(c, length, Y, I)
@@ -280,6 +313,17 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
             if status == RUNNING:
                 motion(2, h, Y, I)
                 error = estimate(inertia, h, c[SPEED], Y, F, I, A, P) / strict
+            if J[WATCHING]:
+                part = before_switch(status, error, evaluate, h, K, J, Y, Z, C, F, I)
+                if part < 1.0:
+                    if J[CUT] == 0:
+                        K[UNCUT] = h
+                    h *= part * (1.0 - min(0.5, SHORT_OF * 10.0 ** J[CUT]))
+                    if not h >= K[LEAST_H]:
+                        return EVENT
+                    J[CUT], J[REJECTED] = J[CUT] + 1, J[REJECTED] + 1
+                    continue
+            if status == RUNNING:
                 # A step that is shorter and errs no less errs by rounding.
                 if error <= 1.0 or (refused > 1 and former <= error < NOISE):
                     break
@@ -288,22 +332,29 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
             else:
                 h *= 0.4 if status == DIVERGED else 0.25
                 J[FRESH], tried = 0, tried + 1 if tried < 1 else 1
-            J[REJECTED] += 1
+            J[REJECTED], J[CUT] = J[REJECTED] + 1, 0
             if h < shortest:
                 return status if status != RUNNING else TOO_SMALL
         motion(2, h, Y, I)
+        if J[WATCHING]:
+            see(t, evaluate, J, Y, Z, C, F, I)
+        if J[EVERY]:
+            times[J[OUTPUT]] = t
         if J[OUTPUT] < times.size and times[J[OUTPUT]] <= t0 + h + 1e-9 * h:
             record(t0, h, J, c, Y, I, times, out)
         shift(Y, I)
         if tol > 0.0:
-            c[NEXT] = next_step(h, error, c)
-            if 0.95 <= c[NEXT] / h <= 1.15 and c[CONTRACTION] < SLOW:
-                c[NEXT] = h  # and the matrices are good for another one
+            K[H], K[LAST_H] = next_step(h, error, c), h
+            K[NODES], K[NODES + 1] = t, t0 + STAGES[1] * h
+            if 0.95 <= K[H] / h <= 1.15 and c[CONTRACTION] < SLOW:
+                K[H] = h  # and the matrices are good for another one
             c[ERROR] = error
         c[LAST] = h
         if c[CONTRACTION] > SLOW:
             J[FRESH] = 0
         J[HISTORY], J[STEP], K[NOW] = 2, J[STEP] + 1, t
+        if tol > 0.0 and (J[CUT] > 0 or K[NOW] >= K[NEXT_EVENT]):
+            return EVENT
     if tol > 0.0:
         return DONE if K[NOW] >= K[STOP] else RUNNING
     return DONE if J[STEP] >= J[LAST_STEP] else RUNNING

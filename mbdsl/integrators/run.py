@@ -181,9 +181,10 @@ class Integration:
             # who makes steps so large may end up in one.
             self.K[state.RELATIVE_TOL : state.WILD + 1] = 1e300, 4e-15, 1.0, 0.5
         self.J[state.LAST_STEP], self.J[state.SAME] = steps, control.LONG_AGO
+        if self.tol is not None:
+            self._stop_at_events()
         if self.controlled:
-            assert self.tol is not None
-            self._control(self.tol, declaration)
+            self._control(declaration)
         self.J[state.STABILISED] = declaration.sets > 1
 
     def _load(self) -> None:
@@ -200,15 +201,17 @@ class Integration:
         kernels = self.system.kernels(sets)
         self.evaluate, self.tangent, self.inertia = kernels.evaluate, kernels.tangent, kernels.inertia
 
-    def _control(self, tol: float, method: Method) -> None:
+    def _stop_at_events(self) -> None:
+        """Where steps of any length may end."""
         self.events = Events(self)
-        self.K[state.NEXT_EVENT] = np.inf
         K, J, span = self.K, self.J, self.stop - self.start
-        J[state.CONTROLLED], J[state.EVERY] = True, self.every
-        J[state.LANDING] = method.order == 0 and not self.every
-        K[state.NOW], K[state.TOL] = self.start, tol
-        K[state.SPEED] = 1.0 / span if span > 0.0 else 1.0
+        J[state.EVERY], K[state.NEXT_EVENT] = self.every, np.inf
         K[state.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
+
+    def _control(self, method: Method) -> None:
+        K, J, span, tol = self.K, self.J, self.stop - self.start, self.K[state.TOL]
+        J[state.CONTROLLED], J[state.LANDING] = True, method.order == 0 and not self.every
+        K[state.SPEED] = 1.0 / span if span > 0.0 else 1.0
         K[state.MOST_H] = span if method.order else span / 100
         K[state.EXPONENT] = 1.0 / (method.order + 1)
         K[state.LARGEST] = min(LARGEST, (100.0 * tol) ** 0.25)  # q between outputs is of order 4
@@ -312,8 +315,10 @@ class Integration:
         Y[layout.X2] = Y[layout.XA + layout.PAST]
         if controlled:
             self._begin_control(t0, q, jerk)
-            if t is None and method.order:
-                self.events.begin(t0, q, v, lam)
+        elif self.tol is not None:
+            self._begin_own(t0, min(self.stop - t0, longest), jerk)
+        if self.tol is not None and t is None and method.order:
+            self.events.begin(t0, q, v, lam)
         # what the start's own evaluation finds is the past of the first step
         self.evaluate(t0, Y, self.Z, self.C, self.F, self.I)
         self.I[layout.KEEP] = 1
@@ -348,6 +353,14 @@ class Integration:
             )
             self.Y[layout.V0, :n] += error
             self.Y[layout.V1, :n] += error  # where it is read, that is v of a step before
+
+    def _begin_own(self, t: float, longest: float, jerk: Array) -> None:
+        """No steps yet, of a method that finds the first one itself, up to the ``longest``."""
+        K, n, d = self.K, self.system.n, 1e-3 * self.h
+        K[state.NOW], K[state.H], K[state.LAST_H], K[state.UNCUT] = t, longest, longest, longest
+        self.J[state.FRESH] = 0
+        self.Y[layout.XA + 1, :n] = self.Y[layout.XA, :n] - d * jerk
+        K[state.NODES : state.NODES + 2] = t, t - d
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
         """From here on the inputs have other values; accelerations and forces jump by what that makes of them.

@@ -161,13 +161,13 @@ def test_published_end_state(data, scene, method):
     assert np.abs(end_angles(scene, method, 0.8e-6) / published(data) - 1).max() < 1e-6
 
 
-@pytest.mark.parametrize(("tol", "digits"), [(1e-6, 4), (1e-8, 6), (1e-10, 8)])
-def test_published_end_state_with_controlled_steps(data, scene, tol, digits):
-    """Digits follow tolerances, two behind: the crank has turned by 15.8 rad, and magnifies what steps get wrong."""
+@pytest.mark.parametrize("tol", [1e-4, 1e-6, 1e-8, 1e-10])
+def test_published_end_state_with_controlled_steps(data, scene, tol):
+    """Errors are twice the tolerance: the crank turns by 15.8 rad, and magnifies what steps get wrong."""
     exact = np.array([float(x) for x in data["reference_t0p03"]["q"]])
     end = mbdsl.simulate(scene, method="radau5", tol=tol, interval=0.03)
     found = relative([end[f"{body}.phi"][-1] for body in BODIES])
-    assert np.abs(found - exact).max() < 10.0**-digits
+    assert np.abs(found - exact).max() < 4.0 * tol
     assert end.stats["steps"] < 3000
 
 

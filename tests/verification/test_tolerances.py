@@ -29,7 +29,10 @@ def scaled(run, q, v):
 
 
 @pytest.mark.parametrize("tol", [1e-3, 1e-4, 1e-5, 1e-6])
-def test_pendulum(model, method, tol):
+def test_pendulum(model, any_method, tol):
+    method = any_method
+    if method == "radau5":
+        pytest.skip("its errors are a small part of the tolerance")
     if method == "newmark" and tol < 1e-3:
         pytest.skip("order 1 takes millions of steps")
     run = mbdsl.simulate(model("pendulum"), method=method, tol=tol)

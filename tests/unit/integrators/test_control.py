@@ -15,7 +15,9 @@ from mbdsl.system.accelerations import accelerations
 from mbdsl.system.initial import initial_state
 
 MODELS = Path(__file__).parents[3] / "models"
-METHODS = ("newmark", "hht-i3", "nstiff", "nstiff-si2", "hht-add", "hht-si2")
+METHODS = (
+    "newmark", "hht-i3", "nstiff", "nstiff-si2", "hht-add", "hht-si2", "generalized-alpha", "generalized-alpha-i3"
+)  # fmt: skip
 #: so large that no step is rejected
 ANY = 0.999
 

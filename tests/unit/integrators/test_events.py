@@ -127,6 +127,26 @@ def test_accuracy_across_events(name, method, seen):
     assert found.stats["rejected"] <= 4 * len(CASES[name][2]) + 6
 
 
+@pytest.mark.parametrize("name", CASES)
+def test_radau5_across_events_to_eight_digits(name):
+    """As without events. By error control alone errors are 2 to 12 times the tolerance (with the switched force 0.2),
+    with ten times as many rejected steps."""
+    scene, solution, times = CASES[name]
+    found, error = solved(scene, solution, "radau5", 1e-8)
+    assert error <= 2e-9
+    assert found.stats["events"] == len(times)
+    assert found.stats["rejected"] <= 4 * len(times)
+
+
+def test_every_step_of_radau5_is_written():
+    """Those that end at a jump among them."""
+    scene, solution, _ = CASES["force"]
+    found = mbdsl.simulate(scene, method="radau5", tol=1e-6, interval=0)
+    assert len(found.t) == found.stats["steps"] + 1 and found.t[-1] == 1.0
+    assert np.abs(found.t - 0.3137).min() < 1e-12 and np.diff(found.t).min() > 0.0
+    assert found["rail.s"] == pytest.approx([solution(t)[0] for t in found.t], abs=1e-6)
+
+
 def test_events_where_the_motion_is_known_exactly(seen):
     """To 1e-12: in time beforehand; at a stop that is reached with constant speed, by bisection."""
     for name, expected in (("force", 0.3137), ("damped stop", 0.3)):

@@ -261,6 +261,17 @@ def test_not_a_number_ends_a_controlled_run_with_its_results():
     assert r["wheel.phi"] == pytest.approx(r.t, abs=1e-9)
 
 
+def test_a_force_too_large_for_any_step_ends_it():
+    """It comes within no time at all, by tanh, which is no switch: in the shortest step there is, 4e-15 s, it changes
+    the speed by a hundred thousand times the tolerance."""
+    law = "1e10 N.m*(1 + tanh(1e18*(time/1 s - 0.5)))"
+    with pytest.raises(IntegrationError, match="no step is small enough for the tolerance") as caught:
+        mbdsl.simulate(wheel(law), method="radau5", tol=1e-10, stop=1.0, interval=0.1)
+    r = caught.value.trajectory
+    assert r.t[-1] == pytest.approx(0.5, abs=1e-9)
+    assert r["wheel.w"] == pytest.approx(np.ones(len(r.t)), abs=1e-12)
+
+
 @pytest.mark.skipif(not jit.enabled(), reason="nothing is compiled")
 def test_controlled_steps_allocate_nothing():
     from numba.core.runtime import _nrt_python, rtsys
