@@ -9,13 +9,15 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators import driver, state
 from mbdsl.integrators.backends import External
+from mbdsl.integrators.events import SLIDING, SLIDING_HINT
 from mbdsl.integrators.run import Integration
-from mbdsl.lang.expressions import Expr, diff, leaves, walk
+from mbdsl.lang.expressions import Expr, diff, leaves
 from mbdsl.motion import Motion
 from mbdsl.scene import Component
 from mbdsl.system import System
 from mbdsl.system.bodies import LARGEST_BEND, Rigid
 from mbdsl.system.signals import values
+from mbdsl.system.switches import law_of
 from mbdsl.trajectory import Trajectory
 
 
@@ -110,7 +112,7 @@ REASONS = {
     driver.NOT_FINITE: "the equations give values that are not finite",
     driver.TOO_LARGE: "the step is so large that the result means nothing",
     driver.TOO_SMALL: "no step is small enough for the tolerance",
-    state.SLIDING: "a condition changes to and fro without end: on both sides of it forces drive the motion back",
+    state.SLIDING: SLIDING,
 }
 
 
@@ -130,23 +132,13 @@ def _broken_law(integration: Integration) -> Component | None:
 def _given_up(run: External, trajectory: Trajectory) -> IntegrationError:
     """What a backend says."""
     trajectory.message = f"{run.method} stopped at t = {run.time:.9g} s: {run.reason}"
-    hint, span = run.hint or "a larger tolerance may pass, or another method; see `mbdsl methods`", None
+    hint, span = run.hint or "a larger tolerance may pass, or another method; see `mbdsl methods`", getattr(run.cause, "span", None)
     if (bent := bending(trajectory)) is not None:
         told, hint = _too_bent(trajectory, *bent)
         trajectory.message, span = f"{trajectory.message}; {told}", trajectory.scene.components[bent[1]].span
     error = IntegrationError(trajectory.message, span, hint=hint)
     error.__cause__, error.trajectory = run.cause, trajectory
     return error
-
-
-def _switching_law(integration: Integration) -> Component | None:
-    """The first component whose law depends on a switch that changes to and fro."""
-    nodes = {switch.node for switch in integration.events.changing}
-    for c in integration.system.scene.components.values():
-        laws = [c.values[p.name] for p in c.kind.parameters if p.law and isinstance(c.values[p.name], Expr)]
-        if nodes & set(walk(*laws)):
-            return c
-    return None
 
 
 def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationError:
@@ -174,12 +166,12 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         driver.DIVERGED: "try a smaller step; near a singular pose, another initial value",
         driver.NOT_FINITE: "an expression or its derivative leaves its domain (as sqrt at 0), or the step is too large",
         driver.TOO_LARGE: "try a smaller step",
-        state.SLIDING: "let the force pass steadily from one side to the other, as tanh(v/v_s) in place of sign(v)",
+        state.SLIDING: SLIDING_HINT,
         driver.TOO_SMALL: "a jump of forces, or more digits than rounding leaves: try a larger tolerance",
     }[status]
     law = _broken_law(integration) if status == driver.NOT_FINITE else None
     if status == state.SLIDING:
-        law = _switching_law(integration)
+        law = law_of(system.scene, [switch.node for switch in integration.events.changing])
     if law is not None:
         where, span = f"the law of {law.kind.name} {law.name}", law.span
     message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.step:g} s); worst: {where}"

@@ -13,7 +13,7 @@ raising ``IntegrationError`` with a reason in words. :class:`External` makes a r
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -56,11 +56,12 @@ class Problem:
         mechanism's size; see ``tolerances``.
     options : mapping
         Parameters of the method.
-    breaks : tuple of float [s]
-        Times at which the equations have a jump, known beforehand; no step should pass over one.
+    breaks : iterable of float [s]
+        Times at which the equations have a jump or a corner, known beforehand, in order; no step should pass over one.
+        They come one by one, once: there may be very many. Others show in ``System.switches``.
     counts : collections.Counter
         To be filled in: "steps", "rejected", "iterations" (of Newton's method), "matrix_evaluations",
-        "factorisations", "evaluations" (of the equations).
+        "factorisations", "evaluations" (of the equations), "events" (jumps met).
     """
 
     system: System
@@ -75,7 +76,7 @@ class Problem:
     h: float
     tol: float | None
     options: Mapping[str, float | None]
-    breaks: tuple[float, ...] = ()
+    breaks: Iterable[float] = ()
     counts: Counter[str] = field(default_factory=Counter)
 
     def tolerances(self) -> tuple[Array, Array]:
@@ -135,7 +136,8 @@ class External:
 
     def begin(self, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...] = ()) -> None:
         """Set the consistent state at the start, and the redundant constraints that are not solved for."""
-        problem = Problem(self.system, q=q, v=v, a=a, lam=lam, left_out=left_out, counts=self._counts, **self._given)
+        given = {**self._given, "breaks": self.system.time_events(self._given["start"], self._given["stop"])}
+        problem = Problem(self.system, q=q, v=v, a=a, lam=lam, left_out=left_out, counts=self._counts, **given)
         self._q, self._v, self._lam = q, v, lam
         self._states: Iterator[tuple] = iter(self._backend.solve(problem))
 

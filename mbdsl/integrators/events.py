@@ -33,6 +33,9 @@ States = NDArray[np.int64]
 LEFT = 1e-3
 #: so many events within this part of the whole time are no progress
 CROWD, STANDSTILL = 20, 1e-9
+#: what is then said
+SLIDING = "a condition changes to and fro without end: on both sides of it forces drive the motion back"
+SLIDING_HINT = "let the force pass steadily from one side to the other, as tanh(v/v_s) in place of sign(v)"
 
 
 class Events:

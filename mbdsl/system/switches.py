@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import TYPE_CHECKING
 
 from numpy import floor
 
@@ -30,6 +31,9 @@ from mbdsl.kernels import rare
 from mbdsl.lang.expressions import Expr, const, leaves, walk
 from mbdsl.layout import N_SWITCHES, REGISTERS, SWITCHES, TABLES
 from mbdsl.system.tape import Tape, cell_of
+
+if TYPE_CHECKING:
+    from mbdsl.scene import Component, Scene
 
 TRUTH, VALUE, ORDER, QUOTIENT, CELL = range(5)
 #: what of a table is an event
@@ -91,6 +95,16 @@ def _find(roots: list[Expr]) -> list[Switch]:
             arm = {(node.args[0], k == 1): None} if node.op == "select" and k else {}
             reach(argument, {**own, **arm})
     return found[::-1]
+
+
+def law_of(scene: Scene, nodes: Iterable[Expr]) -> Component | None:
+    """The first component with a law in which one of the ``nodes`` occurs."""
+    wanted = set(nodes)
+    for c in scene.components.values():
+        laws = [c.values[p.name] for p in c.kind.parameters if p.law and isinstance(c.values[p.name], Expr)]
+        if wanted & set(walk(*laws)):
+            return c
+    return None
 
 
 def _switches(node: Expr) -> bool:

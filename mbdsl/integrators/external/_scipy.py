@@ -9,6 +9,7 @@ The tolerance is that of a step, per coordinate and velocity; what steps add up 
 from __future__ import annotations
 
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -17,10 +18,11 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators.backends import Problem
+from mbdsl.integrators.external import _pieces
+from mbdsl.integrators.external._pieces import State
 from mbdsl.system.index1 import Index1
 
 Array = NDArray[np.float64]
-State = tuple[float, Array, Array]
 
 #: the least relative tolerance that SciPy takes
 LEAST = 2.3e-14
@@ -42,35 +44,46 @@ def solve(problem: Problem, make: Callable[..., Any], share: float, multistep: b
     """States at all steps and outputs; ``make(f, t, y, stop, rtol, atol)`` gives an ``OdeSolver``."""
     f = Index1(problem.system, problem.left_out)
     rtol, atol = weights(problem, share)
-    t, y = problem.start, f.join(problem.q, problem.v)
-    due = iter([*problem.times, np.inf])
-    output = next(due)
-    counts = problem.counts
 
     def projected(t: float, y: Array) -> Array:
         return f(t, f.project(t, y))
 
-    for stop in (*(x for x in problem.breaks if problem.start < x < problem.stop), problem.stop):
-        before = counts.copy()
-        solver = make(projected if multistep else f, t, y, stop, rtol, atol)
-        while solver.status == "running":
-            with warnings.catch_warnings(), np.errstate(all="ignore"):
-                warnings.simplefilter("ignore")  # what they warn of, they also report
-                message = solver.step()
-            if solver.status == "failed":
-                raise IntegrationError(message or "the solver gives no reason")
-            if output < solver.t:
-                interpolant = solver.dense_output()
-                while output < solver.t:
-                    yield output, *f.split(f.project(output, interpolant(output)))
-                    output = next(due)
-            t, y = solver.t, f.project(solver.t, solver.y)
-            if not multistep:
-                solver.y, solver.f = y, f(t, y)
-            counts["steps"] += 1
-            counts["evaluations"] = f.evaluations
-            counts["matrix_evaluations"] = before["matrix_evaluations"] + solver.njev
-            counts["factorisations"] = before["factorisations"] + solver.nlu
-            if t == output:
-                output = next(due)
-            yield t, *f.split(y)
+    def begin(t: float, q: Array, v: Array, stop: float) -> _Piece:
+        solver = make(projected if multistep else f, t, f.join(q, v), stop, rtol, atol)
+        return _Piece(f, solver, multistep, problem.counts)
+
+    return _pieces.solve(problem, begin)
+
+
+class _Piece:
+    """Of a motion; see :class:`mbdsl.integrators.external._pieces.Solver`."""
+
+    def __init__(self, f: Index1, solver: Any, multistep: bool, counts: Counter[str]) -> None:
+        self._f, self._solver, self._multistep = f, solver, multistep
+        self._counts, self._before = counts, counts.copy()
+
+    @property
+    def t(self) -> float:
+        return float(self._solver.t)
+
+    def step(self) -> None:
+        f, solver, counts = self._f, self._solver, self._counts
+        self._interpolant: Callable[[float], Array] | None = None
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")  # what they warn of, they also report
+            message = solver.step()
+        if solver.status == "failed":
+            raise IntegrationError(message or "the solver gives no reason")
+        self._end = f.project(solver.t, solver.y)
+        if not self._multistep:
+            solver.y, solver.f = self._end, f(solver.t, self._end)
+        counts["evaluations"] = f.evaluations
+        counts["matrix_evaluations"] = self._before["matrix_evaluations"] + solver.njev
+        counts["factorisations"] = self._before["factorisations"] + solver.nlu
+
+    def at(self, t: float) -> tuple[Array, Array]:
+        if t == self._solver.t:
+            return self._f.split(self._end)
+        if self._interpolant is None:
+            self._interpolant = self._solver.dense_output()
+        return self._f.split(self._f.project(t, self._interpolant(t)))

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators.backends import Problem, require
+from mbdsl.integrators.external import _pieces
 from mbdsl.integrators.method import Method
 from mbdsl.system.index1 import Index1
 from mbdsl.system.index2 import StabilisedIndex2
@@ -53,36 +54,43 @@ def solve(problem: Problem) -> Iterator[tuple[float, Array, Array]]:
 
 def _states(problem: Problem) -> Iterator[tuple[float, Array, Array]]:
     F, onto = StabilisedIndex2(problem.system, problem.left_out), Index1(problem.system, problem.left_out)
-    counts, evaluations, matrices = problem.counts, 0, 0
-    due = iter([*problem.times, np.inf])
-    output = next(due)
+    return _pieces.solve(problem, lambda t, q, v, stop: _Piece(problem, F, onto, t, q, v, stop))
 
-    def projected(t: float, y: Array) -> tuple[float, Array, Array]:
-        q, v, _ = F.split(y)
-        return t, *onto.split(onto.project(t, onto.join(q, v)))
 
-    t, y = problem.start, F.join(problem.q, problem.v, problem.lam)
-    rate = F.join(problem.v, problem.a, np.zeros_like(problem.lam))
-    for stop in (*(x for x in problem.breaks if problem.start < x < problem.stop), problem.stop):
-        solver = _solver(problem, F)
-        solver.init_step(t, y, rate)
-        while t < stop:
-            found = solver.step(stop, "onestep", stop)
-            if not found.success:
-                raise IntegrationError(found.message)
-            counts["steps"] += 1
-            counts["evaluations"], counts["matrix_evaluations"] = evaluations + found.nfev, matrices + found.njev
-            counts["factorisations"] = counts["matrix_evaluations"]
-            t, y = float(found.t), np.array(found.y)
-            while output < t:
-                yield projected(output, solver.step(output, "normal", stop).y)
-                output = next(due)
-            if t == output:
-                output = next(due)
-            yield (state := projected(t, y))
-        evaluations, matrices = counts["evaluations"], counts["matrix_evaluations"]
-        a, lam = onto.motion(*state)
-        y, rate = F.join(*state[1:], lam), F.join(state[2], a, np.zeros_like(lam))
+class _Piece:
+    """Of a motion; see :class:`mbdsl.integrators.external._pieces.Solver`."""
+
+    def __init__(
+        self, problem: Problem, F: StabilisedIndex2, onto: Index1, t: float, q: Array, v: Array, stop: float
+    ) -> None:
+        self.t, self._F, self._onto, self._stop, self._counts = t, F, onto, stop, problem.counts
+        self._looked_at = t
+        self._before = problem.counts.copy()
+        self._solver = _solver(problem, F)
+        a, lam = (problem.a, problem.lam) if t == problem.start else onto.motion(t, q, v)
+        self._solver.init_step(t, F.join(q, v, lam), F.join(v, a, np.zeros_like(lam)))
+
+    def step(self) -> None:
+        if self._looked_at != self.t:
+            self._solver.step(self.t, "normal", self._stop)  # or the next step would be this one again
+        found = self._solver.step(self._stop, "onestep", self._stop)
+        if not found.success:
+            raise IntegrationError(found.message)
+        self.t = self._looked_at = float(found.t)
+        self._end = self._onto_constraints(self.t, found.y)
+        for what, count in (("evaluations", found.nfev), ("matrix_evaluations", found.njev)):
+            self._counts[what] = self._before[what] + count
+        self._counts["factorisations"] = self._counts["matrix_evaluations"]
+
+    def at(self, t: float) -> tuple[Array, Array]:
+        if t == self.t:
+            return self._end
+        self._looked_at = t
+        return self._onto_constraints(t, self._solver.step(t, "normal", self._stop).y)
+
+    def _onto_constraints(self, t: float, y: Array) -> tuple[Array, Array]:
+        q, v, _ = self._F.split(np.array(y))
+        return self._onto.split(self._onto.project(t, self._onto.join(q, v)))
 
 
 def _solver(problem: Problem, F: StabilisedIndex2):

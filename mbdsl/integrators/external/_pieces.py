@@ -1,0 +1,196 @@
+"""Smooth pieces of a motion: a solver ends where the equations jump, and another one begins behind.
+
+Times known beforehand are stepped onto. Other switches (:mod:`mbdsl.system.switches`) are looked at in the middle and
+at the end of every step; where one has changed and accelerations jump, the step ends there, found by bisection on the
+solver's own interpolant. Where they have a corner and no jump, the test of errors has done all that is needed.
+
+A step across a jump may have no solution, and a solver then comes closer and closer until it gives up: the little that
+is left goes with the acceleration there. Where forces drive the motion back from both sides of a switch, as sign(v)
+does at rest, no piece can begin, and the run stops and says so.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from itertools import chain
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.errors import IntegrationError
+from mbdsl.integrators.backends import Problem
+from mbdsl.integrators.events import CROWD, SLIDING, SLIDING_HINT, STANDSTILL
+from mbdsl.integrators.switching import JUMP
+from mbdsl.system.index1 import Index1
+from mbdsl.system.switches import law_of
+
+Array = NDArray[np.float64]
+State = tuple[float, Array, Array]
+
+NOT_FINITE = "the equations give values that are not finite"
+DOMAIN = "an expression leaves its domain, as sqrt at 0 or a table at its end"
+#: units in the last place of the largest time: what a known time may be off by
+ULPS = 64
+#: so many changes within this part of the whole time are no progress either
+MANY, HARDLY = 200, 1e-5
+#: corners passed in one step before it is taken as it is
+CORNERS = 10
+
+
+class Solver(Protocol):
+    """What takes steps within one piece."""
+
+    @property
+    def t(self) -> float:
+        """The time reached [s]."""
+
+    def step(self) -> None:
+        """One step.
+
+        Raises
+        ------
+        IntegrationError
+            If none is possible.
+        """
+
+    def at(self, t: float) -> tuple[Array, Array]:
+        """q and v (n,) at a time within the last step, on the constraints."""
+
+
+def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver]) -> Iterator[State]:
+    """States at all steps and outputs; ``begin(t, q, v, stop)`` gives a solver for the time until ``stop``."""
+    switches = _Switches(problem)
+    near = switches.near
+    due = iter([*problem.times, np.inf])
+    output = next(due)
+    t, q, v = problem.start, problem.q, problem.v
+    for known in chain((x for x in problem.breaks if problem.start < x < problem.stop - 2.0 * near), (None,)):
+        stop = problem.stop if known is None else known - near
+        while t < stop:  # a piece
+            switches.begin(t, q, v)
+            solver, jumped = begin(t, q, v, stop), False
+            while t < stop and not jumped:
+                try:
+                    solver.step()
+                except IntegrationError as failure:
+                    t, q, v = switches.pass_over(t, q, v, stop, failure)
+                    jumped = True
+                    break
+                end = switches.first_jump(solver, t)
+                while output < end:
+                    yield output, *solver.at(output)
+                    output = next(due)
+                t, (q, v), jumped = end, solver.at(end), end < solver.t
+                if t == output:
+                    output = next(due)
+                problem.counts["steps"] += 1
+                yield t, q, v
+            if jumped:
+                switches.count(t, q, v)
+            while output <= t:  # what was passed over
+                yield output, q, v
+                output = next(due)
+        if known is not None:
+            t, q, v = switches.move(t, q, v, known + near - t)
+            problem.counts["events"] += 1
+            while output <= t:
+                yield output, q, v
+                output = next(due)
+
+
+class _Switches:
+    """The switches of a problem, as they are in the present piece."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._system, self._counts, self._span = problem.system, problem.counts, problem.stop - problem.start
+        self._f = Index1(problem.system, problem.left_out)
+        self.near = ULPS * float(np.finfo(float).eps) * max(abs(problem.start), abs(problem.stop))
+        self._any = bool(problem.system.tables.switches)
+        self._returns = 0
+        self._times: deque[float] = deque(maxlen=MANY)
+
+    def states(self, t: float, q: Array, v: Array) -> NDArray[np.int64]:
+        lam = self._f.motion(t, q, v)[1] if self._any and self._system.of_multipliers else None
+        return self._system.switches(t, q, v, lam)
+
+    def begin(self, t: float, q: Array, v: Array) -> None:
+        """A piece begins.
+
+        Raises
+        ------
+        IntegrationError
+            If there is no motion from there.
+        """
+        if not np.isfinite(self._f(t, self._f.join(q, v))).all():
+            raise IntegrationError(NOT_FINITE, hint=DOMAIN)
+        self._old = self.states(t, q, v)
+
+    def move(self, t: float, q: Array, v: Array, s: float) -> State:
+        """The state after a time s so short that the acceleration stays as it is."""
+        a = self._f.motion(t, q, v)[0]
+        y = self._f.join(q + s * (v + s / 2 * a), v + s * a)
+        return t + s, *self._f.split(self._f.project(t + s, y))
+
+    def first_jump(self, solver: Solver, start: float) -> float:
+        """Where in the last step of ``solver`` the equations jump first; its end if they do not."""
+        if not self._any:
+            return solver.t
+        left = CORNERS
+        for end in (0.5 * (start + solver.t), solver.t):
+            while left and not self._same(end, *solver.at(end)):
+                low, high = self._bisect(lambda t: (t, *solver.at(t)), start, end)
+                if self._jumps(*((x, *solver.at(x)) for x in (low, high, end))):
+                    return high
+                self._old, start, left = self.states(high, *solver.at(high)), high, left - 1
+            start = end
+        self._old = self.states(start, *solver.at(start))
+        return start
+
+    def _same(self, t: float, q: Array, v: Array) -> bool:
+        return bool((self.states(t, q, v) == self._old).all())
+
+    def _bisect(self, at: Callable[[float], State], low: float, high: float) -> tuple[float, float]:
+        """Times between which a switch changes that has changed at ``high``."""
+        while high - low > self.near / ULPS and low < (middle := 0.5 * (low + high)) < high:
+            low, high = (middle, high) if self._same(*at(middle)) else (low, middle)
+        return low, high
+
+    def _jumps(self, before: State, behind: State, further: State) -> bool:
+        """Whether accelerations change at once, compared with what they are there and further on."""
+        a, b, c = (self._f.motion(*x)[0] for x in (before, behind, further))
+        return not (np.abs(a - b) <= JUMP * np.abs([a, b, c]).max(axis=0)).all()
+
+    def pass_over(self, t: float, q: Array, v: Array, stop: float, failure: IntegrationError) -> State:
+        """The state behind a switch that a solver has come close to and given up.
+
+        Raises
+        ------
+        IntegrationError
+            If there is no switch; that of the solver.
+        """
+        most = min(STANDSTILL * self._span, stop - t)
+        if not self._any or self._same(*self.move(t, q, v, most)):
+            raise failure
+        _, end = self._bisect(lambda x: self.move(t, q, v, x - t), t, t + most)
+        return self.move(t, q, v, end - t)
+
+    def count(self, t: float, q: Array, v: Array) -> None:
+        """A switch has just changed: does the motion leave it behind?
+
+        Raises
+        ------
+        IntegrationError
+            If it has come back too often.
+        """
+        self._counts["events"] += 1
+        before, self._old = self._old, self.states(t, q, v)
+        self._returns = 0 if self._same(*self.move(t, q, v, STANDSTILL * self._span)) else self._returns + 1
+        self._times.append(t)
+        hardly_on = len(self._times) == MANY and t - self._times[0] < HARDLY * self._span
+        if self._returns > CROWD or hardly_on:
+            changed = (s.node for s, a, b in zip(self._system.tables.switches, before, self._old, strict=True) if a != b)
+            law = law_of(self._system.scene, changed)
+            told = "" if law is None else f"; worst: the law of {law.kind.name} {law.name}"
+            raise IntegrationError(f"{SLIDING}{told}", None if law is None else law.span, hint=SLIDING_HINT)
