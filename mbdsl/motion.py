@@ -28,7 +28,6 @@ from mbdsl.system.signals import values
 
 Array = NDArray[np.float64]
 KINEMATIC = "kinematic"
-KINEMATIC_STEPS = 500  #: at least, beside a backend, which has none in common with it
 RATE = {"x": "vx", "y": "vy", "phi": "w"}
 
 
@@ -362,15 +361,12 @@ class Motion:
 
 def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | None]) -> Run:
     """A part's run: by compiled code, or by a backend."""
-    if method == KINEMATIC and backend(plan.method) is not None:
-        # exact with any step, and with small ones sure to stay in its assembly
-        count = max(1, len(plan.times)) * -(-KINEMATIC_STEPS // max(1, len(plan.times)))
-        h = (plan.stop - plan.start) / count or plan.h
-        return Integration(system, method, h, plan.start, plan.stop, plan.times, options)
     if backend(method) is not None:
         from mbdsl.integrators.backends import External
 
-        return External(system, method, plan.h, plan.start, plan.stop, plan.times, options, tol=plan.tol)
+        return External(
+            system, method, plan.h, plan.start, plan.stop, plan.times, options, tol=plan.tol, every=plan.every
+        )
     return Integration(
         system, method, plan.h, plan.start, plan.stop, plan.times, options, tol=plan.tol, every=plan.every
     )

@@ -49,6 +49,7 @@ METHOD = Method(
     order=2,
     index=2,
     enforces=("Phi", "dPhi"),
+    family="Newmark",
     source="Arnold, Bruels, Cardona (2015)",
     parameters={"rho": RHO},
     check_constrained=check_constrained,

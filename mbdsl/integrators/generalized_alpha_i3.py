@@ -86,6 +86,7 @@ METHOD = Method(
     order=2,
     index=3,
     enforces=("Phi",),
+    family="Newmark",
     source="Arnold, Bruels (2007)",
     parameters={"rho": RHO},
     check_constrained=check_constrained,

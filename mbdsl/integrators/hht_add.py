@@ -111,6 +111,7 @@ METHOD = Method(
     order=2,
     index=2,
     enforces=("Phi", "dPhi"),
+    family="Newmark",
     source="Negrut, Jay, Khude (2009), HHT-ADD; Jay, Negrut (2007)",
     parameters={"alpha": hht_i3.ALPHA, "b": Option(0.0, -10.0, 10.0, "weight of R_II in the positions, not 1/2")},
     check=check,

@@ -54,6 +54,7 @@ METHOD = Method(
     order=2,
     index=3,
     enforces=("Phi",),
+    family="Newmark",
     source="Negrut, Jay, Khude (2009), eq. (8)",
     parameters={"alpha": ALPHA},
     coefficients=coefficients,

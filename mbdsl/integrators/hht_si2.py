@@ -69,6 +69,7 @@ METHOD = Method(
     order=2,
     index=2,
     enforces=("Phi", "dPhi"),
+    family="Newmark",
     source="Negrut, Jay, Khude (2009), eqs. (12)-(13)",
     parameters={"alpha": ALPHA},
     coefficients=coefficients,

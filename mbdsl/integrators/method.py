@@ -89,6 +89,7 @@ class Method:
     chosen: bool = True
     steps: tuple[str, ...] = ("fixed",)
     needs: str = ""
+    family: str = ""  #: of methods whose errors may agree with each other; empty: the method is one of its own
     rows: int = 0  #: rows of Y that are the method's own, behind the common ones
     acceleration_row: int = X  #: X or X2: differences of that over steps are those of accelerations
     node: Callable[[Array], float] = lambda c: 1.0  #: when in a step that acceleration is, in parts of the step

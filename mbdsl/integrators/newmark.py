@@ -81,6 +81,7 @@ METHOD = Method(
     order=1,
     index=3,
     enforces=("Phi",),
+    family="Newmark",
     source="Negrut, Jay, Khude (2009), eqs. (4)-(6)",
     parameters={
         "gamma": Option(0.6, 0.5, 1.5, "numerical damping of high frequencies: 1/2 none"),

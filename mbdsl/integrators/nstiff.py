@@ -57,6 +57,7 @@ METHOD = Method(
     order=2,
     index=3,
     enforces=("Phi",),
+    family="BDF2",
     source="Negrut, Jay, Khude (2009), NSTIFF",
     coefficients=lambda options: (*BDF2, 0.0),
     begin=begin,

@@ -68,6 +68,7 @@ METHOD = Method(
     order=2,
     index=2,
     enforces=("Phi", "dPhi"),
+    family="BDF2",
     source="Negrut, Jay, Khude (2009), NSTIFF-SI2",
     coefficients=lambda options: (*BDF2, 0.0),
     begin=begin,

@@ -83,6 +83,7 @@ METHOD = Method(
     order=5,
     index=2,
     enforces=("Phi", "dPhi"),
+    family="Radau IIA",
     source="Hairer, Wanner (1996)",
     coefficients=lambda options: (0.0,) * 5,
     begin=lambda c, start: {XA: [*start.a, *start.lam]},

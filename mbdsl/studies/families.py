@@ -2,39 +2,23 @@
 
 from __future__ import annotations
 
-from mbdsl.integrators import methods
+from mbdsl.integrators import compiled, methods
 
-FAMILIES = {
-    "newmark": "Newmark",
-    "hht-i3": "Newmark",
-    "hht-si2": "Newmark",
-    "hht-add": "Newmark",
-    "generalized-alpha": "Newmark",
-    "generalized-alpha-si2": "Newmark",
-    "nstiff": "BDF2",
-    "nstiff-si2": "BDF2",
-    "radau5": "Radau IIA",
-    "scipy-radau": "Radau IIA",
-    "scipy-dop853": "Dormand-Prince",
-    "scipy-lsoda": "Adams/BDF",
-    "ida": "BDF",
-}
-#: methods of high order with error control, the best reference first
-PRECISE = ("radau5", "scipy-dop853", "ida", "scipy-radau", "scipy-lsoda")
 #: those of order 2 that are extrapolated where there is no better
 EXTRAPOLATED = ("hht-si2", "nstiff-si2")
 
 
 def family(method: str) -> str:
-    """Methods that nobody has said anything about are families of their own."""
-    return FAMILIES.get(method, method)
+    """What a method says that it belongs to; one that says nothing is a family of its own."""
+    found = methods().get(method)
+    return found.family if found is not None and found.family else method
 
 
 def precise() -> list[str]:
-    """Methods of high order that are there, the best reference first; unknown ones with an order above 4 last."""
-    own = [name for name in PRECISE if name in methods()]
-    others = [n for n, m in methods().items() if n not in FAMILIES and m.order > 4 and "controlled" in m.steps]
-    return own + others
+    """Methods of high order with error control, the best reference first: our own, then what needs nothing more."""
+    own = compiled()
+    high = {name: m for name, m in methods().items() if m.order > 4 and "controlled" in m.steps}
+    return sorted(high, key=lambda name: (name not in own, high[name].needs != ""))
 
 
 def of_another_family(method: str, kind: str) -> str | None:

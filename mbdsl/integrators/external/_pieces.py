@@ -34,7 +34,7 @@ DOMAIN = "an expression leaves its domain, as sqrt at 0 or a table at its end"
 #: units in the last place of the largest time: what a known time may be off by
 ULPS = 64
 #: so many changes within this part of the whole time are no progress either
-MANY, HARDLY = 200, 1e-5
+MANY, HARDLY = 200, 1e-4
 #: corners passed in one step before it is taken as it is
 CORNERS = 10
 
@@ -88,7 +88,7 @@ def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver
                 problem.counts["steps"] += 1
                 yield t, q, v
             if jumped:
-                switches.count(t, q, v)
+                t, q, v = switches.leave(t, q, v, stop)
             while output <= t:  # what was passed over
                 yield output, q, v
                 output = next(due)
@@ -108,7 +108,6 @@ class _Switches:
         self._f = Index1(problem.system, problem.left_out)
         self.near = ULPS * float(np.finfo(float).eps) * max(abs(problem.start), abs(problem.stop))
         self._any = bool(problem.system.tables.switches)
-        self._returns = 0
         self._times: deque[float] = deque(maxlen=MANY)
 
     def states(self, t: float, q: Array, v: Array) -> NDArray[np.int64]:
@@ -128,10 +127,18 @@ class _Switches:
         self._old = self.states(t, q, v)
 
     def move(self, t: float, q: Array, v: Array, s: float) -> State:
-        """The state after a time s so short that the acceleration stays as it is."""
+        """The state after a time s so short that the acceleration stays as it is.
+
+        Raises
+        ------
+        IntegrationError
+            If there is none.
+        """
         a = self._f.motion(t, q, v)[0]
-        y = self._f.join(q + s * (v + s / 2 * a), v + s * a)
-        return t + s, *self._f.split(self._f.project(t + s, y))
+        y = self._f.project(t + s, self._f.join(q + s * (v + s / 2 * a), v + s * a))
+        if not np.isfinite(y).all():
+            raise IntegrationError(NOT_FINITE, hint=DOMAIN)
+        return t + s, *self._f.split(y)
 
     def first_jump(self, solver: Solver, start: float) -> float:
         """Where in the last step of ``solver`` the equations jump first; its end if they do not."""
@@ -170,27 +177,38 @@ class _Switches:
         IntegrationError
             If there is no switch; that of the solver.
         """
+        found = self._next(t, q, v, stop)
+        if found is None:
+            raise failure
+        return found
+
+    def _next(self, t: float, q: Array, v: Array, stop: float) -> State | None:
+        """The state behind the next switch, if that is as good as here."""
         most = min(STANDSTILL * self._span, stop - t)
         if not self._any or self._same(*self.move(t, q, v, most)):
-            raise failure
+            return None
         _, end = self._bisect(lambda x: self.move(t, q, v, x - t), t, t + most)
         return self.move(t, q, v, end - t)
 
-    def count(self, t: float, q: Array, v: Array) -> None:
-        """A switch has just changed: does the motion leave it behind?
+    def leave(self, t: float, q: Array, v: Array, stop: float) -> State:
+        """The state from which the motion goes on where a switch has just changed.
 
         Raises
         ------
         IntegrationError
-            If it has come back too often.
+            If it does not leave the switch behind.
         """
-        self._counts["events"] += 1
-        before, self._old = self._old, self.states(t, q, v)
-        self._returns = 0 if self._same(*self.move(t, q, v, STANDSTILL * self._span)) else self._returns + 1
-        self._times.append(t)
-        hardly_on = len(self._times) == MANY and t - self._times[0] < HARDLY * self._span
-        if self._returns > CROWD or hardly_on:
-            changed = (s.node for s, a, b in zip(self._system.tables.switches, before, self._old, strict=True) if a != b)
-            law = law_of(self._system.scene, changed)
-            told = "" if law is None else f"; worst: the law of {law.kind.name} {law.name}"
-            raise IntegrationError(f"{SLIDING}{told}", None if law is None else law.span, hint=SLIDING_HINT)
+        for _ in range(CROWD):
+            self._counts["events"] += 1
+            self._times.append(t)
+            before, self._old = self._old, self.states(t, q, v)
+            found = self._next(t, q, v, stop)
+            if found is None:
+                if len(self._times) < MANY or t - self._times[0] > HARDLY * self._span:
+                    return t, q, v
+                break
+            t, q, v = found
+        changed = [s.node for s, a, b in zip(self._system.tables.switches, before, self._old, strict=True) if a != b]
+        law = law_of(self._system.scene, changed)
+        told = "" if law is None else f"; worst: the law of {law.kind.name} {law.name}"
+        raise IntegrationError(f"{SLIDING}{told}", None if law is None else law.span, hint=SLIDING_HINT)

@@ -31,6 +31,7 @@ METHOD = Method(
     order=5,
     index=2,
     enforces=("Phi", "dPhi"),
+    family="BDF",
     source="Hindmarsh et al., ACM Trans. Math. Softw. 31 (2005), 363-396",
     own_reactions=False,
     sets=2,

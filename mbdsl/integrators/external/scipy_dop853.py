@@ -11,6 +11,7 @@ METHOD = Method(
     order=8,
     index=1,
     enforces=("Phi", "dPhi"),
+    family="Dormand-Prince",
     source="Hairer, Norsett, Wanner (1993), section II.5",
     own_reactions=False,
     steps=("controlled",),

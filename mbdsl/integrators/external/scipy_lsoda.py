@@ -11,6 +11,7 @@ METHOD = Method(
     order=12,
     index=1,
     enforces=("Phi", "dPhi"),
+    family="Adams/BDF",
     source="Petzold, SIAM J. Sci. Stat. Comput. 4 (1983), 136-148",
     own_reactions=False,
     steps=("controlled",),

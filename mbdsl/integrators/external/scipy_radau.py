@@ -11,6 +11,7 @@ METHOD = Method(
     order=5,
     index=1,
     enforces=("Phi", "dPhi"),
+    family="Radau IIA",
     source="Hairer, Wanner (1996), section IV.8",
     own_reactions=False,
     steps=("controlled",),
