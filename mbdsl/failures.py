@@ -132,7 +132,10 @@ def _broken_law(integration: Integration) -> Component | None:
 def _given_up(run: External, trajectory: Trajectory) -> IntegrationError:
     """What a backend says."""
     trajectory.message = f"{run.method} stopped at t = {run.time:.9g} s: {run.reason}"
-    hint, span = run.hint or "a larger tolerance may pass, or another method; see `mbdsl methods`", getattr(run.cause, "span", None)
+    hint, span = (
+        run.hint or "a larger tolerance may pass, or another method; see `mbdsl methods`",
+        getattr(run.cause, "span", None),
+    )
     if (bent := bending(trajectory)) is not None:
         told, hint = _too_bent(trajectory, *bent)
         trajectory.message, span = f"{trajectory.message}; {told}", trajectory.scene.components[bent[1]].span

@@ -16,7 +16,7 @@ import numpy as np
 from mbdsl.calibration import calibrated
 from mbdsl.errors import UsageError
 from mbdsl.failures import check_bending, check_left_out, failure
-from mbdsl.integrators import backend, declared, driver
+from mbdsl.integrators import declared, driver
 from mbdsl.integrators.run import MOST_OUTPUT, check_options, controls_locally
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Scene
@@ -230,7 +230,7 @@ def plan(
         h = (end - start) / np.ceil((end - start) / h)
     if interval is not None and not 0.0 <= interval < np.inf:
         raise UsageError(f"the output interval must not be negative, not {interval:g} s")
-    every = tol is not None and interval == 0.0 and backend(method) is None
+    every = tol is not None and interval == 0.0
     spacing = (end - start) / 500 if interval is None else interval or h
     points = np.ceil((end - start) / spacing - 1e-9) if end > start and not every else 0.0
     columns = sum(2 * len(c.coordinates) + c.kind.rows for c in scene.components.values())

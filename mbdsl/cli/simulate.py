@@ -221,8 +221,10 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         )
     if verbose:
         sizes = ", ".join(f"{key} = {stats[key]}" for key in ("n", "m", "p"))
+        rejected = stats["rejected"] or (None if stats["evaluations"] else 0)  # by a backend
         counts = f"{stats['matrix_evaluations']} matrices, {stats['factorisations']} factorisations"
-        lines.append(f"{sizes}; {stats['rejected']} steps rejected, {counts}")
+        told = "rejected steps not counted" if rejected is None else f"{rejected} steps rejected"
+        lines.append(f"{sizes}; {told}, {counts}")
         lines.append("seconds: " + ", ".join(f"{phase} {spent:.3g}" for phase, spent in seconds.items()))
         lines += [f"initial value of {m.name}: guessed {m.guess:.9g}, found {m.value:.9g}" for m in trajectory.moved]
     elif trajectory.moved:

@@ -112,6 +112,8 @@ class External:
         every: bool = False,
     ) -> None:
         self.system, self.method = system, method
+        if every:
+            times = np.array([stop] if stop > start else [])
         self._backend = backend(method)
         self._given: dict[str, Any] = {"start": start, "stop": stop, "times": times, "h": h, "tol": tol}
         self._given["options"] = check_options(method, options, force=True)
