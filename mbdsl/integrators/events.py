@@ -32,7 +32,9 @@ States = NDArray[np.int64]
 #: part of the last step that may be left to a switch
 LEFT = 1e-3
 #: so many events within this part of the whole time are no progress
-CROWD, STANDSTILL = 20, 1e-9
+CROWD, STANDSTILL = 10, 1e-5
+#: nor are so many within this part: they would take hours
+MANY, HARDLY = 200, 1e-4
 #: what is then said
 SLIDING = "a condition changes to and fro without end: on both sides of it forces drive the motion back"
 SLIDING_HINT = "let the force pass steadily from one side to the other, as tanh(v/v_s) in place of sign(v)"
@@ -135,6 +137,9 @@ class Events:
         if self._recent and t - self._recent[0][0] > STANDSTILL * (self.run.stop - self.run.start):
             self._recent = []
         self._recent.append((t, states))
+        span = self.run.stop - self.run.start
+        if len(self.times) > MANY and t - self.times[-MANY] < HARDLY * span:
+            return state.SLIDING
         return state.SLIDING if len(self._recent) > CROWD else state.RUNNING
 
 
