@@ -1,6 +1,7 @@
 """The benchmarks run and say what they should; no time is asserted."""
 
 import importlib.util
+import json
 import re
 import sys
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from mbdsl.integrators import compiled as methods
+from mbdsl.plotting.pages import html
 
 
 def script(name):
@@ -153,3 +155,30 @@ def test_flexible_bodies():
 def test_discontinuities():
     located, without = list(script("discontinuities").lines([1e-3], ("hht-si2",), ("friction",)))[1:]
     assert int(located.split()[7]) == 4 and int(without.split()[7]) == 0
+
+
+@pytest.mark.filterwarnings("ignore")  # of the other program
+def test_work_precision(monkeypatch):
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    benchmark = script("work_precision")
+    monkeypatch.setattr(benchmark, "LEVELS", 3)
+    study, theirs = benchmark.compare("slider_crank", 1, 20.0, stop=0.1, methods=["hht-i3"], steps=[1e-3, 5e-4, 2.5e-4])
+    text = benchmark.as_text(benchmark.table(study, theirs))
+    assert "hht-i3" in text and ("> " in text) == bool(theirs)
+    errors, seconds = [r.error for r in theirs], [r.seconds[0] for r in theirs]
+    assert errors == sorted(errors, reverse=True) and seconds == sorted(seconds)  # nothing that another beats
+    assert "hht-i3" in html(benchmark.page(study, theirs))
+
+
+def test_what_accuracy_costs_is_what_was_measured(monkeypatch):
+    """The tables of the page are those of the runs kept beside it; along straight lines between logarithms."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    benchmark = script("work_precision")
+    page = benchmark.PAGE.read_text(encoding="utf-8")
+    for name in benchmark.CASES:
+        kept = json.loads((benchmark.PAGE.with_suffix("") / f"{name}.json").read_text(encoding="utf-8"))
+        assert len(kept["table"]) == len(benchmark.DECADES)
+        assert all(f"| {' | '.join(row)} |" in page for row in kept["table"])
+    assert benchmark.at(1e-3, [1e-2, 1e-4], [1.0, 4.0]) == pytest.approx(2.0)
+    assert benchmark.at(1e-1, [1e-2, 1e-4], [1.0, 4.0]) == 1.0
+    assert benchmark.at(1e-5, [1e-2, 1e-4], [1.0, 4.0]) != benchmark.at(1e-5, [1e-2, 1e-4], [1.0, 4.0])  # unknown
