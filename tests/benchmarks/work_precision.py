@@ -176,7 +176,8 @@ def table(study: WorkPrecision, theirs: list[Their]) -> Table:
         bound = "" if math.isfinite(other) else "> "
         other = other if math.isfinite(other) else longest
         times = [duration(own) if math.isfinite(own) else "", f"{bound}{duration(other)}" if theirs else ""]
-        times.append(f"{bound}{other / own:.3g}" if math.isfinite(other / own) else "")
+        ratio = other / own
+        times.append(f"{bound}{float(f'{ratio:.3g}'):,.4g}" if math.isfinite(ratio) else "")
         cells.append((number(error, 1), "" if row is None else row.case.series, *times))
     columns = ("error", "mbdsl, by", "takes", "Exudyn takes", "times as long")
     return Table("Least time for an error in positions", columns, cells)
