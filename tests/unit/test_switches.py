@@ -187,7 +187,7 @@ def _combined(inner):
         some.builds(lambda a, k: k * a, inner, numbers),
         # not at levels that something else keeps to, but for rounding
         some.builds(lambda op, a: call(op, a + 0.0123), some.sampled_from(["abs", "floor", "ceil", "sign"]), inner),
-        some.builds(lambda op, a, b: call(op, a, b), some.sampled_from(["min", "max"]), inner, inner),
+        some.builds(lambda op, a, b: call(op, a, b + 0.0123), some.sampled_from(["min", "max"]), inner, inner),
         some.builds(lambda a: call("mod", a, 0.7), inner),
         some.builds(lambda e, a: table(a, "linear", e), some.sampled_from(["hold", "linear", "periodic"]), inner),
         some.builds(lambda a, b, c: call("select", call("lt", a, b + 0.0123), c, 2.0 * c), inner, inner, inner),
