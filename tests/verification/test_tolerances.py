@@ -10,6 +10,7 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 import mbdsl
+from mbdsl.integrators import compiled
 
 LEAST, MOST = 0.1, 2.0
 
@@ -28,13 +29,17 @@ def scaled(run, q, v):
     return max(np.abs((run.q - q) / scale).max(), np.abs((run.v - v) / scale).max() / speed)
 
 
-@pytest.mark.parametrize("tol", [1e-3, 1e-4, 1e-5, 1e-6])
-def test_pendulum(model, any_method, tol):
-    method = any_method
-    if method == "radau5":
-        pytest.skip("its errors are a small part of the tolerance")
-    if method == "newmark" and tol < 1e-3:
-        pytest.skip("order 1 takes millions of steps")
+#: what is of order 1 takes millions of steps below 1e-3
+RUNS = [
+    (method, tol)
+    for method, declared in compiled().items()
+    for tol in (1e-3, 1e-4, 1e-5, 1e-6)
+    if declared.order > 1 or tol == 1e-3
+]
+
+
+@pytest.mark.parametrize(("method", "tol"), RUNS)
+def test_pendulum(model, method, tol):
     run = mbdsl.simulate(model("pendulum"), method=method, tol=tol)
     x, y, vx, vy = pendulum(run.t)
     assert LEAST * tol < scaled(run, np.stack([x, y], 1), np.stack([vx, vy], 1)) < MOST * tol

@@ -57,7 +57,9 @@ def test_sliding_along_a_switch_stops_and_says_so(method):
         mbdsl.simulate(slide("2 N*sign(v)", 0.0, 1.0), method=method, tol=1e-4)
     assert "TranslationalSpringDamper spring" in str(caught.value) and "tanh" in caught.value.hint
     assert caught.value.span is not None
-    assert caught.value.trajectory.t[-1] == pytest.approx(0.5, abs=1e-2)
+    end = caught.value.trajectory  # some see it one output (2 ms) later, at rest
+    assert -1e-9 < end.t[-1] - 0.5 < 2e-3 + 1e-9
+    assert end["rail.s"][-1] == pytest.approx(0.25, abs=1e-4) and abs(end["rail.v"][-1]) < 1e-4
     with pytest.raises(IntegrationError, match="to and fro") as caught:
         mbdsl.simulate(slide("1e4 N/m*s + (if v > 0.5 m/s then 60 N else 0 N)", 0.0, 1.0), method=method, tol=1e-6)
     end = caught.value.trajectory

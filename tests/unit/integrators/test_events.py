@@ -236,12 +236,15 @@ def test_sliding_along_a_switch_stops_and_says_so():
     with pytest.raises(IntegrationError, match="to and fro") as caught:
         mbdsl.simulate(scene, method="hht-si2", tol=1e-4)
     assert "TranslationalSpringDamper spring" in str(caught.value) and "tanh" in caught.value.hint
-    assert caught.value.trajectory.t[-1] == pytest.approx(0.5, abs=1e-2)
+    # where ten changes are within 1e-5 of the run
+    assert caught.value.trajectory.t[-1] == pytest.approx(0.5, abs=1e-5)
 
 
 def test_smooth_friction_has_no_events():
+    """s at rest is v_s^2/2 times the integral of u coth(u) up to v_0/v_s = 100: 1/4 + (pi v_s)^2/24."""
     found = mbdsl.simulate(slide("2 N*tanh(v/(1 cm/s))", 0.0, 1.0), tol=1e-4)
-    assert found.stats["events"] == 0 and found["rail.s"][-1] == pytest.approx(0.25, abs=2e-2)
+    assert found.stats["events"] == 0
+    assert found["rail.s"][-1] == pytest.approx(0.25 + (np.pi * 0.01) ** 2 / 24, abs=1e-4)
 
 
 def test_a_corner_that_steps_do_not_notice_is_passed():

@@ -137,7 +137,8 @@ def register(monkeypatch):
     def add(name, method, **changes):
         module = integrators.modules()[method]
         declaration = replace(module.METHOD, name=name, **changes)
-        known = types.SimpleNamespace(**{**vars(module), "METHOD": declaration})
+        known = types.ModuleType(module.__name__)
+        vars(known).update(vars(module), METHOD=declaration)
         monkeypatch.setitem(integrators.modules(), name, known)
 
     return add
