@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.integrators import driver
+from mbdsl.integrators import state
 from mbdsl.motion import Motion
 
 Array = NDArray[np.float64]
@@ -59,7 +59,7 @@ def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> int:
     for _ in range(MOST):
         motion.restart(replace(trial_plan, tol=eps))
         status = integrate()
-        if status != driver.DONE:
+        if status != state.DONE:
             return status
         _, q, v, *_ = motion.output(False)
         trials.append(Trial(eps, q, v))
@@ -79,7 +79,7 @@ def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> int:
     for _ in range(CORRECTIONS):
         motion.restart(replace(plan, tol=eps))
         status = integrate()
-        if status != driver.DONE or plan.times is not times or plan.every:
+        if status != state.DONE or plan.times is not times or plan.every:
             break
         # the factor itself, now between errors further apart
         _, q, v, *_ = motion.output(False)

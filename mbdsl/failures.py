@@ -7,7 +7,7 @@ import numpy as np
 from mbdsl import layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import IntegrationError
-from mbdsl.integrators import driver, state
+from mbdsl.integrators import state
 from mbdsl.integrators.backends import External
 from mbdsl.integrators.events import SLIDING, SLIDING_HINT
 from mbdsl.integrators.run import Integration
@@ -107,11 +107,11 @@ def _inextensible(system: System) -> str | None:
 
 
 REASONS = {
-    driver.SINGULAR: "the iteration matrix is singular",
-    driver.DIVERGED: "Newton's iteration does not converge",
-    driver.NOT_FINITE: "the equations give values that are not finite",
-    driver.TOO_LARGE: "the step is so large that the result means nothing",
-    driver.TOO_SMALL: "no step is small enough for the tolerance",
+    state.SINGULAR: "the iteration matrix is singular",
+    state.DIVERGED: "Newton's iteration does not converge",
+    state.NOT_FINITE: "the equations give values that are not finite",
+    state.TOO_LARGE: "the step is so large that the result means nothing",
+    state.TOO_SMALL: "no step is small enough for the tolerance",
     state.SLIDING: SLIDING,
 }
 
@@ -119,7 +119,7 @@ REASONS = {
 def _broken_law(integration: Integration) -> Component | None:
     """The first component whose law, or a derivative of it, is not a finite number at the last iterate."""
     system, Y, n = integration.system, integration.Y, integration.system.n
-    t = np.array([integration.K[driver.T]])
+    t = np.array([integration.K[state.T]])
     for q, v in ((Y[layout.Q, :n], Y[layout.V, :n]), (Y[layout.Q0, :n], Y[layout.V0, :n])):
         for c in system.scene.components.values():
             laws = [c.values[p.name] for p in c.kind.parameters if p.law and isinstance(c.values[p.name], Expr)]
@@ -156,7 +156,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     residual = np.abs(Y[layout.R, : len(names)])
     bad = np.flatnonzero(~np.isfinite(residual))
     worst = bad[:3] if len(bad) else np.argsort(-residual)[:3]
-    t = integration.K[driver.T]
+    t = integration.K[state.T]
     where = ", ".join(names[k] if k >= n else f"equation of motion of {names[k]}" for k in worst)
     row = next((int(k) - n for k in worst if k >= n), None)
     span = None
@@ -165,14 +165,14 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         owner = max((r, j) for j, r in every.items() if r <= row)[1]
         span = system.scene.components[owner].span
     hint = {
-        driver.SINGULAR: "redundant constraints, a singular pose, or a body without mass that moves freely",
-        driver.DIVERGED: "try a smaller step; near a singular pose, another initial value",
-        driver.NOT_FINITE: "an expression or its derivative leaves its domain (as sqrt at 0), or the step is too large",
-        driver.TOO_LARGE: "try a smaller step",
+        state.SINGULAR: "redundant constraints, a singular pose, or a body without mass that moves freely",
+        state.DIVERGED: "try a smaller step; near a singular pose, another initial value",
+        state.NOT_FINITE: "an expression or its derivative leaves its domain (as sqrt at 0), or the step is too large",
+        state.TOO_LARGE: "try a smaller step",
         state.SLIDING: SLIDING_HINT,
-        driver.TOO_SMALL: "a jump of forces, or more digits than rounding leaves: try a larger tolerance",
+        state.TOO_SMALL: "a jump of forces, or more digits than rounding leaves: try a larger tolerance",
     }[status]
-    law = _broken_law(integration) if status == driver.NOT_FINITE else None
+    law = _broken_law(integration) if status == state.NOT_FINITE else None
     if status == state.SLIDING:
         law = law_of(system.scene, [switch.node for switch in integration.events.changing])
     if law is not None:

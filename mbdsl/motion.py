@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from mbdsl import graph, jit
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import InitialisationError
-from mbdsl.integrators import Run, backend, declared, driver
-from mbdsl.integrators.run import Integration, loop_name
+from mbdsl.integrators import Run, backend, declared, state
+from mbdsl.integrators.run import Integration
+from mbdsl.integrators.step_loop import loop_name
 from mbdsl.interpolation import between
 from mbdsl.lang.expressions import coordinate
 from mbdsl.reduction import Note, Part, Reduction, reduce
@@ -97,7 +98,7 @@ class Motion:
         self.trial_steps = 0
         self.error: float | None = None
         self.failed: Moving | None = None
-        self._failure = driver.DONE
+        self._failure = state.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
         self._own_steps = plan.tol is not None or backend(plan.method) is not None  # that parts do not have in common
         self._taken = 0
@@ -231,7 +232,7 @@ class Motion:
         return sum(p.integration.count(what) for p in self.parts)
 
     def advance(self, steps: int) -> int:
-        """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.driver`.
+        """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.state`.
 
         Where a part fails, all end with the last step that all of them have done, and once failed, it stays so.
         """
@@ -240,30 +241,30 @@ class Motion:
         status, most = self._failure, self.steps + steps
         for p in self.parts if self.failed is None else ():
             found = p.integration.advance(max(0, most - p.integration.steps))
-            if found not in (driver.RUNNING, driver.DONE):
+            if found not in (state.RUNNING, state.DONE):
                 self.failed, self._failure = p, found
                 most = p.integration.steps  # for those behind it
             status = found if self.failed is None else self._failure
         if not self.parts:
             self._taken = min(self._taken + steps, self._steps)
-            status = driver.DONE if self._taken == self._steps else driver.RUNNING
+            status = state.DONE if self._taken == self._steps else state.RUNNING
         return status
 
     def _advance_each(self, steps: int) -> int:
         """The same where every part has steps of its own: the part that is furthest behind goes first."""
         if self.failed is not None:
             return self._failure
-        status = driver.DONE
+        status = state.DONE
         for p in sorted(self.parts, key=lambda p: p.integration.time):
             found = p.integration.advance(steps)
-            if found not in (driver.RUNNING, driver.DONE):
+            if found not in (state.RUNNING, state.DONE):
                 self.failed, self._failure = p, found
                 for other in self.parts:  # those behind come as far: results go no further than the last of them
                     while other.integration.time < p.integration.time:
-                        if other.integration.advance(1) != driver.RUNNING:
+                        if other.integration.advance(1) != state.RUNNING:
                             break
                 return found
-            status = driver.RUNNING if found == driver.RUNNING else status
+            status = state.RUNNING if found == state.RUNNING else status
         return status
 
     def bent(self) -> bool:
@@ -324,7 +325,7 @@ class Motion:
         else:
             times = np.unique(np.concatenate(known))
             times = times[times <= min(t[-1] for t in known)]
-            states = [between(times, t, *state) for t, state in zip(known, states, strict=True)]
+            states = [between(times, t, *own) for t, own in zip(known, states, strict=True)]
         return times, *self._whole(times, states), [(q, v) for q, v, _ in states]
 
     def _whole(self, t: Array, states: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Array, Array]:

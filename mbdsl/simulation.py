@@ -16,8 +16,10 @@ import numpy as np
 from mbdsl.calibration import calibrated
 from mbdsl.errors import UsageError
 from mbdsl.failures import check_bending, check_left_out, failure
-from mbdsl.integrators import declared, driver
-from mbdsl.integrators.run import MOST_OUTPUT, check_options, controls_locally
+from mbdsl.integrators import declared, state
+from mbdsl.integrators.options import check_options
+from mbdsl.integrators.run import MOST_OUTPUT
+from mbdsl.integrators.step_loop import controls_locally
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Scene
 from mbdsl.trajectory import Trajectory
@@ -166,7 +168,7 @@ def simulate(
         status = calibrated(motion, run.tol, lambda: _integrate(motion, progress))
     lap("integrate")
     trajectory, states = _collect(motion, run.tol, status, seconds)
-    if status not in (driver.DONE, driver.RUNNING):
+    if status not in (state.DONE, state.RUNNING):
         raise failure(motion, trajectory, status)
     check_left_out(motion, trajectory, states)
     check_bending(trajectory)
@@ -274,7 +276,7 @@ def _integrate(motion: Motion, progress) -> int:
                 before = perf_counter()
                 status = motion.advance(slice_)
                 now = perf_counter()
-                if status != driver.RUNNING or motion.bent():
+                if status != state.RUNNING or motion.bent():
                     return status
                 if progress is not None:
                     iterations = motion.count("iterations")
@@ -283,19 +285,19 @@ def _integrate(motion: Motion, progress) -> int:
                 slice_ = int(min(1e9, max(1, slice_ * min(4.0, 0.1 / max(now - before, 1e-9)))))
     except KeyboardInterrupt:  # from the progress callback
         pass
-    return driver.RUNNING
+    return state.RUNNING
 
 
 def _collect(motion: Motion, tol: float | None, status: int, seconds: dict) -> tuple[Trajectory, list]:
     """The trajectory, and q and v of every part."""
     plan, system = motion.plan, motion.system
-    t, q, v, lam, states = motion.output(status != driver.DONE)
+    t, q, v, lam, states = motion.output(status != state.DONE)
     stats = {
         "method": plan.method,
         "h": plan.h if plan.tol is None else None,
         "tol": tol,
         "error": motion.error,
-        "status": {driver.DONE: "done", driver.RUNNING: "interrupted"}.get(status, "failed"),
+        "status": {state.DONE: "done", state.RUNNING: "interrupted"}.get(status, "failed"),
         "n": system.n,
         "m": system.m,
         "p": system.p,

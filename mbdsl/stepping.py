@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
 from mbdsl.failures import check_bending, failure
-from mbdsl.integrators import backend, declared, driver
-from mbdsl.integrators.run import check_options
+from mbdsl.integrators import backend, declared, state
+from mbdsl.integrators.options import check_options
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Scene
 from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, as_scene
@@ -170,7 +170,7 @@ class Simulation:
             self._in_force = dict(self.inputs)
         for _ in range(count):
             status = self._motion.advance(1)
-            if status not in (driver.RUNNING, driver.DONE):
+            if status not in (state.RUNNING, state.DONE):
                 trajectory = self.trajectory()
                 trajectory.stats["status"] = "failed"
                 raise failure(self._motion, trajectory, status)

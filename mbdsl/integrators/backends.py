@@ -21,13 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import MbdslError, UsageError
-from mbdsl.integrators import backend, driver
-from mbdsl.integrators.run import check_options
+from mbdsl.integrators import backend, state
+from mbdsl.integrators.options import check_options
 from mbdsl.system import System
 
 Array = NDArray[np.float64]
 
-#: status beside those of :mod:`mbdsl.integrators.driver`: ``External.reason`` says why
+#: status beside those of :mod:`mbdsl.integrators.state`: ``External.reason`` says why
 FAILED = -1
 
 
@@ -144,10 +144,10 @@ class External:
         self._states: Iterator[tuple] = iter(self._backend.solve(problem))
 
     def advance(self, steps: int) -> int:
-        """Take at most so many states from the backend; a status of :mod:`mbdsl.integrators.driver`, or FAILED."""
+        """Take at most so many states from the backend; a status of :mod:`mbdsl.integrators.state`, or FAILED."""
         for _ in range(steps):
             if self._done:
-                return driver.DONE
+                return state.DONE
             try:
                 self._keep(*next(self._states))
             except StopIteration:
@@ -157,7 +157,7 @@ class External:
                 return self._fail(problem.message, problem)
             except Exception as problem:
                 return self._fail(f"{type(problem).__name__}: {problem}", problem)
-        return driver.DONE if self._done else driver.RUNNING
+        return state.DONE if self._done else state.RUNNING
 
     @property
     def _done(self) -> bool:

@@ -135,7 +135,7 @@ class Run(Protocol):
         """Set the consistent state at the start, and the redundant constraints that are not solved for."""
 
     def advance(self, steps: int) -> int:
-        """Take at most so many steps; a status of :mod:`mbdsl.integrators.driver`."""
+        """Take at most so many steps; a status of :mod:`mbdsl.integrators.state`."""
 
     def state(self) -> tuple[Array, Array, Array]:
         """q, v (n,) and lam (m + p,) as they are now; views."""

@@ -8,9 +8,9 @@ Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90; controller: Soed
 (2003) 1-26. The splitting is ours.
 """
 
-from mbdsl.integrators.driver import EPS, SINGULAR_NOISE, finite
 from mbdsl.integrators.linear import SPARSE_LU
 from mbdsl.integrators.method import Method
+from mbdsl.integrators.newton import EPS, SINGULAR_NOISE, finite
 from mbdsl.integrators.stages import (
     MATRICES as MATRIX_COUNT,
 )

@@ -3,118 +3,36 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, field
-from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl import jit, layout
 from mbdsl.errors import InitialisationError, UsageError
-from mbdsl.integrators import control, declared, driver, linear, modules, sparse, state
+from mbdsl.integrators import control, linear, modules, sparse, state
 from mbdsl.integrators.events import Events
 from mbdsl.integrators.method import Method, Start
+from mbdsl.integrators.options import check_options
 from mbdsl.integrators.starting import applied, check_stiffness, first_step, normal_part, rates
+from mbdsl.integrators.step_loop import compiled, controls_locally, loop_name
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
-from mbdsl.system.emit import EVALUATE, INERTIA, TANGENT
 
 Array = NDArray[np.float64]
 
-#: advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out)
-ADVANCE = jit.Signature(
-    (
-        *(EVALUATE, TANGENT, INERTIA, "int", "vector", "vector", "ints"),
-        *("matrix", "matrix", "matrix", "vector", "ints", "matrix", "int matrix", "vector", "matrix"),
-    ),
-    gives="int",
-)
 #: h^3 times the jerk at the start, relative to the mechanism, beyond which it belongs to a transient
 TRANSIENT = 1e-4
 #: largest displacement in a controlled step of what constraints determine, relative to the mechanism
 LARGEST = 0.1
 #: floats of stored output beyond which a larger interval is asked for
 MOST_OUTPUT = 250_000_000
-#: kernels of controlled steps, which methods have, or which do nothing
-CONTROL = ("estimate", "local_error", "change_step")
 #: rows of output that are made room for at once, where their number is not known
 ROOM = 4096
 #: largest system that the dense solver with pivoting may take over
 PIVOTING_LIMIT = 2000
-
-
-def check_options(
-    name: str, options: Mapping[str, float | None], constrained: bool = False, force: bool = False
-) -> dict[str, float | None]:
-    """Options of a method with defaults filled in.
-
-    Raises
-    ------
-    UsageError
-        For a parameter that the method does not have, a value outside its interval, values that do not go together, or
-        (not with ``force``) a choice known to fail on constrained models.
-    """
-    method = declared(name)
-    parameters = method.parameters
-    values: dict[str, float | None] = {key: option.default for key, option in parameters.items()}
-    for key, value in options.items():
-        if value is None:
-            continue
-        if key not in parameters:
-            has = ", ".join(parameters) or "no parameters"
-            raise UsageError(f"{name} has no parameter {key}", hint=f"it has {has}")
-        low, high = parameters[key].lower, parameters[key].upper
-        if not low - 1e-12 <= value <= high + 1e-12:
-            raise UsageError(
-                f"{key} = {value:g} is outside [{low:g}, {high:g}] for {name}", hint=f"{key}: {parameters[key].doc}"
-            )
-        values[key] = float(value)
-    if (wrong := method.check(values)) is not None:
-        raise UsageError(f"{name}: {wrong}")
-    if constrained and not force and (wrong := method.check_constrained(values)) is not None:
-        raise UsageError(f"{name}: {wrong}", hint="to see it happen: --force, in Python force=True")
-    return values
-
-
-def loop_name(method: str) -> str:
-    """The name under which the compiled step loop of a method is kept."""
-    return "mbdsl_method_" + modules()[method].__name__.rsplit(".", 1)[-1]
-
-
-def controls_locally(method: str) -> bool:
-    """Whether controlled steps of a method are those of :mod:`mbdsl.integrators.control`, and not its own."""
-    return method in modules() and not hasattr(modules()[method], "advance")
-
-
-def compiled(name: str, module: ModuleType) -> Callable:
-    """The step loop compiled for one method: its kernels are known to the compiler, the scene's are pointers."""
-    short = module.__name__.rsplit(".", 1)[-1]
-    if hasattr(module, "advance"):  # it brings a step loop of its own
-        text = f'''"""Emitted by mbdsl: the step loop of {name}."""
-
-from mbdsl.integrators import {short} as method
-
-
-def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
-    return method.advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out)
-'''
-        return jit.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [module])[0]
-    text = f'''"""Emitted by mbdsl: the step loop of {name}."""
-
-from mbdsl.integrators import control, driver
-from mbdsl.integrators import {short} as method
-
-
-def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
-    return driver.advance(
-        method.motion, method.residual, method.matrix, method.correct, method.finish,
-        {", ".join(f"{'method' if hasattr(module, f) else 'control'}.{f}" for f in CONTROL)},
-        evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out,
-    )
-'''
-    return jit.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [driver, control, module])[0]
 
 
 @dataclass
@@ -429,7 +347,7 @@ class Integration:
         return Y[layout.Q0, :n], Y[layout.V0, :n], Y[layout.XA, n : self.system.unknowns]
 
     def advance(self, steps: int = sys.maxsize) -> int:
-        """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.driver`."""
+        """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.state`."""
         if self.every:
             status = state.RUNNING
             while steps > 0 and status == state.RUNNING:

@@ -48,8 +48,8 @@ from mbdsl.integrators.collocation import (
 )
 from mbdsl.integrators.collocation import A as W
 from mbdsl.integrators.complex_lu import complex_factor, complex_solve
-from mbdsl.integrators.driver import EPS
 from mbdsl.integrators.linear import compress, factor, larger, multiply, solve
+from mbdsl.integrators.newton import EPS
 from mbdsl.kernels import kernel, rare
 from mbdsl.layout import (
     FP,

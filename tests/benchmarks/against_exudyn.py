@@ -36,7 +36,7 @@ from numpy.typing import NDArray
 
 import mbdsl
 from mbdsl import graph
-from mbdsl.integrators import driver
+from mbdsl.integrators import state
 from mbdsl.integrators.run import Integration
 from mbdsl.lang.expressions import Expr
 from mbdsl.system import build
@@ -128,8 +128,8 @@ class Ours:
         status = run.advance()
         seconds = time.process_time() - begun
         n, J = self.system.n, run.J
-        whole = status == driver.DONE
-        return Seen(seconds, run.out[:, :n], J[driver.ITERATIONS] / steps, J[driver.MATRICES] / steps, whole)
+        whole = status == state.DONE
+        return Seen(seconds, run.out[:, :n], J[state.ITERATIONS] / steps, J[state.MATRICES] / steps, whole)
 
 
 class Theirs:

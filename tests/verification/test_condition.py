@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 import mbdsl
 from mbdsl import graph
-from mbdsl.integrators import driver, linear, modules
+from mbdsl.integrators import linear, modules, state
 from mbdsl.integrators.run import Integration
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
@@ -57,10 +57,10 @@ def matrices(crank, method, h):
     run = Integration(system, method, h, 0.0, 10 * h, np.array([]))
     run._use(linear.DENSE)
     run.begin(start.q, start.v, start.a, start.lam)
-    assert run.advance(3) == driver.RUNNING
-    run.J[driver.FRESH] = 0
-    assert run.advance(1) == driver.RUNNING
-    assert run.J[driver.MATRICES] >= 2
+    assert run.advance(3) == state.RUNNING
+    run.J[state.FRESH] = 0
+    assert run.advance(1) == state.RUNNING
+    assert run.J[state.MATRICES] >= 2
     return [factorised(run, k) for k in range(len(POWERS[method]))]
 
 

@@ -8,7 +8,7 @@ import pytest
 import mbdsl
 from mbdsl import graph, layout
 from mbdsl.errors import IntegrationError
-from mbdsl.integrators import driver, methods, modules, state
+from mbdsl.integrators import methods, modules, state
 from mbdsl.integrators.run import Integration
 from mbdsl.system import build
 from mbdsl.system.accelerations import accelerations
@@ -48,7 +48,7 @@ def test_local_errors_add_up_to_the_error_attained(method):
     local_error = getattr(module.local_error, "py_func", module.local_error)
     for h in (2e-2, 1e-2, 5e-3):
         system, run = started(oscillator(), method, h, 2.0)
-        assert run.advance() == driver.DONE
+        assert run.advance() == state.DONE
         k = system.names().index("body.x")
         t = np.arange(h, 2.0 + h / 2, h)
         e_q, e_v = (
@@ -73,7 +73,7 @@ def prescribed(scene, method, steps):
     run.K[state.TOL] = 1e9
     for h in [*steps[1:], steps[-1]]:
         run.K[state.MOST_H] = h
-        assert run.advance(1) == driver.RUNNING
+        assert run.advance(1) == state.RUNNING
     assert run.count("rejected") == 0 and run.steps == len(steps)
     return system, run
 
@@ -172,12 +172,12 @@ def test_begin_anew_at_a_later_time():
     """As behind a jump: the same motion, from another time on, with a history of its own."""
     system, run = started(oscillator(), "hht-si2", 1.0, 2.0, tol=1e-6)
     while run.time < 1.0:
-        assert run.advance(1) == driver.RUNNING
+        assert run.advance(1) == state.RUNNING
     t, (q, v, _) = run.time, (x.copy() for x in run.state())
     a, lam = accelerations(system, t, q, v)
     run.begin(q, v, a, lam, t=t)
     assert run.time == t
-    while run.advance(1000) == driver.RUNNING:
+    while run.advance(1000) == state.RUNNING:
         pass
     assert run.time == 2.0
     assert run.state()[0][system.names().index("body.x")] == pytest.approx(np.cos(2.0), abs=2e-6)

@@ -17,7 +17,7 @@ import pytest
 
 import mbdsl
 from mbdsl import graph, layout
-from mbdsl.integrators import driver
+from mbdsl.integrators import state
 from mbdsl.integrators.run import Integration
 from mbdsl.system import System, build
 from mbdsl.system.initial import initial_state
@@ -269,7 +269,7 @@ def integration(model, method):
     system, h = build(scene, mechanism), STEPS[model]
     start = initial_state(system, mechanism, 0.0)
     run = Integration(system, method, h, 0.0, 1000 * h, np.array([]))
-    run.K[driver.VELOCITY_TOL] = run.K[driver.RELATIVE_TOL] = 0.0
+    run.K[state.VELOCITY_TOL] = run.K[state.RELATIVE_TOL] = 0.0
     run.begin(start.q, start.v, start.a, start.lam)
     return system, run
 
@@ -278,14 +278,14 @@ def steps(model, method, done):
     """A run after ``done`` steps, as the state before the next one; and q, v and multipliers after that."""
     system, run = integration(model, method)
     n, h = system.n, run.h
-    assert not done or run.advance(done) == driver.RUNNING
+    assert not done or run.advance(done) == state.RUNNING
     Y = run.Y.copy()
     a = Y[layout.Q1 if method == "hht-add" else layout.XA]
     before = Before(
         system, done * h, h, Y[layout.Q0, :n], Y[layout.V0, :n], a[:n], Y[layout.XA, n:], Y[layout.Q1, :n],
         Y[layout.V1, :n], method.startswith("nstiff") and run.c[1] == 1.0,
     )  # fmt: skip
-    assert run.advance(1) == driver.RUNNING
+    assert run.advance(1) == state.RUNNING
     Y = run.Y
     before.near = (Y[layout.Q0, :n], Y[layout.V0, :n], Y[layout.XA, n:])
     if method in SPLIT:
@@ -300,9 +300,9 @@ def test_hht_si2_looks_at_the_mass_matrix_once_a_step(model):
         S, run = integration(model, method)
         for _ in range(4):
             q, v = run.Y[layout.Q0, : S.n].copy(), run.Y[layout.V0, : S.n].copy()
-            iterations = run.J[driver.ITERATIONS]
-            assert run.advance(1) == driver.RUNNING
-            assert run.J[driver.ITERATIONS] > iterations + 1
+            iterations = run.J[state.ITERATIONS]
+            assert run.advance(1) == state.RUNNING
+            assert run.J[state.ITERATIONS] > iterations + 1
             assert run.I[layout.NEW_MASS] == 0
             used, end = run.Y[layout.Q_MASS, : S.n], run.Y[layout.Q0, : S.n]
             a = run.Y[layout.XA, : S.n]

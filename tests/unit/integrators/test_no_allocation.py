@@ -12,8 +12,9 @@ import pytest
 import mbdsl
 from mbdsl import graph, jit
 from mbdsl.integrators import compiled as methods
-from mbdsl.integrators import driver
-from mbdsl.integrators.run import Integration, loop_name
+from mbdsl.integrators import state
+from mbdsl.integrators.run import Integration
+from mbdsl.integrators.step_loop import loop_name
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
 
@@ -41,13 +42,13 @@ def running(model, method):
 def calls(run, steps):
     """Calls that Python makes and hears of while the loop takes so many steps."""
     found = []
-    before, former = int(run.J[driver.STEP]), sys.getprofile()
+    before, former = int(run.J[state.STEP]), sys.getprofile()
     sys.setprofile(lambda frame, event, argument: found.append(event))
     try:
         status = run.advance(steps)
     finally:
         sys.setprofile(former)
-    assert status == driver.RUNNING and run.J[driver.STEP] - before == steps
+    assert status == state.RUNNING and run.J[state.STEP] - before == steps
     return found
 
 

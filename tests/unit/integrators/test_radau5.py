@@ -15,7 +15,7 @@ import pytest
 import mbdsl
 from mbdsl import graph, jit, layout
 from mbdsl.errors import IntegrationError
-from mbdsl.integrators import collocation, driver, sparse, stages
+from mbdsl.integrators import collocation, sparse, stages, state
 from mbdsl.integrators.run import Integration
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
@@ -156,9 +156,9 @@ def full_system(S, t, h, q0, v0, a, lam):
 def test_a_step(model, done):
     h = STEPS[model]
     S, run = begun(model, h)
-    assert not done or run.advance(done) == driver.RUNNING
+    assert not done or run.advance(done) == state.RUNNING
     Y, n = run.Y.copy(), S.n
-    assert run.advance(1) == driver.RUNNING
+    assert run.advance(1) == state.RUNNING
     q0, v0 = Y[layout.Q0, :n], Y[layout.V0, :n]
     a = np.zeros(n) if model == "double_pendulum" else Y[layout.XA, :n]  # its start is a transient
     q, v = full_system(S, done * h, h, q0, v0, a, Y[layout.XA, n:])
@@ -177,7 +177,7 @@ def test_dense_and_sparse_elimination_agree(model):
     for solver in (linear.SPARSE_LU, linear.DENSE):
         S, run = begun(model, STEPS[model])
         run._use(solver)
-        assert run.advance(20) == driver.RUNNING
+        assert run.advance(20) == state.RUNNING
         found.append(run.Y[layout.Q0, : S.n].copy())
     assert found[0] == pytest.approx(found[1], abs=1e-12)
 
@@ -185,12 +185,12 @@ def test_dense_and_sparse_elimination_agree(model):
 def test_updates_that_are_not_listed(monkeypatch):
     """Large mechanisms look for what a pivot changes."""
     listed = begun("seven_body", 1e-4)[1]
-    assert listed.advance(5) == driver.RUNNING
+    assert listed.advance(5) == state.RUNNING
     analyse = sparse.analyse
     monkeypatch.setattr(sparse, "analyse", lambda *a: analyse(*a, most=0))
     other = begun("seven_body", 1e-4)[1]
     assert len(other.I) < len(listed.I)
-    assert other.advance(5) == driver.RUNNING
+    assert other.advance(5) == state.RUNNING
     assert np.array_equal(other.Y, listed.Y)
 
 
@@ -199,9 +199,9 @@ def test_updates_that_are_not_listed(monkeypatch):
 
 def test_the_same_in_pieces_with_controlled_steps():
     runs = [begun("slider_crank", 0.0, stop=2.0, tol=1e-7, times=np.arange(1, 21) / 10)[1] for _ in range(2)]
-    while runs[0].advance(1000) == driver.RUNNING:
+    while runs[0].advance(1000) == state.RUNNING:
         pass
-    while runs[1].advance(3) == driver.RUNNING:
+    while runs[1].advance(3) == state.RUNNING:
         pass
     assert np.array_equal(runs[0].Y, runs[1].Y)
     assert np.array_equal(runs[0].J, runs[1].J)
@@ -211,8 +211,8 @@ def test_the_same_in_pieces_with_controlled_steps():
 def test_the_stop_time_is_hit():
     """And no step before it is much shorter than the others."""
     _, run = begun("slider_crank", 0.0, stop=1.7321, tol=1e-6)
-    lengths, status, before = [], driver.RUNNING, 0.0
-    while status == driver.RUNNING:
+    lengths, status, before = [], state.RUNNING, 0.0
+    while status == state.RUNNING:
         status = run.advance(1)
         lengths.append(run.time - before)
         before = run.time
@@ -235,7 +235,7 @@ def test_a_transient_is_resolved_and_then_left_behind():
     """The knee of the stiff pendulum is pulled to its creep within 10 us; steps grow ten thousandfold after it."""
     _, run = begun("double_pendulum", 0.0, stop=2.0, tol=1e-6)
     lengths, before = [], 0.0
-    while run.advance(1) == driver.RUNNING:
+    while run.advance(1) == state.RUNNING:
         lengths.append(run.time - before)
         before = run.time
     assert min(lengths) < 1e-5

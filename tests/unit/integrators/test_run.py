@@ -11,7 +11,8 @@ from mbdsl import Builder, graph, jit
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import modules
-from mbdsl.integrators.run import Integration, check_options
+from mbdsl.integrators.options import check_options
+from mbdsl.integrators.run import Integration
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
 

@@ -1,0 +1,60 @@
+"""The compiled step loop of a method: the shared driver with its kernels, or a loop of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import ModuleType
+
+from mbdsl import jit
+from mbdsl.integrators import control, driver, modules
+from mbdsl.system.emit import EVALUATE, INERTIA, TANGENT
+
+#: advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out)
+ADVANCE = jit.Signature(
+    (
+        *(EVALUATE, TANGENT, INERTIA, "int", "vector", "vector", "ints"),
+        *("matrix", "matrix", "matrix", "vector", "ints", "matrix", "int matrix", "vector", "matrix"),
+    ),
+    gives="int",
+)
+#: kernels of controlled steps, which methods have, or which do nothing
+CONTROL = ("estimate", "local_error", "change_step")
+
+
+def loop_name(method: str) -> str:
+    """The name under which the compiled step loop of a method is kept."""
+    return "mbdsl_method_" + modules()[method].__name__.rsplit(".", 1)[-1]
+
+
+def controls_locally(method: str) -> bool:
+    """Whether controlled steps of a method are those of :mod:`mbdsl.integrators.control`, and not its own."""
+    return method in modules() and not hasattr(modules()[method], "advance")
+
+
+def compiled(name: str, module: ModuleType) -> Callable:
+    """The step loop compiled for one method: its kernels are known to the compiler, the scene's are pointers."""
+    short = module.__name__.rsplit(".", 1)[-1]
+    if hasattr(module, "advance"):  # it brings a step loop of its own
+        text = f'''"""Emitted by mbdsl: the step loop of {name}."""
+
+from mbdsl.integrators import {short} as method
+
+
+def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
+    return method.advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out)
+'''
+        return jit.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [module])[0]
+    text = f'''"""Emitted by mbdsl: the step loop of {name}."""
+
+from mbdsl.integrators import control, driver
+from mbdsl.integrators import {short} as method
+
+
+def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
+    return driver.advance(
+        method.motion, method.residual, method.matrix, method.correct, method.finish,
+        {", ".join(f"{'method' if hasattr(module, f) else 'control'}.{f}" for f in CONTROL)},
+        evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out,
+    )
+'''
+    return jit.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [driver, control, module])[0]
