@@ -2,7 +2,8 @@
 
 Steps are controlled by their local errors, whose sum is kept below eps (:mod:`mbdsl.integrators.control`). What becomes
 of them until the end of the run is the model's own: a damped one forgets them, in a chaotic one they grow. But the
-error attained goes with eps, so that two cheap runs, with eps much larger than what is asked for, tell the factor.
+error attained goes with eps, so that cheap runs, with eps much larger than what is asked for, tell the factor: two, or
+more where these are too far apart to tell anything.
 """
 
 from __future__ import annotations
@@ -36,11 +37,12 @@ EVENTS = 0.01
 
 @dataclass
 class Trial:
-    """A run that was made: its eps, and q and v at the outputs."""
+    """A run that was made: its eps, q and v at the outputs, and how many events there were."""
 
     eps: float
     q: Array
     v: Array
+    events: int
 
 
 def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> int:
@@ -55,14 +57,13 @@ def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> int:
         times = np.linspace(plan.start, plan.stop, POINTS + 1)[1:]
     trial_plan = replace(plan, times=times, every=False)
     eps, trials = min(FIRST * tol, LOOSEST), []
-    factor = 0.0
+    factor, found = 0.0, 0.0
     for _ in range(MOST):
         motion.restart(replace(trial_plan, tol=eps))
         status = integrate()
         if status != state.DONE:
             return status
-        _, q, v, *_ = motion.output(False)
-        trials.append(Trial(eps, q, v))
+        trials.append(_trial(motion, eps))
         motion.trial_steps += motion.steps
         if len(trials) > 1:
             coarse, fine = trials[-2:]
@@ -75,23 +76,31 @@ def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> int:
             if found < SATURATED:
                 break
         eps /= NEXT
-    eps = min(eps, AIM * tol / factor) if factor else eps
+    told = found < SATURATED
+    factor = factor if told else 0.0  # runs that have nothing to do with each other tell none
+    eps = min(eps, AIM * tol / factor if factor else AIM * tol)
     for _ in range(CORRECTIONS):
         motion.restart(replace(plan, tol=eps))
         status = integrate()
         if status != state.DONE or plan.times is not times or plan.every:
             break
         # the factor itself, now between errors further apart
-        _, q, v, *_ = motion.output(False)
-        last = Trial(eps, q, v)
-        factor = max(factor, distance(motion, trials[-1], last) / (trials[-1].eps - eps))
-        if factor * eps <= tol:
+        last = _trial(motion, eps)
+        found = distance(motion, trials[-1], last)
+        told = found < SATURATED
+        factor = max(factor, found / (trials[-1].eps - eps))
+        if factor * eps <= tol or not told:
             break
         trials.append(last)
         motion.trial_steps += motion.steps
         eps = AIM * tol / factor
-    motion.error = factor * eps
+    motion.error = factor * eps if told else max(found, SATURATED)
     return status
+
+
+def _trial(motion: Motion, eps: float) -> Trial:
+    _, q, v, *_ = motion.output(False)
+    return Trial(eps, q, v, motion.count("events"))
 
 
 def distance(motion: Motion, one: Trial, other: Trial) -> float:
@@ -100,4 +109,4 @@ def distance(motion: Motion, one: Trial, other: Trial) -> float:
     speed = max(float(np.abs(other.v / scale).max(initial=0.0)), 1.0 / span)
     q, v = np.abs(one.q - other.q) / scale, np.abs(one.v - other.v) / scale / speed
     every = np.sort(np.maximum(q.max(axis=1, initial=0.0), v.max(axis=1, initial=0.0)))
-    return float(every[-1 - int(EVENTS * len(every))])
+    return float(every[-1 - (int(EVENTS * len(every)) if one.events or other.events else 0)])

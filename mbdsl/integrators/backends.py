@@ -87,7 +87,7 @@ class Problem:
         a short transient.
         """
         assert self.tol is not None
-        scale, slow = self.system.tables.scale, 1.0 / (self.stop - self.start)
+        scale, slow = self.system.tables.scale, 1.0 / ((self.stop - self.start) or 1.0)
         speed = float(np.abs(self.v * scale).max(initial=0.0))
         pace = float(np.sqrt(np.abs(self.a * scale).max(initial=0.0)))
         return self.tol / scale, self.tol * max(speed, slow, np.sqrt(pace * slow)) / scale

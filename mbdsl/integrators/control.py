@@ -29,6 +29,7 @@ from mbdsl.integrators.state import (
     DAMPING,
     EXPONENT,
     FACTORISATIONS,
+    FORGOTTEN,
     FRESH,
     IN_A_ROW,
     LANDING,
@@ -49,7 +50,6 @@ from mbdsl.integrators.state import (
     STOP,
     TIMES,
     TOL,
-    TYPICAL_H,
     UNIT,
     UNSEEN,
     H,
@@ -86,12 +86,8 @@ AIM = 0.5
 KEPT_FROM, KEPT_TO = 0.9, 1.2
 #: by how much it changes at most
 MOST, LEAST = 2.0, 0.2
-#: part of the run within which velocities may forget an error: that between outputs, if nothing else is asked for
-MEMORY = 1.0 / 500.0
 #: what that has to make of the error to be looked at every step; else every so many of them
 USEFUL, SELDOM = 0.9, 20
-#: a step that is so much shorter than those of late is accepted; and how many of those are looked at
-TINY, LATE = 1.0 / 500.0, 50.0
 #: steps after which a contraction that was measured means nothing any more
 LONG_AGO = 1 << 20
 
@@ -192,17 +188,11 @@ def other_matrices(tangent, t, h, K, J, Y, Z, C, F, I, A, P):
     last, w = A.shape[0] - 1, K[MASS_WEIGHT]
     tangent(t, w, 0.0, K[DAMPING] * h, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[last])
     compress(A[last], P[last], I)
-    d = K[DAMPING] * forgotten(K)
+    d = K[DAMPING] * K[FORGOTTEN]
     tangent(t, w, 0.0, d, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, Y, Z, C, F, I, A[last - 1])
     damped, J[DAMPED] = J[DAMPED], 0
-    if h < forgotten(K) and stiff(0.5, w, A[last - 1 :], F, I) and factor(A[last - 1], P[last - 1], I):
+    if h < K[FORGOTTEN] and stiff(0.5, w, A[last - 1 :], F, I) and factor(A[last - 1], P[last - 1], I):
         J[DAMPED] = max(1, damped)
-
-
-@kernel
-def forgotten(K):
-    """What dampers take away within that time is no error of velocities [s]."""
-    return MEMORY * (K[STOP] - K[START])
 
 
 @rare
@@ -213,7 +203,7 @@ def forget(inertia, K, Y, F, I, A, P):
         Y[E_X, i] = Y[E_V, i]
     tangential(E_V, last - 1, inertia, K, Y, F, I, A, P)
     for i in range(I[N_Q]):
-        Y[E_X, i] = forgotten(K) * (Y[E_X, i] - Y[E_V, i])
+        Y[E_X, i] = K[FORGOTTEN] * (Y[E_X, i] - Y[E_V, i])
     tangential(E_X, last - 1, inertia, K, Y, F, I, A, P)
 
 
@@ -318,16 +308,6 @@ def allowed(h, K, J):
     return K[TOL] * (h / (K[STOP] - K[START]) + SHARE / (J[SINCE] + 1))
 
 
-@kernel
-def acceptable(error, h, K):
-    """Whether a step is accepted: however large its error seems to be, if it is much shorter than those of late.
-
-    Either something jumps there, and the error is h times that; or rounding is magnified, as close to a singular pose,
-    and shorter steps have a larger error.
-    """
-    return error <= 1.0 or (h <= TINY * K[TYPICAL_H] and error < 1e300)
-
-
 @rare
 def next_trial(error, h, K):
     """The step to be tried in place of one with that error, which may be no number."""
@@ -340,8 +320,6 @@ def next_trial(error, h, K):
 @rare
 def after(error, K, J, times):
     """The step after one with that error that was accepted."""
-    if error > 1.0:
-        return fitted(K[H], K, J, times)
     ratio = min(MOST if K[EXPONENT] < 1.0 else 1e3, max(LEAST, (AIM / max(error, 1e-30)) ** K[EXPONENT]))
     if J[IN_A_ROW] > 0:
         ratio = min(ratio, 1.0)
@@ -386,7 +364,6 @@ def remember(h, K):
         K[NODES + k], K[TIMES + k] = K[NODES + k - 1], K[TIMES + k - 1]
     K[NODES], K[TIMES] = ends(h, K)
     K[LAST_H] = h
-    K[TYPICAL_H] += (h - K[TYPICAL_H]) / LATE
 
 
 @kernel

@@ -14,7 +14,6 @@ Compiled once a method; allocates nothing.
 from __future__ import annotations
 
 from mbdsl.integrators.control import (
-    acceptable,
     after,
     best_order_uneven,
     change,
@@ -243,7 +242,7 @@ def advance(
             motion(h, c, Y, I)
             if controlled:
                 error = estimate(local_error, inertia, h, c, K, J, Y, F, I, A, P)
-        accepted = status == RUNNING and (not controlled or acceptable(error, h, K))
+        accepted = status == RUNNING and (not controlled or error <= 1.0)
         searching = status != SINGULAR or I[SOLVER] == DENSE  # else somebody goes on with the other solver
         if J[WATCHING] and searching:
             part = until_switch(status, accepted, evaluate, h, K, J, Y, Z, C, F, I)

@@ -119,7 +119,7 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
         contraction = max(contraction, UNMEASURED)
     contraction = min(contraction, 0.9)
     J[UNSEEN] += 1
-    former, former_residual, worn, part = 0.0, 0.0, False, 1.0
+    former, former_residual, worn, renewed, part = 0.0, 0.0, False, False, 1.0
     I[NEW_MASS] = 1
     for k in range(4 * MAX_ITERATIONS if damped else MAX_ITERATIONS):
         motion(h, c, Y, I)
@@ -130,6 +130,7 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
         remaining = residual_size(unknowns, I[N_ALL], Y)
         if not remaining < 1e300:
             return NOT_FINITE
+        renewed = k > 0 and J[FRESH] == 0
         if J[FRESH] == 0:
             J[MATRICES] += 1
             J[FACTORISATIONS] += 1
@@ -153,6 +154,8 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
                 continue
         if k > 0:
             contraction = change / former if former > 0.0 else 0.0
+            if renewed:  # corrections by two matrices say nothing of each other
+                contraction = max(contraction, UNMEASURED)
             if former > 100.0 * floor:  # below that it measures rounding
                 K[CONTRACTION] = contraction
                 J[UNSEEN] = 0

@@ -48,6 +48,7 @@ from mbdsl.integrators.state import (
     LAST_STEP,
     LEAST_H,
     MATRICES,
+    MOST_H,
     NEXT_EVENT,
     NODES,
     NOT_FINITE,
@@ -109,8 +110,6 @@ STALLED = 1e-3
 NOISE = 100.0
 #: the error, relative to what is allowed, up to which a corner of a force is passed
 UNNOTICED = 0.05
-#: longest step, relative to the time that there is: what happens in between has to be met by some stage
-LONGEST = 0.02
 #: the error that is aimed at; how much shorter, or longer, the next step may be
 AIM, SHRINK, GROW = 0.5, 0.15, 6.0
 
@@ -284,8 +283,7 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
             return DONE
         t0, h, end, tried, refused, error, former = K[START] + J[STEP] * K[H], K[H], K[STOP], 0, 0, 0.0, 0.0
         if tol > 0.0:
-            t0, h, end = K[NOW], min(K[H], LONGEST * length), min(K[STOP], K[NEXT_EVENT])
-        shortest = 16.0 * EPS * max(abs(t0), length)
+            t0, h, end = K[NOW], min(K[H], K[MOST_H]), min(K[STOP], K[NEXT_EVENT])
         while True:
             t = t0 + h
             if tol > 0.0 and end - t < h:  # it is hit exactly, with no short step before it
@@ -334,7 +332,7 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
                 h *= 0.4 if status == DIVERGED else 0.25
                 J[FRESH], tried = 0, tried + 1 if tried < 1 else 1
             J[REJECTED], J[CUT] = J[REJECTED] + 1, 0
-            if h < shortest:
+            if h < K[LEAST_H]:
                 return status if status != RUNNING else TOO_SMALL
         motion(2, h, Y, I)
         if J[WATCHING]:

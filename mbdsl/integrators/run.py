@@ -25,6 +25,10 @@ Array = NDArray[np.float64]
 
 #: h^3 times the jerk at the start, relative to the mechanism, beyond which it belongs to a transient
 TRANSIENT = 1e-4
+#: longest controlled step, as a part of the run: what is shorter and lies between steps is not seen
+LONGEST = 0.02
+#: outputs of a run where nothing is said about them: within what is between two, velocities may forget
+POINTS = 500
 #: largest displacement in a controlled step of what constraints determine, relative to the mechanism
 LARGEST = 0.1
 #: floats of stored output beyond which a larger interval is asked for
@@ -123,14 +127,15 @@ class Integration:
         """Where steps of any length may end."""
         self.events = Events(self)
         K, J, span = self.K, self.J, self.stop - self.start
-        J[state.EVERY], K[state.NEXT_EVENT] = self.every, np.inf
+        J[state.EVERY], K[state.NEXT_EVENT], K[state.MOST_H] = self.every, np.inf, LONGEST * span
         K[state.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
 
     def _control(self, method: Method) -> None:
         K, J, span, tol = self.K, self.J, self.stop - self.start, self.K[state.TOL]
         J[state.CONTROLLED], J[state.LANDING] = True, method.order == 0 and not self.every
         K[state.SPEED] = 1.0 / span if span > 0.0 else 1.0
-        K[state.MOST_H] = span if method.order else span / 100
+        between = self.times[0] - self.start if len(self.times) else span
+        K[state.FORGOTTEN] = 0.0 if self.every else min(span / POINTS, between)
         K[state.EXPONENT] = 1.0 / (method.order + 1)
         K[state.LARGEST] = min(LARGEST, (100.0 * tol) ** 0.25)  # q between outputs is of order 4
         K[state.NODE], K[state.MASS_WEIGHT] = method.node(self.c), method.mass_weight(self.c)
@@ -211,7 +216,8 @@ class Integration:
 
         if controlled:
             self.c[:] = method.coefficients(check_options(self.method, self.options, force=True))
-            self.h = 1e-2 / max(1.0 / (self.stop - t0), largest(v), largest(a) ** 0.5)
+            left = max(self.stop - t0, self.K[state.LEAST_H])
+            self.h = 1e-2 / max(1.0 / left, largest(v), largest(a) ** 0.5)
         key = t0, self.h, q.tobytes(), v.tobytes(), a.tobytes()
         if self._rates is None or self._rates[0] != key:
             self._rates = key, rates(system, t0, 1e-3 * self.h, q, v, a, lam, left_out)
@@ -254,7 +260,7 @@ class Integration:
     def _begin_control(self, t: float, q: Array, jerk: Array) -> None:
         """No steps yet, but the accelerations of one that might have been."""
         system, K, J, h, n = self.system, self.K, self.J, self.h, self.system.n
-        K[state.NOW], K[state.H], K[state.LAST_H], K[state.TYPICAL_H] = t, h, h, h
+        K[state.NOW], K[state.H], K[state.LAST_H] = t, h, h
         if K[state.EXPONENT] < 1.0:
             K[state.UNIT] = h * h
         J[state.SAME] = J[state.SINCE] = J[state.IN_A_ROW] = J[state.FRESH] = J[state.ORDER] = 0

@@ -9,8 +9,8 @@ RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EV
 START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, LOOSEST, UNIT, WILD = range(10)
 # of controlled steps: the time reached; tolerance; largest velocity so far; the step before, the shortest and the
 # longest allowed; 1/(order + 1); where in a step its accelerations belong; factor on M in the iteration matrix; the
-# largest displacement; what steps of late were long; factor on h D
-NOW, TOL, SPEED, LAST_H, LEAST_H, MOST_H, EXPONENT, NODE, MASS_WEIGHT, LARGEST, TYPICAL_H, DAMPING = range(10, 22)
+# largest displacement; time within which velocities may forget; factor on h D
+NOW, TOL, SPEED, LAST_H, LEAST_H, MOST_H, EXPONENT, NODE, MASS_WEIGHT, LARGEST, FORGOTTEN, DAMPING = range(10, 22)
 NODES, TIMES = 22, 26  #: times that the unknowns of the last four steps belong to: accelerations, multipliers
 # of switches: the next time that is known beforehand; the step before it was cut short
 NEXT_EVENT, UNCUT = 30, 31

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators.backends import Problem
-from mbdsl.integrators.events import CROWD, SLIDING, SLIDING_HINT, STANDSTILL
+from mbdsl.integrators.events import CROWD, HARDLY, MANY, SLIDING, SLIDING_HINT, STANDSTILL
 from mbdsl.integrators.switching import JUMP
 from mbdsl.system.index1 import Index1
 from mbdsl.system.switches import law_of
@@ -33,8 +33,6 @@ NOT_FINITE = "the equations give values that are not finite"
 DOMAIN = "an expression leaves its domain, as sqrt at 0 or a table at its end"
 #: units in the last place of the largest time: what a known time may be off by
 ULPS = 64
-#: so many changes within this part of the whole time are no progress either
-MANY, HARDLY = 200, 1e-4
 #: corners passed in one step before it is taken as it is
 CORNERS = 10
 
