@@ -69,16 +69,16 @@ def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> int:
             coarse, fine = trials[-2:]
             found = distance(motion, coarse, fine)
             factor = found / (coarse.eps - fine.eps)
-            error = factor * fine.eps
-            if error <= tol and plan.times is times and not plan.every:
-                motion.error = error
+            # a trial run is the result where all that it differs by is small enough: errors may not go with eps yet
+            if found <= tol and plan.times is times and not plan.every:
+                motion.error = found
                 return status
             if found < SATURATED:
                 break
         eps /= NEXT
     told = found < SATURATED
     factor = factor if told else 0.0  # runs that have nothing to do with each other tell none
-    eps = min(eps, AIM * tol / factor if factor else AIM * tol)
+    eps = min(eps / 2.0, AIM * tol / factor if factor else AIM * tol)
     for _ in range(CORRECTIONS):
         motion.restart(replace(plan, tol=eps))
         status = integrate()

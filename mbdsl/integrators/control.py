@@ -88,6 +88,8 @@ KEPT_FROM, KEPT_TO = 0.9, 1.2
 MOST, LEAST = 2.0, 0.2
 #: what that has to make of the error to be looked at every step; else every so many of them
 USEFUL, SELDOM = 0.9, 20
+#: change of a velocity within a step, relative to the largest, that is a blow
+BLOW = 0.5
 #: steps after which a contraction that was measured means nothing any more
 LONG_AGO = 1 << 20
 
@@ -254,16 +256,24 @@ def set_velocity(error, h, matrix, evaluate, tangent, inertia, c, K, J, Y, Z, C,
 
 @kernel
 def estimate(local_error, inertia, h, c, K, J, Y, F, I, A, P):
-    """The error of the step just tried, relative to what it may be."""
+    """The error of the step just tried, relative to what it may be.
+
+    A force so stiff that it stops a motion within one step has not been followed: there, nothing is taken out.
+    """
     n, x = I[N_Q], I[ACCELERATION]
     a = XA + PAST * (x - X)
     d0, d1 = K[NOW] + K[NODE] * h - K[NODES], K[NODES] - K[NODES + 1]
-    speed = K[SPEED]
+    speed, jump = K[SPEED], 0.0
     for i in range(n):
         jerk = (Y[x, i] - Y[a, i]) / d0
         snap = 2.0 * (jerk - (Y[a, i] - Y[a + 1, i]) / d1) / (d0 + d1)
         Y[E_Q, i], Y[E_V, i] = local_error(h, K[LAST_H], c, jerk, snap)
         speed = larger(abs(Y[V, i]) * Y[SCALE, i], speed)
+        jump = larger(abs(Y[V, i] - Y[V0, i]) * Y[SCALE, i], jump)
+    if jump > BLOW * speed:
+        for i in range(n):
+            Y[E_X, i] = h * Y[E_V, i]
+        return largest_error(speed, n, Y) / allowed(h, K, J)
     tangential_position(inertia, Y, I, A, P)
     tangential(E_V, 0, inertia, K, Y, F, I, A, P)
     for i in range(n):

@@ -134,8 +134,8 @@ class Integration:
         K, J, span, tol = self.K, self.J, self.stop - self.start, self.K[state.TOL]
         J[state.CONTROLLED], J[state.LANDING] = True, method.order == 0 and not self.every
         K[state.SPEED] = 1.0 / span if span > 0.0 else 1.0
-        between = self.times[0] - self.start if len(self.times) else span
-        K[state.FORGOTTEN] = 0.0 if self.every else min(span / POINTS, between)
+        between = self.times[0] - self.start if len(self.times) and not self.every else span
+        K[state.FORGOTTEN] = min(span / POINTS, between)
         K[state.EXPONENT] = 1.0 / (method.order + 1)
         K[state.LARGEST] = min(LARGEST, (100.0 * tol) ** 0.25)  # q between outputs is of order 4
         K[state.NODE], K[state.MASS_WEIGHT] = method.node(self.c), method.mass_weight(self.c)
