@@ -175,9 +175,12 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     law = _broken_law(integration) if status == state.NOT_FINITE else None
     if status == state.SLIDING:
         law = law_of(system.scene, [switch.node for switch in integration.events.changing])
+    if status == state.TOO_SMALL:
+        where, span = "", None  # what Newton's iteration has left says nothing of errors
     if law is not None:
         where, span = f"the law of {law.kind.name} {law.name}", law.span
-    message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.step:g} s); worst: {where}"
+    message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.step:g} s)"
+    message += f"; worst: {where}" if where else ""
     if (bent := bending(trajectory)) is not None:
         told, hint = _too_bent(trajectory, *bent)
         message, span = f"{message}; {told}", trajectory.scene.components[bent[1]].span

@@ -96,8 +96,8 @@ def simulate(
         Instead, steps of controlled size, so that the error is about half of this: the largest one over all outputs
         and coordinates, positions in the mechanism's size, angles in radians, velocities relative to the largest one
         of the run (but at least the mechanism's size, or a radian, in the time of the run). Default the model's
-        Tolerance, if it gives no Step; with "radau5", and backends, its Tolerance in any case, else 1e-6. Two short
-        runs with larger errors come first, not with those; ``stats["error"]`` is the error as known from them.
+        Tolerance, if it gives no Step; with "radau5", and backends, its Tolerance in any case, else 1e-6. Two or
+        more runs with larger errors come first, not with those; ``stats["error"]`` is the error as known from them.
     accuracy : float, optional
         In place of a step or tolerance: the largest error in positions, as part of the mechanism's size, and in
         velocities, as part of the largest. Method (where none is given) and step are found by several runs;

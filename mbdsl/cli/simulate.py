@@ -139,6 +139,11 @@ def run(args: argparse.Namespace) -> int:
         where = ", ".join(f"{t:g}" for t in trajectory.undetermined[:5])
         more = " ..." if len(trajectory.undetermined) > 5 else ""
         print(f"accelerations and reactions have no value (nan) at t = {where}{more} s", file=sys.stderr)
+    if (error := trajectory.stats.get("error")) is not None and args.tol is not None and error > 2.0 * args.tol:
+        print(
+            f"the error is not known to be {args.tol:g}: runs with different steps differ by {error:.1g}",
+            file=sys.stderr,
+        )
     if not args.quiet:
         print(summary(trajectory, output, names, args.verbose))
         if verified:

@@ -135,6 +135,8 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
             J[MATRICES] += 1
             J[FACTORISATIONS] += 1
             if not matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
+                if k > 1 and former <= 1e3 * floor and finite(A) and not J[CONTROLLED]:
+                    return RUNNING  # the pose is singular, and what the former matrix left is rounding
                 return SINGULAR if finite(A) else NOT_FINITE
             J[FRESH] = 1
             if J[CONTROLLED]:
@@ -154,7 +156,7 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
                 continue
         if k > 0:
             contraction = change / former if former > 0.0 else 0.0
-            if renewed:  # corrections by two matrices say nothing of each other
+            if renewed and change > 100.0 * floor:  # corrections by two matrices say nothing of each other
                 contraction = max(contraction, UNMEASURED)
             if former > 100.0 * floor:  # below that it measures rounding
                 K[CONTRACTION] = contraction

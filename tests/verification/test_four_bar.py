@@ -41,3 +41,14 @@ def test_right_or_refused(model, rows, method, k, h):
     assert error < ALLOWED[method][k]
     for rocker in ("R[2]", "R[3]"):  # still parallelograms
         assert np.abs(found[f"{rocker}.phi"] - found["R[1].phi"]).max() < 1e-9
+
+
+@pytest.mark.parametrize("method", ["hht-i3", "nstiff", "nstiff-si2", "hht-si2"])
+def test_small_steps(model, rows, method):
+    """A twentieth of the smallest of STEPS comes closer to the singular poses; the errors are a 400th."""
+    found = mbdsl.simulate(model("four_bar"), method=method, step=STEPS[-1] / 20, stop=10.0, interval=1.0)
+    for t in (1, 2, 5):
+        for name, key in (("R[1].phi", "theta"), ("R[1].w", "thetadot")):
+            assert abs(found[name][t] - float(rows[t][key])) < ALLOWED[method][-1] / 400
+    for rocker in ("R[2]", "R[3]"):
+        assert np.abs(found[f"{rocker}.phi"] - found["R[1].phi"]).max() < 1e-9
