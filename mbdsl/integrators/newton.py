@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from mbdsl.integrators.control import (
-    bend_uneven,
-    even,
-    other_matrices,
-)
+from mbdsl.integrators.control import allowed, bend_uneven, even, other_matrices
 from mbdsl.integrators.state import (
     CONTRACTION,
     CONTROLLED,
@@ -21,6 +17,7 @@ from mbdsl.integrators.state import (
     RELATIVE_TOL,
     RUNNING,
     SINGULAR,
+    SPEED,
     STABILISED,
     UNIT,
     UNSEEN,
@@ -38,6 +35,8 @@ SLOW = 0.05
 UNMEASURED, OFTEN, MEASURED = 0.05, 8, 1e-3
 #: largest noise in a position that is put down to a singular pose
 SINGULAR_NOISE = 1e-9
+#: part of what a controlled step may err that its iteration may
+NOISE = 0.1
 EPS = 2.220446049250313e-16
 
 
@@ -106,7 +105,9 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
         bend = max(bend, abs(d) * Y[SCALE, i])
     if J[HISTORY] > 2 and not even(J):
         bend = bend_uneven(h, n, K, Y)
-    floor = 16.0 * EPS * size
+    floor, rounding = 16.0 * EPS * size, EPS * size
+    if J[CONTROLLED]:  # errors of velocities are seen in accelerations, where rounding of positions is 1/h^2 times it
+        rounding = min(rounding, NOISE * allowed(h, K, J) * K[SPEED] * h)
     # The local error is about h^2/12 times the second difference of a; constraints on velocities are to be kept, too.
     tolerance = min(K[RELATIVE_TOL] * h * h * bend, K[LOOSEST] * size)
     velocity_tolerance = K[LOOSEST] * size
@@ -165,13 +166,14 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
         grown = k > 0 and remaining > 10.0 * former_residual and change > 100.0 * floor
         # What every step leaves undone adds up over many small ones: rounding is an excuse from the second change on.
         left = change * contraction / (1.0 - contraction) if contraction < 0.9 else change
-        rounding = change <= EPS * size and (k > 0 or not J[CONTROLLED])  # of positions, not of what errors are seen in
-        done = left <= tolerance or rounding or (k > 0 and left <= EPS * size)
+        done = left <= tolerance or change <= rounding or (k > 0 and left <= rounding)
         # That v stays on the constraints is a promise, for which no contraction is good enough that was only assumed.
         if max(left, UNMEASURED * change if k == 0 else 0.0) > velocity_tolerance:
             done = False
         if k > 2 and contraction > 0.5 and change <= 1e3 * floor:
             done = True  # rounding keeps it from getting better
+        if k > 1 and contraction > 0.1 and change <= EPS * size:
+            done = True  # the same, of positions that have been found to the last digit
         held = k > 6 and K[UNIT] * constraint_size(unknowns, n, I[N_ALL], Y) <= 1e2 * floor
         if held and change <= SINGULAR_NOISE * size:
             done = True  # close to a singular pose, where rounding is magnified; the constraints hold
