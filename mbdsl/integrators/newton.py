@@ -15,6 +15,7 @@ from mbdsl.integrators.state import (
     MATRICES,
     NOT_FINITE,
     RELATIVE_TOL,
+    ROUNDING,
     RUNNING,
     SINGULAR,
     SPEED,
@@ -36,7 +37,9 @@ UNMEASURED, OFTEN, MEASURED = 0.05, 8, 1e-3
 #: largest noise in a position that is put down to a singular pose
 SINGULAR_NOISE = 1e-9
 #: part of what a controlled step may err that its iteration may
-NOISE = 0.1
+NOISE = 0.3
+#: steps before a new matrix is tried again against corrections of the size of rounding
+LONG = 100
 EPS = 2.220446049250313e-16
 
 
@@ -120,6 +123,7 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
         contraction = max(contraction, UNMEASURED)
     contraction = min(contraction, 0.9)
     J[UNSEEN] += 1
+    J[ROUNDING] = max(0, J[ROUNDING] - 1)
     former, former_residual, worn, renewed, part = 0.0, 0.0, False, False, 1.0
     I[NEW_MASS] = 1
     for k in range(4 * MAX_ITERATIONS if damped else MAX_ITERATIONS):
@@ -172,8 +176,9 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
             done = False
         if k > 2 and contraction > 0.5 and change <= 1e3 * floor:
             done = True  # rounding keeps it from getting better
-        if k > 1 and contraction > 0.1 and change <= EPS * size:
-            done = True  # the same, of positions that have been found to the last digit
+        last_digit = k > 0 and contraction > 0.1 and change <= EPS * size
+        if last_digit and not renewed and (fresh or J[ROUNDING] > 0):
+            done = True  # the same: no new matrix would help
         held = k > 6 and K[UNIT] * constraint_size(unknowns, n, I[N_ALL], Y) <= 1e2 * floor
         if held and change <= SINGULAR_NOISE * size:
             done = True  # close to a singular pose, where rounding is magnified; the constraints hold
@@ -184,6 +189,8 @@ def newton(damped, motion, residual, matrix, correct, evaluate, tangent, t, h, c
         if k > 0 and contraction > 0.3 and not fresh:
             J[FRESH] = 0  # an old matrix that contracts badly is renewed at once
             fresh = True
+            if last_digit:
+                J[ROUNDING] = LONG
         elif k > 2 and (contraction > 0.3 or (contraction > 0.1 and k % 3 == 0)):
             J[FRESH] = 0  # far from the solution: plain Newton, or nearly
         former, former_residual = change, remaining

@@ -20,12 +20,13 @@ K_SIZE = 32
 STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, UNSEEN = range(11)
 # of controlled steps: whether they are; rejected ones; those since the start, or since the last one that was changed in
 # length; in a row rejected; whether every step is output, or ends at the next output at most;
-# where dampers are stiff, after how many steps what they take away is looked at
-CONTROLLED, REJECTED, SINCE, SAME, IN_A_ROW, EVERY, LANDING, DAMPED = range(11, 19)
+# where dampers are stiff, after how many steps what they take away is looked at; for how many steps corrections in the
+# last digit are known to be rounding
+CONTROLLED, REJECTED, SINCE, SAME, IN_A_ROW, EVERY, LANDING, DAMPED, ROUNDING = range(11, 20)
 # of switches: whether they are watched, their signature, whether corners may be passed, how often the step was cut
 # short, and events
-WATCHING, SIGNATURE, CORNERS, CUT, EVENTS = range(19, 24)
-J_SIZE = 24
+WATCHING, SIGNATURE, CORNERS, CUT, EVENTS = range(20, 25)
+J_SIZE = 25
 #: what statistics call them
 COUNTERS = {
     "rejected": REJECTED,
