@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.integrators import state
-from mbdsl.motion import Motion
+from mbdsl.integrators import declared, run, state
+from mbdsl.motion import Motion, Plan
 
 Array = NDArray[np.float64]
 
@@ -55,11 +55,17 @@ def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> int:
     times = plan.times
     if len(times) < POINTS:
         times = np.linspace(plan.start, plan.stop, POINTS + 1)[1:]
-    trial_plan = replace(plan, times=times, every=False)
-    eps, trials = min(FIRST * tol, LOOSEST), []
+    first = eps = min(FIRST * tol, LOOSEST)
+    longest, order = run.LONGEST * (plan.stop - plan.start), max(1, declared(plan.method).order)
+
+    def held_to(eps: float) -> Plan:
+        # where steps are as long as they may be, errors are to go with eps, too
+        return replace(plan, tol=eps, longest=longest * (eps / first) ** (1.0 / order))
+
+    trials: list[Trial] = []
     factor, found = 0.0, 0.0
     for _ in range(MOST):
-        motion.restart(replace(trial_plan, tol=eps))
+        motion.restart(replace(held_to(eps), times=times, every=False))
         status = integrate()
         if status != state.DONE:
             return status
@@ -69,10 +75,14 @@ def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> int:
             coarse, fine = trials[-2:]
             found = distance(motion, coarse, fine)
             factor = found / (coarse.eps - fine.eps)
-            # a trial run is the result where all that it differs by is small enough: errors may not go with eps yet
-            if found <= tol and plan.times is times and not plan.every:
+            # a trial run is the result where all that it differs by is small enough: errors may not go with eps yet;
+            # or its steps are, where other outputs were asked for
+            if found <= tol:
                 motion.error = found
-                return status
+                if plan.times is times and not plan.every:
+                    return status
+                motion.restart(held_to(eps))
+                return integrate()
             if found < SATURATED:
                 break
         eps /= NEXT
@@ -80,7 +90,7 @@ def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> int:
     factor = factor if told else 0.0  # runs that have nothing to do with each other tell none
     eps = min(eps / 2.0, AIM * tol / factor if factor else AIM * tol)
     for _ in range(CORRECTIONS):
-        motion.restart(replace(plan, tol=eps))
+        motion.restart(held_to(eps))
         status = integrate()
         if status != state.DONE or plan.times is not times or plan.every:
             break

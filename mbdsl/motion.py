@@ -45,6 +45,7 @@ class Plan:
     general: bool = False  #: nothing merged, split or left out
     tol: float | None = None  #: of steps that are controlled; ``h`` is then the longest
     every: bool = False  #: with a tolerance: every step is output, and ``times`` is empty
+    longest: float = np.inf  #: with a tolerance: steps may not be longer, nor a fiftieth of the run
 
 
 @dataclass
@@ -171,7 +172,7 @@ class Motion:
         self.plan, self.failed = plan, None
         for p in self.parts:
             if isinstance(p.integration, Integration):
-                p.integration = p.integration.anew(plan.times, plan.tol, plan.every)
+                p.integration = p.integration.anew(plan.times, plan.tol, plan.every, plan.longest)
             else:
                 p.integration = _run(p.system, p.method, plan, plan.options)
             first = p.initial
@@ -369,7 +370,16 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
             system, method, plan.h, plan.start, plan.stop, plan.times, options, tol=plan.tol, every=plan.every
         )
     return Integration(
-        system, method, plan.h, plan.start, plan.stop, plan.times, options, tol=plan.tol, every=plan.every
+        system,
+        method,
+        plan.h,
+        plan.start,
+        plan.stop,
+        plan.times,
+        options,
+        tol=plan.tol,
+        every=plan.every,
+        longest=plan.longest,
     )
 
 

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 #: h^3 times the jerk at the start, relative to the mechanism, beyond which it belongs to a transient
 TRANSIENT = 1e-4
-#: longest controlled step, as a part of the run: what is shorter and lies between steps is not seen
+#: longest controlled step, as a part of the run, for want of a shorter one: what lies between steps is not seen
 LONGEST = 0.02
 #: outputs of a run where nothing is said about them: within what is between two, velocities may forget
 POINTS = 500
@@ -57,6 +57,7 @@ class Integration:
     left_out: tuple[int, ...] = ()
     tol: float | None = None
     every: bool = False
+    longest: float = np.inf  #: steps of controlled size may not be longer
     pivoting_from: float | None = None  #: since when pivots are searched for, as the order from the graph lost one
 
     def __post_init__(self) -> None:
@@ -69,10 +70,10 @@ class Integration:
         """Whether the lengths of steps follow from local errors."""
         return self.tol is not None and controls_locally(self.method)
 
-    def anew(self, times: Array, tol: float | None, every: bool) -> Integration:
+    def anew(self, times: Array, tol: float | None, every: bool, longest: float) -> Integration:
         """Another run of the same System, which has not begun yet."""
         run = copy(self)
-        run.times, run.tol, run.every, run.pivoting_from = times, tol, every, None
+        run.times, run.tol, run.every, run.longest, run.pivoting_from = times, tol, every, longest, None
         del run.Y, run.I
         run._prepare()
         return run
@@ -127,7 +128,7 @@ class Integration:
         """Where steps of any length may end."""
         self.events = Events(self)
         K, J, span = self.K, self.J, self.stop - self.start
-        J[state.EVERY], K[state.NEXT_EVENT], K[state.MOST_H] = self.every, np.inf, LONGEST * span
+        J[state.EVERY], K[state.NEXT_EVENT], K[state.MOST_H] = self.every, np.inf, min(self.longest, LONGEST * span)
         K[state.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
 
     def _control(self, method: Method) -> None:
@@ -251,7 +252,8 @@ class Integration:
     def _first_step(self, v: Array, a: Array, jerk: Array) -> float:
         module, K, scale = modules()[self.method], self.K, self.Y[layout.SCALE, : self.system.n]
         span = self.stop - self.start
-        h, speed = min(0.01 * span, 10.0 * self.h), max(K[state.SPEED], float(np.abs(v * scale).max(initial=0.0)))
+        h = min(0.01 * span, K[state.MOST_H], 10.0 * self.h)
+        speed = max(K[state.SPEED], float(np.abs(v * scale).max(initial=0.0)))
         if module.METHOD.order == 0:
             return min(h, 0.5 * K[state.LARGEST] / speed, *self.times[:1] - self.start)
         allowed = control.AIM * control.SHARE * K[state.TOL]

@@ -75,3 +75,15 @@ def test_transient_is_passed(model):
     run = mbdsl.simulate(model("double_pendulum"), tol=1e-5, interval=0)
     assert (run.t < 1e-4).sum() < 0.2 * len(run.t)
     assert run.stats["steps"] + run.stats["trial_steps"] < 0.6 * 6500  # which is what fixed steps take
+
+
+@pytest.mark.parametrize("tol", [1e-5, 1e-7])
+def test_where_the_longest_steps_are_taken(model, tol):
+    """The beam hardly moves in the first second: trial runs with the same steps would have agreed with each other.
+
+    And at 1e-7 the accelerations of its axial modes, 1e4 rad/s, have to be found to more digits than positions have.
+    """
+    run = mbdsl.simulate(model("spin_up_beam"), tol=tol, stop=1.0)
+    finer = mbdsl.simulate(model("spin_up_beam"), step=2e-5, stop=1.0)
+    assert LEAST * tol < scaled(run, finer.q, finer.v) < MOST * tol
+    assert run.stats["error"] < tol
