@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
@@ -57,7 +58,7 @@ class Recommendation:
     choices: tuple[Choice, ...]
     others: tuple[tuple[str, str], ...]
     reference: Reference
-    extra: str = ""  #: arguments of the command line that the model needs
+    extra: tuple[str, ...] = ()  #: arguments of the command line that the model needs
 
     @property
     def best(self) -> Choice:
@@ -66,7 +67,7 @@ class Recommendation:
     @property
     def command(self) -> str:
         """What to run."""
-        return f"mbdsl simulate {self.path} {self.best.case.arguments}{self.extra}"
+        return shlex.join(["mbdsl", "simulate", self.path, *self.best.case.arguments.split(), *self.extra])
 
     def __str__(self) -> str:
         unit = f" {self.unit}" if self.unit else ""
@@ -125,13 +126,21 @@ def recommend(
     times = runner.time([c.case for c in near], given.repeats, {c.case: c.time for c in near}.__getitem__)
     timed = [Choice(c.case, c.error, times.get(c.case, c.seconds)) for c in near]
     others += [(c.case.series, f"takes {c.time / quickest:.0f} times as long") for c in choices if c not in near]
-    extra = "".join(f' --set "{k}={v}"' for k, v in of.parameters.items())
-    extra += f" --without {','.join(of.without)}" if of.without else ""
-    extra += f" --stop {given.stop!r}" if given.stop is not None else ""
+    extra = [word for name, value in of.parameters.items() for word in ("--set", f"{name}={value}")]
+    extra += ["--without", ",".join(of.without)] if of.without else []
+    extra += ["--stop", repr(of.stop)] if given.stop is not None else []
     timed.sort(key=lambda c: c.time)
     path = of.path or of.scene.name
     return Recommendation(
-        of.scene.name, path, search.what, search.target, search.unit, tuple(timed), tuple(others), reference, extra
+        of.scene.name,
+        path,
+        search.what,
+        search.target,
+        search.unit,
+        tuple(timed),
+        tuple(others),
+        reference,
+        tuple(extra),
     )
 
 

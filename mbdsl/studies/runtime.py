@@ -12,9 +12,10 @@ from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
 from mbdsl.studies.reference import Reference
 from mbdsl.studies.report import Study, outcomes, size, troubles
+from mbdsl.studies.runner import rounds_done, rounds_told
 from mbdsl.studies.survey import Asked, Row, Survey, begin
 from mbdsl.studies.work_precision import quartiles, time_rows
-from mbdsl.wording import duration
+from mbdsl.wording import count, duration
 
 BASE = "hht-i3"
 TOLS = (1e-6,)
@@ -24,10 +25,18 @@ class Runtime(Study):
     """Ratios are medians over rounds, in each of which every method ran once."""
 
     kind = "runtime"
+    timed = True
 
     def summary(self) -> list[str]:
         s = self.survey
-        told = [f"Times of the step loops alone, medians of {s.asked.repeats} rounds in which methods alternate."]
+        told = []
+        if rounds_done(s.rows):
+            rounds = rounds_told(s.rows, s.asked.repeats)
+            told.append(f"Times of the step loops alone, medians of {rounds} in which methods alternate.")
+        untimed = sum(row.run.done and not row.seconds for row in s.rows)
+        if untimed:
+            cases = count(untimed, "case was", "cases were")
+            told.append(f"{cases} not timed, as the budget of {s.asked.budget:g} s was spent.")
         return told + troubles(s)
 
     def ratios(self, row: Row) -> list[float]:
@@ -50,7 +59,8 @@ class Runtime(Study):
         rows = []
         for row in self.survey.rows:
             if not row.seconds:
-                rows.append((row.case.series, size(row), "", row.run.word, "", "", "", ""))
+                word = "not timed" if row.run.done else row.run.word
+                rows.append((row.case.series, size(row), "", word, "", "", "", ""))
                 continue
             stats, seconds, ratios = row.run.stats, median(row.seconds), self.ratios(row)
             steps = max(1, stats["steps"])

@@ -26,6 +26,7 @@ class WorkPrecision(Study):
     """``front(key)`` are the rows that no other beats in both error and time."""
 
     kind = "work-precision"
+    timed = True
 
     def points(self, key: str) -> list[Row]:
         """Rows with a time, and an error in a quantity that the reference can tell."""
