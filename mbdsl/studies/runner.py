@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
-from typing import Protocol
 from uuid import uuid4
 
 import numpy as np
@@ -19,7 +18,6 @@ from mbdsl.studies.cases import Case, Setting
 from mbdsl.studies.store import OUT_OF_MEMORY, OUT_OF_TIME, Computed, Store, key_of
 from mbdsl.system import System, build
 from mbdsl.trajectory import Trajectory
-from mbdsl.wording import count
 
 #: seconds of work after which other processes are called for help: they take half a second to begin
 ALONE = 1.0
@@ -36,21 +34,6 @@ class Told:
     what: str
     seconds: float
     kept: int = 0
-
-
-def rounds_done(rows: Iterable[Timed]) -> int:
-    """Rounds of timing that all of ``rows`` have which were timed at all; 0 where none was."""
-    return min((len(row.seconds) for row in rows if row.seconds), default=0)
-
-
-def rounds_told(rows: Iterable[Timed], asked: int) -> str:
-    """How many rounds, in words; where the budget ended before those that were asked for, at least how many."""
-    done = rounds_done(rows)
-    return count(done, "round") if done >= asked else f"{done} or more of {count(asked, 'round')}"
-
-
-class Timed(Protocol):
-    seconds: list[float]
 
 
 class Runner:

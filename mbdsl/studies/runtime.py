@@ -12,9 +12,8 @@ from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
 from mbdsl.studies.reference import Reference
 from mbdsl.studies.report import Study, outcomes, size, troubles
-from mbdsl.studies.runner import rounds_done, rounds_told
 from mbdsl.studies.survey import Asked, Row, Survey, begin
-from mbdsl.studies.work_precision import quartiles, time_rows
+from mbdsl.studies.work_precision import quartiles, rounds, time_rows
 from mbdsl.wording import count, duration
 
 BASE = "hht-i3"
@@ -30,9 +29,8 @@ class Runtime(Study):
     def summary(self) -> list[str]:
         s = self.survey
         told = []
-        if rounds_done(s.rows):
-            rounds = rounds_told(s.rows, s.asked.repeats)
-            told.append(f"Times of the step loops alone, medians of {rounds} in which methods alternate.")
+        if any(row.seconds for row in s.rows):
+            told.append(f"Times of the step loops alone, medians of {rounds(s.rows)} in which methods alternate.")
         untimed = sum(row.run.done and not row.seconds for row in s.rows)
         if untimed:
             cases = count(untimed, "case was", "cases were")

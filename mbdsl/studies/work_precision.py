@@ -145,6 +145,13 @@ def time_rows(found: Survey) -> None:
         rows[case].seconds = seconds
 
 
+def rounds(rows: Sequence[Row]) -> str:
+    """How many rounds there are times of, in words; fewer than asked for where time was short."""
+    counts = {len(row.seconds) for row in rows if row.seconds} or {0}
+    told = f"{min(counts)} to {max(counts)}" if len(counts) > 1 else f"{max(counts)}"
+    return f"{told} round{'' if counts == {1} else 's'}"
+
+
 def front(rows: Sequence[Row], key: str) -> list[Row]:
     """Rows that no other beats in both error and time, exact ones last."""
     found, least = [], math.inf

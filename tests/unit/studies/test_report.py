@@ -132,7 +132,8 @@ def test_rounds_are_those_that_were_done(tmp_path):
     assert "2 cases were not timed, as the budget of 1e-09 s was spent." in none.summary()
     some = runtime(CRANK, repeats=2, **asked)
     some.survey.asked.repeats = 9
-    assert "medians of 2 or more of 9 rounds in which" in str(some)
+    some.survey.rows[1].seconds.pop()
+    assert "medians of 1 to 2 rounds in which" in str(some)
 
 
 @pytest.mark.parametrize(

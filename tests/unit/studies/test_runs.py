@@ -1,7 +1,6 @@
 """Runs of a study: kept, found again, computed side by side, interrupted, and out of time."""
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +9,7 @@ from mbdsl.errors import UsageError
 from mbdsl.studies import runner as running
 from mbdsl.studies import workers
 from mbdsl.studies.cases import Case, cases, common_points, setting, step_ladder
-from mbdsl.studies.runner import Runner, rounds_done, rounds_told
+from mbdsl.studies.runner import Runner
 from mbdsl.studies.store import OUT_OF_TIME, Computed, Store, _code, key_of, versions
 
 MODELS = Path(__file__).parents[3] / "models"
@@ -291,15 +290,6 @@ def test_times_of_two_days_are_not_mixed(store):
 def test_what_does_not_fit_into_the_budget_is_not_timed(store):
     runner(store).compute(CASES)
     assert timing(store, CASES, 3, budget=1e-9) == ({}, [])
-
-
-def test_rounds_that_were_done():
-    def rows(*rounds):
-        return [SimpleNamespace(seconds=[1.0] * n) for n in rounds]
-
-    assert [rounds_done(rows(*n)) for n in ((3, 3), (3, 2, 0), (0,), ())] == [3, 2, 0, 0]
-    assert [rounds_told(rows(*n), 3) for n in ((3, 3), (3, 2))] == ["3 rounds", "2 or more of 3 rounds"]
-    assert rounds_told(rows(1), 1) == "1 round"
 
 
 # -- which runs there are --------------------------------------------------------------------------------------------
