@@ -59,6 +59,7 @@ class Recommendation:
     others: tuple[tuple[str, str], ...]
     reference: Reference
     extra: tuple[str, ...] = ()  #: arguments of the command line that the model needs
+    note: str = ""  #: what is to be known of the times
 
     @property
     def best(self) -> Choice:
@@ -78,6 +79,7 @@ class Recommendation:
         table = Table("", ("method", "step or tol", "error", "time", "to the best"), rows)
         lines = [f"{self.model}: an error of {self.error:.3g}{unit} in {self.what}", "", as_text(table), ""]
         lines += [f"{name}: {why}" for name, why in self.others]
+        lines += [self.note] if self.note else []
         return "\n".join([*lines, f"reference: {self.reference}", f"cheapest here:  {self.command}"])
 
 
@@ -124,6 +126,9 @@ def recommend(
         raise IntegrationError(f"no method reaches an error of {search.wording(search.target)}: {told}")
     near = [c for c in choices if c.time <= max(FAR * quickest, SHORT)]
     times = runner.time([c.case for c in near], given.repeats, {c.case: c.time for c in near}.__getitem__)
+    note = ""
+    if len(times) < len(near):  # the median of several runs beside a single one would tell nothing
+        times, note = {}, f"times are of one run each, as the budget of {given.budget:g} s was spent"
     timed = [Choice(c.case, c.error, times.get(c.case, c.seconds)) for c in near]
     others += [(c.case.series, f"takes {c.time / quickest:.0f} times as long") for c in choices if c not in near]
     extra = [word for name, value in of.parameters.items() for word in ("--set", f"{name}={value}")]
@@ -141,6 +146,7 @@ def recommend(
         tuple(others),
         reference,
         tuple(extra),
+        note,
     )
 
 
