@@ -10,7 +10,7 @@ from mbdsl.studies import runner as running
 from mbdsl.studies import workers
 from mbdsl.studies.cases import Case, cases, common_points, setting, step_ladder
 from mbdsl.studies.runner import Runner
-from mbdsl.studies.store import OUT_OF_TIME, Computed, Store, _code, key_of, versions
+from mbdsl.studies.store import OUT_OF_TIME, Computed, Store, _code, _sources, key_of, versions
 
 MODELS = Path(__file__).parents[3] / "models"
 CRANK = MODELS / "slider_crank.mbd"
@@ -199,6 +199,13 @@ def test_a_process_that_ends_is_told(store, monkeypatch):
     runs = many.compute(CASES)
     assert [run.problem for run in runs.values()].count("the process that ran it ended") == 2
     assert sum(run.done for run in runs.values()) == len(many.kept) == 1  # what is left runs here
+
+
+def test_the_code_that_makes_a_run_is_in_its_key():
+    package = Path(running.__file__).parents[1]
+    names = {path.relative_to(package).as_posix() for path in _sources()}
+    assert {"simulation.py", "integrators/driver.py", "studies/runner.py", "studies/cases.py"} <= names
+    assert not {"cli/study.py", "studies/report.py", "plotting/pages.py"} & names
 
 
 @pytest.mark.parametrize("after", ["g = 3", "= no model at all"])
