@@ -87,7 +87,7 @@ class Builder:
         self.doc = doc
         self._assembly = Assembly()
         self._root = Namespace(self._assembly)
-        self._unit = Unit(s.File("<library>", (), ()))
+        self._unit = Unit(s.File("<library>", (), ()), "")
         self._instance = Instance(self._assembly, self._root, s.Model(name, doc, (), (), ()), self._unit, {})
         self._experiment: dict[str, Any] = {}
 

@@ -128,7 +128,7 @@ class Scene:
     experiment: Experiment = Experiment()
     parameters: Mapping[str, ParameterValue] = field(default_factory=dict)
     doc: str = ""
-    files: tuple[str, ...] = ()  #: the source files read, the main one first
+    files: Mapping[str, str] = field(default_factory=dict)  #: source files, the main one first -> their text as read
     variables: Mapping[str, Expr] = field(default_factory=dict)  #: ``Real F = 2*time;``: names for expressions
     inputs: Mapping[str, Input] = field(default_factory=dict)  #: by name, in the order of their declaration
     #: effects that were left out on purpose -> the components that would have them

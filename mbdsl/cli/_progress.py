@@ -60,12 +60,12 @@ class Display(_Line):
 
 
 class Counter(_Line):
-    """The same for runs that are counted: call it with every ``Told``. ``done`` are the runs that are kept."""
+    """The same for runs that are counted: call it with every ``Told``. ``kept`` are those that are in the store."""
 
-    done = 0
+    kept = 0
 
     def __call__(self, told: Told) -> None:
-        self.done = max(self.done, told.done)
+        self.kept = told.kept
         line = f"{told.done} of {told.total}  {told.what}"
         self.show(told.seconds, lambda: line, lambda block: f"{blocks(told.done / max(1, told.total), block)} {line}")
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from mbdsl.cli import _values as values
 from mbdsl.errors import UsageError
+from mbdsl.wording import count
 
 METHODS = {
     "convergence": ("how errors fall with the step or the tolerance", "Errors in positions, velocities, reactions, "
@@ -102,8 +103,7 @@ def _methods(args: argparse.Namespace) -> int:
         found = study(args.model, parameters=dict(args.set), tell=counter, announce=counter.say, **given)
     except KeyboardInterrupt:
         counter.close()
-        runs = "1 run is" if counter.done == 1 else f"{counter.done} runs are"
-        print(f"{runs} kept; the same command goes on from there", file=sys.stderr)
+        print(_kept(counter.kept, args.fresh), file=sys.stderr)
         raise
     finally:
         counter.close()
@@ -118,6 +118,14 @@ def _methods(args: argparse.Namespace) -> int:
         print(f"\n{output}: {', '.join(path.name for path in paths if path.suffix in ('.csv', '.json', '.html'))}"
               f"{_pictures(paths)}")  # fmt: skip
     return 0
+
+
+def _kept(runs: int, fresh: bool) -> str:
+    """What an interrupted study leaves, and how to go on."""
+    if not runs:
+        return "no run had come to its end: nothing is kept"
+    command = "the same command without --fresh" if fresh else "the same command"
+    return f"{count(runs, 'run is', 'runs are')} kept; {command} goes on from there"
 
 
 def _pictures(paths: list[Path]) -> str:

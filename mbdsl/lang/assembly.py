@@ -5,7 +5,7 @@ Both front-ends end here, the text (:mod:`mbdsl.lang.instantiate`) and the libra
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -238,7 +238,7 @@ class Assembly:
         name: str,
         doc: str = "",
         experiment: Experiment | None = None,
-        files: tuple[str, ...] = (),
+        files: Mapping[str, str] = {},
     ) -> Scene:
         """Check what is left to check, and make the Scene."""
         left_out = tuple(dict.fromkeys((*self.without, *(experiment.without if experiment else ()))))

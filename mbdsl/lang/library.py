@@ -20,6 +20,7 @@ class Unit:
     """One file with the files that it imports."""
 
     file: s.File
+    text: str
     imports: list[Unit] = field(default_factory=list)
     aliases: dict[str, Unit] = field(default_factory=dict)
 
@@ -52,8 +53,9 @@ class Library:
         self._units: dict[str, Unit] = {}
 
     @property
-    def files(self) -> tuple[str, ...]:
-        return tuple(unit.file.name for unit in self._units.values())
+    def files(self) -> dict[str, str]:
+        """Their texts, as they were read."""
+        return {unit.file.name: unit.text for unit in self._units.values()}
 
     def add(self, text: str, file: str) -> Unit:
         """Take in a text and, in turn, all that it imports."""
@@ -64,7 +66,7 @@ class Library:
         return unit
 
     def _parse(self, text: str, file: str) -> Unit:
-        unit = Unit(parse(text, file))
+        unit = Unit(parse(text, file), text)
         self._units[_key(file)] = unit
         seen: dict[str, s.Model] = {}
         for model in unit.file.models:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
@@ -57,7 +58,8 @@ class Recommendation:
     choices: tuple[Choice, ...]
     others: tuple[tuple[str, str], ...]
     reference: Reference
-    extra: str = ""  #: arguments of the command line that the model needs
+    extra: tuple[str, ...] = ()  #: arguments of the command line that the model needs
+    note: str = ""  #: what is to be known of the times
 
     @property
     def best(self) -> Choice:
@@ -66,7 +68,7 @@ class Recommendation:
     @property
     def command(self) -> str:
         """What to run."""
-        return f"mbdsl simulate {self.path} {self.best.case.arguments}{self.extra}"
+        return shlex.join(["mbdsl", "simulate", self.path, *self.best.case.arguments.split(), *self.extra])
 
     def __str__(self) -> str:
         unit = f" {self.unit}" if self.unit else ""
@@ -77,6 +79,7 @@ class Recommendation:
         table = Table("", ("method", "step or tol", "error", "time", "to the best"), rows)
         lines = [f"{self.model}: an error of {self.error:.3g}{unit} in {self.what}", "", as_text(table), ""]
         lines += [f"{name}: {why}" for name, why in self.others]
+        lines += [self.note] if self.note else []
         return "\n".join([*lines, f"reference: {self.reference}", f"cheapest here:  {self.command}"])
 
 
@@ -123,15 +126,27 @@ def recommend(
         raise IntegrationError(f"no method reaches an error of {search.wording(search.target)}: {told}")
     near = [c for c in choices if c.time <= max(FAR * quickest, SHORT)]
     times = runner.time([c.case for c in near], given.repeats, {c.case: c.time for c in near}.__getitem__)
+    note = ""
+    if len(times) < len(near):  # the median of several runs beside a single one would tell nothing
+        times, note = {}, f"times are of one run each, as the budget of {given.budget:g} s was spent"
     timed = [Choice(c.case, c.error, times.get(c.case, c.seconds)) for c in near]
     others += [(c.case.series, f"takes {c.time / quickest:.0f} times as long") for c in choices if c not in near]
-    extra = "".join(f' --set "{k}={v}"' for k, v in of.parameters.items())
-    extra += f" --without {','.join(of.without)}" if of.without else ""
-    extra += f" --stop {given.stop!r}" if given.stop is not None else ""
+    extra = [word for name, value in of.parameters.items() for word in ("--set", f"{name}={value}")]
+    extra += ["--without", ",".join(of.without)] if of.without else []
+    extra += ["--stop", repr(of.stop)] if given.stop is not None else []
     timed.sort(key=lambda c: c.time)
     path = of.path or of.scene.name
     return Recommendation(
-        of.scene.name, path, search.what, search.target, search.unit, tuple(timed), tuple(others), reference, extra
+        of.scene.name,
+        path,
+        search.what,
+        search.target,
+        search.unit,
+        tuple(timed),
+        tuple(others),
+        reference,
+        tuple(extra),
+        note,
     )
 
 

@@ -7,7 +7,7 @@ import io
 import json
 import math
 import os
-import platform
+import shlex
 import textwrap
 from collections.abc import Iterable, Sequence
 from datetime import datetime, timezone
@@ -15,10 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-import mbdsl
 from mbdsl.errors import UsageError
 from mbdsl.plotting.figures import Figure, Outcome, Page, Table
-from mbdsl.studies.store import fingerprint, machine
+from mbdsl.studies.store import fingerprint, machine, versions
 from mbdsl.studies.survey import Row, Survey
 from mbdsl.wording import duration
 
@@ -32,6 +31,7 @@ class Study:
     """The base of all studies of methods. Those below say what they found by ``tables``, ``figures``, ``summary``."""
 
     kind = "study"
+    timed = False  #: whether it is asked for a number of rounds of timing
 
     def __init__(self, survey: Survey) -> None:
         self.survey = survey
@@ -58,20 +58,26 @@ class Study:
         return [_record(row) for row in self.survey.rows]
 
     def command(self) -> str:
-        """What runs the same cases again from a shell."""
+        """What runs the same again from a shell: what was asked for, with the methods that there were."""
         s, of = self.survey, self.survey.setting
-        sizes = {"steps": [row.case.step for row in s.rows], "tols": [row.case.tol for row in s.rows]}
-        said = [f"mbdsl study {self.kind} {of.path or of.scene.name}"]
-        said.append(f"--methods {','.join(dict.fromkeys(row.case.method for row in s.rows))}")
-        for name, found in sizes.items():
-            if given := [repr(x) for x in dict.fromkeys(found) if x is not None]:
-                said.append(f"--{name} {','.join(given)}")
-        said.append(f"--stop {of.stop!r}")
-        said += [f'--set "{name}={value}"' for name, value in of.parameters.items()]
-        said += [f"--without {','.join(of.without)}"] if of.without else []
-        said += [f'--signals "{",".join(s.asked.signals)}"'] if s.asked.signals else []
-        said += [f"--reference {s.asked.reference}"] if s.asked.reference != "auto" else []
-        return " ".join(said)
+        if of.path is None:
+            return "none: the model is not from a file"
+        said = ["mbdsl", "study", self.kind, of.path, "--methods", ",".join(self._methods())]
+        for option, sizes in (("--steps", s.asked.steps), ("--tols", s.asked.tols)):
+            said += [option, ",".join(repr(float(x)) for x in sizes)] if sizes is not None else []
+        said += ["--stop", repr(of.stop)]
+        for name, value in of.parameters.items():
+            said += ["--set", f"{name}={value}"]
+        said += ["--without", ",".join(of.without)] if of.without else []
+        said += ["--signals", ",".join(s.asked.signals)] if s.asked.signals else []
+        said += ["--reference", str(s.asked.reference)] if s.asked.reference != "auto" else []
+        said += ["--repeats", str(s.asked.repeats)] if self.timed else []
+        said += ["--budget", repr(float(s.asked.budget))]
+        return shlex.join(said)
+
+    def _methods(self) -> list[str]:
+        """Those that were asked for; all that could be run where none was."""
+        return list(self.survey.asked.methods or dict.fromkeys(row.case.method for row in self.survey.rows))
 
     def facts(self) -> dict:
         """Everything needed to run the study again."""
@@ -89,6 +95,7 @@ class Study:
             "methods": list(dict.fromkeys(row.case.method for row in s.rows)),
             "steps": list(dict.fromkeys(row.case.step for row in s.rows if row.case.step is not None)),
             "tolerances": list(dict.fromkeys(row.case.tol for row in s.rows if row.case.tol is not None)),
+            "cases": {name: [row.case.size for row in rows] for name, rows in s.series().items()},
             "repeats": s.asked.repeats,
             "budget": s.asked.budget,
             "parameters": dict(s.setting.parameters),
@@ -101,15 +108,20 @@ class Study:
 
     def data(self) -> dict:
         """What is written as JSON."""
-        text = {Path(file).name: _text(file) for file in self.survey.scene.files}
-        model = {"files": text, "scene": fingerprint(self.survey.scene)}
+        model = {"files": self._texts(), "scene": fingerprint(self.survey.scene)}
         return {**self.facts(), "model text": model, "summary": self.summary(), "rows": self.records()}
 
     def page(self) -> Page:
         items: list[Figure | Table] = [*self.tables(), *self.figures()]
         small = [(name, _plain(value)) for name, value in self.facts().items()]
-        small += [(f"text of {Path(file).name}", _text(file)) for file in self.survey.scene.files]
+        small += [(f"text of {file}", text) for file, text in self._texts().items()]
         return Page(self.title, self.summary(), items, small)
+
+    def _texts(self) -> dict[str, str]:
+        """The files of the model by their place beside the main one, as they were read."""
+        files = self.survey.scene.files
+        folder = os.path.dirname(next(iter(files), "")) or "."
+        return {Path(os.path.relpath(file, folder)).as_posix(): text for file, text in files.items()}
 
     def __str__(self) -> str:
         return self.text()
@@ -167,19 +179,6 @@ def draw(study: Study, folder: str | os.PathLike, pictures: Sequence[str] = PICT
         for figure, path in zip(figures, paths, strict=True):
             drawing.draw(figure, path)
     return paths
-
-
-def versions() -> dict[str, str]:
-    """Of what results depend on."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    found = {"mbdsl": mbdsl.__version__, "python": platform.python_version(), "numpy": np.__version__}
-    for name in ("scipy", "numba", "llvmlite", "scikit-sundae"):
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return found
 
 
 def _record(row: Row) -> dict:
@@ -243,7 +242,7 @@ def as_text(table: Table, width: int = WIDTH) -> str:
 
 def _numbers(cells: Iterable[str]) -> bool:
     kinds = {"number" if c[0] in "0123456789-.+(" else c for c in cells if c}
-    return "number" in kinds and kinds <= {"number", "failed", "not run"}
+    return "number" in kinds and kinds <= {"number", "failed", "not run", "not timed"}
 
 
 def outcomes(rows: Iterable[Row]) -> list[Outcome]:
@@ -299,10 +298,3 @@ def _finite(value):
     if isinstance(value, (list, tuple)):
         return [_finite(v) for v in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _text(file: str) -> str:
-    try:
-        return Path(file).read_text(encoding="utf-8")
-    except OSError:
-        return ""

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
+from uuid import uuid4
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from mbdsl import graph
 from mbdsl.errors import MbdslError
 from mbdsl.simulation import Progress, simulate
 from mbdsl.studies.cases import Case, Setting
-from mbdsl.studies.store import OUT_OF_TIME, Computed, Store, key_of
+from mbdsl.studies.store import OUT_OF_MEMORY, OUT_OF_TIME, Computed, Store, key_of
 from mbdsl.system import System, build
 from mbdsl.trajectory import Trajectory
 
@@ -26,12 +27,13 @@ TRIES, SHORT = 3, 0.02
 
 @dataclass(frozen=True)
 class Told:
-    """How far a study is: runs done of all, and what is on its way."""
+    """How far a study is: runs done of all, what is on its way, and the runs that are in the store by now."""
 
     done: int
     total: int
     what: str
     seconds: float
+    kept: int = 0
 
 
 class Runner:
@@ -57,6 +59,8 @@ class Runner:
         self.begun = perf_counter()
         self.budget = math.inf if budget is None else budget
         self.computed = self.found = 0
+        self.kept: set[str] = set()  #: keys of the runs of this study that are in the store
+        self.session = uuid4().hex  #: times are compared with each other where they are of one
 
     @property
     def left(self) -> float:
@@ -67,9 +71,11 @@ class Runner:
         """Every case, from the store or run, coarse ones first; each in ``limit`` seconds, or not at all."""
         done: dict[Case, Computed] = {}
         for case in cases:
-            kept = self.store.get(key_of(self.setting, case), case)
+            key = key_of(self.setting, case)
+            kept = self.store.get(key, case)
             if kept is not None:
                 done[case] = kept
+                self.kept.add(key)
         self.found += len(done)
         waiting = sorted((c for c in dict.fromkeys(cases) if c not in done), key=lambda c: -c.size)
         total, begun = len(done) + len(waiting), perf_counter()
@@ -77,28 +83,36 @@ class Runner:
         def add(case: Case, run: Computed) -> None:
             done[case] = run
             self.computed += not run.late
+            if run.lasting:
+                self.kept.add(key_of(self.setting, case))
             # compiling is done once and for all; it is no part of the study
             self.budget += run.stats.get("seconds", {}).get("compile", 0.0)
-            self.tell(Told(len(done), total, what or str(case), perf_counter() - self.begun))
+            self._tell(len(done), total, what or str(case))
 
+        helped = self.setting.path is None
         while waiting:
-            if perf_counter() - begun > ALONE and len(waiting) > 1 and self.setting.path is not None:
+            if perf_counter() - begun > ALONE and len(waiting) > 1 and not helped:
                 from mbdsl.studies.workers import cores, side_by_side
 
-                count = min(cores() if self.workers is None else self.workers, len(waiting))
-                if count > 1:
-                    side_by_side(self.setting, self.store, waiting, count, lambda: min(self.left, limit), add)
-                    break
+                helped, number = True, min(cores() if self.workers is None else self.workers, len(waiting))
+                if number > 1:
+                    side_by_side(self.setting, self.store, waiting, number, lambda: min(self.left, limit), add)
+                    if waiting and self.announce is not None:
+                        self.announce(
+                            "other processes ended, or found that the model is not what it was when the study began: "
+                            "what is left runs here, by the model as it was"
+                        )
+                    continue
             case = waiting.pop(0)
-            self.tell(Told(len(done), total, what or str(case), perf_counter() - self.begun))
-            add(case, self._one(case, limit))
+            self._tell(len(done), total, what or str(case))
+            run = compute(self.setting, case, min(self.left, limit), self.announce)
+            if run.lasting:
+                self.store.put(key_of(self.setting, case), run)
+            add(case, run)
         return done
 
-    def _one(self, case: Case, limit: float) -> Computed:
-        run = compute(self.setting, case, min(self.left, limit), self.announce)
-        if not run.late:
-            self.store.put(key_of(self.setting, case), run)
-        return run
+    def _tell(self, done: int, total: int, what: str) -> None:
+        self.tell(Told(done, total, what, perf_counter() - self.begun, len(self.kept)))
 
     def time(self, cases: Sequence[Case], repeats: int, slowest: Callable[[Case], float]) -> dict[Case, list[float]]:
         """Seconds of the step loops, in ``repeats`` rounds as far as the budget goes: alone, alternately.
@@ -106,13 +120,13 @@ class Runner:
         A round takes the least of up to ``TRIES`` runs of what is short, as others use the machine, too.
         ``slowest(case)`` is about what a run takes, which has been done before.
         """
-        seconds = {case: self.store.times(key_of(self.setting, case))[:repeats] for case in cases}
+        seconds = self._times(cases, repeats)
         total, done = repeats * len(cases), sum(map(len, seconds.values()))
         for round_ in range(repeats):
             for case in cases:
-                if len(seconds[case]) > round_ or (self.left < slowest(case) and round_ > 0):
+                if len(seconds[case]) > round_ or self.left < slowest(case):
                     continue
-                self.tell(Told(done, total, f"timing {case}", perf_counter() - self.begun))
+                self._tell(done, total, f"timing {case}")
                 tries = []
                 while len(tries) < TRIES and (not tries or sum(tries) < SHORT):
                     found = _simulate(self.setting, case)
@@ -120,9 +134,17 @@ class Runner:
                         raise KeyboardInterrupt
                     tries.append(found.stats["seconds"]["integrate"])
                 seconds[case].append(min(tries))
-                self.store.put_times(key_of(self.setting, case), seconds[case])
+                self.store.put_times(key_of(self.setting, case), self.session, seconds[case])
                 done += 1
         return {case: found for case, found in seconds.items() if found}
+
+    def _times(self, cases: Sequence[Case], repeats: int) -> dict[Case, list[float]]:
+        """Times of earlier rounds, if one session took all that are wanted: a machine is not as quick every day."""
+        kept = {case: self.store.times(key_of(self.setting, case)) for case in cases}
+        sessions = {session for session, _ in kept.values()}
+        whole = len(sessions) == 1 and all(len(seconds) >= repeats for _, seconds in kept.values())
+        own = sessions <= {self.session, ""}
+        return {case: seconds[:repeats] if whole or own else [] for case, (_, seconds) in kept.items()}
 
     @cached_property
     def _system(self) -> System:
@@ -174,7 +196,9 @@ def compute(of: Setting, case: Case, limit: float = math.inf, announce=None) -> 
         found = _simulate(of, case, watch, announce)
     except MbdslError as problem:
         return Computed(case, problem=problem.message)
-    except (ArithmeticError, ValueError, MemoryError) as problem:  # of a third party's code
+    except MemoryError:
+        return Computed(case, problem=OUT_OF_MEMORY)
+    except (ArithmeticError, ValueError) as problem:  # of a third party's code
         return Computed(case, problem=f"{type(problem).__name__}: {problem}")
     if found.status == "interrupted":
         if not late:

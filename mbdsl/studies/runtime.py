@@ -13,8 +13,8 @@ from mbdsl.scene import Scene
 from mbdsl.studies.reference import Reference
 from mbdsl.studies.report import Study, outcomes, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, begin
-from mbdsl.studies.work_precision import quartiles, time_rows
-from mbdsl.wording import duration
+from mbdsl.studies.work_precision import quartiles, rounds, time_rows
+from mbdsl.wording import count, duration
 
 BASE = "hht-i3"
 TOLS = (1e-6,)
@@ -24,10 +24,17 @@ class Runtime(Study):
     """Ratios are medians over rounds, in each of which every method ran once."""
 
     kind = "runtime"
+    timed = True
 
     def summary(self) -> list[str]:
         s = self.survey
-        told = [f"Times of the step loops alone, medians of {s.asked.repeats} rounds in which methods alternate."]
+        told = []
+        if any(row.seconds for row in s.rows):
+            told.append(f"Times of the step loops alone, medians of {rounds(s.rows)} in which methods alternate.")
+        untimed = sum(row.run.done and not row.seconds for row in s.rows)
+        if untimed:
+            cases = count(untimed, "case was", "cases were")
+            told.append(f"{cases} not timed, as the budget of {s.asked.budget:g} s was spent.")
         return told + troubles(s)
 
     def ratios(self, row: Row) -> list[float]:
@@ -50,7 +57,8 @@ class Runtime(Study):
         rows = []
         for row in self.survey.rows:
             if not row.seconds:
-                rows.append((row.case.series, size(row), "", row.run.word, "", "", "", ""))
+                word = "not timed" if row.run.done else row.run.word
+                rows.append((row.case.series, size(row), "", word, "", "", "", ""))
                 continue
             stats, seconds, ratios = row.run.stats, median(row.seconds), self.ratios(row)
             steps = max(1, stats["steps"])

@@ -11,9 +11,13 @@ import os
 import platform
 import sys
 import threading
-from dataclasses import dataclass, field
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
 from functools import cache
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +31,13 @@ from mbdsl.scene import Scene
 from mbdsl.studies.cases import Case, Setting
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 LARGEST = 1_000_000_000  #: bytes that are kept
+ABANDONED = 3600.0  #: seconds after which nobody writes a file any more that is not whole yet
 OUT_OF_TIME = "not run to its end: the budget of the study was spent"
+OUT_OF_MEMORY = "not run to its end: there was not enough memory"
+ENDED, LOST = "the process that ran it ended", "its result was not kept"
+PASSING = (OUT_OF_TIME, OUT_OF_MEMORY, ENDED, LOST)  #: problems of the day, not of the case
 
 
 @dataclass(frozen=True)
@@ -53,6 +62,11 @@ class Computed:
         return self.problem == OUT_OF_TIME
 
     @property
+    def lasting(self) -> bool:
+        """Whether the same would come of it again, so that it is worth keeping."""
+        return self.problem not in PASSING
+
+    @property
     def word(self) -> str:
         return "not run" if self.late else "failed" if self.problem else "done"
 
@@ -64,40 +78,46 @@ class Store:
         self.folder = Path(folder) if folder is not None else jit.cache_directory().parent / "studies"
         self.folder.mkdir(parents=True, exist_ok=True)
         self.fresh = fresh
-        self.own: set[str] = set()
+        self.own: set[str] = set()  #: files that are of now
 
     def get(self, key: str, case: Case) -> Computed | None:
-        path = self.folder / f"{key}.npz"
-        if self.fresh and key not in self.own:
-            return None
-        try:
-            with np.load(path) as found:
-                meta = json.loads(str(found["meta"]))
-                t, q, v, lam = (found[name] for name in ("t", "q", "v", "lam"))
-                return Computed(case, t, q, v, lam, meta["stats"], meta["problem"])
-        except (OSError, ValueError, KeyError, EOFError):
-            return None
+        def run(found: Mapping[str, Array]) -> Computed:
+            meta = json.loads(str(found["meta"]))
+            t, q, v, lam = (found[name] for name in ("t", "q", "v", "lam"))
+            return Computed(case, t, q, v, lam, meta["stats"], meta["problem"])
+
+        return self._read(_run_file(key), run)
 
     def put(self, key: str, run: Computed) -> None:
         meta = json.dumps({"case": str(run.case), "stats": run.stats, "problem": run.problem})
-        self._write(f"{key}.npz", t=run.t, q=run.q, v=run.v, lam=run.lam, meta=np.array(meta))
-        self.own.add(key)
+        self._write(_run_file(key), t=run.t, q=run.q, v=run.v, lam=run.lam, meta=np.array(meta))
+        self.claim(key)
 
-    def times(self, key: str) -> list[float]:
-        """Seconds of the runs that were timed on this machine."""
-        name = f"{key}-{_machine_digest()}.npz"
+    def claim(self, key: str) -> None:
+        """Take a run that another process has put here for one of now."""
+        self.own.add(_run_file(key))
+
+    def times(self, key: str) -> tuple[str, list[float]]:
+        """Seconds of the runs that were timed on this machine, and the session that they are of ("" without any)."""
+
+        def timed(found: Mapping[str, Array]) -> tuple[str, list[float]]:
+            return str(found["session"]), [float(x) for x in found["seconds"]]
+
+        return self._read(_times_file(key), timed) or ("", [])
+
+    def put_times(self, key: str, session: str, seconds: list[float]) -> None:
+        self._write(_times_file(key), session=np.array(session), seconds=np.array(seconds))
+        self.own.add(_times_file(key))
+
+    def _read(self, name: str, what: Callable[[Mapping[str, Array]], T]) -> T | None:
+        """What is in a file; a file that is damaged is none."""
         if self.fresh and name not in self.own:
-            return []
+            return None
         try:
-            with np.load(self.folder / name) as found:
-                return [float(x) for x in found["seconds"]]
-        except (OSError, ValueError, KeyError, EOFError):
-            return []
-
-    def put_times(self, key: str, seconds: list[float]) -> None:
-        name = f"{key}-{_machine_digest()}.npz"
-        self._write(name, seconds=np.array(seconds))
-        self.own.add(name)
+            with open(self.folder / name, "rb") as stream, np.load(stream) as found:
+                return what(found) if found.zip.testzip() is None else None
+        except Exception:  # damaged bytes make zipfile, zlib, numpy and json raise whatever each of them has
+            return None
 
     def _write(self, name: str, **arrays: Array) -> None:
         path = self.folder / name
@@ -110,18 +130,39 @@ class Store:
             part.unlink(missing_ok=True)
 
     def prune(self, largest: int = LARGEST) -> None:
-        """Remove the oldest where there is more than ``largest`` bytes."""
-        files = sorted(((f.stat().st_mtime, f.stat().st_size, f) for f in self.folder.glob("*.npz")), reverse=True)
+        """Remove the oldest where there is more than ``largest`` bytes, and what a process left that was ended."""
         total = 0
-        for _, size, file in files:
+        for _, size, file in sorted(self._files("*.npz"), reverse=True):
             total += size
             if total > largest:
                 file.unlink(missing_ok=True)
+        for when, _, file in self._files(".*.part"):
+            if when < time.time() - ABANDONED:
+                file.unlink(missing_ok=True)
+
+    def _files(self, pattern: str) -> list[tuple[float, int, Path]]:
+        """When they were written, their bytes, and where they are."""
+        found = []
+        for file in self.folder.glob(pattern):
+            with suppress(FileNotFoundError):  # another study removes files, too
+                status = file.stat()
+                found.append((status.st_mtime, status.st_size, file))
+        return found
+
+
+def _run_file(key: str) -> str:
+    return f"{key}.npz"
+
+
+def _times_file(key: str) -> str:
+    return f"{key}-{_machine_digest()}.npz"
 
 
 def key_of(of: Setting, case: Case) -> str:
     """The digest of everything that determines a run."""
-    said = [fingerprint(of.scene), _code(), _method_code(case.method), repr(case), repr((of.start, of.stop, of.points))]
+    # as JSON numbers read the same whichever type of number they are, and in another process
+    asked = json.dumps([asdict(case), of.start, of.stop, of.points], default=float)
+    said = [fingerprint(of.scene), _code(), _method_code(case.method), asked]
     return hashlib.sha256("\0".join(said).encode()).hexdigest()[:32]
 
 
@@ -148,12 +189,17 @@ def fingerprint(scene: Scene) -> str:
 @cache
 def _code() -> str:
     """Digest of all of mbdsl that has to do with a result, and of what it computes with."""
-    digest = hashlib.sha256(f"{mbdsl.__version__} {np.__version__} {sys.version}".encode())
-    package = Path(mbdsl.__file__).parent
-    for path in sorted(package.rglob("*.py")):
-        if path.relative_to(package).parts[0] not in ("cli", "plotting", "results", "studies"):
-            digest.update(path.read_bytes())
+    digest = hashlib.sha256(f"{sorted(versions().items())} {sys.version}".encode())
+    for path in _sources():
+        digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+def _sources() -> list[Path]:
+    package = Path(mbdsl.__file__).parent
+    about = [package / "studies" / name for name in ("cases.py", "runner.py")]  # these say what a run is
+    apart = ("cli", "plotting", "results", "studies")
+    return about + [p for p in sorted(package.rglob("*.py")) if p.relative_to(package).parts[0] not in apart]
 
 
 def _method_code(name: str) -> str:
@@ -162,6 +208,19 @@ def _method_code(name: str) -> str:
     module = owner if hasattr(owner, "__file__") else sys.modules.get(type(owner).__module__)
     file = getattr(module, "__file__", None)
     return hashlib.sha256(Path(file).read_bytes()).hexdigest() if file and Path(file).exists() else name
+
+
+def versions() -> dict[str, str]:
+    """Of what results depend on."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    found = {"mbdsl": mbdsl.__version__, "python": platform.python_version(), "numpy": np.__version__}
+    for name in ("scipy", "numba", "llvmlite", "scikit-sundae"):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
 
 
 @cache

@@ -26,6 +26,7 @@ class WorkPrecision(Study):
     """``front(key)`` are the rows that no other beats in both error and time."""
 
     kind = "work-precision"
+    timed = True
 
     def points(self, key: str) -> list[Row]:
         """Rows with a time, and an error in a quantity that the reference can tell."""
@@ -142,6 +143,13 @@ def time_rows(found: Survey) -> None:
     )
     for case, seconds in times.items():
         rows[case].seconds = seconds
+
+
+def rounds(rows: Sequence[Row]) -> str:
+    """How many rounds there are times of, in words; fewer than asked for where time was short."""
+    counts = {len(row.seconds) for row in rows if row.seconds} or {0}
+    told = f"{min(counts)} to {max(counts)}" if len(counts) > 1 else f"{max(counts)}"
+    return f"{told} round{'' if counts == {1} else 's'}"
 
 
 def front(rows: Sequence[Row], key: str) -> list[Row]:

@@ -14,8 +14,12 @@ from dataclasses import asdict
 from typing import Any
 
 from mbdsl import jit
+from mbdsl.errors import MbdslError
 from mbdsl.studies.cases import Case, Setting, setting
-from mbdsl.studies.store import OUT_OF_TIME, Computed, Store, key_of
+from mbdsl.studies.store import ENDED, LOST, OUT_OF_TIME, Computed, Store, key_of
+
+#: what a process answers that would not run what it was asked to
+CHANGED = "the model, the method or mbdsl itself is not what it was when the study began"
 
 
 def cores() -> int:
@@ -31,7 +35,10 @@ def side_by_side(
     left: Callable[[], float],
     add: Callable[[Case, Computed], None],
 ) -> None:
-    """Compute ``cases``, which are taken out one by one, in ``count`` processes; ``add`` gets each as it is done."""
+    """Compute ``cases``, which are taken out one by one, in ``count`` processes; ``add`` gets each as it is done.
+
+    What is left of ``cases`` is not done: processes that have ended, or that found the model changed, take no more.
+    """
     results: queue.Queue[tuple[Case, Computed] | None] = queue.Queue()
     lock = threading.Lock()
     processes = [_start() for _ in range(count)]
@@ -44,22 +51,29 @@ def side_by_side(
                     if not cases:
                         return
                     case = cases.pop(0)
-                limit, said = left(), ""
+                limit, said, whole = left(), "", True
                 key = key_of(of, case)
                 if limit > 0.0:
+                    job = json.dumps(_job(of, store, case, key, min(limit, 1e9)), default=float)
                     try:
-                        process.stdin.write(json.dumps(_job(of, store, case, key, min(limit, 1e9))) + "\n")
+                        process.stdin.write(job + "\n")
                         process.stdin.flush()
                         said = process.stdout.readline()
                     except OSError:
                         pass
-                    answer = json.loads(said) if said else {"problem": "the process that ran it ended"}
+                    whole = said.endswith("\n")
+                    answer = json.loads(said) if whole else {"problem": ENDED}
                 else:
                     answer = {"problem": OUT_OF_TIME}
-                store.own.add(key)
+                if answer["problem"] == CHANGED:
+                    with lock:
+                        cases.insert(0, case)
+                    return
+                if answer.get("kept"):
+                    store.claim(key)
                 kept = None if answer["problem"] else store.get(key, case)
-                results.put((case, kept or Computed(case, problem=answer["problem"] or "its result was not kept")))
-                if limit > 0.0 and not said:
+                results.put((case, kept or Computed(case, problem=answer["problem"] or LOST)))
+                if not whole:
                     return
         finally:
             results.put(None)
@@ -118,8 +132,6 @@ def _job(of: Setting, store: Store, case: Case, key: str, limit: float) -> dict:
 
 def main() -> None:
     """Read a job a line, answer each with a line, until there are no more."""
-    from mbdsl.studies.runner import compute
-
     jit.alone()
     # what a solver prints must not be taken for an answer
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
@@ -127,11 +139,26 @@ def main() -> None:
     known: dict[str, Setting] = {}
     for line in sys.stdin:
         job = json.loads(line)
-        run = compute(_setting(job, known), _case(job["case"]), job["limit"])
-        if not run.late:
-            Store(job["store"]).put(job["key"], run)
-        answers.write(json.dumps({"problem": run.problem}) + "\n")
+        answers.write(json.dumps(_answer(job, known)) + "\n")
         answers.flush()
+
+
+def _answer(job: Mapping[str, Any], known: dict[str, Setting]) -> dict:
+    """Run a job; ``kept`` where the store has it now."""
+    from mbdsl.studies.runner import compute
+
+    case = _case(job["case"])
+    try:
+        of = _setting(job, known)
+        same = key_of(of, case) == job["key"]
+    except (MbdslError, OSError):  # it cannot even be read any more
+        same = False
+    if not same:  # a file was edited since: what it says now must not be taken for what it said
+        return {"problem": CHANGED}
+    run = compute(of, case, job["limit"])
+    if run.lasting:
+        Store(job["store"]).put(job["key"], run)
+    return {"problem": run.problem, "kept": run.lasting}
 
 
 def _case(said: Mapping[str, Any]) -> Case:

@@ -208,15 +208,3 @@ def test_studies_from_a_shell(say, tmp_path, monkeypatch):
     assert (
         code == 0 and out == "" and "mbdsl[plot]" in err and Path("slider_crank-convergence/convergence.html").exists()
     )
-
-
-def test_an_interrupted_study_tells_how_to_go_on(say, monkeypatch):
-    from mbdsl.studies import runner as running
-
-    def interrupted(*given):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(running, "compute", interrupted)
-    code, out, err = say("study", "drift", CRANK, "--stop", "0.1s", "--fresh", "--methods", "hht-si2")
-    assert code == 130 and out == ""
-    assert err == "0 runs are kept; the same command goes on from there\ninterrupted\n"

@@ -10,7 +10,7 @@ from mbdsl.studies import runner as running
 from mbdsl.studies import workers
 from mbdsl.studies.cases import Case, cases, common_points, setting, step_ladder
 from mbdsl.studies.runner import Runner
-from mbdsl.studies.store import OUT_OF_TIME, Store, key_of
+from mbdsl.studies.store import OUT_OF_TIME, Computed, Store, _code, _sources, key_of, versions
 
 MODELS = Path(__file__).parents[3] / "models"
 CRANK = MODELS / "slider_crank.mbd"
@@ -65,6 +65,25 @@ def test_everything_that_determines_a_run_is_in_its_key(tmp_path, monkeypatch):
     assert len(keys | {key_of(base, case)}) == 11
 
 
+def test_a_key_does_not_tell_types_of_numbers():
+    """Other processes get them as JSON."""
+    numpy = [Case("hht-si2", step=np.float64(4e-3)), Case("hht-si2", step=np.float64(4e-3), options=())]
+    assert {key_of(setting(CRANK, 0.2), c) for c in numpy} == {key_of(setting(CRANK, np.float64(0.2)), CASES[0])}
+
+
+@pytest.mark.parametrize("name", ["numpy", "scipy", "numba", "llvmlite", "scikit-sundae"])
+def test_what_a_run_is_computed_with_is_in_its_key(name, monkeypatch):
+    base, case = setting(CRANK, 0.2), CASES[0]
+    before = key_of(base, case)
+    of = {**versions(), name: "0.0.0"}
+    monkeypatch.setattr("mbdsl.studies.store.versions", lambda: of)
+    _code.cache_clear()
+    try:
+        assert key_of(base, case) != before
+    finally:
+        _code.cache_clear()
+
+
 def test_a_failure_is_kept(store):
     wrong = Case("hht-i3", step=0.5)
     first = Runner(setting(CRANK), store)
@@ -83,13 +102,59 @@ def test_a_spoilt_file_is_computed_anew(store):
     assert (again.computed, again.found) == (1, 2)
 
 
+def test_no_damage_of_a_file_is_read(store):
+    """Cut anywhere, or with a bit turned over anywhere: what is in it is what was put there, or nothing."""
+    case = CASES[0]
+    t = np.linspace(0.0, 1.0, 6)
+    store.put("run", Computed(case, t, t[:, None], t[:, None], t[:, None], {"steps": 5}))
+    store.put_times("run", "session", [0.25, 0.5])
+    for path in sorted(store.folder.glob("*.npz")):
+        whole = path.read_bytes()
+        cut = [whole[:n] for n in range(0, len(whole), 41)]
+        turned = [whole[:n] + bytes([whole[n] ^ 16]) + whole[n + 1 :] for n in range(0, len(whole), 5)]
+        for damaged in cut + turned:
+            path.write_bytes(damaged)
+            run, times = store.get("run", case), store.times("run")
+            assert run is None or (run.stats == {"steps": 5} and np.array_equal(run.q[:, 0], t) and len(run.lam) == 6)
+            assert times in (("", []), ("session", [0.25, 0.5]))
+        path.write_bytes(whole)
+    assert store.get("run", case).stats == {"steps": 5} and store.times("run")[1] == [0.25, 0.5]
+
+
+def test_a_damaged_length_is_not_read(store):
+    """numpy would take the part of a long array for the whole."""
+    t = np.linspace(0.0, 1.0, 10_000)
+    store.put("run", Computed(CASES[0], t, t[:, None], t[:, None], t[:, None]))
+    path = store.folder / "run.npz"
+    whole = path.read_bytes()
+    assert whole.count(b"(10000,") == 4
+    path.write_bytes(whole.replace(b"(10000,", b"(5000 ,"))
+    assert store.get("run", CASES[0]) is None
+
+
+def test_what_passes_is_not_kept(store, monkeypatch):
+    """There may be more memory another day."""
+
+    def full(*args, **given):
+        raise MemoryError("Unable to allocate 8 GiB")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(running, "simulate", full)
+        short = runner(store)
+        assert "not enough memory" in short.compute(CASES)[CASES[0]].problem
+    assert not list(store.folder.iterdir()) and not short.kept
+    assert runner(store).compute(CASES)[CASES[0]].done
+
+
 def test_an_interruption_keeps_what_is_done(store):
     def tell(told):
         if told.done == 2:
             raise KeyboardInterrupt
 
+    first = runner(store, tell=tell)
     with pytest.raises(KeyboardInterrupt):
-        runner(store, tell=tell).compute(CASES)
+        first.compute(CASES)
+    assert len(first.kept) == 2
     again = runner(store)
     again.compute(CASES)
     assert (again.computed, again.found) == (1, 2)
@@ -102,7 +167,7 @@ def test_out_of_time(store):
     long = Case("hht-si2", step=1e-7)  # half a minute
     part = Runner(setting(CRANK), store, budget=0.3)
     assert part.compute([long])[long].problem == OUT_OF_TIME
-    assert part.left > -5.0 and not list(store.folder.glob("*.npz"))
+    assert part.left > -5.0 and not part.kept and not list(store.folder.glob("*.npz"))
 
 
 def test_side_by_side_is_the_same(store, tmp_path, monkeypatch):
@@ -130,8 +195,43 @@ def test_a_process_that_ends_is_told(store, monkeypatch):
         return process
 
     monkeypatch.setattr(workers, "_start", start)
-    runs = runner(store, workers=2).compute(CASES[:2])
-    assert {run.problem for run in runs.values()} == {"the process that ran it ended"}
+    many = runner(store, workers=2)
+    runs = many.compute(CASES)
+    assert [run.problem for run in runs.values()].count("the process that ran it ended") == 2
+    assert sum(run.done for run in runs.values()) == len(many.kept) == 1  # what is left runs here
+
+
+def test_the_code_that_makes_a_run_is_in_its_key():
+    package = Path(running.__file__).parents[1]
+    names = {path.relative_to(package).as_posix() for path in _sources()}
+    assert {"simulation.py", "integrators/driver.py", "studies/runner.py", "studies/cases.py"} <= names
+    assert not {"cli/study.py", "studies/report.py", "plotting/pages.py"} & names
+
+
+@pytest.mark.parametrize("after", ["g = 3", "= no model at all"])
+def test_a_model_that_is_edited_while_it_runs(after, store, tmp_path, monkeypatch):
+    """Another process reads what the file says now: nothing of that is kept for what it said before."""
+    monkeypatch.setattr(running, "ALONE", -1.0)
+    path, text = tmp_path / "pendulum.mbd", (MODELS / "pendulum.mbd").read_text(encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
+    right = running.compute(setting(path, 0.2), CASES[0])
+    told = []
+    many = Runner(setting(path, 0.2), store, workers=2, announce=told.append)
+    path.write_text(text.replace("g = 9.81", after), encoding="utf-8")
+    runs = many.compute(CASES)
+    assert all(run.done for run in runs.values()) and np.array_equal(runs[CASES[0]].q, right.q)
+    assert any("not what it was" in line for line in told)
+    path.write_text(text, encoding="utf-8")
+    later = Runner(setting(path, 0.2), store)
+    assert np.array_equal(later.compute(CASES)[CASES[0]].q, right.q) and later.found == 3
+
+
+def test_a_method_that_is_edited_while_it_runs(store, monkeypatch):
+    monkeypatch.setattr(running, "ALONE", -1.0)
+    monkeypatch.setattr("mbdsl.studies.store._code", lambda: "as this process knows it")
+    told = []
+    runs = runner(store, workers=2, announce=told.append).compute(CASES)
+    assert all(run.done for run in runs.values()) and any("not what it was" in line for line in told)
 
 
 def test_the_oldest_runs_go(store):
@@ -143,6 +243,17 @@ def test_the_oldest_runs_go(store):
         os.utime(file, (1e9 - age, 1e9 - age))
     store.prune(largest=files[0].stat().st_size + 1)
     assert list(store.folder.glob("*.npz")) == files[:1]
+
+
+def test_what_a_process_left_that_was_ended_goes(store):
+    import os
+
+    old, new = (store.folder / f".key.npz.{n}.{n}.part" for n in (1, 2))
+    for part in (old, new):
+        part.write_bytes(b"half a run")
+    os.utime(old, (1e9, 1e9))
+    store.prune()
+    assert not old.exists() and new.exists()
 
 
 def test_times_alternate_and_are_kept(store):
@@ -159,6 +270,33 @@ def test_times_alternate_and_are_kept(store):
         first: seconds[first]
     }
     assert told == []
+
+
+def timing(store, cases, rounds, **given):
+    of = runner(store, **given)
+    told = []
+    of.tell = lambda t: told.append(t.what)
+    return of.time(cases, rounds, lambda case: 0.01), told
+
+
+def test_times_of_two_days_are_not_mixed(store):
+    """A machine may be half as quick on another day: methods are compared by times of one session alone."""
+    first, second = CASES[:2]
+    runner(store).compute(CASES)
+    kept, _ = timing(store, [first], 2)
+    both, told = timing(store, [first, second], 2)
+    assert told == [f"timing {first}", f"timing {second}"] * 2 and both[first] != kept[first]
+    assert timing(store, [first, second], 2) == (both, [])
+    assert len(timing(store, [first, second], 3)[1]) == 6  # a third round of another day would be one of them
+    again = runner(store)  # a session may go on
+    one = again.time([first, second], 4, lambda case: 0.0)
+    more = again.time([first, second], 5, lambda case: 0.0)
+    assert [more[case][:4] for case in (first, second)] == [one[case] for case in (first, second)]
+
+
+def test_what_does_not_fit_into_the_budget_is_not_timed(store):
+    runner(store).compute(CASES)
+    assert timing(store, CASES, 3, budget=1e-9) == ({}, [])
 
 
 # -- which runs there are --------------------------------------------------------------------------------------------
