@@ -12,7 +12,7 @@ from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.studies import accuracy as reaching
 from mbdsl.studies.accuracy import difference, observed
 from mbdsl.studies.recommend import _rounded, recommend
-from mbdsl.studies.verify import agree, verify
+from mbdsl.studies.verify import Verification, agree, verify
 
 MODELS = Path(__file__).parents[3] / "models"
 CRANK = MODELS / "slider_crank.mbd"
@@ -138,9 +138,66 @@ def test_what_is_at_rest_is_no_doubt():
     assert np.ptp(one["crank.a.vx"]) < 1e-9 and found["crank.a.vx"].digits > 3.0
 
 
-def test_every_step_is_verified_at_common_times():
-    one = mbdsl.simulate(CRANK, stop=0.1, interval=0.0)
-    assert verify(one, ["crank.phi"], interval=0.0).agreements[0].digits > 3.0
+@pytest.mark.parametrize("how", [{}, {"tol": 1e-6}, {"method": "radau5", "tol": 1e-9}, {"method": "scipy-dop853"}])
+def test_every_step_is_verified_at_its_own_time(how):
+    """Controlled steps of two runs have no time in common, and are too long for what lies between them."""
+    names = ["crank.phi", "crank.w", "B.s"]
+    even, every = (mbdsl.simulate(CRANK, **how, stop=0.1, interval=interval) for interval in (None, 0.0))
+    digits = [{a.signal: a.digits for a in verify(one, names).agreements} for one in (even, every)]
+    assert np.ptp(np.diff(every.t)) > 1e-3 * every.t[1] or not how
+    for name in names:
+        assert digits[1][name] > digits[0][name] - 0.5 > 3.0
+
+
+def test_an_interval_that_the_model_says_is_verified(tmp_path):
+    text = CRANK.read_text(encoding="utf-8").replace("experiment(", "experiment(Interval = 0, ")
+    model = tmp_path / "every.mbd"
+    model.write_text(text, encoding="utf-8")
+    one = mbdsl.simulate(model, tol=1e-5, stop=0.1)
+    assert np.ptp(np.diff(one.t)) > 0.0 and verify(one, ["crank.phi"]).agreements[0].digits > 4.0
+
+
+def test_output_at_given_times():
+    even = mbdsl.simulate(CRANK, stop=0.1, step=1e-3, interval=1e-3)
+    few = mbdsl.simulate(CRANK, stop=0.1, step=1e-3, times=even.t[[3, 7, 50, 100]])
+    assert np.array_equal(few.t, even.t[[0, 3, 7, 50, 100]])
+    assert np.abs(few["rod.phi"] - even["rod.phi"][[0, 3, 7, 50, 100]]).max() < 1e-15
+    for wrong in ([], [0.05], [0.05, 0.05, 0.1], [0.0, 0.1], [0.05, np.nan, 0.1]):
+        with pytest.raises(UsageError, match="from behind 0 s up to the stop, 0.1 s"):
+            mbdsl.simulate(CRANK, stop=0.1, times=wrong)
+    with pytest.raises(UsageError, match="even times"):
+        mbdsl.simulate(CRANK, stop=0.1, accuracy=1e-3, times=[0.1])
+
+
+class Known:
+    """A run of one signal."""
+
+    def __init__(self, x, t=(0.0, 1.0, 2.0)):
+        self.t, self.x = np.array(t), np.array(x, float)
+
+    def __getitem__(self, name):
+        return self.x
+
+    def unit(self, name):
+        return "N"
+
+
+def test_what_has_no_value_does_not_agree():
+    nan = np.nan
+    for one, other, digits, difference in (
+        ([0, 1, 2], [nan, nan, nan], 0.0, np.inf),
+        ([0, 1, 2], [0, nan, 2], 0.0, np.inf),
+        ([0, nan, 2], [0, 1, 2], 0.0, np.inf),
+        ([nan, nan, nan], [nan, nan, nan], 0.0, nan),
+        ([0, nan, 2], [0, nan, 2], 16.0, 0.0),
+        ([0, nan, 2], [0, nan, 2.002], 3.0, 0.002),
+    ):
+        (found,) = agree(Known(one), Known(other), ["A.fx"])
+        assert found.digits == pytest.approx(digits) and found.difference == pytest.approx(difference, nan_ok=True)
+        told = str(Verification("radau5", None, 1e-6, (found,)))
+        assert ("no value" in told) == np.isnan(difference) and ("in one run alone" in told) == np.isinf(difference)
+    with pytest.raises(AssertionError):
+        agree(Known([0, 1, 2]), Known([0, 1, 2], (0.0, 1.1, 2.0)), ["A.fx"])
 
 
 def test_a_second_run_that_fails_is_told():
