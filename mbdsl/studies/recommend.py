@@ -189,8 +189,10 @@ class Search:
             if tried and 0.0 < e < tried[-1][1] and tried[-1][0] > at:
                 seen = math.log(tried[-1][1] / e) / math.log(tried[-1][0] / at)
                 order = min(max(seen, 0.5), 2.0 * order)
-            tried.append((at, e))
             change = (AIM * self.target / max(e, 1e-300)) ** (1.0 / order)
+            if best is None and tried and e > 0.9 * tried[-1][1]:
+                change = min(change, 0.1)  # over some range of tolerances one run may be the result for all of them
+            tried.append((at, e))
             at *= min(max(change, 1.0 / JUMP), 0.7 if best is None else JUMP)
             if at >= (10.0 * self.runner.setting.interval if fixed else 1e-2):
                 break

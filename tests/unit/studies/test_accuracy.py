@@ -131,6 +131,8 @@ def test_recommended_by_a_file(tmp_path, exact):
     results.write(path, one.to_dict())
     found = recommend(CRANK, 1e-4, stop=0.5, **keep)
     assert str(found.reference) == "`exact.csv`, unchecked" and 2.5e-5 < found.choices[0].error <= 1e-4
+    # tolerances from 1e-3 to 3.5e-4 lead to one and the same run here, which is not yet exact enough
+    assert {c.case.series for c in found.choices} == {"hht-si2", "hht-si2 --tol"}
     with pytest.raises(UsageError, match=r"ends at 0\.5 s, the study at 2 s"):
         recommend(CRANK, 1e-4, **keep)
     results.write(path, {"time": one.t, **{name: one[name] * np.nan for name in one.default_names}})
@@ -265,7 +267,8 @@ def test_simulate_from_a_shell(say, tmp_path):
     argv = ("simulate", CRANK, "--stop", "0.1s", "--output", "a.csv", "--stats", "a.json")
     code, out, err = say(*argv, "--accuracy", "1e-4", "--verify")
     assert code == 0 and "warning" not in err
-    assert "accuracy 0.0001: estimated error " in out and "verified by nstiff-si2, h = " in out
+    # which method is the cheapest, and so what verifies it, is up to the machine
+    assert "accuracy 0.0001: estimated error " in out and "\nverified by " in out
     stats = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
     assert stats["accuracy"]["asked"] == 1e-4 and min(stats["verify"]["digits"].values()) > 3.0
     code, out, err = say(*argv[:3], "2s", *argv[4:], "--step", "40ms", "--verify")
