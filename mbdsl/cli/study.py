@@ -133,9 +133,8 @@ def _checked(pictures: list[str] | None) -> list[str]:
     wanted = list(PICTURES) if pictures is None else list(dict.fromkeys(pictures))
     for suffix in wanted:
         if suffix not in PICTURES:
-            raise UsageError(
-                f"argument --pictures: unknown suffix `{suffix}`", hint=f"known are {', '.join(PICTURES)}, none"
-            )
+            hint = f"known are {', '.join(PICTURES)}; none, by itself, is the page alone"
+            raise UsageError(f"argument --pictures: unknown suffix `{suffix}`", hint=hint)
     if wanted and find_spec("matplotlib") is None:
         problem = UsageError("pictures are drawn by matplotlib", hint="pip install 'mbdsl[plot]', or --pictures none")
         if pictures is not None:
