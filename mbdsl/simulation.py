@@ -12,6 +12,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from mbdsl.calibration import calibrated
 from mbdsl.errors import UsageError
@@ -73,6 +74,7 @@ def simulate(
     start: float | None = None,
     stop: float | None = None,
     interval: float | None = None,
+    times: ArrayLike | None = None,
     options: Mapping[str, float | None] | None = None,
     force: bool = False,
     general: bool = False,
@@ -106,6 +108,8 @@ def simulate(
         Default the model's.
     interval : float, optional [s]
         Output interval; default (stop - start)/500; 0 stores every step.
+    times : (N,) array, optional [s]
+        Instead, the times of output after the start, in order; the last is ``stop``.
     options : mapping, optional
         Parameters of the method, such as {"alpha": -0.1}.
     force : bool, optional
@@ -134,6 +138,8 @@ def simulate(
 
         if step is not None or tol is not None:
             raise UsageError("an accuracy finds its own step or tolerance", hint="give one of them alone")
+        if times is not None:
+            raise UsageError("an accuracy is found at even times", hint="give an interval")
         given = {"start": start, "stop": stop, "options": options, "force": force, "general": general}
         found = as_scene(model, parameters, without)
         return reach(found, accuracy, method=method, interval=interval, progress=progress, announce=announce, **given)
@@ -148,7 +154,7 @@ def simulate(
 
     scene = as_scene(model, parameters, without)
     lap("parse")
-    run = plan(scene, method, step, tol, start, stop, interval, options, force, general)
+    run = plan(scene, method, step, tol, start, stop, interval, options, force, general, times)
     if scene.experiment.tolerance is not None and run.tol is None and announce is not None:
         announce(f"the model's Tolerance is not used: steps have a fixed size, {run.h:g} s")
     motion = Motion(scene, run)
@@ -186,6 +192,7 @@ def plan(
     options: Mapping[str, float | None] | None = None,
     force: bool = False,
     general: bool = False,
+    times: ArrayLike | None = None,
 ) -> Plan:
     """What was asked for, checked, with what the model says and the defaults in place of what was not."""
     said = scene.experiment
@@ -234,9 +241,11 @@ def plan(
         h = (end - start) / np.ceil((end - start) / h)
     if interval is not None and not 0.0 <= interval < np.inf:
         raise UsageError(f"the output interval must not be negative, not {interval:g} s")
-    every = tol is not None and interval == 0.0
+    every = tol is not None and interval == 0.0 and times is None
     spacing = (end - start) / 500 if interval is None else interval or h
     points = np.ceil((end - start) / spacing - 1e-9) if end > start and not every else 0.0
+    asked = _asked(times, start, end) if times is not None else None
+    points = points if asked is None else len(asked)
     columns = sum(2 * len(c.coordinates) + c.kind.rows for c in scene.components.values())
     if not points * columns <= MOST_OUTPUT:
         raise UsageError(
@@ -244,11 +253,19 @@ def plan(
             hint=f"give an output interval of {(end - start) * columns / MOST_OUTPUT:.2g} s or more",
         )
     count = int(points)
-    times = start + spacing * np.arange(1.0, count + 1)
+    due = start + spacing * np.arange(1.0, count + 1) if asked is None else asked
     if count:
-        times[-1] = end
+        due[-1] = end
     given = check_options(method, options or {}, constrained(scene), force)
-    return Plan(method, h, start, end, times, given, general, tol, every)
+    return Plan(method, h, start, end, due, given, general, tol, every)
+
+
+def _asked(times: ArrayLike, start: float, end: float) -> NDArray[np.float64]:
+    """Times of output that are given (N,) [s], checked."""
+    found = np.array(times, float)
+    if found.ndim != 1 or not len(found) or found[-1] != end or not (np.diff(found, prepend=start) > 0.0).all():
+        raise UsageError(f"times of output come one after the other, from behind {start:g} s up to the stop, {end:g} s")
+    return found
 
 
 @contextmanager

@@ -17,6 +17,14 @@ def few(names: Iterable[str], most: int = 6) -> str:
     return shown if len(names) <= most else f"{shown}, ... ({len(names)} in all)"
 
 
+def together(problems: Iterable[tuple[str, str]]) -> str:
+    """(name, problem) as ``a, b: one problem; c: another``, each problem once."""
+    whose: dict[str, dict[str, None]] = {}
+    for name, problem in problems:
+        whose.setdefault(problem, {})[name] = None
+    return "; ".join(f"{', '.join(names)}: {problem}" for problem, names in whose.items())
+
+
 def duration(seconds: float) -> str:
     """A duration or a step with its unit: 1.5 ms."""
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):

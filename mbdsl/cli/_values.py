@@ -99,12 +99,16 @@ def check_folder(path: Path) -> None:
     Raises
     ------
     UsageError
-        It is a file, or the folder around it is not there.
+        It is a file, the folder around it is not there, or nothing can be written into it.
     """
     if path.exists() and not path.is_dir():
         raise UsageError(f"cannot write into `{path}`: it is a file")
     if not path.resolve().parent.is_dir():
         raise UsageError(f"cannot write into `{path}`: there is no folder `{path.parent}`")
+    try:
+        _try_to_write(path if path.is_dir() else path.resolve().parent)
+    except OSError as problem:
+        raise UsageError(f"cannot write into `{path}`: {problem.strerror or problem}") from problem
 
 
 def check_output(path: str) -> None:
@@ -113,12 +117,26 @@ def check_output(path: str) -> None:
     Raises
     ------
     UsageError
-        There is no such folder, or the file is one.
+        There is no such folder, the file is one, or it cannot be written.
     """
     if not Path(path).resolve().parent.is_dir():
         raise UsageError(f"cannot write `{path}`: there is no folder `{Path(path).parent!s}`")
     if Path(path).is_dir():
         raise UsageError(f"cannot write `{path}`: it is a folder")
+    if Path(path).exists():
+        return  # a pipe or a terminal, too
+    try:
+        _try_to_write(Path(path).resolve().parent)
+    except OSError as problem:
+        raise UsageError(f"cannot write `{path}`: {problem.strerror or problem}") from problem
+
+
+def _try_to_write(folder: Path) -> None:
+    """By a file that is gone at once: what a file system refuses, no permissions tell."""
+    import tempfile
+
+    with tempfile.NamedTemporaryFile(dir=folder, prefix=".mbdsl"):
+        pass
 
 
 def add_model(parser: argparse.ArgumentParser) -> None:

@@ -164,7 +164,7 @@ def second_opinion(trajectory: Trajectory, names: list[str], args: argparse.Name
         return None
     display = None if args.quiet else Display(sys.stderr)
     try:
-        found = verify(trajectory, names, args.interval, args.general, display, display.say if display else None)
+        found = verify(trajectory, names, args.general, display, display.say if display else None)
     finally:
         if display:
             display.close()

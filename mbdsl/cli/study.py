@@ -72,7 +72,7 @@ def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
         "--budget", metavar="S", type=values.positive_seconds, default=120.0, help="what it may take; default 120 s"
     )
     parser.add_argument("--output", metavar="DIR", help=f"folder of what is written; default: MODEL-{kind}")
-    parser.add_argument("--pictures", metavar="SUFFIX,...", type=values.names, default=["png", "svg"],
+    parser.add_argument("--pictures", metavar="SUFFIX,...", type=values.names,
                         help="kinds of pictures; default png,svg; none: the page alone")  # fmt: skip
     parser.add_argument("--fresh", action="store_true", help="compute everything again")
     talk = parser.add_mutually_exclusive_group()
@@ -86,11 +86,11 @@ def run(args: argparse.Namespace) -> int:
 
 def _methods(args: argparse.Namespace) -> int:
     output = Path(args.output or f"{Path(args.model).stem}-{args.kind}")
+    pictures = _checked(args.pictures)
     values.check_folder(output)
 
     from mbdsl import jit
     from mbdsl.cli._progress import Counter
-    from mbdsl.studies.report import draw
 
     jit.alone()
     study = _function(args.kind)
@@ -109,11 +109,7 @@ def _methods(args: argparse.Namespace) -> int:
         counter.close()
     if not args.quiet:
         print(found.text(10**9) if args.verbose else found)
-    paths = found.write(output, pictures=())
-    try:
-        paths += draw(found, output, [] if args.pictures == ["none"] else args.pictures)
-    except UsageError as problem:  # all the rest is there
-        print(problem.render(), file=sys.stderr)
+    paths = found.write(output, pictures)
     if not args.quiet:
         print(f"\n{output}: {', '.join(path.name for path in paths if path.suffix in ('.csv', '.json', '.html'))}"
               f"{_pictures(paths)}")  # fmt: skip
@@ -126,6 +122,34 @@ def _kept(runs: int, fresh: bool) -> str:
         return "no run had come to its end: nothing is kept"
     command = "the same command without --fresh" if fresh else "the same command"
     return f"{count(runs, 'run is', 'runs are')} kept; {command} goes on from there"
+
+
+def _checked(pictures: list[str] | None) -> list[str]:
+    """Suffixes of pictures that can be drawn; what was not asked for is left out where nothing draws.
+
+    Raises
+    ------
+    UsageError
+        One of those asked for cannot be drawn.
+    """
+    if pictures == ["none"]:
+        return []
+    from importlib.util import find_spec
+
+    from mbdsl.studies.report import PICTURES
+
+    wanted = list(PICTURES) if pictures is None else list(dict.fromkeys(pictures))
+    for suffix in wanted:
+        if suffix not in PICTURES:
+            hint = f"known are {', '.join(PICTURES)}; none, by itself, is the page alone"
+            raise UsageError(f"argument --pictures: unknown suffix `{suffix}`", hint=hint)
+    if wanted and find_spec("matplotlib") is None:
+        problem = UsageError("pictures are drawn by matplotlib", hint="pip install 'mbdsl[plot]', or --pictures none")
+        if pictures is not None:
+            raise problem
+        print(problem.render(), file=sys.stderr)
+        return []
+    return wanted
 
 
 def _pictures(paths: list[Path]) -> str:

@@ -19,6 +19,7 @@ from mbdsl.studies.cases import Case, own_step, setting
 from mbdsl.studies.errors import error, quantities
 from mbdsl.studies.families import EXTRAPOLATED, family, precise
 from mbdsl.trajectory import Trajectory
+from mbdsl.wording import together
 
 AIM = 0.5  #: part of the accuracy that is aimed at
 MOST = 12  #: runs of one method
@@ -106,6 +107,8 @@ def reach(
 
     Raises
     ------
+    ModelError, UsageError, InitialisationError
+        If model or arguments make no sense, or there is no consistent initial state.
     IntegrationError
         If no method comes to it, or two contradict each other.
     """
@@ -116,7 +119,7 @@ def reach(
     runs: list[str] = []
     spent = 0.0
 
-    def run(case: Case, fine: float | None = interval or None, limit: float = math.inf) -> Trajectory:
+    def run(case: Case, fine: float | None = interval or None, limit: float = math.inf, **other: Any) -> Trajectory:
         nonlocal spent
         late = False
 
@@ -130,7 +133,7 @@ def reach(
 
         found = simulate(
             scene, method=case.method, step=case.step, tol=case.tol, interval=fine, progress=watch, announce=announce,
-            **given,
+            **{**given, **other},
         )  # fmt: skip
         if found.status == "interrupted":
             if late:
@@ -143,7 +146,7 @@ def reach(
     ladders = _ladders(scene, accuracy, method, given)
     for k, ladder in enumerate(ladders):
         # the first is what would have been run anyway
-        _start(ladder, partial(run, limit=PATIENCE * max(0.1, spent)) if k else run)
+        _start(ladder, partial(run, limit=PATIENCE * max(0.1, spent)) if k else run, bool(k))
     able = sorted((x for x in ladders if not x.problem), key=lambda x: x.price(accuracy))
     for ladder in able:
         say(f"{ladder.method}: about {ladder.price(accuracy):.2g} s for an error of {accuracy:g}")
@@ -151,10 +154,14 @@ def reach(
         if not ladder.problem:
             break
     else:
-        told = "; ".join(f"{x.method}: {x.problem}" for x in ladders)
-        raise IntegrationError(f"an accuracy of {accuracy:g} cannot be reached: {told}", hint="ask for less")
+        told = together((x.method, x.problem) for x in ladders)
+        raise IntegrationError(
+            f"an accuracy of {accuracy:g} cannot be reached: {told}", hint="ask for less" if able else None
+        )
     found = ladder.runs[-1]
-    second = _contradict(ladder, accuracy, run, limit=PATIENCE * max(0.1, spent))
+    # what is set of the one method, or forced upon it, says nothing of another
+    plain = partial(run, limit=PATIENCE * max(0.1, spent), options=None, force=False)
+    second = _contradict(ladder, accuracy, plain)
     if interval == 0.0:
         found = run(ladder.case, 0.0)
     found.stats["accuracy"] = {
@@ -199,15 +206,20 @@ def _ladders(scene: Scene, accuracy: float, method: str | None, given: dict) -> 
     return found
 
 
-def _start(ladder: Ladder, run: Callable) -> None:
-    """The first two runs, with shorter steps where it takes these to come to an end."""
+def _start(ladder: Ladder, run: Callable, may_fail: bool) -> None:
+    """The first two runs, with shorter steps where it takes these to come to an end.
+
+    Unless it ``may_fail``, as there are others, what is wrong with model or arguments is told as it is.
+    """
     for _ in range(4):
         try:
             for size in ladder.sizes:
                 ladder.runs.append(run(_case(ladder, size)))
         except MbdslError as problem:
+            if not (may_fail or isinstance(problem, IntegrationError)):
+                raise
             ladder.runs, ladder.problem = [], problem.message
-            if isinstance(problem, (TooLong, UsageError)):
+            if not isinstance(problem, IntegrationError) or isinstance(problem, TooLong):
                 return
             ladder.sizes = [size / (8.0 if ladder.fixed else 100.0) for size in ladder.sizes]
             continue
@@ -247,7 +259,7 @@ def _estimate(ladder: Ladder) -> float:
     return differ / max(1.0, ratio**ladder.order - 1.0)
 
 
-def _contradict(ladder: Ladder, accuracy: float, run: Callable, limit: float) -> str:
+def _contradict(ladder: Ladder, accuracy: float, run: Callable) -> str:
     """Whether another family of methods comes to the same, told in words; the one that knows itself best is asked.
 
     Raises
@@ -259,7 +271,7 @@ def _contradict(ladder: Ladder, accuracy: float, run: Callable, limit: float) ->
     why = "there is no method of another family"
     for other in _others(ladder, accuracy):
         try:
-            other.runs = [run(_case(other, size), limit=limit) for size in other.sizes]
+            other.runs = [run(_case(other, size)) for size in other.sizes]
         except MbdslError as problem:
             why = f"{other.method}: {problem.message}"
             continue

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 
@@ -12,7 +12,7 @@ import numpy as np
 from mbdsl.errors import UsageError
 from mbdsl.integrators import methods
 from mbdsl.scene import Scene
-from mbdsl.simulation import DEFAULT_STEP, as_scene
+from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, as_scene, simulate
 
 POINTS = 100  #: of output at which runs are compared, where the steps allow it
 LEVELS = 9  #: steps of a ladder, each half of the one before
@@ -97,6 +97,16 @@ def setting(
         raise UsageError(f"a study needs a time to look at, not {start:g} to {end:g} s")
     path = str(model) if isinstance(model, (str, PathLike)) else None
     return Setting(scene, start, float(end), points, path, dict(parameters or {}), tuple(without))
+
+
+def assemble(of: Setting, announce: Callable[[str], None] | None = None) -> None:
+    """Build the model and find its initial state: what is wrong with it is told as such, not as a failure of every run.
+
+    Raises
+    ------
+    ModelError, InitialisationError
+    """
+    simulate(of.scene, method=DEFAULT_METHOD, step=own_step(of), start=of.start, stop=of.start, announce=announce)
 
 
 def chosen(names: Iterable[str] | None) -> list[str]:

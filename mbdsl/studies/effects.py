@@ -133,15 +133,15 @@ def effects(
     return EffectsStudy(base, signal, unit, low, high, error, seconds, tuple(rows), absent, allowed, together)
 
 
-def tolerance(tol: float | str, unit: str, extent: float) -> float:
-    """A tolerance in the unit of a signal that goes over ``extent``: 1e-3, "1 mm", "1 %"."""
+def tolerance(tol: float | str, unit: str, extent: float, name: str = "tol") -> float:
+    """A tolerance in the unit of a signal that goes over ``extent``: 1e-3, "1 mm", "1 %"; ``name`` is for messages."""
     text = str(tol).strip()
     try:
         found = measure(text[:-1], "1") / 100 * extent if text.endswith("%") else measure(text, unit or "1")
     except ValueError as problem:
-        raise UsageError(f"tol: {problem}") from None
+        raise UsageError(f"{name}: {problem}") from None
     if not 0.0 < found < float("inf"):
-        raise UsageError(f"tol = {text} leaves no room: a tolerance is above zero")
+        raise UsageError(f"{name} = {text} leaves no room: it has to be above zero")
     return found
 
 

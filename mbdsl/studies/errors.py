@@ -112,11 +112,15 @@ def _largest(reference: Solution, weights: Mapping[str, float]) -> float:
 
 
 def over_time(quantity: Quantity, found: Solution, reference: Solution, scaled: bool = True) -> Array:
-    """The error (N,) at the times of ``reference``; where a value is none on either side it does not count."""
+    """The error (N,) at the times of ``reference``: infinite where what is ``found`` has no value that the reference
+    has, and nan where the reference has none."""
     rows = matching(found.t, reference.t)
-    largest = np.zeros(len(rows))
+    largest = np.full(len(rows), np.nan)
     for name, weight in zip(quantity.signals, quantity.weights, strict=True):
-        D = np.abs(found[name][rows] if quantity.itself else found[name][rows] - reference[name])
+        x, y = found[name][rows], np.zeros(len(rows)) if quantity.itself else reference[name]
+        known = np.isfinite(y)
+        D = np.full(len(rows), np.nan)
+        D[known] = np.where(np.isfinite(x[known]), np.abs(x[known] - y[known]), np.inf)
         largest = np.fmax(largest, D * weight if scaled else D)
     return largest
 
@@ -127,8 +131,12 @@ def matching(t: Array, times: Array) -> Array:
 
 
 def error(quantity: Quantity, found: Solution, reference: Solution) -> Error:
+    """Of what is ``found``; infinite where nothing can be compared, as nothing is known of it then."""
     plain, scaled = (over_time(quantity, found, reference, s) for s in (False, True))
-    return Error(float(plain.max()), float(scaled.max()), float(plain[-1]), float(scaled[-1]))
+    there = ~np.isnan(plain)
+    if not there.any():
+        return Error(np.inf, np.inf, np.inf, np.inf)
+    return Error(float(plain[there].max()), float(scaled[there].max()), float(plain[-1]), float(scaled[-1]))
 
 
 def worst(errors: Iterable[Error]) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from statistics import median
 from typing import Any
@@ -14,22 +14,23 @@ from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import methods
 from mbdsl.plotting.figures import Table
 from mbdsl.scene import Scene
-from mbdsl.studies.cases import Case, chosen, own_step, setting
+from mbdsl.studies.cases import Case, assemble, chosen, own_step, setting
 from mbdsl.studies.effects import tolerance
 from mbdsl.studies.errors import Quantity, error, quantities
-from mbdsl.studies.reference import Reference, automatic, from_file
+from mbdsl.studies.reference import Reference, automatic, file_points, from_file
 from mbdsl.studies.report import as_text, number, size
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.slopes import CLEAR
 from mbdsl.studies.store import Store
 from mbdsl.studies.survey import Asked
 from mbdsl.trajectory import Trajectory
-from mbdsl.wording import duration
+from mbdsl.wording import duration, together
 
 AIM = 0.8  #: part of the error that is aimed at: a step is not tried for every per cent
 RUNS = 8  #: of one method, at most
 FAR = 3.0  #: times as slow as the best so far: no more is tried
 SHORT = 0.1  #: seconds of a run that are too short to tell by one run
+ASKED = "the error asked for"
 JUMP = 32.0  #: from one step to the next: errors of long steps tell little of short ones
 
 
@@ -107,6 +108,9 @@ def recommend(
     given = Asked(**{"budget": 60.0, "repeats": 3, **asked})
     names = chosen(given.methods)
     of = setting(model, given.stop, given.parameters, given.without)
+    assemble(of, given.announce)
+    if given.reference != "auto":
+        of = replace(of, points=file_points(given.reference, of))
     store = Store(given.store, given.fresh)
     runner = Runner(of, store, budget=given.budget, tell=given.tell, announce=given.announce)
     reference, search = _search(runner, names, given, target, signal)
@@ -122,8 +126,8 @@ def recommend(
                 choices.append(found)
                 quickest = min(quickest, found.time)
     if not choices:
-        told = "; ".join(f"{name}: {why}" for name, why in others)
-        raise IntegrationError(f"no method reaches an error of {search.wording(search.target)}: {told}")
+        told = f"no method reaches an error of {search.wording(search.target)}: {together(others)}"
+        raise IntegrationError(told)
     near = [c for c in choices if c.time <= max(FAR * quickest, SHORT)]
     times = runner.time([c.case for c in near], given.repeats, {c.case: c.time for c in near}.__getitem__)
     note = ""
@@ -200,8 +204,10 @@ class Search:
             if tried and 0.0 < e < tried[-1][1] and tried[-1][0] > at:
                 seen = math.log(tried[-1][1] / e) / math.log(tried[-1][0] / at)
                 order = min(max(seen, 0.5), 2.0 * order)
-            tried.append((at, e))
             change = (AIM * self.target / max(e, 1e-300)) ** (1.0 / order)
+            if best is None and tried and e > 0.9 * tried[-1][1]:
+                change = min(change, 0.1)  # over some range of tolerances one run may be the result for all of them
+            tried.append((at, e))
             at *= min(max(change, 1.0 / JUMP), 0.7 if best is None else JUMP)
             if at >= (10.0 * self.runner.setting.interval if fixed else 1e-2):
                 break
@@ -220,7 +226,7 @@ def _search(
     if given.reference == "auto":
         reference = automatic(runner, names, None)
     else:
-        reference = from_file(given.reference, runner.setting)
+        reference = from_file(given.reference, runner, [signal] if signal else ())
     search = _by(runner, reference, target, signal)
     floor = max(f.scaled if search.scaled else f.largest for f in map(reference.floor, search.wanted))
     if floor < search.target / CLEAR or reference.check is None:
@@ -236,13 +242,16 @@ def _by(runner: Runner, reference: Reference, target: float | str, signal: str |
     like = solution if isinstance(solution, Trajectory) else runner.blank()
     if signal is None:
         wanted = [q for q in quantities(like, solution) if q.key in ("q", "v")]
-        number_ = tolerance(target, "", 1.0)
+        if not wanted:
+            told = f"{reference.how} has no positions and velocities"
+            raise UsageError(told, hint="say which of its signals is looked at: --signal NAME")
+        number_ = tolerance(target, "", 1.0, ASKED)
         return Search(runner, reference, wanted, number_, "", "positions and velocities, scaled", True)
     (name,) = like.select([signal]) if signal in like else [signal]
     wanted = [q for q in quantities(like, solution, [name]) if q.key == name]
     if not wanted:
         raise UsageError(f"the reference has no signal `{name}`")
-    allowed = tolerance(target, like.unit(name), 1.0 / wanted[0].weights[0])
+    allowed = tolerance(target, like.unit(name), 1.0 / wanted[0].weights[0], ASKED)
     return Search(runner, reference, wanted, allowed, like.unit(name), name, False)
 
 

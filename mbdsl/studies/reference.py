@@ -6,7 +6,7 @@ are extrapolated: with the error as a series c_2 h^2 + c_3 h^3 + ..., solutions 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 from os import PathLike
@@ -19,19 +19,20 @@ from numpy.typing import NDArray
 from mbdsl import results
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import methods
-from mbdsl.studies.cases import Case, Setting, own_step
-from mbdsl.studies.errors import Error, Quantity, Solution, error, matching, quantities
+from mbdsl.studies.cases import POINTS, Case, Setting, own_step
+from mbdsl.studies.errors import Error, Quantity, Solution, error, matching, quantities, reactions
 from mbdsl.studies.families import EXTRAPOLATED, family, precise
 from mbdsl.studies.runner import Runner
-from mbdsl.studies.store import Computed
-from mbdsl.trajectory import Trajectory
-from mbdsl.wording import duration
+from mbdsl.studies.store import OUT_OF_TIME, Computed
+from mbdsl.trajectory import ENERGIES, Trajectory
+from mbdsl.wording import duration, few, together
 
 Array = NDArray[np.float64]
 TIGHT = (1e-12, 1e-10, 1e-8)  #: tolerances of a reference; the first with which it runs is taken
 POWERS = (2, 3, 4)  #: of h that extrapolation removes
 GOOD = 1e-9  #: scaled difference of two references beyond which more is tried
 FINER = 3  #: times that steps are made shorter by four
+FEWEST = 20  #: output points that a file with more is looked at
 
 
 @dataclass
@@ -42,7 +43,6 @@ class Reference:
     how: str
     check: Solution | None = None
     checked_by: str = ""
-    problems: tuple[str, ...] = ()
     _floors: dict[str, Error] = field(default_factory=dict)
 
     @classmethod
@@ -62,7 +62,7 @@ class Reference:
         """Decimal digits that are trusted, relative to the quantity's scale; None where nobody knows."""
         if self.check is None or quantity.itself:
             return None
-        return float(-np.log10(max(self.floor(quantity).scaled, 1e-17)))
+        return max(0.0, float(-np.log10(max(self.floor(quantity).scaled, 1e-17))))
 
     def __str__(self) -> str:
         return self.how + (f", checked by {self.checked_by}" if self.checked_by else ", unchecked")
@@ -82,29 +82,95 @@ class Columns:
         return self.columns[name]
 
 
-def from_file(path: str | PathLike, of: Setting) -> Reference:
-    """The signals of a result file.
+def from_file(path: str | PathLike, runner: Runner, signals: Sequence[str] = ()) -> Reference:
+    """The signals of a result file; ``signals`` are patterns of those that are asked for.
 
     Raises
     ------
     UsageError
-        If it cannot be read, or has no time at which there is output.
+        If it cannot be read, does not go up to the stop time of the study, has none of the signals that are looked at
+        or none that a pattern asks for, or has no numbers where it should.
     """
     columns, meta = results.read(path)
-    t, times = columns["time"], of.times
+    file, of, like = Path(path).name, runner.setting, runner.blank()
+    told = [] if meta.get("complete", True) else ["incomplete"]
+    t, times = _times(file, columns, of), of.times
     rows = matching(t, times)
     there = np.abs(t[rows] - times) <= 1e-6 * of.interval
-    there[0] = there[0] and len(times) > 1
-    if not there[1:].any():
+    if not there[-1]:
+        before = t[np.searchsorted(t, of.stop) - 1]
         raise UsageError(
-            f"`{path}` has none of the times {times[1]:g}, {times[2]:g}, ... {times[-1]:g} s",
-            hint=f"a reference has the interval {of.interval:g} s, or a part of it, or the stop time alone",
+            f"`{file}` has nothing at the stop time, {of.stop:g} s",
+            hint=f"a reference has the interval {of.interval:g} s, or a part of it, or the stop time alone; "
+            f"the last time that it has before: --stop {before:.9g}",
         )
-    kept = {name: np.asarray(x, float)[rows[there]] for name, x in columns.items()}
-    told = f"`{Path(path).name}`"
-    if not meta.get("complete", True):
-        told += " (incomplete)"
-    return Reference(Columns(times[there], kept), told)
+    if not there[1:].all():
+        told.append(f"at {there[1:].sum()} of {of.points} times")
+    kept = {name: np.asarray(x)[rows[there]] for name, x in columns.items() if np.shape(x) == t.shape}
+    moving = [name for name in like.default_names if name in kept]
+    if len(moving) < len(like.default_names):
+        told.append(f"{len(moving)} of {len(like.default_names)} positions and velocities")
+    asked = [name for name in like.select(signals) if name != "time"] if signals else []
+    _check_asked(file, kept, like, signals)
+    if missing := [name for name in asked if name not in kept]:
+        told.append(f"without {few(missing)}")
+    energies = [name for name in ENERGIES if name in kept]
+    others = [name for name in (*reactions(like), *asked) if name in kept]
+    if not (moving or energies or others):
+        raise UsageError(
+            f"`{file}` has no signal of {of.scene.name}: it has {few(kept)}",
+            hint="a reference is a result file of the same model",
+        )
+    # what is undetermined in some poses, as reactions may be, cannot be told there
+    gaps = [name for name in others if not np.isfinite(kept[name]).all()]
+    wrong = [name for name in (*moving, *energies) if not np.isfinite(kept[name]).all()]
+    wrong += [name for name in gaps if not np.isfinite(kept[name]).any()]
+    if wrong:
+        raise UsageError(f"`{file}` has no numbers (nan) in {few(wrong)}", hint="take them out, or another file")
+    if gaps:
+        told.append(f"at some times without {few(gaps)}")
+    how = f"`{file}`" + (f" ({', '.join(told)})" if told else "")
+    return Reference(Columns(times[there], kept), how)
+
+
+def _times(file: str, columns: Mapping[str, Array], of: Setting) -> Array:
+    """The times of a file (N,) [s], checked."""
+    t = np.asarray(columns.get("time", ()), float)
+    if t.ndim != 1 or not len(t):
+        raise UsageError(f"`{file}` has no rows", hint="a reference is a result file with the stop time, or many times")
+    if not (np.isfinite(t).all() and (np.diff(t) >= 0.0).all()):
+        raise UsageError(f"`{file}` is no result: its times do not go up")
+    if t[-1] < of.stop - 1e-6 * of.interval:
+        told = f"`{file}` ends at {t[-1]:.9g} s, the study at {of.stop:.9g} s"
+        hint = f"compare up to there (--stop {t[-1]:.9g}), or take a reference that goes on"
+        raise UsageError(told, hint=hint if t[-1] > of.start else "take a reference that goes on")
+    return t
+
+
+def _check_asked(file: str, kept: Mapping[str, Array], like: Trajectory, signals: Sequence[str]) -> None:
+    for pattern in signals:
+        if not any(name in kept for name in like.select([pattern])):
+            raise UsageError(f"`{file}` has no signal `{pattern}`", hint=f"it has {few(kept)}")
+
+
+def file_points(path: str | PathLike, of: Setting) -> int:
+    """Output points of a study at whose times a file has values, as far as these are evenly spaced.
+
+    They are no more than twice the usual number, unless the file's own number has no divisor that would do.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be read.
+    """
+    t = np.asarray(results.read(path)[0].get("time", ()), float)
+    inside = t[(t > of.start + 1e-9 * of.span) & (t <= of.stop + 1e-9 * of.span)]
+    count, spacing = len(inside), np.diff(inside)
+    even = count > 1 and np.allclose(spacing, spacing[0], rtol=1e-6) and abs(inside[-1] - of.stop) < spacing[0] / 2
+    if not even:
+        return POINTS
+    divisors = [n for n in range(min(FEWEST, count), count + 1) if count % n == 0]
+    return max((n for n in divisors if n <= 2 * POINTS), default=divisors[0])
 
 
 def automatic(runner: Runner, studied: Sequence[str], finest: float | None) -> Reference:
@@ -137,16 +203,23 @@ def automatic(runner: Runner, studied: Sequence[str], finest: float | None) -> R
             break
         h /= 4.0
     if best is None:
-        told = "; ".join(problems) or "there are too few methods"
-        raise IntegrationError(f"no reference can be had: {told}", hint="give one: --reference FILE")
+        late = any(why == OUT_OF_TIME for _, why in problems)
+        raise IntegrationError(
+            f"no reference can be had: {together(problems) or 'there are too few methods'}",
+            hint="give it more time (--budget), or a reference: --reference FILE"
+            if late
+            else "give one: --reference FILE",
+        )
     _, (_, how, solution), (_, other, check) = best
-    return Reference(solution, how, check, other, tuple(problems))
+    return Reference(solution, how, check, other)
 
 
 Found = tuple[str, str, Trajectory]  #: method, how it was used, and what came of it
 
 
-def _candidates(runner: Runner, names: Sequence[str], longest: float | None = None) -> tuple[list[Found], list[str]]:
+def _candidates(
+    runner: Runner, names: Sequence[str], longest: float | None = None
+) -> tuple[list[Found], list[tuple[str, str]]]:
     """Solutions by at most three families, and why others gave none; extrapolated from ``longest`` [s] where given."""
     found: list[Found] = []
     problems = []
@@ -155,7 +228,7 @@ def _candidates(runner: Runner, names: Sequence[str], longest: float | None = No
             continue
         how, run = _precise(runner, name) if longest is None else _extrapolated(runner, name, longest)
         if run.problem:
-            problems.append(f"{name}: {run.problem}")
+            problems.append((name, run.problem))
             continue
         found.append((name, how, runner.trajectory(run)))
         if len(found) == 3 or ((best := _closest(found)) is not None and best[0] < GOOD):

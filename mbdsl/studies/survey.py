@@ -7,9 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 
-import numpy as np
-
-from mbdsl import results
 from mbdsl.errors import UsageError
 from mbdsl.integrators import methods
 from mbdsl.scene import Scene
@@ -18,6 +15,7 @@ from mbdsl.studies.cases import (
     TOLS,
     Case,
     Setting,
+    assemble,
     cases,
     chosen,
     common_points,
@@ -26,7 +24,7 @@ from mbdsl.studies.cases import (
     step_ladder,
 )
 from mbdsl.studies.errors import Error, Quantity, error, quantities
-from mbdsl.studies.reference import Reference, automatic, from_file
+from mbdsl.studies.reference import Reference, automatic, file_points, from_file
 from mbdsl.studies.runner import Runner, Told
 from mbdsl.studies.store import Computed, Store
 from mbdsl.trajectory import Trajectory
@@ -139,6 +137,7 @@ def begin(
     of = setting(model, asked.stop, asked.parameters, asked.without)
     of = Setting(**{**vars(of), "points": _points(of, asked)})
     ladder = asked.steps is None and asked.tols is None
+    assemble(of, asked.announce)
     runner = Runner(
         of,
         Store(asked.store, asked.fresh),
@@ -188,7 +187,7 @@ def prepare(
         finest = min((c.step for c in every if c.step is not None), default=None)
         reference = automatic(runner, [c.method for c in every], finest)
     else:
-        reference = from_file(asked.reference, of)
+        reference = from_file(asked.reference, runner, asked.signals)
     runs = runner.compute(every)
     rows = [Row(case, runs[case]) for case in every]
     return Survey(of, asked, runner, rows, refused, reference, [])
@@ -209,16 +208,7 @@ def measure(found: Survey) -> Survey:
 def _points(of: Setting, asked: Asked) -> int:
     """Output points that the steps reach, and those of a reference that is a file."""
     if asked.reference != "auto":
-        t = results.read(asked.reference)[0]["time"]
-        inside = t[(t > of.start + 1e-9 * of.span) & (t <= of.stop + 1e-9 * of.span)]
-        spacing = np.diff(inside)
-        even = (
-            len(inside) > 1
-            and np.allclose(spacing, spacing[0], rtol=1e-6)
-            and abs(inside[-1] - of.stop) < spacing[0] / 2
-        )
-        count = len(inside) if even else POINTS
-        return next(n for n in range(min(count, 2 * POINTS), 0, -1) if count % n == 0)
+        return file_points(asked.reference, of)
     return common_points(of.span, list(asked.steps)) if asked.steps else POINTS
 
 

@@ -21,7 +21,10 @@ SMALL = 1e-6  #: part of the largest range of its unit below which a signal's ow
 
 @dataclass(frozen=True)
 class Agreement:
-    """Digits to which a signal agrees, relative to its range, and the largest difference."""
+    """Digits to which a signal agrees, relative to its range, and the largest difference.
+
+    Where only one run has a value the difference is infinite, where there is none to compare it is nan; no digits then.
+    """
 
     signal: str
     unit: str
@@ -56,7 +59,7 @@ class Verification:
     def __str__(self) -> str:
         if self.problem:
             return f"not verified: {self.how}: {self.problem}"
-        rows = [(a.signal, f"{a.digits:.1f}", f"{number(a.difference)} {a.unit}") for a in self.agreements[:SHOWN]]
+        rows = [(a.signal, f"{a.digits:.1f}", _differs(a)) for a in self.agreements[:SHOWN]]
         hidden = len(self.agreements) - len(rows)
         note = f"{hidden} more agree to {self.agreements[SHOWN].digits:.1f} digits or better" if hidden else ""
         return as_text(Table(f"verified by {self.how}", ("signal", "digits", "differs by"), rows, note))
@@ -65,14 +68,11 @@ class Verification:
 def verify(
     trajectory: Trajectory,
     names: Sequence[str],
-    interval: float | None = None,
     general: bool = False,
     progress: Callable[[Progress], None] | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Verification:
-    """Run the model of ``trajectory`` again, otherwise, and compare the signals ``names``.
-
-    ``interval`` is that of the trajectory's output.
+    """Run the model of ``trajectory`` again, otherwise, and compare the signals ``names`` at the times of its output.
 
     Raises
     ------
@@ -83,9 +83,7 @@ def verify(
     method = of_another_family(stats["method"], "fixed" if tol is None else "controlled") or stats["method"]
     step, tol = (h / 2.0, None) if tol is None else (None, tol / 10.0)
     start, stop = float(trajectory.t[0]), float(trajectory.t[-1])
-    if interval == 0.0:
-        # every step of the one run is none of the other: compare at even times, which both come by
-        interval = h
+    times = np.unique(trajectory.t)[1:]  # of controlled steps, too, where all of them are output
     try:
         other = simulate(
             trajectory.scene,
@@ -94,7 +92,7 @@ def verify(
             tol=tol,
             start=start,
             stop=stop,
-            interval=interval,
+            times=times if stop > start else None,
             general=general,
             progress=progress,
             announce=announce,
@@ -108,24 +106,41 @@ def verify(
 
 
 def agree(one: Trajectory, other: Trajectory, names: Sequence[str]) -> list[Agreement]:
-    """How far two trajectories with the same times agree, the worst first."""
+    """How far two trajectories agree, the worst first; ``other`` has all times of ``one``."""
     ranges = {name: _range(one[name]) for name in names}
     largest: dict[str, float] = {}
     for name in names:
         unit = one.unit(name)
         largest[unit] = max(largest.get(unit, 0.0), ranges[name])
-    rows = np.minimum(np.searchsorted(other.t, one.t - 1e-9 * np.ptp(one.t)), len(other.t) - 1)
+    rows = np.minimum(np.searchsorted(other.t, one.t), len(other.t) - 1)
+    assert np.array_equal(other.t[rows], one.t), "what is compared is of one time"
     found = []
     for name in names:
         unit = one.unit(name)
-        D = np.abs(one[name] - other[name][rows])
-        difference = float(D.max(initial=0.0, where=np.isfinite(D)))
-        scale = max(ranges[name], SMALL * largest[unit]) or float(np.abs(one[name]).max(initial=0.0)) or 1.0
-        digits = -np.log10(max(difference / scale, 1e-16))
+        difference = _difference(one[name], other[name][rows])
+        scale = max(ranges[name], SMALL * largest[unit]) or _largest(one[name]) or 1.0
+        digits = -np.log10(max(difference / scale, 1e-16)) if np.isfinite(difference) else 0.0
         found.append(Agreement(name, unit, max(0.0, float(digits)), difference))
     return sorted(found, key=lambda a: a.digits)
+
+
+def _difference(x: np.ndarray, y: np.ndarray) -> float:
+    """The largest over time; what has a value in neither run, such as a reaction that is undetermined, is left out."""
+    there = np.isfinite(x) | np.isfinite(y)
+    D = np.abs(x[there] - y[there])
+    return float(np.where(np.isfinite(D), D, np.inf).max()) if len(D) else np.nan
+
+
+def _differs(a: Agreement) -> str:
+    if np.isfinite(a.difference):
+        return f"{number(a.difference)} {a.unit}"
+    return "no value in either run" if np.isnan(a.difference) else "a value in one run alone"
 
 
 def _range(x: np.ndarray) -> float:
     kept = x[np.isfinite(x)]
     return float(np.ptp(kept)) if len(kept) else 0.0
+
+
+def _largest(x: np.ndarray) -> float:
+    return float(np.abs(x).max(initial=0.0, where=np.isfinite(x)))
