@@ -112,11 +112,14 @@ def _largest(reference: Solution, weights: Mapping[str, float]) -> float:
 
 
 def over_time(quantity: Quantity, found: Solution, reference: Solution, scaled: bool = True) -> Array:
-    """The error (N,) at the times of ``reference``; where a value is none on either side it does not count."""
-    rows = matching(found.t, reference.t)
+    """The error (N,) at the times of ``reference``; where a value is none on either side it does not count.
+
+    A quantity that is an error itself is that at all times of ``found``.
+    """
+    rows = np.arange(len(found.t)) if quantity.itself else matching(found.t, reference.t)
     largest = np.zeros(len(rows))
     for name, weight in zip(quantity.signals, quantity.weights, strict=True):
-        D = np.abs(found[name][rows] if quantity.itself else found[name][rows] - reference[name])
+        D = np.abs(found[name] if quantity.itself else found[name][rows] - reference[name])
         largest = np.fmax(largest, D * weight if scaled else D)
     return largest
 

@@ -13,7 +13,7 @@ from mbdsl.scene import Scene
 from mbdsl.studies.reference import Reference
 from mbdsl.studies.report import Study, outcomes, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, begin
-from mbdsl.studies.work_precision import quartiles, time_rows
+from mbdsl.studies.work_precision import quartiles, rounds, time_rows
 from mbdsl.wording import duration
 
 BASE = "hht-i3"
@@ -27,7 +27,7 @@ class Runtime(Study):
 
     def summary(self) -> list[str]:
         s = self.survey
-        told = [f"Times of the step loops alone, medians of {s.asked.repeats} rounds in which methods alternate."]
+        told = [f"Times of the step loops alone, medians of {rounds(s.rows)} in which methods alternate."]
         return told + troubles(s)
 
     def ratios(self, row: Row) -> list[float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from os import PathLike
 from statistics import median
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
-from mbdsl.studies.convergence import trusted
+from mbdsl.studies.convergence import BRACKETS, cell, trusted
 from mbdsl.studies.errors import Quantity
 from mbdsl.studies.report import Study, number, outcomes, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, survey
@@ -28,12 +29,19 @@ class WorkPrecision(Study):
     kind = "work-precision"
 
     def points(self, key: str) -> list[Row]:
-        """Rows with a time, and an error in a quantity that the reference can tell."""
+        """Rows with a time and an error. What is below all that the reference can tell has the error that it can."""
         q = self.survey.quantity(key)
         if q is None:
             return []
-        floor = self.survey.reference.floor(q).scaled
-        return [r for r in self.survey.rows if r.run.done and r.seconds and r.errors[key].scaled >= max(floor, 1e-300)]
+        floor = self.survey.reference.floor(q)
+        found = []
+        for row in self.survey.rows:
+            if row.run.done and row.seconds:
+                e = row.errors[key]
+                known = floor if e.scaled < floor.scaled else e
+                if known.scaled > 0.0:
+                    found.append(replace(row, errors={**row.errors, key: known}))
+        return found
 
     def front(self, key: str) -> list[Row]:
         return front(self.points(key), key)
@@ -45,7 +53,7 @@ class WorkPrecision(Study):
         s = self.survey
         told = [
             trusted(s),
-            f"Times are of the step loops alone: medians of {s.asked.repeats} rounds in which methods alternate, "
+            f"Times are of the step loops alone: medians of {rounds(s.rows)} in which methods alternate, "
             "in each the least of three short runs; the spread is that of the middle half.",
         ]
         untimed = sum(row.run.done and not row.seconds for row in s.rows)
@@ -64,10 +72,10 @@ class WorkPrecision(Study):
                 rows.append((r.case.series, size(r), "", "", "", *[r.run.word] * len(shown)))
                 continue
             time, spread = (duration(median(r.seconds)), _spread(r.seconds)) if r.seconds else ("", "")
-            errors = (number(r.errors[q.key].scaled) for q in shown)
+            errors = (cell(self.survey, q, r) for q in shown)
             rows.append((r.case.series, size(r), str(r.run.stats["steps"]), time, spread, *errors))
         columns = ("method", "step or tol", "steps", "time", "spread", *(q.key for q in shown))
-        return Table("Error and time", columns, rows, "Errors: largest over time, scaled.")
+        return Table("Error and time", columns, rows, f"Errors: {BRACKETS}")
 
     def _read_out(self, key: str) -> Table:
         rows = []
@@ -94,7 +102,8 @@ class WorkPrecision(Study):
             x, y = [r.errors[q.key].scaled for r in best], [median(r.seconds) for r in best]
             series.append(Series("least time", x, y, style="front", hover=[str(r.case) for r in best]))
         for name, rows in self.survey.series().items():
-            own = [r for r in rows if r in points]
+            cases = {row.case for row in rows}
+            own = [r for r in points if r.case in cases]
             if own:
                 series.append(
                     Series(
@@ -142,6 +151,13 @@ def time_rows(found: Survey) -> None:
     )
     for case, seconds in times.items():
         rows[case].seconds = seconds
+
+
+def rounds(rows: Sequence[Row]) -> str:
+    """How many rounds there are times of, in words; fewer than asked for where time was short."""
+    counts = {len(row.seconds) for row in rows if row.seconds} or {0}
+    told = f"{min(counts)} to {max(counts)}" if len(counts) > 1 else f"{max(counts)}"
+    return f"{told} round{'' if counts == {1} else 's'}"
 
 
 def front(rows: Sequence[Row], key: str) -> list[Row]:

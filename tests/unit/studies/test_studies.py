@@ -205,7 +205,8 @@ def test_energy_where_it_is_conserved(given):
     assert line.slope == pytest.approx(2.0, abs=line.uncertainty + 0.005)
     run = mbdsl.simulate(PENDULUM, method="newmark", step=STEPS[0], stop=0.5, interval=0.01)
     E = run["energy.total"]
-    assert found.mean(rows["newmark"][0]) == pytest.approx(np.abs(E - E[0]).mean(), rel=1e-9)
+    e = np.abs(E - E[0])
+    assert found.mean(rows["newmark"][0]) == pytest.approx((e[1:] + e[:-1]).mean() / 2.0, rel=1e-9)
     assert np.array(found.figures()[0].series[1].y)[-1] < 0.0  # it loses energy
 
 
@@ -230,6 +231,21 @@ def test_drift(given):
     assert [f.key for f in found.figures()] == ["Phi-time", "Phi", "dPhi-time", "dPhi"]
     with pytest.raises(IntegrationError, match="no run came to its end"):
         drift(CRANK, methods=["hht-i3"], steps=[0.5], **{**given, "stop": 2.0})
+    # nothing is compared, so nothing is said of differences; pictures have the units of the table
+    assert [q.key for q in found.survey.quantities] == ["Phi", "dPhi"]
+    assert not {"q", "v scaled", "reactions", "energy"} & {name for record in found.records() for name in record}
+    figure = next(f for f in found.figures() if f.key == "dPhi")
+    assert figure.y_label == "largest over time [m/s, rad/s]"
+    assert next(s for s in figure.series if s.name == "hht-i3").y == violations
+
+
+def test_drift_of_what_has_no_constraints(given, tmp_path):
+    free = tmp_path / "free.mbd"
+    free.write_text(
+        "model Free\n  Ground ground(g = 9.81);\n  Body block(m = 1 kg, I = 0.01 kg.m2);\n  FreeMotion free(ground, block.c);\nend Free;\n"
+    )
+    with pytest.raises(UsageError, match="Free has no constraints that a motion could leave"):
+        drift(free, methods=["hht-si2"], **given)
 
 
 def test_runtime(given):
@@ -270,6 +286,11 @@ def test_work_precision(given, tmp_path):
     two = {**given, "stop": 2.0}
     found = work_precision(CRANK, methods=["hht-i3", "hht-si2"], steps=[0.5, *STEPS[:3]], repeats=2, **two)
     assert {len(r.seconds) for r in found.survey.rows if r.run.done} == {2}
+    assert "medians of 2 rounds" in found.summary()[1]
+    short = replace(found.survey.rows[-1], seconds=found.survey.rows[-1].seconds[:1])
+    asked = replace(found.survey.asked, repeats=9)
+    fewer = type(found)(replace(found.survey, asked=asked, rows=[*found.survey.rows[:-1], short]))
+    assert "medians of 1 to 2 rounds" in fewer.summary()[1]
     best = found.front("q")
     assert best == sorted(best, key=lambda r: -r.errors["q"].scaled)
     figure = next(f for f in found.figures() if f.key == "q")
