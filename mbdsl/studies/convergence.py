@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import Any
 
@@ -17,6 +18,7 @@ from mbdsl.wording import duration
 
 #: what is fitted: constraints and energy may fall with other orders, or be kept exactly
 FITTED = ("q", "v", "reactions")
+ABOVE = 0.04  #: of the picture's height, above the error at the longest step: where the line of an order begins
 BRACKETS = "largest over time, scaled; (below what the reference is trusted to)."
 
 
@@ -152,6 +154,8 @@ def error_figures(s: Survey, q: Quantity, scaled: bool = True) -> list[Figure]:
         if controlled:
             sizes = sorted({row.case.size for rows in of_kind.values() for row in rows})
             series.append(Series("error = tolerance", sizes, sizes, style="guide"))
+        elif q.key in FITTED:
+            series += _orders(series, {name: methods()[rows[0].case.method].order for name, rows in of_kind.items()})
         floors = [(floor, "the references differ")] if floor > 0.0 else []
         what = q.label if q.itself else f"error in {q.label}"
         problems = outcomes(row for rows in of_kind.values() for row in rows)
@@ -167,6 +171,20 @@ def error_figures(s: Survey, q: Quantity, scaled: bool = True) -> list[Figure]:
                 floors=floors,
             )
         )
+    return found
+
+
+def _orders(series: Sequence[Series], orders: Mapping[str, int]) -> list[Series]:
+    """A line for every order of the methods, above the coarsest points that it is compared with."""
+    found = []
+    errors = [y for s in series for y in s.y if y > 0.0]
+    above = (max(errors) / min(errors)) ** ABOVE if errors else 1.0
+    for order in sorted({p for p in orders.values() if p}):
+        points = [(x, y) for s in series if orders[s.name] == order for x, y in zip(s.x, s.y, strict=True) if y > 0.0]
+        sizes = sorted({x for x, _ in points}, reverse=True)
+        if len(sizes) > 1:
+            top = above * max(y for x, y in points if x == sizes[0])
+            found.append(Series(f"order {order}", sizes, [top * (x / sizes[0]) ** order for x in sizes], style="guide"))
     return found
 
 

@@ -120,7 +120,9 @@ class WorkPrecision(Study):
                 )
         floor = self.survey.reference.floor(q).scaled
         times = [median(r.seconds) for r in points]
-        if floor > 0.0 and times:
+        note = "Further left is more exact, further down is faster."
+        if any(r.errors[q.key].scaled == floor for r in points):
+            note += " Points on the line are at least as exact as that: the reference cannot tell how much."
             series.append(Series("the references differ", [floor, floor], [min(times), max(times)], style="guide"))
         problems = [type(o)(o.name, None, f"{o.x:g}: {o.text}") for o in outcomes(self.survey.rows)]
         key = q.key.replace("[", "").replace("]", "").replace(".", "_")
@@ -131,7 +133,7 @@ class WorkPrecision(Study):
             "time [s]",
             series,
             outcomes=problems,
-            note="Further left is more exact, further down is faster.",
+            note=note,
         )
 
 
