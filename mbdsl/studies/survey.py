@@ -250,8 +250,8 @@ def rows_of(runner: Runner, every: Sequence[Case]) -> list[Row]:
         if run.done and not reaches(runner.setting, case) and (case.tol is None or run.stats["steps"] <= MANY)
     }
     # dear runs may have spent the budget; that is no reason to leave out what takes next to nothing
-    took = (runs[case].stats["seconds"]["integrate"] for case in ends)
-    runner.budget += max(0.0, sum(s for s in took if s < SHORT * runner.budget) - runner.left)
+    took = [sum(s for phase, s in runs[case].stats["seconds"].items() if phase != "compile") for case in ends]
+    runner.budget += max(0.0, 3.0 * sum(s for s in took if s < SHORT * runner.budget) - runner.left)  # times vary
     others = runner.compute(list(ends.values()), "the same where steps end")
     rows = []
     for case in every:

@@ -1,5 +1,6 @@
 """What studies measure where steps end, and which steps those are."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -7,10 +8,14 @@ import pytest
 
 import mbdsl
 from mbdsl.errors import UsageError
+from mbdsl.studies import workers
+from mbdsl.studies.cases import Case, setting
 from mbdsl.studies.convergence import convergence
 from mbdsl.studies.drift import drift
 from mbdsl.studies.energy import energy
 from mbdsl.studies.runtime import runtime
+from mbdsl.studies.store import Store, key_of
+from mbdsl.studies.survey import rows_of
 from mbdsl.studies.work_precision import work_precision
 
 MODELS = Path(__file__).parents[3] / "models"
@@ -42,6 +47,24 @@ def test_a_long_run_is_not_kept_as_a_whole(given):
     assert row.own.t[-1] == pytest.approx(0.5) and row.errors["Phi"].largest < 1e-14
     (row,) = drift(CRANK, methods=["hht-si2"], tols=[1e-6], **given).survey.rows
     assert row.run.stats["steps"] > 3000 and len(row.own.t) == 501
+
+
+def test_what_takes_nothing_is_run_again_when_the_budget_is_spent(given):
+    """Where dear runs have spent it, cheap ones would be left with what interpolation adds."""
+    asked = {"methods": ["hht-si2"], "tols": [1e-3], **given}
+    found = drift(CRANK, **asked)
+    runner, (case,) = found.survey.runner, [row.case for row in found.survey.rows]
+    runner.store.fresh, runner.store.own = True, {key_of(runner.setting, case)}  # as if it had just been run
+    runner.begun -= runner.budget + 1.0
+    (row,) = rows_of(runner, [case])
+    assert row.own is not row.trajectory and len(row.own.t) > 101
+
+
+def test_a_case_goes_to_another_process_as_it_is(given):
+    of = setting(CRANK, 0.5)
+    case = Case("hht-si2", tol=1e-3, options=(("alpha", -0.1),), ends=True)
+    job = json.loads(json.dumps(workers._job(of, Store(given["store"]), case, "key", 1.0)))
+    assert workers._case(job["case"]) == case
 
 
 def test_what_could_not_be_run_again_is_told(given, monkeypatch):
@@ -80,6 +103,7 @@ def test_steps_are_those_that_are_taken(given):
     found = convergence(CRANK, methods=["hht-si2"], steps=[36e-3, 18e-3, 9e-3, 4.5e-3, 4.4e-3], **short)
     assert [row.case.step for row in found.survey.rows] == pytest.approx([0.1 / n for n in (3, 6, 12, 23)])
     assert [row.run.stats["steps"] for row in found.survey.rows] == [3, 6, 12, 23]
+    assert "does not converge" not in str(found)
     twice = convergence(CRANK, methods=["hht-si2"], steps=[2e-3, 2e-3, 1e-3, 5e-4], tols=[1e-4, 1e-4], **short)
     assert [row.case.size for row in twice.survey.rows] == [2e-3, 1e-3, 5e-4, 1e-4]
     assert twice.fits["hht-si2"]["q"].count == 3
