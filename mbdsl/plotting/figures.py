@@ -34,7 +34,10 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Figure:
-    """Axes and what is in them. ``floors`` are (y, what is not to be told below it)."""
+    """Axes and what is in them.
+
+    ``floors`` are (y, what is not to be told below it); what is far below is told in words.
+    """
 
     key: str  #: file name of its picture, without suffix
     title: str

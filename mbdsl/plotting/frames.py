@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 
-from mbdsl.plotting.axes import Axis, axis, coordinate, limits
+from mbdsl.plotting.axes import Axis, axis, coordinate, limits, number
 from mbdsl.plotting.figures import Figure, Outcome, Series
 from mbdsl.plotting.looks import DASHES, NEUTRAL, Look, looks
 
@@ -18,6 +18,7 @@ FLATTEST = 0.4  #: height over width of the frame of equal axes, at least
 USUAL = 0.56  #: height over width of all other frames
 ROWS = 6  #: of outcomes, at most
 LONGEST = 60  #: letters of an outcome's text
+FAR = 0.3  #: of the range of what is drawn, or a decade: further below it no floor is drawn, but told
 BELOW = 0.08  #: of the frame's height below the lowest floor: room for its text
 GAP = 0.012  #: of the frame's width, between marks and texts
 
@@ -58,7 +59,7 @@ class Frame:
     unplaced: int = 0  #: groups of outcomes for which there was no row
     floors: list[tuple[float, str]] = field(default_factory=list)
     aspect: float = USUAL
-    left_out: str = ""  #: what has no place on logarithmic axes, as a sentence
+    left_out: str = ""  #: what has no place on logarithmic axes, and floors far below, as sentences
 
 
 def names(figures: Sequence[Figure]) -> list[str]:
@@ -77,8 +78,15 @@ def lay_out(figure: Figure, known: Mapping[str, Look] | None = None, letter: flo
     drawn = [_place(s, x, y, special.get(s.style, known)[s.name]) for s in figure.series]
     groups = _groups(figure.outcomes, x, known)
     rows, unplaced = _pack(groups, letter)
-    floors = sorted((p, text) for p, text in ((y.place(v), text) for v, text in figure.floors) if not math.isnan(p))
-    return Frame(figure, x, y, drawn, rows, unplaced, floors, aspect, _left_out(figure))
+    floors, below = [], []
+    for value, text in figure.floors:
+        place = y.place(value)
+        if place >= 0.0:
+            floors.append((place, text))
+        elif place < 0.0:
+            below.append(f"Further below: {text} ({number(value, 2)}).")
+    told = " ".join(filter(None, (_left_out(figure), *below)))
+    return Frame(figure, x, y, drawn, rows, unplaced, sorted(floors), aspect, told)
 
 
 def _plain(series: Series) -> bool:
@@ -113,8 +121,9 @@ def _widened(ends: tuple[float, float], size: float) -> tuple[float, float]:
 
 
 def _with_floors(figure: Figure, ends: tuple[float, float]) -> tuple[float, float]:
-    """The range widened to floors, with room below the lowest one for its text."""
-    floors = [c for c in (coordinate(v, figure.y_log) for v, _ in figure.floors) if not math.isnan(c)]
+    """The range widened to floors that are not far, with room below the lowest one for its text."""
+    far = ends[0] - max(FAR * (ends[1] - ends[0]), 1.0 if figure.y_log else 0.0)
+    floors = [c for c in (coordinate(v, figure.y_log) for v, _ in figure.floors) if c >= far]
     if not floors:
         return ends
     low, high = min(ends[0], *floors), max(ends[1], *floors)

@@ -16,17 +16,20 @@ from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, as_scene, simulate
 
 POINTS = 100  #: of output at which runs are compared, where the steps allow it
 LEVELS = 9  #: steps of a ladder, each half of the one before
+ENDS = 500  #: ends of steps that are kept of a run, at most
 TOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 
 
 @dataclass(frozen=True)
 class Case:
-    """A method with a fixed step [s], or with a tolerance."""
+    """A method with a fixed step [s], or with a tolerance. With ``ends`` its output is where steps end, not at times
+    that all cases have in common."""
 
     method: str
     step: float | None = None
     tol: float | None = None
     options: tuple[tuple[str, float], ...] = ()
+    ends: bool = False
 
     @property
     def series(self) -> str:
@@ -134,9 +137,35 @@ def step_ladder(of: Setting, levels: int = LEVELS) -> list[float]:
     return [of.interval / (coarsest * 2**k) for k in range(levels)]
 
 
+def count(span: float, step: float) -> int:
+    """Steps that a run takes: where ``step`` does not divide the time, all are a little shorter."""
+    return max(1, math.ceil(span / step * (1 - 1e-12) - 1e-9))
+
+
+def taken(span: float, step: float) -> float:
+    """The step [s] that a run takes where ``step`` is asked for."""
+    exact = span / count(span, step)
+    return step if abs(exact - step) <= 1e-9 * step else exact
+
+
+def reaches(of: Setting, case: Case) -> bool:
+    """Whether steps end at all output times; those of controlled size need not."""
+    return case.step is not None and count(of.span, case.step) % of.points == 0
+
+
+def output_interval(of: Setting, case: Case) -> float:
+    """The interval [s] of a run's output; 0: every step."""
+    if not case.ends:
+        return of.interval
+    if case.step is None:
+        return 0.0
+    steps = count(of.span, case.step)
+    return of.span / steps * math.ceil(steps / ENDS)
+
+
 def common_points(span: float, steps: Sequence[float], most: int = 2 * POINTS) -> int:
     """Output points that all steps reach, ``most`` or less; as many as usual where they have too few in common."""
-    counts = [math.ceil(span / h * (1 - 1e-12) - 1e-9) for h in steps]
+    counts = [count(span, h) for h in steps]
     shared = math.gcd(*counts) if counts else 0
     fitting = [n for n in range(10, most + 1) if shared % n == 0] if shared else []
     return max(fitting, default=min([POINTS, *[n for n in counts if n >= 10]]))

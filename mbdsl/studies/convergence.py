@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import Any
 
@@ -17,6 +18,8 @@ from mbdsl.wording import duration
 
 #: what is fitted: constraints and energy may fall with other orders, or be kept exactly
 FITTED = ("q", "v", "reactions")
+ABOVE = 0.04  #: of the picture's height, above the error at the longest step: where the line of an order begins
+BRACKETS = "largest over time, scaled; (below what the reference is trusted to)."
 
 
 class Convergence(Study):
@@ -118,24 +121,25 @@ def errors_table(s: Survey) -> Table:
     rows = []
     for row in s.rows:
         cells = (
-            [_cell(s, q, row) for q in s.quantities]
-            if row.run.done
-            else [row.run.word] + [""] * (len(s.quantities) - 1)
+            [cell(s, q, row) for q in s.quantities] if row.run.done else [row.run.word] + [""] * (len(s.quantities) - 1)
         )
         rows.append((row.case.series, size(row), str(row.run.stats.get("steps", "")), *cells))
-    note = "Largest over time, scaled; (below what the reference is trusted to)."
-    return Table("Errors", columns, rows, note)
+    return Table("Errors", columns, rows, f"{BRACKETS[0].upper()}{BRACKETS[1:]}")
 
 
-def _cell(s: Survey, q: Quantity, row: Row) -> str:
+def cell(s: Survey, q: Quantity, row: Row) -> str:
+    """A scaled error as it is read, with brackets as ``BRACKETS`` says."""
     e, floor = row.errors[q.key].scaled, s.reference.floor(q).scaled
     return number(e) if e >= floor or q.itself else f"({number(e)})"
 
 
-def error_figures(s: Survey, q: Quantity) -> list[Figure]:
-    """Errors in one quantity, over the step and over the tolerance; what is below the floor is no point."""
+def error_figures(s: Survey, q: Quantity, scaled: bool = True) -> list[Figure]:
+    """Errors in one quantity, over the step and over the tolerance; what is below the floor is no point.
+
+    Without ``scaled`` they are in its own unit.
+    """
     found = []
-    floor = s.reference.floor(q).scaled
+    floor = s.reference.floor(q).scaled if scaled else s.reference.floor(q).largest
     for key, label, controlled in (("", "step [s]", False), ("-tol", "tolerance", True)):
         of_kind = {name: rows for name, rows in s.series().items() if (rows[0].case.tol is not None) == controlled}
         if not of_kind:
@@ -143,12 +147,15 @@ def error_figures(s: Survey, q: Quantity) -> list[Figure]:
         series = []
         for name, rows in of_kind.items():
             done = [row for row in rows if row.run.done]
-            y = [row.errors[q.key].scaled for row in done]
+            errors = [row.errors[q.key] for row in done]
+            y = [e.scaled if scaled else e.largest for e in errors]
             y = [e if e > 0.0 and (q.itself or e >= floor) else math.nan for e in y]
             series.append(Series(name, [row.case.size for row in done], y, hover=[_hover(q, row) for row in done]))
         if controlled:
             sizes = sorted({row.case.size for rows in of_kind.values() for row in rows})
             series.append(Series("error = tolerance", sizes, sizes, style="guide"))
+        elif q.key in FITTED:
+            series += _orders(series, {name: methods()[rows[0].case.method].order for name, rows in of_kind.items()})
         floors = [(floor, "the references differ")] if floor > 0.0 else []
         what = q.label if q.itself else f"error in {q.label}"
         problems = outcomes(row for rows in of_kind.values() for row in rows)
@@ -158,12 +165,26 @@ def error_figures(s: Survey, q: Quantity) -> list[Figure]:
                 f"{file}{key}",
                 f"{what[0].upper()}{what[1:]}",
                 label,
-                "largest over time, scaled",
+                f"largest over time{', scaled' if scaled else f' [{q.unit}]'}",
                 series,
                 outcomes=problems,
                 floors=floors,
             )
         )
+    return found
+
+
+def _orders(series: Sequence[Series], orders: Mapping[str, int]) -> list[Series]:
+    """A line for every order of the methods, above the coarsest points that it is compared with."""
+    found = []
+    errors = [y for s in series for y in s.y if y > 0.0]
+    above = (max(errors) / min(errors)) ** ABOVE if errors else 1.0
+    for order in sorted({p for p in orders.values() if p}):
+        points = [(x, y) for s in series if orders[s.name] == order for x, y in zip(s.x, s.y, strict=True) if y > 0.0]
+        sizes = sorted({x for x, _ in points}, reverse=True)
+        if len(sizes) > 1:
+            top = above * max(y for x, y in points if x == sizes[0])
+            found.append(Series(f"order {order}", sizes, [top * (x / sizes[0]) ** order for x in sizes], style="guide"))
     return found
 
 

@@ -5,22 +5,23 @@ from __future__ import annotations
 from os import PathLike
 from typing import Any
 
-from mbdsl.errors import IntegrationError
+from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
 from mbdsl.studies.convergence import error_figures
-from mbdsl.studies.errors import over_time
+from mbdsl.studies.errors import error, over_time, quantities
 from mbdsl.studies.reference import Reference
 from mbdsl.studies.report import Study, number, size, troubles
 from mbdsl.studies.slopes import fit
-from mbdsl.studies.survey import Asked, Row, Survey, begin, finite, measure
+from mbdsl.studies.survey import Asked, Survey, begin, finite, rows_of
 
 PARTS = (4.0, 2.0, 1.0, 0.5)  #: of the model's own step
 TOLS = (1e-4, 1e-6, 1e-8)
-KEYS = ("Phi", "dPhi")
 
 
 class Drift(Study):
+    """Errors are those of constraints alone, where steps end."""
+
     kind = "drift"
 
     def summary(self) -> list[str]:
@@ -30,7 +31,7 @@ class Drift(Study):
 
     def tables(self) -> list[Table]:
         s = self.survey
-        keys = [q.key for q in s.quantities if q.key in KEYS]
+        keys = [q.key for q in s.quantities]
         rows = []
         for name, series in s.series().items():
             done = [row for row in series if row.run.done]
@@ -46,13 +47,13 @@ class Drift(Study):
 
     def figures(self) -> list[Figure]:
         s, found = self.survey, []
-        for q in (q for q in s.quantities if q.key in KEYS):
+        for q in s.quantities:
             series = []
             for name, rows in s.series().items():
-                row = next((r for r in rows if r.trajectory is not None), None)
-                if row is not None and row.trajectory is not None:
-                    y = over_time(q, row.trajectory, s.reference.solution, scaled=False)
-                    series.append(Series(f"{name}, {size(row)}", row.run.t.tolist(), finite(y.tolist()), style="line"))
+                row = next((r for r in rows if r.own is not None), None)
+                if row is not None and row.own is not None:
+                    y = over_time(q, row.own, row.own, scaled=False)
+                    series.append(Series(f"{name}, {size(row)}", row.own.t.tolist(), finite(y.tolist()), style="line"))
             found.append(
                 Figure(
                     f"{q.key}-time",
@@ -63,21 +64,34 @@ class Drift(Study):
                     x_log=False,
                 )
             )
-            found += error_figures(s, q)
+            found += error_figures(s, q, scaled=False)
         return found
 
 
 def drift(model: Scene | str | PathLike, **asked: Any) -> Drift:
     """Violation of constraints by methods at a few steps around the model's own; arguments as for
-    :func:`mbdsl.studies.convergence.convergence`. It needs no reference."""
+    :func:`mbdsl.studies.convergence.convergence`. It needs no reference.
+
+    Raises
+    ------
+    MbdslError
+        If model or arguments make no sense, the model has no constraints, or no run comes to its end.
+    """
     given = Asked(**asked)
     runner, every, refused = begin(model, given, few=(PARTS, TOLS))
-    runs = runner.compute(every)
-    rows = [Row(case, runs[case]) for case in every]
-    done = [row for row in rows if row.run.done]
-    if not done:
-        raise IntegrationError(
-            f"no run came to its end; {rows[0].case}: {rows[0].run.problem}" if rows else "nothing to run"
+    reference = Reference.none()
+    if not quantities(runner.blank(), reference.solution):
+        raise UsageError(
+            f"{runner.setting.scene.name} has no constraints that a motion could leave",
+            hint="`mbdsl study energy` and `convergence` tell what methods get wrong without any",
         )
-    reference = Reference(runner.trajectory(done[-1].run), "none")
-    return Drift(measure(Survey(runner.setting, given, runner, rows, refused, reference, [])))
+    rows = rows_of(runner, every)
+    finest = next((row.own for row in reversed(rows) if row.own is not None), None)
+    if finest is None:
+        raise IntegrationError(f"no run came to its end; {rows[0].case}: {rows[0].run.problem}")
+    # its speed is what rates are scaled by
+    found = Survey(runner.setting, given, runner, rows, refused, reference, [])
+    found.quantities = [q for q in quantities(finest, finest) if q.itself]
+    for row in rows:
+        row.errors = {q.key: error(q, row.own, row.own) for q in found.quantities if row.own is not None}
+    return Drift(found)

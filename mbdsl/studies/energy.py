@@ -20,9 +20,9 @@ from mbdsl.studies.report import Study, number, outcomes, size, troubles
 from mbdsl.studies.slopes import Fit, fit
 from mbdsl.studies.survey import Asked, Row, Survey, finite, measure, prepare
 
+Array = NDArray[np.float64]
 PARTS = (4.0, 2.0, 1.0, 0.5, 0.25)  #: of the model's own step
 TOLS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
-CONSERVED = 1e-9  #: part of what is exchanged between kinds of energy: more is not conserved
 
 
 class Energy(Study):
@@ -38,21 +38,32 @@ class Energy(Study):
                 "the reference has no energies", hint="energy.kinetic, .potential and .total are looked at"
             )
         self.exchanged = 1.0 / q.weights[0]
-        self.floor = survey.reference.floor(q).largest
-        E = survey.reference.solution["energy.total"]
-        self.conserved = bool(np.ptp(E) <= max(CONSERVED * self.exchanged, 10.0 * self.floor))
-        if self.conserved:
-            self.floor = 0.0
+        self.conserved = survey.conserved
+        self.floor = 0.0 if self.conserved else survey.reference.floor(q).largest
 
-    def error(self, row: Row) -> NDArray[np.float64]:
-        """What the energy is off (N,) [J], with its sign."""
+    def error(self, row: Row) -> tuple[Array, Array]:
+        """Times (N,) [s], and what the energy is off there (N,) [J], with its sign.
+
+        Where it is conserved these are ends of steps, else the times that all runs have in common.
+        """
+        if self.conserved:
+            assert row.own is not None
+            E = row.own["energy.total"]
+            return row.own.t, E - E[0]
         assert row.trajectory is not None
         E, other = row.trajectory["energy.total"], self.survey.reference.solution
-        return E - E[0] if self.conserved else E[matching(row.trajectory.t, other.t)] - other["energy.total"]
+        return other.t, E[matching(row.trajectory.t, other.t)] - other["energy.total"]
 
     def mean(self, row: Row) -> float:
-        """The mean over time of its absolute value [J]."""
-        return float(np.abs(self.error(row)).mean())
+        """The mean over time of its absolute value [J]: steps may differ, so each counts by its length."""
+        t, e = self.error(row)
+        if len(t) < 2:
+            return float(np.abs(e).mean())
+        return float(np.diff(t) @ (np.abs(e[1:]) + np.abs(e[:-1])) / (2.0 * (t[-1] - t[0])))
+
+    def told(self, error: float) -> str:
+        """An error [J] as it is read: in brackets what the reference does not tell."""
+        return number(error) if error >= self.floor else f"({number(error)})"
 
     def slope(self, rows: list[Row]) -> Fit | None:
         done = [row for row in rows if row.run.done]
@@ -62,7 +73,7 @@ class Energy(Study):
         found = super().records()
         for record, row in zip(found, self.survey.rows, strict=True):
             if row.run.done:
-                e = self.error(row)
+                _, e = self.error(row)
                 record |= {"energy mean": self.mean(row), "energy lost at end": -float(e[-1])}
         return found
 
@@ -83,21 +94,24 @@ class Energy(Study):
                 if row.run.problem:
                     rows.append((name, size(row), row.run.word, "", "", "", told))
                     continue
-                e = self.error(row)
-                share = number(float(np.abs(e).max()) / self.exchanged)
+                _, e = self.error(row)
+                largest = float(np.abs(e).max())
+                share = number(largest / self.exchanged)
                 rows.append(
                     (
                         name,
                         size(row),
-                        number(self.mean(row)),
-                        number(float(np.abs(e).max())),
-                        share,
+                        self.told(self.mean(row)),
+                        self.told(largest),
+                        share if largest >= self.floor else f"({share})",
                         f"{e[-1]:+.1e}".replace("e-0", "e-"),
                         told,
                     )
                 )
         columns = ("method", "step or tol", "mean [J]", "largest [J]", "of exchanged", "at end [J]", "slope of mean")
-        return [Table("Error in energy", columns, rows, "Slopes stand where they end.")]
+        note = "Slopes stand where they end."
+        note += " (Below what the reference is trusted to.)" if self.floor else ""
+        return [Table("Error in energy", columns, rows, note)]
 
     def figures(self) -> list[Figure]:
         over_time, over_size = [], {False: [], True: []}
@@ -105,9 +119,9 @@ class Energy(Study):
             done = [row for row in rows if row.run.done]
             if not done:
                 continue
-            t = self.survey.reference.solution.t if not self.conserved else done[0].run.t
-            over_time.append(Series(f"{name}, {size(done[0])}", t.tolist(), self.error(done[0]).tolist(), style="line"))
-            y = [e if e >= self.floor else float("nan") for e in map(self.mean, done)]
+            t, e = self.error(done[0])
+            over_time.append(Series(f"{name}, {size(done[0])}", t.tolist(), e.tolist(), style="line"))
+            y = [mean if mean >= self.floor else float("nan") for mean in map(self.mean, done)]
             hover = [f"{row.case}: {number(self.mean(row), 3)} J" for row in done]
             controlled = rows[0].case.tol is not None
             over_size[controlled].append(Series(name, [row.case.size for row in done], finite(y), hover=hover))

@@ -113,8 +113,9 @@ def _largest(reference: Solution, weights: Mapping[str, float]) -> float:
 
 def over_time(quantity: Quantity, found: Solution, reference: Solution, scaled: bool = True) -> Array:
     """The error (N,) at the times of ``reference``: infinite where what is ``found`` has no value that the reference
-    has, and nan where the reference has none."""
-    rows = matching(found.t, reference.t)
+    has, and nan where the reference has none. A quantity that is an error itself is that at all times of ``found``.
+    """
+    rows = np.arange(len(found.t)) if quantity.itself else matching(found.t, reference.t)
     largest = np.full(len(rows), np.nan)
     for name, weight in zip(quantity.signals, quantity.weights, strict=True):
         x, y = found[name][rows], np.zeros(len(rows)) if quantity.itself else reference[name]

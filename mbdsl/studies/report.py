@@ -17,6 +17,7 @@ import numpy as np
 
 from mbdsl.errors import UsageError
 from mbdsl.plotting.figures import Figure, Outcome, Page, Table
+from mbdsl.studies.cases import reaches
 from mbdsl.studies.store import fingerprint, machine, versions
 from mbdsl.studies.survey import Row, Survey
 from mbdsl.wording import duration
@@ -266,9 +267,12 @@ def troubles(s: Survey) -> list[str]:
     if late:
         which = f"{len(late)} of {len(s.rows)} cases were not run, as the budget of {s.asked.budget:g} s was spent"
         told.append(f"{which}; run it again to go on.")
-    counts = [s.setting.interval / row.case.step for row in s.rows if row.case.step is not None]
-    if any(abs(n - round(n)) > 1e-6 * n for n in counts):
-        told.append("Not all steps reach the output times: between steps output is interpolated, and so are errors.")
+    between = [row for row in s.rows if row.run.done and s.quantities and not reaches(s.setting, row.case)]
+    if any(row.case.step is not None for row in between) and not all(q.itself for q in s.quantities):
+        told.append("Not all steps reach the output times: what is compared there is interpolated between steps.")
+    if alike := [row for row in between if row.own is row.trajectory]:
+        which = "1 case" if len(alike) == 1 else f"{len(alike)} cases"
+        told.append(f"Constraints and energy of {which} are those of output interpolated between steps.")
     return told + [f"{name} is left out: {why}." for name, why in s.refused]
 
 

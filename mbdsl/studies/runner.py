@@ -14,7 +14,7 @@ import numpy as np
 from mbdsl import graph
 from mbdsl.errors import MbdslError
 from mbdsl.simulation import Progress, simulate
-from mbdsl.studies.cases import Case, Setting
+from mbdsl.studies.cases import ENDS, Case, Setting, output_interval
 from mbdsl.studies.store import OUT_OF_MEMORY, OUT_OF_TIME, Computed, Store, key_of
 from mbdsl.system import System, build
 from mbdsl.trajectory import Trajectory
@@ -168,7 +168,7 @@ def _simulate(of: Setting, case: Case, progress=None, announce=None) -> Trajecto
         tol=case.tol,
         start=of.start,
         stop=of.stop,
-        interval=of.interval,
+        interval=output_interval(of, case),
         options=dict(case.options),
         progress=progress,
         announce=announce,
@@ -204,6 +204,12 @@ def compute(of: Setting, case: Case, limit: float = math.inf, announce=None) -> 
         if not late:
             raise KeyboardInterrupt
         return Computed(case, problem=OUT_OF_TIME)
+    if case.ends:
+        last = len(found.t) - 1
+        rows = np.linspace(0, last, min(last, ENDS) + 1).astype(int)
+        # multipliers that are no numbers are found when somebody asks for them; here nobody does
+        lam = np.full((len(rows), found.system.m + found.system.p), np.nan)
+        return Computed(case, found.t[rows], found.q[rows], found.v[rows], lam, _plain(found.stats))
     return Computed(case, found.t, found.q, found.v, found.lam, _plain(found.stats))
 
 

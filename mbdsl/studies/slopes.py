@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -80,16 +81,15 @@ def _line(X: np.ndarray, Y: np.ndarray) -> tuple[float, float]:
 
 
 def verdict(found: Fit | None, order: int, errors: Sequence[float], floor: float) -> str:
-    """What a slope says about a method of ``order``: "" where it is as declared."""
+    """What a slope says about a method of ``order``: "" where it is as declared. ``errors`` are coarse to fine."""
     known = [e for e in errors if np.isfinite(e)]
     if not known or max(known) <= CLEAR * floor:
         return "the reference cannot tell"
     if found is None:
-        return (
-            "does not converge at these sizes"
-            if len(known) > 2 and min(known) > CLEAR * floor
-            else "too few points to tell"
-        )
+        if len(known) < 3 or min(known) <= CLEAR * floor:
+            return "too few points to tell"
+        falls = all(b < STAYS * a for a, b in pairwise(known))
+        return "falls along no line at these sizes" if falls else "does not converge at these sizes"
     if found.below == "irregular":
         return "not settled"
     allowed = AGREE + found.uncertainty

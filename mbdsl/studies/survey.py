@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os import PathLike
+
+import numpy as np
 
 from mbdsl.errors import UsageError
 from mbdsl.integrators import methods
@@ -20,16 +22,21 @@ from mbdsl.studies.cases import (
     chosen,
     common_points,
     own_step,
+    reaches,
     setting,
     step_ladder,
+    taken,
 )
 from mbdsl.studies.errors import Error, Quantity, error, quantities
-from mbdsl.studies.reference import Reference, automatic, file_points, from_file
+from mbdsl.studies.reference import Columns, Reference, automatic, file_points, from_file
 from mbdsl.studies.runner import Runner, Told
 from mbdsl.studies.store import Computed, Store
 from mbdsl.trajectory import Trajectory
 
 BUDGET = 120.0  #: seconds
+CONSERVED = 1e-9  #: part of what is exchanged between kinds of energy: more is not conserved
+SHORT = 0.01  #: of the budget: what takes less is run a second time where it has to be, even when all is spent
+MANY = 100_000  #: steps that are not all kept for a moment: so short, what interpolation adds is nothing
 
 
 @dataclass
@@ -82,17 +89,25 @@ class Asked:
             raise UsageError(f"repeats = {self.repeats}: a time needs one run or more")
         if not self.budget > 0.0:
             raise UsageError(f"a budget of {self.budget:g} s leaves no time")
+        for name, sizes, example in (("steps", self.steps, "2ms,1ms"), ("tols", self.tols, "1e-4,1e-6")):
+            if sizes is not None and not len(sizes):
+                raise UsageError(f"{name} without any", hint=f"give some, e.g. --{name} {example}, or leave it out")
 
 
 @dataclass
 class Row:
-    """A case, what came of it, its errors by quantity, and the seconds that runs of it took."""
+    """A case, what came of it, its errors by quantity, and the seconds that runs of it took.
+
+    ``trajectory`` is at the times that all have in common, ``own`` where steps of the run end: at the same times, where
+    these reach them.
+    """
 
     case: Case
     run: Computed
     errors: dict[str, Error] = field(default_factory=dict)
     seconds: list[float] = field(default_factory=list)
     trajectory: Trajectory | None = None
+    own: Trajectory | None = None
 
 
 @dataclass
@@ -121,6 +136,15 @@ class Survey:
     def quantity(self, key: str) -> Quantity | None:
         return next((q for q in self.quantities if q.key == key), None)
 
+    @property
+    def conserved(self) -> bool:
+        """Whether the energy of the reference stays as it is."""
+        q = self.quantity("energy")
+        if q is None or len(self.reference.solution.t) < 3:
+            return False
+        E = self.reference.solution["energy.total"]
+        return bool(np.ptp(E) <= max(CONSERVED / q.weights[0], 10.0 * self.reference.floor(q).largest))
+
 
 def begin(
     model: Scene | str | PathLike,
@@ -131,12 +155,16 @@ def begin(
     """A runner, the cases to run, and methods that can take none of them.
 
     Where neither steps nor tolerances are given: with ``both``, methods that can take both do; ``few`` are parts of the
-    model's own step, and tolerances, in place of whole ladders.
+    model's own step, and tolerances, in place of whole ladders. Steps are those that are taken, each once.
+
+    Raises
+    ------
+    UsageError
+        If a step is longer than the time, or no method can take what is given.
     """
     names = chosen(asked.methods)
     of = setting(model, asked.stop, asked.parameters, asked.without)
     of = Setting(**{**vars(of), "points": _points(of, asked)})
-    ladder = asked.steps is None and asked.tols is None
     assemble(of, asked.announce)
     runner = Runner(
         of,
@@ -146,17 +174,35 @@ def begin(
         tell=asked.tell,
         announce=asked.announce,
     )
-    if not ladder:
+    if asked.steps is not None or asked.tols is not None:
         both = asked.steps is not None and asked.tols is not None
-        return runner, *cases(names, asked.steps, asked.tols, both)
+        steps = None if asked.steps is None else _steps(of, asked.steps)
+        found, refused = cases(names, steps, None if asked.tols is None else list(dict.fromkeys(asked.tols)), both)
+        if not found:
+            told = "; ".join(f"{name}: {why}" for name, why in refused)
+            other = "tolerances (--tols)" if asked.tols is None else "steps (--steps)"
+            raise UsageError(f"nothing to run: {told}", hint=f"give {other}, or other methods")
+        return runner, found, refused
     if few is not None:
-        each = max(1, round(of.interval / own_step(of)))
-        return runner, *cases(names, [of.interval / each * part for part in few[0]], few[1])
+        parts = few[0]
+        each = max(1, round(of.interval / (parts[0] * own_step(of))))  # of the longest: all reach the output times
+        return runner, *cases(names, [of.interval / each * part / parts[0] for part in parts], few[1])
     steps = step_ladder(of)
     fixed = [name for name in names if "fixed" in methods()[name].steps]
     if fixed:
         steps = steps[: _affordable(runner, fixed, steps)]
     return runner, *cases(names, steps, TOLS, both)
+
+
+def _steps(of: Setting, asked: Sequence[float]) -> list[float]:
+    """Those that are taken, which may be the same for several that are asked for."""
+    for h in asked:
+        if h > of.span * (1.0 + 1e-9):
+            raise UsageError(
+                f"a step of {h:g} s is longer than the time to look at, {of.span:g} s",
+                hint="give shorter steps, or a later stop time",
+            )
+    return list(dict.fromkeys(taken(of.span, h) if h > 0.0 else h for h in asked))
 
 
 def survey(model: Scene | str | PathLike, asked: Asked, both: bool = False) -> Survey:
@@ -188,9 +234,35 @@ def prepare(
         reference = automatic(runner, [c.method for c in every], finest)
     else:
         reference = from_file(asked.reference, runner, asked.signals)
+    return Survey(of, asked, runner, rows_of(runner, every), refused, reference, [])
+
+
+def rows_of(runner: Runner, every: Sequence[Case]) -> list[Row]:
+    """Runs of all cases, at common times and where their steps end.
+
+    Where steps do not reach the common times, these are interpolated, and what is left of the constraints there says
+    nothing about the method: such cases run once more, with other output. Without time for that, or of very short
+    steps, ``own`` is what there is.
+    """
     runs = runner.compute(every)
-    rows = [Row(case, runs[case]) for case in every]
-    return Survey(of, asked, runner, rows, refused, reference, [])
+    ends = {
+        case: replace(case, ends=True)
+        for case, run in runs.items()
+        if run.done and not reaches(runner.setting, case) and (case.tol is None or run.stats["steps"] <= MANY)
+    }
+    # dear runs may have spent the budget; that is no reason to leave out what takes next to nothing
+    took = [sum(s for phase, s in runs[case].stats["seconds"].items() if phase != "compile") for case in ends]
+    runner.budget += max(0.0, 3.0 * sum(s for s in took if s < SHORT * runner.budget) - runner.left)  # times vary
+    others = runner.compute(list(ends.values()), "the same where steps end")
+    rows = []
+    for case in every:
+        row = Row(case, runs[case])
+        if row.run.done:
+            row.trajectory = row.own = runner.trajectory(row.run)
+            if case in ends and others[ends[case]].done:
+                row.own = runner.trajectory(others[ends[case]])
+        rows.append(row)
+    return rows
 
 
 def measure(found: Survey) -> Survey:
@@ -199,17 +271,25 @@ def measure(found: Survey) -> Survey:
     names = like if isinstance(like, Trajectory) else found.runner.blank()
     found.quantities = quantities(names, like, found.asked.signals)
     for row in found.rows:
-        if row.run.done:
-            row.trajectory = found.runner.trajectory(row.run)
-            row.errors = {q.key: error(q, row.trajectory, like) for q in found.quantities}
+        row.errors = {q.key: _error(found, q, row) for q in found.quantities if row.own is not None}
     return found
+
+
+def _error(found: Survey, q: Quantity, row: Row) -> Error:
+    """Where steps end if nothing is needed from elsewhere, else at common times."""
+    assert row.trajectory is not None and row.own is not None
+    like = found.reference.solution
+    if q.key == "energy" and found.conserved:
+        E = like["energy.total"]
+        return error(q, row.own, Columns(row.own.t, {"energy.total": np.full(len(row.own.t), E[0])}))
+    return error(q, row.own if q.itself else row.trajectory, like)
 
 
 def _points(of: Setting, asked: Asked) -> int:
     """Output points that the steps reach, and those of a reference that is a file."""
     if asked.reference != "auto":
         return file_points(asked.reference, of)
-    return common_points(of.span, list(asked.steps)) if asked.steps else POINTS
+    return common_points(of.span, [h for h in asked.steps if h > 0.0]) if asked.steps else POINTS
 
 
 def _affordable(runner: Runner, names: Sequence[str], steps: Sequence[float], least: int = 4) -> int:

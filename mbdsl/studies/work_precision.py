@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from os import PathLike
 from statistics import median
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
-from mbdsl.studies.convergence import trusted
+from mbdsl.studies.convergence import BRACKETS, cell, trusted
 from mbdsl.studies.errors import Quantity
 from mbdsl.studies.report import Study, number, outcomes, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, survey
@@ -29,12 +30,19 @@ class WorkPrecision(Study):
     timed = True
 
     def points(self, key: str) -> list[Row]:
-        """Rows with a time, and an error in a quantity that the reference can tell."""
+        """Rows with a time and an error. What is below all that the reference can tell has the error that it can."""
         q = self.survey.quantity(key)
         if q is None:
             return []
-        floor = self.survey.reference.floor(q).scaled
-        return [r for r in self.survey.rows if r.run.done and r.seconds and r.errors[key].scaled >= max(floor, 1e-300)]
+        floor = self.survey.reference.floor(q)
+        found = []
+        for row in self.survey.rows:
+            if row.run.done and row.seconds:
+                e = row.errors[key]
+                known = floor if e.scaled < floor.scaled else e
+                if known.scaled > 0.0:
+                    found.append(replace(row, errors={**row.errors, key: known}))
+        return found
 
     def front(self, key: str) -> list[Row]:
         return front(self.points(key), key)
@@ -46,7 +54,7 @@ class WorkPrecision(Study):
         s = self.survey
         told = [
             trusted(s),
-            f"Times are of the step loops alone: medians of {s.asked.repeats} rounds in which methods alternate, "
+            f"Times are of the step loops alone: medians of {rounds(s.rows)} in which methods alternate, "
             "in each the least of three short runs; the spread is that of the middle half.",
         ]
         untimed = sum(row.run.done and not row.seconds for row in s.rows)
@@ -65,10 +73,10 @@ class WorkPrecision(Study):
                 rows.append((r.case.series, size(r), "", "", "", *[r.run.word] * len(shown)))
                 continue
             time, spread = (duration(median(r.seconds)), _spread(r.seconds)) if r.seconds else ("", "")
-            errors = (number(r.errors[q.key].scaled) for q in shown)
+            errors = (cell(self.survey, q, r) for q in shown)
             rows.append((r.case.series, size(r), str(r.run.stats["steps"]), time, spread, *errors))
         columns = ("method", "step or tol", "steps", "time", "spread", *(q.key for q in shown))
-        return Table("Error and time", columns, rows, "Errors: largest over time, scaled.")
+        return Table("Error and time", columns, rows, f"Errors: {BRACKETS}")
 
     def _read_out(self, key: str) -> Table:
         rows = []
@@ -95,7 +103,8 @@ class WorkPrecision(Study):
             x, y = [r.errors[q.key].scaled for r in best], [median(r.seconds) for r in best]
             series.append(Series("least time", x, y, style="front", hover=[str(r.case) for r in best]))
         for name, rows in self.survey.series().items():
-            own = [r for r in rows if r in points]
+            cases = {row.case for row in rows}
+            own = [r for r in points if r.case in cases]
             if own:
                 series.append(
                     Series(
@@ -112,7 +121,9 @@ class WorkPrecision(Study):
                 )
         floor = self.survey.reference.floor(q).scaled
         times = [median(r.seconds) for r in points]
-        if floor > 0.0 and times:
+        note = "Further left is more exact, further down is faster."
+        if any(r.errors[q.key].scaled == floor for r in points):
+            note += " Points on the line are at least as exact as that: the reference cannot tell how much."
             series.append(Series("the references differ", [floor, floor], [min(times), max(times)], style="guide"))
         problems = [type(o)(o.name, None, f"{o.x:g}: {o.text}") for o in outcomes(self.survey.rows)]
         key = q.key.replace("[", "").replace("]", "").replace(".", "_")
@@ -123,7 +134,7 @@ class WorkPrecision(Study):
             "time [s]",
             series,
             outcomes=problems,
-            note="Further left is more exact, further down is faster.",
+            note=note,
         )
 
 

@@ -162,7 +162,7 @@ def _answer(job: Mapping[str, Any], known: dict[str, Setting]) -> dict:
 
 
 def _case(said: Mapping[str, Any]) -> Case:
-    return Case(said["method"], said["step"], said["tol"], tuple((n, x) for n, x in said["options"]))
+    return Case(said["method"], said["step"], said["tol"], tuple((n, x) for n, x in said["options"]), said["ends"])
 
 
 def _setting(job: Mapping[str, Any], known: dict[str, Setting]) -> Setting:

@@ -13,6 +13,7 @@ import pytest
 from mbdsl.errors import UsageError
 from mbdsl.plotting import pages
 from mbdsl.plotting.figures import Figure, Outcome, Page, Series, Table
+from mbdsl.plotting.frames import lay_out
 
 VOID = {"meta", "br", "link", "img"}
 EVIL = "</script><script>alert(1)</script><b>\"'&"
@@ -148,6 +149,17 @@ def test_outcomes_and_floors_are_shown(work_precision):
     assert "the reference is not trusted" in next(figure.all("svg", role="img")).text
     (rect,) = figure.all("rect", class_="floor")
     assert float(rect.attributes["height"]) > 14.0  # room for its text
+
+
+def test_a_floor_far_below_is_told_and_leaves_the_axis_to_the_data(work_precision):
+    from dataclasses import replace
+
+    bare, far = (lay_out(replace(work_precision, floors=floors)) for floors in ((), [(1e-40, "the references differ")]))
+    assert (far.y.low, far.y.high, far.floors) == (bare.y.low, bare.y.high, [])
+    assert far.left_out == f"{bare.left_out} Further below: the references differ (10⁻⁴⁰).".strip()
+    figure = only(replace(work_precision, floors=[(1e-40, "the references differ")]))
+    assert not list(figure.all("path", class_="floor-line"))
+    assert "Further below" in " ".join(p.text for p in figure.all("p", class_="note"))
 
 
 def test_no_two_texts_of_outcomes_overlap(work_precision):

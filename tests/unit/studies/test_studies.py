@@ -20,7 +20,7 @@ from mbdsl.studies.errors import Error, error, quantities
 from mbdsl.studies.runtime import runtime
 from mbdsl.studies.store import Computed
 from mbdsl.studies.survey import Row
-from mbdsl.studies.work_precision import cheapest, front, work_precision
+from mbdsl.studies.work_precision import WorkPrecision, cheapest, front, work_precision
 
 MODELS = Path(__file__).parents[3] / "models"
 CRANK, PENDULUM = MODELS / "slider_crank.mbd", MODELS / "pendulum.mbd"
@@ -102,6 +102,39 @@ def test_what_the_reference_does_not_tell_is_no_point(study):
     assert [np.isfinite(y) for y in drawn.y] == [True, True, True, True, False]
     assert coarse.fits["hht-si2"]["q"] is None or coarse.fits["hht-si2"]["q"].low > STEPS[3]
     assert survey.reference.digits(q) == pytest.approx(-np.log10(floor))
+
+
+def test_lines_of_the_orders_are_drawn(study):
+    """Beside the points that they are compared with; what only guides does not change the axes."""
+    figure = next(f for f in study.figures() if f.key == "v")
+    guides = {s.name: s for s in figure.series if s.style == "guide"}
+    assert list(guides) == ["order 1", "order 2"]
+    for name, order, method in (("order 1", 1, "newmark"), ("order 2", 2, "nstiff")):
+        x, y = np.array(guides[name].x), np.array(guides[name].y)
+        assert np.diff(np.log(y)) / np.diff(np.log(x)) == pytest.approx(order)
+        points = next(s for s in figure.series if s.name == method)
+        assert 1.0 < y[0] / points.y[0] < 3.0 and list(x) == list(points.x)
+    assert not [s for f in study.figures() if f.key == "Phi" for s in f.series if s.style == "guide"]
+
+
+def test_what_the_reference_does_not_tell_is_as_exact_as_that(study):
+    """A case that is better than can be told meets all that can be told: it is no reason to leave it out."""
+    rows = [replace(row, seconds=[1.0 / row.case.step]) for row in study.survey.rows if row.case.method == "hht-si2"]
+    survey = replace(study.survey, rows=rows, reference=replace(study.survey.reference, _floors={}))
+    floor = rows[2].errors["q"].scaled * 1.5
+    survey.reference._floors["q"] = Error(floor, floor, floor, floor)
+    found = WorkPrecision(survey)
+    assert [row.errors["q"].scaled for row in found.points("q")] == [
+        *(row.errors["q"].scaled for row in rows[:2]), *[floor] * 3
+    ]  # fmt: skip
+    assert [row.case for row in found.front("q")] == [row.case for row in rows[:3]]
+    assert [row[5].startswith("(") for row in found.tables()[0].rows] == [False, False, True, True, True]
+    figure = next(f for f in found.figures() if f.key == "q")
+    assert list(next(s for s in figure.series if s.name == "the references differ").x) == [floor, floor]
+    assert next(s for s in figure.series if s.name == "hht-si2").x[-1] == floor
+    survey.reference._floors["q"] = Error(1e-14, 1e-14, 1e-14, 1e-14)  # further left than any point
+    figure = next(f for f in found.figures() if f.key == "q")
+    assert "the references differ" not in [s.name for s in figure.series]
 
 
 def test_failures_stay_in_the_picture(given):
@@ -203,7 +236,8 @@ def test_energy_where_it_is_conserved(given):
     assert line.slope == pytest.approx(2.0, abs=line.uncertainty + 0.005)
     run = mbdsl.simulate(PENDULUM, method="newmark", step=STEPS[0], stop=0.5, interval=0.01)
     E = run["energy.total"]
-    assert found.mean(rows["newmark"][0]) == pytest.approx(np.abs(E - E[0]).mean(), rel=1e-9)
+    e = np.abs(E - E[0])
+    assert found.mean(rows["newmark"][0]) == pytest.approx((e[1:] + e[:-1]).mean() / 2.0, rel=1e-9)
     assert np.array(found.figures()[0].series[1].y)[-1] < 0.0  # it loses energy
 
 
@@ -212,6 +246,10 @@ def test_energy_where_it_is_not(given):
     assert not found.conserved
     tends_to(2.0, [found.mean(row) for row in found.survey.rows])
     assert found.slope(found.survey.rows).slope == pytest.approx(2.0, abs=0.05)  # between those of its neighbours
+    found.floor = found.mean(found.survey.rows[2])
+    cells = [row[2:5] for row in found.tables()[0].rows]
+    assert [cell[0][0] == "(" for cell in cells] == [False, False, False, True, True]
+    assert [cell[2][0] == "(" for cell in cells] == [cell[1][0] == "(" for cell in cells]
     path = given["store"] / "few.csv"
     results.write(path, {"time": np.linspace(0.0, 0.5, 11), "crank.phi": np.zeros(11)})
     with pytest.raises(UsageError, match="has no energies"):
@@ -228,6 +266,20 @@ def test_drift(given):
     assert [f.key for f in found.figures()] == ["Phi-time", "Phi", "dPhi-time", "dPhi"]
     with pytest.raises(IntegrationError, match="no run came to its end"):
         drift(CRANK, methods=["hht-i3"], steps=[0.5], **{**given, "stop": 2.0})
+    # nothing is compared, so nothing is said of differences; pictures have the units of the table
+    assert [q.key for q in found.survey.quantities] == ["Phi", "dPhi"]
+    assert not {"q", "v scaled", "reactions", "energy"} & {name for record in found.records() for name in record}
+    figure = next(f for f in found.figures() if f.key == "dPhi")
+    assert figure.y_label == "largest over time [m/s, rad/s]"
+    assert next(s for s in figure.series if s.name == "hht-i3").y == violations
+
+
+def test_drift_of_what_has_no_constraints(given, tmp_path):
+    free = tmp_path / "free.mbd"
+    lines = ("Ground ground(g = 9.81)", "Body block(m = 1 kg, I = 0.01 kg.m2)", "FreeMotion free(ground, block.c)")
+    free.write_text(f"model Free {'; '.join(lines)}; end Free;")
+    with pytest.raises(UsageError, match="Free has no constraints that a motion could leave"):
+        drift(free, methods=["hht-si2"], **given)
 
 
 def test_runtime(given):
@@ -268,6 +320,11 @@ def test_work_precision(given, tmp_path):
     two = {**given, "stop": 2.0}
     found = work_precision(CRANK, methods=["hht-i3", "hht-si2"], steps=[0.5, *STEPS[:3]], repeats=2, **two)
     assert {len(r.seconds) for r in found.survey.rows if r.run.done} == {2}
+    assert "medians of 2 rounds" in found.summary()[1]
+    short = replace(found.survey.rows[-1], seconds=found.survey.rows[-1].seconds[:1])
+    asked = replace(found.survey.asked, repeats=9)
+    fewer = type(found)(replace(found.survey, asked=asked, rows=[*found.survey.rows[:-1], short]))
+    assert "medians of 1 to 2 rounds" in fewer.summary()[1]
     best = found.front("q")
     assert best == sorted(best, key=lambda r: -r.errors["q"].scaled)
     figure = next(f for f in found.figures() if f.key == "q")
