@@ -54,7 +54,8 @@ def test_what_takes_nothing_is_run_again_when_the_budget_is_spent(given):
     asked = {"methods": ["hht-si2"], "tols": [1e-3], **given}
     found = drift(CRANK, **asked)
     runner, (case,) = found.survey.runner, [row.case for row in found.survey.rows]
-    runner.store.fresh, runner.store.own = True, {key_of(runner.setting, case)}  # as if it had just been run
+    runner.store.fresh, runner.store.own = True, set()
+    runner.store.claim(key_of(runner.setting, case))  # as if it had just been run
     runner.begun -= runner.budget + 1.0
     (row,) = rows_of(runner, [case])
     assert row.own is not row.trajectory and len(row.own.t) > 101
@@ -72,7 +73,7 @@ def test_what_could_not_be_run_again_is_told(given, monkeypatch):
     monkeypatch.setattr("mbdsl.studies.survey.MANY", 100)
     found = drift(CRANK, methods=["hht-si2"], tols=[1e-4], **given)
     assert "Constraints and energy of 1 case are those of output interpolated between steps." in found.summary()
-    assert found.survey.rows[0].errors["dPhi"].largest > 1e-7
+    assert found.survey.rows[0].errors["dPhi"].largest > 1e-8  # a thousand times what it is where steps end
 
 
 def test_energy_is_seen_where_steps_end(given):

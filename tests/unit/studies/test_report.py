@@ -73,7 +73,7 @@ def test_the_command_says_all_that_was_asked(say, tmp_path):
     path.parent.mkdir()
     path.write_text(CRANK.read_text(encoding="utf-8"), encoding="utf-8")
     exact = simulate(CRANK, method="hht-add", step=1e-5, stop=0.1, interval=1e-3, parameters={"c": "4 N.s/m"})
-    results.write("exact results.csv", {"time": exact.t, **{n: exact[n] for n in ("crank.phi", "crank.w", "A.fx")}})
+    results.write("exact results.csv", {"time": exact.t, **{n: exact[n] for n in ("crank.phi", "crank.w", "A.fx", "B.s")}})
     argv = (path, "--methods", "hht-i3,newmark", "--steps", "4ms,2ms", "--tols", "1e-4", "--set", "c=4 N.s/m")
     argv += ("--stop", "0.1s", "--signals", "A.f[xy],B.s", "--reference", "exact results.csv", "--budget", "50s")
     words, found = runs_the_same(say, "work-precision", *argv, "--repeats", "1", "--without", "friction")
