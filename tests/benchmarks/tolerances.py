@@ -49,7 +49,7 @@ TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6)
 MOST = 1_000_000
 #: cases of the second table: a model, what is changed in it, and steps between which one is looked for
 STIFF = (
-    ("double_pendulum", {}, (4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4, 6e-5, 3e-5, 1.5e-5)),
+    ("double_pendulum", {}, (4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4, 6e-5, 3e-5, 1.5e-5, 1e-5)),
     ("slider_crank", {"c": "2e5 N.s/m"}, (1e-2, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1e-4, 5e-5, 2.5e-5, 1.2e-5, 6e-6)),
 )
 
