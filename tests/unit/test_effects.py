@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl import Builder, cli
+from mbdsl import Builder
 from mbdsl.elements.kind import EFFECTS
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang.expression_text import text
@@ -30,17 +30,6 @@ initial equation
   annotation(experiment(StopTime = 0.2 s{more}));
 end All;
 """
-
-
-@pytest.fixture
-def say(capsys, tmp_path, monkeypatch):
-    """Run a command in an empty folder: exit code, standard output, standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*argv):
-        return (cli.main([str(a) for a in argv]), *capsys.readouterr())
-
-    return run
 
 
 def parsed(more=""):

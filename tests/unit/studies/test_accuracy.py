@@ -250,17 +250,6 @@ def test_a_second_run_that_fails_is_told():
 # -- from a shell ----------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def say(capsys, tmp_path, monkeypatch):
-    """Run a command in an empty folder: exit code, standard output, standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*argv):
-        return (cli.main([str(a) for a in argv]), *capsys.readouterr())
-
-    return run
-
-
 def test_simulate_from_a_shell(say, tmp_path):
     import json
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from mbdsl import cli, load, results, simulate
+from mbdsl import load, results, simulate
 from mbdsl.studies import runner as running
 from mbdsl.studies.cases import Case
 from mbdsl.studies.drift import drift
@@ -18,17 +18,6 @@ from mbdsl.studies.runtime import runtime
 
 MODELS = Path(__file__).parents[3] / "models"
 CRANK = MODELS / "slider_crank.mbd"
-
-
-@pytest.fixture
-def say(capsys, tmp_path, monkeypatch):
-    """Run a command in an empty folder: exit code, standard output, standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*argv):
-        return (cli.main([str(a) for a in argv]), *capsys.readouterr())
-
-    return run
 
 
 @pytest.fixture
