@@ -26,13 +26,13 @@ STEPS = {"slider_crank": 1e-3, "seven_body": 1e-5, "stick_slip_belt": 5e-5, "rol
 pytestmark = pytest.mark.skipif(not jit.enabled(), reason="uncompiled, everything is Python")
 
 
-def running(model, method):
+def running(model, method, tol=None):
     """An integration under way, that writes every tenth step: what happens only once is over."""
     mechanism = graph.build(mbdsl.load(MODELS / f"{model}.mbd"))
     system, h = build(mechanism.scene, mechanism), STEPS[model]
     steps = 2 * MANY
     start = initial_state(system, mechanism, 0.0)
-    run = Integration(system, method, h, 0.0, steps * h, 10 * h * np.arange(1, steps // 10 + 1))
+    run = Integration(system, method, h, 0.0, steps * h, 10 * h * np.arange(1, steps // 10 + 1), tol=tol)
     run.begin(start.q, start.v, start.a, start.lam, start.redundant)
     for count in (FEW, FEW):
         run.advance(count)
@@ -135,3 +135,18 @@ def test_what_allocates_does_not_compile():
 
     with pytest.raises(jit.numba().TypingError):
         machine.compile_object({"allocates": (allocates, jit.Signature(("int",), gives="int"))})
+
+
+def test_controlled_steps_of_radau5():
+    """Of numba's own allocations, as many in one step as in five hundred."""
+    from numba.core.runtime import _nrt_python, rtsys
+
+    _nrt_python.memsys_enable_stats()
+    run = running("slider_crank", "radau5", tol=1e-9)
+    counts = []
+    for steps in (1, 1, 500):
+        before = rtsys.get_allocation_stats().alloc
+        run.advance(steps)
+        counts.append(rtsys.get_allocation_stats().alloc - before)
+    assert run.steps == 502 + 2 * FEW
+    assert counts[1] == counts[2]

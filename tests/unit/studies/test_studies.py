@@ -221,17 +221,20 @@ def test_a_method_of_other_equations_shows(register, given):
 
 
 def tends_to(order, errors):
-    """Slopes between neighbours, of c_1 h^p + c_2 h^(p+1): what they are off by halves with h."""
-    off = np.log2(np.array(errors[:-1]) / errors[1:]) - order
-    assert off[1:] / off[:-1] == pytest.approx(0.5, abs=0.05) and abs(off[-1]) < 0.02
+    """Slopes between neighbours, of h^p (c_1 + c_2 h + c_3 h^2): they are off by terms of h, which extrapolation takes
+    out, and then of h^2. The smallest and the largest slope."""
+    slopes = np.log2(np.array(errors[:-1]) / errors[1:])
+    off = 2.0 * slopes[1:] - slopes[:-1] - order
+    assert (np.abs(off[1:]) < np.abs(off[:-1]) / 2.0).all() and abs(off[-1]) < 1e-3
+    return slopes.min(), slopes.max()
 
 
 def test_energy_where_it_is_conserved(given):
     found = energy(PENDULUM, methods=["hht-si2", "newmark"], steps=STEPS, **given)
     assert found.conserved and "Energy is conserved" in str(found)
     rows = found.survey.series()
-    tends_to(1.0, [found.mean(row) for row in rows["newmark"]])
-    assert found.slope(rows["newmark"]).slope == pytest.approx(1.0, abs=0.08)  # between those of its neighbours
+    least, most = tends_to(1.0, [found.mean(row) for row in rows["newmark"]])
+    assert least < found.slope(rows["newmark"]).slope < most
     line = found.slope(rows["hht-si2"])
     assert line.slope == pytest.approx(2.0, abs=line.uncertainty + 0.005)
     run = mbdsl.simulate(PENDULUM, method="newmark", step=STEPS[0], stop=0.5, interval=0.01)
@@ -244,8 +247,8 @@ def test_energy_where_it_is_conserved(given):
 def test_energy_where_it_is_not(given):
     found = energy(CRANK, methods=["hht-si2"], steps=STEPS, **given)
     assert not found.conserved
-    tends_to(2.0, [found.mean(row) for row in found.survey.rows])
-    assert found.slope(found.survey.rows).slope == pytest.approx(2.0, abs=0.05)  # between those of its neighbours
+    least, most = tends_to(2.0, [found.mean(row) for row in found.survey.rows])
+    assert least < found.slope(found.survey.rows).slope < most
     found.floor = found.mean(found.survey.rows[2])
     cells = [row[2:5] for row in found.tables()[0].rows]
     assert [cell[0][0] == "(" for cell in cells] == [False, False, False, True, True]
@@ -262,7 +265,7 @@ def test_drift(given):
     assert max(r.errors["dPhi"].largest for r in rows["hht-si2"]) < 1e-9  # 8e-12 of the speed, which is 4 m/s
     violations = [r.errors["dPhi"].largest for r in rows["hht-i3"]]
     assert violations[-1] > 1e-6
-    assert np.log2(violations[0] / violations[-1]) / 4 == pytest.approx(2.0, abs=0.01)  # the next term has h^4
+    assert np.log2(violations[-2] / violations[-1]) == pytest.approx(2.0, abs=1e-3)  # the next term has h^4
     assert [f.key for f in found.figures()] == ["Phi-time", "Phi", "dPhi-time", "dPhi"]
     with pytest.raises(IntegrationError, match="no run came to its end"):
         drift(CRANK, methods=["hht-i3"], steps=[0.5], **{**given, "stop": 2.0})
