@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from mbdsl import graph, jit
 from mbdsl.elements.kind import JointKind
-from mbdsl.errors import InitialisationError
 from mbdsl.integrators import Run, backend, declared, state
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.step_loop import loop_name
@@ -22,6 +21,7 @@ from mbdsl.interpolation import between
 from mbdsl.lang.expressions import coordinate
 from mbdsl.reduction import Note, Part, Reduction, reduce
 from mbdsl.scene import Scene
+from mbdsl.starts import check_bending, check_loose
 from mbdsl.system import System, build
 from mbdsl.system.bodies import LARGEST_BEND, Rigid
 from mbdsl.system.initial import InitialState, Moved, determined, initial_state
@@ -119,7 +119,7 @@ class Motion:
 
     def prepare(self, lap: Callable[[str], None] = lambda phase: None) -> None:
         """Compile (or load), and assemble the initial states; ``lap`` is told what has been done when."""
-        _check_loose(self.reduction, self.system, self.plan.start)
+        check_loose(self.reduction, self.system, self.plan.start)
         for part, system in self._pairs():
             self.parts.append(self._moving(part, system, lap))
         names = self.system.constraint_names()
@@ -158,7 +158,7 @@ class Motion:
 
             relax = partial(relaxed, system, plan.start, static)
         initial = initial_state(system, part.graph, plan.start, members, relax, bool(static))
-        _check_bending(system, initial)
+        check_bending(system, initial)
         if part.kinematic and (initial.redundant or not determined(system, plan.start, initial.q)):
             assert part.dynamic is not None
             self._is_not_kinematic(part)
@@ -381,36 +381,6 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
         every=plan.every,
         longest=plan.longest,
     )
-
-
-def _check_loose(reduction: Reduction, system: System, t: float) -> None:
-    """What initial values say about parts that do not move freely is so, or the model contradicts itself."""
-    if not reduction.loose:
-        return
-    still = System(reduction.scene, reduction.graph, system.tables)
-    nowhere = np.zeros((1, system.n))
-    found = values(still, [x.target for x in reduction.loose], np.array([t]), nowhere, nowhere)
-    for item, (value,) in zip(reduction.loose, found, strict=True):
-        if item.fixed and not abs(value - item.value) <= 1e-9 * (1.0 + abs(item.value)):
-            raise InitialisationError(
-                f"{item.name} = {item.value:g} is required at the start, but welds and drivers make it {value:g}",
-                item.span,
-                hint="leave it out, or say `guess`, or change what holds the body",
-            )
-
-
-def _check_bending(system: System, initial: InitialState) -> None:
-    """Where bodies had to be deformed to be assembled, that is small where their theory takes it so."""
-    for name, body in system.tables.models.items():
-        d = system.tables.coordinates[name]
-        (angle,) = body.bend(initial.q[None, d : d + body.n])
-        if angle > LARGEST_BEND:
-            raise InitialisationError(
-                f"{name} has to bend by {angle:.2g} rad to be assembled: "
-                "in a floating frame deformation is taken as small",
-                system.scene.components[name].span,
-                hint='check lengths and initial values; formulation = "ancf" takes deformation as large',
-            )
 
 
 def constrained(scene: Scene) -> bool:
