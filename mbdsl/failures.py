@@ -170,7 +170,8 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         state.NOT_FINITE: "an expression or its derivative leaves its domain (as sqrt at 0), or the step is too large",
         state.TOO_LARGE: "try a smaller step",
         state.SLIDING: SLIDING_HINT,
-        state.TOO_SMALL: "a jump of forces, or more digits than rounding leaves: try a larger tolerance",
+        state.TOO_SMALL: "a jump of forces, or more digits than rounding leaves, as near a singular pose: "
+        "try a larger tolerance",
     }[status]
     law = _broken_law(integration) if status == state.NOT_FINITE else None
     if status == state.SLIDING:

@@ -43,7 +43,7 @@ class Plan:
     times: Array  #: of output, after the start
     options: Mapping[str, float | None]
     general: bool = False  #: nothing merged, split or left out
-    tol: float | None = None  #: of steps that are controlled; ``h`` is then the longest
+    tol: float | None = None  #: of steps that are controlled; ``h`` is then the whole time
     every: bool = False  #: with a tolerance: every step is output, and ``times`` is empty
     longest: float = np.inf  #: with a tolerance: steps may not be longer, nor a fiftieth of the run
 

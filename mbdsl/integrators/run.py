@@ -43,8 +43,8 @@ PIVOTING_LIMIT = 2000
 class Integration:
     """Buffers and compiled functions of one run from a consistent initial state.
 
-    ``h`` is the step and divides stop - start; with a tolerance ``tol`` it is the longest step. With ``every``, each
-    step is output, and ``times`` are found.
+    ``h`` is the step and divides stop - start; with a tolerance ``tol`` it is all of that, and becomes the first step
+    when the run begins. With ``every``, each step is output, and ``times`` are found.
     """
 
     system: System
