@@ -18,7 +18,8 @@ import numpy as np
 from mbdsl.errors import UsageError
 from mbdsl.plotting.figures import Figure, Outcome, Page, Table
 from mbdsl.studies.cases import reaches
-from mbdsl.studies.store import fingerprint, machine, versions
+from mbdsl.studies.fingerprint import fingerprint
+from mbdsl.studies.store import machine, versions
 from mbdsl.studies.survey import Row, Survey
 from mbdsl.wording import duration
 

@@ -23,12 +23,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mbdsl
-from mbdsl import jit
+from mbdsl import elements, jit
 from mbdsl.integrators import backend, modules
-from mbdsl.lang.expression_text import text
-from mbdsl.lang.expressions import Expr
-from mbdsl.scene import Scene
 from mbdsl.studies.cases import Case, Setting
+from mbdsl.studies.fingerprint import fingerprint
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -166,26 +164,6 @@ def key_of(of: Setting, case: Case) -> str:
     return hashlib.sha256("\0".join(said).encode()).hexdigest()[:32]
 
 
-def fingerprint(scene: Scene) -> str:
-    """Everything that a scene says, as text."""
-
-    def told(x) -> str:
-        if isinstance(x, Expr):
-            return text(x)
-        return f"({', '.join(map(told, x))})" if isinstance(x, tuple) else repr(x)
-
-    lines = [scene.name]
-    for c in scene.components.values():
-        lines.append(f"{c.kind.name} {c.name} {sorted(c.ports.items())}")
-        lines += [f"  {name} = {told(x)}" for name, x in c.values.items()]
-        lines += [f"  0 = {told(x)}" for x in c.velocity_constraints]
-        lines += [f"  friction {told(c.friction)}"]
-    lines += [f"frame {f.name} {f.body} {(f.x, f.y, f.phi)!r} {told(f.motion)}" for f in scene.frames.values()]
-    lines += [f"initial {told(i.target)} {i.value!r} {i.fixed}" for i in scene.initial]
-    lines += [f"input {x.name} {x.start!r}" for x in scene.inputs.values()]
-    return "\n".join(lines)
-
-
 @cache
 def _code() -> str:
     """Digest of all of mbdsl that has to do with a result, and of what it computes with."""
@@ -199,7 +177,9 @@ def _sources() -> list[Path]:
     package = Path(mbdsl.__file__).parent
     about = [package / "studies" / name for name in ("cases.py", "runner.py")]  # these say what a run is
     apart = ("cli", "plotting", "results", "studies")
-    return about + [p for p in sorted(package.rglob("*.py")) if p.relative_to(package).parts[0] not in apart]
+    own = [p for p in sorted(package.rglob("*.py")) if p.relative_to(package).parts[0] not in apart]
+    kinds = (Path(str(module.__file__)) for module in elements.modules().values())
+    return about + own + sorted(p for p in kinds if package not in p.parents)  # a kind may come from elsewhere
 
 
 def _method_code(name: str) -> str:
