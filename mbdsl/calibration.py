@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl import error_norm
 from mbdsl.integrators import declared, run, state
 from mbdsl.motion import Motion, Plan
 
@@ -31,18 +32,15 @@ MOST = 8
 CORRECTIONS = 3
 #: outputs that trial runs are compared at, where fewer are asked for
 POINTS = 200
-#: part of the outputs that may differ by more: those at which an event has happened in one run and not yet in the other
-EVENTS = 0.01
 
 
 @dataclass
 class Trial:
-    """A run that was made: its eps, q and v at the outputs, and how many events there were."""
+    """A run that was made: its eps, q and v at the outputs."""
 
     eps: float
     q: Array
     v: Array
-    events: int
 
 
 def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> int:
@@ -110,13 +108,10 @@ def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> int:
 
 def _trial(motion: Motion, eps: float) -> Trial:
     _, q, v, *_ = motion.output(False)
-    return Trial(eps, q, v, motion.count("events"))
+    return Trial(eps, q, v)
 
 
 def distance(motion: Motion, one: Trial, other: Trial) -> float:
     """What two runs of a scene differ by at its outputs."""
     scale, span = motion.system.tables.scale, motion.plan.stop - motion.plan.start
-    speed = max(float(np.abs(other.v / scale).max(initial=0.0)), 1.0 / span)
-    q, v = np.abs(one.q - other.q) / scale, np.abs(one.v - other.v) / scale / speed
-    every = np.sort(np.maximum(q.max(axis=1, initial=0.0), v.max(axis=1, initial=0.0)))
-    return float(every[-1 - (int(EVENTS * len(every)) if one.events or other.events else 0)])
+    return error_norm.distance(scale, span, (one.q, one.v), (other.q, other.v))

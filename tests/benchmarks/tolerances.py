@@ -22,6 +22,7 @@ from statistics import median
 import numpy as np
 
 import mbdsl
+from mbdsl.error_norm import distance
 from mbdsl.errors import MbdslError
 from mbdsl.integrators import methods
 from mbdsl.trajectory import Trajectory
@@ -56,31 +57,23 @@ STIFF = (
 
 @dataclass
 class Reference:
-    """q and v at the outputs, the largest scaled velocity, and what q and v may be wrong by."""
+    """q and v at the outputs, and what they may be wrong by."""
 
     q: np.ndarray
     v: np.ndarray
-    speed: float
     wrong: float
 
     def error(self, run: Trajectory) -> float:
-        scale = run.system.tables.scale
-        q, v = np.abs(run.q - self.q) / scale, np.abs(run.v - self.v) / scale / self.speed
-        return float(max(q.max(initial=0.0), v.max(initial=0.0)))
+        return distance(run.system.tables.scale, run.t[-1] - run.t[0], (run.q, run.v), (self.q, self.v))
 
 
 def reference(name: str, h: float | None = None, parameters: dict[str, str] | None = None) -> Reference:
     path, h = MODELS / f"{name}.mbd", h or STEPS[name]
     one, two, four = (mbdsl.simulate(path, method="hht-si2", step=h / k, parameters=parameters) for k in (1, 2, 4))
-    scale = one.system.tables.scale
-    speed = max(float(np.abs(four.v / scale).max()), 1.0 / (four.t[-1] - four.t[0]))
     first, second = ([x + (x - y) / 3 for x, y in zip(z, w, strict=True)] for z, w in (
         ((two.q, two.v), (one.q, one.v)), ((four.q, four.v), (two.q, two.v))))  # fmt: skip
-    found = Reference(second[0], second[1], speed, 0.0)
-    found.wrong = max(
-        float(np.abs((first[0] - second[0]) / scale).max()), float(np.abs((first[1] - second[1]) / scale).max() / speed)
-    )
-    return found
+    wrong = distance(one.system.tables.scale, one.t[-1] - one.t[0], tuple(first), tuple(second))
+    return Reference(second[0], second[1], wrong)
 
 
 def table(names: Sequence[str], chosen: Sequence[str], tolerances: Sequence[float]) -> str:
