@@ -124,19 +124,19 @@ class Builder:
         """
         if kind not in kinds() and kind not in ALIASES:
             raise ModelError(f"there is no kind of component called `{kind}`", hint=did_you_mean(kind, kinds()))
-        self._declare(name, kind, doc, [_reference(f) for f in frames], values)
+        self._declare(name, kind, doc, [self._reference(f) for f in frames], values)
         part = self._part(name)
         return Handle(self, name, part.known_names)
 
     def parameter(self, name: str, value: Given, doc: str = "", type: str = "") -> Handle:
         """Give a value a name, for use in texts; ``type`` may be a quantity such as "Mass"."""
-        declaration = s.Declaration(frozenset({"parameter"}), type, name, value=_node(value, name), doc=doc)
+        declaration = s.Declaration(frozenset({"parameter"}), type, name, value=self._node(value, name), doc=doc)
         self._enter(declaration)
         return Handle(self, name, tuple)
 
     def input(self, name: str, start: Given = 0.0, unit: str = "", doc: str = "") -> Handle:
         """A value that comes from outside while the simulation runs, for use in laws; it is ``start`` until then."""
-        arguments = [s.Argument("start", _node(start, f"{name}.start"))]
+        arguments = [s.Argument("start", self._node(start, f"{name}.start"))]
         if unit:
             arguments.append(s.Argument("unit", s.String(unit)))
         self._enter(s.Declaration(frozenset({"input"}), "Real", name, arguments=tuple(arguments), doc=doc))
@@ -144,12 +144,12 @@ class Builder:
 
     def variable(self, name: str, value: Given, doc: str = "") -> Handle:
         """Give an expression of time and signals a name; it becomes a signal of the model."""
-        self._enter(s.Declaration(frozenset(), "Real", name, value=_node(value, name), doc=doc))
+        self._enter(s.Declaration(frozenset(), "Real", name, value=self._node(value, name), doc=doc))
         return Handle(self, name, tuple)
 
     def frame(self, name: str, base: Handle | str, r: Given = (0.0, 0.0), phi: Given = 0.0) -> Handle:
         """A frame fixed to the body ``base``, or relative to another frame."""
-        self._declare(name, "Frame", "", [_reference(base)], {"r": r, "phi": phi})
+        self._declare(name, "Frame", "", [self._reference(base)], {"r": r, "phi": phi})
         return Handle(self, name, lambda: COORDINATES)
 
     def table(
@@ -162,12 +162,12 @@ class Builder:
 
     def connect(self, first: Handle | str, second: Handle | str) -> None:
         """Say that two ports, or a port and a frame, are the same."""
-        self._assembly.connect(_reference(first), _reference(second), self._instance.scope, None)
+        self._assembly.connect(self._reference(first), self._reference(second), self._instance.scope, None)
 
     def initial(self, target: Handle | str, value: Given, fixed: bool = True) -> None:
         """Give a position or velocity its value at the start, exactly or (``fixed=False``) as a guess."""
         mode = "fixed" if fixed else "guess"
-        item = s.Initial(mode, parse_expression(str(target), "<initial>"), _node(value, str(target)))
+        item = s.Initial(mode, parse_expression(self._name(target), "<initial>"), self._node(value, str(target)))
         self._assembly.initial(item, self._instance.scope)
 
     def experiment(
@@ -210,7 +210,7 @@ class Builder:
             if parameter is not None and value in parameter.choices:  # a choice is a text, not an expression
                 values = {**values, key: f'"{value}"'}
         arguments = [s.Argument("", frame) for frame in frames]
-        arguments += [_argument(key, value, name) for key, value in values.items() if value is not None]
+        arguments += [self._argument(key, value, name) for key, value in values.items() if value is not None]
         self._enter(s.Declaration(frozenset(), type_name, match.group(1), indices, tuple(arguments), doc=doc))
 
     def _enter(self, d: s.Declaration) -> None:
@@ -232,37 +232,42 @@ class Builder:
     def _value(self, given: Given, what: str) -> Value:
         from mbdsl.lang.evaluate import evaluate
 
-        return evaluate(_node(given, what), self._instance.scope)
+        return evaluate(self._node(given, what), self._instance.scope)
 
+    def _name(self, given: Handle | str) -> str:
+        """The name that a handle stands for here; names of another model may be those of other components."""
+        if isinstance(given, Handle) and given._builder is not self:
+            raise UsageError(
+                f"`{given}` belongs to another Builder, of {given._builder.name}, and not to this one, of {self.name}",
+                hint=f"use what this Builder's own methods return, or give the name as a text: {str(given)!r}",
+            )
+        return str(given)
 
-def _reference(frame: Handle | str) -> s.Expression:
-    if not isinstance(frame, Handle | str):
-        raise UsageError(f"found {frame!r}, expected a frame", hint="frames are attributes of components: `rod.b`")
-    return parse_expression(str(frame), "<frame>")
+    def _reference(self, frame: Handle | str) -> s.Expression:
+        if not isinstance(frame, Handle | str):
+            raise UsageError(f"found {frame!r}, expected a frame", hint="frames are attributes of components: `rod.b`")
+        return parse_expression(self._name(frame), "<frame>")
 
+    def _argument(self, name: str, value: Given, owner: str) -> s.Argument:
+        if isinstance(value, Mapping):
+            inner = tuple(self._argument(k, v, f"{owner}.{name}") for k, v in value.items())
+            return s.Argument(name, None, inner)
+        return s.Argument(name, self._node(value, f"{owner}.{name}"))
 
-def _argument(name: str, value: Given, owner: str) -> s.Argument:
-    if isinstance(value, Mapping):
-        return s.Argument(name, None, tuple(_argument(k, v, f"{owner}.{name}") for k, v in value.items()))
-    return s.Argument(name, _node(value, f"{owner}.{name}"))
-
-
-def _node(value: Given, what: str) -> s.Expression:
-    """A value from Python as syntax."""
-    if isinstance(value, s.Expression):
-        return value
-    if isinstance(value, str):
-        return parse_expression(value, f"<{what}>")
-    if isinstance(value, Handle):
-        return parse_expression(str(value), f"<{what}>")
-    if isinstance(value, Expr):
-        return s.Literal(Quantity(value))
-    if hasattr(value, "tolist"):  # numpy's scalars and arrays
-        value = value.tolist()
-    if isinstance(value, bool):
-        return s.Boolean(value)
-    if isinstance(value, int | float):
-        return s.Number(value)
-    if isinstance(value, Sequence):
-        return s.Array(tuple(_node(v, what) for v in value))
-    raise UsageError(f"`{what}`: found {value!r}, expected a number, a text or a sequence")
+    def _node(self, value: Given, what: str) -> s.Expression:
+        """A value from Python as syntax."""
+        if isinstance(value, s.Expression):
+            return value
+        if isinstance(value, str | Handle):
+            return parse_expression(self._name(value), f"<{what}>")
+        if isinstance(value, Expr):
+            return s.Literal(Quantity(value))
+        if hasattr(value, "tolist"):  # numpy's scalars and arrays
+            value = value.tolist()
+        if isinstance(value, bool):
+            return s.Boolean(value)
+        if isinstance(value, int | float):
+            return s.Number(value)
+        if isinstance(value, Sequence):
+            return s.Array(tuple(self._node(v, what) for v in value))
+        raise UsageError(f"`{what}`: found {value!r}, expected a number, a text or a sequence")

@@ -46,6 +46,7 @@ class Plan:
     tol: float | None = None  #: of steps that are controlled; ``h`` is then the whole time
     every: bool = False  #: with a tolerance: every step is output, and ``times`` is empty
     longest: float = np.inf  #: with a tolerance: steps may not be longer, nor a fiftieth of the run
+    asked: bool = True  #: whether somebody asked for that tolerance, caller or model, or it is a default
 
 
 @dataclass

@@ -23,7 +23,7 @@ from mbdsl.lang.expressions import Expr, is_velocity_level, leaves
 from mbdsl.motion import Motion, Moving, Plan
 from mbdsl.reduction import Note
 from mbdsl.scene import Component, Scene
-from mbdsl.simulation import as_scene, plan
+from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, as_scene, plan
 from mbdsl.system.blocks import by_law
 from mbdsl.system.emit import evaluate_lines, tangent_lines
 from mbdsl.trajectory import ACCELERATIONS, Trajectory
@@ -81,8 +81,10 @@ def explain(
 
     Parameters
     ----------
-    model, method, step, parameters, without, announce
+    model, method, parameters, without, announce
         As for :func:`mbdsl.simulate`.
+    step : float, optional [s]
+        Length of the steps that are timed; default the model's, else 1 ms.
     signals : sequence of str, optional
         Patterns of outputs to account for as well.
     measured : bool, optional
@@ -95,6 +97,9 @@ def explain(
     """
     scene = as_scene(model, parameters, without)
     stop = scene.experiment.stop if scene.experiment.stop is not None else scene.experiment.start + 1.0
+    method = method or scene.experiment.method or DEFAULT_METHOD
+    if step is None and declared(method).steps[0] == "fixed":  # what a step costs does not depend on its length
+        step = min(scene.experiment.step or DEFAULT_STEP, stop - scene.experiment.start)
     motion = Motion(scene, plan(scene, method=method, step=step, stop=stop, interval=stop - scene.experiment.start))
     if announce is not None and not motion.is_compiled:
         announce("compiling for the first time; the result is kept, later runs start at once ...")

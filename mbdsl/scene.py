@@ -133,6 +133,8 @@ class Scene:
     inputs: Mapping[str, Input] = field(default_factory=dict)  #: by name, in the order of their declaration
     #: effects that were left out on purpose -> the components that would have them
     without: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    #: ``Frame F = rod.b;`` and connectors: other names of frames
+    aliases: Mapping[str, str] = field(default_factory=dict)
 
     def bodies(self) -> list[Component]:
         """Components that have coordinates, in order (the ground has none)."""
@@ -157,7 +159,7 @@ class Scene:
         component = self.components.get(owner)
         if component is not None and name in component.signals:
             return component.signals[name]
-        frame = self.frames.get(owner)
+        frame = self.frames.get(self.aliases.get(owner, owner))
         if frame is None and component is not None and isinstance(component.kind, BodyKind) and component.kind.is_frame:
             frame = self.frames.get(f"{owner}.c")
         if frame is not None and key in COORDINATES:
@@ -170,7 +172,7 @@ class Scene:
     def _closest(self, name: str, owner: str) -> str | None:
         if owner in self.components and (own := list(self.components[owner].signals)):
             return did_you_mean(name, own, f"`{owner}` has")
-        if owner in self.frames:
+        if owner in self.frames or owner in self.aliases:
             return did_you_mean(name, [f"{owner}.{key}" for key in COORDINATES], "it has")
-        close = did_you_mean(owner, [*self.components, *self.frames], "components")
+        close = did_you_mean(owner, [*self.components, *self.frames, *self.aliases], "components")
         return close or did_you_mean(name, self.variables)

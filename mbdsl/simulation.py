@@ -29,8 +29,9 @@ if TYPE_CHECKING:
     from mbdsl.builder import Builder
 
 DEFAULT_METHOD = "hht-si2"
-DEFAULT_STEP = 1e-3
-DEFAULT_TOL = 1e-6  #: of methods that control their steps unless told otherwise
+DEFAULT_STEP = 1e-3  #: [s] of methods with fixed steps only, and of Simulation
+DEFAULT_TOL = 1e-6  #: of methods that control their steps by themselves
+DEFAULT_ERROR = 1e-4  #: of the others that can control their steps, where no step and no tolerance is given
 
 
 @dataclass(frozen=True)
@@ -91,14 +92,15 @@ def simulate(
     method : str, optional
         Name of an integrator; default the model's, else "hht-si2".
     step : float, optional [s]
-        Fixed step; default the model's, else 1 ms. Where it does not divide the time, all steps are a little shorter,
-        so that the last ends at ``stop``. Methods that control their steps by themselves, as "radau5", take only a
-        step that is given here.
+        Fixed step, not longer than the run; default the model's. Where it does not divide the time, all steps are a
+        little shorter, so that the last ends at ``stop``. Methods that control their steps by themselves, as "radau5",
+        take only a step that is given here. Methods with fixed steps only take 1 ms if nothing is given.
     tol : float, optional
         Instead, steps of controlled size, so that the error is about half of this: the largest one over all outputs
         and coordinates, positions in the mechanism's size, angles in radians, velocities relative to the largest one
-        of the run (but at least the mechanism's size, or a radian, in the time of the run). Default the model's
-        Tolerance, if it gives no Step; with "radau5", and backends, its Tolerance in any case, else 1e-6. Two or
+        of the run (but at least the mechanism's size, or a radian, in the time of the run). Default, if neither a
+        step is given nor a Step by the model, the model's Tolerance, else 1e-4; with "radau5", and backends, the
+        model's Tolerance in any case, else 1e-6. Not together with a step. Two or
         more runs with larger errors come first, not with those; ``stats["error"]`` is the error as known from them.
     accuracy : float, optional
         In place of a step or tolerance: the largest error in positions, as part of the mechanism's size, and in
@@ -198,8 +200,11 @@ def plan(
     said = scene.experiment
     method = method or said.method or DEFAULT_METHOD
     can = declared(method).steps
+    if tol is not None and step is not None:
+        raise UsageError("a step is fixed, or follows from a tolerance (tol)", hint="give one of them alone")
     if tol is not None and "controlled" not in can:
         raise UsageError(f"{method} has no error-controlled steps", hint="give a fixed step, or another method")
+    asked = tol is not None or said.tolerance is not None
     if tol is not None and not 0.0 < tol < 1.0:
         raise UsageError(f"a tolerance is between 0 and 1, not {tol:g}")
     if step is not None and "fixed" not in can:
@@ -207,7 +212,7 @@ def plan(
     if tol is None and step is None and can[0] == "controlled":
         tol = DEFAULT_TOL if said.tolerance is None else said.tolerance
     elif tol is None and step is None and said.step is None and "controlled" in can:
-        tol = said.tolerance
+        tol = DEFAULT_ERROR if said.tolerance is None else said.tolerance
     for name, value in (("start", start), ("stop", stop), ("step", step), ("interval", interval)):
         if value is not None and not isinstance(value, (int, float, np.number)):
             raise UsageError(f"{name} is a number of seconds, not {value!r}")
@@ -227,6 +232,12 @@ def plan(
         raise UsageError(f"the stop time {end:g} s is before the start time {start:g} s")
     if not h > 0.0:
         raise UsageError(f"the step must be above zero, not {h:g} s")
+    own = stop is None and said.stop is not None and said.step is not None  # the model contradicts itself
+    if (step is not None or own) and end > start and h > (end - start) * (1.0 + 1e-9):
+        raise UsageError(
+            f"a step of {h:g} s is longer than the run, from {start:g} to {end:g} s",
+            hint="give a shorter step, or a tolerance (tol) in place of it",
+        )
     if start + h == start or (end - start) / h > 1e12:
         raise UsageError(f"a step of {h:g} s is too small for times from {start:g} to {end:g} s")
     if tol is not None and end == start and controls_locally(method):
@@ -244,8 +255,8 @@ def plan(
     every = tol is not None and interval == 0.0 and times is None
     spacing = (end - start) / 500 if interval is None else interval or h
     points = np.ceil((end - start) / spacing - 1e-9) if end > start and not every else 0.0
-    asked = _asked(times, start, end) if times is not None else None
-    points = points if asked is None else len(asked)
+    given = _asked(times, start, end) if times is not None else None
+    points = points if given is None else len(given)
     columns = sum(2 * len(c.coordinates) + c.kind.rows for c in scene.components.values())
     if not points * columns <= MOST_OUTPUT:
         raise UsageError(
@@ -253,11 +264,11 @@ def plan(
             hint=f"give an output interval of {(end - start) * columns / MOST_OUTPUT:.2g} s or more",
         )
     count = int(points)
-    due = start + spacing * np.arange(1.0, count + 1) if asked is None else asked
+    due = start + spacing * np.arange(1.0, count + 1) if given is None else given
     if count:
         due[-1] = end
-    given = check_options(method, options or {}, constrained(scene), force)
-    return Plan(method, h, start, end, due, given, general, tol, every)
+    chosen = check_options(method, options or {}, constrained(scene), force)
+    return Plan(method, h, start, end, due, chosen, general, tol, every, asked=asked)
 
 
 def _asked(times: ArrayLike, start: float, end: float) -> NDArray[np.float64]:

@@ -73,8 +73,10 @@ class Simulation:
     Parameters
     ----------
     model : Scene, Builder or path
-    method, step, start, options, force, general, without, parameters
+    method, start, options, force, general, without, parameters
         As for :func:`mbdsl.simulate`.
+    step : float, optional [s]
+        Fixed step; default the model's Step, else 1 ms. The model's Tolerance is not used.
     record : bool
         Keep every state reached, for ``trajectory``; else only the present one.
 
@@ -158,13 +160,17 @@ class Simulation:
         return float(self._now()[name][0])
 
     def step(self, count: int = 1) -> float:
-        """Take ``count`` steps with the inputs as they are now; the time reached.
+        """Take ``count`` steps, 1 or more, with the inputs as they are now; the time reached.
 
         Raises
         ------
+        UsageError
+            If ``count`` is no whole number above zero.
         IntegrationError
             If it cannot go on; its ``trajectory`` holds what was recorded.
         """
+        if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
+            raise UsageError(f"the number of steps is a whole number of 1 or more, not {count!r}")
         if dict(self.inputs) != self._in_force:
             self._motion.change_inputs(self.inputs)
             self._in_force = dict(self.inputs)

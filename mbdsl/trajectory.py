@@ -109,6 +109,9 @@ class Trajectory:
         for name in scene.frames:
             for key, unit in UNITS.items():
                 found.setdefault(f"{name}.{key}", (coordinate(name, key), unit))
+        for name, frame in scene.aliases.items():
+            for key, unit in UNITS.items():
+                found.setdefault(f"{name}.{key}", (coordinate(frame, key), unit))
         for name, expression in scene.variables.items():
             unit = scene.inputs[name].unit if name in scene.inputs else ""
             found.setdefault(name, (expression, unit))

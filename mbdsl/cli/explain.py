@@ -17,7 +17,9 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     values.add_model(parser)
     parser.add_argument("--method", metavar="NAME", help="integrator; default: the model's, else hht-si2")
-    parser.add_argument("--step", metavar="H", type=values.positive_seconds, help="step size; default: the model's")
+    parser.add_argument(
+        "--step", metavar="H", type=values.positive_seconds, help="step size; default: the model's, else 1 ms"
+    )
     parser.add_argument("--signals", metavar="PATTERN,...", help="outputs to account for as well")
     parser.add_argument("--no-time", action="store_true", help="measure nothing")
     return parser

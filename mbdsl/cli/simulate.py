@@ -50,12 +50,18 @@ def register(subparsers) -> argparse.ArgumentParser:
         "--general", action="store_true", help="solve without any specialisation, as a check of it or to see its worth"
     )
     step = parser.add_mutually_exclusive_group()
-    step.add_argument("--step", metavar="H", type=values.positive_seconds, help="fixed step size; default: the model's")
+    step.add_argument(
+        "--step",
+        metavar="H",
+        type=values.positive_seconds,
+        help="fixed step size, no longer than the run; default: the model's",
+    )
     step.add_argument(
         "--tol",
         metavar="TOL",
         type=values.tolerance,
-        help="error-controlled steps, to this tolerance; default of radau5 and backends: the model's, else 1e-6",
+        help="error-controlled steps, to this tolerance; default without a step: the model's, else 1e-4 (radau5 and "
+        "backends: 1e-6)",
     )
     step.add_argument(
         "--accuracy",

@@ -1,16 +1,35 @@
 """Ground: the inertial frame, with gravity and any number of frames fixed to it."""
 
+from math import hypot
+
 from mbdsl.elements.kind import BodyKind, Parameter, zero
+
+#: what a length may differ from 1 by: {0.707, 0.707} is a direction; of {0.17, 0}, nobody knows what was meant
+NEARLY = 1e-3
+
+
+def check(v) -> str | None:
+    length = hypot(*v["n"])
+    if v["g"] == 0.0 or abs(length - 1.0) <= NEARLY:
+        return None
+    if length == 0.0:
+        return "the direction n of gravity is zero"
+    unit = "{" + ", ".join(f"{x / length:.6g}" for x in v["n"]) + "}"
+    return (
+        f"the direction n of gravity has the length {length:.6g}, expected 1: "
+        f"for the full g in that direction write n = {unit}, for a part of it scale g"
+    )
+
 
 KIND = BodyKind(
     "Ground",
     doc="The inertial world. Its name stands for the frame at the origin; gravity acts on every body.",
     parameters=(
         Parameter("g", "m/s2", 9.81, "gravitational acceleration", minimum=0.0),
-        Parameter("n", "1", (0.0, -1.0), "direction of gravity (normalised)", shape=(2,)),
+        Parameter("n", "1", (0.0, -1.0), "direction of gravity, of length 1", shape=(2,)),
         Parameter("frames", "", (), "further frames: frames(wall = {x, y, phi}, ...)"),
     ),
-    check=lambda v: None if any(v["n"]) or v["g"] == 0.0 else "the direction n of gravity is zero",
+    check=check,
     effects={"gravity": zero("g")},
     is_frame=True,
 )

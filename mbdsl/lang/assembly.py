@@ -63,7 +63,7 @@ class Assembly:
     def __init__(self) -> None:
         self.budget = Budget()
         self.parts: dict[str, Part] = {}
-        self.frames: list[FrameMember] = []
+        self.frames: list[FrameMember | Node] = []
         self.slots: list[Slot] = []
         self.ground: Part | None = None
         self.without: tuple[str, ...] = ()  #: effects to leave out
@@ -257,10 +257,14 @@ class Assembly:
         parameters, variables, inputs = self._slots(root)
         components: dict[str, Component] = {part.name: part.component() for part in self.parts.values()}
         frames = {frame.name: frame for part in self.parts.values() if is_body(part) for frame in part.frames.values()}
+        aliases: dict[str, str] = {}
         for member in self.frames:
-            frame = member.target()
-            if isinstance(frame, Frame) and frame.name == member.name:
+            found = member.target() if isinstance(member, FrameMember) else member
+            frame = found.frame if isinstance(found, Node) else found
+            if frame is not None and frame.name == member.name:
                 frames[frame.name] = frame
+            elif frame is not None:
+                aliases[member.name] = frame.name
         return Scene(
             name,
             components,
@@ -273,6 +277,7 @@ class Assembly:
             variables=variables,
             inputs=inputs,
             without={x: tuple(p.name for p in self.parts.values() if x in p.lacks) for x in self.without},
+            aliases=aliases,
         )
 
     def _slots(

@@ -6,7 +6,7 @@ import math
 from typing import Protocol
 
 from mbdsl.errors import ModelError
-from mbdsl.lang import expressions, functions, values
+from mbdsl.lang import expressions, functions, readings, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.limits import ARRAY, NODES
 from mbdsl.lang.source import At, span_of
@@ -43,6 +43,9 @@ class Scope(Protocol):
     def last(self) -> Value:
         """The value of `end` in an index."""
 
+    def declared(self, name: str) -> str | None:
+        """The unit of a parameter, variable or loop variable of this name, "" for none; None if there is none."""
+
     def function_names(self) -> list[str]:
         """Tables that could be called."""
 
@@ -63,6 +66,7 @@ def _evaluate(e: s.Expression, scope: Scope) -> Value:
         case s.Number():
             if e.unit is None:
                 return Quantity(e.value, None, True)
+            readings.check(e.unit, scope.declared)
             return Quantity(e.value * e.unit.factor, e.unit.dimension)
         case s.Reference():
             return scope.value(e)
@@ -77,6 +81,8 @@ def _evaluate(e: s.Expression, scope: Scope) -> Value:
             return _spend(_call(e, scope), scope)
         case s.Array(items, unit):
             found: Value = tuple(evaluate(item, scope) for item in items)
+            if unit:
+                readings.check(unit, scope.declared)
             return _rectangular(values.with_unit(found, unit) if unit else found)
         case s.Boolean(value):
             return values.boolean(value)

@@ -285,7 +285,9 @@ class Instance:
                     span_of(first.at),
                     f"a frame fixed to a body names it first: `Frame {d.name}(ground, r = {{x, y}});`",
                 )
-            return Node(name, d.at)
+            node = Node(name, d.at)
+            self.assembly.frames.append(node)
+            return node
         if len(arguments) > 1:
             raise ModelError("a Frame is fixed to one body or frame", span_of(arguments[1].e.at))
         for key, modifier in modifiers.items():

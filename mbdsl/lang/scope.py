@@ -116,6 +116,12 @@ class Scope:
             raise ModelError("`end` is an index, it has no value here")
         return values.literal(self.size)
 
+    def declared(self, name: str) -> str | None:
+        if name in self.locals:
+            return ""
+        slot = self.namespace.find(name)
+        return slot.unit if isinstance(slot, Slot) else None
+
     def apply(self, reference: s.Reference, argument: Value) -> Value | None:
         name = reference.steps[0].name
         if len(reference.steps) == 1 and name not in self.locals and self.namespace.find(name) is None:

@@ -78,6 +78,9 @@ class Formula:
     def last(self) -> Value:
         raise TypeError("the formula of a kind has no `end`")
 
+    def declared(self, name: str) -> str | None:
+        return None
+
     def function_names(self) -> list[str]:
         return []
 

@@ -1,0 +1,51 @@
+"""Units that may have been meant as a division: ``1 N/g`` where the model has a parameter ``g``.
+
+Inside a unit there are no blanks, so ``1 N/g`` is a newton per gram and ``1 N / g`` is divided by the parameter. Where
+a name of the model is also the unit behind the ``/``, a wrong dimension shows most mistakes: in a model with a mass
+``m``, ``100 N/m`` is a stiffness. What no dimension shows is refused: a parameter of the unit's own dimension, and
+symbols that are unusual there.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import cache
+
+from mbdsl.errors import ModelError
+from mbdsl.lang import units
+from mbdsl.lang.units import Dimension, Unit
+
+#: symbols that stand behind the `/` of units all the time
+USUAL = frozenset("m mm cm km in ft s ms us min h rad deg rev kg lb".split())
+_BEHIND = re.compile(r"/([A-Za-z]+)(?=[./]|$)")
+
+
+@cache
+def _behind(text: str) -> tuple[tuple[str, Dimension], ...]:
+    """Symbols behind a `/` of a unit, which may be names as well, and their dimensions."""
+    return tuple((name, known[1]) for name in _BEHIND.findall(text) if (known := units.symbol(name)) is not None)
+
+
+def check(unit: Unit, declared: Callable[[str], str | None]) -> None:
+    """Refuse a unit that may as well be a division by a value of the model.
+
+    ``declared(name)`` is the unit of the value of that name, "" where it has none, and None where there is no value.
+
+    Raises
+    ------
+    ModelError
+        With both readings.
+    """
+    if "/" not in unit.text:
+        return
+    for name, dimension in _behind(unit.text):
+        own = declared(name)
+        if own is None or (name in USUAL and (not own or units.dimension(own) != dimension)):
+            continue
+        before = unit.text.partition(f"/{name}")[0]
+        raise ModelError(
+            f"`{unit.text}` has two readings: the unit {unit.text}, and {before} divided by `{name}` of this model",
+            None,
+            f"to divide, write blanks: `{before} / {name}`; to have the unit, give `{name}` another name",
+        )

@@ -1,0 +1,104 @@
+"""What makes no sense is refused, and not read as something else."""
+
+import numpy as np
+import pytest
+
+from mbdsl import Builder, Simulation, UsageError, simulate
+from mbdsl.lang.load import parse_text
+
+PENDULUM = """model Pendulum Ground g0; Rod rod(m = 1 kg, length = 1 m); Revolute pin(g0, rod.a); {}
+  annotation(experiment({})); end Pendulum;"""
+
+
+def pendulum(experiment="StopTime = 1 s, Step = 1 ms", more=""):
+    return parse_text(PENDULUM.format(more, experiment))
+
+
+# -- steps ------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("experiment", "given"),
+    [
+        ("StopTime = 1 s", {"step": 10.0}),
+        ("StopTime = 1 s, Step = 1 ms", {"step": 1.001}),
+        ("StopTime = 1 s, Step = 10 s", {}),
+        ("StopTime = 1 s", {"step": 0.5, "start": 0.9}),
+    ],
+)
+def test_a_step_longer_than_the_run_is_refused(experiment, given):
+    with pytest.raises(UsageError, match=r"a step of .* s is longer than the run, from .* to 1 s"):
+        simulate(pendulum(experiment), **given)
+
+
+def test_a_step_as_long_as_the_run_and_a_run_shorter_than_the_models_step_are_meant():
+    assert simulate(pendulum(), step=0.01, stop=0.01).stats["steps"] == 1
+    assert simulate(pendulum("StopTime = 1 s, Step = 10 ms"), stop=5e-3).stats["h"] == 5e-3
+    assert len(simulate(pendulum(), step=10.0, stop=0.0).t) == 1  # only the start
+
+
+def test_the_command_refuses_a_step_longer_than_the_run(say, tmp_path):
+    (tmp_path / "p.mbd").write_text(PENDULUM.format("", "StopTime = 1 s"))
+    code, out, err = say("simulate", "p.mbd", "--step", "10")
+    assert (code, out) == (2, "")
+    assert err.startswith("error: a step of 10 s is longer than the run, from 0 to 1 s\n")
+    assert not (tmp_path / "p.csv").exists()
+
+
+def test_a_step_and_a_tolerance_exclude_each_other():
+    with pytest.raises(UsageError, match="a step is fixed, or follows from a tolerance"):
+        simulate(pendulum(), step=1e-3, tol=1e-3)
+
+
+@pytest.mark.parametrize("count", [0, -3, 1.5, True, "2", None])
+def test_a_number_of_steps_is_a_whole_number_above_zero(count):
+    simulation = Simulation(pendulum())
+    with pytest.raises(UsageError, match="a whole number of 1 or more"):
+        simulation.step(count)
+    assert simulation.time == 0.0
+    assert simulation.step(np.int64(2)) == 2e-3
+
+
+# -- handles of another Builder -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda c, r, w: c.Revolute("p", w, r.b),
+        lambda c, r, w: c.frame("tip", r.b),
+        lambda c, r, w: c.Torque("T", tau=r.b),
+        lambda c, r, w: c.variable("x", r.phi),
+        lambda c, r, w: c.initial(r.phi, 0.1),
+        lambda c, r, w: c.initial("r.phi", r.phi),
+        lambda c, r, w: c.connect(w, r.b),
+        lambda c, r, w: c.add("Body", "B", m=1.0, I=1.0, frames={"tip": (r.x, 0.0)}),
+    ],
+)
+def test_handles_of_another_builder_are_refused(use):
+    a, c = Builder("A"), Builder("C")
+    a.Ground("w")
+    r = a.Rod("r", m=1.0, length=1.0)
+    w = c.Ground("w")
+    c.Rod("r", m=2.0, length=3.0)
+    with pytest.raises(UsageError, match=r"`r\.?\w*` belongs to another Builder, of A, and not to this one, of C"):
+        use(c, r, w)
+
+
+# -- other names of frames ----------------------------------------------------------------------------------------
+def test_other_names_of_frames_have_signals():
+    """The same point, whatever it is called: an alias, a connector of a sub-model, an alias of that."""
+    text = """model Arm
+      Frame F; Frame tip = rod.b; Rod rod(m = 2 kg, length = 1 m);
+    equation connect(F, rod.a); end Arm;
+    model A Ground w; Arm K1; Frame F = K1.F; Frame T = K1.tip; Frame post = w; PointMass q(m = 1 kg); Frame Q = q.c;
+      Revolute pin(w, F); SpringDamper s(w, q.c, k = 10 N/m, s0 = 1 m);
+      annotation(experiment(StopTime = 0.1 s, Step = 1 ms));
+    initial equation pin.phi = 30 deg; q.x = 1 m; end A;"""
+    run = simulate(parse_text(text))
+    same = {"F": "K1.rod.a", "K1.F": "K1.rod.a", "T": "K1.rod.b", "K1.tip": "K1.rod.b", "Q": "q.c"}
+    for other, name in same.items():
+        for key in ("x", "y", "phi", "vx", "vy", "w"):
+            assert f"{other}.{key}" in run.names
+            assert (run[f"{other}.{key}"] == run[f"{name}.{key}"]).all()
+            assert run.unit(f"{other}.{key}") == run.unit(f"{name}.{key}")
+    assert (run["post.x"] == 0.0).all()
+    assert abs(run["T.x"][0] - np.cos(np.pi / 6)) < 1e-12
