@@ -1,0 +1,65 @@
+"""What a model of this suite is: its text, its motion in minimal coordinates, and where its answer is kept."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from jets import Jet, jet
+
+DATA = Path(__file__).parents[2] / "data" / "claims"
+OUTPUTS = 100  #: evenly spaced, the start left out
+G = 9.81
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A model made to fool an error estimate.
+
+    Its bodies follow from minimal coordinates z by ``pose(z, t)``, written by hand: {body: (x, y, phi)}. Their motion
+    z(t) is that of ``exact(t)``, a closed form that gives (z, z'), or of ``rate(t, z, z', on)``, z'', where ``on`` are
+    the signs of ``switches(t, z, z')``; or, of mechanisms, of ``masses`` {body: (m, I)} and ``loads(t, p, v, on)``
+    {body: (fx, fy, tau)}, gravity left out.
+    """
+
+    name: str
+    family: str
+    text: str
+    stop: float
+    pose: Callable
+    z: Sequence[float]
+    v: Sequence[float]
+    exact: Callable | None = None
+    rate: Callable | None = None
+    masses: dict | None = None
+    loads: Callable | None = None
+    g: float = G
+    switches: Callable | None = None
+    breaks: Sequence[float] = ()  #: where the reference starts anew: corners in time, and both ends of what is short
+    atol: float = 1e-15  #: of the reference [m or rad, and per s]
+    note: str = ""
+
+    @property
+    def times(self):
+        return np.linspace(0.0, self.stop, OUTPUTS + 1)[1:]
+
+    @cached_property
+    def stored(self) -> dict:
+        return json.loads((DATA / f"{self.family}.json").read_text(encoding="utf-8"))[self.name]
+
+    def truth(self) -> dict[str, np.ndarray]:
+        """Signal -> (N,) of the stored answer [m, rad; m/s, rad/s], the start left out."""
+        z, v = (np.array(self.stored[key]) for key in ("z", "v"))
+        found = {}
+        pose = self.pose([Jet(z[:, k], v[:, k], 0.0 * z[:, k]) for k in range(z.shape[1])], Jet(self.times, 1.0, 0.0))
+        for body, of in pose.items():
+            for keys, value in zip((("x", "vx"), ("y", "vy"), ("phi", "w")), of, strict=True):
+                if value is not None:
+                    one = jet(value)
+                    found[f"{body}.{keys[0]}"] = one.f + np.zeros(len(z))
+                    found[f"{body}.{keys[1]}"] = one.d + np.zeros(len(z))
+        return found

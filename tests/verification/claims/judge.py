@@ -1,0 +1,64 @@
+"""The rule, and the error that it is about; of mbdsl only the size of the mechanism is taken, which the norm names."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from claim import Claim
+
+ASKED, SAID = 3.0, 10.0  #: times what was asked for, and what was said, that the truth may be
+QUIET = 0.1  #: part of what was said below which the truth is called pessimistic
+FLOOR = 1e-13  #: rounding: nothing is said below
+
+TRUE, PESSIMISTIC, STOPPED, UNKNOWN, LATE, LIE = "true", "pessimistic", "stopped", "not known", "too slow", "LIE"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """``truth`` is the error of the run, ``said`` what it claims, ``asked`` what it was to be."""
+
+    verdict: str
+    asked: float | None = None
+    said: float | None = None
+    truth: float | None = None
+    reason: str = ""
+
+
+def error(claim: Claim, run, until: float = math.inf) -> float:
+    """The largest over outputs up to ``until`` [s].
+
+    Positions over the mechanism's size, angles in radians; velocities likewise, and over the largest of the run, which
+    is at least one size or radian in the time of the run.
+    """
+    truth, size = claim.truth(), run.system.tables.size
+    times = claim.times
+    rows = np.searchsorted(run.t, times - 1e-9 * claim.stop)
+    if rows.max() >= len(run.t) or np.abs(run.t[rows] - times).max() > 1e-9 * claim.stop:
+        return math.inf
+    kept = times <= until
+    turned = ("phi", "w")
+    speeds = [np.abs(x).max() / (1.0 if key.endswith(".w") else size) for key, x in truth.items()
+              if key.endswith((".vx", ".vy", ".w"))]  # fmt: skip
+    speed = max(1.0 / claim.stop, *speeds)
+    worst = 0.0
+    for key, x in truth.items():
+        quantity = key.rsplit(".", 1)[1]
+        scale = (1.0 if quantity in turned else size) * (speed if quantity in ("vx", "vy", "w") else 1.0)
+        off = np.abs(run[key][rows] - x)[kept]
+        worst = max(worst, float(off.max(initial=0.0)) / scale)
+    return worst
+
+
+def judge(claim: Claim, run, asked: float | None, said: float | None, until: float = math.inf) -> Verdict:
+    """Whether the run kept what it promised."""
+    truth = error(claim, run, until)
+    floor = max(FLOOR, SAID * claim.stored["agrees"])
+    if asked is not None and not truth <= ASKED * max(asked, floor):
+        return Verdict(LIE, asked, said, truth, "more than three times what was asked for")
+    if said is None:
+        return Verdict(UNKNOWN, asked, said, truth)
+    if not truth <= SAID * max(said, floor):
+        return Verdict(LIE, asked, said, truth, "more than ten times what was said")
+    return Verdict(PESSIMISTIC if truth < QUIET * said else TRUE, asked, said, truth)

@@ -1,0 +1,292 @@
+"""Every claim against every method: ``python tests/verification/claims/table.py --output docs/claims.md``.
+
+Results go, one a line, to ``--results`` (default claims.jsonl in the cache); what is there already for the same sources
+is not run again. Two processes; a cell that takes longer than ``--limit`` seconds of computing is called too slow.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import multiprocessing
+import os
+import sys
+import tempfile
+import threading
+import time
+import warnings
+from collections import Counter
+from dataclasses import asdict
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+HERE = Path(__file__).parent
+ROOT = HERE.parents[2]
+sys.path[:0] = [str(HERE), str(ROOT)]
+
+import judge  # noqa: E402
+import mechanisms  # noqa: E402
+from claim import OUTPUTS  # noqa: E402
+
+from models import CLAIMS  # noqa: E402
+
+#: (way, method, what is asked for)
+WAYS = [
+    ("--tol", "hht-si2", 1e-3),
+    ("--tol", "hht-si2", 1e-5),
+    ("--tol", "radau5", 1e-6),
+    ("--tol", "scipy-dop853", 1e-6),
+    ("--accuracy", "", 1e-4),
+    ("--tol", "generalized-alpha", 1e-4),
+    ("--verify", "hht-si2", 1e-4),
+    ("--tol", "ida", 1e-6),
+    ("--tol", "scipy-radau", 1e-5),
+    ("--tol", "scipy-lsoda", 1e-6),
+    ("--tol", "nstiff-si2", 1e-4),
+    ("--tol", "hht-add", 1e-4),
+    ("--tol", "hht-i3", 1e-3),
+    ("--tol", "nstiff", 1e-3),
+    ("--tol", "generalized-alpha-i3", 1e-3),
+    ("--tol", "newmark", 1e-2),
+    ("--tol", "radau5", None),
+    ("recommend", "", 1e-4),
+]
+ONCE = {"hht-si2"}  #: mechanisms are compiled for these; the code that is general in kinds serves with the others
+
+
+class TooSlow(KeyboardInterrupt):
+    """The cell has had its time."""
+
+
+def watch(limit: float):
+    """A progress callback that ends a run after ``limit`` seconds of computing."""
+    begun: list[float] = []
+
+    def told(p) -> None:
+        begun.append(time.process_time())
+        if begun[-1] - begun[0] > limit:
+            raise TooSlow
+
+    return told
+
+
+def cell(name: str, way: str, method: str, asked: float | None, limit: float = 30.0, general: bool = False):
+    """The verdict on one model and one way to claim an accuracy."""
+    import mbdsl
+    from mbdsl.errors import IntegrationError, MbdslError
+
+    claim = CLAIMS[name]
+    general = general or (claim.name in mechanisms.CLAIMS and method not in ONCE)
+    common = {"interval": claim.stop / OUTPUTS, "progress": watch(limit), "general": general}
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            scene = mbdsl.parse(claim.text)
+            if way == "--tol":
+                run = mbdsl.simulate(scene, method=method, tol=asked, **common)
+                said = run.stats["error"]
+            elif way == "--accuracy":
+                run = mbdsl.simulate(scene, accuracy=asked, **common)
+                said = run.stats["accuracy"]["estimated"]
+            elif way == "--verify":
+                run, said = verified(claim, scene, method, asked, common)
+            else:
+                run, said = recommended(scene, asked, common)
+    except KeyboardInterrupt:
+        return judge.Verdict(judge.LATE, asked)
+    except MbdslError as problem:
+        wrong = not isinstance(problem, IntegrationError)  # a model of this folder has to be accepted
+        verdict = judge.LIE if wrong else judge.STOPPED
+        return judge.Verdict(verdict, asked, reason=f"{type(problem).__name__}: {problem.message}"[:200])
+    except Exception as problem:
+        return judge.Verdict(judge.LIE, asked, reason=f"{type(problem).__name__}: {problem}"[:200])
+    if run.status == "interrupted":
+        return judge.Verdict(judge.LATE, asked)
+    horizon = run.stats.get("horizon")
+    said = None if said is None or not math.isfinite(said) else float(said)
+    return judge.judge(claim, run, asked, said, math.inf if horizon is None else horizon)
+
+
+def verified(claim, scene, method, asked, common):
+    """What two runs differ by, in the norm of the rule: the largest of positions and velocities."""
+    import mbdsl
+    from mbdsl.errors import IntegrationError
+    from mbdsl.studies.verify import verify
+
+    run = mbdsl.simulate(scene, method=method, tol=asked, **common)
+    found = verify(run, run.default_names, progress=common["progress"])
+    if found.problem:
+        raise IntegrationError(f"not verified: {found.problem}")
+    if found.doubtful:
+        raise IntegrationError(f"doubtful: {found.doubtful[0].signal} agrees to {found.doubtful[0].digits:.1f} digits")
+    size, speed = run.system.tables.size, 1.0 / claim.stop
+    for key in run.default_names:
+        quantity = key.rsplit(".", 1)[1]
+        if quantity in ("vx", "vy", "w"):
+            speed = max(speed, abs(run[key]).max() / (1.0 if quantity == "w" else size))
+    said = 0.0
+    for a in found.agreements:
+        quantity = a.signal.rsplit(".", 1)[1]
+        scale = (1.0 if quantity in ("phi", "w") else size) * (speed if quantity in ("vx", "vy", "w") else 1.0)
+        said = max(said, a.difference / scale if a.difference == a.difference else 0.0)
+    return run, said
+
+
+def recommended(scene, asked, common):
+    """The run that is recommended, and the error that it is said to have."""
+    import mbdsl
+    from mbdsl.studies.recommend import recommend
+
+    with tempfile.TemporaryDirectory() as store:
+        best = recommend(scene, asked, store=store, budget=15.0, repeats=1).best
+    return mbdsl.simulate(scene, method=best.case.method, step=best.case.step, tol=best.case.tol, **common), best.error
+
+
+def worker(conn, limit: float) -> None:
+    while True:
+        what = conn.recv()
+        if what is None:
+            return
+        conn.send(asdict(cell(*what, limit=limit)))
+
+
+def compute(jobs: list[tuple], limit: float, keep) -> None:
+    """Run ``jobs``, (name, way, method, asked), in a process of its own that is ended where it hangs."""
+    context = multiprocessing.get_context("spawn")
+    process = conn = None
+    while True:
+        try:
+            job = jobs.pop(0)
+        except IndexError:
+            break
+        if process is None:
+            conn, other = context.Pipe()
+            process = context.Process(target=worker, args=(other, limit), daemon=True)
+            process.start()
+            other.close()
+        conn.send(job)
+        try:
+            found = conn.recv() if conn.poll(20 * limit) else None
+        except EOFError:
+            found = asdict(judge.Verdict(judge.LIE, job[3], reason="the process died"))
+            process = None
+        if found is None:
+            process.terminate()
+            process, found = None, asdict(judge.Verdict(judge.LATE, job[3], reason="ended from outside"))
+        keep(job, found)
+    if process is not None:
+        conn.send(None)
+        process.join()
+
+
+def number(x: float | None) -> str:
+    return "-" if x is None else f"{x:.1e}"
+
+
+def page(results: dict[tuple, dict]) -> str:
+    """docs/claims.md."""
+    names = {name for name, *_ in results}
+    kinds = [judge.TRUE, judge.PESSIMISTIC, judge.STOPPED, judge.UNKNOWN, judge.LATE, judge.LIE]
+
+    def counts(title: str, key) -> list[str]:
+        rows: dict[str, Counter] = {}
+        for job, found in results.items():
+            rows.setdefault(key(job), Counter())[found["verdict"]] += 1
+        lines = [f"| {title} | " + " | ".join(kinds) + " |", "|---|" + "---|" * len(kinds)]
+        lines += [f"| {name} | " + " | ".join(str(row[k]) for k in kinds) + " |" for name, row in rows.items()]
+        total = sum(rows.values(), Counter())
+        return [*lines, "| all | " + " | ".join(str(total[k]) for k in kinds) + " |", ""]
+
+    def way(job) -> str:
+        _, way, method, _ = job
+        return f"`{way}`" if not method or way == "--verify" else f"`{way}`, {method}"
+
+    lines = [INTRODUCTION.format(models=len(names), cells=len(results))]
+    lines += ["## By way of claiming", "", *counts("way", way)]
+    lines += ["## By family", "", *counts("family", lambda job: CLAIMS[job[0]].family)]
+    lines += ["## Models", "", "The largest of truth over asked, and of truth over said, over all ways; lies are named.", ""]
+    lines += ["| model | family | answer | truth/asked | truth/said | lies |", "|---|---|---|---|---|---|"]
+    for name in CLAIMS:
+        found = [(job, x) for job, x in results.items() if job[0] == name and x["truth"] is not None]
+        asked = max((x["truth"] / x["asked"] for _, x in found if x["asked"]), default=None)
+        said = max((x["truth"] / max(x["said"], judge.FLOOR) for _, x in found if x["said"] is not None), default=None)
+        lies = [job for job, x in results.items() if job[0] == name and x["verdict"] == judge.LIE]
+        told = ", ".join(f"{m or w} {a:g}" if a else m for _, w, m, a in lies) or "none"
+        agrees = CLAIMS[name].stored["agrees"]
+        source = "closed form" if CLAIMS[name].exact else f"{agrees:.0e}"
+        lines.append(f"| {name} | {CLAIMS[name].family} | {source} | {number(asked)} | {number(said)} | {told} |")
+    return "\n".join(lines) + "\n"
+
+
+INTRODUCTION = """# Claims
+
+<!-- made by `python tests/verification/claims/table.py --output docs/claims.md` -->
+
+{models} models that were made to fool an error estimate, and every way to claim an accuracy: {cells} runs. The
+models are in `tests/verification/claims/`; each has an answer from outside mbdsl, a closed form or SciPy's DOP853 at a
+tolerance of 1e-13 in minimal coordinates, started anew at every switch. `answer` below says to how many digits another
+solver agrees with it.
+
+The rule: the true error is at most 3 times what was asked for, and at most 10 times what was said of it
+(`stats["error"]`, `stats["accuracy"]["estimated"]`, the difference that `--verify` shows, the error that `recommend`
+shows). Errors are the largest over all outputs, positions as part of the mechanism's size, angles in radians,
+velocities also as part of the largest of the run.
+
+- *true*: the rule is kept, and what was said is at most 10 times the truth.
+- *pessimistic*: the rule is kept, and what was said is more than 10 times the truth.
+- *stopped*: the run ends with a reason, and exit code 4, in place of a result.
+- *not known*: the run says that its error is not known; it is at most 3 times what was asked for.
+- *too slow*: the run was ended after 30 s.
+- *LIE*: anything else.
+"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--output", type=Path, help="the page to write")
+    parser.add_argument("--results", type=Path, default=Path(tempfile.gettempdir()) / "mbdsl-claims.jsonl")
+    parser.add_argument("--limit", type=float, default=30.0, help="seconds of computing that a cell may take")
+    parser.add_argument("--models", nargs="*", help="names or families; default all")
+    parser.add_argument("--ways", nargs="*", help="such as --ways=tol radau5 accuracy; default all")
+    parser.add_argument("--fresh", action="store_true", help="forget what was found before")
+    parser.add_argument("--processes", type=int, default=2)
+    args = parser.parse_args()
+    results: dict[tuple, dict] = {}
+    if args.results.exists() and not args.fresh:
+        for line in args.results.read_text(encoding="utf-8").splitlines():
+            job, found = json.loads(line)
+            results[tuple(job)] = found
+    elif args.results.exists():
+        args.results.unlink()
+    jobs = [
+        (name, *way)
+        for way in WAYS
+        for name, claim in CLAIMS.items()
+        if (name, *way) not in results
+        and (not args.models or name in args.models or claim.family in args.models)
+        and (not args.ways or any(w in (way[0].strip("-"), way[1]) for w in args.ways))
+    ]
+    lock = threading.Lock()
+
+    def keep(job: tuple, found: dict) -> None:
+        with lock:
+            results[job] = found
+            with args.results.open("a", encoding="utf-8") as file:
+                file.write(json.dumps([job, found]) + "\n")
+            if found["verdict"] in (judge.LIE, judge.LATE):
+                print(*job, *found.values(), flush=True)
+
+    threads = [threading.Thread(target=compute, args=(jobs, args.limit, keep)) for _ in range(args.processes)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    print(dict(Counter(x["verdict"] for x in results.values())))
+    if args.output:
+        args.output.write_text(page(results), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
