@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+import chains
+import contacts
 import laws
+import loops
 import mechanisms
+import others
+import pulses
+import vibrations
 
+MODULES = (pulses, vibrations, contacts, chains, loops, others)  # each adds its own
 CLAIMS = {**laws.CLAIMS, **mechanisms.CLAIMS}

@@ -53,20 +53,20 @@ def accelerations(claim: Claim):
 def first_crossing(values, on, t, y, run):
     """(switch, from, to) of what comes to its other side first in the last step of ``run``, or None.
 
-    At 64 points inside the step, and at the extremum between any three.
+    At eight points inside the step, and at the extremum between any three.
     """
     inside = run.dense_output()
-    at = np.linspace(t, run.t, 65)
+    at = np.linspace(t, run.t, 9)
     at[-1] = run.t
     side = np.where(on, 1.0, -1.0)
-    g = np.array([values(x, y if k == 0 else run.y if k == 64 else inside(x)) for k, x in enumerate(at)]) * side
+    g = np.array([values(x, y if k == 0 else run.y if k == 8 else inside(x)) for k, x in enumerate(at)]) * side
     found = []
     for i in range(len(on)):
-        for k in range(1, 65):
+        for k in range(1, 9):
             if g[k, i] < -GRAZE:
                 found.append((at[k - 1], i, at[k]))
                 break
-            if k < 64 and g[k, i] < g[k - 1, i] and g[k, i] <= g[k + 1, i]:
+            if k < 8 and g[k, i] < g[k - 1, i] and g[k, i] <= g[k + 1, i]:
                 bend = g[k - 1, i] - 2 * g[k, i] + g[k + 1, i]
                 x = at[k] + 0.5 * (g[k - 1, i] - g[k + 1, i]) / bend * (at[1] - at[0])
                 if values(x, inside(x))[i] * side[i] < -GRAZE:

@@ -206,7 +206,7 @@ def page(results: dict[tuple, dict]) -> str:
     lines = [INTRODUCTION.format(models=len(names), cells=len(results))]
     lines += ["## By way of claiming", "", *counts("way", way)]
     lines += ["## By family", "", *counts("family", lambda job: CLAIMS[job[0]].family)]
-    lines += ["## Models", "", "The largest of truth over asked, and of truth over said, over all ways; lies are named.", ""]
+    lines += ["## Models", "", "Truth over asked and truth over said are the largest over all ways.", ""]
     lines += ["| model | family | answer | truth/asked | truth/said | lies |", "|---|---|---|---|---|---|"]
     for name in CLAIMS:
         found = [(job, x) for job, x in results.items() if job[0] == name and x["truth"] is not None]
