@@ -197,7 +197,7 @@ law(
 )
 
 # -- long horizons -------------------------------------------------------------------------------------------------
-law("Thousand", "long", "-s", exact=lambda t: (np.cos(t), -np.sin(t)), s=1, stop=2000 * pi)
+law("TwoHundred", "long", "-s", exact=lambda t: (np.cos(t), -np.sin(t)), s=1, stop=400 * pi)
 
 
 def swing(t, k=0.479425538604203):

@@ -27,8 +27,8 @@ law(
     exact=lambda t: (1e-16 / 1600 * (np.exp(40 * t) - 1 - 40 * t), 1e-16 / 40 * (np.exp(40 * t) - 1)),
     stop=1,
 )
-law("Pole", "growth", "6*s^2", exact=lambda t: ((1 - t) ** -2.0, 2 * (1 - t) ** -3.0), s=1, v=2, stop=0.99)
-law("PoleNear", "growth", "6*s^2", exact=lambda t: ((1 - t) ** -2.0, 2 * (1 - t) ** -3.0), s=1, v=2, stop=0.999)
+law("Pole", "growth", "6*s^2", exact=lambda t: ((1 - t) ** -2.0, 2 * (1 - t) ** -3.0), s=1, v=2, stop=0.97)
+law("PoleNear", "growth", "6*s^2", exact=lambda t: ((1 - t) ** -2.0, 2 * (1 - t) ** -3.0), s=1, v=2, stop=0.99)
 law(
     "StiffThenFree",
     "growth",
