@@ -49,7 +49,9 @@ class Claim:
 
     @cached_property
     def stored(self) -> dict:
-        return json.loads((DATA / f"{self.family}.json").read_text(encoding="utf-8"))[self.name]
+        """The stored answer, empty where there is none yet."""
+        path = DATA / f"{self.family}.json"
+        return json.loads(path.read_text(encoding="utf-8")).get(self.name, {}) if path.exists() else {}
 
     def truth(self) -> dict[str, np.ndarray]:
         """Signal -> (N,) of the stored answer [m, rad; m/s, rad/s], the start left out."""

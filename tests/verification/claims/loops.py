@@ -87,7 +87,7 @@ slider_crank(
     "growth",
     SLIDER.format("-200"),
     a=1e-7,
-    stop=1.2,
+    stop=0.5,
     g=0.0,
     pull=on_slider(lambda t, x, v, on: -200.0),
 )
