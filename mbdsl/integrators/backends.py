@@ -24,6 +24,7 @@ from mbdsl.errors import MbdslError, UsageError
 from mbdsl.integrators import backend, state
 from mbdsl.integrators.options import check_options
 from mbdsl.system import System
+from mbdsl.system.unseen import Zone
 
 Array = NDArray[np.float64]
 
@@ -59,6 +60,9 @@ class Problem:
     breaks : iterable of float [s]
         Times at which the equations have a jump or a corner, known beforehand, in order; no step should pass over one.
         They come one by one, once: there may be very many. Others show in ``System.switches``.
+    zones : iterable of Zone
+        In each of these spans of time (``start``, ``end``) [s] a step should end, as a law or table has a peak there
+        that is not seen otherwise; by their ends, and one by one, too.
     counts : collections.Counter
         To be filled in: "steps", "rejected", "iterations" (of Newton's method), "matrix_evaluations",
         "factorisations", "evaluations" (of the equations), "events" (jumps met).
@@ -77,6 +81,7 @@ class Problem:
     tol: float | None
     options: Mapping[str, float | None]
     breaks: Iterable[float] = ()
+    zones: Iterable[Zone] = ()
     counts: Counter[str] = field(default_factory=Counter)
 
     def tolerances(self) -> tuple[Array, Array]:
@@ -138,7 +143,9 @@ class External:
 
     def begin(self, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...] = ()) -> None:
         """Set the consistent state at the start, and the redundant constraints that are not solved for."""
-        given = {**self._given, "breaks": self.system.time_events(self._given["start"], self._given["stop"])}
+        span = self._given["start"], self._given["stop"]
+        zones = self.system.time_zones(*span)
+        given = {**self._given, "breaks": self.system.time_events(*span), "zones": zones}
         problem = Problem(self.system, q=q, v=v, a=a, lam=lam, left_out=left_out, counts=self._counts, **given)
         self._q, self._v, self._lam = q, v, lam
         self._states: Iterator[tuple] = iter(self._backend.solve(problem))

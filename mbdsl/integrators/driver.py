@@ -23,6 +23,7 @@ from mbdsl.integrators.control import (
     predict_uneven,
     remember,
 )
+from mbdsl.integrators.landing import until_zone
 from mbdsl.integrators.linear import DENSE
 from mbdsl.integrators.newton import newton
 from mbdsl.integrators.state import (
@@ -36,6 +37,7 @@ from mbdsl.integrators.state import (
     HISTORY,
     IN_A_ROW,
     LAST_STEP,
+    LOOK,
     NEXT_EVENT,
     NOW,
     ORDER,
@@ -56,6 +58,7 @@ from mbdsl.integrators.state import (
     UNIT,
     WATCHING,
     WILD,
+    ZONES,
     H,
     T,
 )
@@ -209,6 +212,12 @@ def advance(
     n, size, unknowns, controlled = I[N_Q], I[N_ALL], 1 + J[STABILISED], J[CONTROLLED] > 0
     error = 0.0
     for _ in range(steps):
+        if J[ZONES] > 0:
+            h = until_zone(K[H], K, J)
+            if h == 0.0:
+                return LOOK
+            if h < K[H]:
+                change(change_step, evaluate, tangent, inertia, h, c, K, J, Y, Z, C, F, I, A, P)
         step, h = J[STEP], K[H]
         if controlled:
             t0 = K[NOW]

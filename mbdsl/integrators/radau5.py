@@ -8,6 +8,7 @@ Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90; controller: Soed
 (2003) 1-26. The splitting is ours.
 """
 
+from mbdsl.integrators.landing import until_zone
 from mbdsl.integrators.linear import SPARSE_LU
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.newton import EPS, SINGULAR_NOISE, finite
@@ -47,6 +48,7 @@ from mbdsl.integrators.state import (
     LAST_H,
     LAST_STEP,
     LEAST_H,
+    LOOK,
     MATRICES,
     MOST_H,
     NEXT_EVENT,
@@ -66,6 +68,7 @@ from mbdsl.integrators.state import (
     UNCUT,
     UNSEEN,
     WATCHING,
+    ZONES,
     H,
     T,
 )
@@ -284,6 +287,10 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
         t0, h, end, tried, refused, error, former = K[START] + J[STEP] * K[H], K[H], K[STOP], 0, 0, 0.0, 0.0
         if tol > 0.0:
             t0, h, end = K[NOW], min(K[H], K[MOST_H]), min(K[STOP], K[NEXT_EVENT])
+            if J[ZONES] > 0:
+                h = until_zone(h, K, J)
+                if h == 0.0:
+                    return LOOK
         while True:
             t = t0 + h
             if tol > 0.0 and end - t < h:  # it is hit exactly, with no short step before it

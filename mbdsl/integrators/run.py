@@ -14,6 +14,7 @@ from mbdsl import jit, layout
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.integrators import control, linear, modules, sparse, state
 from mbdsl.integrators.events import Events
+from mbdsl.integrators.landing import Landings
 from mbdsl.integrators.method import Method, Start
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.starting import applied, check_stiffness, first_step, normal_part, rates
@@ -126,7 +127,7 @@ class Integration:
 
     def _stop_at_events(self) -> None:
         """Where steps of any length may end."""
-        self.events = Events(self)
+        self.events, self.landings = Events(self), Landings(self)
         K, J, span = self.K, self.J, self.stop - self.start
         J[state.EVERY], K[state.NEXT_EVENT], K[state.MOST_H] = self.every, np.inf, min(self.longest, LONGEST * span)
         K[state.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
@@ -244,6 +245,8 @@ class Integration:
             self._begin_own(t0, min(self.stop - t0, longest), jerk)
         if self.tol is not None and t is None and method.order:
             self.events.begin(t0, q, v, lam)
+        if self.tol is not None and t is None:
+            self.landings.begin(t0)
         # what the start's own evaluation finds is the past of the first step
         self.evaluate(t0, Y, self.Z, self.C, self.F, self.I)
         self.I[layout.KEEP] = 1
@@ -381,6 +384,9 @@ class Integration:
 
     def _advance_by(self, steps: int) -> int:
         status = self._call(steps)
+        while status == state.LOOK:
+            self.landings.refill()
+            status = self._call(steps)
         if status == state.EVENT:
             return self.events.come()
         if status == state.SINGULAR and self.solver == linear.SPARSE_LU and self.system.unknowns <= PIVOTING_LIMIT:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 # -- status --------------------------------------------------------------------------------------------------
-RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EVENT = range(9)
+RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EVENT, LOOK = range(10)
 
 # -- K: floats of the run ------------------------------------------------------------------------------------
 START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, LOOSEST, UNIT, WILD = range(10)
@@ -14,7 +14,9 @@ NOW, TOL, SPEED, LAST_H, LEAST_H, MOST_H, EXPONENT, NODE, MASS_WEIGHT, LARGEST, 
 NODES, TIMES = 22, 26  #: times that the unknowns of the last four steps belong to: accelerations, multipliers
 # of switches: the next time that is known beforehand; the step before it was cut short
 NEXT_EVENT, UNCUT = 30, 31
-K_SIZE = 32
+#: zones in which a step has to end: start and end of each, so many at once (:mod:`mbdsl.integrators.landing`)
+ZONE, ROOM = 32, 32
+K_SIZE = ZONE + 2 * ROOM
 
 # -- J: integers of the run ----------------------------------------------------------------------------------
 STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, UNSEEN = range(11)
@@ -26,7 +28,9 @@ CONTROLLED, REJECTED, SINCE, SAME, IN_A_ROW, EVERY, LANDING, DAMPED, ROUNDING = 
 # of switches: whether they are watched, their signature, whether corners may be passed, how often the step was cut
 # short, and events
 WATCHING, SIGNATURE, CORNERS, CUT, EVENTS = range(20, 25)
-J_SIZE = 25
+# of zones: which is next, how many are known
+NEXT_ZONE, ZONES = 25, 26
+J_SIZE = 27
 #: what statistics call them
 COUNTERS = {
     "rejected": REJECTED,

@@ -28,6 +28,8 @@ from mbdsl.system.tables import Tables, build_tables
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+    from mbdsl.system.unseen import Kept, Zone
+
 Array = NDArray[np.float64]
 
 #: up to this many unknowns matrices are handed out dense: importing scipy would take longer than using it
@@ -61,6 +63,7 @@ class System:
     _work: Workspace | None = None
     _A: Array | None = None
     _clock: Clock | None = None
+    _zones: dict[tuple[float, float, float], Kept] = field(default_factory=dict)
 
     @property
     def n(self) -> int:
@@ -318,6 +321,20 @@ class System:
 
         chosen = [switch for switch in self.tables.switches if corners or not switch.is_corner]
         return time_events(chosen, t0, t1)
+
+    def time_zones(self, t0: float, t1: float, longest: float = np.inf) -> Iterator[Zone]:
+        """Where steps have to end between t0 and t1 [s] to see what time alone does; generated lazily, and kept.
+
+        Each zone lies around a pulse, a window or another extremum of a law, driver, table or condition that depends on
+        time alone, and holds all but a quarter of its height; see :mod:`mbdsl.system.unseen`. Left out are sines that
+        steps up to the ``longest`` [s] cannot pass over.
+        """
+        from mbdsl.system.unseen import Kept, time_zones
+
+        key = t0, t1, longest
+        if key not in self._zones:
+            self._zones = {key: Kept(time_zones(self.tables.values, *key))}
+        return iter(self._zones[key])
 
     def elimination_order(self) -> NDArray[np.int64]:
         """The order, from the graph, in which coordinates and constraints are eliminated (n + m + p,): new -> old."""

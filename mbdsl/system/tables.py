@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mbdsl import layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
-from mbdsl.lang.expressions import leaves
+from mbdsl.lang.expressions import Expr, leaves
 from mbdsl.scene import Scene
 from mbdsl.system import gammas, moving, pairs, switches
 from mbdsl.system.blocks import Block, expressions, find_blocks, frame_of, law_expressions
@@ -47,6 +47,7 @@ class Tables:
     multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> its entry in a row of Y
     inputs: dict[str, int] = field(default_factory=dict)  #: name -> offset in F, of inputs that are used
     switches: list[switches.Switch] = field(default_factory=list)
+    values: list[Expr] = field(default_factory=list)  #: laws, drivers, nonholonomic constraints: all but derivatives
 
     @property
     def of_multipliers(self) -> bool:
@@ -199,6 +200,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     forces = dict.fromkeys(
         x for b in tables.blocks if b.role == "law" for c in b.components for x in law_expressions(c)
     )
+    tables.values = list(dict.fromkeys(tape.roots))
     tables.switches = switches.find(forces, (x for x in dict.fromkeys(tape.roots) if x not in forces))
     switches.tabulate(tables.switches, buffers, tape)
     _fill_tape(buffers, tape, later)

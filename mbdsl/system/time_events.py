@@ -71,7 +71,7 @@ def _events(node: Expr, t0: float, t1: float) -> Iterator[float]:
     """Corners and jumps in (t0, t1) of a node that depends on time alone."""
     corners = [x for x in node.args if leaves(x)]
     measured = _measured(node)
-    if measured is not None and _is_linear(measured[0]):
+    if measured is not None and is_linear(measured[0]):
         return _apart(_with_levels(*measured, corners, t0, t1))
     return _apart(heapq.merge(*(_events(x, t0, t1) for x in corners)))
 
@@ -101,7 +101,7 @@ def _knots(node: Expr) -> Levels:
     return ([first, *inner, last] if which & ENDS else inner), None
 
 
-def _is_linear(root: Expr) -> bool:
+def is_linear(root: Expr) -> bool:
     """Whether ``root`` is piecewise linear in time."""
     return all(_keeps_linear(node) for node in walk(root) if leaves(node))
 

@@ -59,7 +59,7 @@ class Solver(Protocol):
 
 def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver]) -> Iterator[State]:
     """States at all steps and outputs; ``begin(t, q, v, stop)`` gives a solver for the time until ``stop``."""
-    switches = _Switches(problem)
+    switches, peaks = _Switches(problem), _Peaks(problem)
     near = switches.near
     due = iter([*problem.times, np.inf])
     output = next(due)
@@ -68,10 +68,13 @@ def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver
         stop = problem.stop if known is None else known - near
         while t < stop:  # a piece
             switches.begin(t, q, v)
-            solver, jumped = begin(t, q, v, stop), False
-            while t < stop and not jumped:
+            solver, jumped, goal = begin(t, q, v, stop), False, stop
+            while t < goal and not jumped:
                 try:
                     solver.step()
+                    if (peak := peaks.passed(t, solver.t)) is not None:
+                        solver, goal = begin(t, q, v, peak), peak
+                        continue
                 except IntegrationError as failure:
                     t, q, v = switches.pass_over(t, q, v, stop, failure)
                     jumped = True
@@ -96,6 +99,21 @@ def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver
             while output <= t:
                 yield output, q, v
                 output = next(due)
+
+
+class _Peaks:
+    """Where steps have to end in order to see what laws do: :mod:`mbdsl.system.unseen`."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._zones = iter(problem.zones)
+        self._zone = next(self._zones, None)
+
+    def passed(self, start: float, end: float) -> float | None:
+        """The middle of the first zone that a step passes over."""
+        while self._zone is not None and self._zone.start <= start:
+            self._zone = next(self._zones, None)
+        zone = self._zone
+        return 0.5 * (zone.start + zone.end) if zone is not None and zone.end < end else None
 
 
 class _Switches:

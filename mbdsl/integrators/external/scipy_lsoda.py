@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from mbdsl.integrators.backends import Problem
 from mbdsl.integrators.method import Method
 
@@ -17,6 +19,9 @@ METHOD = Method(
     steps=("controlled",),
 )
 
+#: rates below this are none: LSODA makes not-a-number of what is next to underflow
+NOTHING = 1e-200
+
 
 def solve(problem: Problem):
     from scipy.integrate import LSODA
@@ -24,6 +29,10 @@ def solve(problem: Problem):
     from mbdsl.integrators.external import _scipy
 
     def make(f, t, y, stop, rtol, atol):
-        return LSODA(f, t, y, stop, rtol=rtol, atol=atol)
+        def settled(t, y):
+            rate = f(t, y)
+            return np.where(np.abs(rate) < NOTHING, 0.0, rate)
+
+        return LSODA(settled, t, y, stop, rtol=rtol, atol=atol)
 
     return _scipy.solve(problem, make, share=0.01, multistep=True)

@@ -1,0 +1,316 @@
+"""What a function of time does between two steps: where a step has to end for its peaks to be seen.
+
+Between two neighbouring extrema a function is monotone, and steps across tell by their ends what it does. What it may
+hide is an extremum: a pulse, a window that opens and closes. The extrema of a term of a law are found by bisection:
+intervals (:mod:`mbdsl.system.intervals`) on which bounds of its slope have one sign, or on which it does not change by
+more than ``NEGLIGIBLE`` of its largest value so far, are done with, all others are halved. Around each extremum lies a
+*zone*, where the term differs from its value there by less than a quarter of what it differs by at the next extremum.
+No step may pass over a zone: one has to end within it. Its test of errors then meets the force.
+
+Sums are taken apart into terms, so that the large ones do not hide small ones: products of sums into sums of products.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable, Iterable, Iterator
+from itertools import chain
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.lang.expressions import TIME, Expr, diff, evaluate, is_const, leaves, walk
+from mbdsl.system.intervals import Jet, enclose
+from mbdsl.system.signals import ARRAY_OPERATIONS, table_value
+from mbdsl.system.time_events import is_linear
+
+Array = NDArray[np.float64]
+
+#: change of a term, relative to its largest value so far, that makes no difference; and absolutely [SI]
+NEGLIGIBLE, NOTHING = 1e-9, 1e-100
+#: part of the way to the next extremum that a zone reaches; and the flanks of a narrow one
+QUARTER, FLANK = 0.25, 0.98
+#: width of a zone, relative to what lies between the extrema before and behind it, below which steps end in every third
+#: of it, and on its flanks
+NARROW = 0.125
+#: how exactly the ends of a zone are found, relative to its width
+CLOSE = 0.05
+#: a zone of a sine, as an angle [rad]
+HALF_WAVE = 2.0 * np.pi / 3.0
+#: what is shorter is not resolved, relative to the whole time
+SHORTEST = 1e-15
+#: intervals that are looked at together
+MOST = 2048
+#: terms of a sum at most, beyond which products are left as they are
+TERMS = 64
+#: operations that sums are made of
+SUMS = ("add", "sub", "mul", "neg")
+#: degree of a polynomial that can hide nothing
+DEGREE = 3
+
+
+class Zone(NamedTuple):
+    """A step has to end in [start, end]."""
+
+    start: float
+    end: float
+    term: Expr
+
+
+# -- terms -------------------------------------------------------------------------------------------------------------
+
+
+def terms(root: Expr) -> list[Expr]:
+    """``root`` as a sum of products."""
+    if root.op == "add":
+        return [*terms(root.args[0]), *terms(root.args[1])]
+    if root.op == "sub":
+        return [*terms(root.args[0]), *(-x for x in terms(root.args[1]))]
+    if root.op == "neg":
+        return [-x for x in terms(root.args[0])]
+    if root.op == "mul" and root.args[0] is not root.args[1]:
+        a, b = (terms(x) for x in root.args)
+        if 1 < len(a) * len(b) <= TERMS:
+            return [x * y for x in a for y in b]
+    if root.op == "div":
+        a = terms(root.args[0])
+        if len(a) > 1:
+            return [x / root.args[1] for x in a]
+    return [root]
+
+
+def degree(root: Expr) -> float:
+    """Of a polynomial; infinite if it is none."""
+    found: dict[Expr, float] = {}
+    for n in walk(root):
+        d = [found[x] for x in n.args]
+        if not n.args:
+            found[n] = 0.0 if n.op == "const" else 1.0
+        elif n.op in ("add", "sub", "neg"):
+            found[n] = max(d)
+        elif n.op == "mul":
+            found[n] = sum(d)
+        elif n.op == "div" and d[1] == 0.0:
+            found[n] = d[0]
+        else:
+            found[n] = np.inf if any(d) else 0.0
+    return found[root]
+
+
+def resolved(term: Expr, longest: float) -> bool:
+    """Whether a step so long passes over no extremum of it: of a sine or cosine, times a constant, of what is linear in
+    time."""
+    while term.op in ("neg", "mul") and all(not leaves(x) for x in term.args[:-1]):
+        term = term.args[-1]
+    while term.op in ("mul", "div") and not leaves(term.args[1]):
+        term = term.args[0]
+    if term.op not in ("sin", "cos") or degree(term.args[0]) > 1:
+        return False
+    rate = diff(term.args[0], TIME)[0]
+    return is_const(rate) and abs(rate.value) * longest < HALF_WAVE  # type: ignore[operator]
+
+
+def events_alone(term: Expr) -> bool:
+    """Whether all that a term does is stepped onto (:mod:`mbdsl.system.time_events`): it has jumps, and no corners."""
+    return is_linear(term) and all(n.op not in ("table", "abs", "min", "max") for n in walk(term))
+
+
+def hiding(roots: Iterable[Expr]) -> list[Expr]:
+    """Terms of ``roots``, and of sums within them, that may have narrow peaks."""
+    found: dict[Expr, None] = {}
+    for root in roots:
+        for sum_ in (root, *(x for n in walk(root) if n.op not in SUMS for x in n.args)):
+            parts = [x for x in terms(sum_) if degree(x) > DEGREE]
+            if sum_ is root or len(parts) > 1:
+                found.update(dict.fromkeys(parts))
+            if len(parts) > 1:
+                found[sum(parts[1:], parts[0])] = None
+    return list(found)
+
+
+def of_time(roots: Iterable[Expr]) -> list[Expr]:
+    """The largest parts of ``roots`` that depend on time alone."""
+    alone: dict[Expr, bool] = {}
+    order = walk(*roots)
+    for n in order:
+        alone[n] = n.op in ("time", "const") or (bool(n.args) and all(alone[x] for x in n.args))
+    inner = chain(roots, (x for n in order if not alone[n] for x in n.args))
+    return [x for x in dict.fromkeys(inner) if alone[x] and leaves(x)]
+
+
+# -- functions on paths ------------------------------------------------------------------------------------------------
+
+
+class Function(NamedTuple):
+    """A term along several paths: ``jet(k, a, b)`` encloses it on [a, b] of paths k, ``at(k, s)`` are values."""
+
+    jet: Callable[[NDArray, Array, Array], Jet]
+    at: Callable[[NDArray, Array], Array]
+
+
+def over_time(term: Expr) -> Function:
+    """A term that depends on time alone: one path, the time itself."""
+
+    def jet(k: NDArray, a: Array, b: Array) -> Jet:
+        one = np.ones_like(a)
+        return enclose([term], lambda leaf: Jet(a, b, one, one))[0]
+
+    def at(k: NDArray, t: Array) -> Array:
+        return evaluate([term], lambda leaf: t, ARRAY_OPERATIONS, table_value)[0]  # type: ignore[arg-type]
+
+    return Function(jet, at)
+
+
+class Points(NamedTuple):
+    """Values y at points s of paths k, between which a function is monotone."""
+
+    k: NDArray
+    s: Array
+    y: Array
+
+
+def monotone(f: Function, k: NDArray, a: Array, b: Array, size: Array, least: Array) -> Points | None:
+    """Ends of intervals on which f is monotone, within [a, b] of paths k; None where there are too many.
+
+    ``size`` is its largest value on each path so far, and kept up to date; intervals shorter than ``least`` are left as
+    they are.
+    """
+    ya, yb = f.at(k, a), f.at(k, b)
+    done: list[tuple[NDArray, Array, Array]] = [(k, a, ya), (k, b, yb)]
+    count = len(k)
+    while len(k):
+        for y in (ya, yb):
+            np.maximum.at(size, k, np.where(np.isfinite(y), np.abs(y), 0.0))
+        found = [np.broadcast_to(x, a.shape) for x in f.jet(k, a, b)]
+        lo, hi, d_lo, d_hi = found
+        left = (d_lo < 0.0) & (d_hi > 0.0) & (hi - lo > NEGLIGIBLE * size[k] + NOTHING) & (b - a > least[k])
+        k, a, b, ya, yb = k[left], a[left], b[left], ya[left], yb[left]
+        count += len(k)
+        if count > MOST:
+            return None
+        m = 0.5 * (a + b)
+        y = f.at(k, m)
+        done.append((k, m, y))
+        k, a, b = np.concatenate([k, k]), np.concatenate([a, m]), np.concatenate([m, b])
+        ya, yb = np.concatenate([ya, y]), np.concatenate([y, yb])
+    k, s, y = (np.concatenate(x) for x in zip(*done, strict=True))
+    order = np.lexsort((s, k))
+    first = np.ones(len(order), bool)
+    k, s, y = k[order], s[order], y[order]
+    first[1:] = (k[1:] != k[:-1]) | (s[1:] != s[:-1])
+    good = first & np.isfinite(y)
+    return Points(k[good], s[good], y[good])
+
+
+def turns(y: Array, least: float) -> list[int]:
+    """Where a sequence turns, going back by more than ``least``: ends, and extrema between."""
+    if not len(y):
+        return []
+    found, best, way = [0], 0, 0
+    values = y.tolist()
+    for i, x in enumerate(values):
+        top = values[best]
+        if way == 0:
+            if abs(x - values[0]) > least:
+                way, best = (1 if x > values[0] else -1), i
+        elif way * (x - top) >= 0.0:
+            best = i if way * (x - top) > 0.0 else best
+        elif way * (top - x) > least:
+            found.append(best)
+            way, best = -way, i
+    if found[-1] != len(values) - 1:
+        found.append(len(values) - 1)
+    return found
+
+
+def zones(f: Function, points: Points, path: int, least: float, edges: bool = False) -> Array:
+    """Starts and ends (2, number) of the zones around the extrema of f on one path; with ``edges``, its ends count."""
+    on = points.k == path
+    s, y = points.s[on], points.y[on]
+    at = turns(y, least)
+    before, behind = [at[0], *at[:-1]], [*at[1:], at[-1]]
+    ways = [(i, p, n) for i, p, n in zip(at, before, behind, strict=True) if edges or p < i < n]
+    ends = np.array([[(i, side) for side in (p, n)] for i, p, n in ways], int).reshape(-1, 2)
+    height, where, found = np.abs(y[ends[:, 0]] - y[ends[:, 1]]), s[ends[:, 0]], []
+    for part in (QUARTER, FLANK):
+        reach = part * height
+        within, beyond = where.copy(), where.copy()
+        values = y.tolist()
+        for n, (i, other) in enumerate(ends.tolist()):
+            j, way = i, 1 if other > i else -1
+            while j != other and abs(values[j + way] - values[i]) <= reach[n]:
+                j += way
+            within[n], beyond[n] = s[j], s[j + way if j != other else j]
+        k = np.full(len(ends), path)
+        for _ in range(60):
+            if not (np.abs(beyond - within) > CLOSE * np.abs(beyond - where)).any():
+                break
+            middle = 0.5 * (within + beyond)
+            near = np.abs(f.at(k, middle) - y[ends[:, 0]]) <= reach
+            within, beyond = np.where(near, middle, within), np.where(near, beyond, middle)
+        found.append(within.reshape(-1, 2))
+    every = []
+    for (i, p, n), inner, outer in zip(ways, *found, strict=True):
+        narrow = inner[1] - inner[0] < NARROW * (s[n] - s[p])
+        every += _parts(inner, outer) if narrow else [inner]
+    return np.array(every).reshape(-1, 2).T
+
+
+def _parts(inner: Array, outer: Array) -> list[Array]:
+    """Of a narrow peak: its flanks, so far as they are no jumps, and the thirds of its top."""
+    cuts = np.array([outer[0], *np.linspace(*inner, 4), outer[1]])
+    return [cuts[n : n + 2] for n in range(5) if cuts[n + 1] - cuts[n] > 0.1 * (inner[1] - inner[0])]
+
+
+# -- time alone --------------------------------------------------------------------------------------------------------
+
+
+def time_zones(roots: Iterable[Expr], t0: float, t1: float, longest: float) -> Iterator[Zone]:
+    """The zones in (t0, t1) of what depends on time alone, by their ends; generated lazily. No step is longer than
+    ``longest``."""
+    found = [term for term in hiding(of_time(list(roots))) if not (resolved(term, longest) or events_alone(term))]
+    return heapq.merge(*(_of_term(term, t0, t1) for term in found), key=lambda zone: zone.end)
+
+
+def _of_term(term: Expr, t0: float, t1: float) -> Iterator[Zone]:
+    f, size = over_time(term), np.zeros(1)
+    least = max(SHORTEST * (t1 - t0), 4.0 * float(np.spacing(max(abs(t0), abs(t1)))))
+    path, shortest = np.zeros(1, int), np.full(1, least)
+    rest, width = [(t0, t1)], t1 - t0
+    while rest:
+        a, b = rest.pop()
+        points = None
+        with np.errstate(all="ignore"):
+            if b - a <= 4.0 * width:
+                points = monotone(f, path, np.array([a]), np.array([b]), size, shortest)
+            if points is None:
+                middle = 0.5 * (a + b)
+                if a < middle < b:
+                    rest += [(middle, b), (a, middle)]
+                    width = min(width, middle - a)
+                continue
+            width = b - a
+            floor = 4.0 * NEGLIGIBLE * float(size[0]) + NOTHING
+            found = sorted(zones(f, points, 0, floor, a > t0 or b < t1).T.tolist(), key=lambda zone: zone[1])
+        for start, end in found:
+            if t0 < start and end < t1:
+                yield Zone(start, end, term)
+
+
+class Kept:
+    """An iterable that remembers what an iterator has given."""
+
+    def __init__(self, source: Iterator[Zone]) -> None:
+        self._source, self._found = source, list[Zone]()
+
+    def __iter__(self) -> Iterator[Zone]:
+        at = 0
+        while True:
+            if at == len(self._found):
+                following = next(self._source, None)
+                if following is None:
+                    return
+                self._found.append(following)
+            yield self._found[at]
+            at += 1

@@ -1,0 +1,89 @@
+"""Bounds of expressions: what numpy samples of random expressions, and of their exact derivatives, lies within them."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as some
+
+from mbdsl.lang.expressions import OPERATIONS, TIME, Expr, call, diff, evaluate, expr
+from mbdsl.scene import Table
+from mbdsl.system.intervals import Jet, enclose
+from mbdsl.system.signals import ARRAY_OPERATIONS, table_value
+
+U, Y = (-1.0, 0.0, 0.5, 2.0), (0.0, 1.0, -1.0, 0.0)
+TABLES = [
+    Table("p", U, Y, smoothness, beyond)
+    for smoothness in ("linear", "monotone", "cubic")
+    for beyond in ("hold", "linear", "periodic", "error")
+]
+ARITY = {"select": 3, **dict.fromkeys("sin cos tan asin acos atan sinh cosh tanh exp log log10 sqrt".split(), 1)}
+ARITY |= dict.fromkeys("neg abs sign floor ceil not".split(), 1)
+JUMPS = ("sign", "floor", "ceil", "mod", "lt", "le", "eq", "ne", "and", "or", "not", "select", "tan", "atan2", "ratio")
+
+
+def expressions():
+    numbers = some.floats(-3.0, 3.0).map(expr)
+
+    def grown(inner):
+        of_op = some.sampled_from(sorted(set(OPERATIONS) - {"eq", "ne"})).flatmap(
+            lambda op: some.tuples(*[inner] * ARITY.get(op, 2)).map(lambda args: call(op, *args))
+        )
+        of_table = some.tuples(some.sampled_from(TABLES), some.integers(0, 2), inner)
+        return of_op | of_table.map(lambda x: Expr("table", (x[2],), (x[0], x[1])) if x[2].op != "const" else x[2])
+
+    return some.recursive(some.just(TIME) | numbers, grown, max_leaves=6)
+
+
+def sampled(root, t):
+    with np.errstate(all="ignore"):
+        try:
+            found = evaluate([root], lambda leaf: t, ARRAY_OPERATIONS, table_value)[0]
+        except ZeroDivisionError:  # of two constants
+            found = np.nan
+    return np.broadcast_to(np.asarray(found, float), t.shape)
+
+
+def bounds(root, a, b):
+    one = np.ones(1)
+    with np.errstate(all="ignore"):
+        found = enclose([root], lambda leaf: Jet(a * one, b * one, one, one))[0]
+    return [float(np.broadcast_to(x, 1)[0]) for x in found]
+
+
+@given(expressions(), some.floats(-3.0, 3.0), some.floats(-7.0, 0.5))
+@settings(max_examples=400, deadline=None)
+def test_samples_lie_within(root, a, width):
+    b = a + 10.0**width
+    lo, hi, d_lo, d_hi = bounds(root, a, b)
+    t = np.linspace(a, b, 41)
+    y = sampled(root, t)
+    finite = np.isfinite(y)
+    # what rounding makes of intermediate values that cancel is not the expression's own
+    noise = 1e-12 * (1.0 + np.abs(y[finite]).max(initial=0.0))
+    assert (y[finite] >= lo - noise).all() and (y[finite] <= hi + noise).all()
+    if finite.all():
+        slopes = np.diff(y) / np.diff(t)
+        noise = 1e-10 * (1.0 + np.abs(y).max()) / (t[1] - t[0])
+        assert (slopes >= d_lo - noise).all() and (slopes <= d_hi + noise).all()
+
+
+@given(expressions(), some.floats(-3.0, 3.0))
+@settings(max_examples=200, deadline=None)
+def test_bounds_shrink_to_the_value_and_the_derivative(root, t):
+    lo, hi, d_lo, d_hi = bounds(root, t, t)
+    value = float(sampled(root, np.array([t]))[0])
+    slope = float(sampled(diff(root, TIME)[0], np.array([t]))[0])
+    if np.isfinite(value):
+        size = 1e-9 * (1.0 + abs(value))
+        assert lo - size <= value <= hi + size
+        if np.isfinite(slope) and not any(n.op in JUMPS for n in (root,)):
+            assert d_lo - 1e-9 * (1.0 + abs(slope)) <= slope <= d_hi + 1e-9 * (1.0 + abs(slope))
+
+
+@pytest.mark.parametrize("law", ["square", "cube", "gauss"])
+def test_bounds_are_sharp(law):
+    """Closed forms: on [1, 2], t^2 has the range [1, 4], t^3 [1, 8], exp(-t^2) [e^-4, e^-1]."""
+    root = {"square": TIME * TIME, "cube": TIME**3.0, "gauss": call("exp", -(TIME * TIME))}[law]
+    exact = {"square": (1, 4, 2, 4), "cube": (1, 8, 3, 12), "gauss": (np.exp(-4), np.exp(-1), None, None)}[law]
+    for found, wanted in zip(bounds(root, 1.0, 2.0), exact, strict=True):
+        assert wanted is None or found == pytest.approx(wanted, rel=1e-13)
