@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,9 @@ from mbdsl.errors import MbdslError, UsageError
 from mbdsl.integrators import backend, state
 from mbdsl.integrators.options import check_options
 from mbdsl.system import System
-from mbdsl.system.unseen import Zone
+
+if TYPE_CHECKING:
+    from mbdsl.system.unseen import Zone
 
 Array = NDArray[np.float64]
 

@@ -247,7 +247,7 @@ def _hypot(a: Jet, b: Jet) -> Jet:
     top = add(mul((a.lo, a.hi), (a.d_lo, a.d_hi)), mul((b.lo, b.hi), (b.d_lo, b.d_hi)))
     steepest = np.hypot(*(np.maximum(np.abs(x.d_lo), np.abs(x.d_hi)) for x in (a, b))) * (1.0 + ROUNDING)
     lo, hi = mul(top, inverse(value))
-    return Jet(*value, np.maximum(lo, -steepest), np.minimum(hi, steepest))
+    return Jet(value[0], value[1], np.maximum(lo, -steepest), np.minimum(hi, steepest))
 
 
 # -- what jumps ------------------------------------------------------------------------------------------------------
@@ -260,11 +260,11 @@ def _step(lo: Array, hi: Array, rate: Interval) -> Jet:
     return Jet(lo, hi, np.where(up, -INF, 0.0), np.where(down, INF, 0.0))
 
 
-def _truth(surely: Array, never: Array, rate: Interval) -> Jet:
+def _truth(surely: NDArray, never: NDArray, rate: Interval) -> Jet:
     return _step(np.where(surely, 1.0, 0.0), np.where(never, 0.0, 1.0), rate)
 
 
-def _less(a: Jet, b: Jet, surely: Array, never: Array) -> Jet:
+def _less(a: Jet, b: Jet, surely: NDArray, never: NDArray) -> Jet:
     return _truth(surely, never, add((b.d_lo, b.d_hi), neg((a.d_lo, a.d_hi))))
 
 
@@ -355,15 +355,15 @@ class _Pieces:
         # an end that lies on a knot belongs to the piece before it, too
         first = self.partly(i, lo - self.u[i], np.minimum(hi, self.u[i + 1]) - self.u[i])
         last = self.partly(j, np.maximum(lo, self.u[j]) - self.u[j], hi - self.u[j])
-        found = hull(first, last)
+        lo, hi = hull(first, last)
         many = j - i - 1
         for level, (least, most) in enumerate(self.levels):
             inside = (many >= 2**level) & (many < 2 ** (level + 1))
             if inside.any():
                 a, b = np.where(inside, i + 1, 0), np.where(inside, j - 2**level, 0)
-                span = np.minimum(least[a], least[b]), np.maximum(most[a], most[b])
-                found = tuple(np.where(inside, x, y) for x, y in zip(hull(found, span), found, strict=True))
-        return found  # type: ignore[return-value]
+                lo = np.where(inside, np.minimum(lo, np.minimum(least[a], least[b])), lo)
+                hi = np.where(inside, np.maximum(hi, np.maximum(most[a], most[b])), hi)
+        return lo, hi
 
 
 @lru_cache(maxsize=256)
@@ -390,18 +390,20 @@ def _range(table, order: int, lo: Array, hi: Array) -> Interval:
     if order == 0 and table.extrapolation == "linear":
         slopes = _pieces(table, 1)
         for beyond, at in ((np.fmin(lo - first, 0.0), first), (np.fmax(hi - last, 0.0), last)):
-            slope = slopes.partly(slopes.piece(np.full(1, at)), *(np.full(1, at) - slopes.u[slopes.piece(at)],) * 2)
+            k = slopes.piece(np.full(1, at))
+            slope = slopes.partly(k, at - slopes.u[k], at - slopes.u[k])
             way = mul((np.where(beyond < 0.0, beyond, 0.0), np.where(beyond > 0.0, beyond, 0.0)), slope)
             inside = inside[0] + np.minimum(way[0], 0.0), inside[1] + np.maximum(way[1], 0.0)
     if order > 0:
         beyond = (lo < first) | (hi > last)
         if table.extrapolation != "linear" or order > 1:
-            inside = tuple(np.where(beyond, y, x) for x, y in zip(inside, hull(inside, (np.zeros_like(lo),) * 2), strict=True))  # type: ignore[assignment]
+            with_zero = hull(inside, (np.zeros_like(lo), np.zeros_like(lo)))
+            inside = np.where(beyond, with_zero[0], inside[0]), np.where(beyond, with_zero[1], inside[1])
     return inside
 
 
 def _table(table, order: int, u: Jet) -> Jet:
-    from mbdsl.system.switches import ENDS, KNOTS, SMOOTH as DIFFERENTIABLE
+    from mbdsl.system.switches import SMOOTH as DIFFERENTIABLE
 
     smooth, _ = DIFFERENTIABLE[table.smoothness if len(table.u) > 2 else "linear"]
     value = _range(table, order, u.lo, u.hi)

@@ -108,7 +108,7 @@ def resolved(term: Expr, longest: float) -> bool:
     if term.op not in ("sin", "cos") or degree(term.args[0]) > 1:
         return False
     rate = diff(term.args[0], TIME)[0]
-    return is_const(rate) and abs(rate.value) * longest < HALF_WAVE  # type: ignore[operator]
+    return is_const(rate) and abs(rate.value) * longest < HALF_WAVE  # type: ignore[arg-type]
 
 
 def events_alone(term: Expr) -> bool:
@@ -251,7 +251,7 @@ def zones(f: Function, points: Points, path: int, least: float, edges: bool = Fa
             within, beyond = np.where(near, middle, within), np.where(near, beyond, middle)
         found.append(within.reshape(-1, 2))
     every = []
-    for (i, p, n), inner, outer in zip(ways, *found, strict=True):
+    for (_, p, n), inner, outer in zip(ways, *found, strict=True):
         narrow = inner[1] - inner[0] < NARROW * (s[n] - s[p])
         every += _parts(inner, outer) if narrow else [inner]
     return np.array(every).reshape(-1, 2).T
@@ -259,7 +259,7 @@ def zones(f: Function, points: Points, path: int, least: float, edges: bool = Fa
 
 def _parts(inner: Array, outer: Array) -> list[Array]:
     """Of a narrow peak: its flanks, so far as they are no jumps, and the thirds of its top."""
-    cuts = np.array([outer[0], *np.linspace(*inner, 4), outer[1]])
+    cuts = np.array([outer[0], *np.linspace(inner[0], inner[1], 4), outer[1]])
     return [cuts[n : n + 2] for n in range(5) if cuts[n + 1] - cuts[n] > 0.1 * (inner[1] - inner[0])]
 
 

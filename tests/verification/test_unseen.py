@@ -107,17 +107,15 @@ def test_a_burst_at_the_end():
 
     v = quad(force, 96.5, 97.8, epsabs=1e-12, limit=200)[0]
     s = quad(lambda t: force(t) * (100.0 - t), 96.5, 97.8, epsabs=1e-12, limit=200)[0]
-    text = TEXT.format(
-        tables="", force="40*exp(-((time - 97.123)/0.05)^2)*sin(60*(time - 97))", v=0.0, stop=100.0
-    )
+    text = TEXT.format(tables="", force="40*exp(-((time - 97.123)/0.05)^2)*sin(60*(time - 97))", v=0.0, stop=100.0)
     for method in ("hht-si2", "radau5"):
         check(mbdsl.simulate(mbdsl.parse(text), method=method, tol=1e-6), (v, s), FACTOR[method] * 1e-6)
 
 
 @pytest.mark.parametrize("method", ["hht-si2", "radau5"])
 def test_a_bump_of_a_driver_is_seen(method):
-    """A cart is driven forth by 0.1 m and back within 6 ms; a mass of 1 kg on it, held by a spring of 1 N/m, is left with
-    the impulse of the spring, k 0.1 m 2 ms sqrt(pi) exp(-(omega 2 ms)^2/4), and swings with omega = 1 rad/s."""
+    """A cart is driven forth by 0.1 m and back within 6 ms. A mass of 1 kg on it, held by a spring of 1 N/m, is left
+    with the impulse of the spring, k 0.1 m 2 ms sqrt(pi) exp(-(omega 2 ms)^2/4), and swings with omega = 1 rad/s."""
     model = """
     model Bump
       Ground ground(g = 0);
