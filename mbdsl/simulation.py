@@ -72,6 +72,7 @@ def simulate(
     step: float | None = None,
     tol: float | None = None,
     accuracy: float | None = None,
+    budget: float | None = None,
     start: float | None = None,
     stop: float | None = None,
     interval: float | None = None,
@@ -106,6 +107,9 @@ def simulate(
         In place of a step or tolerance: the largest error in positions, as part of the mechanism's size, and in
         velocities, as part of the largest. Method (where none is given) and step are found by several runs;
         ``stats["accuracy"]`` says what came of it (:mod:`mbdsl.studies.accuracy`).
+    budget : float, optional [s]
+        What the check of an accuracy by another method may take; default twenty times as long as the runs before it,
+        and at least 20 s.
     start, stop : float, optional [s]
         Default the model's.
     interval : float, optional [s]
@@ -144,7 +148,8 @@ def simulate(
             raise UsageError("an accuracy is found at even times", hint="give an interval")
         given = {"start": start, "stop": stop, "options": options, "force": force, "general": general}
         found = as_scene(model, parameters, without)
-        return reach(found, accuracy, method=method, interval=interval, progress=progress, announce=announce, **given)
+        told = {"progress": progress, "announce": announce}
+        return reach(found, accuracy, method=method, interval=interval, budget=budget, **told, **given)  # type: ignore[arg-type]
     seconds = dict.fromkeys(("parse", "build", "compile", "initialise", "integrate", "write"), 0.0)
     clock = perf_counter()
 
