@@ -23,6 +23,7 @@ from mbdsl.integrators.run import MOST_OUTPUT
 from mbdsl.integrators.step_loop import controls_locally
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Scene
+from mbdsl.system.dependence import repeated
 from mbdsl.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -174,6 +175,10 @@ def simulate(
             f"redundant: {', '.join(motion.redundant)} follows from the other constraints and is left out; "
             "how the reactions share the load there is not determined"
         )
+        for part in motion.parts:
+            first = part.initial
+            for line in repeated(part.system, first.t, first.q, first.v, first.redundant):
+                announce(f"  {line}")
     lap("initialise")
     if run.tol is None or not motion.parts or not controls_locally(run.method):
         status = _integrate(motion, progress)

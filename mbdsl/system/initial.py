@@ -367,7 +367,8 @@ def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue],
     for item, x in zip(fixed, value, strict=True):
         text = f"{item.name} = {item.value:.6g} is fixed, but comes out as {x:.6g}"
         wrong.append((abs(float(x) - item.value), text, item.span))
-    wrong = [w for w in sorted(wrong, key=lambda w: -w[0]) if w[0] > 1e-9][:6]
+    wrong.sort(key=lambda w: -w[0])
+    wrong = [w for w in wrong if w[0] > 1e-3 * wrong[0][0]][:6]  # a misfit may be as small as it likes
     return InitialisationError(
         f"no consistent initial {level} found at time {t:g}",
         span=wrong[0][2] if wrong else None,
