@@ -97,7 +97,7 @@ class Cell:
 
     verdict: str
     text: str
-    reason: str = ""  #: the whole message, where it stopped
+    reason: str = ""  #: why, where it stopped
 
     def __str__(self) -> str:
         return {"WRONG": f"WRONG {self.text}", "step": f"({self.text})"}.get(self.verdict, self.text)
@@ -210,16 +210,26 @@ def _stopped(case: Case, problem: MbdslError) -> Cell:
     trajectory = problem.trajectory if isinstance(problem, IntegrationError) else None
     t = float(trajectory.t[-1]) if trajectory is not None and len(trajectory.t) else None
     text = f"exit {problem.exit_code}" + (f" at {t:.3g} s" if t is not None else "")
-    said = problem.render()
+    said, reason = problem.render(), _reason(problem)
     if case.stops is None:
-        return Cell("stops", text, problem.message)
+        return Cell("stops", text, reason)
     want = case.stops
     missing = [words for words in want.says if words not in said]
     if problem.exit_code != want.code or missing:
-        return Cell("WRONG", f"{text}, {'not ' + repr(missing[0]) if missing else f'not {want.code}'}", problem.message)
+        return Cell("WRONG", f"{text}, {'not ' + repr(missing[0]) if missing else f'not {want.code}'}", reason)
     if t is not None and not (want.after or -np.inf) <= t <= (want.before or np.inf):
-        return Cell("WRONG", f"{text}, not {want.after} to {want.before} s", problem.message)
-    return Cell("right", text, problem.message)
+        return Cell("WRONG", f"{text}, not {want.after} to {want.before} s", reason)
+    return Cell("right", text, reason)
+
+
+def _reason(problem: MbdslError) -> str:
+    """Why a run stopped, without the times and sizes that differ from run to run."""
+    first, *rest = problem.message.split("; ")
+    parts = [first.split(" in the step to")[0].split(" at t =")[0]]
+    parts += [f"singular pose of {part.split('): ')[1].split(' depend')[0]}" for part in rest if "the pose is" in part]
+    named = sorted(text.split(" is ")[0].split(" = ")[0] for text, _span in problem.notes)
+    parts += [", ".join(named)] if named else []
+    return ": ".join(parts)
 
 
 def _told(checks: Sequence[Check], errors: Sequence[float]) -> str:

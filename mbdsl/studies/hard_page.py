@@ -88,6 +88,4 @@ def _numbered(cell: Cell | None, notes: dict[str, int]) -> str:
         return ""
     if not cell.reason:
         return str(cell)
-    # times and sizes differ from run to run; the reason is the same
-    reason = " ".join(cell.reason.split(" in the step to")[0].split("; worst")[0].split())
-    return f"{cell} [{notes.setdefault(reason, len(notes) + 1)}]"
+    return f"{cell} [{notes.setdefault(cell.reason, len(notes) + 1)}]"

@@ -66,7 +66,8 @@ def stiff_knee():
             y = y[:, [0, 0, 1, 1]]
         start = G * (3 * 0.5 + 0.3 * 1.75) * np.sin(phi)
         checks = [*at(t, upper__phi=y[:, 0], lower__phi=y[:, 1], upper__w=(y[:, 2], 5.0)), energy(start, 2.7)]
-        cases.append(case(f"k = {k:.0e} N.m/rad", 1.0, checks, step, parameters={"k": k}))
+        more = (", long steps", None) if step == 1e-2 else ("", 1e-5)
+        cases.append(case(f"k = {k:.0e} N.m/rad{more[0]}", 1.0, checks, step, more[1], parameters={"k": k}))
     return "1. Stiffness", cases
 
 
@@ -126,7 +127,7 @@ def step_sizes():
         slot = [m.slot(t_, y_) for t_, y_ in zip(t, y, strict=True)]
         checks = at(t, crank__phi=y[:, 0], crank__w=(y[:, 1], 10.0), B__fy=(slot, 30.0, 1e-2, False))
         # long steps have the error that they have; a step of half a turn may also stop
-        cases.append(case(f"{stop / step:g} steps", stop, checks, step, None))
+        cases.append(case(f"{stop / step:g} steps of {step:g} s", stop, checks, step, None))
     return "2. Steps from 1 ns to half a turn", cases
 
 
