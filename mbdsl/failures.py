@@ -16,6 +16,7 @@ from mbdsl.motion import Motion
 from mbdsl.scene import Component
 from mbdsl.system import System
 from mbdsl.system.bodies import LARGEST_BEND, Rigid
+from mbdsl.system.dependence import singular
 from mbdsl.system.signals import values
 from mbdsl.system.switches import law_of
 from mbdsl.trajectory import Trajectory
@@ -182,6 +183,9 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         where, span = f"the law of {law.kind.name} {law.name}", law.span
     message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.step:g} s)"
     message += f"; worst: {where}" if where else ""
+    poses = [singular(system, t, Y[q, :n], Y[v, :n]) for q, v in ((layout.Q0, layout.V0), (layout.Q, layout.V))]
+    if status != state.SLIDING and law is None and any(poses):  # at the start of the step, or where it got to
+        message += f"; {poses[0] or poses[1]}"
     if (bent := bending(trajectory)) is not None:
         told, hint = _too_bent(trajectory, *bent)
         message, span = f"{message}; {told}", trajectory.scene.components[bent[1]].span

@@ -23,6 +23,7 @@ from mbdsl.integrators.run import MOST_OUTPUT
 from mbdsl.integrators.step_loop import controls_locally
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Scene
+from mbdsl.system.dependence import repeated
 from mbdsl.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -72,6 +73,7 @@ def simulate(
     step: float | None = None,
     tol: float | None = None,
     accuracy: float | None = None,
+    budget: float | None = None,
     start: float | None = None,
     stop: float | None = None,
     interval: float | None = None,
@@ -106,6 +108,9 @@ def simulate(
         In place of a step or tolerance: the largest error in positions, as part of the mechanism's size, and in
         velocities, as part of the largest. Method (where none is given) and step are found by several runs;
         ``stats["accuracy"]`` says what came of it (:mod:`mbdsl.studies.accuracy`).
+    budget : float, optional [s]
+        What the check of an accuracy by another method may take; default twenty times as long as the runs before it,
+        and at least 20 s.
     start, stop : float, optional [s]
         Default the model's.
     interval : float, optional [s]
@@ -144,7 +149,8 @@ def simulate(
             raise UsageError("an accuracy is found at even times", hint="give an interval")
         given = {"start": start, "stop": stop, "options": options, "force": force, "general": general}
         found = as_scene(model, parameters, without)
-        return reach(found, accuracy, method=method, interval=interval, progress=progress, announce=announce, **given)
+        told = {"progress": progress, "announce": announce}
+        return reach(found, accuracy, method=method, interval=interval, budget=budget, **told, **given)  # type: ignore[arg-type]
     seconds = dict.fromkeys(("parse", "build", "compile", "initialise", "integrate", "write"), 0.0)
     clock = perf_counter()
 
@@ -169,6 +175,10 @@ def simulate(
             f"redundant: {', '.join(motion.redundant)} follows from the other constraints and is left out; "
             "how the reactions share the load there is not determined"
         )
+        for part in motion.parts:
+            first = part.initial
+            for line in repeated(part.system, first.t, first.q, first.v, first.redundant):
+                announce(f"  {line}")
     lap("initialise")
     if run.tol is None or not motion.parts or not controls_locally(run.method):
         status = _integrate(motion, progress)

@@ -70,6 +70,13 @@ def register(subparsers) -> argparse.ArgumentParser:
         help="find method and step for this error in positions and velocities, as part of the largest",
     )
     parser.add_argument("--verify", action="store_true", help="run again by another method, and tell the digits agreed")
+    parser.add_argument(
+        "--budget",
+        metavar="T",
+        type=values.positive_seconds,
+        help="what --verify, or the check of --accuracy, may take; default: ten times the run, at least 10 s "
+        "(--accuracy: twice that)",
+    )
     parser.add_argument("--start", metavar="T0", type=values.seconds, help="start time; default: the model's, else 0")
     parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time, hit exactly; default: the model's")
     parser.add_argument(
@@ -118,6 +125,7 @@ def run(args: argparse.Namespace) -> int:
             step=args.step,
             tol=args.tol,
             accuracy=args.accuracy,
+            budget=args.budget if args.accuracy is not None else None,
             start=args.start,
             stop=args.stop,
             interval=args.interval,
@@ -156,6 +164,8 @@ def run(args: argparse.Namespace) -> int:
             print(verified)
     if failure:
         raise failure
+    if trajectory.stats.get("verify", {}).get("problem") == "interrupted":
+        raise KeyboardInterrupt
     if trajectory.status == "interrupted":
         print(f"{output} ends at t = {trajectory.t[-1]:g} s and is marked incomplete", file=sys.stderr)
         raise KeyboardInterrupt
@@ -170,13 +180,18 @@ def second_opinion(trajectory: Trajectory, names: list[str], args: argparse.Name
         return None
     display = None if args.quiet else Display(sys.stderr)
     try:
-        found = verify(trajectory, names, args.general, display, display.say if display else None)
+        found = verify(trajectory, names, args.general, display, display.say if display else None, args.budget)
+    except KeyboardInterrupt:  # what was computed before is as good as it was
+        trajectory.stats["verify"] = {"problem": "interrupted"}
+        print("not verified: interrupted", file=sys.stderr)
+        return None
     finally:
         if display:
             display.close()
     trajectory.stats["verify"] = found.facts()
     if found.problem:
-        print(f"warning: not verified: {found.problem}", file=sys.stderr)
+        since = f" from t = {found.until:.4g} s on" if found.agreements else ""
+        print(f"warning: not verified{since}: {found.how}: {found.problem}", file=sys.stderr)
     if found.doubtful:
         least, some = found.doubtful[0], f"{len(found.doubtful)} of {len(names)} signals"
         told = f"{some} agree to fewer than {FEW:g} digits, {least.signal} to {least.digits:.1f}"
@@ -228,7 +243,7 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
     if found := stats.get("accuracy"):
         lines.append(
             f"accuracy {found['asked']:g}: estimated error {found['estimated']:.1e} ({found['by']}); "
-            f"checked by {found['checked by']}"
+            + (f"checked by {found['checked by']}" if found["checked by"] else f"not checked: {found['not checked']}")
         )
     if verbose:
         sizes = ", ".join(f"{key} = {stats[key]}" for key in ("n", "m", "p"))

@@ -46,6 +46,20 @@ def register(subparsers) -> argparse.ArgumentParser:
     effects.add_argument("--step", metavar="H", type=values.positive_seconds, help="step size; default: the model's")
     effects.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
     effects.add_argument("--repeats", metavar="K", type=int, default=5, help="timed runs of each; default 5")
+    hard = kinds.add_parser(
+        "hard",
+        help="hard cases with known answers, by every method",
+        description="Run the hard cases of a folder by every method, at fixed steps and with tolerances, compare them "
+        "with answers from outside, and print tables in Markdown: errors and energies, or why a run stopped. The exit "
+        "code is 4 if a run was wrong without a word.",
+    )
+    hard.add_argument("folder", metavar="FOLDER", nargs="?", default="models/hard",
+                      help="of models and their answers, or one model; default models/hard")  # fmt: skip
+    hard.add_argument("--methods", metavar="NAME,...", type=values.names, help="integrators; default: all of our own")
+    hard.add_argument("--cases", metavar="GLOB", default="*", help="which of them; default all")
+    hard.add_argument("--budget", metavar="S", type=values.positive_seconds, default=20.0,
+                      help="what one run may take; default 20 s")  # fmt: skip
+    hard.add_argument("--output", metavar="FILE", help="a page for the tables, instead of printing them")
     return parser
 
 
@@ -81,7 +95,8 @@ def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    return _effects(args) if args.kind == "effects" else _methods(args)
+    known = {"effects": _effects, "hard": _hard}
+    return known.get(args.kind, _methods)(args)
 
 
 def _methods(args: argparse.Namespace) -> int:
@@ -183,3 +198,21 @@ def _effects(args: argparse.Namespace) -> int:
     )
     print(study)
     return 0
+
+
+def _hard(args: argparse.Namespace) -> int:
+    from mbdsl.integrators import compiled
+    from mbdsl.studies.cases import chosen
+    from mbdsl.studies.hard import hard
+
+    if args.output:
+        values.check_folder(Path(args.output).parent)
+    say = (lambda text: print(text, file=sys.stderr)) if sys.stderr.isatty() else None
+    suite = hard(args.folder, chosen(args.methods or compiled()), args.cases, args.budget, say)
+    if args.output:
+        Path(args.output).write_text(suite.page(), encoding="utf-8")
+    else:
+        print(suite)
+    for told in suite.wrong:
+        print(f"wrong without a word: {told}", file=sys.stderr)
+    return 4 if suite.wrong else 0

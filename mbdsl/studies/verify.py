@@ -9,14 +9,16 @@ import numpy as np
 
 from mbdsl.errors import MbdslError
 from mbdsl.plotting.figures import Table
-from mbdsl.simulation import Progress, simulate
+from mbdsl.simulation import Progress
 from mbdsl.studies.families import of_another_family
+from mbdsl.studies.limits import TooLong, allowance, limited
 from mbdsl.studies.report import as_text, number
+from mbdsl.studies.scales import Scales, scales
 from mbdsl.trajectory import Trajectory
 
 FEW = 3.0  #: digits: who agrees to fewer does not agree
 SHOWN = 12  #: signals in a text, the worst ones
-SMALL = 1e-6  #: part of the largest range of its unit below which a signal's own range is none
+SMALL = 1e-5  #: part of the largest value of its unit below which a signal's own range is none
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,8 @@ class Agreement:
 
 @dataclass(frozen=True)
 class Verification:
-    """``agreements`` of every signal, the worst first; ``problem`` where the second run did not come to its end."""
+    """``agreements`` of every signal, the worst first; ``problem`` where the second run did not come to its end, with
+    the time ``until`` which there is something to compare."""
 
     method: str
     step: float | None
@@ -42,6 +45,7 @@ class Verification:
     agreements: tuple[Agreement, ...] = ()
     problem: str = ""
     stats: dict = field(default_factory=dict)
+    until: float | None = None
 
     @property
     def doubtful(self) -> list[Agreement]:
@@ -54,15 +58,16 @@ class Verification:
     def facts(self) -> dict:
         """For the stats of a run."""
         digits = {a.signal: round(a.digits, 2) for a in self.agreements}
-        return {"problem": self.problem or None, "run": self.stats, "digits": digits}
+        return {"problem": self.problem or None, "until": self.until, "run": self.stats, "digits": digits}
 
     def __str__(self) -> str:
-        if self.problem:
-            return f"not verified: {self.how}: {self.problem}"
+        if not self.agreements:
+            return f"not verified: {self.how}: {self.problem or 'there are no signals'}"
         rows = [(a.signal, f"{a.digits:.1f}", _differs(a)) for a in self.agreements[:SHOWN]]
         hidden = len(self.agreements) - len(rows)
         note = f"{hidden} more agree to {self.agreements[SHOWN].digits:.1f} digits or better" if hidden else ""
-        return as_text(Table(f"verified by {self.how}", ("signal", "digits", "differs by"), rows, note))
+        title = f"verified by {self.how}" + (f", up to t = {self.until:.4g} s only" if self.problem else "")
+        return as_text(Table(title, ("signal", "digits", "differs by"), rows, note))
 
 
 def verify(
@@ -71,12 +76,17 @@ def verify(
     general: bool = False,
     progress: Callable[[Progress], None] | None = None,
     announce: Callable[[str], None] | None = None,
+    budget: float | None = None,
 ) -> Verification:
     """Run the model of ``trajectory`` again, otherwise, and compare the signals ``names`` at the times of its output.
+
+    ``budget`` [s] is what the second run may take, by default ten times as long as the first, and at least 10 s. What
+    it has come to until then is compared, if its steps are fixed; ``problem`` says from which time on nothing is.
 
     Raises
     ------
     KeyboardInterrupt
+        If it is interrupted.
     """
     stats = trajectory.stats
     h, tol = stats["h"], stats["tol"]
@@ -84,44 +94,64 @@ def verify(
     step, tol = (h / 2.0, None) if tol is None else (None, tol / 10.0)
     start, stop = float(trajectory.t[0]), float(trajectory.t[-1])
     times = np.unique(trajectory.t)[1:]  # of controlled steps, too, where all of them are output
+    how = {"method": method, "step": step, "tol": tol, "general": general, "announce": announce}
+    due = {"start": start, "stop": stop, "times": times if stop > start else None}
+    problem, until = "", stop
     try:
-        other = simulate(
-            trajectory.scene,
-            method=method,
-            step=step,
-            tol=tol,
-            start=start,
-            stop=stop,
-            times=times if stop > start else None,
-            general=general,
-            progress=progress,
-            announce=announce,
-        )
-    except MbdslError as problem:
-        return Verification(method, step, tol, problem=problem.message)
-    if other.status == "interrupted":
-        raise KeyboardInterrupt
+        limit = allowance(stats["seconds"]["integrate"], budget)
+        other = limited(trajectory.scene, limit, progress, **how, **due)
+    except TooLong as late:
+        problem, part = f"{late.message}; more time: --budget", late.trajectory
+        if part is None or tol is not None or not len(part.t) > 1:  # what there is may be of a trial run
+            return Verification(method, step, tol, problem=problem)
+        other, until = part, float(part.t[-1])
+    except MbdslError as failed:
+        return Verification(method, step, tol, problem=failed.message)
     facts = {key: other.stats[key] for key in ("method", "h", "tol", "steps", "iterations", "seconds")}
-    return Verification(method, step, tol, tuple(agree(trajectory, other, names)), stats=facts)
+    known = scales(trajectory, min(_step(trajectory), _step(other)))
+    found = agree(trajectory, other, names, until, known, max(SMALL, stats["tol"] or 0.0))
+    return Verification(method, step, tol, tuple(found), problem, facts, until)
 
 
-def agree(one: Trajectory, other: Trajectory, names: Sequence[str]) -> list[Agreement]:
-    """How far two trajectories agree, the worst first; ``other`` has all times of ``one``."""
+def agree(
+    one: Trajectory,
+    other: Trajectory,
+    names: Sequence[str],
+    until: float = np.inf,
+    known: Scales | None = None,
+    small: float = SMALL,
+) -> list[Agreement]:
+    """How far two trajectories agree, the worst first; ``other`` has all times of ``one`` up to ``until``.
+
+    Digits are relative to the range of a signal, at least to the part ``small`` of the largest that signals of its unit
+    have, here and (with the scales ``known``) in such a mechanism. What rounding may differ by is no difference.
+    """
+    count = int(np.searchsorted(one.t, until, side="right"))
+    rows = np.minimum(np.searchsorted(other.t, one.t[:count]), len(other.t) - 1)
+    assert np.array_equal(other.t[rows], one.t[:count]), "what is compared is of one time"
     ranges = {name: _range(one[name]) for name in names}
     largest: dict[str, float] = {}
     for name in names:
         unit = one.unit(name)
         largest[unit] = max(largest.get(unit, 0.0), ranges[name])
-    rows = np.minimum(np.searchsorted(other.t, one.t), len(other.t) - 1)
-    assert np.array_equal(other.t[rows], one.t), "what is compared is of one time"
     found = []
     for name in names:
         unit = one.unit(name)
-        difference = _difference(one[name], other[name][rows])
-        scale = max(ranges[name], SMALL * largest[unit]) or _largest(one[name]) or 1.0
+        difference = _difference(one[name][:count], other[name][rows])
+        usual = known.of(name, unit) if known is not None else 0.0
+        least = usual if known is not None and known.whole(name) else small * max(largest[unit], usual)
+        scale = max(ranges[name], least) or _largest(one[name]) or 1.0
         digits = -np.log10(max(difference / scale, 1e-16)) if np.isfinite(difference) else 0.0
+        if known is not None and difference <= known.rounding(name, unit):
+            digits = 16.0
         found.append(Agreement(name, unit, max(0.0, float(digits)), difference))
     return sorted(found, key=lambda a: a.digits)
+
+
+def _step(trajectory: Trajectory) -> float:
+    """The step, or the mean one [s]."""
+    span = float(trajectory.t[-1] - trajectory.t[0])
+    return trajectory.stats["h"] or span / max(1, trajectory.stats["steps"]) or 1.0
 
 
 def _difference(x: np.ndarray, y: np.ndarray) -> float:

@@ -9,8 +9,9 @@ import pytest
 import mbdsl
 from mbdsl import cli, results
 from mbdsl.errors import InitialisationError, IntegrationError, ModelError, UsageError
-from mbdsl.studies import accuracy as reaching
-from mbdsl.studies.accuracy import difference, observed
+from mbdsl.studies import ladder as ladders
+from mbdsl.studies import limits, opinion
+from mbdsl.studies.ladder import Ladder, difference, observed
 from mbdsl.studies.recommend import _rounded, recommend
 from mbdsl.studies.verify import Verification, agree, verify
 
@@ -76,10 +77,86 @@ def test_options_of_one_method_are_not_those_of_its_check():
     assert found.stats["accuracy"]["checked by"].startswith("radau5 --tol, tol = 0.0001: differs by ")
 
 
-def test_methods_that_contradict_each_other(monkeypatch):
-    monkeypatch.setattr(reaching, "CONTRADICTION", 0.0)
-    with pytest.raises(IntegrationError, match="contradict each other"):
-        mbdsl.simulate(CRANK, accuracy=1e-3, stop=0.1)
+@pytest.fixture
+def judged(monkeypatch):
+    """``judged(off)``: radau5 is asked for 1e-4, others are off by ``off(method, k)`` rad in their run number k."""
+
+    def reach(off, **given):
+        count = dict[str, int]()
+
+        def simulate(*args, method, **more):
+            found = mbdsl.simulate(*args, method=method, **more)
+            if method != "radau5":
+                count[method] = count.get(method, 0) + 1
+                found.q = found.q + off(method, count[method])
+            return found
+
+        monkeypatch.setattr(limits, "simulate", simulate)
+        monkeypatch.setattr(opinion, "precise", lambda: ["radau5", "scipy-dop853"])  # others are of order 2, and quick
+        return mbdsl.simulate(CRANK, accuracy=1e-4, method="radau5", stop=0.1, **given)
+
+    return reach
+
+
+def test_methods_that_contradict_each_other(judged):
+    with pytest.raises(IntegrationError, match=r"contradict each other: radau5.* off by .*e-0\d.* by 1\.0e-02") as no:
+        judged(lambda method, k: 0.006)  # the mechanism's size is 0.6 m
+    found = no.value.trajectory
+    assert no.value.exit_code == 4 and found.status == "failed"
+    assert found.stats["accuracy"]["estimated"] == pytest.approx(0.01, rel=0.1)
+    assert found.stats["accuracy"]["checked by"] is None
+
+
+def test_one_that_is_wrong_is_outvoted(judged):
+    found = judged(lambda method, k: 0.01 * (method == "scipy-dop853"))
+    told = found.stats["accuracy"]
+    assert found.status == "done" and told["estimated"] <= 1e-4
+    assert "against scipy-dop853" in told["checked by"] and not told["checked by"].startswith("scipy-dop853")
+
+
+def test_one_that_errs_much_does_not_judge(judged):
+    """No other method knows itself to 1e-4; that the result is right shows by its own runs alone, and is told so."""
+    found = judged(lambda method, k: 0.01 + 0.01 * (k % 2))
+    told = found.stats["accuracy"]
+    assert found.status == "done" and told["checked by"] is None and "scipy-dop853 differs by" in told["not checked"]
+    exact = mbdsl.simulate(CRANK, method="hht-add", step=4e-6, stop=0.1)
+    attained = difference(found, exact)
+    assert attained <= 1e-4 and attained / 10.0 < told["estimated"] < 1e-4
+
+
+def test_checks_have_a_budget(judged):
+    told = judged(lambda method, k: 0.0, budget=1e-9).stats["accuracy"]
+    assert told["checked by"] is None and "there was no time left" in told["not checked"]
+
+
+def test_ctrl_c_keeps_what_there_is(judged):
+    seen = []
+
+    def progress(p):
+        if seen:
+            raise KeyboardInterrupt
+
+    def judge(method, k):
+        seen.append(method)
+        return 0.0
+
+    found = judged(judge, progress=progress)
+    assert found.status == "done" or (found.status == "interrupted" and len(found.t) == 501)
+
+
+@pytest.mark.parametrize("p", [-0.2, 0.5, 1.0, 2.0, 5.0])
+def test_an_estimate_follows_from_differences_that_were_seen(p, monkeypatch):
+    """Solutions x(h) with errors of order p, whatever the method promises; of order -0.2 they do not converge."""
+    errors = {h: h**p for h in (0.1, 0.05, 0.02)}
+    monkeypatch.setattr(ladders, "difference", lambda one, other: abs(errors[one] - errors[other]))
+    ladder = Ladder("radau5", True, [])
+    for h in errors:
+        ladder.add(lambda case: case.step, h)
+    differ = abs(errors[0.05] - errors[0.02])
+    if p > 0.0:
+        assert errors[0.02] / 2.0 < ladder.estimate < 2.0 * errors[0.02] and ladder.estimates[0] >= errors[0.05] / 2.5
+    else:
+        assert differ <= ladder.estimate <= 3.0 * differ
 
 
 def test_wrong_arguments():
@@ -157,7 +234,7 @@ def test_steps_are_rounded_downwards(x, wanted):
 
 
 def test_digits():
-    one = mbdsl.simulate(CRANK, stop=0.5)
+    one = mbdsl.simulate(CRANK, stop=0.5, step=1e-3)
     found = verify(one, ["crank.phi", "A.fx", "B.fx"])
     assert (found.method, found.step) == ("nstiff-si2", 5e-4)
     other = mbdsl.simulate(CRANK, method="nstiff-si2", step=5e-4, stop=0.5)
@@ -172,10 +249,36 @@ def test_digits():
 
 def test_what_is_at_rest_is_no_doubt():
     """A velocity of rounding alone, beside one of a metre a second."""
-    one = mbdsl.simulate(CRANK, stop=0.5)
-    other = mbdsl.simulate(CRANK, stop=0.5, method="nstiff-si2")
+    one = mbdsl.simulate(CRANK, stop=0.5, step=1e-3)
+    other = mbdsl.simulate(CRANK, stop=0.5, step=1e-3, method="nstiff-si2")
     found = {a.signal: a for a in agree(one, other, ["crank.vx", "crank.a.vx"])}
     assert np.ptp(one["crank.a.vx"]) < 1e-9 and found["crank.a.vx"].digits > 3.0
+
+
+@pytest.mark.parametrize("step", [1e-3, 1e-6])
+def test_rounding_is_no_difference(step):
+    """Of a crank whose guide takes no force along it: residuals, forces that vanish, and energy that is conserved.
+
+    Each of these alone, as no other signal says then how large it could be.
+    """
+    one = mbdsl.simulate(CRANK, stop=100 * step, step=step)
+    for name in ("B.fx", "A.Phi[1]", "B.dPhi[1]", "crank.a.vx", "crank.a.x"):
+        (found,) = verify(one, [name]).agreements
+        assert found.digits > 3.0, found
+    coarse = mbdsl.simulate(CRANK, stop=0.5, step=0.02)
+    (found,) = verify(coarse, ["A.fx"]).agreements
+    assert found.digits < 3.0  # what is no rounding is still told
+
+
+def test_a_second_run_has_a_budget():
+    one = mbdsl.simulate(CRANK, stop=2.0, tol=1e-7)
+    found = verify(one, ["crank.phi"], budget=1e-9)
+    assert not found.agreements and "ended after" in found.problem and "--budget" in found.problem
+    # of fixed steps what there is can be compared
+    late = mbdsl.simulate(CRANK, stop=2.0, step=2e-5, interval=0.01)
+    found = verify(late, ["crank.phi"], budget=0.01)
+    assert found.agreements[0].digits > 5.0 and 0.0 < found.until < 2.0 and "only" in str(found)
+    assert found.facts()["until"] == found.until and found.facts()["problem"]
 
 
 @pytest.mark.parametrize("how", [{}, {"tol": 1e-6}, {"method": "radau5", "tol": 1e-9}, {"method": "scipy-dop853"}])
@@ -241,7 +344,7 @@ def test_what_has_no_value_does_not_agree():
 
 
 def test_a_second_run_that_fails_is_told():
-    one = mbdsl.simulate(MODELS / "pendulum.mbd", stop=0.1)
+    one = mbdsl.simulate(MODELS / "pendulum.mbd", stop=0.1, step=1e-3)
     one.stats["h"] = 1e-20  # a step that nobody can take
     found = verify(one, ["mass.x"])
     assert "too small" in found.problem and str(found).startswith("not verified: nstiff-si2")
@@ -264,6 +367,23 @@ def test_simulate_from_a_shell(say, tmp_path):
     assert code == 0 and "signals agree to fewer than 3 digits" in err
     code, _, err = say(*argv, "--accuracy", "1e-4", "--step", "1ms")
     assert code == 2 and "not allowed with argument" in err
+
+
+def test_ctrl_c_while_it_is_verified(say, tmp_path, monkeypatch):
+    import json
+
+    from mbdsl.studies import verify as second
+
+    def interrupted(*args, **given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(second, "limited", interrupted)
+    argv = ("simulate", CRANK, "--stop", "0.1s", "--output", "a.csv", "--stats", "a.json", "--verify")
+    code, out, err = say(*argv)
+    assert code == 130 and "501 rows" in out and "not verified: interrupted" in err
+    columns, meta = results.read(tmp_path / "a.csv")
+    assert meta["complete"] and len(columns["time"]) == 501
+    assert json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))["verify"]["problem"] == "interrupted"
 
 
 def test_recommend_from_a_shell(say):

@@ -1,0 +1,280 @@
+"""The suite of hard cases: models with an answer from outside, run by every method, and a verdict for every run.
+
+A folder holds models, ``NAME.mbd``, and for each its cases, ``NAME.json``: parameters, a step, a tolerance, and either
+what signals have to be (values at times, or a constant, from a closed form or another program) or with which words and
+when the run has to stop. A run that ends with exit code 0 and is off by more than its tolerance allows, or by more than
+a run with half the step shows, is ``WRONG``.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.errors import IntegrationError, MbdslError, UsageError
+from mbdsl.integrators import methods
+from mbdsl.lang.load import load
+from mbdsl.simulation import simulate
+from mbdsl.studies.hard_page import Suite
+from mbdsl.trajectory import Trajectory
+
+BUDGET = 20.0  #: of a run [s], unless another is given
+POINTS = 100  #: at which constants are looked at
+CLAIMED = 3.0  #: times the tolerance that an error may be
+SHOWN = 10.0  #: times what a run with half the step differs by that an error may be
+OFF = 1e-8  #: by which joints may be open, of the mechanism's size
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Check:
+    """What a signal has to be: ``values`` at ``times`` [s], or one value all the time; in units of ``scale``.
+
+    With ``within`` an error is small enough whatever the step is. ``grows``: how far above its value it may come, for
+    energies, which methods may lose but not make. A tolerance says nothing of what is not ``controlled``: reactions.
+    """
+
+    signal: str
+    values: float | Sequence[float]
+    times: Sequence[float] = ()
+    scale: float = 1.0
+    within: float = 1e-3
+    grows: float | None = None
+    controlled: bool = True
+
+    def error(self, of: Trajectory) -> float:
+        """The largest error, scaled; of an energy with its sign."""
+        off = self.differences(of)
+        return float(off[np.abs(off).argmax()]) if self.grows is not None else float(np.abs(off).max())
+
+    def differences(self, of: Trajectory) -> Array:
+        signal = of[self.signal]
+        found = np.interp(self.times, of.t, signal) if len(self.times) else signal
+        return (found - np.asarray(self.values, float)) / self.scale
+
+
+@dataclass(frozen=True)
+class Stop:
+    """How a run has to end: its exit code, words of the message, and between which times [s]."""
+
+    code: int
+    says: Sequence[str] = ()
+    after: float | None = None
+    before: float | None = None
+
+
+@dataclass(frozen=True)
+class Case:
+    """A model with parameters, a step [s] and a tolerance (either may be left out), and what has to come out."""
+
+    model: Path
+    name: str
+    group: str
+    answer: str  #: where the answer comes from
+    stop: float
+    step: float | None = None
+    tol: float | None = None
+    parameters: Mapping[str, str | float] = field(default_factory=dict)
+    checks: tuple[Check, ...] = ()
+    stops: Stop | None = None
+
+    def __str__(self) -> str:
+        return f"{self.model.stem}: {self.name}" if self.name else self.model.stem
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What came of one run: ``verdict`` is "right", "step" (off, as the step explains), "stops", "slow" or "WRONG"."""
+
+    verdict: str
+    text: str
+    reason: str = ""  #: why, where it stopped
+
+    def __str__(self) -> str:
+        return {"WRONG": f"WRONG {self.text}", "step": f"({self.text})"}.get(self.verdict, self.text)
+
+
+def read(folder: str | PathLike, only: str = "*") -> list[Case]:
+    """The cases of a folder, or of one model, in the order of their groups; ``only`` is a glob of their names.
+
+    Raises
+    ------
+    UsageError
+        There are none.
+    """
+    place = Path(folder)
+    files = [place.with_suffix(".json")] if place.suffix else sorted(place.glob("*.json"))
+    found = []
+    for file in files:
+        if not file.exists() or not file.with_suffix(".mbd").exists():
+            raise UsageError(f"{file}: a hard case is a model with its answers, NAME.mbd and NAME.json, side by side")
+        said = json.loads(file.read_text(encoding="utf-8"))
+        for case in said["cases"]:
+            checks = tuple(Check(**check) for check in case.pop("checks", ()))
+            stops = Stop(**case.pop("stops")) if "stops" in case else None
+            case = {"group": said["group"], "answer": said["answer"], **case}
+            found.append(Case(file.with_suffix(".mbd"), checks=checks, stops=stops, **case))
+    found = [case for case in found if fnmatchcase(str(case), only) or fnmatchcase(case.model.stem, only)]
+    if not found:
+        raise UsageError(f"{place} holds no hard cases named {only}", hint="mbdsl study hard models/hard")
+    return sorted(found, key=lambda case: int(case.group.split(".")[0]))
+
+
+def measure(case: Case, method: str, tol: bool = False, budget: float = BUDGET) -> Cell | None:
+    """Run a case by a method, at its step or with its tolerance; None where it has none, or the method cannot."""
+    size = case.tol if tol else case.step
+    if size is None or ("controlled" if tol else "fixed") not in methods()[method].steps:
+        return None
+    try:
+        found = _run(case, method, size, tol, budget)
+    except MbdslError as problem:
+        return _stopped(case, problem)
+    if found.status == "interrupted":
+        return Cell("slow", f"not done in {budget:g} s (t = {found.t[-1]:.3g} s)")
+    if case.stops is not None:
+        return Cell("WRONG", "ran to its end")
+    open_ = max((float(np.abs(found[name]).max()) for name in found.names if ".Phi[" in name), default=0.0)
+    if not open_ <= OFF * found.system.tables.size:
+        return Cell("WRONG", f"joints open by {open_:.1e}")
+    errors = [check.error(found) for check in case.checks]
+    text = _told(case.checks, errors)
+    beyond = [c for c, e in zip(case.checks, errors, strict=True) if not _passes(c, e, size if tol else None)]
+    if not beyond:
+        return Cell("right", text)
+    if tol:
+        return Cell("WRONG", text)
+    try:
+        finer = _run(case, method, size / 2, False, 2 * budget)
+    except MbdslError:
+        return Cell("step", text)
+    if finer.status == "interrupted":
+        return Cell("slow", f"{text}; half the step: not done in {2 * budget:g} s")
+    shows = all(np.abs(c.error(found)) <= SHOWN * np.abs(c.differences(found) - c.differences(finer)).max()
+                for c in beyond)  # fmt: skip
+    return Cell("step" if shows else "WRONG", text)
+
+
+def _passes(check: Check, error: float, tol: float | None) -> bool:
+    """Whether the error is small enough by itself."""
+    if not np.isfinite(error):
+        return False
+    if tol is not None:
+        return not check.controlled or abs(error) <= CLAIMED * tol
+    return abs(error) <= check.within and (check.grows is None or error <= check.grows)
+
+
+def _run(case: Case, method: str, size: float, tol: bool, budget: float) -> Trajectory:
+    scene = load(case.model, dict(case.parameters))
+    even = np.linspace(scene.experiment.start, case.stop, POINTS + 1)[1:]
+    if not tol:  # where steps end: between them is interpolated
+        even = np.unique(np.maximum(np.round(even / size), 1.0)) * size
+        even = np.append(even[even < case.stop * (1 - 1e-9)], case.stop)
+    asked = [t for check in case.checks for t in check.times if t > scene.experiment.start]
+    begun: list[float] = []  # with the first steps: what is compiled before does not count
+
+    def progress(_):
+        begun.append(time.process_time())
+        if begun[-1] - begun[0] > budget:
+            raise KeyboardInterrupt
+
+    return simulate(
+        scene,
+        method=method,
+        step=None if tol else size,
+        tol=size if tol else None,
+        stop=case.stop,
+        times=_union(asked, even, case.stop),
+        progress=progress,
+    )
+
+
+def _union(asked: Sequence[float], even: Array, stop: float) -> Array:
+    """Both in order; what differs by rounding only, once."""
+    both = np.union1d(asked, even)
+    both = both[np.append(np.diff(both) > 1e-9 * stop, True)]
+    both[-1] = stop
+    return both
+
+
+def _stopped(case: Case, problem: MbdslError) -> Cell:
+    """A run that stopped with a reason, and whether that was the right one."""
+    trajectory = problem.trajectory if isinstance(problem, IntegrationError) else None
+    t = float(trajectory.t[-1]) if trajectory is not None and len(trajectory.t) else None
+    text = f"exit {problem.exit_code}" + (f" at {t:.3g} s" if t is not None else "")
+    said, reason = problem.render(), _reason(problem)
+    if case.stops is None:
+        return Cell("stops", text, reason)
+    want = case.stops
+    missing = [words for words in want.says if words not in said]
+    if problem.exit_code != want.code or missing:
+        return Cell("WRONG", f"{text}, {'not ' + repr(missing[0]) if missing else f'not {want.code}'}", reason)
+    if t is not None and not (want.after or -np.inf) <= t <= (want.before or np.inf):
+        return Cell("WRONG", f"{text}, not {want.after} to {want.before} s", reason)
+    return Cell("right", text, reason)
+
+
+def _reason(problem: MbdslError) -> str:
+    """Why a run stopped, without the times and sizes that differ from run to run."""
+    first, *rest = problem.message.split("; ")
+    parts = [first.split(" in the step to")[0].split(" at t =")[0]]
+    parts += [f"singular pose of {part.split('): ')[1].split(' depend')[0]}" for part in rest if "the pose is" in part]
+    named = sorted(text.split(" is ")[0].split(" = ")[0] for text, _span in problem.notes)
+    parts += [", ".join(named)] if named else []
+    return ": ".join(parts)
+
+
+def _told(checks: Sequence[Check], errors: Sequence[float]) -> str:
+    """The largest error of what has values, and those of energies."""
+    plain = [e for c, e in zip(checks, errors, strict=True) if c.grows is None]
+    energy = [e for c, e in zip(checks, errors, strict=True) if c.grows is not None]
+    told = [f"{max(plain):.1e}"] if plain else []
+    return ", ".join(told + ([f"E {max(energy, key=abs):+.1e}"] if energy else []))
+
+
+def hard(
+    folder: str | PathLike,
+    chosen: Sequence[str],
+    only: str = "*",
+    budget: float = BUDGET,
+    tell: Callable[[str], None] | None = None,
+) -> Suite:
+    """Run every case of a folder by every method, at its step and with its tolerance.
+
+    Parameters
+    ----------
+    folder : path
+        Of models with their cases, or of one model.
+    chosen : sequence of str
+        Methods.
+    only : str
+        A glob of cases.
+    budget : float [s]
+        What a run may take.
+    tell : callable, optional
+        Told about each case before it runs.
+
+    Raises
+    ------
+    UsageError
+        There is no such case.
+    """
+    rows = []
+    for case in read(folder, only):
+        for tol in (False, True):
+            size = case.tol if tol else case.step
+            if size is None:
+                continue
+            if tell is not None:
+                tell(str(case))
+            cells = tuple(measure(case, method, tol, budget) for method in chosen)
+            rows.append((case, f"tol {size:g}" if tol else f"h = {size:g} s", cells))
+    return Suite(tuple(chosen), tuple(rows))

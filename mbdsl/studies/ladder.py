@@ -1,0 +1,184 @@
+"""Runs of one method, each more exact than the one before, and what they say of the error of the last.
+
+The order of a method is what it promises, not what a run has: a corner in a law, friction or rounding take it away.
+So an estimate follows from differences that were seen. With two runs the difference itself is the estimate; with three
+the order p between them is known, and the difference of the last two over r^p - 1, r being the ratio of their steps.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from mbdsl.errors import IntegrationError, MbdslError
+from mbdsl.integrators import methods
+from mbdsl.studies.cases import Case
+from mbdsl.studies.errors import error, quantities
+from mbdsl.studies.limits import TooLong
+from mbdsl.trajectory import Trajectory
+
+AIM = 0.5  #: part of the accuracy that is aimed at
+MOST, BLIND = 12, 6  #: runs of one method, and of one whose runs are all the same
+CREDIT = 100.0  #: times more exact than the last run at most that the next one is meant to be
+ROUNDING = 1e-6  #: errors below that do not fall any more have come to rounding
+LONGEST = 600.0  #: seconds, or so many times as long as the first run: what takes longer is not begun
+LARGEST = 0.05  #: estimates above that say little
+WAVERS = 0.3  #: orders that are so much lower than they should be say that steps are still too long
+
+Run = Callable[[Case], Trajectory]
+
+
+@dataclass
+class Ladder:
+    """Runs of one method; ``estimates`` of their errors from the second on."""
+
+    method: str
+    fixed: bool
+    sizes: list[float]  #: of the runs done, and of those to be done next
+    runs: list[Trajectory] = field(default_factory=list)
+    differences: list[float] = field(default_factory=list)
+    estimates: list[float] = field(default_factory=list)
+    problem: str = ""
+
+    @property
+    def declared(self) -> float:
+        """The order with which errors should fall: with the step, or with the tolerance."""
+        return float(methods()[self.method].order) if self.fixed else 1.0
+
+    @property
+    def order(self) -> float | None:
+        """The order observed, at most the declared one; None where there are fewer than three runs."""
+        if len(self.differences) < 2:
+            return None
+        count = len(self.runs)
+        if self.fixed:
+            seen = observed(self.sizes[count - 3 : count], self.differences[-2:])
+        else:  # a difference is about the error of the run before
+            one, two = self.differences[-2:]
+            ratio = math.log(self.sizes[count - 3] / self.sizes[count - 2])
+            seen = math.log(max(one, 1e-300) / max(two, 1e-300)) / ratio
+        return max(0.0, min(self.declared, seen))
+
+    def case(self, size: float | None = None) -> Case:
+        """The case of the last run, or of another step or tolerance."""
+        size = self.sizes[len(self.runs) - 1] if size is None else size
+        return Case(self.method, step=size) if self.fixed else Case(self.method, tol=size)
+
+    @property
+    def last(self) -> Trajectory:
+        return self.runs[-1]
+
+    @property
+    def estimate(self) -> float:
+        return self.estimates[-1] if self.estimates else math.inf
+
+    @property
+    def seconds(self) -> float:
+        return self.last.stats["seconds"]["integrate"]
+
+    @property
+    def blind(self) -> bool:
+        """Whether two tolerances have led to one run, which tells nothing."""
+        same = len(self.runs) > 1 and self.runs[-2].stats["steps"] == self.last.stats["steps"]
+        return not self.fixed and same and self.differences[-1] == 0.0
+
+    def add(self, run: Run, size: float) -> None:
+        """A run more, and its estimate."""
+        self.sizes[len(self.runs) :] = [size]
+        try:
+            self.runs.append(run(self.case(size)))
+        except MbdslError:
+            self.sizes.pop()
+            raise
+        if len(self.runs) > 1:
+            self.differences.append(difference(self.runs[-2], self.runs[-1]))
+            self.estimates.append(self._estimate())
+
+    def _estimate(self) -> float:
+        differ, order = self.differences[-1], self.order
+        ratio = self.sizes[len(self.runs) - 2] / self.sizes[len(self.runs) - 1]
+        if self.fixed:
+            return differ if order is None else differ / max(ratio**order - 1.0, 1.0 / 3.0)
+        before, own = (run.stats["error"] for run in self.runs[-2:])
+        if before and own:  # what runs say of themselves, and more where they differ by more than that
+            return own * max(1.0, differ / (before + own))
+        if self.blind:
+            return self.estimates[-1] if self.estimates else self.sizes[len(self.runs) - 1]
+        # errors follow tolerances loosely
+        return differ if order is None else differ / ratio**order
+
+    def next(self, target: float) -> float:
+        """The step or tolerance that should do; no long way where errors do not fall as they should."""
+        if self.blind:
+            return self.sizes[-1] / 10.0
+        change = (AIM * target / max(self.estimate, 1e-300)) ** (1.0 / self.declared)
+        order = self.declared if self.order is None else self.order
+        falling = self.estimate < LARGEST and order > self.declared - WAVERS
+        longest = max(CREDIT ** (-1.0 / self.declared), 1.0 / 64.0) if falling else 0.25
+        return self.sizes[-1] * min(0.5, max(change, longest))
+
+    def price(self, target: float) -> float:
+        """Seconds that reaching ``target`` should take."""
+        power = 1.0 / self.declared if self.fixed else 1.0 / (methods()[self.method].order + 1.0)
+        return self.seconds * max(1.0, self.estimate / (AIM * target)) ** power
+
+    def start(self, run: Run, may_fail: bool) -> None:
+        """The first two runs, with shorter steps where it takes these to come to an end.
+
+        Unless it ``may_fail``, as there are others, what is wrong with model or arguments is raised as it is.
+        """
+        sizes = list(self.sizes)
+        for _ in range(4):
+            self.runs, self.differences, self.estimates, self.problem = [], [], [], ""
+            try:
+                for size in sizes:
+                    self.add(run, size)
+                return
+            except MbdslError as problem:
+                if not (may_fail or isinstance(problem, IntegrationError)):
+                    raise
+                self.runs, self.problem = [], problem.message
+                if not isinstance(problem, IntegrationError) or isinstance(problem, TooLong):
+                    return
+                if problem.trajectory is not None and problem.trajectory.stats.get("horizon") is not None:
+                    return  # nothing can be known of the end
+            sizes = [size / (8.0 if self.fixed else 100.0) for size in sizes]
+
+    def descend(self, target: float, run: Run) -> None:
+        """Smaller and smaller steps, until the estimate is small enough, or stays where it is."""
+        stuck, longest = 0, LONGEST * max(1.0, self.runs[0].stats["seconds"]["integrate"])
+        while self.estimate > target or (self.blind and len(self.runs) < BLIND):
+            if len(self.runs) >= MOST or stuck > (self.estimate > ROUNDING):
+                self.problem = f"its error stays at some {min(self.estimates):.1e}"
+                return
+            if self.price(target) > longest:
+                self.problem = f"it would take some {self.price(target):.0f} s"
+                return
+            try:
+                self.add(run, self.next(target))
+            except MbdslError as problem:
+                self.problem = problem.message
+                return
+            worse = self.estimate > 0.7 * min(self.estimates[:-1]) and not self.blind
+            stuck = stuck + 1 if worse else 0
+
+
+def difference(one: Trajectory, other: Trajectory) -> float:
+    """Between positions and velocities, scaled, the largest over time."""
+    wanted = [q for q in quantities(other, other) if q.key in ("q", "v")]
+    return max((error(q, one, other).scaled for q in wanted), default=0.0)
+
+
+def observed(sizes: Sequence[float], differences: Sequence[float]) -> float:
+    """The order p of errors C h^p, from the differences of solutions at three sizes, by bisection; at least 0.1.
+
+    (h_1^p - h_2^p) / (h_2^p - h_3^p) grows with p.
+    """
+    one, two = differences
+    r, s = sizes[0] / sizes[1], sizes[2] / sizes[1]
+    low, high = 0.1, 12.0
+    for _ in range(50):
+        p = (low + high) / 2.0
+        low, high = (p, high) if (r**p - 1.0) * two < one * (1.0 - s**p) else (low, p)
+    return low

@@ -1,0 +1,63 @@
+"""Runs that are ended where they take too long: a second opinion must not cost more than it is worth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+from mbdsl.errors import IntegrationError
+from mbdsl.simulation import Progress, simulate
+from mbdsl.trajectory import Trajectory
+from mbdsl.wording import duration
+
+LEAST, TIMES = 10.0, 10.0  #: seconds that a check may take in any case, and times as long as what it checks
+
+
+class TooLong(IntegrationError):
+    """A run that was ended, as it took too long; ``trajectory`` is what there is of it."""
+
+
+def allowance(spent: float, budget: float | None, runs: float = 1.0) -> float:
+    """Seconds that a check of so many ``runs`` may take, of what took ``spent``: the ``budget``, where one is given."""
+    return runs * max(LEAST, TIMES * spent) if budget is None else budget
+
+
+def limited(
+    model: Any, limit: float = math.inf, progress: Callable[[Progress], None] | None = None, **given: Any
+) -> Trajectory:
+    """A run of at most ``limit`` seconds, trial runs included; assembly and compiling are not counted.
+
+    Arguments are those of :func:`mbdsl.simulate`.
+
+    Raises
+    ------
+    TooLong
+        If it takes longer.
+    KeyboardInterrupt
+        If it is interrupted.
+    MbdslError
+        As :func:`mbdsl.simulate`.
+    """
+    begun, late = 0.0, False
+
+    def watch(p: Progress) -> None:
+        nonlocal begun, late
+        begun = begun or perf_counter() - p.seconds
+        late = perf_counter() - begun > limit
+        if late:
+            raise KeyboardInterrupt
+        if progress is not None:
+            progress(p)
+
+    if limit <= 0.0:
+        raise TooLong("there was no time left for it")
+    found = simulate(model, progress=watch, **given)
+    if found.status == "interrupted":
+        if late:
+            error = TooLong(f"it was ended after {duration(limit)}, at t = {found.t[-1]:.4g} s")
+            error.trajectory = found
+            raise error
+        raise KeyboardInterrupt
+    return found

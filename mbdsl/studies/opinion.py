@@ -1,0 +1,153 @@
+"""A second opinion that binds: a method of another family comes to the same, or the result is not given as right.
+
+Where the two differ by more than the accuracy, the one that is known less well is made more exact, until they agree.
+A method that cannot come as far, because it fails, takes too long or errs more than it says, is no judge: the next one
+is asked. Where one that is able contradicts, another family has the last word.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from time import perf_counter
+
+from mbdsl.errors import MbdslError
+from mbdsl.integrators import methods
+from mbdsl.simulation import DEFAULT_STEP
+from mbdsl.studies.cases import Case
+from mbdsl.studies.families import EXTRAPOLATED, family, precise
+from mbdsl.studies.ladder import Ladder, difference
+from mbdsl.trajectory import Trajectory
+
+FINER = 3.0  #: times as small as the difference is the error of one that measures the other's by it
+ROUNDS = 10  #: runs, of both, that one second opinion takes at most
+SAME, PERSISTS = 0.7, 2  #: part of a difference that is about the same, and how often it may be
+
+
+@dataclass
+class Opinion:
+    """What one method says: ``agrees`` is None where it was not able to tell."""
+
+    method: str
+    agrees: bool | None
+    told: str
+    differs: float = math.inf
+    own: float = math.inf
+    stopped: str = ""  #: why the result was not made more exact where it differs
+
+
+@dataclass
+class Verdict:
+    """What all that were asked say: ``estimate`` is the error of the result, as they and it say."""
+
+    estimate: float
+    opinions: list[Opinion] = field(default_factory=list)
+
+    @property
+    def checked(self) -> Opinion | None:
+        """The one that agrees."""
+        return next((x for x in self.opinions if x.agrees), None)
+
+    @property
+    def against(self) -> list[Opinion]:
+        return [x for x in self.opinions if x.agrees is False]
+
+    @property
+    def unable(self) -> str:
+        """Why nobody could tell."""
+        told = [f"{x.method} {x.told}" for x in self.opinions if x.agrees is None]
+        return "; ".join(told) or "there is no method of another family"
+
+
+Limited = Callable[[Case, float], Trajectory]  #: a run of a case, of at most so many seconds
+
+
+def ask(ladder: Ladder, accuracy: float, run: Limited, judge: Limited, left: Callable[[], float]) -> Verdict:
+    """Whether other families come to what ``ladder`` has come to, which is made more exact where it takes that.
+
+    ``run`` makes runs of the method itself, ``judge`` those of the others, ``left()`` is the time that there is [s].
+    """
+    verdict = Verdict(ladder.estimate)
+    waiting = list(_others(ladder, accuracy))
+    while waiting:
+        other = waiting.pop(0)
+        end = perf_counter() + left() / (1 + len(waiting))  # others may be needed
+        found = _confront(ladder, other, accuracy, run, judge, left, lambda end=end: end - perf_counter())  # type: ignore[misc]
+        verdict.opinions.append(found)
+        if found.agrees is not None:
+            waiting = [x for x in waiting if family(x.method) != family(other.method)]
+        if found.agrees or len(verdict.against) > 1:
+            break
+    agrees = verdict.checked
+    verdict.estimate = _claim(ladder.estimate, accuracy, agrees) if agrees else ladder.estimate
+    return verdict
+
+
+def _confront(
+    ladder: Ladder,
+    other: Ladder,
+    accuracy: float,
+    run: Limited,
+    judge: Limited,
+    left: Callable[[], float],
+    share: Callable[[], float],
+) -> Opinion:
+    """Make both more exact until they agree, or one cannot go on; ``share`` is the time of ``other``."""
+    try:
+        for size in list(other.sizes):
+            other.add(lambda case: judge(case, share()), size)
+    except MbdslError as problem:
+        return Opinion(other.method, None, f"failed: {problem.message}")
+    stopped, before, still = "", math.inf, 0
+    for _ in range(ROUNDS):
+        differs, own = difference(other.last, ladder.last), other.estimate
+        finer = own <= differs / FINER
+        known = ladder.estimate <= accuracy and differs <= FINER * ladder.estimate
+        if differs <= accuracy and (finer or known):
+            break
+        if finer:
+            still = still + 1 if differs > SAME * before else 0
+            before = differs
+            if still > PERSISTS:
+                break
+        try:
+            if not finer or still == PERSISTS:
+                other.add(lambda case: judge(case, share()), other.next(max(differs, accuracy) / FINER))
+            else:
+                ladder.estimates[-1] = max(ladder.estimate, differs)
+                ladder.add(lambda case: run(case, left()), ladder.next(accuracy))
+        except MbdslError as problem:
+            stopped = problem.message
+            break
+    differs, own = difference(other.last, ladder.last), other.estimate
+    finer = own <= differs / FINER
+    told = f"{other.case()}: differs by {differs:.1e}, its own error being some {own:.1e}"
+    if differs <= accuracy and (finer or ladder.estimate <= accuracy):
+        return Opinion(other.method, True, told, differs, own)
+    if finer:
+        return Opinion(other.method, False, told, differs, own, stopped)
+    told = f"differs by {differs:.1e}, but errs by some {own:.1e} itself" + (f" ({stopped})" if stopped else "")
+    return Opinion(other.method, None, told, differs, own)
+
+
+def _claim(estimate: float, accuracy: float, found: Opinion) -> float:
+    """The error of a result by its own ``estimate`` and by a method that agrees: the larger.
+
+    One that is more exact by far measures it: an estimate that is larger by far is known to be too large then.
+    """
+    if found.own <= found.differs / FINER:
+        return max(found.differs, min(estimate, FINER * found.differs, accuracy))
+    return max(estimate, found.differs)
+
+
+def _others(ladder: Ladder, accuracy: float) -> Iterator[Ladder]:
+    """Methods of other families, with two tolerances or steps to tell their own errors by."""
+    for name in precise():
+        if family(name) != family(ladder.method):
+            yield Ladder(name, False, [10.0 * accuracy, accuracy])
+    experiment = ladder.last.scene.experiment
+    h = ladder.case().step or (experiment.step or DEFAULT_STEP) / 4.0
+    for name in EXTRAPOLATED:
+        if name in methods() and family(name) != family(ladder.method):
+            yield Ladder(name, True, [2.0 * h, h])

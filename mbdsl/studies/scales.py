@@ -1,0 +1,79 @@
+"""How large the quantities of a motion are, and what of them rounding may change: by their units, from the mechanics.
+
+With L the size of the mechanism, w its fastest rate and J = max m_ii L^2 its largest inertia, angular accelerations are
+of the size alpha = max(w^2, g/L), energies and torques of J alpha, forces of J alpha / L. A position is known to some
+eps L. A step h makes eps L / h of that in velocities, and eps J / h^2 in what balances accelerations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbdsl.error_norm import fastest
+from mbdsl.system.tables import gravity
+from mbdsl.trajectory import ENERGIES, Trajectory
+
+ULPS = 64.0  #: units in the last place that a position may be off by
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Of a motion: ``size`` [m], ``rate`` and ``acceleration`` [1/s, 1/s2], ``inertia`` [kg.m2], ``step`` [s].
+
+    ``energy`` [J] is what is exchanged between its kinds.
+    """
+
+    size: float
+    rate: float
+    acceleration: float
+    inertia: float
+    step: float
+    energy: float
+
+    def of(self, name: str, unit: str) -> float:
+        """About the largest value that a signal of this unit has in such a mechanism; 0 where nothing says so."""
+        return self.energy if unit == "J" else self._by_unit(name, unit, 1.0, self.rate, self.acceleration)
+
+    def rounding(self, name: str, unit: str) -> float:
+        """What rounding may change a signal by."""
+        eps, h = ULPS * float(np.finfo(float).eps), self.step
+        return eps * self.energy if unit == "J" else self._by_unit(name, unit, eps, eps / h, eps / h**2)
+
+    def whole(self, name: str) -> bool:
+        """Whether a signal is what is left of a balance, so that its own range says nothing."""
+        return name in ENERGIES or _unit(name, "") != ""
+
+    def _by_unit(self, name: str, unit: str, angle: float, rate: float, acceleration: float) -> float:
+        """What angles, their rates and accelerations make of other quantities."""
+        torque = self.inertia * acceleration
+        return {
+            "m": self.size * angle,
+            "rad": angle,
+            "m/s": self.size * rate,
+            "rad/s": rate,
+            "m/s2": self.size * acceleration,
+            "rad/s2": acceleration,
+            "N": torque / self.size,
+            "N.m": torque,
+            "W": torque * self.rate,
+        }.get(_unit(name, unit), 0.0)
+
+
+def scales(trajectory: Trajectory, step: float) -> Scales:
+    """The scales of a run, ``step`` being the shortest step of what it is compared with [s]."""
+    tables = trajectory.system.tables
+    span = float(trajectory.t[-1] - trajectory.t[0])
+    rate = fastest(tables.scale, trajectory.v, span)
+    masses = np.concatenate([body.mass() for body in tables.models.values()] or [np.zeros(0)])
+    inertia = float((masses / tables.scale**2).max(initial=0.0))
+    acceleration = max(rate**2, float(np.hypot(*gravity(trajectory.scene))) / tables.size)
+    kinetic, potential = (trajectory[name] for name in ENERGIES[:2])
+    energy = float(np.ptp(potential) + kinetic.max(initial=0.0)) if len(kinetic) else 0.0
+    return Scales(tables.size, rate, acceleration, inertia, step, energy or inertia * rate**2)
+
+
+def _unit(name: str, unit: str) -> str:
+    """The unit of what is left of constraints, which is that of what they constrain: taken for a length."""
+    return "m" if ".Phi[" in name else "m/s" if ".dPhi[" in name or ".Gam[" in name else unit

@@ -1,0 +1,70 @@
+"""Which constraints depend on each other: joints that repeat others, and those that meet in a singular pose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.system.system import System
+from mbdsl.wording import few
+
+Array = NDArray[np.float64]
+
+NEAR = 1e-2  #: smallest singular value over the largest below which a pose counts as close to a singular one
+PART = 1e-2  #: of the largest coefficient, above which a joint takes part
+
+
+def _rows(system: System, t: float, q: Array, v: Array) -> Array | None:
+    """Rows of [Phi_q; Gam_v] without units, each of length 1; None where they are too many to look at."""
+    J = system.velocity_jacobian(t, q, v)
+    if not isinstance(J, np.ndarray) or not len(J) or not np.isfinite(J).all():
+        return None
+    J = J / system.tables.scale
+    size = np.linalg.norm(J, axis=1, keepdims=True)
+    return J / np.where(size > 0.0, size, 1.0)
+
+
+def _joints(system: System, rows: Sequence[int]) -> list[str]:
+    names = system.constraint_names()
+    return list(dict.fromkeys(names[k].rsplit(".", 1)[0] for k in rows))
+
+
+def repeated(system: System, t: float, q: Array, v: Array, redundant: Sequence[int]) -> list[str]:
+    """A line for every joint with redundant rows: where it is declared, and from which joints it follows."""
+    J = _rows(system, t, q, v) if redundant else None
+    if J is None:
+        return []
+    rest = [k for k in range(len(J)) if k not in redundant]
+    lines = []
+    for joint in _joints(system, redundant):
+        own = [k for k in redundant if joint in _joints(system, [k])]
+        parts = np.abs(np.linalg.lstsq(J[rest].T, J[own].T, rcond=1e-9)[0]).max(axis=1)
+        others = _joints(system, [rest[k] for k in np.flatnonzero(parts > PART * parts.max())])
+        told = ", ".join(_where(system, other) for other in others if other != joint)
+        lines.append(f"{_where(system, joint)} follows from {told}")
+    return lines
+
+
+def _where(system: System, joint: str) -> str:
+    """ "Revolute A3 (model.mbd:14)"."""
+    component = system.scene.components[joint]
+    place = f" ({component.span.file.rsplit('/', 1)[-1]}:{component.span.line})" if component.span else ""
+    return f"{component.kind.name} {joint}{place}"
+
+
+def singular(system: System, t: float, q: Array, v: Array) -> str:
+    """What to say of a pose in which constraints depend on each other, or nearly so; nothing of others."""
+    J = _rows(system, t, q, v) if np.isfinite([q, v]).all() else None
+    if J is None:
+        return ""
+    left, sizes, _ = np.linalg.svd(J)
+    smallest = float(sizes[-1] / sizes[0]) if len(J) <= J.shape[1] else 0.0
+    if smallest > NEAR:
+        return ""
+    share = np.abs(left[:, -1])
+    joints = _joints(system, [int(k) for k in np.argsort(-share) if share[k] > 0.1 * share.max()])
+    if len(joints) < 2:
+        return ""
+    return f"the pose is singular, or close to it (to {smallest:.1g}): {few(joints)} depend on each other there"
