@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mbdsl.builder import Builder as Builder
+    from mbdsl.checkpoint import Checkpoint as Checkpoint
+    from mbdsl.checkpoint import resume as resume
     from mbdsl.eigenmodes import eigen as eigen
     from mbdsl.equilibrium import static as static
     from mbdsl.errors import MbdslError as MbdslError
@@ -28,6 +30,8 @@ _PUBLIC = {
     "static": ("mbdsl.equilibrium", "static"),
     "eigen": ("mbdsl.eigenmodes", "eigen"),
     "simulate": ("mbdsl.simulation", "simulate"),
+    "resume": ("mbdsl.checkpoint", "resume"),
+    "Checkpoint": ("mbdsl.checkpoint", "Checkpoint"),
     "explain": ("mbdsl.receipt", "explain"),
     "Simulation": ("mbdsl.stepping", "Simulation"),
     "Trajectory": ("mbdsl.trajectory", "Trajectory"),

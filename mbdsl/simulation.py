@@ -9,12 +9,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from os import PathLike
 from time import perf_counter
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mbdsl.calibration import calibrated
+from mbdsl.checkpoint import Checkpoint, Keeper, of_run
 from mbdsl.errors import UsageError
 from mbdsl.failures import check_bending, check_left_out, failure
 from mbdsl.integrators import declared, state
@@ -29,6 +30,7 @@ from mbdsl.trajectory import Trajectory
 if TYPE_CHECKING:
     from mbdsl.builder import Builder
 
+SLICE = 64  #: steps before it is first seen how long they take
 DEFAULT_METHOD = "hht-si2"
 DEFAULT_STEP = 1e-3  #: [s] of methods with fixed steps only, and of Simulation
 DEFAULT_TOL = 1e-6  #: of methods that control their steps by themselves
@@ -85,6 +87,7 @@ def simulate(
     parameters: Mapping[str, str | float] | None = None,
     progress: Callable[[Progress], None] | None = None,
     announce: Callable[[str], None] | None = None,
+    checkpoint: Checkpoint | str | PathLike | None = None,
 ) -> Trajectory:
     """Integrate ``model`` and return its trajectory.
 
@@ -130,6 +133,9 @@ def simulate(
         Overrides of the model's parameters, as numbers or texts with units ("120 N/mm"), for a model given by path.
     progress, announce : callables, optional
         Told how far it is, and what takes long before it starts.
+    checkpoint : path or Checkpoint, optional
+        File to keep the run in on its way, every minute and where it is interrupted; :func:`mbdsl.resume` goes on from
+        there. It stays when the run is done. Not with an ``accuracy``, nor with backends.
 
     Raises
     ------
@@ -145,6 +151,8 @@ def simulate(
 
         if step is not None or tol is not None:
             raise UsageError("an accuracy finds its own step or tolerance", hint="give one of them alone")
+        if checkpoint is not None:
+            raise UsageError("an accuracy takes several runs, which have no checkpoint", hint="give a tolerance (tol)")
         if times is not None:
             raise UsageError("an accuracy is found at even times", hint="give an interval")
         given = {"start": start, "stop": stop, "options": options, "force": force, "general": general}
@@ -179,11 +187,18 @@ def simulate(
             first = part.initial
             for line in repeated(part.system, first.t, first.q, first.v, first.redundant):
                 announce(f"  {line}")
+    keeper = None
+    if checkpoint is not None:
+        asked: dict[str, Any] = {"method": method, "step": step, "tol": tol, "start": start, "stop": stop}
+        asked |= {"interval": interval, "options": dict(options or {})}
+        asked |= {"times": None if times is None else np.asarray(times).tolist()}
+        asked |= {"force": force, "general": general, "parameters": dict(parameters or {}), "without": list(without)}
+        keeper = Keeper(of_run(checkpoint, model, asked), motion)
     lap("initialise")
     if run.tol is None or not motion.parts or not controls_locally(run.method):
-        status = _integrate(motion, progress)
+        status = _integrate(motion, progress, keeper)
     else:
-        status = calibrated(motion, run.tol, lambda: _integrate(motion, progress))
+        status = calibrated(motion, run.tol, lambda: _integrate(motion, progress, keeper))
     lap("integrate")
     trajectory, states = _collect(motion, run.tol, status, seconds)
     if status not in (state.DONE, state.RUNNING):
@@ -307,9 +322,11 @@ def _interrupts() -> Iterator[list[int]]:
         signal.signal(signal.SIGINT, former)
 
 
-def _integrate(motion: Motion, progress) -> int:
+def _integrate(motion: Motion, progress, keeper: Keeper | None = None) -> int:
     """Advance in slices of about a tenth of a second, so that progress shows and an interruption is heard."""
-    slice_, begun, plan = 64, perf_counter(), motion.plan
+    slice_, begun, plan = SLICE, perf_counter(), motion.plan
+    if keeper is not None and (known := keeper.begin(motion)) is not None:
+        return known
     try:
         with _interrupts() as heard:
             while not heard:
@@ -317,7 +334,11 @@ def _integrate(motion: Motion, progress) -> int:
                 status = motion.advance(slice_)
                 now = perf_counter()
                 if status != state.RUNNING or motion.bent():
+                    if keeper is not None and status == state.DONE:
+                        keeper.end(motion, status)
                     return status
+                if keeper is not None:
+                    keeper.pause(motion)
                 if progress is not None:
                     iterations = motion.count("iterations")
                     spent = now - begun
@@ -325,6 +346,8 @@ def _integrate(motion: Motion, progress) -> int:
                 slice_ = int(min(1e9, max(1, slice_ * min(4.0, 0.1 / max(now - before, 1e-9)))))
     except KeyboardInterrupt:  # from the progress callback
         pass
+    if keeper is not None:
+        keeper.write(motion)
     return state.RUNNING
 
 

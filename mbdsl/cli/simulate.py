@@ -92,6 +92,18 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     suffixes = ", ".join(results.formats())
     parser.add_argument("--output", metavar="FILE", help=f"result file ({suffixes}); default: the model's name + .csv")
+    parser.add_argument(
+        "--checkpoint",
+        metavar="FILE",
+        help="keep the run in this file on its way, for `mbdsl resume FILE`; it is removed when the run is done",
+    )
+    parser.add_argument(
+        "--checkpoint-every",
+        metavar="T",
+        type=values.interval_seconds,
+        default=60.0,
+        help="how often, in seconds of real time; default 60. An interrupted run is kept in any case",
+    )
     parser.add_argument("--stats", metavar="FILE.json", help="write counts and phase times")
     talk = parser.add_mutually_exclusive_group()
     talk.add_argument("--quiet", action="store_true", help="say nothing unless something is wrong")
@@ -99,9 +111,9 @@ def register(subparsers) -> argparse.ArgumentParser:
     return parser
 
 
-def run(args: argparse.Namespace) -> int:
+def run(args: argparse.Namespace, resumed: bool = False) -> int:
     output = args.output or f"{Path(args.model).stem}.csv"
-    for path in (output, args.stats):
+    for path in (output, args.stats, args.checkpoint):
         if path:
             values.check_output(path)
     results.format_of(output)
@@ -134,6 +146,7 @@ def run(args: argparse.Namespace) -> int:
             general=args.general,
             progress=display,
             announce=display.say if display else None,
+            **kept(args, output, resumed),
         )
     except IntegrationError as problem:
         trajectory, failure = getattr(problem, "trajectory", None), problem
@@ -168,8 +181,25 @@ def run(args: argparse.Namespace) -> int:
         raise KeyboardInterrupt
     if trajectory.status == "interrupted":
         print(f"{output} ends at t = {trajectory.t[-1]:g} s and is marked incomplete", file=sys.stderr)
+        if args.checkpoint:
+            print(f"to go on:  mbdsl resume {args.checkpoint}", file=sys.stderr)
         raise KeyboardInterrupt
+    if args.checkpoint:
+        Path(args.checkpoint).unlink(missing_ok=True)
     return 0
+
+
+def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:
+    """What a simulation with checkpoints is given in addition."""
+    if not args.checkpoint:
+        return {}
+    from mbdsl.checkpoint import Checkpoint
+
+    apart = ("run", "command", "debug", "quiet", "verbose", "checkpoint")
+    command = {name: value for name, value in vars(args).items() if name not in apart}
+    for name, path in (("model", args.model), ("output", output), ("stats", args.stats)):
+        command[name] = str(Path(path).absolute()) if path else None
+    return {"checkpoint": Checkpoint(args.checkpoint, args.checkpoint_every, {"command": command}, resumed)}
 
 
 def second_opinion(trajectory: Trajectory, names: list[str], args: argparse.Namespace) -> Verification | None:

@@ -11,6 +11,7 @@ time does not go on. No step has a solution then, however short, and the run sto
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import dropwhile
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -78,6 +79,13 @@ class Events:
         before = self.run.K[state.LEAST_H]
         later = (x - before for x in self._known)
         self.run.K[state.NEXT_EVENT] = next((x for x in later if x > t + before), np.inf)
+
+    def rejoin(self) -> None:
+        """After the run has been put where a checkpoint was: the times known beforehand that are still to come."""
+        run, before, due = self.run, self.run.K[state.LEAST_H], self.run.K[state.NEXT_EVENT]
+        if due < np.inf:
+            known = self.system.time_events(run.start, run.stop, corners=declared(run.method).order > 2)
+            self._known = dropwhile(lambda x: x - before <= due, known)
 
     def resume(self) -> None:
         """After inputs have changed."""

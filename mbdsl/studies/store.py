@@ -160,12 +160,12 @@ def key_of(of: Setting, case: Case) -> str:
     """The digest of everything that determines a run."""
     # as JSON numbers read the same whichever type of number they are, and in another process
     asked = json.dumps([asdict(case), of.start, of.stop, of.points], default=float)
-    said = [fingerprint(of.scene), _code(), _method_code(case.method), asked]
+    said = [fingerprint(of.scene), code(), _method_code(case.method), asked]
     return hashlib.sha256("\0".join(said).encode()).hexdigest()[:32]
 
 
 @cache
-def _code() -> str:
+def code() -> str:
     """Digest of all of mbdsl that has to do with a result, and of what it computes with."""
     digest = hashlib.sha256(f"{sorted(versions().items())} {sys.version}".encode())
     for path in _sources():

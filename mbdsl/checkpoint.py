@@ -1,0 +1,352 @@
+"""Checkpoints: a run on its way as a file, from which it goes on bit for bit.
+
+A run keeps all that it needs to go on in flat buffers (:mod:`mbdsl.integrators.run`); a checkpoint is a copy of them.
+A run with a tolerance is several runs, of which one follows from the others (:mod:`mbdsl.calibration`): those that are
+done are kept with their ends, and need not be made again.
+
+The file is NumPy's archive of plain arrays, with JSON for the rest: reading it runs no code. It is written beside its
+place and gets its name when it is whole.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, TypeAlias
+from zipfile import ZIP_STORED, ZipFile, is_zipfile
+
+import numpy as np
+
+from mbdsl.errors import UsageError
+from mbdsl.integrators import backend, linear
+from mbdsl.integrators.run import Integration
+from mbdsl.motion import Motion
+from mbdsl.scene import Scene
+
+if TYPE_CHECKING:
+    from mbdsl.builder import Builder
+    from mbdsl.simulation import Progress
+    from mbdsl.trajectory import Trajectory
+
+    Model: TypeAlias = Scene | Builder | str | os.PathLike
+
+FORMAT = 1
+EVERY = 60.0  #: seconds between two checkpoints, unless other ones are asked for
+#: what a run has that is the model's, or is found anew
+NOT_KEPT = set("system run method options evaluate tangent inertia events _advance _known _rates".split())
+Snapshot = dict[str, Any]
+
+
+@dataclass
+class Checkpoint:
+    """Where a run is kept on its way.
+
+    Parameters
+    ----------
+    path : path
+    every : float, optional [s]
+        Time between two checkpoints, as clocks on walls show it.
+    about : mapping, optional
+        What else is to be found in the file, as JSON has it.
+    resumed : bool, optional
+        Go on from what the file holds.
+    """
+
+    path: str | os.PathLike
+    every: float = EVERY
+    about: Mapping[str, Any] = field(default_factory=dict)
+    resumed: bool = False
+
+
+def of_run(given: Checkpoint | str | os.PathLike, model: object, asked: dict[str, Any]) -> Checkpoint:
+    """The checkpoint of a run, which knows from what :func:`resume` makes it again."""
+    found = given if isinstance(given, Checkpoint) else Checkpoint(given)
+    path = os.path.abspath(model) if isinstance(model, str | os.PathLike) else None
+    said = {"given": asked, "model": path, "every": found.every}
+    return replace(found, about={**said, **found.about})
+
+
+class Keeper:
+    """Keeps a motion: the runs that are done, and the one that is on its way.
+
+    Raises
+    ------
+    UsageError
+        If the motion cannot be kept; or, for a run that is ``resumed``, if the file is damaged or another model's.
+    """
+
+    def __init__(self, checkpoint: Checkpoint, motion: Motion) -> None:
+        if backend(motion.plan.method) is not None:
+            raise UsageError(
+                f"there are no checkpoints of {motion.plan.method}: where it is, only its own package knows",
+                hint="take one of mbdsl's own methods",
+            )
+        self.checkpoint = checkpoint
+        self.identity = {**_versions(), "model": digest(motion.system.scene), "plan": _plan(motion)}
+        self.done: list[Snapshot] = []
+        self._ahead: list[Snapshot] = []  # of the file, in the order in which runs were made
+        self._written = perf_counter()
+        if checkpoint.resumed:
+            self._ahead = self._read()
+        elif os.path.exists(checkpoint.path) and os.path.getsize(checkpoint.path):
+            _load(checkpoint.path)  # what is no checkpoint is not written over
+
+    def begin(self, motion: Motion) -> int | None:
+        """At the start of a run, put in what is known of it; its status if it is done."""
+        if not self._ahead:
+            return None
+        known = self._ahead.pop(0)
+        try:
+            _restore(motion, known)
+        except (KeyError, TypeError, ValueError, AttributeError) as problem:
+            raise _damaged(self.checkpoint.path, str(problem)) from problem
+        if known["status"] is None:
+            return None
+        self.done.append(known)
+        return int(known["status"])
+
+    def pause(self, motion: Motion) -> None:
+        """On the way: write if it is time."""
+        if perf_counter() - self._written >= self.checkpoint.every:
+            self.write(motion)
+
+    def end(self, motion: Motion, status: int) -> None:
+        """At the end of a run."""
+        self.done.append(_snapshot(motion, status))
+
+    def write(self, motion: Motion) -> None:
+        """Write what is done, and how far the present run is."""
+        runs = [*self.done, _snapshot(motion, None)]
+        arrays: dict[str, np.ndarray] = {}
+        about = {"format": FORMAT, **self.identity, "about": dict(self.checkpoint.about)}
+        about["runs"] = [_plain(x, f"{k}", arrays) for k, x in enumerate(runs)]
+        arrays["about"] = np.array(json.dumps(about))
+        target = Path(os.path.realpath(self.checkpoint.path))
+        part = target.with_name(f".{target.name}.{os.getpid()}.part")
+        try:
+            try:
+                with open(part, "wb") as stream:
+                    with ZipFile(stream, "w", ZIP_STORED) as archive:
+                        for name, values in arrays.items():
+                            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                                np.lib.format.write_array(member, values, allow_pickle=False)
+                    stream.flush()
+                    os.fsync(stream.fileno())
+                os.replace(part, target)
+            finally:
+                part.unlink(missing_ok=True)
+        except OSError as problem:
+            raise UsageError(f"cannot write `{self.checkpoint.path!s}`: {problem.strerror or problem}") from problem
+        self._written = perf_counter()
+
+    def _read(self) -> list[Snapshot]:
+        path = self.checkpoint.path
+        about, arrays = _load(path)
+        for what, told in (
+            ("model", "its model is another one, or has changed"),
+            ("plan", "it was made with other settings"),
+            ("versions", "it was made by other versions of mbdsl or of what it computes with"),
+            ("code", "it was made by another state of mbdsl's sources"),
+            ("machine", "it was made on another kind of machine"),
+        ):
+            if about.get(what) != self.identity[what]:
+                raise UsageError(f"`{path!s}` does not fit: {told}", hint="make the whole run again")
+        try:
+            return [_arrays(x, arrays) for x in about["runs"]]
+        except (KeyError, TypeError) as problem:
+            raise _damaged(path, str(problem)) from problem
+
+
+def about(path: str | os.PathLike) -> dict[str, Any]:
+    """What was written to a checkpoint with ``Checkpoint.about``.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be read, or is no checkpoint, or is damaged.
+    """
+    found = _load(path)[0]["about"]
+    if not isinstance(found, dict):
+        raise _damaged(path, "it says nothing about its run")
+    return found
+
+
+def resume(
+    path: str | os.PathLike,
+    model: Model | None = None,
+    *,
+    progress: Callable[[Progress], None] | None = None,
+    announce: Callable[[str], None] | None = None,
+) -> Trajectory:
+    """Go on with a run from its checkpoint; what comes of it is the same, bit for bit, as if it had not been stopped.
+
+    Parameters
+    ----------
+    path : path
+        The file; checkpoints are written to it again.
+    model : Scene, Builder or path, optional
+        The same model again; needed where :func:`mbdsl.simulate` was not given a path.
+    progress, announce : callables, optional
+        As for :func:`mbdsl.simulate`.
+
+    Raises
+    ------
+    UsageError
+        If the file is no checkpoint, is damaged, or does not fit: another model, settings, versions or machine.
+    MbdslError
+        As :func:`mbdsl.simulate` does.
+    """
+    from mbdsl.simulation import simulate
+
+    said = about(path)
+    try:
+        given, every, known = dict(said["given"]), float(said["every"]), said["model"]
+    except (KeyError, TypeError, ValueError) as problem:
+        raise _damaged(path, str(problem)) from problem
+    if model is None and known is None:
+        raise UsageError(f"`{path!s}` does not know where its model is", hint="give the model to resume")
+    if model is not None and not isinstance(model, str | os.PathLike):
+        del given["parameters"], given["without"]
+    on = Checkpoint(path, every, said, resumed=True)
+    return simulate(model if model is not None else known, **given, progress=progress, announce=announce, checkpoint=on)
+
+
+def digest(scene: Scene) -> str:
+    """Of all that a scene says."""
+    from mbdsl.studies.fingerprint import fingerprint
+
+    return hashlib.sha256(fingerprint(scene).encode()).hexdigest()
+
+
+def _load(path: str | os.PathLike) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    try:
+        with open(path, "rb") as stream:
+            try:
+                if not is_zipfile(stream):
+                    raise ValueError("it is no archive")
+                stream.seek(0)
+                with np.load(stream, allow_pickle=False) as archive:
+                    if archive.zip.testzip() is not None:
+                        raise ValueError("its bytes have changed")
+                    arrays = {name: archive[name] for name in archive.files}
+                about = json.loads(arrays.pop("about").item())
+                if about["format"] != FORMAT or not isinstance(about["runs"], list):
+                    raise ValueError(f"its format is {about['format']}, expected {FORMAT}")
+                return about, arrays
+            except OSError:
+                raise
+            except Exception as problem:  # damaged bytes make zipfile, zlib, numpy and json raise what each of them has
+                raise _damaged(path, str(problem)) from problem
+    except OSError as problem:
+        raise UsageError(f"cannot read `{path!s}`: {problem.strerror or problem}") from problem
+
+
+def _damaged(path: str | os.PathLike, why: str) -> UsageError:
+    return UsageError(f"`{path!s}` is no checkpoint of mbdsl, or it is damaged: {' '.join(why.split())[:200]}")
+
+
+def _versions() -> dict[str, Any]:
+    from mbdsl.studies.store import code, machine, versions
+
+    there = [machine()[key] for key in ("processor", "system", "compiled")]
+    return {"versions": versions(), "machine": there, "code": code()}
+
+
+def _plan(motion: Motion) -> str:
+    """A digest of what was asked for, and of the state at the start."""
+    plan = motion.plan
+    said = [plan.method, plan.h, plan.start, plan.stop, sorted(plan.options.items()), plan.general]
+    found = hashlib.sha256(json.dumps([*said, plan.tol, plan.every], default=float).encode() + plan.times.tobytes())
+    for p in motion.parts:
+        first = p.initial
+        for x in (first.q, first.v, first.a, first.lam):
+            found.update(np.asarray(x, float).tobytes())
+    return found.hexdigest()
+
+
+# -- a motion as plain values ------------------------------------------------------------------------------------
+
+
+def _snapshot(motion: Motion, status: int | None) -> Snapshot:
+    """Copies of all that a run has to go on from, or has come to where it has a ``status``."""
+    parts = []
+    for p in motion.parts:
+        run = p.integration
+        assert isinstance(run, Integration)
+        kept = _kept(run)
+        kept["out"], kept["times"] = run.out[: run.written].copy(), run.times.copy()
+        if run.every:
+            kept["times"] = run.times[: run.written].copy()
+        parts.append({"run": kept, "events": _kept(run.events) if hasattr(run, "events") else None})
+    tables = [p.system.tables.F.copy() for p in motion.parts]
+    return {"status": status, "parts": parts, "tables": tables, "taken": motion._taken}
+
+
+def _kept(thing: object) -> dict[str, Any]:
+    copied = {key: value for key, value in vars(thing).items() if key not in NOT_KEPT}
+    return {key: value.copy() if isinstance(value, np.ndarray | list) else value for key, value in copied.items()}
+
+
+def _restore(motion: Motion, known: Snapshot) -> None:
+    motion._taken = int(known["taken"])
+    if len(known["parts"]) != len(motion.parts):
+        raise ValueError("it has other parts")
+    for p, kept, numbers in zip(motion.parts, known["parts"], known["tables"], strict=True):
+        run = p.integration
+        assert isinstance(run, Integration)
+        made = dict(kept["run"])
+        out = made.pop("out")
+        if made["solver"] != run.solver:
+            run._use(linear.DENSE)
+        for key, value in made.items():
+            before = getattr(run, key)
+            if isinstance(before, np.ndarray):
+                same = isinstance(value, np.ndarray) and value.dtype == before.dtype
+                if not same or (value.shape != before.shape and not (run.every and key == "times")):
+                    raise ValueError(f"{key} is not what this model needs")
+                value = value.copy()
+            setattr(run, key, value)
+        if run.every:
+            run.out = out.copy()
+        else:
+            run.out[: len(out)] = out
+        p.system.tables.F[:] = numbers
+        if kept["events"] is not None:
+            for key, value in kept["events"].items():
+                setattr(run.events, key, value)
+            run.events.rejoin()
+    motion.failed = None
+
+
+def _plain(x: Any, name: str, arrays: dict[str, np.ndarray]) -> Any:
+    """A value as JSON has it; arrays go to ``arrays``."""
+    if isinstance(x, np.ndarray):
+        arrays[name] = x
+        return {"array": name}
+    if isinstance(x, dict):
+        return {"values": {key: _plain(value, f"{name}.{key}", arrays) for key, value in x.items()}}
+    if isinstance(x, list | tuple):
+        return {type(x).__name__: [_plain(value, f"{name}.{k}", arrays) for k, value in enumerate(x)]}
+    if x is None or isinstance(x, bool | int | float | str):
+        return x
+    if isinstance(x, np.generic):
+        return x.item()
+    raise TypeError(f"a checkpoint cannot hold {name}, which is a {type(x).__name__}")
+
+
+def _arrays(x: Any, arrays: Mapping[str, np.ndarray]) -> Any:
+    """The value that ``_plain`` was given."""
+    if not isinstance(x, dict):
+        return x
+    ((kind, inner),) = x.items()
+    if kind == "array":
+        return arrays[inner]
+    if kind == "values":
+        return {key: _arrays(value, arrays) for key, value in inner.items()}
+    found = [_arrays(value, arrays) for value in inner]
+    return tuple(found) if kind == "tuple" else found

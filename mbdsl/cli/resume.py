@@ -1,0 +1,41 @@
+"""mbdsl resume: go on with a simulation from its checkpoint, as if it had not been stopped."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from mbdsl.cli import simulate
+from mbdsl.errors import UsageError
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "resume",
+        help="go on with a simulation that was stopped",
+        description="Go on from a checkpoint of `mbdsl simulate --checkpoint FILE`, and write the result file that was "
+        "asked for there. The result is that of an uninterrupted run, bit for bit. The model must not have changed.",
+    )
+    parser.add_argument("checkpoint", metavar="FILE", help="the checkpoint; it is removed when the run is done")
+    talk = parser.add_mutually_exclusive_group()
+    talk.add_argument("--quiet", action="store_true", help="say nothing unless something is wrong")
+    talk.add_argument("--verbose", action="store_true", help="say more about what was done")
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    from mbdsl.checkpoint import about
+
+    said = about(args.checkpoint).get("command")
+    if not isinstance(said, dict):
+        raise UsageError(
+            f"`{args.checkpoint}` was not made by `mbdsl simulate`", hint=f'mbdsl.resume("{args.checkpoint}") in Python'
+        )
+    former = argparse.Namespace(**said)
+    try:
+        former.set, former.option = ([(name, value) for name, value in x] for x in (former.set, former.option))
+        former.model, former.without = str(Path(former.model)), tuple(former.without)
+    except (AttributeError, TypeError, ValueError) as problem:
+        raise UsageError(f"`{args.checkpoint}` is damaged: {problem}") from problem
+    former.checkpoint, former.quiet, former.verbose = args.checkpoint, args.quiet, args.verbose
+    return simulate.run(former, resumed=True)

@@ -1,0 +1,199 @@
+"""A run that was stopped and resumed is the run that was not stopped, to the last bit."""
+
+import os
+import shutil
+
+import numpy as np
+import pytest
+
+from mbdsl import Builder, UsageError, results, simulate
+from mbdsl.checkpoint import Checkpoint, about, resume
+from mbdsl.cli import simulate as command
+from mbdsl.integrators import compiled
+
+# A switch in the state, corners in time, friction, a part whose motion is a function of time, and one of its own.
+TEXT = """model Stops
+  Ground g0;
+  Table push(table = [0 s, 0 N; 0.03 s, 5 N; 0.05 s, 0 N], extrapolation = "periodic");
+  parameter Mass M = 1 kg;
+  Rod rod(m = M, length = 1 m);
+  Revolute pin(g0, rod.a, mu = 0.1, radius = 10 mm, w_s = 0.1 rad/s);
+  Torque stop(g0, rod.a, tau = if rod.phi < -1.2 then -400 N.m*(rod.phi + 1.2) else 0 N.m);
+  Force side(rod.b, fx = push(time));
+  Body cam(m = 1 kg, I = 0.01 kg.m2);
+  Revolute axle(g0, cam.c);
+  RotationalDriver turn(axle, phi = 3 rad/s*time);
+  PointMass ball(m = 1 kg);
+  SpringDamper spring(g0, ball.c, k = 50 N/m, c = 0.1 N.s/m, s0 = 1 m);
+initial equation
+  pin.phi = -60 deg; ball.x = 1.1 m; ball.y = 0 m; ball.vy = 1 m/s;
+  annotation(experiment(StopTime = 0.16 s));
+end Stops;
+"""
+
+
+@pytest.fixture
+def model(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("mbdsl.simulation.SLICE", 7)
+    (tmp_path / "stops.mbd").write_text(TEXT)
+    return "stops.mbd"
+
+
+class Until:
+    """Lets a run go on for some slices of steps, and keeps copies of its file on the way."""
+
+    def __init__(self, count, copies=None):
+        self.count, self.copies = count, copies
+
+    def __call__(self, progress):
+        if self.copies is not None and os.path.exists("run.cp"):
+            self.copies.append(shutil.copy("run.cp", f"{len(self.copies)}.copy"))
+        self.count -= 1
+        if self.count == 0:
+            raise KeyboardInterrupt
+
+
+def written(run, path):
+    """The bytes of all that a run says of itself but the time it took."""
+    stats = {key: value for key, value in run.stats.items() if key != "seconds"}
+    names = (*run.default_names, "pin.fx") if "pin.fx" in run.names else run.default_names
+    columns = {"time": run.t, **{name: run[name] for name in names}}
+    results.write(path, columns, {}, {key: str(value) for key, value in stats.items()})
+    with open(path, "rb") as stream:
+        return stream.read()
+
+
+@pytest.mark.parametrize("size", [{"step": 1e-3}, {"tol": 1e-4}], ids=["step", "tol"])
+@pytest.mark.parametrize("method", compiled())
+def test_stopped_and_resumed(model, method, size):
+    whole = simulate(model, method=method, **size)
+    copies = []
+    first = simulate(model, method=method, **size, progress=Until(2), checkpoint=Checkpoint("run.cp", every=0.0))
+    assert first.status == "interrupted" and first.t[-1] < 0.16
+    second = resume("run.cp", progress=Until(2, copies))
+    assert second.status == "interrupted" and (second.t[-1] > first.t[-1] or "tol" in size)
+    third = resume("run.cp", progress=Until(0, copies))
+    expected = written(whole, "whole.npz")
+    assert written(third, "resumed.npz") == expected
+    # a process that was killed behind any of its checkpoints
+    for copy in {copies[0], copies[-1]}:
+        assert written(resume(copy), "resumed.npz") == expected
+
+
+def test_every_step_and_a_body_that_deforms(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    b = Builder("Strip")
+    ground = b.Ground("ground")
+    strip = b.FlexibleBeam("strip", length=1.0, mass=0.3, E=1e7, S=1e-3, I=1e-8, formulation="ancf", elements=3)
+    pin = b.Revolute("pin", ground, strip.a)
+    b.initial(pin.phi, 0.3)
+    scene = b.scene()
+    given = {"method": "hht-si2", "tol": 1e-3, "interval": 0.0, "stop": 0.1}
+    whole = simulate(scene, **given)
+    part = simulate(scene, **given, checkpoint="run.cp", progress=Until(1))
+    assert part.status == "interrupted"
+    with pytest.raises(UsageError, match=r"`run.cp` does not know where its model is"):
+        resume("run.cp")
+    assert written(resume("run.cp", b), "a.npz") == written(whole, "b.npz")
+
+
+def test_where_pivots_are_searched_for(model, monkeypatch):
+    """The other solver has other buffers."""
+    from mbdsl.integrators import linear
+    from mbdsl.integrators.run import Integration
+
+    begin = Integration.begin
+
+    def pivoting(self, *given, **named):
+        if named.get("t") is None:
+            self._use(linear.DENSE)
+        begin(self, *given, **named)
+
+    with monkeypatch.context() as other:
+        other.setattr(Integration, "begin", pivoting)
+        whole = simulate(model, step=1e-3)
+        simulate(model, step=1e-3, checkpoint="run.cp", progress=Until(2))
+    assert written(resume("run.cp"), "a.npz") == written(whole, "b.npz")
+
+
+# -- the command --------------------------------------------------------------------------------------------------
+def test_the_commands(model, say, monkeypatch):
+    class Impatient(Until):
+        def __init__(self, stream):
+            super().__init__(3)
+
+        say = close = lambda self, *line: None
+
+    asked = ("simulate", model, "--step", "1ms", "--set", "M=2 kg", "--signals", "rod.*,ball.x", "--quiet")
+    assert say(*asked, "--output", "whole.csv") == (0, "", "")
+    with monkeypatch.context() as other:
+        other.setattr(command, "Display", Impatient)
+        code, _, err = say(*asked[:-1], "--output", "part.csv", "--checkpoint", "run.cp", "--stats", "s.json")
+    assert code == 130
+    assert err == (
+        f"part.csv ends at t = {results.read('part.csv')[0]['time'][-1]:g} s and is marked incomplete\n"
+        "to go on:  mbdsl resume run.cp\ninterrupted\n"
+    )
+    folder = os.path.basename(os.getcwd())
+    monkeypatch.chdir("..")  # what a command writes is where the first one would have written it
+    assert say("resume", f"{folder}/run.cp", "--quiet") == (0, "", "")
+    assert not os.path.exists(f"{folder}/run.cp") and os.path.exists(f"{folder}/s.json")
+    with open(f"{folder}/part.csv", "rb") as part, open(f"{folder}/whole.csv", "rb") as whole:
+        assert part.read() == whole.read()
+
+
+# -- what is refused -----------------------------------------------------------------------------------------------
+@pytest.fixture
+def kept(model):
+    simulate(model, step=1e-3, checkpoint="run.cp", progress=Until(2))
+    with open("run.cp", "rb") as stream:
+        return stream.read()
+
+
+def test_damaged_and_foreign_files(kept, say):
+    np.savez("other.npz", a=np.zeros(3))
+    np.savez("objects.npz", about=np.array([{}], dtype=object))
+    for name in ("stops.mbd", "other.npz", "objects.npz"):
+        with open(name, "rb") as stream:
+            foreign = stream.read()
+        code, out, err = say("resume", name)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert err.startswith(f"error: `{name}` is no checkpoint of mbdsl, or it is damaged: ")
+        with pytest.raises(UsageError, match="is no checkpoint"):  # nor is it written over
+            simulate("stops.mbd", checkpoint=name)
+        with open(name, "rb") as stream:
+            assert stream.read() == foreign
+    rng = np.random.default_rng(5)
+    for cut in (0, 1, 100, len(kept) // 2, len(kept) - 1):
+        with open("cut.cp", "wb") as stream:
+            stream.write(kept[:cut])
+        assert say("resume", "cut.cp")[0] == 2
+    for at in rng.integers(0, len(kept), 40):  # a bit, anywhere: it is seen, or it has no part in anything
+        with open("bit.cp", "wb") as stream:
+            stream.write(kept[:at] + bytes([kept[at] ^ 4]) + kept[at + 1 :])
+        try:
+            said = about("bit.cp")
+        except UsageError:
+            continue
+        assert said == about("run.cp")
+
+
+def test_a_model_that_has_changed(kept):
+    with open("stops.mbd", "w") as stream:
+        stream.write(TEXT.replace("k = 50 N/m", "k = 50.000000001 N/m"))
+    with pytest.raises(UsageError, match="does not fit: its model is another one, or has changed"):
+        resume("run.cp")
+    with open("stops.mbd", "w") as stream:
+        stream.write("// the same\n" + TEXT)
+    assert resume("run.cp").status == "done"
+
+
+def test_what_has_no_checkpoints(model):
+    with pytest.raises(UsageError, match="there are no checkpoints of scipy-dop853"):
+        simulate(model, method="scipy-dop853", checkpoint="run.cp")
+    with pytest.raises(UsageError, match="which have no checkpoint"):
+        simulate(model, accuracy=1e-3, checkpoint="run.cp")
+    with pytest.raises(UsageError, match=r"cannot write `no/run\.cp`"):
+        simulate(model, step=1e-3, checkpoint=Checkpoint("no/run.cp", every=0.0))
+    assert os.listdir() == ["stops.mbd"]
