@@ -48,6 +48,17 @@ class Landings:
         self._zones = run.system.time_zones(t, run.stop, LONGEST * (run.stop - run.start))
         self.refill()
 
+    def rejoin(self) -> None:
+        """After the run has been put where a checkpoint was: the zones behind the last that the compiled loop holds."""
+        run = self._run
+        if (held := run.J[ZONES]) == 0:
+            return
+        last = tuple(run.K[ZONE + 2 * (held - 1) : ZONE + 2 * held])
+        self._zones = run.system.time_zones(run.start, run.stop, LONGEST * (run.stop - run.start))
+        for zone in self._zones:
+            if (zone.start, zone.end) == last:
+                break
+
     def refill(self) -> None:
         """The next zones, for the compiled loop."""
         run = self._run
