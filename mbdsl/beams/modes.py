@@ -31,7 +31,7 @@ class _Family:
     ends: tuple[int, ...]  #: coordinates at both ends
     rigid: Array  #: (c, r) motions without strain that the reference conditions leave
     static: Array  #: (c, ends) what a displacement of each end coordinate does to the others
-    units: Array  #: (c,) what coordinates are divided by to be alike
+    units: Array  #: (c,) what makes displacements of coordinates
     slow: float  #: about the lowest frequency's square
     power: int  #: squares of frequencies grow as this power of their number
 
@@ -106,17 +106,17 @@ def _lowest(families: tuple[_Family, _Family], modes: int, basis: Basis) -> tupl
 
 
 def _eigenmodes(f: _Family, count: int) -> tuple[Array, Array]:
-    return _orthonormal(f, np.delete(np.eye(len(f.units)), f.held, axis=1), f.rigid, count)
+    return _orthonormal(f, np.delete(np.diag(1.0 / f.units), f.held, axis=1), f.rigid, count)
 
 
 def _fixed_modes(f: _Family, count: int) -> tuple[Array, Array]:
     """Eigenmodes with both ends held."""
-    return _orthonormal(f, np.delete(np.eye(len(f.units)), f.ends, axis=1), f.rigid[:, :0], count)
+    return _orthonormal(f, np.delete(np.diag(1.0 / f.units), f.ends, axis=1), f.rigid[:, :0], count)
 
 
 def _boundary_modes(f: _Family, count: int) -> tuple[Array, Array]:
     """Static modes of the ends and modes with the ends held, orthonormalised; rigid ones left out."""
-    static = f.static[:, [end not in f.held for end in f.ends]]
+    static = (f.static / f.units[list(f.ends)])[:, [end not in f.held for end in f.ends]]
     inner, _ = _fixed_modes(f, count + f.rigid.shape[1] - static.shape[1])
     return _orthonormal(f, np.hstack([static, inner]), f.rigid, count)
 
@@ -150,7 +150,7 @@ def _orthonormal(f: _Family, T: Array, rigid: Array, count: int) -> tuple[Array,
     gap = d - d[:, None]
     X = X + X @ np.divide(S, gap, out=np.zeros_like(S), where=np.abs(gap) > 1e-8 * d)
     X = _unit_mass(f, X, rigid)
-    alike = X / f.units[:, None]
+    alike = X * f.units[:, None]
     first = (np.abs(alike) > 0.1 * np.abs(alike).max(axis=0)).argmax(axis=0)
     X = X * np.sign(alike[first, np.arange(count)])
     return X, ((f.strain @ X) ** 2).sum(axis=0)

@@ -105,4 +105,5 @@ def balance(system: System, M: Array, J) -> Array:
     d = 1 / np.sqrt(np.where(M > 0.0, M, (sized.max(initial=0.0) or 1.0) * system.tables.scale**2))
     rows = abs(J) @ d
     d = np.concatenate([d, 1 / np.where(rows > 0.0, rows, 1.0)])
-    return np.exp2(np.round(np.log2(d)))
+    # not halfway between powers, where rounding would decide: there lie masses of 0.5 and 2 kg
+    return np.exp2(np.floor(np.log2(d) + 0.4))

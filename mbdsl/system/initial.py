@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.graph import MechanismGraph
 from mbdsl.lang.expressions import is_velocity_level
+from mbdsl.saddle import row_size, scaled
 from mbdsl.scene import InitialValue
 from mbdsl.system.accelerations import accelerations
-from mbdsl.system.metric import Metric, scaled
+from mbdsl.system.metric import Metric
 from mbdsl.system.placing import place
 from mbdsl.system.shapes import AsIs, Undeformed
 from mbdsl.system.signals import Matrix, gradients, values
@@ -81,8 +82,8 @@ def initial_state(
     a, lam = accelerations(system, t, q, v, redundant)
     moved = []
     found = values(system, [x.target for x in given], np.array([t]), q[None], v[None])
-    for item, value in zip(given, found, strict=True):
-        if not item.fixed and abs(value[0] - item.value) > 1e-9 * (1 + abs(item.value)):
+    for item, value, size in zip(given, found, _sizes(system, given, t, q, v), strict=True):
+        if not item.fixed and abs(value[0] - item.value) > 1e-9 * max(size, abs(item.value)):
             moved.append(Moved(item.name, item.value, float(value[0])))
     return InitialState(t, q, v, a, lam, tuple(moved), redundant)
 
@@ -172,7 +173,7 @@ def _positions(system: System, t: float, shape: Shape, given: list[InitialValue]
             plain = k >= 80 or violation < 1e-6
             solve = _constrained if plain else _damped
             value, d_q = metric.positions_at(t, q)
-            d_y = scaled(shape.reduce(y, d_q), np.ones((len(value), 1)), scale)
+            d_y = scaled(shape.reduce(y, d_q), np.ones(len(value)), 1.0 / scale)
             S, r_s = _stacked(S, d_y), np.concatenate([r_s, value - members])
             step = solve(weight, weight * (y - guess) * scale, S, r_s, J, r_c) / scale
             if not np.isfinite(step).all():
@@ -188,17 +189,9 @@ def _positions(system: System, t: float, shape: Shape, given: list[InitialValue]
 
 def _without_units(J: Matrix, r: Array, scale: Array) -> tuple[Matrix, Array]:
     """Rows over scaled coordinates, each divided by its largest entry, and their residuals."""
-    if isinstance(J, np.ndarray):
-        J = J / scale
-        size = np.abs(J).max(axis=1, initial=0.0)
-        size = np.where(size > 0.0, size, 1.0)
-        return J / size[:, None], r / size
-    from scipy.sparse import diags_array
-
-    J = J @ diags_array(1.0 / scale)
-    size = abs(J).max(axis=1).toarray().ravel()
-    size = np.where(size > 0.0, size, 1.0)
-    return diags_array(1.0 / size) @ J, r / size
+    J = scaled(J, np.ones(J.shape[0]), 1.0 / scale)
+    size = row_size(J)
+    return scaled(J, 1.0 / size, np.ones(len(scale))), r / size
 
 
 def _damped(weight: Array, r_w: Array, S: Matrix, r_s: Array, J: Matrix, r_c: Array) -> Array:
@@ -218,6 +211,19 @@ def _damped(weight: Array, r_w: Array, S: Matrix, r_s: Array, J: Matrix, r_c: Ar
 
     H = diags_array(weight**2) + S.T @ S
     return splu(csc_array(block_array([[H, J.T], [J, diags_array(np.full(m, -mu))]]))).solve(b)[:n]
+
+
+def _sizes(system: System, items: list[InitialValue], t: float, q: Array, v: Array) -> Array:
+    """What the targets of ``items`` change by where bodies move by the mechanism's size or turn by a radian; where they
+    are velocities, in the time in which the fastest body does so."""
+    if not items:
+        return np.zeros(0)
+    _value, d_q, d_v = _stack(system, items, t, q, v)
+    scale = system.tables.scale
+    fastest = np.abs(v * scale).max(initial=0.0)
+    rates = [is_velocity_level(x.target) for x in items]
+    one, per = np.ones(len(items)), 1.0 / scale
+    return np.where(rates, fastest * row_size(scaled(d_v, one, per)), row_size(scaled(d_q, one, per)))
 
 
 def _stack(system: System, items: list[InitialValue], t: float, q: Array, v: Array):
@@ -263,10 +269,10 @@ def _velocities(
 ) -> Array:
     fixed = [x for x in given if x.fixed]
     soft = [x for x in given if not x.fixed]
-    w = np.zeros(len(y))
-    weight = shape.weights(metric.weight) * shape.scale
-    for _ in range(20 if system.p else 3):  # mostly linear in v: the second pass refines, the third confirms
-        v = shape.rates(y, w, q)
+    scale, w = shape.scale, np.zeros(len(y))  # w: rates in the mechanism's size, and in radians
+    weight, asked = shape.weights(metric.weight), 0.0
+    for k in range(20 if system.p else 3):  # mostly linear in v: the second pass refines, the third confirms
+        v = shape.rates(y, w / scale, q)
         value, _q, d_v = _stack(system, fixed, t, q, v)
         r_f = value - np.array([x.value for x in fixed])
         soft_value, _q, soft_v = _stack(system, soft, t, q, v)
@@ -274,17 +280,23 @@ def _velocities(
         r_c = np.concatenate([_velocity_residual(system, t, q, v), r_f])
         if not r_c.any() and not r_s.any():
             return v  # at rest, and meant to be
-        J = shape.reduce(y, _stacked(system.velocity_jacobian(t, q, v), d_v), q)
+        J = _stacked(system.velocity_jacobian(t, q, v), d_v)
+        J, r_c = _without_units(shape.reduce(y, J, q), r_c, scale)
+        S, r_s = _without_units(shape.reduce(y, soft_v, q), r_s, scale)
+        if k == 0:
+            asked = np.abs(r_c).max(initial=0.0)
         value, d_v = metric.velocities_at(t, q, v)
-        soft_rows, r_s = shape.reduce(y, _stacked(soft_v * GUESSED, d_v), q), np.concatenate([r_s * GUESSED, value])
-        step = _constrained(weight, weight * w, soft_rows, r_s, J, r_c)
+        S, r_s = _stacked(S, scaled(shape.reduce(y, d_v, q), np.ones(len(value)), 1.0 / scale)), np.append(r_s, value)
+        step = _constrained(weight, weight * w, S, r_s, J, r_c)
         w = w + step
         if np.abs(step).max(initial=0.0) <= 1e-15 * np.abs(w).max(initial=0.0):
             break
-    v = shape.rates(y, w, q)
-    value, *_ = _stack(system, fixed, t, q, v)
+    v = shape.rates(y, w / scale, q)
+    value, _q, d_v = _stack(system, fixed, t, q, v)
     r_c = np.concatenate([_velocity_residual(system, t, q, v), value - np.array([x.value for x in fixed])])
-    if np.abs(r_c).max(initial=0.0) > 1e-9 * (1 + np.abs(v).max(initial=0.0)):
+    J = _stacked(system.velocity_jacobian(t, q, v), d_v)
+    _, r_c = _without_units(shape.reduce(y, J, q), r_c, scale)
+    if np.abs(r_c).max(initial=0.0) > 1e-9 * max(asked, np.abs(w).max(initial=0.0)):
         raise _inconsistent(system, t, q, fixed, velocity=v)
     return v
 
@@ -318,21 +330,27 @@ def redundant_rows(system: System, t: float, q: Array, v: Array) -> tuple[int, .
 
     In a singular pose rows are dependent too, but only there: they are kept.
     """
+    scale = system.tables.scale
+
+    def rows(J: Array) -> Array:
+        return _without_units(J, np.zeros(len(J)), scale)[0]
+
     J = system.velocity_jacobian(t, q, v)
-    if not isinstance(J, np.ndarray) or not len(J) or not _dependent(J):
+    if not isinstance(J, np.ndarray) or not len(J) or not _dependent(rows(J)):
         return ()
-    J = system.Phi_q(t, q)
-    if not len(J):
-        return _dependent(system.velocity_jacobian(t, q, v))
-    null = np.linalg.svd(J, full_matrices=True)[2][np.linalg.matrix_rank(J, tol=1e-9 * np.abs(J).max()) :]
+    if not system.m:
+        return _dependent(rows(J))
+    J = rows(system.Phi_q(t, q))
+    null = np.linalg.svd(J, full_matrices=True)[2][np.linalg.matrix_rank(J, tol=1e-9) :]
     direction = null.T @ np.random.default_rng(1).normal(size=len(null))
-    size = np.abs(direction * system.tables.scale).max(initial=0.0)
-    near = q + (1e-2 / size if size else 0.0) * direction
+    size = np.abs(direction).max(initial=0.0)
+    near = q + (1e-2 / size if size else 0.0) * direction / scale
     for _ in range(20):
-        near = near - np.linalg.lstsq(system.Phi_q(t, near), system.Phi(t, near), rcond=1e-9)[0]
-    if np.abs(system.Phi(t, near)).max() > 1e-10 * system.tables.size:
+        J, r = _without_units(system.Phi_q(t, near), system.Phi(t, near), scale)
+        near = near - np.linalg.lstsq(J, r, rcond=1e-9)[0] / scale
+    if np.abs(_without_units(system.Phi_q(t, near), system.Phi(t, near), scale)[1]).max() > 1e-10:
         return ()  # no pose nearby: nothing is known of it
-    return _dependent(system.velocity_jacobian(t, near, v))
+    return _dependent(rows(system.velocity_jacobian(t, near, v)))
 
 
 def _dependent(J: Array) -> tuple[int, ...]:
@@ -354,19 +372,22 @@ def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue],
     level = "positions" if velocity is None else "velocities"
     v = np.zeros(system.n) if velocity is None else velocity
     residual = system.Phi(t, q) if velocity is None else _velocity_residual(system, t, q, v)
-    value, *_ = _stack(system, fixed, t, q, v)
+    value, d_q, d_v = _stack(system, fixed, t, q, v)
+    residual = np.concatenate([residual, value - np.array([x.value for x in fixed])])
+    J = _stacked(system.Phi_q(t, q), d_q) if velocity is None else _stacked(system.velocity_jacobian(t, q, v), d_v)
+    alike = np.abs(_without_units(J, residual, system.tables.scale)[1])  # metres and radians can be compared
     wrong: list[tuple[float, str, Span | None]] = []
     ranges = [(name, row, system.scene.components[name].kind.rows) for name, row in system.tables.rows.items()]  # type: ignore[attr-defined]
     if velocity is not None:
         for name, row in system.tables.velocity_rows.items():
             ranges.append((name, row, len(system.scene.components[name].velocity_constraints)))
     for name, row, count in ranges:
-        component = system.scene.components[name]
-        size = float(np.abs(residual[row : row + count]).max())
-        wrong.append((size, f"{component.kind.name} {name} is violated by {size:.3g}", component.span))
-    for item, x in zip(fixed, value, strict=True):
+        component, part = system.scene.components[name], slice(row, row + count)
+        text = f"{component.kind.name} {name} is violated by {np.abs(residual[part]).max():.3g}"
+        wrong.append((float(alike[part].max()), text, component.span))
+    for item, x, size in zip(fixed, value, alike[len(alike) - len(fixed) :], strict=True):
         text = f"{item.name} = {item.value:.6g} is fixed, but comes out as {x:.6g}"
-        wrong.append((abs(float(x) - item.value), text, item.span))
+        wrong.append((float(size), text, item.span))
     wrong.sort(key=lambda w: -w[0])
     wrong = [w for w in wrong if w[0] > 1e-3 * wrong[0][0]][:6]  # a misfit may be as small as it likes
     return InitialisationError(

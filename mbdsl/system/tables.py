@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mbdsl import layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
-from mbdsl.lang.expressions import Expr, leaves
+from mbdsl.lang.expressions import Expr, is_velocity_level, leaves
 from mbdsl.scene import Scene
 from mbdsl.system import gammas, moving, pairs, switches
 from mbdsl.system.blocks import Block, expressions, find_blocks, frame_of, law_expressions
@@ -181,7 +181,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     _fill_mass(tables, buffers, g)
     # Translations are measured in the mechanism's size, angles in radians.
     lengths += [float(c.values["length"]) for c in scene.components.values() if c.values.get("length")]
-    size = size or max(lengths, default=0.0) or max((float(np.hypot(*z[:2])) for z in Z), default=0.0) or 1.0
+    size = size or max(lengths, default=0.0) or _extent(scene, Z[:ground]) or 1.0
     tables.size, tables.scale = size, np.ones(n)
     for body in scene.bodies():
         d, own_scale = tables.coordinates[body.name], tables.models[body.name].scale(size)
@@ -211,6 +211,22 @@ def _fill(tables: Tables, size: float | None) -> None:
     tables.F = np.array(buffers.F + [0.0] * 72)  # the end is scratch of the tangents
     tables.I = np.array(I, dtype=np.int64)
     tables.Z = Z
+
+
+def _extent(scene: Scene, ground: NDArray[np.float64]) -> float:
+    """How large [m] a mechanism is whose bodies are no more than points: how far apart the frames on the ground (k, 6)
+    are, else the largest length that a component is given, else the largest at the start; 0 where nothing tells."""
+    apart = float(np.hypot(*(ground[:, :2] - ground[:1, :2]).T).max(initial=0.0))
+    parameters = [(c, p.name) for c in scene.components.values() for p in c.kind.parameters if p.unit == "m"]
+    values = [c.values[name] for c, name in parameters]
+    given = max((abs(x) for x in values if isinstance(x, float)), default=0.0)
+    return apart or given or max((abs(x.value) for x in scene.initial if _is_length(x.target)), default=0.0)
+
+
+def _is_length(root: Expr) -> bool:
+    """Whether a position has the unit of a length: angles depend on angles alone."""
+    keys = {leaf.value[1] for leaf in leaves(root) if leaf.op == "coordinate"}  # type: ignore[index]
+    return not is_velocity_level(root) and ("x" in keys or "y" in keys)
 
 
 def _multipliers(tables: Tables) -> dict[tuple[str, int], int]:
