@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mbdsl.calibration import calibrated
 from mbdsl.checkpoint import Checkpoint, Keeper, of_run
+from mbdsl.doubts import doubts
 from mbdsl.errors import UsageError
 from mbdsl.failures import check_bending, check_left_out, failure
 from mbdsl.integrators import declared, state
@@ -205,6 +206,7 @@ def simulate(
         raise failure(motion, trajectory, status)
     check_left_out(motion, trajectory, states)
     check_bending(trajectory)
+    trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == state.DONE else []
     return trajectory
 
 

@@ -162,6 +162,8 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
     verified = second_opinion(trajectory, names, args) if args.verify and not failure else None
     if args.stats:
         write_stats(args.stats, trajectory.stats)
+    for text in trajectory.stats.get("warnings", ()):
+        print(f"warning: {text}", file=sys.stderr)
     if trajectory.undetermined and not args.quiet:
         where = ", ".join(f"{t:g}" for t in trajectory.undetermined[:5])
         more = " ..." if len(trajectory.undetermined) > 5 else ""

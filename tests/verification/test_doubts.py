@@ -1,0 +1,89 @@
+"""Runs with fixed steps that cannot be right say so, and those that can do not."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mbdsl import cli, load, simulate
+from mbdsl.doubts import passive
+from mbdsl.lang.load import parse_text
+
+MODELS = Path(__file__).parents[2] / "models"
+SHIPPED = sorted(path.stem for path in MODELS.glob("*.mbd"))
+
+BALL = """model Ball parameter Stiffness k = 1e8 N/m; Ground g0; PointMass ball(m = 1 kg);
+  Force stop(ball.c, fy = if ball.y < 0 m then -k*ball.y else 0 N);
+initial equation ball.x = 0 m; ball.y = 1 m; ball.vx = 0 m/s; ball.vy = 0 m/s;
+  annotation(experiment(StopTime = 2 s)); end Ball;"""
+
+
+def ball(k):
+    return parse_text(BALL.replace("1e8", str(k)))
+
+
+def test_a_ball_that_rises_above_where_it_fell_from():
+    """It cannot: nothing brings energy. And its contact has omega = sqrt(k/m), 1592 Hz, whatever the step is."""
+    run = simulate(ball(1e8), step=1e-3)
+    assert np.ptp(run["ball.y"]) > 1.2  # or this test is about nothing
+    growth, contact = run.stats["warnings"]
+    assert growth.startswith("energy grows by ")
+    assert "where nothing brings any: the step, 0.001 s, is too long" in growth
+    assert contact.startswith("Force stop acts for 1 step at t = 0.45")
+    assert "its 1.59e+03 Hz are not resolved (h omega = 10): take a step of 1e-05 s" in contact
+
+
+def test_what_is_advised_helps():
+    for given in ({"step": 1e-4}, {}):  # of a contact of 1000 rad/s
+        run = simulate(ball(1e6), **given, stop=0.9)
+        assert run.stats["warnings"] == []
+        assert abs(run["ball.y"][run.t > 0.6].max() - 1.0) < 1e-3
+
+
+def test_the_command_says_it(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ball.mbd").write_text(BALL)
+    assert cli.main("simulate ball.mbd --step 1ms --quiet --stop 1s".split()) == 0
+    err = capsys.readouterr().err
+    assert "warning: Force stop acts for 1 step at t = 0.45" in err
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_no_false_alarm(name):
+    scene = load(MODELS / f"{name}.mbd")
+    span = min(scene.experiment.stop, 500 * (scene.experiment.step or 1e-3))
+    assert simulate(scene, step=scene.experiment.step or 1e-3, stop=span).stats["warnings"] == []
+
+
+def test_a_stiff_mode_that_is_at_rest_or_damped_out_is_none_of_it():
+    text = """model Stiff Ground g0; PointMass m(m = 1 kg); PointMass e(m = 1 kg); Prismatic rail(g0, slide.c);
+      Body slide(m = 1 kg, I = 1 kg.m2); SpringDamper soft(g0, m.c, k = 10 N/m); 
+      SpringDamper hard(m.c, e.c, k = 1e12 N/m, s0 = 0.1 m); initial equation m.x = 1 m; m.y = 0 m; e.x = 1.1 m; e.y = 0 m; slide.x = 0 m;
+      annotation(experiment(StopTime = 1 s, Step = 1 ms)); end Stiff;"""
+    assert simulate(parse_text(text)).stats["warnings"] == []
+
+
+LAWS = """model Laws input Torque u(start = 0 N.m); parameter Damping c = 0 N.s/m; Ground g0(g = 0 m/s2);
+  Rod rod(m = 1 kg, length = 1 m); Revolute pin(g0, rod.a); {}
+  annotation(experiment(StopTime = 2 s, Step = 1 ms)); end Laws;"""
+
+
+@pytest.mark.parametrize(
+    ("more", "expected"),
+    [
+        ("Torque T(g0, rod.a, tau = -3 N.m*rod.phi);", True),
+        ("Torque T(g0, rod.a, tau = if rod.phi > 0 then -3 N.m*rod.phi^3 else 0 N.m);", True),
+        ("SpringDamper S(g0, rod.b, force = 100 N/m*(s - 1 m)^3/1 m^2);", True),
+        ("SpringDamper S(g0, rod.b, k = 5 N/m, c = 1 N.s/m);", True),
+        ("Torque T(g0, rod.a, tau = 1 N.m);", False),
+        ("Torque T(g0, rod.a, tau = 1 N.m*sin(time/1 s));", False),
+        ("Torque T(g0, rod.a, tau = 1 N.m.s*rod.w*(1 - rod.phi^2));", False),
+        ("Torque T(g0, rod.a, tau = 1 N.m/1 m*rod.b.x);", False),
+        ("Force F(rod.b, fx = 1 N/m*rod.b.y);", False),
+        ("SpringDamper S(g0, rod.b, k = 5 N/m, c = -1 N.s/m);", False),
+        ("RotationalVelocityDriver D(pin, w = 1 rad/s);", False),
+    ],
+)
+def test_what_may_bring_energy(more, expected):
+    assert passive(parse_text(LAWS.replace("input Torque u(start = 0 N.m);", "").format(more))) is expected
+    assert not passive(parse_text(LAWS.format(more)))  # an input
