@@ -57,8 +57,9 @@ def test_no_false_alarm(name):
 
 def test_a_stiff_mode_that_is_at_rest_or_damped_out_is_none_of_it():
     text = """model Stiff Ground g0; PointMass m(m = 1 kg); PointMass e(m = 1 kg); Prismatic rail(g0, slide.c);
-      Body slide(m = 1 kg, I = 1 kg.m2); SpringDamper soft(g0, m.c, k = 10 N/m); 
-      SpringDamper hard(m.c, e.c, k = 1e12 N/m, s0 = 0.1 m); initial equation m.x = 1 m; m.y = 0 m; e.x = 1.1 m; e.y = 0 m; slide.x = 0 m;
+      Body slide(m = 1 kg, I = 1 kg.m2); SpringDamper soft(g0, m.c, k = 10 N/m);
+      SpringDamper hard(m.c, e.c, k = 1e12 N/m, s0 = 0.1 m);
+    initial equation m.x = 1 m; m.y = 0 m; e.x = 1.1 m; e.y = 0 m; slide.x = 0 m;
       annotation(experiment(StopTime = 1 s, Step = 1 ms)); end Stiff;"""
     assert simulate(parse_text(text)).stats["warnings"] == []
 
