@@ -287,3 +287,40 @@ def test_four_bars_start_where_they_are_meant_to(n):
     assert not r.moved
     kinetic = (n + 1) / 6 + n / 2  # rockers turn at 1 rad/s, couplers move at 1 m/s
     assert r["energy.total"][0] == pytest.approx(((n + 1) / 2 + n) * 9.81 + kinetic, rel=1e-12)
+
+
+@pytest.mark.parametrize("length", [1e-9, 1e-3, 1.0, 1e6])
+@pytest.mark.parametrize("where", [0.0, 7.0])
+def test_size_of_a_mechanism_of_points(length, where):
+    """As far as frames on the ground are apart; else a length that is given, else one at the start; wherever it is."""
+
+    def size(*frames, s0=0.0, start=0.0):
+        b = Builder("Points")
+        ground, mass = b.Ground("ground", g=0.0), b.PointMass("mass", m=1.0)
+        for k, x in enumerate(frames):
+            b.frame(f"f{k}", ground, (where * length, x))
+            b.SpringDamper(f"spring{k}", f"f{k}", mass, k=1.0, s0=s0)
+        b.initial("mass.y", start)
+        return build(b.scene(), graph.build(b.scene())).tables.size
+
+    assert size(0.0, length) == pytest.approx(length, rel=1e-9)
+    assert size(0.0, s0=length) == length
+    assert size(0.0, start=-length) == length
+
+
+@pytest.mark.parametrize("length", [1e-9, 1.0, 1e6])
+def test_redundant_joints_of_any_size(length):
+    """Three equal cranks side by side carry a bar: two would do, and a row of the third joint follows from theirs."""
+    b = Builder("Cranks")
+    ground, bar = b.Ground("ground"), b.Rod("bar", m=1.0, length=2 * length, frames={"c1": (0.0, 0.0)})
+    for k, end in enumerate(("a", "c1", "b")):
+        crank = b.Rod(f"crank{k}", m=1.0, length=length)
+        b.frame(f"f{k}", ground, (k * length, 0.0))
+        b.Revolute(f"A{k}", f"f{k}", crank.a)
+        b.Revolute(f"B{k}", crank.b, f"bar.{end}")
+        b.initial(crank.phi, 1.0, fixed=k == 0)
+    b.initial(bar.phi, 0.0, fixed=False)
+    b.initial("crank0.w", 1.0)
+    _, s = start(b)
+    assert len(s.redundant) == 1
+    assert s.v[-1] == pytest.approx(1.0, abs=1e-9)

@@ -513,3 +513,18 @@ def test_every_number_of_modes_that_elements_have(basis, reference):
             assert (f.frequencies() > 0).all()
         with pytest.raises(ValueError, match="take more elements"):
             beam(elements=n, modes=4 * n + 1, basis=basis, reference=reference)
+
+
+@pytest.mark.parametrize("reference", REFERENCES)
+@pytest.mark.parametrize("basis", ["eigenmodes", "craig-bampton"])
+def test_modes_are_those_of_any_unit_of_length(basis, reference):
+    """A beam of the same mass whose numbers are in a unit 2^10 times as small: lengths, also those of modes, are 2^10
+    times as large, slopes are what they were, and so are the signs. Rounding of 11 modes in 64 coordinates: 1e-12."""
+    unit = 2.0**10
+    more = dict(elements=16, modes=11, basis=basis, reference=reference)
+    one = discretise(L, RHOA, EA, EI, J, **more)
+    other = discretise(L * unit, RHOA / unit, EA * unit, EI * unit**3, J * unit, **more)
+    close = dict(rtol=0.0, atol=1e-12 * np.abs(one.bending).max())
+    np.testing.assert_allclose(other.bending[::2], one.bending[::2], **close)
+    np.testing.assert_allclose(other.bending[1::2] * unit, one.bending[1::2], **close)
+    np.testing.assert_allclose(other.axial, one.axial, **close)
