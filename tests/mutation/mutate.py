@@ -30,6 +30,8 @@ import traceback
 from collections import Counter
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("mbdsl/elements", "mbdsl/beams", "mbdsl/system", "mbdsl/integrators")
 #: beginning of a file's path -> its tests, in this order; the longest beginning that fits counts
@@ -62,10 +64,13 @@ SWAPPED = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Lt: ast.Gt, ast.Gt: ast.Lt, a
 def mutations(tree: ast.Module) -> list[tuple[int, str, object]]:
     """What can be changed: the line, what is done, and a function that does it to a node of a copy of the tree."""
     found = []
-    quiet = {id(d) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr | ast.Raise) for d in ast.walk(node)}
+    # what messages and annotations say is not numerics
+    silent = [node for node in ast.walk(tree) if isinstance(node, ast.JoinedStr | ast.Raise)]
+    silent += [x for node in ast.walk(tree) for x in (getattr(node, "annotation", 0), getattr(node, "returns", 0)) if x]
+    quiet = {id(below) for node in silent for below in ast.walk(node)}
     for k, node in enumerate(ast.walk(tree)):
         line = getattr(node, "lineno", 0)
-        if id(node) in quiet:  # what messages say is tested elsewhere
+        if id(node) in quiet:
             continue
         if isinstance(node, ast.BinOp | ast.AugAssign) and type(node.op) in SWAPPED:
             found.append((line, "sign", k, lambda n: setattr(n, "op", SWAPPED[type(n.op)]())))
@@ -101,13 +106,16 @@ def mutant(tree: ast.Module, k: int, change) -> str:
 
 
 def tests_of(path: str) -> tuple[str, ...]:
+    """Arguments for pytest; of an element, the tests of its kind alone."""
+    if path.startswith("mbdsl/elements/") and "\nKIND = " in (ROOT / path).read_text(encoding="utf-8"):
+        kind = "".join(word.capitalize() for word in Path(path).stem.split("_"))
+        return (*NEAREST["mbdsl/elements/"], "-k", kind)
     return NEAREST[max((start for start in NEAREST if path.startswith(start)), key=len)]
 
 
 def load() -> None:
     """Whatever children need and no mutant changes."""
     import numpy  # noqa: F401
-    import pytest  # noqa: F401
     import scipy.integrate
     import scipy.sparse.linalg  # noqa: F401
 
@@ -124,9 +132,7 @@ def run(folder: Path, tests: tuple[str, ...], limit: float) -> str:
             with open("tests.log", "w") as log:
                 os.dup2(log.fileno(), 1)
                 os.dup2(log.fileno(), 2)
-            import pytest
-
-            code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests]) != 0)
+            code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests]))
         except BaseException:  # it must not go on as if it were its parent
             traceback.print_exc()
         sys.stdout.flush()
@@ -136,7 +142,10 @@ def run(folder: Path, tests: tuple[str, ...], limit: float) -> str:
     while time.monotonic() < end:
         done, status = os.waitpid(child, os.WNOHANG)
         if done:
-            return "caught" if status else "survived"
+            code = os.waitstatus_to_exitcode(status)
+            if code in (pytest.ExitCode.USAGE_ERROR, pytest.ExitCode.NO_TESTS_COLLECTED):
+                sys.exit(f"no tests: {' '.join(tests)}; see `NEAREST`")
+            return "caught" if code else "survived"
         time.sleep(0.05)
     os.killpg(child, signal.SIGKILL)
     os.waitpid(child, 0)
