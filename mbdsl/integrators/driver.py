@@ -23,7 +23,7 @@ from mbdsl.integrators.control import (
     predict_uneven,
     remember,
 )
-from mbdsl.integrators.landing import until_zone
+from mbdsl.integrators.landing import note, until_zone
 from mbdsl.integrators.linear import DENSE
 from mbdsl.integrators.newton import newton
 from mbdsl.integrators.state import (
@@ -39,6 +39,7 @@ from mbdsl.integrators.state import (
     LAST_STEP,
     LOOK,
     NEXT_EVENT,
+    NOTES,
     NOW,
     ORDER,
     OUTPUT,
@@ -279,6 +280,8 @@ def advance(
         if J[OUTPUT] < times.size and times[J[OUTPUT]] <= t0 + h + 1e-9 * h:
             record(t0, h, K, J, Y, I, times, out)
         shift(unknowns, n, size, Y)
+        if J[NOTES] > 0:
+            note(K, J, Y, I)
         J[HISTORY] = min(J[HISTORY] + 1, 4)
         J[STEP] = step + 1
         if controlled:

@@ -56,6 +56,7 @@ class Events:
         self.times: list[float] = []
         self._known: Iterator[float] = iter(())
         self._recent: list[tuple[float, States]] = []
+        self._cut: list[float] = []
 
     @property
     def changing(self) -> list[Switch]:
@@ -100,6 +101,11 @@ class Events:
         least, known, cut = K[state.LEAST_H], run.time >= K[state.NEXT_EVENT], J[state.CUT] > 0
         at_once = not (known or cut)  # there was no room for a step
         h, J[state.CUT] = K[state.H] if known else K[state.UNCUT], 0
+        if not known:  # without an event, too: a step may be cut short again and again
+            self._cut = [*self._cut[1 - 2 * MANY :], t]
+            if len(self._cut) == 2 * MANY and t - self._cut[0] < HARDLY * (run.stop - run.start):
+                self._recent = self._recent or [(t, system.switches(t, q, v, lam))]
+                return state.SLIDING
         run.synchronise()
         old, s = system.switches(t, q, v, lam), 2 * least  # over what a known time may be off by
         if known:

@@ -1,26 +1,10 @@
-"""Steps that end where something happens: within each of the zones around peaks of laws, one at least.
-
-What the zones are: :mod:`mbdsl.system.unseen`. Those of time alone are known before the run, and come as it goes; the
-compiled loop holds the next ones. Nothing begins anew in a zone: a step ends there, and its test of errors sees what
-the law does.
-"""
+"""Steps that end in zones around peaks of laws, and notes of where they ended: see :mod:`mbdsl.integrators.lookout`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import islice
-from typing import TYPE_CHECKING
-
-from mbdsl.integrators.state import NEXT_ZONE, NOW, ROOM, ZONE, ZONES
+from mbdsl.integrators.state import K_SIZE, NEXT_ZONE, NOTED, NOW, ZONE, ZONES, T
 from mbdsl.kernels import rare
-
-if TYPE_CHECKING:
-    from mbdsl.integrators.run import Integration
-    from mbdsl.system.unseen import Zone
-
-
-#: longest controlled step, as a part of the run, for want of a shorter one
-LONGEST = 0.02
+from mbdsl.layout import N_ALL, N_Q, Q0, V0, XA
 
 
 @rare
@@ -35,34 +19,14 @@ def until_zone(h, K, J):
     return h if K[NOW] + h <= end else 0.5 * (start + end) - K[NOW]
 
 
-class Landings:
-    """The zones of a run with controlled steps."""
-
-    def __init__(self, run: Integration) -> None:
-        self._run = run
-        self._zones: Iterator[Zone] = iter(())
-
-    def begin(self, t: float) -> None:
-        """At the start of the run."""
-        run = self._run
-        self._zones = run.system.time_zones(t, run.stop, LONGEST * (run.stop - run.start))
-        self.refill()
-
-    def rejoin(self) -> None:
-        """After the run has been put where a checkpoint was: the zones behind the last that the compiled loop holds."""
-        run = self._run
-        if (held := run.J[ZONES]) == 0:
-            return
-        last = tuple(run.K[ZONE + 2 * (held - 1) : ZONE + 2 * held])
-        self._zones = run.system.time_zones(run.start, run.stop, LONGEST * (run.stop - run.start))
-        for zone in self._zones:
-            if (zone.start, zone.end) == last:
-                break
-
-    def refill(self) -> None:
-        """The next zones, for the compiled loop."""
-        run = self._run
-        found = list(islice((z for z in self._zones if z.start > run.time), ROOM))
-        for k, zone in enumerate(found):
-            run.K[ZONE + 2 * k : ZONE + 2 * k + 2] = zone.start, zone.end
-        run.J[NEXT_ZONE], run.J[ZONES] = 0, len(found)
+@rare
+def note(K, J, Y, I):
+    """The state at the end of a step, to be looked at later."""
+    n, size = I[N_Q], I[N_ALL]
+    o = K_SIZE + J[NOTED] * (1 + n + size)
+    K[o] = K[T]
+    for i in range(n):
+        K[o + 1 + i], K[o + 1 + n + i] = Y[Q0, i], Y[V0, i]
+    for i in range(n, size):
+        K[o + 1 + n + i] = Y[XA, i]
+    J[NOTED] += 1

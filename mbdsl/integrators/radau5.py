@@ -8,7 +8,7 @@ Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90; controller: Soed
 (2003) 1-26. The splitting is ours.
 """
 
-from mbdsl.integrators.landing import until_zone
+from mbdsl.integrators.landing import note, until_zone
 from mbdsl.integrators.linear import SPARSE_LU
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.newton import EPS, SINGULAR_NOISE, finite
@@ -54,6 +54,7 @@ from mbdsl.integrators.state import (
     NEXT_EVENT,
     NODES,
     NOT_FINITE,
+    NOTES,
     NOW,
     OUTPUT,
     REJECTED,
@@ -349,6 +350,8 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
         if J[OUTPUT] < times.size and times[J[OUTPUT]] <= t0 + h + 1e-9 * h:
             record(t0, h, J, c, Y, I, times, out)
         shift(Y, I)
+        if J[NOTES] > 0:
+            note(K, J, Y, I)
         if tol > 0.0:
             K[H], K[LAST_H] = next_step(h, error, c), h
             K[NODES], K[NODES + 1] = t, t0 + STAGES[1] * h

@@ -14,7 +14,7 @@ from mbdsl import jit, layout
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.integrators import control, linear, modules, sparse, state
 from mbdsl.integrators.events import Events
-from mbdsl.integrators.landing import Landings
+from mbdsl.integrators.lookout import Landings
 from mbdsl.integrators.method import Method, Start
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.starting import applied, check_stiffness, first_step, normal_part, rates
@@ -383,10 +383,7 @@ class Integration:
             self.out = np.concatenate([self.out[:used], np.empty((more, self.out.shape[1]))])
 
     def _advance_by(self, steps: int) -> int:
-        status = self._call(steps)
-        while status == state.LOOK:
-            self.landings.refill()
-            status = self._call(steps)
+        status = self._call(steps) if self.tol is None else self.landings.advance(steps, self._call)
         if status == state.EVENT:
             return self.events.come()
         if status == state.SINGULAR and self.solver == linear.SPARSE_LU and self.system.unknowns <= PIVOTING_LIMIT:

@@ -28,9 +28,9 @@ CONTROLLED, REJECTED, SINCE, SAME, IN_A_ROW, EVERY, LANDING, DAMPED, ROUNDING = 
 # of switches: whether they are watched, their signature, whether corners may be passed, how often the step was cut
 # short, and events
 WATCHING, SIGNATURE, CORNERS, CUT, EVENTS = range(20, 25)
-# of zones: which is next, how many are known
-NEXT_ZONE, ZONES = 25, 26
-J_SIZE = 27
+# of zones: which is next, how many are known; states that are noted behind the rest of K, and room for how many
+NEXT_ZONE, ZONES, NOTED, NOTES = range(25, 29)
+J_SIZE = 29
 #: what statistics call them
 COUNTERS = {
     "rejected": REJECTED,

@@ -42,10 +42,7 @@ class Jet(NamedTuple):
 
 
 def _outward(lo: Array, hi: Array) -> Interval:
-    return (
-        np.where(np.isfinite(lo), lo - ROUNDING * np.abs(lo), lo),
-        np.where(np.isfinite(hi), hi + ROUNDING * np.abs(hi), hi),
-    )
+    return lo - np.abs(ROUNDING * lo), hi + np.abs(ROUNDING * hi)
 
 
 def hull(*bounds: Interval) -> Interval:
@@ -67,11 +64,9 @@ def neg(a: Interval) -> Interval:
 
 def mul(a: Interval, b: Interval) -> Interval:
     """The product; nothing times what has no bound is nothing."""
-    products = [np.nan_to_num(x * y, nan=0.0, posinf=INF, neginf=-INF) for x in a for y in b]
-    lo, hi = products[0], products[0]
-    for p in products[1:]:
-        lo, hi = np.minimum(lo, p), np.maximum(hi, p)
-    return _outward(lo, hi)
+    p, q, r, s = a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]
+    lo, hi = np.fmin(np.fmin(p, q), np.fmin(r, s)), np.fmax(np.fmax(p, q), np.fmax(r, s))
+    return _outward(np.where(lo == lo, lo, 0.0), np.where(hi == hi, hi, 0.0))
 
 
 def inverse(a: Interval) -> Interval:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +29,7 @@ from mbdsl.system.tables import Tables, build_tables
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+    from mbdsl.system.on_the_way import OnTheWay
     from mbdsl.system.unseen import Kept, Zone
 
 Array = NDArray[np.float64]
@@ -326,8 +328,8 @@ class System:
         """Where steps have to end between t0 and t1 [s] to see what time alone does; generated lazily, and kept.
 
         Each zone lies around a pulse, a window or another extremum of a law, driver, table or condition that depends on
-        time alone, and holds all but a quarter of its height; see :mod:`mbdsl.system.unseen`. Left out are sines that
-        steps up to the ``longest`` [s] cannot pass over.
+        time alone, and holds all but a quarter of its height; see :mod:`mbdsl.system.unseen`. Left out is what
+        steps up to the ``longest`` [s] cannot pass over by its form.
         """
         from mbdsl.system.unseen import Kept, time_zones
 
@@ -335,6 +337,13 @@ class System:
         if key not in self._zones:
             self._zones = {key: Kept(time_zones(self.tables.values, *key))}
         return iter(self._zones[key])
+
+    @cached_property
+    def on_the_way(self) -> OnTheWay:
+        """What laws may hide between two states."""
+        from mbdsl.system.on_the_way import OnTheWay
+
+        return OnTheWay(self)
 
     def elimination_order(self) -> NDArray[np.int64]:
         """The order, from the graph, in which coordinates and constraints are eliminated (n + m + p,): new -> old."""

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Iterable, Iterator
+from functools import lru_cache
 from itertools import chain
 from typing import NamedTuple
 
@@ -27,7 +28,7 @@ from mbdsl.system.time_events import is_linear
 
 Array = NDArray[np.float64]
 
-#: change of a term, relative to its largest value so far, that makes no difference; and absolutely [SI]
+#: change of a term, relative to its largest value known, that makes no difference; and absolutely [SI]
 NEGLIGIBLE, NOTHING = 1e-9, 1e-100
 #: part of the way to the next extremum that a zone reaches; and the flanks of a narrow one
 QUARTER, FLANK = 0.25, 0.98
@@ -42,6 +43,8 @@ HALF_WAVE = 2.0 * np.pi / 3.0
 SHORTEST = 1e-15
 #: intervals that are looked at together
 MOST = 2048
+#: values that tell at once how large a term is
+SAMPLES = 65
 #: terms of a sum at most, beyond which products are left as they are
 TERMS = 64
 #: operations that sums are made of
@@ -62,7 +65,9 @@ class Zone(NamedTuple):
 
 
 def terms(root: Expr) -> list[Expr]:
-    """``root`` as a sum of products."""
+    """``root`` as a sum of products, as far as it is no polynomial of low degree."""
+    if degree(root) <= DEGREE:
+        return [root]
     if root.op == "add":
         return [*terms(root.args[0]), *terms(root.args[1])]
     if root.op == "sub":
@@ -80,40 +85,68 @@ def terms(root: Expr) -> list[Expr]:
     return [root]
 
 
+@lru_cache(maxsize=4096)
 def degree(root: Expr) -> float:
-    """Of a polynomial; infinite if it is none."""
-    found: dict[Expr, float] = {}
-    for n in walk(root):
-        d = [found[x] for x in n.args]
-        if not n.args:
-            found[n] = 0.0 if n.op == "const" else 1.0
-        elif n.op in ("add", "sub", "neg"):
-            found[n] = max(d)
-        elif n.op == "mul":
-            found[n] = sum(d)
-        elif n.op == "div" and d[1] == 0.0:
-            found[n] = d[0]
-        else:
-            found[n] = np.inf if any(d) else 0.0
-    return found[root]
+    """Of a polynomial in time, coordinates and multipliers; infinite if it is none.
+
+    Sines of angles between bodies count as numbers, and lengths as what they are made of: these follow the mechanism,
+    which steps resolve.
+    """
+    d = [degree(x) for x in root.args]
+    if not root.args:
+        return 0.0 if root.op in ("const", "input") else 1.0
+    if root.op in ("add", "sub", "neg", "hypot"):
+        return max(d)
+    if root.op == "mul":
+        return sum(d)
+    if root.op == "pow" and is_const(root.args[1]) and float(root.args[1].value).is_integer():  # type: ignore[arg-type]
+        return d[0] * root.args[1].value if root.args[1].value >= 0.0 else np.inf  # type: ignore[operator]
+    if root.op == "div" and d[1] == 0.0:
+        return d[0]
+    if root.op in ("div", "ratio") and root.args[1].op == "hypot":
+        return d[0]
+    if root.op in ("sin", "cos") and _is_angle(root.args[0]):
+        return 0.0
+    return np.inf if any(d) else 0.0
 
 
-def resolved(term: Expr, longest: float) -> bool:
-    """Whether a step so long passes over no extremum of it: of a sine or cosine, times a constant, of what is linear in
-    time."""
-    while term.op in ("neg", "mul") and all(not leaves(x) for x in term.args[:-1]):
-        term = term.args[-1]
-    while term.op in ("mul", "div") and not leaves(term.args[1]):
-        term = term.args[0]
-    if term.op not in ("sin", "cos") or degree(term.args[0]) > 1:
-        return False
-    rate = diff(term.args[0], TIME)[0]
-    return is_const(rate) and abs(rate.value) * longest < HALF_WAVE  # type: ignore[arg-type]
+def _is_angle(x: Expr) -> bool:
+    """A difference of angles of bodies, and constants."""
+    if x.op in ("add", "sub", "neg"):
+        return all(_is_angle(y) for y in x.args)
+    return x.op == "const" or (x.op == "coordinate" and x.value[1] == "phi")  # type: ignore[index]
 
 
-def events_alone(term: Expr) -> bool:
-    """Whether all that a term does is stepped onto (:mod:`mbdsl.system.time_events`): it has jumps, and no corners."""
-    return is_linear(term) and all(n.op not in ("table", "abs", "min", "max") for n in walk(term))
+def pace(root: Expr) -> float:
+    """An upper bound of how fast a function of time alone oscillates [rad/s], where its form tells.
+
+    Jumps that are stepped onto (:mod:`mbdsl.system.time_events`) do not count. Infinite where nothing is known.
+    """
+    if degree(root) <= DEGREE:
+        return 0.0
+    rate = abs(_slope(root.args[0])) if root.args and degree(root.args[0]) <= 1 else np.inf
+    if root.op in ("sin", "cos", "exp", "tanh", "sinh", "cosh"):
+        return rate
+    if root.op == "table":
+        return rate * np.pi / float(np.diff(root.value[0].u).min())  # type: ignore[index]
+    if root.op in ("add", "sub", "neg"):
+        return max(pace(x) for x in root.args)
+    if root.op == "mul":
+        return sum(pace(x) for x in root.args)
+    if root.op == "div" and not leaves(root.args[1]):
+        return pace(root.args[0])
+    if root.op == "select" and _only_jumps(root.args[0]):
+        return max(pace(x) for x in root.args[1:])
+    return 0.0 if _only_jumps(root) else np.inf
+
+
+def _slope(x: Expr) -> float:
+    rate = diff(x, TIME)[0]
+    return float(rate.value) if is_const(rate) else np.inf  # type: ignore[arg-type]
+
+
+def _only_jumps(x: Expr) -> bool:
+    return is_linear(x) and all(n.op not in ("table", "abs", "min", "max") for n in walk(x))
 
 
 def hiding(roots: Iterable[Expr]) -> list[Expr]:
@@ -269,12 +302,15 @@ def _parts(inner: Array, outer: Array) -> list[Array]:
 def time_zones(roots: Iterable[Expr], t0: float, t1: float, longest: float) -> Iterator[Zone]:
     """The zones in (t0, t1) of what depends on time alone, by their ends; generated lazily. No step is longer than
     ``longest``."""
-    found = [term for term in hiding(of_time(list(roots))) if not (resolved(term, longest) or events_alone(term))]
+    found = [x for x in hiding(of_time(list(roots))) if pace(x) > 0.0 and not pace(x) * longest < HALF_WAVE]
     return heapq.merge(*(_of_term(term, t0, t1) for term in found), key=lambda zone: zone.end)
 
 
 def _of_term(term: Expr, t0: float, t1: float) -> Iterator[Zone]:
-    f, size = over_time(term), np.zeros(1)
+    f = over_time(term)
+    with np.errstate(all="ignore"):
+        samples = f.at(np.zeros(1, int), np.linspace(t0, t1, SAMPLES))
+    size = np.full(1, np.abs(samples[np.isfinite(samples)]).max(initial=0.0))
     least = max(SHORTEST * (t1 - t0), 4.0 * float(np.spacing(max(abs(t0), abs(t1)))))
     path, shortest = np.zeros(1, int), np.full(1, least)
     rest, width = [(t0, t1)], t1 - t0

@@ -4,6 +4,8 @@ A mass of 1 kg slides without friction; a law, a table, a window or a driver act
 way. Answers are closed forms: the momentum and the place that an impulse leaves, the work done on the way.
 """
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -135,3 +137,60 @@ def test_a_bump_of_a_driver_is_seen(method):
     v, t = 0.1 * 2e-3 * np.sqrt(np.pi) * np.exp(-1e-6), 10.0 - CENTRE
     assert run["b.vx"][-1] == pytest.approx(v * np.cos(t), rel=1e-3)
     assert run["b.x"][-1] == pytest.approx(v * np.sin(t), rel=1e-3)
+
+
+# -- on the way --------------------------------------------------------------------------------------------------------
+
+#: force [N], speed at the start, and v and s after 2 s: 1 J is done on 10 um or 10 nm of the way, or the speed rises by
+#: 10 um/s within some 10 ns
+BEYOND = np.sqrt(3.0)
+WAYS = {
+    "10 um": ("if s > 0.50001 and s < 0.50002 then 1e5 else 0", 1.0, (BEYOND, 0.50001 + BEYOND * 1.49999)),
+    "10 nm": ("if s > 0.5 and s < 0.50000001 then 1e8 else 0", 1.0, (BEYOND, 0.5 + BEYOND * 1.5)),
+    "smooth": ("(1e5 N)/sqrt(pi)*exp(-((s - 0.5 m)/(10 um))^2)", 1.0, (BEYOND, 0.5 + BEYOND * 1.5)),
+    "two in a step": (
+        "(if s > 0.5 and s < 0.50001 then 1e5 else 0) + (if s > 0.501 and s < 0.50101 then 1e5 else 0)",
+        1.0,
+        (np.sqrt(5.0), 0.501 + np.sqrt(5.0) * (1.5 - 1e-3 / BEYOND)),
+    ),
+    "speed": ("0.1 + (if v > 0.15 and v < 0.16 then 1e5 else 0)", 0.1, (0.31, 0.0625 + 0.16 * 1.5 + 0.1125)),
+}
+
+
+@pytest.mark.parametrize("tol", [1e-3, 1e-6])
+@pytest.mark.parametrize("method", OWN)
+@pytest.mark.parametrize("name", WAYS)
+def test_what_the_state_does_on_the_way_is_seen(name, method, tol):
+    """To 20 um more than the tolerance: what the motion takes within the windows is left out of the answers."""
+    force, v, exact = WAYS[name]
+    text = TEXT.format(tables="", force=force, v=v, stop=2.0)
+    run = mbdsl.simulate(mbdsl.parse(text), method=method, tol=tol)
+    assert run.v[-1, 0] == pytest.approx(exact[0], rel=FACTOR[method] * tol, abs=1e-7)
+    assert run.q[-1, 0] == pytest.approx(exact[1], rel=FACTOR[method] * tol, abs=2e-5)
+
+
+def test_a_backend_looks_on_its_way():
+    force, v, exact = WAYS["10 um"]
+    run = mbdsl.simulate(
+        mbdsl.parse(TEXT.format(tables="", force=force, v=v, stop=2.0)), method="scipy-dop853", tol=1e-6
+    )
+    assert run.v[-1, 0] == pytest.approx(exact[0], rel=FACTOR["scipy-dop853"] * 1e-6)
+
+
+def test_what_cannot_hide_is_not_looked_at():
+    """Springs, dampers, cubes and products of positions and speeds have no narrow peaks: nothing is noted for them."""
+    from mbdsl.system import build
+
+    for force, looked_at in (("-100*s - 3*v - 5*s^3 + s*v", 0), ("100*tanh(v/1e-3)", 1)):
+        scene = mbdsl.parse(TEXT.format(tables="", force=force, v=1.0, stop=2.0))
+        assert len(build(scene).on_the_way.terms) == looked_at
+
+
+@pytest.mark.parametrize("tol", [1e-6, 1e-9])
+def test_a_condition_that_rounding_decides_ends_the_run_at_once(tol):
+    """The pistons of `chatter_engine.mbd` move along y, and their forces ask for the sign of a speed along x, that is,
+    of rounding errors. At 1e-9, steps of 1e-14 s followed one another for minutes."""
+    model = Path(__file__).parents[1] / "data" / "chatter_engine.mbd"
+    with pytest.raises(mbdsl.MbdslError, match="to and fro") as raised:
+        mbdsl.simulate(model, method="radau5", tol=tol)
+    assert raised.value.trajectory.stats["steps"] < 20_000

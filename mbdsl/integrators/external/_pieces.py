@@ -25,6 +25,7 @@ from mbdsl.integrators.events import CROWD, HARDLY, MANY, SLIDING, SLIDING_HINT,
 from mbdsl.integrators.switching import JUMP
 from mbdsl.system.index1 import Index1
 from mbdsl.system.switches import law_of
+from mbdsl.system.unseen import Zone
 
 Array = NDArray[np.float64]
 State = tuple[float, Array, Array]
@@ -33,6 +34,10 @@ NOT_FINITE = "the equations give values that are not finite"
 DOMAIN = "an expression leaves its domain, as sqrt at 0 or a table at its end"
 #: units in the last place of the largest time: what a known time may be off by
 ULPS = 64
+#: how often a step is tried again as it passes over something
+TRIES = 100
+UNSEEN = "a force acts for so short a part of a step that no step ends in it"
+UNSEEN_HINT = "a wider window, or another method; see `mbdsl methods`"
 #: corners passed in one step before it is taken as it is
 CORNERS = 10
 
@@ -72,7 +77,7 @@ def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver
             while t < goal and not jumped:
                 try:
                     solver.step()
-                    if (peak := peaks.passed(t, solver.t)) is not None:
+                    if (peak := peaks.passed(t, q, v, solver)) is not None:
                         solver, goal = begin(t, q, v, peak), peak
                         continue
                 except IntegrationError as failure:
@@ -105,15 +110,43 @@ class _Peaks:
     """Where steps have to end in order to see what laws do: :mod:`mbdsl.system.unseen`."""
 
     def __init__(self, problem: Problem) -> None:
+        self._system, self._f = problem.system, Index1(problem.system, problem.left_out)
         self._zones = iter(problem.zones)
         self._zone = next(self._zones, None)
+        self._met: list[Zone] = []
+        self._least = ULPS * float(np.finfo(float).eps) * max(abs(problem.start), abs(problem.stop))
+        self._inputs = {name: x.start for name, x in problem.system.scene.inputs.items()}
+        self._from, self._tries = -np.inf, 0
 
-    def passed(self, start: float, end: float) -> float | None:
-        """The middle of the first zone that a step passes over."""
-        while self._zone is not None and self._zone.start <= start:
+    def passed(self, t: float, q: Array, v: Array, solver: Solver) -> float | None:
+        """The middle of the first zone that a step passes over, from a state to that of ``solver``.
+
+        Raises
+        ------
+        IntegrationError
+            If no step is short enough.
+        """
+        while self._zone is not None and self._zone.start <= t:
             self._zone = next(self._zones, None)
-        zone = self._zone
-        return 0.5 * (zone.start + zone.end) if zone is not None and zone.end < end else None
+        self._met = [zone for zone in self._met if zone.start > t]
+        ahead = [zone for zone in (self._zone, *self._met) if zone is not None and zone.end < solver.t]
+        if not ahead and self._system.on_the_way.terms:
+            ahead = self._met = self._on_the_way((t, q, v), (solver.t, *solver.at(solver.t)))
+            self._tries, self._from = (self._tries + 1 if self._from == t and ahead else 0), t
+            if self._tries > TRIES:
+                law = law_of(self._system.scene, [ahead[0].term])
+                raise IntegrationError(UNSEEN, None if law is None else law.span, hint=UNSEEN_HINT)
+        if not ahead:
+            return None
+        first = min(ahead, key=lambda zone: zone.end)
+        return 0.5 * (first.start + first.end)
+
+    def _on_the_way(self, start: State, end: State) -> list[Zone]:
+        t, q, v = (np.array(x) for x in zip(start, end, strict=True))
+        lam = np.zeros((2, self._system.m + self._system.p))
+        if self._system.of_multipliers:
+            lam = np.array([self._f.motion(*x)[1] for x in (start, end)])
+        return self._system.on_the_way.first(t, q, v, lam, self._inputs, self._least)
 
 
 class _Switches:

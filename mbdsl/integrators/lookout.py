@@ -1,0 +1,139 @@
+"""Steps that end where something happens: within each of the zones around peaks of laws, one at least.
+
+What the zones are: :mod:`mbdsl.system.unseen`. Those of time alone are known before the run, and come as it goes; the
+compiled loop holds the next ones. Nothing begins anew in a zone: a step ends there, and its test of errors sees what
+the law does.
+
+What laws of the state do on the way of a step (:mod:`mbdsl.system.on_the_way`) is looked at behind some steps, all at
+once. Where there is a peak that a step has passed over, the run goes back to where it was looked at last, with that
+zone among those to end in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from itertools import islice
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mbdsl.integrators.state import (
+    DONE,
+    K_SIZE,
+    LEAST_H,
+    LOOK,
+    NEXT_ZONE,
+    NOTED,
+    NOTES,
+    ROOM,
+    RUNNING,
+    TOO_SMALL,
+    ZONE,
+    ZONES,
+)
+
+if TYPE_CHECKING:
+    from mbdsl.integrators.run import Integration
+    from mbdsl.system.unseen import Zone
+
+#: longest controlled step, as a part of the run, for want of a shorter one
+LONGEST = 0.02
+#: steps that are looked at together, and numbers that are noted, at most
+BATCH, NUMBERS = 1024, 400_000
+#: how often the run may go back to the same place
+MOST = 100
+
+
+class Landings:
+    """The zones of a run with controlled steps."""
+
+    def __init__(self, run: Integration) -> None:
+        self._run = run
+        self._zones: Iterator[Zone] = iter(())
+        self._pending: list[tuple[float, float]] = []
+        self._looks = run.system.on_the_way
+        if self._looks.terms:
+            width = 1 + run.system.n + run.system.unknowns
+            run.J[NOTES] = batch = max(16, min(BATCH, NUMBERS // width))
+            run.K = np.concatenate([run.K, np.zeros(batch * width)])
+        self._tries, self._from = 0, -np.inf
+
+    def begin(self, t: float) -> None:
+        """At the start of the run."""
+        run = self._run
+        self._zones = run.system.time_zones(t, run.stop, LONGEST * (run.stop - run.start))
+        self.refill()
+
+    def rejoin(self) -> None:
+        """After the run has been put where a checkpoint was: the zones that the compiled loop does not hold."""
+        run, self._pending = self._run, []
+        held = {tuple(zone) for zone in run.K[ZONE : ZONE + 2 * run.J[ZONES]].reshape(-1, 2).tolist()}
+        every = run.system.time_zones(run.start, run.stop, LONGEST * (run.stop - run.start)) if held else ()
+        self._zones = (zone for zone in every if (zone.start, zone.end) not in held)
+
+    def refill(self) -> None:
+        """The next zones, for the compiled loop."""
+        run = self._run
+        ahead = ((z.start, z.end) for z in self._zones if z.start > run.time)
+        self._pending += islice(ahead, max(0, ROOM - len(self._pending)))
+        now = sorted((zone for zone in self._pending if zone[0] > run.time), key=lambda zone: zone[1])
+        run.K[ZONE : ZONE + 2 * len(now[:ROOM])] = np.ravel(now[:ROOM])
+        run.J[NEXT_ZONE], run.J[ZONES], self._pending = 0, len(now[:ROOM]), now[ROOM:]
+
+    def insert(self, zones: Iterable[Zone]) -> None:
+        """Others in addition."""
+        K, J = self._run.K, self._run.J
+        known = K[ZONE + 2 * J[NEXT_ZONE] : ZONE + 2 * J[ZONES]].reshape(-1, 2)
+        self._pending += [(a, b) for a, b in known.tolist()] + [(z.start, z.end) for z in zones]
+        self.refill()
+
+    def advance(self, steps: int, call: Callable[[int], int]) -> int:
+        """At most so many steps by the compiled loop, and what happens on their way; a status."""
+        run = self._run
+        if not run.J[NOTES]:
+            while (status := call(steps)) == LOOK:
+                self.refill()
+            return status
+        status = RUNNING
+        while steps > 0 and status == RUNNING:
+            before, t = _copied(run), run.time
+            first = np.concatenate([[t], *run.state()])
+            run.J[NOTED] = 0
+            status = call(min(steps, int(run.J[NOTES])))
+            rows = run.K[K_SIZE:].reshape(run.J[NOTES], -1)[: run.J[NOTED]]
+            zones = self._unseen(np.vstack([first, rows]))
+            if zones:
+                _restore(run, before)
+                self._tries, self._from = (self._tries + 1 if self._from == zones[0].start else 1), zones[0].start
+                if self._tries > MOST:
+                    return TOO_SMALL
+                self.insert(zones)
+                status = RUNNING
+                continue
+            steps -= max(1, len(rows))
+            if status == LOOK:
+                self.refill()
+                status = RUNNING
+            if status == DONE:
+                return status
+        return status
+
+    def _unseen(self, rows: np.ndarray) -> list[Zone]:
+        if len(rows) < 2:
+            return []
+        run, n = self._run, self._run.system.n
+        inputs = {name: float(run.F[at]) for name, at in run.system.tables.inputs.items()}
+        t, q, v, lam = rows[:, 0], rows[:, 1 : 1 + n], rows[:, 1 + n : 1 + 2 * n], rows[:, 1 + 2 * n :]
+        return self._looks.first(t, q, v, lam, inputs, float(run.K[LEAST_H]))
+
+
+BUFFERS = ("c", "K", "J", "Y", "Z", "C", "F", "I", "A", "P")
+
+
+def _copied(run: Integration) -> dict[str, np.ndarray]:
+    return {name: getattr(run, name).copy() for name in BUFFERS}
+
+
+def _restore(run: Integration, before: dict[str, np.ndarray]) -> None:
+    for name, kept in before.items():
+        getattr(run, name)[...] = kept

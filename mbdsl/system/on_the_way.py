@@ -1,0 +1,190 @@
+"""What laws do on the way from one state of a motion to the next: peaks that neither of the two shows.
+
+Between two states, coordinates of frames are the cubic polynomials that positions and velocities at both fit; reactions
+and time are linear. Along such a way a law is a function of one variable, and its peaks are found as those over time
+are (:mod:`mbdsl.system.unseen`): narrow springs, windows of position or speed, whatever stands in the law. Looked at
+are terms that are no polynomials of low degree; scenes without them have nothing to look at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.lang.expressions import RATE, Expr, coordinate, evaluate, leaves, walk
+from mbdsl.system.intervals import CONDITIONS, ROUNDING, Interval, Jet, constant, enclose
+from mbdsl.system.signals import ARRAY_OPERATIONS, table_value, values
+from mbdsl.system.unseen import Function, Zone, hiding, monotone, zones
+
+if TYPE_CHECKING:
+    from mbdsl.system.system import System
+
+Array = NDArray[np.float64]
+
+#: height of a peak that makes no difference, relative to what the term is at both ends; to its largest value so far
+SLIGHT, TINY = 0.05, 1e-6
+#: a smooth peak that takes a larger part of a step than this shows, unless it is as high as this part of the largest
+WIDE, HIGH = 0.4, 0.25
+JUMPS = (*CONDITIONS, "sign", "floor", "ceil", "mod", "table", "abs", "min", "max")
+POSITION = {rate: key for key, rate in RATE.items()}
+
+
+class OnTheWay:
+    """The terms of a system that may hide something between two states."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        roots = [x for x in system.tables.values if any(n.op != "time" for n in leaves(x))]
+        self.terms = [x for x in hiding(roots) if any(n.op in ("coordinate", "multiplier") for n in leaves(x))]
+        self._jumps = [any(n.op in JUMPS for n in walk(x)) for x in self.terms]
+        self._leaves = leaves(*self.terms)
+        self._size = np.zeros(len(self.terms))
+        self._slight: list[Array] = [np.zeros(1)] * len(self.terms)
+
+    def first(self, t: Array, q: Array, v: Array, lam: Array, inputs: Mapping[str, float], least: float) -> list[Zone]:
+        """Zones (in time) of the first step on whose way a term has a peak that is not seen.
+
+        States at times t (K + 1,): q and v (K + 1, n), lam (K + 1, m + p). No step is shorter than ``least`` [s].
+        """
+        h, count = np.diff(t), len(t) - 1
+        with np.errstate(all="ignore"):
+            ways = self._ways(t, q, v, lam)
+            found: list[Zone] = []
+            for n, steps in self._suspected(_along(self.terms, ways, inputs), count):
+                f = _along(self.terms[n : n + 1], ways, inputs)
+                for k in steps:
+                    if k < count and (hidden := self._hidden(n, _only(f), k, float(h[k]), least)):
+                        found = [Zone(t[k] + h[k] * a, t[k] + h[k] * b, self.terms[n]) for a, b in hidden]
+                        count = k
+        return found
+
+    def _suspected(self, f: Functions, count: int) -> list[tuple[int, list[int]]]:
+        """Terms, and those of ``count`` steps on whose way they may do more than its ends tell."""
+        k, zero, one = np.arange(count), np.zeros(count), np.ones(count)
+        found = []
+        for n, (y0, y1, jet) in enumerate(zip(f.at(k, zero), f.at(k, one), f.values(k, zero, one), strict=True)):
+            ends = np.abs(y0) + np.abs(y1)
+            self._size[n] = max(self._size[n], np.max(ends[np.isfinite(ends)], initial=0.0))
+            self._slight[n] = SLIGHT * ends + TINY * self._size[n]
+            over = np.maximum(jet.hi - np.maximum(y0, y1), np.minimum(y0, y1) - jet.lo)
+            steps = np.flatnonzero(np.broadcast_to(over > self._slight[n], (count,)))
+            if len(steps):
+                slopes = f.jet(steps, zero[steps], one[steps])[n]
+                steps = steps[np.minimum(slopes.d_hi, -slopes.d_lo) > self._slight[n][steps]]
+            found.append((n, steps.tolist()))
+        return found
+
+    def _ways(self, t: Array, q: Array, v: Array, lam: Array) -> dict[Expr, Array]:
+        """Coefficients (K, 4) of what leaves are as functions of the part of a step that is done."""
+        wanted: dict[Expr, None] = {}
+        for x in self._leaves:
+            if x.op == "coordinate":
+                wanted.update(dict.fromkeys(_position(x)))
+            elif x.op == "multiplier":
+                wanted[x] = None
+        at = dict(zip(wanted, values(self._system, list(wanted), t, q, v, lam), strict=True))
+        h, found = np.diff(t), {}
+        for x in self._leaves:
+            if x.op == "input":
+                continue
+            if x.op != "coordinate":
+                y = t if x.op == "time" else at[x]
+                found[x] = _columns(y[:-1], np.diff(y))
+                continue
+            p, r = (at[y] for y in _position(x))
+            way, r0, r1 = np.diff(p), h * r[:-1], h * r[1:]
+            c2, c3 = 3.0 * way - 2.0 * r0 - r1, r0 + r1 - 2.0 * way
+            if x is _position(x)[0]:
+                found[x] = _columns(p[:-1], r0, c2, c3)
+            else:
+                found[x] = _columns(r[:-1], 2.0 * c2 / h, 3.0 * c3 / h)
+        return found
+
+    def _hidden(self, n: int, f: Function, k: int, h: float, least: float) -> list[tuple[float, float]]:
+        """Zones within step k, as parts of it, of a term that has peaks there which its ends do not show."""
+        if h < 4.0 * least:
+            return []
+        largest = np.full(k + 1, self._size[n])
+        shortest = np.full(k + 1, 0.1 * least / h)
+        points = monotone(f, np.array([k]), np.zeros(1), np.ones(1), largest, shortest)
+        if points is None:  # too much to be told: a shorter step tells more
+            return [(0.25, 0.75)]
+        self._size[n] = max(self._size[n], largest[k])
+        found = [(a, b) for a, b in zones(f, points, k, float(self._slight[n][k])).T.tolist() if a > 0.0 and b < 1.0]
+        if self._jumps[n] or not found:
+            return found
+        height = np.ptp(points.y)
+        hidden = found[-1][1] - found[0][0] < WIDE or len(found) > 1 or height > HIGH * self._size[n]
+        return found if hidden else []
+
+
+def _position(x: Expr) -> tuple[Expr, Expr]:
+    """The coordinate that a leaf is, or is the rate of; and its rate."""
+    frame, key = x.value  # type: ignore[misc]
+    where = str(POSITION.get(key, key))
+    return coordinate(frame, where), coordinate(frame, RATE[where])
+
+
+def _columns(*c: Array) -> Array:
+    found = np.zeros((len(c[0]), 4))
+    for n, x in enumerate(c):
+        found[:, n] = x
+    return found
+
+
+class Functions(NamedTuple):
+    """As :class:`mbdsl.system.unseen.Function`, of several terms."""
+
+    jet: Callable[[NDArray, Array, Array], list[Jet]]
+    values: Callable[[NDArray, Array, Array], list[Jet]]  #: the same, without bounds on slopes
+    at: Callable[[NDArray, Array], list[Array]]
+
+
+def _only(f: Functions) -> Function:
+    return Function(lambda k, a, b: f.jet(k, a, b)[0], lambda k, s: f.at(k, s)[0])
+
+
+def _along(terms: list[Expr], ways: dict[Expr, Array], inputs: Mapping[str, float]) -> Functions:
+    """Terms along the ways of several steps."""
+
+    nothing = np.zeros(1)
+
+    def jet(k: NDArray, a: Array, b: Array, sloped: bool = True) -> list[Jet]:
+        def leaf(x: Expr) -> Jet:
+            if x.op == "input":
+                return constant(inputs[str(x.value)])
+            c0, c1, c2, c3 = ways[x][k].T
+            w = b - a
+            d0 = c0 + a * (c1 + a * (c2 + a * c3))
+            d1, d2, d3 = w * (c1 + a * (2.0 * c2 + a * 3.0 * c3)), w * w * (c2 + 3.0 * a * c3), w * w * w * c3
+            # of Bernstein's form: the polynomial lies between its coefficients
+            lo, hi = _around(d0, d0 + d1 / 3.0, d0 + (2.0 * d1 + d2) / 3.0, d0 + d1 + d2 + d3)
+            slack = ROUNDING * np.maximum(np.abs(lo), np.abs(hi))
+            if not sloped:
+                return Jet(lo - slack, hi + slack, nothing, nothing)
+            d_lo, d_hi = _around(d1, d1 + d2, d1 + 2.0 * d2 + 3.0 * d3)
+            return Jet(lo - slack, hi + slack, d_lo / w, d_hi / w)
+
+        return enclose(terms, leaf)
+
+    def at(k: NDArray, s: Array) -> list[Array]:
+        def leaf(x: Expr) -> Array:
+            if x.op == "input":
+                return np.full(len(k), inputs[str(x.value)])
+            c0, c1, c2, c3 = ways[x][k].T
+            return c0 + s * (c1 + s * (c2 + s * c3))
+
+        found = evaluate(terms, leaf, ARRAY_OPERATIONS, table_value)  # type: ignore[arg-type]
+        return [np.broadcast_to(y, k.shape) for y in found]
+
+    return Functions(jet, lambda k, a, b: jet(k, a, b, False), at)
+
+
+def _around(*values: Array) -> Interval:
+    lo, hi = values[0], values[0]
+    for x in values[1:]:
+        lo, hi = np.minimum(lo, x), np.maximum(hi, x)
+    return lo, hi
