@@ -29,6 +29,8 @@ Interval = tuple[Array, Array]
 #: relative error of an elementary function, with a margin
 ROUNDING = 2.0**-50
 INF = np.inf
+#: the slope of what does not change, and of everything where bounds on slopes are not wanted: costs nothing
+FLAT = np.zeros(1)
 CONDITIONS = ("lt", "le", "eq", "ne", "and", "or", "not")
 
 
@@ -54,11 +56,15 @@ def hull(*bounds: Interval) -> Interval:
 
 
 def add(a: Interval, b: Interval) -> Interval:
+    if a[0] is FLAT or b[0] is FLAT:
+        return b if a[0] is FLAT else a
     lo, hi = _outward(a[0] + b[0], a[1] + b[1])
     return np.where(np.isnan(lo), -INF, lo), np.where(np.isnan(hi), INF, hi)
 
 
 def neg(a: Interval) -> Interval:
+    if a[0] is FLAT:
+        return a
     return -a[1], -a[0]
 
 
@@ -260,6 +266,7 @@ def _truth(surely: NDArray, never: NDArray, rate: Interval) -> Jet:
 
 
 def _less(a: Jet, b: Jet, surely: NDArray, never: NDArray) -> Jet:
+    """Which grows with b, and falls as a grows."""
     return _truth(surely, never, add((b.d_lo, b.d_hi), neg((a.d_lo, a.d_hi))))
 
 
@@ -433,12 +440,16 @@ def _count(knots: Array, u: Array, side: Literal["left", "right"]) -> NDArray:
 
 def _product(a: Jet, b: Jet) -> Jet:
     x, y = (a.lo, a.hi), (b.lo, b.hi)
-    return Jet(*mul(x, y), *add(mul((a.d_lo, a.d_hi), y), mul(x, (b.d_lo, b.d_hi))))
+    return Jet(*mul(x, y), *add(_scaled(a, y), _scaled(b, x)))
+
+
+def _scaled(a: Jet, factor: Interval) -> Interval:
+    """The slopes of a times a factor."""
+    return (FLAT, FLAT) if a.d_lo is FLAT else mul((a.d_lo, a.d_hi), factor)
 
 
 def _square(a: Jet) -> Jet:
-    two = np.full(1, 2.0)
-    return Jet(*square((a.lo, a.hi)), *mul(mul((two, two), (a.lo, a.hi)), (a.d_lo, a.d_hi)))
+    return Jet(*square((a.lo, a.hi)), *_scaled(a, (2.0 * a.lo, 2.0 * a.hi)))
 
 
 def _absolute(a: Jet) -> Jet:
@@ -483,7 +494,7 @@ def _known(truth: Array) -> Jet:
 
 def constant(value: float) -> Jet:
     """What does not change."""
-    return Jet(np.full(1, value), np.full(1, value), np.zeros(1), np.zeros(1))
+    return Jet(np.full(1, value), np.full(1, value), FLAT, FLAT)
 
 
 def enclose(roots: Iterable[Expr], leaf: Callable[[Expr], Jet]) -> list[Jet]:
@@ -508,7 +519,7 @@ def enclose(roots: Iterable[Expr], leaf: Callable[[Expr], Jet]) -> list[Jet]:
             values, slope = SMOOTH[n.op]
             a = found[n.args[0]]
             value = values((a.lo, a.hi))
-            found[n] = Jet(*value, *mul(slope((a.lo, a.hi), value), (a.d_lo, a.d_hi)))
+            found[n] = Jet(*value, *((FLAT, FLAT) if a.d_lo is FLAT else _scaled(a, slope((a.lo, a.hi), value))))
         else:
             args = [found[x] for x in n.args]
             truths = {"select": 1, "and": 2, "or": 2, "not": 1}.get(n.op, 0)

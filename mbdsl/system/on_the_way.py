@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.lang.expressions import RATE, Expr, coordinate, evaluate, leaves, walk
-from mbdsl.system.intervals import CONDITIONS, ROUNDING, Interval, Jet, constant, enclose
+from mbdsl.system.intervals import CONDITIONS, FLAT, ROUNDING, Interval, Jet, constant, enclose
 from mbdsl.system.signals import ARRAY_OPERATIONS, table_value, values
 from mbdsl.system.unseen import Function, Zone, hiding, monotone, zones
 
@@ -150,8 +150,6 @@ def _only(f: Functions) -> Function:
 def _along(terms: list[Expr], ways: dict[Expr, Array], inputs: Mapping[str, float]) -> Functions:
     """Terms along the ways of several steps."""
 
-    nothing = np.zeros(1)
-
     def jet(k: NDArray, a: Array, b: Array, sloped: bool = True) -> list[Jet]:
         def leaf(x: Expr) -> Jet:
             if x.op == "input":
@@ -164,7 +162,7 @@ def _along(terms: list[Expr], ways: dict[Expr, Array], inputs: Mapping[str, floa
             lo, hi = _around(d0, d0 + d1 / 3.0, d0 + (2.0 * d1 + d2) / 3.0, d0 + d1 + d2 + d3)
             slack = ROUNDING * np.maximum(np.abs(lo), np.abs(hi))
             if not sloped:
-                return Jet(lo - slack, hi + slack, nothing, nothing)
+                return Jet(lo - slack, hi + slack, FLAT, FLAT)
             d_lo, d_hi = _around(d1, d1 + d2, d1 + 2.0 * d2 + 3.0 * d3)
             return Jet(lo - slack, hi + slack, d_lo / w, d_hi / w)
 
