@@ -90,7 +90,12 @@ class _Search:
         """One run, of at most ``limit`` seconds."""
         how = {"method": case.method, "step": case.step, "tol": case.tol}
         given = {**self.given, **how, **other}
-        found = limited(self.scene, limit, self.progress, announce=self.announce, **given)
+        begun = perf_counter()
+        try:
+            found = limited(self.scene, limit, self.progress, announce=self.announce, **given)
+        except MbdslError:
+            self.spent += min(limit, perf_counter() - begun)
+            raise
         self.runs.append(str(case))
         self.spent += found.stats["seconds"]["integrate"]
         return found
@@ -131,13 +136,13 @@ class _Search:
 
     def check(self, ladder: Ladder, budget: float | None) -> Verdict:
         """What methods of other families say; where none can, the ladder itself shows a difference that is small."""
-        end = perf_counter() + allowance(self.spent, budget, 2.0)
+        end = self.spent + allowance(self.spent, budget, 2.0)  # without what compiling takes
 
         def judge(case: Case, limit: float) -> Trajectory:
             # what is set of the one method, or forced upon it, says nothing of another
             return self.run(case, limit, options=None, force=False)
 
-        verdict = ask(ladder, self.accuracy, self.run, judge, lambda: end - perf_counter())
+        verdict = ask(ladder, self.accuracy, self.run, judge, lambda: end - self.spent)
         if not verdict.checked and not verdict.against:
             self.result = ladder.last
             while ladder.differences[-1] > self.accuracy and not ladder.problem:

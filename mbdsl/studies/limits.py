@@ -12,6 +12,7 @@ from mbdsl.simulation import Progress, simulate
 from mbdsl.trajectory import Trajectory
 from mbdsl.wording import duration
 
+SHORTEST = 1e-6  #: seconds in which nothing can be run
 LEAST, TIMES = 10.0, 10.0  #: seconds that a check may take in any case, and times as long as what it checks
 
 
@@ -51,7 +52,7 @@ def limited(
         if progress is not None:
             progress(p)
 
-    if limit <= 0.0:
+    if limit <= SHORTEST:
         raise TooLong("there was no time left for it")
     found = simulate(model, progress=watch, **given)
     if found.status == "interrupted":

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from time import perf_counter
 
 from mbdsl.errors import MbdslError
 from mbdsl.integrators import methods
@@ -72,8 +71,8 @@ def ask(ladder: Ladder, accuracy: float, run: Limited, judge: Limited, left: Cal
     waiting = list(_others(ladder, accuracy))
     while waiting:
         other = waiting.pop(0)
-        end = perf_counter() + left() / (1 + len(waiting))  # others may be needed
-        found = _confront(ladder, other, accuracy, run, judge, left, lambda end=end: end - perf_counter())  # type: ignore[misc]
+        others = left() * len(waiting) / (1 + len(waiting))  # they may be needed
+        found = _confront(ladder, other, accuracy, run, judge, left, lambda kept=others: left() - kept)  # type: ignore[misc]
         verdict.opinions.append(found)
         if found.agrees is not None:
             waiting = [x for x in waiting if family(x.method) != family(other.method)]
@@ -111,6 +110,8 @@ def _confront(
             before = differs
             if still > PERSISTS:
                 break
+        elif len(other.estimates) > PERSISTS and own > SAME * min(other.estimates[-1 - PERSISTS : -1]):
+            break  # it does not become better
         try:
             if not finer or still == PERSISTS:
                 other.add(lambda case: judge(case, share()), other.next(max(differs, accuracy) / FINER))
