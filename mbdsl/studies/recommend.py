@@ -17,6 +17,7 @@ from mbdsl.scene import Scene
 from mbdsl.studies.cases import Case, assemble, chosen, own_step, setting
 from mbdsl.studies.effects import tolerance
 from mbdsl.studies.errors import Quantity, error, quantities
+from mbdsl.studies.families import precise
 from mbdsl.studies.reference import Reference, automatic, file_points, from_file
 from mbdsl.studies.report import as_text, number, size
 from mbdsl.studies.runner import Runner
@@ -31,6 +32,7 @@ RUNS = 8  #: of one method, at most
 FAR = 3.0  #: times as slow as the best so far: no more is tried
 SHORT = 0.1  #: seconds of a run that are too short to tell by one run
 ASKED = "the error asked for"
+SHARE = 0.7  #: of what is left of the budget, that is for finding cases; the rest is for timing them
 JUMP = 32.0  #: from one step to the next: errors of long steps tell little of short ones
 
 
@@ -117,14 +119,16 @@ def recommend(
     choices: list[Choice] = []
     others: list[tuple[str, str]] = []
     quickest = math.inf
-    for name in names:
-        for kind in methods()[name].steps:
-            found, why = search.reach(name, kind, quickest)
-            if found is None:
-                others.append((_case(name, kind, 0.1).series, why))
-            else:
-                choices.append(found)
-                quickest = min(quickest, found.time)
+    ways = _promising(names)
+    for k, (name, kind) in enumerate(ways):
+        # no way may use up the time of the others
+        share = runner.left * max(SHARE / (len(ways) - k), 0.25)
+        found, why = search.reach(name, kind, quickest, share)
+        if found is None:
+            others.append((_case(name, kind, 0.1).series, why))
+        else:
+            choices.append(found)
+            quickest = min(quickest, found.time)
     if not choices:
         told = f"no method reaches an error of {search.wording(search.target)}: {together(others)}"
         raise IntegrationError(told)
@@ -173,17 +177,28 @@ class Search:
     def wording(self, x: float) -> str:
         return f"{x:.2g} {self.unit}".rstrip()
 
-    def reach(self, name: str, kind: str, quickest: float = math.inf) -> tuple[Choice | None, str]:
-        """The case of a method that reaches the target with the longest step tried, or why there is none."""
+    def reach(
+        self, name: str, kind: str, quickest: float = math.inf, share: float = math.inf
+    ) -> tuple[Choice | None, str]:
+        """The case of a method that reaches the target with the longest step tried, or why there is none.
+
+        Runs that take far longer than the ``quickest`` that is known, or all together longer than ``share`` [s], are
+        ended.
+        """
         fixed = kind == "fixed"
         order = float(methods()[name].order) if fixed else 1.0
         at = 4.0 * own_step(self.runner.setting) if fixed else min(1e-3, 10.0 * self.target_part)
         tried: list[tuple[float, float]] = []
         best: Choice | None = None
         why = ""
+        slow, spent = max(FAR * quickest, SHORT), 0.0
         for _ in range(RUNS):
             case = _case(name, kind, _rounded(at))
-            run = self.runner.compute([case])[case]
+            limit = min(4.0 * slow, share - spent)  # a run that was only begun tells less than one that was slow
+            run = self.runner.compute([case], limit=limit)[case]
+            spent += min(limit, run.stats.get("seconds", {}).get("integrate", limit if run.late else 0.0))
+            if run.late and best is None and limit >= 4.0 * slow:
+                return None, f"takes more than {FAR:g} times as long"
             if run.problem:
                 why = run.problem
                 if tried or run.late:
@@ -197,7 +212,7 @@ class Search:
                     break
             elif best is not None:
                 break
-            elif seconds > max(FAR * quickest, SHORT):
+            elif seconds > slow:
                 return None, f"takes more than {FAR:g} times as long"
             elif len(tried) > 1 and e > 0.9 * tried[-1][1] and e < 1e-2:
                 return None, f"does not come below {min(e, *(x for _, x in tried)):.1e}"
@@ -217,6 +232,13 @@ class Search:
     def target_part(self) -> float:
         """The target as part of the scale."""
         return self.target if self.scaled else self.target * self.wanted[0].weights[0]
+
+
+def _promising(names: Sequence[str]) -> list[tuple[str, str]]:
+    """Methods with the kind of their steps, those of high order first: where these are quick, others need no time."""
+    high = precise()
+    ordered = sorted(names, key=lambda name: high.index(name) if name in high else len(high))
+    return [(name, kind) for name in ordered for kind in methods()[name].steps]
 
 
 def _search(

@@ -184,11 +184,12 @@ def compute(of: Setting, case: Case, limit: float = math.inf, announce=None) -> 
     """
     if limit <= 0.0:
         return Computed(case, problem=OUT_OF_TIME)
-    late = False
+    begun, late = 0.0, False
 
     def watch(progress: Progress) -> None:
-        nonlocal late
-        if progress.seconds > limit:
+        nonlocal begun, late
+        begun = begun or perf_counter() - progress.seconds  # progress counts anew in every trial run
+        if perf_counter() - begun > limit:
             late = True
             raise KeyboardInterrupt
 
