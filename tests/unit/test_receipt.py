@@ -144,7 +144,7 @@ def test_shares(name):
     timed = {e.effect: e.share for e in found.entries if e.share is not None}
     assert found.step > 0.0
     assert all(0.0 <= share < 1.0 for share in timed.values())
-    assert sum(timed.values()) + found.remainder == pytest.approx(1.0)
+    assert sum(timed.values()) + (found.remainder or 0.0) == pytest.approx(1.0)  # None where the machine is too busy
     assert all(e.present for e in found.entries if e.share is not None)
     # all that has code of its own has a share
     assert {e.effect for e in found.entries if any("." in kernel for kernel in e.kernels)} <= set(timed)

@@ -10,7 +10,7 @@ from mbdsl.studies import runner as running
 from mbdsl.studies import workers
 from mbdsl.studies.cases import Case, cases, common_points, setting, step_ladder
 from mbdsl.studies.runner import Runner
-from mbdsl.studies.store import OUT_OF_TIME, Computed, Store, _code, _sources, key_of, versions
+from mbdsl.studies.store import OUT_OF_TIME, Computed, Store, _sources, code, key_of, versions
 
 MODELS = Path(__file__).parents[3] / "models"
 CRANK = MODELS / "slider_crank.mbd"
@@ -77,11 +77,11 @@ def test_what_a_run_is_computed_with_is_in_its_key(name, monkeypatch):
     before = key_of(base, case)
     of = {**versions(), name: "0.0.0"}
     monkeypatch.setattr("mbdsl.studies.store.versions", lambda: of)
-    _code.cache_clear()
+    code.cache_clear()
     try:
         assert key_of(base, case) != before
     finally:
-        _code.cache_clear()
+        code.cache_clear()
 
 
 def test_a_failure_is_kept(store):
