@@ -61,7 +61,7 @@ def test_everything_that_determines_a_run_is_in_its_key(tmp_path, monkeypatch):
         key_of(base, Case("hht-si2", tol=4e-3)),
         key_of(base, Case("hht-si2", step=4e-3, options=(("alpha", -0.2),))),
     }
-    monkeypatch.setattr("mbdsl.studies.store._code", lambda: "of another version")
+    monkeypatch.setattr("mbdsl.studies.store.code", lambda: "of another version")
     assert len(keys | {key_of(base, case)}) == 11
 
 
@@ -228,7 +228,7 @@ def test_a_model_that_is_edited_while_it_runs(after, store, tmp_path, monkeypatc
 
 def test_a_method_that_is_edited_while_it_runs(store, monkeypatch):
     monkeypatch.setattr(running, "ALONE", -1.0)
-    monkeypatch.setattr("mbdsl.studies.store._code", lambda: "as this process knows it")
+    monkeypatch.setattr("mbdsl.studies.store.code", lambda: "as this process knows it")
     told = []
     runs = runner(store, workers=2, announce=told.append).compute(CASES)
     assert all(run.done for run in runs.values()) and any("not what it was" in line for line in told)
