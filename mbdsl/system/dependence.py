@@ -13,6 +13,7 @@ from mbdsl.wording import few
 Array = NDArray[np.float64]
 
 NEAR = 1e-2  #: smallest singular value over the largest below which a pose counts as close to a singular one
+FITS = 1e-12  #: of the size, up to which a redundant joint fits to rounding
 PART = 1e-2  #: of the largest coefficient, above which a joint takes part
 
 
@@ -32,18 +33,21 @@ def _joints(system: System, rows: Sequence[int]) -> list[str]:
 
 
 def repeated(system: System, t: float, q: Array, v: Array, redundant: Sequence[int]) -> list[str]:
-    """A line for every joint with redundant rows: where it is declared, and from which joints it follows."""
+    """A line for every joint with redundant rows: where it is declared, from which joints it follows, how they fit."""
     J = _rows(system, t, q, v) if redundant else None
     if J is None:
         return []
     rest = [k for k in range(len(J)) if k not in redundant]
+    violation = np.concatenate([system.Phi(t, q), system.Gam(t, q, v)])
     lines = []
     for joint in _joints(system, redundant):
         own = [k for k in redundant if joint in _joints(system, [k])]
         parts = np.abs(np.linalg.lstsq(J[rest].T, J[own].T, rcond=1e-9)[0]).max(axis=1)
         others = _joints(system, [rest[k] for k in np.flatnonzero(parts > PART * parts.max())])
         told = ", ".join(_where(system, other) for other in others if other != joint)
-        lines.append(f"{_where(system, joint)} follows from {told}")
+        off = float(np.abs(violation[own]).max())
+        misfit = f"; they do not fit by {off:.2g}" if off > FITS * system.tables.size else ""
+        lines.append(f"{_where(system, joint)} follows from {told}{misfit}")
     return lines
 
 

@@ -33,6 +33,16 @@ def test_a_repeated_joint_follows_from_its_twin_alone():
     assert f"  Distance other ({other}) follows from Distance one ({one})" in said
 
 
+def test_a_misfit_that_is_let_pass_is_told():
+    """Up to some 1e-10 of the size joints close; the run says that they do so not to rounding."""
+    for misfit, told in ((0.0, False), (1e-15, False), (1e-10, True)):
+        said = []
+        mbdsl.simulate(
+            HARD / "two_lengths.mbd", step=1e-3, stop=2e-3, announce=said.append, parameters={"misfit": misfit}
+        )
+        assert any("they do not fit by" in line for line in said) is told, misfit
+
+
 @pytest.mark.parametrize("misfit", [1e-8, 1e-6, 1e-3, 0.1])
 def test_contradictory_joints_are_named_however_small_the_misfit_is(misfit):
     with pytest.raises(InitialisationError) as caught:
