@@ -26,9 +26,11 @@ from mbdsl.system import System, build
 from mbdsl.system.bodies import LARGEST_BEND, Rigid
 from mbdsl.system.initial import InitialState, Moved, determined, initial_state
 from mbdsl.system.signals import values
+from mbdsl.system.tables import gravity
 
 Array = NDArray[np.float64]
 KINEMATIC = "kinematic"
+NOISE = 1e-4  #: of accelerations, above which those from positions known to eps are worse than those of the equations
 RATE = {"x": "vx", "y": "vy", "phi": "w"}
 
 
@@ -210,7 +212,19 @@ class Motion:
 
     @property
     def own_reactions(self) -> bool:
-        return declared(self.plan.method).own_reactions
+        """Whether reactions are those of the method; else they follow from positions and velocities."""
+        method = declared(self.plan.method)
+        return method.own_reactions and not (method.index == 3 and self.plan.tol is None and self._rounding)
+
+    @property
+    def _rounding(self) -> bool:
+        """Whether steps are so short that accelerations from differences of positions, known to eps, are noise."""
+        largest = float(np.abs(gravity(self.system.scene)).max()) / self.system.tables.size
+        for part in self.parts:
+            first, scale = part.initial, part.system.tables.scale
+            a, v = (float(np.abs(x * scale).max(initial=0.0)) for x in (first.a, first.v))
+            largest = max(largest, a, v**2)
+        return np.finfo(float).eps / self.plan.h**2 > NOISE * largest > 0.0
 
     @property
     def steps(self) -> int:

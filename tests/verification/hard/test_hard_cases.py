@@ -87,6 +87,13 @@ def test_default_method(one):
         assert cell is None or cell.verdict != "WRONG", str(cell)
 
 
+@pytest.mark.parametrize("step", ["1e-09 s", "1e-07 s", "1e-05 s"])
+def test_reactions_of_index_3_at_tiny_steps(step):
+    """Multipliers of index 3 are differences of positions over h^2: with 1 ns of rounding, they would be 70 times the
+    largest reaction off. Reactions from the equations on the level of accelerations are not."""
+    assert measure(case(f"step_sizes: 1000 steps of {step}"), "hht-i3").verdict == "right"
+
+
 # -- verdicts can fail ----------------------------------------------------------------------------------------------
 
 
