@@ -224,7 +224,7 @@ class Motion:
             first, scale = part.initial, part.system.tables.scale
             a, v = (float(np.abs(x * scale).max(initial=0.0)) for x in (first.a, first.v))
             largest = max(largest, a, v**2)
-        return np.finfo(float).eps / self.plan.h**2 > NOISE * largest > 0.0
+        return bool(np.finfo(float).eps / self.plan.h**2 > NOISE * largest > 0.0)
 
     @property
     def steps(self) -> int:

@@ -59,7 +59,11 @@ class Suite:
             "slow": "not done in time",
             "WRONG": "wrong",
         }
-        return f"{len(found)} runs: " + ", ".join(f"{found.count(key)} {text}" for key, text in told.items()) + "."
+        return (
+            f"{len(found)} runs of {', '.join(self.methods)}: "
+            + ", ".join(f"{found.count(key)} {text}" for key, text in told.items())
+            + "."
+        )
 
     def page(self) -> str:
         """The whole page of the documentation."""

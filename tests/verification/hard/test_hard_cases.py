@@ -155,7 +155,7 @@ def test_the_command(tmp_path, capsys):
     assert cli.main((*argv, "--output", str(page))) == 0
     text = page.read_text(encoding="utf-8")
     assert text.startswith("# Hard cases") and "| any_size: 1 m | h = 0.001 s | 2.9e-05 |" in text
-    assert "2 runs: 2 right" in text
+    assert "2 runs of hht-si2: 2 right" in text
     assert cli.main(("study", "hard", str(FOLDER), "--cases", "nothing")) == 2
     assert "no hard cases named nothing" in capsys.readouterr().err
 
