@@ -234,6 +234,8 @@ def eigen(
         assert not isinstance(at, str)
         run = simulate(system.scene, stop=float(at), interval=abs(float(at) - start), announce=announce)
         t, q, v = float(run.t[-1]), run.q[-1], run.v[-1]
+        for body, angle in run.turns.items():
+            system.set_turn(body, float(angle[-1]))
         state = t, q, v, *accelerations(system, t, q, v, run.left_out)
     name = at if isinstance(at, str) else f"t = {float(at):g} s"
     t, q, v, a, lam = state

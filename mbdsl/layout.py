@@ -74,7 +74,8 @@ NEW_MASS = 33  #: 1 where that row is to be looked at
 INERTIA_ROW, INERTIA_ROW2, TANGENT_ROW = 34, 35, 36  #: rows of Y that M is multiplied with; x in cA (M x)_q
 COUPLINGS, N_COUPLINGS, COUPLING_VALUES = 37, 38, 39  #: constant entries of M beside the diagonal: i, j, slot; in F
 SWITCHES, N_SWITCHES = 40, 41  #: offset in I of (offset of its record) per switch, and their number
-BLOCKS = 42  #: first block header
+TURNS, N_TURNS = 42, 43  #: offset in I of (offset in F, coordinate) per angle that turns are counted on from
+BLOCKS = 44  #: first block header
 BLOCK = 4  #: ints of a block: count, then body: offset in I; pair: first row of C, offset and stride in F
 
 # -- tasks of the emitted function ``inertia`` -----------------------------------------------------------------

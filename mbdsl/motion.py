@@ -361,7 +361,7 @@ class Motion:
             if k is not None and count > len(RATE):  # what deforms is solved for as it is
                 part = self.parts[k].system.tables
                 own = part.coordinates[body.name]
-                system.tables.models[body.name].begin(part.models[body.name].turn, system.tables.F)
+                system.set_turn(body.name, part.models[body.name].turn)
                 q[:, d : d + count] = states[k][0][:, own : own + count]
                 v[:, d : d + count] = states[k][1][:, own : own + count]
                 continue

@@ -65,6 +65,7 @@ class Search:
 
     def _go(self, point: _Point) -> None:
         self.point, n = point, self.system.n
+        self.system.count_turns(point.q, start=True)
         self.q, self.lam, self.g = point.q, point.lam, point.g
         self.K = self.system.tangent(self.t, self.q, self.still, self.lam, cK=1.0)[:n, :n]
         self.kappa = largest(self._scaled(self.K))

@@ -83,6 +83,9 @@ class _Held:
         """The Jacobian of what is held."""
         return np.concatenate([self._gradients(q)[1], self.rows])
 
+    def count_turns(self, q: Array, start: bool) -> None:
+        self.system.count_turns(q, start)
+
     def names(self) -> list[str]:
         return self.system.names()
 

@@ -277,18 +277,18 @@ class Trajectory:
         """What else equations at the point ``i`` depend on: inputs, and turns that coordinates do not hold."""
         for name, value in self.inputs.items():
             self.system.set_input(name, float(value[i]))
-        for at, angle in self._turns:
-            self.system.set_number(at, float(angle[i]))
+        for body, angle in self.turns.items():
+            self.system.set_number(self.system.tables.models[body].counter, float(angle[i]))
 
     @cached_property
-    def _turns(self) -> list[tuple[int, Array]]:
-        """Where in the float tables the angles of frames are counted on from, and these (N,)."""
-        found = []
+    def turns(self) -> dict[str, Array]:
+        """The angles (N,) that turns are counted on from, of bodies by name whose coordinates do not hold them."""
+        found = {}
         for name in self._flexible:
             d, body = self.system.tables.coordinates[name], self.system.tables.models[name]
-            q, v = self.q[:, d : d + body.n], self.v[:, d : d + body.n]
-            for at, pose in zip(body.turns, body.counted, strict=True):
-                found.append((at, body.frame(pose, "phi", q, v, self.t) - pose[2]))
+            if body.counter >= 0:
+                q, v = self.q[:, d : d + body.n], self.v[:, d : d + body.n]
+                found[name] = body.turned(body.turn, q, v, self.t)
         return found
 
     @property

@@ -37,10 +37,15 @@ def shapes(s: Array, L: float) -> tuple[Array, Array, Array]:
     return np.stack(S, -1), np.stack(d, -1), np.stack(dd, -1)
 
 
+def _turning(slope: Array, rate: Array) -> Array:
+    """Angular velocities (N,) of slopes (N, 2) with these rates."""
+    return (slope[:, 0] * rate[:, 1] - slope[:, 1] * rate[:, 0]) / (slope**2).sum(axis=1)
+
+
 class CableBody:
     """A flexible beam with x, y and the slopes dx, dy of nodes, from end a to end b.
 
-    Angles of its frames are next to ``turn`` at first; kernels have them in F at ``turns``.
+    Turns are counted from the angle ``turn`` of end a; kernels have theirs in F at ``counter``.
     """
 
     def __init__(self, component: Component) -> None:
@@ -55,7 +60,7 @@ class CableBody:
         # constant, and is exact for a beam that does not stretch.
         self._density = self.L * (v["mass"] / self.length * (S.T * w) @ S + v["rotary"] * (d.T * w) @ d)
         self._first = self.L * v["mass"] / self.length * w @ S
-        self.turn, self.turns, self.counted = 0.0, list[int](), list[Pose]()
+        self.turn, self.counter = 0.0, -1
 
     def _elements(self, q: Array) -> Array:
         """Coordinates (N, n) element by element: (N, elements, 4, 2)."""
@@ -125,35 +130,39 @@ class CableBody:
         for i in range(self.elements):
             own = range(d + 4 * i, d + 4 * i + 8)
             buffers.slots(own, own)
-        self.turns, self.counted, frames = [], list(poses), []
+        self.counter, frames = buffers.floats([self.turn]), list[int]()
         for pose in poses:
             at, S, slope = self._station(pose)
             constants = buffers.floats([pose[2], *S.tolist(), *slope.tolist()])
-            self.turns.append(buffers.floats([self.turn]))
             own = range(d + at, d + at + 2 * len(S))
-            frames += [len(S), at, constants, self.turns[-1], buffers.slots(own, own)]
+            frames += [len(S), at, constants, buffers.slots(own, own)]
         band, factor = cholesky(self._banded())
         head = [d, first, len(poses), self.elements, material, *points, blocks, buffers.ints(frames), band]
-        return [*head, buffers.floats(factor), buffers.floats([0.0] * 64)]
+        return [*head, buffers.floats(factor), buffers.floats([0.0] * 64), self.counter]
 
     def frame(self, pose: Pose, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
-        """As the protocol says; the angle of the first state is the one next to ``turn``, those of later ones next to
-        where the state before, and rates, let them be expected."""
+        """As the protocol says; the angle of end a in the first state is the one next to ``turn``, those of later ones
+        next to where the state before, and rates, let them be expected; from there on, angles follow the axis."""
         first, S, d = self._station(pose)
         e, rate = (x[:, first : first + 2 * len(S)].reshape(len(x), -1, 2) for x in (q, v))
         if key in ("x", "y", "vx", "vy"):
             return S @ (rate if key[0] == "v" else e)[:, :, "xy".index(key[-1])].T
         slope = d @ e
-        turning = d @ rate
-        w = (slope[:, 0] * turning[:, 1] - slope[:, 1] * turning[:, 0]) / (slope**2).sum(axis=1)
         if key == "w":
-            return w
-        change = np.diff(np.arctan2(slope[:, 1], slope[:, 0]), prepend=self.turn)
+            return _turning(slope, d @ rate)
+        nodes = q.reshape(len(q), -1, 2)[:, 1 : first // 2 + 2 : 2]
+        along = np.unwrap(np.arctan2(*np.moveaxis(np.concatenate([nodes, slope[:, None]], axis=1), -1, 0)[::-1]))
+        return self.turned(self.turn, q, v, t) + along[:, -1] - along[:, 0] + pose[2]
+
+    def turned(self, turn: float, q: Array, v: Array, t: Array | None = None) -> Array:
+        slope, rate = q[:, 2:4], v[:, 2:4]
+        change = np.diff(np.arctan2(slope[:, 1], slope[:, 0]), prepend=turn)
         expected = np.zeros(len(change))
         if t is not None:
+            w = _turning(slope, rate)
             expected[1:] = 0.5 * (w[1:] + w[:-1]) * np.diff(t)
         change += 2.0 * np.pi * np.round((expected - change) / (2.0 * np.pi))
-        return self.turn + np.cumsum(change) + pose[2]
+        return turn + np.cumsum(change)
 
     def gradient(self, pose: Pose, q: Array, v: Array) -> tuple[Array, Array]:
         first, S, d = self._station(pose)
@@ -175,10 +184,6 @@ class CableBody:
         turned = np.stack([-s * along, c * along, -s * one, c * one], axis=1).ravel()
         shifts = np.tile([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]], (len(one), 1))
         return q, np.column_stack([shifts, turned])
-
-    def begin(self, phi: float, F: Array) -> None:
-        self.turn = phi
-        F[self.turns] = phi
 
     # -- energies ------------------------------------------------------------------------------------------------
     def strains(self, q: Array) -> tuple[Array, Array]:

@@ -8,8 +8,10 @@ mass matrix is constant, there are no velocity-dependent inertia forces, and a f
     (B v)_q = [0; (P S' v)^T S'],   P = d^2 theta/dr'^2 = [[-2 p_x p_y, p_x^2 - p_y^2], [., 2 p_x p_y]]
     d(B^T F)/dq = tau S'^T P S'
 
-An angle is the one next to what it was at the last evaluation: turns are counted as long as it changes by less than
-half a turn between two of them. (A cable's section is taken to be normal to its axis.)
+A slope has no turns. That of end a is counted on from its angle in the state accepted last (``F[I[TURN]]``, which
+evaluations only read), next to which it is; from there, turns are those of the axis, which bends by less than half a
+turn between two nodes. So angles depend on q and on that state only, and on nothing that was tried in between. (A
+cable's section is taken to be normal to its axis.)
 
 Stretch and material curvature, and their energy, with damping after Kelvin and Voigt (retardation time T):
 
@@ -22,7 +24,7 @@ K_r''r' = J/|r'|^2 - 2 p u^T, K_r'r' = 2 (J r'' u^T + u (J r'')^T)/|r'|^2 + 8 K 
 Where eps and K are taken is a table (:mod:`mbdsl.beams.cable_body`). Source: J. Gerstmayr, H. Irschik, On the correct
 representation of bending and axial deformation in the absolute nodal coordinate formulation with an elastic line
 approach, J. Sound Vib. 318 (2008) 461-487. Record of a body in I: see ``RECORD``; of a frame: number of its shape
-functions (4, or 2 at a node), first of its coordinates, offset in F of phi0, S, S' and of theta, first slot.
+functions (4, or 2 at a node), first of its coordinates, offset in F of phi0, S, S', first slot.
 """
 
 from math import atan2, floor, pi, sqrt
@@ -55,9 +57,27 @@ FIRST, FRAME, N_FRAME, ELEMENTS = 0, 1, 2, 3
 MATERIAL, N_STRETCH, STRETCH, N_BEND, BEND = 4, 5, 6, 7, 8
 #: first slot of the elements' 8 x 8 blocks, list of frame records, bandwidth and factor (in F) of M, scratch (64, in F)
 BLOCKS, OF_FRAMES, BAND, FACTOR, SCRATCH = 9, 10, 11, 12, 13
-RECORD = 14
-FRAME_RECORD = 5
+#: offset in F of the angle of end a, as it was accepted last
+TURN = 14
+RECORD = 15
+FRAME_RECORD = 4
 STRETCH_POINT, BEND_POINT = 5, 9
+
+
+@kernel
+def passed(ax, ay, bx, by):
+    """How often atan2 of a slope jumps back by a turn on the shorter way from a to b."""
+    if ay >= 0.0 > by and ax * by - ay * bx > 0.0:
+        return 1.0
+    if ay < 0.0 <= by and ax * by - ay * bx < 0.0:
+        return -1.0
+    return 0.0
+
+
+@kernel
+def angle(x, y):
+    """atan2, where -0 is 0, as ``passed`` has it."""
+    return atan2(y + 0.0, x)
 
 
 @kernel
@@ -65,6 +85,8 @@ def move(block, Y, Z, F, I):
     """Pose and rate of every frame, and p, which stands where rigid bodies have levers; wrenches start at zero."""
     for e in range(I[block]):
         o = I[block + 1] + RECORD * e
+        d = I[o + FIRST]
+        first = floor((F[I[o + TURN]] - angle(Y[Q, d + 2], Y[Q, d + 3])) / (2.0 * pi) + 0.5)
         for f in range(I[o + N_FRAME]):
             r, z = I[o + OF_FRAMES] + FRAME_RECORD * f, Z[I[o + FRAME] + f]
             k, n = I[r], I[r + 2]
@@ -82,10 +104,11 @@ def move(block, Y, Z, F, I):
                 uy += t * v[2 * j + 1]
             square = ax * ax + ay * ay
             px, py = -ay / square, ax / square
-            theta = atan2(ay, ax)
-            theta += 2.0 * pi * floor((F[I[r + 3]] - theta) / (2.0 * pi) + 0.5)
-            F[I[r + 3]] = theta
-            z[0], z[1], z[2] = x, y, theta + F[n]
+            turns, last = first, d + I[r + 1] // 4 * 4 + 2
+            for i in range(d + 2, last, 4):
+                turns += passed(Y[Q, i], Y[Q, i + 1], Y[Q, i + 4], Y[Q, i + 5])
+            turns += passed(Y[Q, last], Y[Q, last + 1], ax, ay)
+            z[0], z[1], z[2] = x, y, angle(ax, ay) + 2.0 * pi * turns + F[n]
             z[3], z[4], z[5] = vx, vy, px * ux + py * uy
             z[LEVER], z[LEVER + 1] = px, py
             for j in range(3):
@@ -218,7 +241,7 @@ def stiffness(block, cK, Z, F, I, A):
         o = I[block + 1] + RECORD * e
         for f in range(I[o + N_FRAME]):
             r, z = I[o + OF_FRAMES] + FRAME_RECORD * f, Z[I[o + FRAME] + f]
-            k, t, slot = I[r], I[r + 2] + 1 + I[r], I[SLOTS] + I[r + 4]
+            k, t, slot = I[r], I[r + 2] + 1 + I[r], I[SLOTS] + I[r + 3]
             px, py, tau = z[LEVER], z[LEVER + 1], -cK * z[WRENCH + 2]
             P_xx, P_xy = -2.0 * px * py * tau, (px * px - py * py) * tau
             for i in range(k):

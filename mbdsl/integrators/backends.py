@@ -6,8 +6,9 @@ A backend is a module (or any object) with
     solve(problem)   a generator of states: (t, q, v), and lam (m + p,) behind them where METHOD.own_reactions
 
 It yields a state at every one of ``problem.times``, and may yield others, in order of time: what has been yielded is
-kept where the run ends early, and between two states a run can be interrupted. What it cannot solve it reports by
-raising ``IntegrationError`` with a reason in words. :class:`External` makes a run of it.
+kept where the run ends early, and between two states a run can be interrupted. Turns of beams in absolute nodal
+coordinates are counted from the state yielded last: a backend should yield every step that it has accepted. What it
+cannot solve it reports by raising ``IntegrationError`` with a reason in words. :class:`External` makes a run of it.
 """
 
 from __future__ import annotations
@@ -150,6 +151,8 @@ class External:
         given = {**self._given, "breaks": self.system.time_events(*span), "zones": zones}
         problem = Problem(self.system, q=q, v=v, a=a, lam=lam, left_out=left_out, counts=self._counts, **given)
         self._q, self._v, self._lam = q, v, lam
+        for name, body in self.system.tables.models.items():
+            self.system.set_turn(name, body.turn)
         self._states: Iterator[tuple] = iter(self._backend.solve(problem))
 
     def advance(self, steps: int) -> int:
@@ -193,6 +196,7 @@ class External:
         given = np.full(len(self._lam), np.nan) if lam is None else lam
         on_time = t >= due - near
         moved = t > self.time
+        self.system.count_turns(q)
         self.time, self._q, self._v, self._lam = due if on_time else float(t), q, v, given
         if on_time or (self._every and moved):
             self._write(np.concatenate([q, v, given]))

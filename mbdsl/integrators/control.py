@@ -60,6 +60,7 @@ from mbdsl.layout import (
     E_Q,
     E_V,
     E_X,
+    FP,
     GD,
     MASS,
     MASS_KIND,
@@ -225,10 +226,11 @@ def tangential_position(inertia, Y, I, A, P):
 
 @rare
 def set_velocity(error, h, matrix, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
-    """v at the start of a step of length h brought onto the constraints, but for ``error`` times the jerk along their
-    normals; what it has been changed by is left in Y[E_Q].
+    """v at the start of a step of length h brought onto the constraints, but for ``error`` times the jerk along the
+    normals of the holonomic ones; what it has been changed by is left in Y[E_Q].
 
-    The matrix is evaluated there: the normals of steps ago would not do.
+    The matrix is evaluated there: the normals of steps ago would not do. A method of index 3 holds nonholonomic
+    constraints by velocities themselves, which have no such error: what it has along their normals is taken out again.
     """
     n, m = I[N_Q], I[N_PHI]
     a, d = XA + PAST * (I[ACCELERATION] - X), K[NODES] - K[NODES + 1]
@@ -252,6 +254,17 @@ def set_velocity(error, h, matrix, evaluate, tangent, inertia, c, K, J, Y, Z, C,
         e = Y[E_Q, i] + Y[E_V, i]
         Y[E_Q, i] = e if J[FRESH] and abs(e) < 1e300 else 0.0
         Y[V0, i] += Y[E_Q, i]
+    for _ in range(2 if n + m < I[N_ALL] and J[FRESH] else 0):  # the rows of the matrix have Gam_q, too: O(h) is left
+        for i in range(n):
+            Y[V, i] = Y[V0, i]
+        evaluate(K[NOW], Y, Z, C, F, I)
+        for i in range(I[N_ALL]):
+            Y[E_V, i] = -Y[FP, i] if i >= n + m else 0.0
+        solve(A[0], P[0], I, Y, E_V)
+        for i in range(n):
+            if abs(Y[E_V, i]) < 1e300:
+                Y[E_Q, i] += Y[E_V, i]
+                Y[V0, i] += Y[E_V, i]
 
 
 @kernel

@@ -64,6 +64,7 @@ from mbdsl.integrators.state import (
     T,
 )
 from mbdsl.integrators.switching import SHORT_OF, until_switch
+from mbdsl.integrators.turns import count_turns
 from mbdsl.kernels import kernel, rare
 from mbdsl.layout import F0, FP, N_ALL, N_Q, PAST, Q0, SCALE, SOLVER, V0, XA, Q, V, X
 
@@ -234,6 +235,7 @@ def advance(
                 return DONE
             t0 = K[START] + step * h
             t = K[STOP] if step == J[LAST_STEP] - 1 else K[START] + (step + 1) * h
+            t = min(t, K[NEXT_EVENT])
         K[T] = t
         status = DIVERGED
         for attempt in range(3):
@@ -280,6 +282,7 @@ def advance(
         if J[OUTPUT] < times.size and times[J[OUTPUT]] <= t0 + h + 1e-9 * h:
             record(t0, h, K, J, Y, I, times, out)
         shift(unknowns, n, size, Y)
+        count_turns(Y, F, I)
         if J[NOTES] > 0:
             note(K, J, Y, I)
         J[HISTORY] = min(J[HISTORY] + 1, 4)
@@ -288,6 +291,8 @@ def advance(
             go_on(error, h, change_step, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P, times)
             if J[CUT] > 0 or K[NOW] >= K[NEXT_EVENT]:
                 return EVENT
+        elif t >= K[NEXT_EVENT]:
+            return EVENT
     if controlled:
         return DONE if K[NOW] >= K[STOP] else RUNNING
     return DONE if J[STEP] >= J[LAST_STEP] else RUNNING

@@ -74,6 +74,7 @@ from mbdsl.integrators.state import (
     T,
 )
 from mbdsl.integrators.switching import SHORT_OF, until_switch
+from mbdsl.integrators.turns import count_turns
 from mbdsl.kernels import kernel, rare
 from mbdsl.layout import F0, FP, N_ALL, N_PHI, N_Q, NEW_MASS, Q0, SCALE, SOLVER, V0, XA, Q, V
 from mbdsl.system.switches import signature
@@ -306,8 +307,9 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
             tolerance, unit, stalled = LEFT * tol * h / length, 1.0 / c[SPEED] if tol > 0.0 else h, STALLED * strict
             behind = J[HISTORY] - 1 if tried == 0 else 1 - tried
             predict(h / c[LAST] if J[HISTORY] > 1 else 1.0, behind, Y, I)
-            K[T] = t
-            status = newton(evaluate, tangent, t0, h, size, unit, tolerance, stalled, c, J, Y, Z, C, F, I, A, P)
+            early = max(0.0, t - K[NEXT_EVENT]) if tol == 0.0 else 0.0  # units in the last place
+            K[T] = t - early
+            status = newton(evaluate, tangent, t0 - early, h, size, unit, tolerance, stalled, c, J, Y, Z, C, F, I, A, P)
             if status == SINGULAR and I[SOLVER] == SPARSE_LU:
                 return status  # once more with a search for pivots
             if tol == 0.0:
@@ -350,6 +352,7 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
         if J[OUTPUT] < times.size and times[J[OUTPUT]] <= t0 + h + 1e-9 * h:
             record(t0, h, J, c, Y, I, times, out)
         shift(Y, I)
+        count_turns(Y, F, I)
         if J[NOTES] > 0:
             note(K, J, Y, I)
         if tol > 0.0:
@@ -363,6 +366,8 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
             J[FRESH] = 0
         J[HISTORY], J[STEP], K[NOW] = 2, J[STEP] + 1, t
         if tol > 0.0 and (J[CUT] > 0 or K[NOW] >= K[NEXT_EVENT]):
+            return EVENT
+        if tol == 0.0 and t > K[NEXT_EVENT]:
             return EVENT
     if tol > 0.0:
         return DONE if K[NOW] >= K[STOP] else RUNNING

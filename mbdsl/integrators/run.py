@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field
 
@@ -14,6 +14,7 @@ from mbdsl import jit, layout
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.integrators import control, linear, modules, sparse, state
 from mbdsl.integrators.events import Events
+from mbdsl.integrators.jumps import Jumps
 from mbdsl.integrators.lookout import Landings
 from mbdsl.integrators.method import Method, Start
 from mbdsl.integrators.options import check_options
@@ -105,6 +106,7 @@ class Integration:
             # who makes steps so large may end up in one.
             self.K[state.RELATIVE_TOL : state.WILD + 1] = 1e300, 4e-15, 1.0, 0.5
         self.J[state.LAST_STEP], self.J[state.SAME] = steps, control.LONG_AGO
+        self.K[state.NEXT_EVENT] = np.inf
         if self.tol is not None:
             self._stop_at_events()
         if self.controlled:
@@ -231,6 +233,8 @@ class Integration:
         stiff = not controlled and self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
         if stiff:  # a method damps what it cannot follow, but must not be thrown off by it
             jerk, fa_rate = np.zeros(n), np.zeros(n)
+        if t is None:
+            self.F[self._counters] = system.tables.F[self._counters]
         Y[layout.Q0, :n] = Y[layout.Q, :n] = q
         Y[layout.V0, :n] = Y[layout.V, :n] = v
         Y[layout.F0, :n] = system.M(t0, q) @ a
@@ -240,13 +244,15 @@ class Integration:
         Y[layout.X] = Y[layout.XA]
         Y[layout.X2] = Y[layout.XA + layout.PAST]
         if controlled:
-            self._begin_control(t0, q, jerk)
+            self._begin_control(t0, q, v, jerk)
         elif self.tol is not None:
             self._begin_own(t0, min(self.stop - t0, longest), jerk)
         if self.tol is not None and t is None and method.order:
             self.events.begin(t0, q, v, lam)
         if self.tol is not None and t is None:
             self.landings.begin(t0)
+        elif self.tol is None and method.order:
+            self.jumps = Jumps(self)
         # what the start's own evaluation finds is the past of the first step
         self.evaluate(t0, Y, self.Z, self.C, self.F, self.I)
         self.I[layout.KEEP] = 1
@@ -262,7 +268,7 @@ class Integration:
         allowed = control.AIM * control.SHARE * K[state.TOL]
         return first_step(module.local_error, self.c, h, allowed, K[state.EXPONENT], scale, speed, span, a, jerk)
 
-    def _begin_control(self, t: float, q: Array, jerk: Array) -> None:
+    def _begin_control(self, t: float, q: Array, v: Array, jerk: Array) -> None:
         """No steps yet, but the accelerations of one that might have been."""
         system, K, J, h, n = self.system, self.K, self.J, self.h, self.system.n
         K[state.NOW], K[state.H], K[state.LAST_H] = t, h, h
@@ -278,7 +284,7 @@ class Integration:
         velocity_error = getattr(modules()[self.method], "velocity_error", None)
         if velocity_error is not None:
             error = getattr(velocity_error, "py_func", velocity_error)(h, h, self.c) * normal_part(
-                system, t, q, jerk, self.left_out
+                system, t, q, v, jerk, self.left_out
             )
             self.Y[layout.V0, :n] += error
             self.Y[layout.V1, :n] += error  # where it is read, that is v of a step before
@@ -296,35 +302,54 @@ class Integration:
 
         What a method keeps of the past is linear in them, so that order 2 is kept over any number of jumps.
         """
-        system, Y, n = self.system, self.Y, self.system.n
-        t, q, v = self.time, Y[layout.Q0, :n], Y[layout.V0, :n]
+        system, t = self.system, self.time
         used = {name: value for name, value in inputs.items() if name in system.tables.inputs}
-        self.synchronise()
-        before = accelerations(system, t, q, v, self.left_out)
-        fa = applied(system, t, q, v, before[1])
-        for name, value in used.items():
-            system.set_input(name, value)
-            self.F[system.tables.inputs[name]] = value
-        after = accelerations(system, t, q, v, self.left_out)
-        a, lam = after[0] - before[0], after[1] - before[1]
-        fa = applied(system, t, q, v, after[1]) - fa
-        nothing = np.zeros(n)
-        jump = Start(self.h, nothing, nothing, a, lam, fa, nothing, nothing, False)
-        rows = {layout.F0: system.M(t, q) @ a, **modules()[self.method].METHOD.begin(self.c.copy(), jump)}
-        for row, change in rows.items():
-            past = layout.PAST if row in (layout.XA, layout.XA + layout.PAST) else 1
-            Y[row : row + past, : len(change)] += change
+
+        def change() -> None:
+            for name, value in used.items():
+                system.set_input(name, value)
+                self.F[system.tables.inputs[name]] = value
+
+        self.jump(t, t, change)
         if self.tol is not None:
             self.events.resume()
+
+    def jump(self, before: float, behind: float, change: Callable[[], None] = lambda: None) -> None:
+        """Accelerations and forces jump between two times that are one but for rounding, or by a ``change``.
+
+        Raises
+        ------
+        InitialisationError
+            If there are none, as in a singular pose.
+        """
+        system, Y, n = self.system, self.Y, self.system.n
+        q, v = Y[layout.Q0, :n], Y[layout.V0, :n]
+        self.synchronise()
+        old = accelerations(system, before, q, v, self.left_out)
+        fa = applied(system, before, q, v, old[1])
+        change()
+        new = accelerations(system, behind, q, v, self.left_out)
+        a, lam = new[0] - old[0], new[1] - old[1]
+        fa = applied(system, behind, q, v, new[1]) - fa
+        nothing = np.zeros(n)
+        jump = Start(self.h, nothing, nothing, a, lam, fa, nothing, nothing, False)
+        rows = {layout.F0: system.M(behind, q) @ a, **modules()[self.method].METHOD.begin(self.c.copy(), jump)}
+        for row, part in rows.items():
+            past = layout.PAST if row in (layout.XA, layout.XA + layout.PAST) else 1
+            Y[row : row + past, : len(part)] += part
 
     def synchronise(self) -> None:
         """The system's numbers become those of the run: whoever looked at another time has left others there."""
         system = self.system
         for name, at in system.tables.inputs.items():
             system.set_input(name, self.F[at])
-        for body in system.tables.models.values():
-            for at in body.turns:
-                system.set_number(at, self.F[at])
+        for at in self._counters:
+            system.set_number(at, self.F[at])
+
+    @property
+    def _counters(self) -> list[int]:
+        """Where in F the angles are that turns are counted on from."""
+        return [body.counter for body in self.system.tables.models.values() if body.counter >= 0]
 
     @property
     def time(self) -> float:
@@ -383,7 +408,14 @@ class Integration:
             self.out = np.concatenate([self.out[:used], np.empty((more, self.out.shape[1]))])
 
     def _advance_by(self, steps: int) -> int:
-        status = self._call(steps) if self.tol is None else self.landings.advance(steps, self._call)
+        most = self.steps + steps
+        if self.tol is None:
+            status = self._call(steps)
+            while status == state.EVENT:
+                self.jumps.come()
+                status = self._call(most - self.steps)
+        else:
+            status = self.landings.advance(steps, self._call)
         if status == state.EVENT:
             return self.events.come()
         if status == state.SINGULAR and self.solver == linear.SPARSE_LU and self.system.unknowns <= PIVOTING_LIMIT:
@@ -391,7 +423,7 @@ class Integration:
             self._use(linear.DENSE)
             self.pivoting_from = self.time
             self.J[state.FRESH] = 0
-            status = self._call(steps)
+            status = self._advance_by(most - self.steps)
         return status
 
     def _call(self, steps: int) -> int:

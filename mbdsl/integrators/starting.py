@@ -76,12 +76,12 @@ def first_step(
     return h * min(1.0, (allowed / error) ** exponent) if error > 0.0 else h
 
 
-def normal_part(system: System, t: float, q: Array, x: Array, left_out: tuple[int, ...]) -> Array:
-    """The part of x (n,) along the constraints' normals, in the metric of M."""
+def normal_part(system: System, t: float, q: Array, v: Array, x: Array, left_out: tuple[int, ...]) -> Array:
+    """The part of x (n,) along the holonomic constraints' normals, in the metric of M; nonholonomic ones have none."""
     right = np.zeros(system.unknowns)
-    right[: system.n] = system.M(t, q) @ x
-    found = _projected(system, t, q, None, right, left_out)
-    return np.zeros(system.n) if found is None else x - found
+    right[system.n : system.n + system.m] = system.Phi_q(t, q) @ x
+    found = _projected(system, t, q, v, right, left_out)
+    return np.zeros(system.n) if found is None else found
 
 
 def onto_constraints(system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> tuple[Array, Array]:
@@ -97,11 +97,11 @@ def onto_constraints(system: System, t: float, q: Array, v: Array, left_out: tup
 
 
 def _projected(
-    system: System, t: float, q: Array, v: Array | None, right: Array, left_out: tuple[int, ...]
+    system: System, t: float, q: Array, v: Array, right: Array, left_out: tuple[int, ...]
 ) -> Array | None:
-    """x (n,) of [[M, J^T], [J, 0]] [x; .] = right, with J = [Phi_q; Gam_v], or Phi_q without v; None if singular."""
+    """x (n,) of [[M, J^T], [J, 0]] [x; .] = right, with J = [Phi_q; Gam_v]; None if singular."""
     kept = np.setdiff1d(np.arange(system.unknowns), system.n + np.array(left_out, int))
-    matrix = system.tangent(t, q, v, cM=1.0, cP=1.0, cV=0.0 if v is None else 1.0)
+    matrix = system.tangent(t, q, v, cM=1.0, cP=1.0, cV=1.0)
     found = np.zeros(system.unknowns)
     try:
         if isinstance(matrix, np.ndarray):

@@ -29,11 +29,9 @@ class Body(Protocol):
     """What a model of a body can tell; n is the number of its generalised coordinates."""
 
     n: int
-    #: where q does not hold the turns of frames: the angle that they are counted from, where kernels keep the angles in
-    #: F, and the poses of these frames
+    #: where q does not hold turns: the angle that they are counted on from, and where kernels have theirs in F, else -1
     turn: float
-    turns: Sequence[int]
-    counted: Sequence[Pose]
+    counter: int
 
     def mass(self) -> Array:
         """The constant part of its mass matrix's diagonal (n,)."""
@@ -68,9 +66,9 @@ class Body(Protocol):
     def placed(self, pose: Pose) -> tuple[Array, Array]:
         """q (n,) of the undeformed body with its reference point at ``pose``, and dq/dpose (n, 3)."""
 
-    def begin(self, phi: float, F: Array) -> None:
-        """Where q does not hold the turns of its frames, they are counted from the angle ``phi`` on from now on, here
-        and by kernels that read the float tables F."""
+    def turned(self, turn: float, q: Array, v: Array, t: Array | None = None) -> Array:
+        """The angle (N,) that turns are counted on from, in states q, v (N, n) at times t (N,): next to ``turn`` in the
+        first one. For bodies with a ``counter`` only."""
 
     def rigid(self, q: Array) -> Array:
         """Directions (n, 3) of its motions as a rigid body in the shape that it has at q (n,)."""
@@ -85,9 +83,7 @@ class Body(Protocol):
 class Rigid:
     """A rigid body by x, y of its centre of mass and, unless it is a point mass, its angle."""
 
-    turn = 0.0
-    turns: Sequence[int] = ()
-    counted: Sequence[Pose] = ()
+    turn, counter = 0.0, -1
 
     def __init__(self, component: Component) -> None:
         self._mass = np.array(component.kind.table(component.values), float)
@@ -149,8 +145,8 @@ class Rigid:
     def placed(self, pose: Pose) -> tuple[Array, Array]:
         return np.array(pose)[: self.n], np.eye(self.n, 3)
 
-    def begin(self, phi: float, F: Array) -> None:
-        pass
+    def turned(self, turn: float, q: Array, v: Array, t: Array | None = None) -> Array:
+        raise NotImplementedError
 
     def rigid(self, q: Array) -> Array:
         return np.eye(self.n, 3)

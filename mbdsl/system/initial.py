@@ -155,6 +155,7 @@ def _positions(system: System, t: float, shape: Shape, given: list[InitialValue]
         if attempt:  # a start at a singular pose has no direction to go: later attempts start beside it
             rng = rng or np.random.default_rng(0)
             y = guess + rng.normal(size=len(guess)) * 0.1 * attempt / scale
+        shape.begin()
         for k in range(160):
             q = shape.expand(y)
             value, d_q, _v = _stack(system, fixed, t, q, at_rest)

@@ -45,7 +45,7 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
         x, y, phi = (new if new is not None else old for new, old in zip(values_said, (x, y, phi), strict=True))
         d, model = tables.coordinates[body.name], tables.models[body.name]
         q[d : d + model.n] = model.placed((x, y, phi))[0]
-        model.begin(phi, tables.F)
+        system.set_turn(body.name, phi)
         for name in frames_of.get(body.name, ()):
             sx, sy, f = _frame_pose(system, name)
             pose[name] = (x + cos(phi) * sx - sin(phi) * sy, y + sin(phi) * sx + cos(phi) * sy, phi + f)

@@ -24,11 +24,18 @@ class AsIs:
     """Every coordinate by itself: y = q."""
 
     def __init__(self, system: System, q: Array) -> None:
-        self.start, self.scale = q, system.tables.scale
+        self.system, self.start, self.scale = system, q, system.tables.scale
+        self._turns = {name: body.turn for name, body in system.tables.models.items()}
         self.angles = np.array([name.endswith(".phi") for name in system.names()], bool)
 
+    def begin(self) -> None:
+        """Turns are counted from the start on."""
+        for name, angle in self._turns.items():
+            self.system.set_turn(name, angle)
+
     def expand(self, y: Array) -> Array:
-        """q (n,) for what is moved, y."""
+        """q (n,) for what is moved, y; turns are counted on from there."""
+        self.system.count_turns(y, start=True)
         return y
 
     def reduce(self, y: Array, J: Array | csr_array, q: Array | None = None) -> Array | csr_array:
@@ -50,6 +57,7 @@ class Undeformed:
     def __init__(self, system: System, q: Array) -> None:
         tables = system.tables
         self.system, self.parts = system, list[tuple[int, int, Body]]()
+        names = list[str]()
         start, scale, keep = list[float](), list[float](), list[int]()
         for name, model in tables.models.items():
             d, first = tables.coordinates[name], len(start)
@@ -63,7 +71,8 @@ class Undeformed:
                 scale.extend([tables.scale[d], tables.scale[d], 1.0])
                 keep.extend([d, d, d])
                 self.parts.append((d, first, model))
-        self.start, self.scale = np.array(start), np.array(scale)
+                names.append(name)
+        self.start, self.scale, self._names = np.array(start), np.array(scale), names
         self._of = np.array(keep, int)
         self._rigid = np.ones(len(start), bool)
         self.angles = np.array([system.names()[k].endswith(".phi") for k in keep], bool)
@@ -76,11 +85,15 @@ class Undeformed:
         """Whether something could deform."""
         return bool(self.parts)
 
+    def begin(self) -> None:
+        pass
+
     def expand(self, y: Array) -> Array:
         q = np.zeros(self.system.n)
         q[self._of[self._rigid]] = y[self._rigid]
-        for d, first, model in self.parts:
+        for name, (d, first, model) in zip(self._names, self.parts, strict=True):
             q[d : d + model.n] = model.placed(tuple(y[first : first + 3]))[0]
+            self.system.set_turn(name, float(y[first + 2]))
         return q
 
     def _directions(self, y: Array, q: Array | None = None):

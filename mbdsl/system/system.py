@@ -172,6 +172,27 @@ class System:
             self._work = self.workspace()
         self._work.F[at] = value
 
+    def set_turn(self, name: str, angle: float) -> None:
+        """A motion begins: turns of the body ``name``, where q does not hold them, are counted from ``angle`` on."""
+        body = self.tables.models[name]
+        if body.counter >= 0:
+            body.turn = self.tables.F[body.counter] = angle
+            self.set_number(body.counter, angle)
+
+    def count_turns(self, q: Array, start: bool = False) -> None:
+        """q (n,) is accepted: turns are counted on from there; as the ``start`` of a motion, or on its way."""
+        for name, body in self.tables.models.items():
+            if body.counter >= 0:
+                if self._work is None:
+                    self._work = self.workspace()
+                d, last = self.tables.coordinates[name], float(self._work.F[body.counter])
+                own = q[None, d : d + body.n]
+                angle = float(body.turned(last, own, own)[0])
+                if start:
+                    self.set_turn(name, angle)
+                else:
+                    self.set_number(body.counter, angle)
+
     def Phi(self, t: float, q) -> Array:
         """Position-level constraints (m,)."""
         return self.evaluate(t, q)[1]

@@ -289,6 +289,8 @@ def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> No
         header = layout.BLOCKS + layout.BLOCK * k
         buffers.I[header] = len(block.components)
         buffers.I[header + 1] = buffers.ints(ints)
+    counters = [(body.counter, tables.coordinates[name]) for name, body in tables.models.items() if body.counter >= 0]
+    buffers.I[layout.TURNS], buffers.I[layout.N_TURNS] = buffers.ints(x for c in counters for x in c), len(counters)
 
 
 def _fill_tape(buffers: Buffers, tape: Tape, later: list[Callable[[], None]]) -> None:

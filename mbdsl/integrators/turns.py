@@ -1,0 +1,19 @@
+"""Turns of what has angles but no coordinate that holds them: they are counted from step to step.
+
+Evaluations take such an angle next to what it was when a step was accepted last, whatever has been tried since; see
+:mod:`mbdsl.elements.cable_frames`.
+"""
+
+from math import atan2, floor, pi
+
+from mbdsl.kernels import kernel
+from mbdsl.layout import N_TURNS, TURNS, Q
+
+
+@kernel
+def count_turns(Y, F, I):
+    """The state in Y is accepted: turns are counted on from there."""
+    for k in range(I[N_TURNS]):
+        at, d = I[I[TURNS] + 2 * k], I[I[TURNS] + 2 * k + 1]
+        angle = atan2(Y[Q, d + 3] + 0.0, Y[Q, d + 2])
+        F[at] = angle + 2.0 * pi * floor((F[at] - angle) / (2.0 * pi) + 0.5)

@@ -1,0 +1,48 @@
+"""Forces that jump exactly at the end of a fixed step, against a closed form: methods keep their order."""
+
+import numpy as np
+import pytest
+
+import mbdsl
+from mbdsl.integrators import declared
+
+M, K = 2.0, 50.0
+#: pushed along a guide by a step, which begins and ends, and by a sawtooth; across it by the same step
+MODEL = """model Jumps Ground ground(g = 0);
+Table saw(table = [0, -3; 0.2, 5]);
+Body lump(m = 2 kg, I = 1 kg.m2); Prismatic guide(ground, lump.c);
+TranslationalSpringDamper spring(guide, k = 50 N/m);
+Force push(lump.c, fx = (if time >= 0.3 and time < 0.7 then 4 else 0) + saw(mod(time, 0.2)),
+  fy = if time < 0.3 then 1 else 6);
+initial equation guide.s = 0.1; guide.v = 0.2;
+end Jumps;"""
+
+
+def motion(stop):
+    """s and its rate: between jumps M s'' + K s = c + d t, so s = (c + d t)/K and a harmonic part."""
+    w, s, v = np.sqrt(K / M), 0.1, 0.2
+    for t, end in zip(np.arange(0, stop, 0.1), np.arange(0.1, stop + 0.05, 0.1), strict=True):
+        middle = 0.5 * (t + end)
+        d = 8 / 0.2
+        c = -3 - d * 0.2 * np.floor(middle / 0.2) + 4 * (0.3 < middle < 0.7)
+        a, b = s - (c + d * t) / K, (v - d / K) / w
+        x = w * (end - t)
+        s, v = (c + d * end) / K + a * np.cos(x) + b * np.sin(x), d / K + w * (b * np.cos(x) - a * np.sin(x))
+    return np.array([s, v])
+
+
+@pytest.mark.parametrize(
+    "method",
+    ["newmark", "hht-i3", "generalized-alpha-i3", "nstiff", "hht-si2", "nstiff-si2", "generalized-alpha", "hht-add"]
+    + ["radau5"],
+)
+def test_order_is_kept(method):
+    """Steps of 20 ms and 10 ms: both have all jumps at their ends, but the second sum of 0.1 is not quite 0.3."""
+    errors = []
+    for h in (0.02, 0.01):
+        run = mbdsl.simulate(mbdsl.parse(MODEL), method=method, stop=1.0, step=h, interval=0.1)
+        errors.append(np.abs(np.array([run["guide.s"], run["guide.v"]])[:, -1] - motion(1.0)).max())
+    order = declared(method).order
+    assert errors[1] < 1e-12 or np.log2(errors[0] / errors[1]) > order - 0.2
+    # across, nothing moves: reactions are what pushes, on either side of the jump
+    assert np.abs(run["guide.fy"][[2, 4]]) == pytest.approx([1.0, 6.0], abs=1e-6)
