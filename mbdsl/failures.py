@@ -174,6 +174,8 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         state.TOO_SMALL: "a jump of forces, or more digits than rounding leaves, as near a singular pose: "
         "try a larger tolerance",
     }[status]
+    if status == state.DIVERGED and integration.method == "hht-add" and system.m:
+        hint += "; hht-add does not pass all singular poses of several loops: hht-si2 or hht-i3 may"
     law = _broken_law(integration) if status == state.NOT_FINITE else None
     if status == state.SLIDING:
         law = law_of(system.scene, [switch.node for switch in integration.events.changing])

@@ -49,7 +49,8 @@ def test_a_pendulum_hangs(phi):
     assert np.sin(e["rod.phi"]) == pytest.approx(-1.0, abs=1e-14)
     assert (e["pin.fx"], e["pin.fy"]) == pytest.approx((0.0, 2.0 * G), abs=1e-12)
     assert e.stability == "stable" and e.stable
-    assert e.iterations <= 30
+    # off an unstable one an implicit step doubles the way at most: 24 times from 1e-6 deg to 0.3 rad, then Newton's
+    assert e.iterations <= 40
     assert ("unstable" in " ".join(e.notes)) == (phi == 90.0)
     assert e["energy.kinetic"] == e["rod.alpha"] == e["rod.w"] == 0.0
 
@@ -75,12 +76,14 @@ def test_many_turns():
 
 @pytest.mark.parametrize(("N", "phi"), [(2, 90), (5, 90), (8, 0), (8, 45), (90, 90)])
 def test_rows_of_links_hang(N, phi):
-    """However many saddles there are on the way; 90 links are solved sparsely."""
+    """However many saddles there are on the way; 90 links are solved sparsely. Rounding of N weights, each found to eps
+    of what all bear, is N^2 eps of one."""
     e = found(ROW.format(N=N, phi=phi))
+    rounding = max(1e-12, 10 * N**2 * np.finfo(float).eps)
     check_balance(e)
     assert e.stable
-    assert e[f"link[{N}].b.y"] == pytest.approx(-N, rel=1e-12)
-    assert e["J[1].fy"] == pytest.approx(N * G, rel=1e-12)
+    assert e[f"link[{N}].b.y"] == pytest.approx(-N, rel=rounding)
+    assert e["J[1].fy"] == pytest.approx(N * G, rel=rounding)
 
 
 @pytest.mark.parametrize("N", [20, 100])

@@ -98,11 +98,13 @@ def test_welded_bodies_move_as_the_sum_of_them():
     assert a.system.n == 9
     assert a.stats["solved"] == {"n": 3, "m": 2, "p": 0, "parts": 1}
     for one, other in (("a.phi", "a.phi"), ("disc.c.x", "a.d.x"), ("disc.w", "a.w"), ("pin.fx", "pin.fx")):
-        # Newton's iteration ends in another place: where it leaves a thousandth of the method's own error, or less
+        # Newton's iteration ends in another place. Each run leaves 1.2e-4 of a step's own error in positions (1e-5 of
+        # h^2 times the second difference of a, of which a twelfth is the error), two leave twice that: ten times, as
+        # contractions are estimates.
         error = np.abs(a[one] - finer[one]).max() * 4 / 3
-        assert np.abs(a[one] - b[other]).max() < 1e-3 * error, one
+        assert np.abs(a[one] - b[other]).max() < 2.4e-3 * error, one
     lost, other, least = (x["energy.total"] - x["energy.total"][0] for x in (a, b, finer))
-    assert np.abs(lost - other).max() < 1e-3 * np.abs(lost - least).max()
+    assert np.abs(lost - other).max() < 2.4e-3 * np.abs(lost - least).max()
     assert np.abs(a["b.phi"] - a["a.phi"] - np.pi / 2).max() < 1e-14
 
 
@@ -259,8 +261,12 @@ def test_driven_arm():
     assert np.abs(a["tip.a.x"] + 1j * a["tip.a.y"] - wrist).max() < 1e-12
     b = mbdsl.simulate(mbdsl.parse(ARM), general=True)
     assert b.stats["solved"]["n"] == 9
-    for name in ("tip.phi", "tip.w", "wrist.fx", "wrist.friction"):
+    for name in ("tip.phi", "tip.w", "wrist.fx"):
         assert np.abs(a[name] - b[name]).max() < 1e-8 * np.abs(b[name]).max(), name
+    # mu R N tanh(w/w_s): where it turns round, at w_s = 0.01 rad/s, it follows what is left of w
+    slope = 0.1 * 0.01 * np.hypot(b["wrist.fx"], b["wrist.fy"]).max() / 0.01
+    left = slope * 1e-8 * np.abs(b["tip.w"]).max() + 1e-8 * np.abs(b["wrist.friction"]).max()
+    assert np.abs(a["wrist.friction"] - b["wrist.friction"]).max() < left
 
 
 def test_torques_of_drives_follow_from_the_motion():
@@ -348,7 +354,7 @@ def test_kinematics_of_a_truss():
     assert actions(found) == [("kinematic", ("a", "b"))]
     a = mbdsl.simulate(mbdsl.parse(text))
     assert a["a.b.y"] == pytest.approx(np.sqrt(0.75), abs=1e-14)
-    assert np.abs(a.v).max() < 1e-12  # Newton's floor, 4 eps/h
+    assert np.abs(a.v).max() < 1e-11  # Newton's floor is 4 eps size/h = 2e-12, before Phi_q^-1 magnifies it
     # each foot bears half of the load and of the weights
     assert a["A.fy"] == pytest.approx(50 + 9.81, abs=1e-9)
 

@@ -118,8 +118,8 @@ def mechanism(length, mass, time=1.0):
 def test_similar_mechanisms_move_alike(method, length, mass, time):
     """Units do not matter: the scaled mechanism makes the scaled motion, with the same work.
 
-    The runs differ by rounding and by where Newton's method stops, 1e-4 of the local error: ten times that is allowed
-    of the discretisation error as halving the step shows it.
+    The runs differ by rounding and by where Newton's method stops, each 1.2e-4 of the local error at most: ten times
+    both is allowed of the discretisation error as halving the step shows it.
     """
     (unit, _), (scaled, force) = mechanism(1.0, 1.0), mechanism(length, mass, time)
     plain, coarse = (mbdsl.simulate(unit, method=method, step=h, stop=1.0, interval=0.1) for h in (1e-3, 2e-3))
@@ -127,7 +127,7 @@ def test_similar_mechanisms_move_alike(method, length, mass, time):
     scales = {"crank.phi": 1, "rod.x": length, "rod.vy": length / time, "rod.w": 1 / time, "O.fx": force, "B.fy": force}
     for name, scale in scales.items():
         error = np.abs(plain[name] - coarse[name]).max()
-        assert np.abs(other[name] / scale - plain[name]).max() < 1e-3 * error, name
+        assert np.abs(other[name] / scale - plain[name]).max() < 2.4e-3 * error, name
     assert other.stats["iterations"] <= 1.1 * plain.stats["iterations"]
     residual = max(np.abs(other[name]).max() / length for name in other.select(["*.Phi[*]"]))
     assert residual < 1e-12

@@ -411,6 +411,7 @@ def test_angles_count_turns():
     assert exact[-1] == pytest.approx(10 * np.pi) and np.abs(t["rod.phi"] - exact).max() < 1.0
     S, row = t.system, t.system.tables.frames["rod.a"]
     for k, (q, angle) in enumerate(zip(t.q, exact, strict=True)):
+        S.count_turns(q)
         S.evaluate(t.t[k], q)
         assert S._work.Z[row, 2] == pytest.approx(angle, abs=1e-9)
 

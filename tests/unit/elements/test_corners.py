@@ -1,0 +1,54 @@
+"""Corners of elements that no shipped scene goes to: lengths of zero, small couplings, multipliers of velocities."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mbdsl
+from mbdsl.beams.elements import without_dust
+from mbdsl.elements import coordinates
+from mbdsl.layout import COLUMNS, GRADIENT_COLUMNS, VALUE
+from mbdsl.system import build
+
+MODELS = Path(__file__).parents[3] / "models"
+#: a row that is quadratic in velocities, and an angle in it
+GEAR = """model Curved Ground ground(g = 0); Body a(m = 1 kg, I = 1 kg.m2); Body b(m = 2 kg, I = 3 kg.m2);
+VelocityConstraint row(gamma = a.vx*a.vx*cos(b.phi) + 0.3 m*a.w*b.vy + a.x/(10 m)*b.vx*b.vx); end Curved;"""
+
+
+def test_a_distance_of_zero_pulls_nowhere():
+    """It has no direction: a unit vector of either sense would be as wrong as no number."""
+    Z, G = np.zeros((2, COLUMNS)), np.full((1, GRADIENT_COLUMNS), 7.0)
+    Z[:, :2] = 0.3, -0.2
+    distance = getattr(coordinates.distance, "py_func", coordinates.distance)
+    with np.errstate(all="raise"):
+        distance(Z, 0, 1, G, 0)
+    assert list(G[0, [VALUE, 0, 1, 3, 4]]) == [0.0] * 5
+
+
+def test_only_rounding_is_dust():
+    """What is summed over some hundred points is rounded to 1e-14 of what it could be; a coupling of a millionth, as of
+    a mass that is off the middle by as much, is real."""
+    kept = np.array([1.0, -1e-6, 1e-9, 1e-12])
+    assert list(without_dust(3.0 * kept, 3.0)) == list(3.0 * kept)
+    assert list(without_dust(np.array([2e-15, -5e-15]), 1.0)) == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("name", ["sleigh", "row"])
+def test_tangents_of_velocity_constraints(name):
+    """K and D of Gam_v^T nu against central differences, at errors of d^2 f'''/6 + eps f/d, 1e-9 of what is compared."""
+    scene = mbdsl.load(MODELS / "chaplygin_sleigh.mbd") if name == "sleigh" else mbdsl.parse(GEAR)
+    S = build(scene)
+    random = np.random.default_rng(3)
+    q, v, lam = random.normal(size=S.n), random.normal(size=S.n), 5.0 * random.normal(size=S.m + S.p)
+    d = 1e-5
+
+    def differences(f, x):
+        return np.array([(f(x + d * e) - f(x - d * e)) / (2 * d) for e in np.eye(S.n)]).T
+
+    of_q = -differences(lambda x: S.evaluate(0.0, x, v, lam)[0], q)
+    of_v = -differences(lambda x: S.evaluate(0.0, q, x, lam)[0], v)
+    assert np.abs(of_q).max() > 0.1
+    assert np.abs(S.stiffness(0.0, q, v, lam) - of_q).max() < 1e-8 * np.abs(of_q).max()
+    assert np.abs(S.damping(0.0, q, v, lam) - of_v).max() < 1e-8 * np.abs(of_q).max()

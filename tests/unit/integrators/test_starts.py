@@ -1,0 +1,101 @@
+"""What methods begin with, and what they carry from step to step, against Taylor expansions of motions that are known:
+polynomials of the degree up to which a formula is exact, and a cosine where it is of an order."""
+
+import numpy as np
+import pytest
+
+from mbdsl.errors import InitialisationError
+from mbdsl.integrators import generalized_alpha_i3, hht_i3, nstiff, starting, state
+from mbdsl.integrators.method import Start
+from mbdsl.layout import N_Q, Q1, ROWS, V1, XA
+
+T0 = 0.4
+
+
+def plain(kernel):
+    return getattr(kernel, "py_func", kernel)
+
+
+def start(h, *derivatives):
+    """At T0, from q and its first three derivatives as functions."""
+    q, v, a, jerk = (np.array([f(T0)]) for f in derivatives)
+    return Start(h, q, v, a, np.zeros(0), a, jerk, jerk, False)
+
+
+def of_polynomial(*coefficients):
+    p = np.polynomial.Polynomial(coefficients)
+    return [p.deriv(k) if k else p for k in range(4)]
+
+
+WAVE = (np.sin, np.cos, lambda t: -np.sin(t), lambda t: -np.cos(t))
+
+
+@pytest.mark.parametrize("alpha", [-0.05, -0.3])
+def test_hht_i3_begins_with_the_acceleration_at_its_node(alpha):
+    """That is q''(t_0 + alpha h), but for the square of alpha h times q''''/2."""
+    for h in (0.1, 0.01):
+        c = hht_i3.coefficients({"alpha": alpha})
+        (a,) = hht_i3.begin(np.array(c), start(h, *WAVE))[XA]
+        assert abs(a + np.sin(T0 + alpha * h)) <= 0.5 * (alpha * h) ** 2
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.5, 0.9])
+def test_generalized_alpha_i3_carries_the_acceleration_at_its_node(rho):
+    """A_n belongs to t_n + (alpha_m - alpha_f) h, with alpha_m - alpha_f = (rho - 1)/(rho + 1); with another h as well:
+    exactly so where accelerations are linear in time. Chung, Hulbert (1993), eq. (25)."""
+    a, jerk = of_polynomial(0.3, -1.0, 0.7, 1.9)[2:]
+    c, node = np.array(generalized_alpha_i3.coefficients({"rho": rho})), (rho - 1) / (rho + 1)
+    h, other, before = 0.1, 0.17, 0.08
+    rows = generalized_alpha_i3.begin(c, start(h, *of_polynomial(0.3, -1.0, 0.7, 1.9)))
+    (carried,) = rows[generalized_alpha_i3.CARRIED]
+    assert carried == pytest.approx(a(T0 + node * h), rel=1e-14)
+    K, Y, I = np.zeros(state.K_SIZE), np.zeros((ROWS, 1)), np.zeros(N_Q + 1, int)
+    I[N_Q], K[state.H], K[state.NODES], K[state.NODES + 1] = 1, h, T0, T0 - before
+    Y[XA, 0], Y[XA + 1, 0], Y[generalized_alpha_i3.CARRIED, 0] = a(T0), a(T0 - before), carried
+    plain(generalized_alpha_i3.shift)(other, c, K, Y, I)
+    assert Y[generalized_alpha_i3.CARRIED, 0] == pytest.approx(a(T0 + node * other), rel=1e-13)
+
+
+def test_nstiff_begins_with_the_step_before():
+    """q of degree 3, and v of degree 2, exactly."""
+    h, motion = 0.13, of_polynomial(0.3, -1.0, 0.7, 1.9)
+    rows = nstiff.before(start(h, *motion))
+    assert rows[Q1] == pytest.approx(motion[0](T0 - h), rel=1e-14)
+    assert rows[V1] == pytest.approx(motion[1](T0 - h), rel=1e-14)
+
+
+def test_rates_at_the_start_are_of_order_two():
+    """A one-sided difference of three points is exact for a parabola; of a sine it errs by e^2/3 and some e^3."""
+    p = np.polynomial.Polynomial([0.3, -1.0, 0.7])
+    found = starting.rate(lambda s: np.array([p(s)]), np.array([p(0.0)]), 0.05)
+    assert found == pytest.approx(p.deriv()(0.0), rel=1e-13)
+    for e in (0.1, 0.01):
+        (found,) = starting.rate(lambda s: np.array([np.sin(T0 + s)]), np.array([np.sin(T0)]), e)
+        assert abs(found - np.cos(T0)) < 0.5 * e**2
+
+
+class Stiff:
+    """A coordinate with a spring."""
+
+    n = 1
+
+    def __init__(self, w):
+        self.w = w
+
+    def stiffness(self, *at):
+        return np.array([[2.0 * self.w**2]])
+
+    def M(self, *at):
+        return np.array([[2.0]])
+
+    def names(self):
+        return ["lump.x"]
+
+
+@pytest.mark.parametrize("h", [1e-2, 1e-5])
+def test_what_is_stiff_beyond_300_is_refused(h):
+    """docs/methods.md promises h omega = 300: M^-1 Q is h^2 omega^2 times what moves, 1e5 of it and five digits less."""
+    at = (0.0, h, np.zeros(1), np.zeros(1), np.zeros(0))
+    starting.check_stiffness(Stiff(299.0 / h), "hht-add", *at)
+    with pytest.raises(InitialisationError, match=r"lump.x with .* 301 times 1/h"):
+        starting.check_stiffness(Stiff(301.0 / h), "hht-add", *at)
