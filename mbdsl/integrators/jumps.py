@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
+from itertools import dropwhile
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,6 +49,12 @@ class Jumps:
     def _go_on(self) -> None:
         self._next = next(self._known, (np.inf, np.inf))
         self.run.K[state.NEXT_EVENT] = self._next[0]
+
+    def rejoin(self) -> None:
+        """After the run has been put where a checkpoint was: the jumps still to come."""
+        due = self.run.K[state.NEXT_EVENT]
+        self._known = dropwhile(lambda times: times[0] < due, self._at_ends())
+        self._go_on()
 
     def come(self) -> None:
         """A step has ended shortly before a jump."""

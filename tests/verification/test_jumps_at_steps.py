@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.integrators import declared
+from mbdsl import graph
+from mbdsl.integrators import declared, state
+from mbdsl.integrators.run import Integration
+from mbdsl.system import build
+from mbdsl.system.initial import initial_state
 
 M, K = 2.0, 50.0
 #: pushed along a guide by a step, which begins and ends, and by a sawtooth; across it by the same step
@@ -46,3 +50,22 @@ def test_order_is_kept(method):
     assert errors[1] < 1e-12 or np.log2(errors[0] / errors[1]) > order - 0.15
     # across, nothing moves: reactions are what pushes, on either side of the jump
     assert np.abs(run["guide.fy"][[2, 4]]) == pytest.approx([1.0, 6.0], abs=1e-6)
+
+
+def test_a_run_taken_up_again_finds_the_jumps_still_to_come():
+    """As from a checkpoint, which keeps the next of them as a number: it comes out the same to the last bit."""
+    scene, found = mbdsl.parse(MODEL), []
+    for stops in ([], [100, 121]):
+        mechanism = graph.build(scene)
+        system = build(scene, mechanism)
+        first = initial_state(system, mechanism, 0.0)
+        run = Integration(system, "hht-si2", 2.5e-3, 0.0, 1.0, np.array([1.0]))
+        run.begin(first.q, first.v, first.a, first.lam)
+        for steps in stops:
+            assert run.advance(steps) == state.RUNNING
+            due = run.K[state.NEXT_EVENT]
+            run.jumps.rejoin()
+            assert run.K[state.NEXT_EVENT] == due < 1.0
+        assert run.advance() == state.DONE
+        found.append(run.out.copy())
+    assert np.array_equal(*found)

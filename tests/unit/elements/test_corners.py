@@ -37,7 +37,7 @@ def test_only_rounding_is_dust():
 
 @pytest.mark.parametrize("name", ["sleigh", "row"])
 def test_tangents_of_velocity_constraints(name):
-    """K and D of Gam_v^T nu against central differences, at errors of d^2 f'''/6 + eps f/d, 1e-9 of what is compared."""
+    """K and D of Gam_v^T nu against central differences: errors of d^2 f'''/6 + eps f/d, 1e-9 of them."""
     scene = mbdsl.load(MODELS / "chaplygin_sleigh.mbd") if name == "sleigh" else mbdsl.parse(GEAR)
     S = build(scene)
     random = np.random.default_rng(3)
