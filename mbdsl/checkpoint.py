@@ -38,7 +38,9 @@ if TYPE_CHECKING:
 FORMAT = 1
 EVERY = 60.0  #: seconds between two checkpoints, unless other ones are asked for
 #: what a run has that is the model's, or is found anew
-NOT_KEPT = set("system run method options evaluate tangent inertia events jumps landings _advance _known _rates".split())
+NOT_KEPT = set(
+    "system run method options evaluate tangent inertia events jumps landings _advance _known _rates".split()
+)
 Snapshot = dict[str, Any]
 
 

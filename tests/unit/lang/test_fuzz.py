@@ -1,9 +1,8 @@
-"""Whatever the text: a Scene or an MbdslError, soon. No other exception, no hang."""
+"""Whatever the text: a Scene or an MbdslError. No other exception; what hangs is seen by never coming back."""
 
 # ruff: noqa: E501  models in one line
 
 import os
-import sys
 from pathlib import Path
 
 import pytest
@@ -18,8 +17,6 @@ from mbdsl.scene import Scene
 ROOT = Path(__file__).parents[3]
 VALID = [p.read_text(encoding="utf-8") for p in sorted((ROOT / "models").glob("*.mbd"))]
 VALID += [p.read_text(encoding="utf-8") for p in sorted((ROOT / "tests/data/wrong").glob("[a-m]*.mbd"))]
-#: calls of functions that a text may cost: what reads fixes none by thousands
-CALLS = 5_000_000
 MANY = int(os.environ.get("MBDSL_FUZZ", "1"))  #: a longer search: MBDSL_FUZZ=50 pytest tests/unit/lang/test_fuzz.py
 relaxed = settings(max_examples=150 * MANY, deadline=None, suppress_health_check=list(HealthCheck))
 
@@ -32,23 +29,11 @@ TOKENS = (
 ).split()
 
 
-def outcome(text: str, most: int = CALLS) -> None:
-    left = most
-
-    def count(frame, event, argument):
-        nonlocal left
-        left -= event == "call"
-        if left < 0:
-            raise RuntimeError(f"more than {most} calls")
-
-    before = sys.getprofile()
-    sys.setprofile(count)
+def outcome(text: str) -> None:
     try:
         assert isinstance(parse_text(text), Scene)
     except MbdslError as problem:
         problem.render()
-    finally:
-        sys.setprofile(before)
 
 
 @relaxed
@@ -183,4 +168,4 @@ BOMBS = {
 
 @pytest.mark.parametrize("name", BOMBS)
 def test_bombs(name):
-    outcome(BOMBS[name], 4 * CALLS)
+    outcome(BOMBS[name])
