@@ -148,7 +148,7 @@ def chain(name, family, angles, *, stop, k=0.0, c=0.0, extra="", length=1.0, m=1
 
 
 chain("TwoBars", "chaos", [1.0, 1.5], stop=6)
-chain("TwoBarsLong", "chaos", [2.0, 2.5], stop=20)
+chain("TwoBarsLong", "chaos", [2.0, 2.5], stop=10)
 chain("TwoBarsUpright", "growth", [pi / 2 + 1e-6, pi / 2], stop=4)
 chain(
     "TwoBarsPulse",

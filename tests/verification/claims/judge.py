@@ -34,10 +34,10 @@ def error(claim: Claim, run, until: float = math.inf) -> float:
     """
     truth, size = claim.truth(), run.system.tables.size
     times = claim.times
-    rows = np.searchsorted(run.t, times - 1e-9 * claim.stop)
-    if rows.max() >= len(run.t) or np.abs(run.t[rows] - times).max() > 1e-9 * claim.stop:
-        return math.inf
     kept = times <= until
+    rows = np.searchsorted(run.t, times[kept] - 1e-9 * claim.stop)
+    if not len(rows) or rows.max() >= len(run.t) or np.abs(run.t[rows] - times[kept]).max() > 1e-9 * claim.stop:
+        return math.inf if len(rows) else 0.0
     turned = ("phi", "w")
     speeds = [np.abs(x).max() / (1.0 if key.endswith(".w") else size) for key, x in truth.items()
               if key.endswith((".vx", ".vy", ".w"))]  # fmt: skip
@@ -46,7 +46,7 @@ def error(claim: Claim, run, until: float = math.inf) -> float:
     for key, x in truth.items():
         quantity = key.rsplit(".", 1)[1]
         scale = (1.0 if quantity in turned else size) * (speed if quantity in ("vx", "vy", "w") else 1.0)
-        off = np.abs(run[key][rows] - x)[kept]
+        off = np.abs(run[key][rows] - x[kept])
         worst = max(worst, float(off.max(initial=0.0)) / scale)
     return worst
 
@@ -62,3 +62,15 @@ def judge(claim: Claim, run, asked: float | None, said: float | None, until: flo
     if not truth <= SAID * max(said, floor):
         return Verdict(LIE, asked, said, truth, "more than ten times what was said")
     return Verdict(PESSIMISTIC if truth < QUIET * said else TRUE, asked, said, truth)
+
+
+def stopped(claim: Claim, run, asked: float | None, reason: str) -> Verdict:
+    """A run that ends with the reason, or says until when it keeps what was asked for: that has to be true."""
+    until = None if run is None else run.stats.get("horizon")
+    if until is None or asked is None:
+        return Verdict(STOPPED, asked, reason=reason)
+    truth = error(claim, run, until)
+    floor = max(FLOOR, SAID * claim.stored["agrees"])
+    if truth > ASKED * max(asked, floor):
+        return Verdict(LIE, asked, asked, truth, f"kept until t = {until:g} s, it says, but it is not")
+    return Verdict(STOPPED, asked, reason=reason)

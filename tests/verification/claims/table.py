@@ -24,7 +24,8 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
-sys.path[:0] = [str(HERE), str(ROOT)]
+sys.path[:0] = [str(HERE)]
+sys.path.append(str(ROOT))
 
 import judge  # noqa: E402
 import mechanisms  # noqa: E402
@@ -109,16 +110,17 @@ def cell(name: str, way: str, method: str, asked: float | None, limit: float = 3
     except KeyboardInterrupt:
         return judge.Verdict(judge.LATE, asked)
     except MbdslError as problem:
-        wrong = not isinstance(problem, IntegrationError)  # a model of this folder has to be accepted
-        verdict = judge.LIE if wrong else judge.STOPPED
-        return judge.Verdict(verdict, asked, reason=f"{type(problem).__name__}: {problem.message}"[:200])
+        reason = f"{type(problem).__name__}: {problem.message}"[:200]
+        if not isinstance(problem, IntegrationError):  # a model of this folder has to be accepted
+            return judge.Verdict(judge.LIE, asked, reason=reason)
+        return judge.stopped(claim, getattr(problem, "trajectory", None), asked, reason)
     except Exception as problem:
         return judge.Verdict(judge.LIE, asked, reason=f"{type(problem).__name__}: {problem}"[:200])
     if run.status == "interrupted":
         return judge.Verdict(judge.LATE, asked)
-    horizon = run.stats.get("horizon")
-    said = None if said is None or not math.isfinite(said) else float(said)
-    return judge.judge(claim, run, asked, said, math.inf if horizon is None else horizon)
+    if run.stats.get("horizon") is not None:  # of a tolerance that nobody asked for: said, and no error
+        return judge.stopped(claim, run, run.stats["tol"], run.message)
+    return judge.judge(claim, run, asked, said if said is None or math.isfinite(said) else None)
 
 
 def verified(claim, scene, method, asked, common):
