@@ -41,7 +41,7 @@ class Claim:
     switches: Callable | None = None
     breaks: Sequence[float] = ()  #: where the reference starts anew: corners in time, and both ends of what is short
     atol: float = 1e-15  #: of the reference [m or rad, and per s]
-    note: str = ""
+    rounding: float = 1e-14  #: of a closed form: what rounding of its times, say, leaves
 
     @property
     def times(self):

@@ -31,6 +31,7 @@ law(
     "pulses",
     "if time > 2.3456 and time < 2.345601 then 1e6 else 0",
     exact=steps((2.3456, 2.345601, 1e6)),
+    rounding=1e-9,  # 1e6 N, between times that are known to 4e-16 s
     stop=10,
 )
 law(

@@ -66,9 +66,6 @@ def ways(name: str, every: bool = False) -> list[tuple]:
     return ALWAYS + [IN_TURN[(first + k) % len(IN_TURN)] for k in range(TURNS)]
 
 
-ONCE = {"hht-si2"}  #: mechanisms are compiled for these; the code that is general in kinds serves with the others
-
-
 class TooSlow(KeyboardInterrupt):
     """The cell has had its time."""
 
@@ -85,13 +82,14 @@ def watch(limit: float):
     return told
 
 
-def cell(name: str, way: str, method: str, asked: float | None, limit: float = 30.0, general: bool = False):
+def cell(name: str, way: str, method: str, asked: float | None, limit: float = 30.0, general: bool | None = None):
     """The verdict on one model and one way to claim an accuracy."""
     import mbdsl
     from mbdsl.errors import IntegrationError, MbdslError
 
     claim = CLAIMS[name]
-    general = general or (claim.name in mechanisms.CLAIMS and method not in ONCE)
+    if general is None:
+        general = claim.name in mechanisms.CLAIMS  # one code, compiled once, serves them all
     common = {"interval": claim.stop / OUTPUTS, "progress": watch(limit), "general": general}
     try:
         with warnings.catch_warnings():
@@ -184,7 +182,7 @@ def compute(jobs: list[tuple], limit: float, keep) -> None:
             other.close()
         conn.send(job)
         try:
-            found = conn.recv() if conn.poll(20 * limit) else None
+            found = conn.recv() if conn.poll(600 + 20 * limit) else None
         except EOFError:
             found = asdict(judge.Verdict(judge.LIE, job[3], reason="the process died"))
             process = None
@@ -201,7 +199,7 @@ def number(x: float | None) -> str:
     return "-" if x is None else f"{x:.1e}"
 
 
-def page(results: dict[tuple, dict]) -> str:
+def page(results: dict[tuple, dict], limit: float) -> str:
     """docs/claims.md."""
     names = {name for name, *_ in results}
     kinds = [judge.TRUE, judge.PESSIMISTIC, judge.STOPPED, judge.UNKNOWN, judge.LATE, judge.LIE]
@@ -219,7 +217,7 @@ def page(results: dict[tuple, dict]) -> str:
         _, way, method, _ = job
         return f"`{way}`" if not method or way == "--verify" else f"`{way}`, {method}"
 
-    lines = [INTRODUCTION.format(models=len(names), cells=len(results))]
+    lines = [INTRODUCTION.format(models=len(names), cells=len(results), limit=limit, turns=TURNS)]
     lines += ["## By way of claiming", "", *counts("way", way)]
     lines += ["## By family", "", *counts("family", lambda job: CLAIMS[job[0]].family)]
     lines += ["## Models", "", "Truth over asked and truth over said are the largest over all ways.", ""]
@@ -254,8 +252,11 @@ velocities also as part of the largest of the run.
 - *pessimistic*: the rule is kept, and what was said is more than 10 times the truth.
 - *stopped*: the run ends with a reason, and exit code 4, in place of a result.
 - *not known*: the run says that its error is not known; it is at most 3 times what was asked for.
-- *too slow*: the run was ended after 30 s.
+- *too slow*: the run was ended after {limit:g} s of computing.
 - *LIE*: anything else.
+
+Every model is held against `--tol` of hht-si2 and radau5, against `--accuracy`, and against {turns} of the other ways
+in turn; `--all` runs all. Mechanisms run with the code that is general in kinds of elements (`--general`).
 """
 
 
@@ -305,7 +306,7 @@ def main() -> None:
         thread.join()
     print(dict(Counter(x["verdict"] for x in results.values())))
     if args.output:
-        args.output.write_text(page(results), encoding="utf-8")
+        args.output.write_text(page(results, args.limit), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -13,8 +13,10 @@ sys.path.insert(0, str(Path(__file__).parent))
 import judge
 from claim import OUTPUTS
 from jets import Jet, acos, asin, atan2, cos, sin, sqrt
+from subset import KNOWN, SUBSET
+from table import cell
+
 from models import CLAIMS
-from table import KNOWN, SUBSET, cell
 
 CELLS = [
     pytest.param(*job, id="-".join(str(x) for x in job), marks=pytest.mark.xfail(strict=True, reason=KNOWN[job]))
