@@ -44,7 +44,8 @@ class Jet(NamedTuple):
 
 
 def _outward(lo: Array, hi: Array) -> Interval:
-    return lo - np.abs(ROUNDING * lo), hi + np.abs(ROUNDING * hi)
+    # of what is infinite, the sum may be none
+    return np.fmin(lo - np.abs(ROUNDING * lo), lo), np.fmax(hi + np.abs(ROUNDING * hi), hi)
 
 
 def hull(*bounds: Interval) -> Interval:

@@ -65,7 +65,9 @@ class OnTheWay:
         """Terms, and those of ``count`` steps on whose way they may do more than its ends tell."""
         k, zero, one = np.arange(count), np.zeros(count), np.ones(count)
         found = []
-        for n, (y0, y1, jet) in enumerate(zip(f.at(k, zero), f.at(k, one), f.values(k, zero, one), strict=True)):
+        states = f.at(np.append(k, count - 1), np.append(zero, 1.0))
+        for n, (y, jet) in enumerate(zip(states, f.values(k, zero, one), strict=True)):
+            y0, y1 = y[:-1], y[1:]
             ends = np.abs(y0) + np.abs(y1)
             self._size[n] = max(self._size[n], np.max(ends[np.isfinite(ends)], initial=0.0))
             self._slight[n] = SLIGHT * ends + TINY * self._size[n]

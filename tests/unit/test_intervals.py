@@ -51,7 +51,7 @@ def bounds(root, a, b):
 
 
 @given(expressions(), some.floats(-3.0, 3.0), some.floats(-7.0, 0.5))
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=150, deadline=None)
 def test_samples_lie_within(root, a, width):
     b = a + 10.0**width
     lo, hi, d_lo, d_hi = bounds(root, a, b)
@@ -68,7 +68,7 @@ def test_samples_lie_within(root, a, width):
 
 
 @given(expressions(), some.floats(-3.0, 3.0))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 def test_bounds_shrink_to_the_value_and_the_derivative(root, t):
     lo, hi, d_lo, d_hi = bounds(root, t, t)
     value = float(sampled(root, np.array([t]))[0])
