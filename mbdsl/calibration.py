@@ -1,117 +1,299 @@
-"""From local errors to the error attained: how much a model magnifies what its steps get wrong.
+"""The error of runs with controlled steps, and a run whose error is below the tolerance.
 
-Steps are controlled by their local errors, whose sum is kept below eps (:mod:`mbdsl.integrators.control`). What becomes
-of them until the end of the run is the model's own: a damped one forgets them, in a chaotic one they grow. But the
-error attained goes with eps, so that cheap runs, with eps much larger than what is asked for, tell the factor: two, or
-more where these are too far apart to tell anything.
+What a method takes as its tolerance, eps, is about its steps (:mod:`mbdsl.integrators.control`); what becomes of their
+errors until the end of the run is the model's own: a damped one forgets them, in a chaotic one they grow. So runs are
+made with smaller and smaller eps. The error of one, the *claim*, is known from how far it is from the run before, of an
+eps about 8 times as large, with the order p in eps that the last three runs show:
+
+    error = difference/(8^p - 1),   1/3 <= p <= 1,
+
+or the difference itself where there are no three. Rounding, as it grows along the motion (:mod:`mbdsl.growth`), is
+added: where runs have nothing to differ by, that is what is left.
+
+The first runs have a large eps and cost little; they tell which eps will do. Where a claim is within the tolerance, its
+run is the result.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl import error_norm
-from mbdsl.integrators import declared, run, state
-from mbdsl.motion import Motion, Plan
+from mbdsl.errors import InitialisationError
+from mbdsl.growth import Growth, growth
+from mbdsl.integrators import declared, state
+from mbdsl.integrators.run import LONGEST
+from mbdsl.motion import Kept, Motion, Plan
 
 Array = NDArray[np.float64]
 
-#: eps of the first trial run over the tolerance, and at most; of a trial run over that of the next one
-FIRST, LOOSEST, NEXT = 1024.0, 4e-3, 4.0
+#: eps of the first trial run over the tolerance, of methods of order 1 and 2 and of others; and at most
+FIRST, FIRST_OF_HIGH_ORDER, LOOSEST = 1024.0, 64.0, 4e-3
+#: from one eps to the next, and at least
+NEXT, NEAREST = 8.0, 4.0
 #: part of the tolerance that is aimed at
 AIM = 0.5
 #: difference of two runs from which on it is no measure of their errors any more
 SATURATED = 0.05
-#: runs at most
-MOST = 8
-#: how often the factor may turn out to be larger than was thought, and the run be made again
-CORRECTIONS = 3
-#: outputs that trial runs are compared at, where fewer are asked for
+#: runs at most; the least eps over the tolerance; steps of a run, as they are to be expected
+MOST, LEAST, MOST_STEPS = 14, 1e-5, 2e7
+#: times that a claim may be too small as two runs agree by chance
+CHANCE = 3.0
+#: what the difference of two runs falls to at least in two further ones, where errors fall
+FALLS = 0.7
+#: outputs that runs are compared at, where fewer are asked for
 POINTS = 200
+#: units in the last place that the numbers of a state are wrong by
+ULPS = 4.0
+#: logarithm of a growth from which on steps have to resolve its rate; rate times step; the shortest such step, as a
+#: part of the run
+GROWN, RESOLVED, SHORTEST = 10.0, 0.5, 2e-4
+#: part of the run within which runs with different steps fail at the same time
+TOGETHER = 1e-3
 
 
 @dataclass
 class Trial:
-    """A run that was made: its eps, q and v at the outputs."""
+    """A run that was made: with which eps, and q, v (N, n) at the times t (N,) that it came to.
+
+    ``difference`` (N,) from the run before, the largest so far; ``claim`` (N,) is the error as known from that.
+    """
 
     eps: float
+    status: int
+    steps: int
+    t: Array
     q: Array
     v: Array
+    kept: Kept
+    difference: Array = field(default_factory=lambda: np.empty(0))
+    claim: Array = field(default_factory=lambda: np.empty(0))
+
+    @property
+    def done(self) -> bool:
+        return self.status == state.DONE
+
+    @property
+    def error(self) -> float:
+        """As claimed; infinite where nothing is known."""
+        return float(self.claim[-1]) if len(self.claim) else np.inf
+
+    @property
+    def differs(self) -> float:
+        return float(self.difference[-1]) if len(self.difference) else np.inf
 
 
-def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> int:
-    """Run ``motion`` so that its error is about ``AIM * tol``; a status. ``integrate()`` runs it to its end.
+@dataclass(frozen=True)
+class Found:
+    """What is known of a result: its error (None: nothing), until when the tolerance is kept (None: to the end), and
+    why not longer."""
 
-    The error is the largest over outputs and coordinates, positions in the mechanism's size and angles in radians,
-    velocities relative to the largest one of the run.
+    error: float | None = None
+    horizon: float | None = None
+    reason: str = ""
+
+
+def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> tuple[int, Found]:
+    """Run ``motion`` so that its error is below ``tol``, or as near as it comes; a status, and what is known of it.
+
+    ``integrate()`` runs it to its end. The error is that of :mod:`mbdsl.error_norm`, the largest over all outputs.
     """
-    plan = motion.plan
-    times = plan.times
-    if len(times) < POINTS:
-        times = np.linspace(plan.start, plan.stop, POINTS + 1)[1:]
-    first = eps = min(FIRST * tol, LOOSEST)
-    longest, order = run.LONGEST * (plan.stop - plan.start), max(1, declared(plan.method).order)
+    return _Ladder(motion, tol, integrate).climb()
 
-    def held_to(eps: float) -> Plan:
+
+class _Ladder:
+    def __init__(self, motion: Motion, tol: float, integrate: Callable[[], int]) -> None:
+        self.motion, self.tol, self.integrate, self.plan = motion, tol, integrate, motion.plan
+        plan, self.order = self.plan, max(1, declared(self.plan.method).order)
+        self.span = plan.stop - plan.start
+        self.first = min((FIRST if self.order <= 2 else FIRST_OF_HIGH_ORDER) * tol, LOOSEST)
+        self.times, self.shown = plan.times, None
+        if plan.every or len(plan.times) < POINTS:
+            even = np.linspace(plan.start, plan.stop, POINTS + 1)[1:]
+            self.times = even if plan.every else np.union1d(even, plan.times)
+            self.shown = None if plan.every else np.isin(self.times, plan.times)
+        self.trials: list[Trial] = []
+        self.longest = np.inf  #: what the growth of errors allows
+        self.growth: Growth | None = None
+        self.reason = ""
+
+    def climb(self) -> tuple[int, Found]:
+        eps: float | None = self.first
+        while eps is not None:
+            last = self._run(eps)
+            if last.status == state.RUNNING and not self.motion.bent():
+                self.motion.trial_steps = sum(x.steps for x in self.trials[:-1])
+                return last.status, Found(last.error if np.isfinite(last.error) else None)  # interrupted
+            eps = self._next(last)
+        return self._finish()
+
+    # -- runs --------------------------------------------------------------------------------------------------
+    def _held_to(self, eps: float) -> Plan:
         # where steps are as long as they may be, errors are to go with eps, too
-        return replace(plan, tol=eps, longest=longest * (eps / first) ** (1.0 / order))
+        longest = LONGEST * self.span * (eps / self.first) ** (1.0 / self.order)
+        return replace(self.plan, tol=eps, longest=min(longest, self.longest), times=self.times, every=False)
 
-    trials: list[Trial] = []
-    factor, found = 0.0, 0.0
-    for _ in range(MOST):
-        motion.restart(replace(held_to(eps), times=times, every=False))
-        status = integrate()
-        if status != state.DONE:
-            return status
-        trials.append(_trial(motion, eps))
-        motion.trial_steps += motion.steps
-        if len(trials) > 1:
-            coarse, fine = trials[-2:]
-            found = distance(motion, coarse, fine)
-            factor = found / (coarse.eps - fine.eps)
-            # a trial run is the result where all that it differs by is small enough: errors may not go with eps yet;
-            # or its steps are, where other outputs were asked for
-            if found <= tol:
-                motion.error = found
-                if plan.times is times and not plan.every:
-                    return status
-                motion.restart(held_to(eps))
-                return integrate()
-            if found < SATURATED:
-                break
-        eps /= NEXT
-    told = found < SATURATED
-    factor = factor if told else 0.0  # runs that have nothing to do with each other tell none
-    eps = min(eps / 2.0, AIM * tol / factor if factor else AIM * tol)
-    for _ in range(CORRECTIONS):
-        motion.restart(held_to(eps))
-        status = integrate()
-        if status != state.DONE or plan.times is not times or plan.every:
-            break
-        # the factor itself, now between errors further apart
-        last = _trial(motion, eps)
-        found = distance(motion, trials[-1], last)
-        told = found < SATURATED
-        factor = max(factor, found / (trials[-1].eps - eps))
-        if factor * eps <= tol or not told:
-            break
-        trials.append(last)
-        motion.trial_steps += motion.steps
-        eps = AIM * tol / factor
-    motion.error = factor * eps if told else max(found, SATURATED)
-    return status
+    def _run(self, eps: float) -> Trial:
+        motion = self.motion
+        motion.restart(replace(self._held_to(eps), shown=self.shown))
+        status = self.integrate()
+        t, q, v = motion.states()
+        trial = Trial(eps, status, motion.steps, t, q, v, motion.keep())
+        if self.trials:
+            self._judge(trial)
+        self.trials.append(trial)
+        return trial
 
+    def _judge(self, last: Trial) -> None:
+        """The claim, from the run before and the one before that."""
+        before = self.trials[-1]
+        n, scale = min(len(before.t), len(last.t)), self.motion.system.tables.scale
+        speed = error_norm.fastest(scale, last.v, self.span)
+        found = error_norm.differences(scale, speed, before.q[:n] - last.q[:n], before.v[:n] - last.v[:n])
+        last.difference = np.maximum.accumulate(found)
+        ratio, p = before.eps / last.eps, self._observed(last)
+        last.claim = last.difference / ((ratio**p - 1.0) if p else 1.0)
+        if p:  # two runs may agree by chance: the error falls no faster than eps, or hardly
+            former = before.difference[:n] / (self.trials[-2].eps / before.eps - 1.0) / ratio
+            last.claim = np.clip(former, last.claim, CHANCE * last.claim)
 
-def _trial(motion: Motion, eps: float) -> Trial:
-    _, q, v, *_ = motion.output(False)
-    return Trial(eps, q, v)
+    def _observed(self, last: Trial) -> float | None:
+        """The order p of errors C eps^p that three runs show, within bounds; None where they show none."""
+        if len(self.trials) < 2 or not 0.0 < last.differs < self.trials[-1].differs < SATURATED:
+            return None
+        one, two, three = self.trials[-2].eps, self.trials[-1].eps, last.eps
+        low, high = 1.0 / 3.0, 1.0
+        for _ in range(30):
+            p = 0.5 * (low + high)
+            more = (one**p - two**p) * last.differs < self.trials[-1].differs * (two**p - three**p)
+            low, high = (p, high) if more else (low, p)
+        return high
 
+    # -- which comes next --------------------------------------------------------------------------------------
+    def _next(self, last: Trial) -> float | None:
+        """The eps of the next run; None where there is none to be made."""
+        trials, tol = self.trials, self.tol
+        if len(trials) == 1:
+            return last.eps / NEXT
+        if not last.done:
+            return self._after_failure(last)
+        if last.error <= tol and trials[-2].done:
+            return self._look_at_growth(last)
+        if last.differs > SATURATED and self.growth is None and self._hopeless(last):
+            self.reason = self._of_rounding()
+        enough = AIM * tol
+        if self.reason and last.eps <= enough:
+            return None
+        if len(trials) > 3 and last.differs > FALLS * trials[-3].differs and last.eps < enough:
+            self.reason = "runs with shorter steps come no closer to each other"
+            if last.differs < SATURATED:
+                return None
+        if self.reason:
+            eps = enough if last.eps < 16.0 * enough else 8.0 * enough
+        elif last.differs > SATURATED:
+            eps = last.eps / NEXT
+        else:
+            p = self._observed_last() or 1.0
+            wanted = last.eps * min(1.0, AIM * tol / last.error) ** (1.0 / p)
+            ratio = last.eps / max(wanted, 1e-300)
+            steps = np.ceil(np.log(ratio) / np.log(NEXT) - 0.1)
+            eps = min(last.eps / NEAREST, last.eps / ratio ** (1.0 / steps) if steps <= 2 else NEXT * wanted)
+        if len(trials) >= MOST or eps < LEAST * tol or not self._affordable(last, eps):
+            self.reason = self.reason or "the steps that it takes are too many"
+            return None
+        return eps
 
-def distance(motion: Motion, one: Trial, other: Trial) -> float:
-    """What two runs of a scene differ by at its outputs."""
-    scale, span = motion.system.tables.scale, motion.plan.stop - motion.plan.start
-    return error_norm.distance(scale, span, (one.q, one.v), (other.q, other.v))
+    def _observed_last(self) -> float | None:
+        last = self.trials.pop()
+        p = self._observed(last)
+        self.trials.append(last)
+        return p
+
+    def _affordable(self, last: Trial, eps: float) -> bool:
+        return last.steps * (last.eps / eps) ** (1.0 / self.order) <= MOST_STEPS
+
+    def _after_failure(self, last: Trial) -> float | None:
+        """A loose run may fail where a stricter one does not: only what two fail at alike is believed."""
+        before, enough = self.trials[-2], AIM * self.tol
+        if before.done and last.eps <= self.tol:
+            return None
+        alike = not before.done and abs(before.t[-1] - last.t[-1]) <= TOGETHER * self.span
+        if (last.eps <= enough and (alike or last.eps <= enough / NEXT)) or len(self.trials) >= MOST:
+            return None
+        return max(last.eps / NEXT, enough) if last.eps > enough else last.eps / NEXT
+
+    # -- growth of errors --------------------------------------------------------------------------------------
+    def _look_at_growth(self, last: Trial) -> float | None:
+        """Of a run that would do: whether its steps resolve what grows, and what rounding grows to."""
+        if self.growth is None:
+            if self._hopeless(last):
+                self.reason = self._of_rounding()
+                return None
+            assert self.growth is not None
+            limit = max(RESOLVED / self.growth.rate, SHORTEST * self.span) if self.growth.rate > 0.0 else np.inf
+            if self.growth.log.max() > GROWN and limit < self._held_to(last.eps).longest:
+                self.longest = limit
+                return last.eps / NEAREST
+        return None
+
+    def _hopeless(self, last: Trial) -> bool:
+        """Whether rounding alone grows beyond the tolerance."""
+        self.growth = self._growth(last)
+        return float(self._rounding(last)[-1]) > self.tol
+
+    def _growth(self, last: Trial) -> Growth:
+        motion, t = self.motion, last.t
+        speed = error_norm.fastest(motion.system.tables.scale, last.v, self.span)
+        found, rate = np.zeros(len(t)), 0.0
+        for system, q, v, lam, left_out in motion.parts_of(last.kept, len(t)):
+            try:
+                with np.errstate(all="ignore"):
+                    own = growth(system, t, q, v, lam, left_out, speed)
+            except (InitialisationError, np.linalg.LinAlgError):
+                continue  # there is no motion to go on from: runs tell
+            found, rate = np.maximum(found, own.at(t)), max(rate, own.rate)
+        return Growth(t, found, rate)
+
+    def _rounding(self, trial: Trial) -> Array:
+        """What rounding makes of the states (N,) of a run, as far as it is known how it grows."""
+        unit = ULPS * float(np.finfo(float).eps)
+        if self.growth is None:
+            return np.full(len(trial.t), unit)
+        return unit * np.exp(np.minimum(self.growth.at(trial.t), 700.0))
+
+    def _of_rounding(self) -> str:
+        assert self.growth is not None
+        factor = np.exp(min(self.growth.log.max(), 700.0))
+        return f"the motion magnifies errors by {factor:.0e}, those of rounding as well"
+
+    # -- the result --------------------------------------------------------------------------------------------
+    def _finish(self) -> tuple[int, Found]:
+        trials, motion = self.trials, self.motion
+        best = trials[-1]
+        whole = [x for x in trials if x.done and len(x.claim)]
+        if not best.done and whole and best.status == state.TOO_SMALL:
+            self.reason = "with shorter steps their errors are those of rounding"
+            best = min(whole, key=lambda x: x.error)
+        elif best.done and best.error > self.tol and best.differs < SATURATED:
+            best = min(whole, key=lambda x: x.error)
+        status = best.status
+        motion.recall(best.kept)
+        motion.trial_steps = sum(x.steps for x in trials if x is not best or self.plan.every)
+        if self.plan.every:
+            motion.restart(replace(self._held_to(best.eps), times=self.plan.times, every=True))
+            status = self.integrate()
+        if not len(best.claim):
+            return status, Found()
+        if self.growth is None and best.done:
+            self._hopeless(best)
+        n = min(len(best.claim), len(best.t))
+        claim = np.maximum(best.claim[:n], self._rounding(best)[:n])
+        if claim[-1] <= self.tol:
+            return status, Found(float(claim[-1]))
+        kept = np.flatnonzero(claim > self.tol)[0]
+        horizon = float(best.t[max(0, kept - 1)])
+        return status, Found(float(claim[-1]), horizon, self.reason or self._of_rounding())

@@ -21,6 +21,9 @@ from mbdsl.system.signals import values
 from mbdsl.system.switches import law_of
 from mbdsl.trajectory import Trajectory
 
+#: errors above that are no more than a sign that nothing is known
+LITTLE_KNOWN = 0.05
+
 
 def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None:
     """A constraint left out as redundant must have stayed satisfied; else the motion is not that of the model."""
@@ -43,6 +46,21 @@ def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None
             )
             error.trajectory = trajectory
             raise error
+
+
+def inaccurate(trajectory: Trajectory, reason: str) -> IntegrationError:
+    """A run that comes to its end, but not to its tolerance."""
+    tol, error, horizon = (trajectory.stats[key] for key in ("tol", "error", "horizon"))
+    size = f"its error is about {error:.1g}" if error < LITTLE_KNOWN else "its error is not known"
+    start, hint = trajectory.t[0], "ask for a larger tolerance"
+    until = f"it is kept until t = {horizon:.6g} s" if horizon > start else "it is not kept at any time"
+    if horizon > start:
+        hint += ", or stop earlier"
+    trajectory.stats["status"] = "inaccurate"
+    trajectory.message = f"the tolerance of {tol:g} is not reached, {size}: {reason}; {until}"
+    found = IntegrationError(trajectory.message, hint=hint)
+    found.trajectory = trajectory
+    return found
 
 
 def bending(trajectory: Trajectory) -> tuple[float, str, float] | None:

@@ -5,7 +5,7 @@ What is solved for is the reduced scene (:mod:`mbdsl.reduction`); what comes out
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -49,6 +49,7 @@ class Plan:
     every: bool = False  #: with a tolerance: every step is output, and ``times`` is empty
     longest: float = np.inf  #: with a tolerance: steps may not be longer, nor a fiftieth of the run
     asked: bool = True  #: whether somebody asked for that tolerance, caller or model, or it is a default
+    shown: NDArray[np.bool_] | None = None  #: which of ``times`` were asked for; None: all
 
 
 @dataclass
@@ -66,6 +67,16 @@ class Moving:
         return [self.system.constraint_names()[k] for k in self.initial.redundant]
 
 
+@dataclass(frozen=True)
+class Kept:
+    """A run that was made, to be gone back to."""
+
+    plan: Plan
+    integrations: list[Run]
+    failed: Moving | None
+    failure: int
+
+
 class Motion:
     """The parts of a scene, assembled at the start and ready to be advanced.
 
@@ -78,8 +89,8 @@ class Motion:
         Which multipliers the parts solve for; the others follow from the motion where somebody asks.
     failed : Moving or None
         The part that could not go on.
-    trial_steps, error : int, float or None
-        Of controlled steps: what was taken to find out how errors grow, and the error attained as known from that.
+    trial_steps : int
+        Of controlled steps: those of other runs that were made to know the error of this one.
 
     Raises
     ------
@@ -100,7 +111,6 @@ class Motion:
             self._systems = [build(part.scene, part.graph, size=self._size) for part in self.reduction.parts]
         self.parts: list[Moving] = []
         self.trial_steps = 0
-        self.error: float | None = None
         self.failed: Moving | None = None
         self._failure = state.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
@@ -180,6 +190,25 @@ class Motion:
                 p.integration = _run(p.system, p.method, plan, plan.options)
             first = p.initial
             p.integration.begin(first.q, first.v, first.a, first.lam, first.redundant)
+
+    def keep(self) -> Kept:
+        """The present run, as far as it is."""
+        return Kept(self.plan, [p.integration for p in self.parts], self.failed, self._failure)
+
+    def recall(self, kept: Kept) -> None:
+        """Back to a run that was kept."""
+        self.plan, self.failed, self._failure = kept.plan, kept.failed, kept.failure
+        for p, integration in zip(self.parts, kept.integrations, strict=True):
+            p.integration = integration
+
+    def parts_of(self, kept: Kept, count: int) -> Iterator[tuple[System, Array, Array, Array, tuple[int, ...]]]:
+        """Of parts with freedoms: system, q, v (N, n), lam (N, m + p) at the first outputs of a run, the start among
+        them, and the constraints left out."""
+        for p, integration in zip(self.parts, kept.integrations, strict=True):
+            if p.method != KINEMATIC:
+                n, first = p.system.n, p.initial
+                rows = np.vstack([np.concatenate([first.q, first.v, first.lam]), integration.out[: count - 1]])
+                yield p.system, rows[:, :n], rows[:, n : 2 * n], rows[:, 2 * n :], first.redundant
 
     def _is_not_kinematic(self, part: Part) -> None:
         """Only counting said so; the receipt tells what is."""
@@ -303,7 +332,8 @@ class Motion:
     def output(self, partial: bool) -> tuple[Array, Array, Array, Array, list[tuple[Array, Array]]]:
         """Times (N,), q, v (N, n) and lam (N, m + p) from the start on, and each part's own q and v.
 
-        With ``partial``, the last step reached is among them, though no output was due there.
+        With ``partial``, the last step reached is among them, though no output was due there. Times that are not
+        ``shown`` are left out.
         """
         plan, reached = self.plan, self.time
         if plan.every and self.parts:
@@ -325,7 +355,18 @@ class Motion:
             states.append((every[:, :n], every[:, n : 2 * n], every[:, 2 * n :]))
         if extra:
             times = np.append(times, reached)
+        if plan.shown is not None:
+            rows = np.concatenate([[True], plan.shown[:done], np.ones(int(extra), bool)])
+            times, states = times[rows], [(q[rows], v[rows], lam[rows]) for q, v, lam in states]
         return times, *self._whole(times, states), [(q, v) for q, v, _ in states]
+
+    def states(self) -> tuple[Array, Array, Array]:
+        """Times (N,), q and v (N, n) at all times of the plan that the present run has come to, and at the start."""
+        shown = self.plan
+        self.plan = replace(shown, shown=None)
+        t, q, v, *_ = self.output(False)
+        self.plan = shown
+        return t, q, v
 
     def _output_of_every_step(self) -> tuple[Array, Array, Array, Array, list[tuple[Array, Array]]]:
         """Where parts have steps of their own: at the steps of all of them, as far as all have come."""
@@ -382,7 +423,16 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
         from mbdsl.integrators.backends import External
 
         return External(
-            system, method, plan.h, plan.start, plan.stop, plan.times, options, tol=plan.tol, every=plan.every
+            system,
+            method,
+            plan.h,
+            plan.start,
+            plan.stop,
+            plan.times,
+            options,
+            tol=plan.tol,
+            every=plan.every,
+            longest=plan.longest,
         )
     return Integration(
         system,

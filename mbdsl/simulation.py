@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mbdsl.calibration import calibrated
+from mbdsl.calibration import Found, calibrated
 from mbdsl.checkpoint import Checkpoint, Keeper, of_run
 from mbdsl.doubts import doubts
 from mbdsl.errors import UsageError
-from mbdsl.failures import check_bending, check_left_out, failure
+from mbdsl.failures import check_bending, check_left_out, failure, inaccurate
 from mbdsl.integrators import declared, state
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import MOST_OUTPUT
@@ -102,12 +102,13 @@ def simulate(
         little shorter, so that the last ends at ``stop``. Methods that control their steps by themselves, as "radau5",
         take only a step that is given here. Methods with fixed steps only take 1 ms if nothing is given.
     tol : float, optional
-        Instead, steps of controlled size, so that the error is about half of this: the largest one over all outputs
+        Instead, steps of controlled size, so that the error is below this: the largest one over all outputs
         and coordinates, positions in the mechanism's size, angles in radians, velocities relative to the largest one
         of the run (but at least the mechanism's size, or a radian, in the time of the run). Default, if neither a
         step is given nor a Step by the model, the model's Tolerance, else 1e-4; with "radau5", and backends, the
-        model's Tolerance in any case, else 1e-6. Not together with a step. Two or
-        more runs with larger errors come first, not with those; ``stats["error"]`` is the error as known from them.
+        model's Tolerance in any case, else 1e-6. Not together with a step. Runs with larger errors come first;
+        ``stats["error"]`` is the error as known from them, and ``stats["horizon"]`` the time until which the tolerance
+        is kept where it is not kept to the end (else None).
     accuracy : float, optional
         In place of a step or tolerance: the largest error in positions, as part of the mechanism's size, and in
         velocities, as part of the largest. Method (where none is given) and step are found by several runs;
@@ -145,7 +146,8 @@ def simulate(
     InitialisationError
         If no consistent initial state is found.
     IntegrationError
-        If the integration cannot go on; its ``trajectory`` holds the results up to there.
+        If the integration cannot go on, or a tolerance that was asked for is not reached; its ``trajectory`` holds
+        the results up to there, or all of those of the best run.
     """
     if accuracy is not None:
         from mbdsl.studies.accuracy import reach
@@ -196,17 +198,21 @@ def simulate(
         asked |= {"force": force, "general": general, "parameters": dict(parameters or {}), "without": list(without)}
         keeper = Keeper(of_run(checkpoint, model, asked), motion)
     lap("initialise")
-    if run.tol is None or not motion.parts or not controls_locally(run.method):
-        status = _integrate(motion, progress, keeper)
+    if run.tol is None or not motion.parts or run.stop == run.start:
+        status, found = _integrate(motion, progress, keeper), Found()
     else:
-        status = calibrated(motion, run.tol, lambda: _integrate(motion, progress, keeper))
+        status, found = calibrated(motion, run.tol, lambda: _integrate(motion, progress, keeper))
     lap("integrate")
-    trajectory, states = _collect(motion, run.tol, status, seconds)
+    trajectory, states = _collect(motion, run.tol, found, status, seconds)
     if status not in (state.DONE, state.RUNNING):
         raise failure(motion, trajectory, status)
     check_left_out(motion, trajectory, states)
     check_bending(trajectory)
     trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == state.DONE else []
+    if found.horizon is not None and status == state.DONE:
+        error = inaccurate(trajectory, found.reason)
+        if run.asked:
+            raise error
     return trajectory
 
 
@@ -353,7 +359,7 @@ def _integrate(motion: Motion, progress, keeper: Keeper | None = None) -> int:
     return state.RUNNING
 
 
-def _collect(motion: Motion, tol: float | None, status: int, seconds: dict) -> tuple[Trajectory, list]:
+def _collect(motion: Motion, tol: float | None, found: Found, status: int, seconds: dict) -> tuple[Trajectory, list]:
     """The trajectory, and q and v of every part."""
     plan, system = motion.plan, motion.system
     t, q, v, lam, states = motion.output(status != state.DONE)
@@ -361,7 +367,8 @@ def _collect(motion: Motion, tol: float | None, status: int, seconds: dict) -> t
         "method": plan.method,
         "h": plan.h if plan.tol is None else None,
         "tol": tol,
-        "error": motion.error,
+        "error": found.error,
+        "horizon": found.horizon,
         "status": {state.DONE: "done", state.RUNNING: "interrupted"}.get(status, "failed"),
         "n": system.n,
         "m": system.m,
@@ -381,5 +388,5 @@ def _collect(motion: Motion, tol: float | None, status: int, seconds: dict) -> t
     }
     for array in (t, q, v, lam):
         array.flags.writeable = False
-    found = lam if motion.own_reactions else None
-    return Trajectory(system, t, q, v, found, stats, motion.moved, motion.left_out), states
+    own = lam if motion.own_reactions else None
+    return Trajectory(system, t, q, v, own, stats, motion.moved, motion.left_out), states

@@ -49,7 +49,7 @@ class Trajectory:
     inputs : dict of (N,)
         Values of the model's inputs.
     status : str
-        "done", "interrupted" or "failed"; ``message`` says why.
+        "done", "interrupted", "failed", or "inaccurate" where a tolerance is not reached; ``message`` says why.
     stats : dict
         Counts and phase times.
     undetermined : list of float

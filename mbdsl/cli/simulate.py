@@ -168,11 +168,8 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
         where = ", ".join(f"{t:g}" for t in trajectory.undetermined[:5])
         more = " ..." if len(trajectory.undetermined) > 5 else ""
         print(f"accelerations and reactions have no value (nan) at t = {where}{more} s", file=sys.stderr)
-    if (error := trajectory.stats.get("error")) is not None and args.tol is not None and error > 2.0 * args.tol:
-        print(
-            f"the error is not known to be {args.tol:g}: runs with different steps differ by {error:.1g}",
-            file=sys.stderr,
-        )
+    if trajectory.status == "inaccurate" and failure is None:
+        print(f"warning: {trajectory.message} (give --tol to have it reached or refused)", file=sys.stderr)
     if not args.quiet:
         print(summary(trajectory, output, names, args.verbose))
         if verified:
@@ -245,6 +242,7 @@ def about(trajectory: Trajectory) -> dict[str, str | float | bool]:
     """What a result file says about itself."""
     stats = trajectory.stats
     said = {"model": trajectory.scene.name, "method": stats["method"], "step": stats["h"], "tolerance": stats["tol"]}
+    said.update(error=stats.get("error"), horizon=stats.get("horizon"))
     return {
         "complete": trajectory.status == "done",
         **{key: value for key, value in said.items() if value is not None},
@@ -267,7 +265,7 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
     work, what = (stats["evaluations"], "evaluations") if stats["evaluations"] else (iterations, "iterations")
     lines = [
         f"{trajectory.scene.name}: {steps} steps of {stats['method']} to t = {reached:g} s, "
-        f"{work} {what} ({work / max(1, steps):.2f} a step), {seconds['integrate']:.3g} s",
+        f"{work} {what} ({work / max(1, steps):.2f} a step), {seconds['integrate']:.3g} s; {error(stats)}",
         f"{output}: {len(trajectory.t)} rows, time and {len(names)} signals",
     ]
     if stats["pivoting_from"] is not None:
@@ -288,6 +286,15 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
     elif trajectory.moved:
         lines.append(guesses(trajectory.moved))
     return "\n".join(lines)
+
+
+def error(stats: dict) -> str:
+    """What is known of the error of a run."""
+    if found := stats.get("accuracy"):
+        return f"error {found['estimated']:.1e}"
+    if stats.get("error") is None:
+        return "error not known (--tol controls it, --verify looks at it)"
+    return f"error {stats['error']:.1e}"
 
 
 def guesses(moved: Sequence[Moved]) -> str:

@@ -66,6 +66,8 @@ class Problem:
     zones : iterable of Zone
         In each of these spans of time (``start``, ``end``) [s] a step should end, as a law or table has a peak there
         that is not seen otherwise; by their ends, and one by one, too.
+    longest : float [s]
+        Where steps are controlled: they are not to be longer.
     counts : collections.Counter
         To be filled in: "steps", "rejected", "iterations" (of Newton's method), "matrix_evaluations",
         "factorisations", "evaluations" (of the equations), "events" (jumps met).
@@ -85,6 +87,7 @@ class Problem:
     options: Mapping[str, float | None]
     breaks: Iterable[float] = ()
     zones: Iterable[Zone] = ()
+    longest: float = np.inf
     counts: Counter[str] = field(default_factory=Counter)
 
     def tolerances(self) -> tuple[Array, Array]:
@@ -118,12 +121,14 @@ class External:
         options: Mapping[str, float | None],
         tol: float | None = None,
         every: bool = False,
+        longest: float = np.inf,
     ) -> None:
         self.system, self.method = system, method
         if every:
             times = np.array([stop] if stop > start else [])
         self._backend = backend(method)
         self._given: dict[str, Any] = {"start": start, "stop": stop, "times": times, "h": h, "tol": tol}
+        self._given["longest"] = longest
         self._given["options"] = check_options(method, options, force=True)
         self.times, self._every = times.copy(), every
         self.out = np.zeros((len(times), system.n + system.unknowns))

@@ -121,5 +121,6 @@ def _solver(problem: Problem, F: StabilisedIndex2):
     atol = np.concatenate([SHARE * q, SHARE * v, unseen])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that a Jacobian is given and a pattern too
-        options.update(algebraic_idx=F.algebraic.tolist(), min_step=least, max_step=problem.stop - problem.start)
+        most = min(problem.longest, problem.stop - problem.start)
+        options.update(algebraic_idx=F.algebraic.tolist(), min_step=least, max_step=most)
         return IDA(residual, rtol=1e-15, atol=atol, **options)

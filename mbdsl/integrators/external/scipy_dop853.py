@@ -24,6 +24,6 @@ def solve(problem: Problem):
     from mbdsl.integrators.external import _scipy
 
     def make(f, t, y, stop, rtol, atol):
-        return DOP853(f, t, y, stop, rtol=rtol, atol=atol)
+        return DOP853(f, t, y, stop, rtol=rtol, atol=atol, max_step=problem.longest)
 
     return _scipy.solve(problem, make, share=0.1)

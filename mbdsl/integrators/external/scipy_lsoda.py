@@ -33,6 +33,6 @@ def solve(problem: Problem):
             rate = f(t, y)
             return np.where(np.abs(rate) < NOTHING, 0.0, rate)
 
-        return LSODA(settled, t, y, stop, rtol=rtol, atol=atol)
+        return LSODA(settled, t, y, stop, rtol=rtol, atol=atol, max_step=problem.longest)
 
     return _scipy.solve(problem, make, share=0.01, multistep=True)

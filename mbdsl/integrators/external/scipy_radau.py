@@ -24,7 +24,7 @@ def solve(problem: Problem):
     from mbdsl.integrators.external import _scipy
 
     def make(f, t, y, stop, rtol, atol):
-        solver = Radau(f, t, y, stop, rtol=rtol.max(), atol=atol)
+        solver = Radau(f, t, y, stop, rtol=rtol.max(), atol=atol, max_step=problem.longest)
         solver.rtol = rtol  # it takes but one, from which it also finds when its iteration stops
         return solver
 

@@ -1,0 +1,211 @@
+"""How rounding grows along a motion, by the linearised equations.
+
+Runs with different steps do not differ where a motion has nothing to differ by: a pendulum balanced upside down rests
+in all of them, and yet falls by the last digit of its position. Here errors as large as positions (or one) and
+velocities are put in at the start and at every sample of a run, and carried along by the equations linearised there,
+
+    M dv' + K dq + D dv + Phi_q^T dlam + Gam_v^T dnu = 0,   Phi_q dq = 0,   J dv + N dq = 0,
+
+J = [Phi_q; Gam_v], N = [(Phi_q v)_q; Gam_q]. With the columns of Z (n, r) and V (n, d) orthonormal, Phi_q Z = 0,
+J V = 0, and turning no more than they must, V' = -J^+ J' V, Z^T Z' = 0,
+
+    dq = Z y,   dv = V x + B y,   B = -J^+ N Z,
+    y' = Z^T dv,   u = V^T M dv,   u' = V'^T M dv - V^T (D dv + K dq),
+
+all in scaled coordinates. Without constraints on velocities V = Z and V' = B. The matrices are taken as constant from
+the middle of one interval between samples to the middle of the next, and the solution is the exponential, so that
+neither large negative nor large positive rates matter. y and u are carried over from sample to sample, so that B' is
+not needed.
+
+Jumps of forces and impacts are not in there, nor the way that joint friction depends on reactions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.saddle import RANK, row_size
+from mbdsl.system import System
+from mbdsl.system.accelerations import accelerations
+
+Array = NDArray[np.float64]
+
+#: unknowns up to which the growth is found: matrices are dense
+MOST = 400
+#: samples of a run, and how many there are at least; numbers in the samples' matrices where they get fewer
+SAMPLES, FEWEST, NUMBERS = 160, 40, 200_000
+#: errors that are carried along, in different directions
+DIRECTIONS = 3
+#: part of the largest mass that a coordinate without any counts as having
+MASSLESS = 1e-12
+
+
+@dataclass(frozen=True)
+class Growth:
+    """How errors grow.
+
+    Attributes
+    ----------
+    t : (N,) [s]
+    log : (N,)
+        Logarithm of what errors as large as the state itself, put in at the start and all the time, are at these times.
+    rate : float [1/s]
+        The fastest growth over a fiftieth of the run.
+    """
+
+    t: Array
+    log: Array
+    rate: float
+
+    def at(self, times: Array) -> Array:
+        """The largest so far, at other times."""
+        return np.interp(times, self.t, np.maximum.accumulate(self.log))
+
+
+def growth(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: tuple[int, ...], speed: float) -> Growth:
+    """Of a run through q, v (N, n) and multipliers (N, m + p) at times t; ``speed`` [1/s] is its fastest scaled one.
+
+    Parameters
+    ----------
+    left_out : tuple of int
+        Redundant constraints.
+
+    Raises
+    ------
+    InitialisationError
+        If there are no accelerations somewhere.
+    """
+    none = Growth(t[:1], np.zeros(1), 0.0)
+    if system.unknowns > MOST or len(t) < 2 or not system.n:
+        return none
+    chosen = _samples(len(t), system)
+    t, q, v, lam = t[chosen], q[chosen], v[chosen], lam[chosen]
+    points = [_point(system, *state, left_out) for state in zip(t, q, v, lam, strict=True)]
+    if not points[0].Z.shape[1] or len({p.Z.shape + p.V.shape for p in points}) > 1:
+        return none  # nothing is free, or constraints lose rank on the way
+    return _carried(t, points, speed)
+
+
+def _samples(count: int, system: System) -> NDArray[np.int64]:
+    most = int(np.clip(NUMBERS / max(1, system.unknowns) ** 2, FEWEST, SAMPLES))
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
+
+
+@dataclass
+class _Point:
+    """At a sample: bases, u = mass x + G y, and the rate of [y; x]."""
+
+    Z: Array
+    V: Array
+    B: Array
+    mass: Array
+    G: Array
+    rate: Array
+    size: Array  #: of the scaled positions, which count as at least one, and velocities there
+
+
+def _point(system: System, t: float, q: Array, v: Array, lam: Array, left_out: tuple[int, ...]) -> _Point:
+    n, m, s = system.n, system.m, 1.0 / system.tables.scale
+    a = None
+    if not (np.isfinite(lam).all() and system.mass_is_diagonal):
+        a, lam = accelerations(system, t, q, v, left_out)
+    one = np.asarray(system.tangent(t, q, v, lam, cK=1.0, cP=1.0, cV=1.0, a=a))
+    two = np.asarray(system.tangent(t, q, v, lam, cD=1.0, cN=1.0, cW=1.0))
+    M = np.diag(system.mass()) if system.mass_is_diagonal else np.asarray(system.M(t, q))
+    K, D, M = (s[:, None] * X[:n, :n] * s for X in (one, two, M))
+    kept = np.setdiff1d(np.arange(m + system.p), left_out)
+    J, N, both = one[n:, :n][kept] * s, two[n:, :n][kept] * s, kept < m
+    size = row_size(J)
+    J, N = J / size[:, None], N / size[:, None]
+    V, inverse = _split(J)
+    Z, turned = V, N
+    if not both.all():
+        Z, e = _split(J[both])[0], 1e-6 / (float(np.abs(v / s).max()) or 1.0)
+        other = np.asarray(system.tangent(t + e, q + e * v, v, lam, cP=1.0, cV=1.0))[n:, :n][kept] * s / size[:, None]
+        turned = np.where(both[:, None], N, (other - J) / e)
+    B, V1 = -inverse @ (N @ Z), -inverse @ (turned @ V)
+    mass = V.T @ M @ V
+    mass += MASSLESS * (np.abs(mass).max(initial=0.0) or 1.0) * np.eye(len(mass))
+    G, drive = V.T @ M @ B, V1.T @ M - V.T @ D
+    y = np.hstack([Z.T @ B, Z.T @ V])
+    u = np.hstack([drive @ B - V.T @ (K @ Z), drive @ V])
+    size = np.array([max(1.0, float(np.abs(q / s).max())), float(np.abs(v / s).max())])
+    return _Point(Z, V, B, mass, G, np.vstack([y, np.linalg.solve(mass, u - G @ y)]), size)
+
+
+def _split(J: Array) -> tuple[Array, Array]:
+    """What J (k, n) maps to zero, as orthonormal columns, and its pseudo-inverse (n, k)."""
+    if not len(J):
+        return np.eye(J.shape[1]), np.zeros(J.shape[::-1])
+    U, s, Vt = np.linalg.svd(J)
+    rank = int((s > RANK * s.max(initial=0.0)).sum())
+    return Vt[rank:].T, Vt[:rank].T @ (U[:, :rank] / s[:rank]).T
+
+
+def _carried(t: Array, points: list[_Point], speed: float) -> Growth:
+    (_, r), d, h = points[0].Z.shape, points[0].V.shape[1], np.diff(t)
+    Z, V, _, mass, G, rate, sizes = (np.array([getattr(p, key) for p in points]) for key in _Point.__annotations__)
+    rate[:, :r, r:], rate[:, r:, :r] = speed * rate[:, :r, r:], rate[:, r:, :r] / speed  # of velocities over the speed
+    even = bool(np.ptp(h) <= 1e-6 * h.max())
+    first, sizes_first = exponential(rate[: None if even else -1] * (0.5 * (h[0] if even else h[:, None, None])))
+    second, sizes_second = (first[1:], sizes_first[1:]) if even else exponential(rate[1:] * (0.5 * h[:, None, None]))
+    turn, turn_v = _turns(Z), _turns(V)  # from one basis to the next
+    new = np.random.default_rng(1).standard_normal((r + d, DIRECTIONS)) / np.sqrt(r + d)
+    weights = np.repeat(sizes / [1.0, speed], (r, d), axis=1)[:, :, None]
+    x, log, largest = weights[0] * new, np.zeros(len(t)), 0.0  # what is carried is x exp(largest)
+    log[0] = np.log(_size(points[0], x, speed))
+    for k in range(len(h)):
+        x = first[k] @ x
+        y, w = x[:r], speed * x[r:]
+        u, y = turn_v[k] @ (mass[k] @ w + G[k] @ y), turn[k] @ y
+        x = second[k] @ np.vstack([y, np.linalg.solve(mass[k + 1], u - G[k + 1] @ y) / speed])
+        largest += sizes_first[k] + sizes_second[k]
+        size = float(np.abs(x).max(initial=0.0)) or 1.0
+        if not np.isfinite(size):
+            return Growth(t[: k + 1], log[: k + 1], np.inf)
+        x, largest = x / size, largest + np.log(size)
+        if largest < 0.0:  # what is put in anew is larger
+            x, largest = x * np.exp(largest), 0.0
+        x = x + weights[k + 1] * new * np.exp(-largest)
+        log[k + 1] = largest + np.log(_size(points[k + 1], x, speed))
+    window = max((t[-1] - t[0]) / 50.0, float(h.min()))
+    later = np.interp(np.minimum(t + window, t[-1]), t, log)
+    return Growth(t, log, float(np.max((later - log) / window, initial=0.0)))
+
+
+def _turns(Z: Array) -> Array:
+    """Rotations (N - 1, r, r) from each basis (N, n, r) to the next, without a loss of size."""
+    U, _, W = np.linalg.svd(np.swapaxes(Z[1:], 1, 2) @ Z[:-1])
+    return U @ W
+
+
+def _size(point: _Point, x: Array, speed: float) -> float:
+    y, w = np.split(x, [point.Z.shape[1]])
+    return max(float(np.abs(point.Z @ y).max()), float(np.abs(point.V @ w + point.B @ y / speed).max()), 1e-300)
+
+
+def exponential(A: Array) -> tuple[Array, Array]:
+    """E (N, k, k) and s (N,), so that exp(A) = E e^s for each of the matrices A (N, k, k), however large they are.
+
+    The diagonal Pade approximant of degree 6 of A/2^j, squared j times; Moler and Van Loan, SIAM Review 45 (2003) 3-49.
+    """
+    count, k = A.shape[:2]
+    size = np.abs(A).sum(axis=2).max(axis=1, initial=0.0)
+    squarings = int(np.clip(np.ceil(np.log2(max(float(size.max(initial=0.0)), 0.5) / 0.5)), 0, 60))
+    A = A / 2.0**squarings
+    top = bottom = np.broadcast_to(np.eye(k), A.shape)
+    power, c = np.broadcast_to(np.eye(k), A.shape), 1.0
+    for j in range(1, 7):
+        c *= (7.0 - j) / (j * (13.0 - j))
+        power = power @ A
+        top, bottom = top + c * power, bottom + (-1.0) ** j * c * power
+    E: Array = np.asarray(np.linalg.solve(bottom, top))
+    s = np.zeros(count)
+    for _ in range(squarings):
+        E, s = E @ E, 2.0 * s
+        largest = np.abs(E).max(axis=(1, 2))
+        E, s = E / largest[:, None, None], s + np.log(largest)
+    return E, s
