@@ -24,8 +24,8 @@ from mbdsl.lang.suggest import did_you_mean
 INTERRUPTED = 130
 BROKEN_PIPE = 141
 EPILOG = """\
-exit codes: 0 done, 2 the input is wrong, 3 no consistent initial state or no equilibrium, 4 the integration could
-not go on, 130 interrupted. mbdsl COMMAND --help tells more."""
+exit codes: 0 done, 2 wrong input, 3 no consistent initial state or no equilibrium, 4 the integration failed or did not
+reach the accuracy asked for, 130 interrupted. See also mbdsl COMMAND --help."""
 
 
 class Parser(argparse.ArgumentParser):
