@@ -235,11 +235,11 @@ class Builder:
         return evaluate(self._node(given, what), self._instance.scope)
 
     def _name(self, given: Handle | str) -> str:
-        """The name that a handle stands for here; names of another model may be those of other components."""
+        """The name of a handle; handles of another Builder are refused, as their names may mean other components."""
         if isinstance(given, Handle) and given._builder is not self:
             raise UsageError(
                 f"`{given}` belongs to another Builder, of {given._builder.name}, and not to this one, of {self.name}",
-                hint=f"use what this Builder's own methods return, or give the name as a text: {str(given)!r}",
+                hint=f"use a handle from this Builder, or give the name as a string: {str(given)!r}",
             )
         return str(given)
 

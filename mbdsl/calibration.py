@@ -1,17 +1,17 @@
-"""The error of runs with controlled steps, and a run whose error is below the tolerance.
+"""Calibration runs, which estimate the global error of controlled steps and bring it below the tolerance.
 
-What a method takes as its tolerance, eps, is about its steps (:mod:`mbdsl.integrators.control`); what becomes of their
-errors until the end of the run is the model's own: a damped one forgets them, in a chaotic one they grow. So runs are
-made with smaller and smaller eps. The error of one, the *claim*, is known from how far it is from the run before, of an
-eps about 8 times as large, with the order p in eps that the last three runs show:
+The tolerance of a method, eps, limits the local error of its steps (:mod:`mbdsl.integrators.control`). The global error
+depends on the model as well: a damped model forgets local errors, a chaotic one amplifies them. Therefore the model is
+run several times with decreasing eps. The error estimate of a run, the *claim*, follows from its difference from the
+run before, whose eps is about 8 times as large, and from the order p in eps that the last three runs show:
 
     error = difference/(8^p - 1),   1/3 <= p <= 1,
 
-or the difference itself where there are no three. Rounding, as it grows along the motion (:mod:`mbdsl.growth`), is
-added: where runs have nothing to differ by, that is what is left.
+or is the difference itself while there are fewer than three runs. The claim is at least the rounding error as the
+motion amplifies it (:mod:`mbdsl.growth`), because runs may agree although the motion is sensitive.
 
-The first runs have a large eps and cost little; they tell which eps will do. Where a claim is within the tolerance, its
-run is the result.
+The first runs have a large eps and are cheap; they show which eps is needed. The run whose claim is within the
+tolerance is the result.
 """
 
 from __future__ import annotations
@@ -31,36 +31,36 @@ from mbdsl.motion import Kept, Motion, Plan
 
 Array = NDArray[np.float64]
 
-#: eps of the first trial run over the tolerance, of methods of order 1 and 2 and of others; and at most
+#: eps of the first trial run over the tolerance, for methods of order 1 and 2 and for others; the largest eps
 FIRST, FIRST_OF_HIGH_ORDER, LOOSEST = 1024.0, 64.0, 4e-3
-#: from one eps to the next, and at least
+#: ratio of successive eps, and the least ratio
 NEXT, NEAREST = 8.0, 4.0
-#: part of the tolerance that is aimed at
+#: target of the error, relative to the tolerance
 AIM = 0.5
-#: difference of two runs from which on it is no measure of their errors any more
+#: difference of two runs above which it does not measure their errors any more
 SATURATED = 0.05
-#: runs at most; the least eps over the tolerance; steps of a run, as they are to be expected
+#: most runs; least eps over the tolerance; most steps expected of a run
 MOST, LEAST, MOST_STEPS = 14, 1e-5, 2e7
-#: times that a claim may be too small as two runs agree by chance
+#: factor by which a claim may be too small because two runs agree by chance
 CHANCE = 3.0
-#: what the difference of two runs falls to at least in two further ones, where errors fall
+#: the runs converge if two further runs reduce the difference to this part of it
 FALLS = 0.7
-#: outputs that runs are compared at, where fewer are asked for
+#: least number of times at which runs are compared
 POINTS = 200
-#: units in the last place that the numbers of a state are wrong by
+#: rounding error of a state [units in the last place]
 ULPS = 4.0
-#: logarithm of a growth from which on steps have to resolve its rate; rate times step; the shortest such step, as a
-#: part of the run
+#: logarithm of the amplification above which steps have to resolve its rate; rate times step; the shortest such step,
+#: relative to the run
 GROWN, RESOLVED, SHORTEST = 10.0, 0.5, 2e-4
-#: part of the run within which runs with different steps fail at the same time
+#: two runs that fail within this part of the run of each other fail at the same time
 TOGETHER = 1e-3
 
 
 @dataclass
 class Trial:
-    """A run that was made: with which eps, and q, v (N, n) at the times t (N,) that it came to.
+    """A calibration run with tolerance ``eps``: q, v (N, n) at the times t (N,) that it reached.
 
-    ``difference`` (N,) from the run before, the largest so far; ``claim`` (N,) is the error as known from that.
+    ``difference`` (N,): largest difference from the run before, up to each time. ``claim`` (N,): the error estimate.
     """
 
     eps: float
@@ -79,7 +79,7 @@ class Trial:
 
     @property
     def error(self) -> float:
-        """As claimed; infinite where nothing is known."""
+        """The error estimate at the end; infinite if there is none."""
         return float(self.claim[-1]) if len(self.claim) else np.inf
 
     @property
@@ -89,8 +89,8 @@ class Trial:
 
 @dataclass(frozen=True)
 class Found:
-    """What is known of a result: its error (None: nothing), until when the tolerance is kept (None: to the end), and
-    why not longer."""
+    """The error estimate of a result (None: unknown), the horizon up to which the tolerance is kept (None: to the end),
+    and the reason why it is not kept longer."""
 
     error: float | None = None
     horizon: float | None = None
@@ -98,9 +98,10 @@ class Found:
 
 
 def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> tuple[int, Found]:
-    """Run ``motion`` so that its error is below ``tol``, or as near as it comes; a status, and what is known of it.
+    """Run ``motion`` so that its error is below ``tol``, or as small as possible; return a status and the estimate.
 
-    ``integrate()`` runs it to its end. The error is that of :mod:`mbdsl.error_norm`, the largest over all outputs.
+    ``integrate()`` runs the present plan to its end. The error is the largest over all outputs, in the norm of
+    :mod:`mbdsl.error_norm`.
     """
     return _Ladder(motion, tol, integrate).climb()
 
@@ -117,7 +118,7 @@ class _Ladder:
             self.times = even if plan.every else np.union1d(even, plan.times)
             self.shown = None if plan.every else np.isin(self.times, plan.times)
         self.trials: list[Trial] = []
-        self.longest = np.inf  #: what the growth of errors allows
+        self.longest = np.inf  #: the longest step that resolves the growth of errors
         self.growth: Growth | None = None
         self.reason = ""
 
@@ -133,7 +134,7 @@ class _Ladder:
 
     # -- runs --------------------------------------------------------------------------------------------------
     def _held_to(self, eps: float) -> Plan:
-        # where steps are as long as they may be, errors are to go with eps, too
+        # the longest step depends on eps, so that errors decrease with eps where steps have that length, too
         longest = LONGEST * self.span * (eps / self.first) ** (1.0 / self.order)
         return replace(self.plan, tol=eps, longest=min(longest, self.longest), times=self.times, every=False)
 
@@ -157,12 +158,12 @@ class _Ladder:
         last.difference = np.maximum.accumulate(found)
         ratio, p = before.eps / last.eps, self._observed(last)
         last.claim = last.difference / ((ratio**p - 1.0) if p else 1.0)
-        if p:  # two runs may agree by chance: the error falls no faster than eps, or hardly
+        if p:  # two runs may agree by chance: the error should not fall much faster than eps
             former = before.difference[:n] / (self.trials[-2].eps / before.eps - 1.0) / ratio
             last.claim = np.clip(former, last.claim, CHANCE * last.claim)
 
     def _observed(self, last: Trial) -> float | None:
-        """The order p of errors C eps^p that three runs show, within bounds; None where they show none."""
+        """The order p of errors C eps^p from the last three runs, within bounds; None if they do not determine it."""
         if len(self.trials) < 2 or not 0.0 < last.differs < self.trials[-1].differs < SATURATED:
             return None
         one, two, three = self.trials[-2].eps, self.trials[-1].eps, last.eps
@@ -175,7 +176,7 @@ class _Ladder:
 
     # -- which comes next --------------------------------------------------------------------------------------
     def _next(self, last: Trial) -> float | None:
-        """The eps of the next run; None where there is none to be made."""
+        """The eps of the next run; None if no further run is needed or possible."""
         trials, tol = self.trials, self.tol
         if len(trials) == 1:
             return last.eps / NEXT
@@ -189,7 +190,7 @@ class _Ladder:
         if self.reason and last.eps <= enough:
             return None
         if len(trials) > 3 and last.differs > FALLS * trials[-3].differs and last.eps < enough:
-            self.reason = "runs with shorter steps come no closer to each other"
+            self.reason = "runs with shorter steps do not converge"
             if last.differs < SATURATED:
                 return None
         if self.reason:
@@ -203,7 +204,7 @@ class _Ladder:
             steps = np.ceil(np.log(ratio) / np.log(NEXT) - 0.1)
             eps = min(last.eps / NEAREST, last.eps / ratio ** (1.0 / steps) if steps <= 2 else NEXT * wanted)
         if len(trials) >= MOST or eps < LEAST * tol or not self._affordable(last, eps):
-            self.reason = self.reason or "the steps that it takes are too many"
+            self.reason = self.reason or "it would take too many steps"
             return None
         return eps
 
@@ -217,7 +218,7 @@ class _Ladder:
         return last.steps * (last.eps / eps) ** (1.0 / self.order) <= MOST_STEPS
 
     def _after_failure(self, last: Trial) -> float | None:
-        """A loose run may fail where a stricter one does not: only what two fail at alike is believed."""
+        """The next eps after a failed run: a run with a smaller eps may pass, so two have to fail at the same time."""
         before, enough = self.trials[-2], AIM * self.tol
         if before.done and last.eps <= self.tol:
             return None
@@ -228,7 +229,7 @@ class _Ladder:
 
     # -- growth of errors --------------------------------------------------------------------------------------
     def _look_at_growth(self, last: Trial) -> float | None:
-        """Of a run that would do: whether its steps resolve what grows, and what rounding grows to."""
+        """Of a run within the tolerance: whether its steps resolve the growth of errors, and how far rounding grows."""
         if self.growth is None:
             if self._hopeless(last):
                 self.reason = self._of_rounding()
@@ -241,7 +242,7 @@ class _Ladder:
         return None
 
     def _hopeless(self, last: Trial) -> bool:
-        """Whether rounding alone grows beyond the tolerance."""
+        """Whether amplified rounding alone exceeds the tolerance."""
         self.growth = self._growth(last)
         return float(self._rounding(last)[-1]) > self.tol
 
@@ -254,12 +255,12 @@ class _Ladder:
                 with np.errstate(all="ignore"):
                     own = growth(system, t, q, v, lam, left_out, speed)
             except (InitialisationError, np.linalg.LinAlgError):
-                continue  # there is no motion to go on from: runs tell
+                continue  # there are no tangent equations here; the difference between runs remains
             found, rate = np.maximum(found, own.at(t)), max(rate, own.rate)
         return Growth(t, found, rate)
 
     def _rounding(self, trial: Trial) -> Array:
-        """What rounding makes of the states (N,) of a run, as far as it is known how it grows."""
+        """The rounding error (N,) along a run, amplified by the growth where that is known."""
         unit = ULPS * float(np.finfo(float).eps)
         if self.growth is None:
             return np.full(len(trial.t), unit)
@@ -268,7 +269,7 @@ class _Ladder:
     def _of_rounding(self) -> str:
         assert self.growth is not None
         factor = np.exp(min(self.growth.log.max(), 700.0))
-        return f"the motion magnifies errors by {factor:.0e}, those of rounding as well"
+        return f"the motion amplifies errors, rounding included, by a factor of {factor:.0e}"
 
     # -- the result --------------------------------------------------------------------------------------------
     def _finish(self) -> tuple[int, Found]:
@@ -276,7 +277,7 @@ class _Ladder:
         best = trials[-1]
         whole = [x for x in trials if x.done and len(x.claim)]
         if not best.done and whole and best.status == state.TOO_SMALL:
-            self.reason = "with shorter steps their errors are those of rounding"
+            self.reason = "with shorter steps rounding dominates the error of a step"
             best = min(whole, key=lambda x: x.error)
         elif best.done and best.error > self.tol and best.differs < SATURATED:
             best = min(whole, key=lambda x: x.error)

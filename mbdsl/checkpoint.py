@@ -1,11 +1,11 @@
-"""Checkpoints: a run on its way as a file, from which it goes on bit for bit.
+"""Checkpoints: the state of an unfinished run in a file, from which the run continues bit for bit.
 
-A run keeps all that it needs to go on in flat buffers (:mod:`mbdsl.integrators.run`); a checkpoint is a copy of them.
-A run with a tolerance is several runs, of which one follows from the others (:mod:`mbdsl.calibration`): those that are
-done are kept with their ends, and need not be made again.
+The state of a run is in flat buffers (:mod:`mbdsl.integrators.run`); a checkpoint is a copy of them. A run with a
+tolerance consists of several calibration runs (:mod:`mbdsl.calibration`); the checkpoint holds the final states of
+those that are done, so that they are not repeated.
 
-The file is NumPy's archive of plain arrays, with JSON for the rest: reading it runs no code. It is written beside its
-place and gets its name when it is whole.
+The file is an archive of plain NumPy arrays, with JSON for the rest: reading it executes no code. It is written to a
+temporary file that is then renamed, so that a checkpoint is always complete.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     Model: TypeAlias = Scene | Builder | str | os.PathLike
 
 FORMAT = 1
-EVERY = 60.0  #: seconds between two checkpoints, unless other ones are asked for
-#: what a run has that is the model's, or is found anew
+EVERY = 60.0  #: default time between two checkpoints [s]
+#: attributes of a run that belong to the model or are recomputed
 NOT_KEPT = set(
     "system run method options evaluate tangent inertia events jumps landings _advance _known _rates".split()
 )
@@ -46,17 +46,17 @@ Snapshot = dict[str, Any]
 
 @dataclass
 class Checkpoint:
-    """Where a run is kept on its way.
+    """The file of a run's checkpoints.
 
     Parameters
     ----------
     path : path
     every : float, optional [s]
-        Time between two checkpoints, as clocks on walls show it.
+        Wall-clock time between two checkpoints.
     about : mapping, optional
-        What else is to be found in the file, as JSON has it.
+        Further data to store in the file; it must be serialisable as JSON.
     resumed : bool, optional
-        Go on from what the file holds.
+        Whether to continue from the state in the file.
     """
 
     path: str | os.PathLike
@@ -66,7 +66,7 @@ class Checkpoint:
 
 
 def of_run(given: Checkpoint | str | os.PathLike, model: object, asked: dict[str, Any]) -> Checkpoint:
-    """The checkpoint of a run, which knows from what :func:`resume` makes it again."""
+    """The checkpoint of a run, with the arguments that :func:`resume` needs to repeat the call."""
     found = given if isinstance(given, Checkpoint) else Checkpoint(given)
     path = os.path.abspath(model) if isinstance(model, str | os.PathLike) else None
     said = {"given": asked, "model": path, "every": found.every}
@@ -74,32 +74,32 @@ def of_run(given: Checkpoint | str | os.PathLike, model: object, asked: dict[str
 
 
 class Keeper:
-    """Keeps a motion: the runs that are done, and the one that is on its way.
+    """Stores the state of a motion: the calibration runs that are done, and the present one.
 
     Raises
     ------
     UsageError
-        If the motion cannot be kept; or, for a run that is ``resumed``, if the file is damaged or another model's.
+        If the method has no checkpoints; or, for a ``resumed`` run, if the file is damaged or belongs to another model.
     """
 
     def __init__(self, checkpoint: Checkpoint, motion: Motion) -> None:
         if backend(motion.plan.method) is not None:
             raise UsageError(
-                f"there are no checkpoints of {motion.plan.method}: where it is, only its own package knows",
+                f"there are no checkpoints of {motion.plan.method}: its state is inside another package",
                 hint="take one of mbdsl's own methods",
             )
         self.checkpoint = checkpoint
         self.identity = {**_versions(), "model": digest(motion.system.scene), "plan": _plan(motion)}
         self.done: list[Snapshot] = []
-        self._ahead: list[Snapshot] = []  # of the file, in the order in which runs were made
+        self._ahead: list[Snapshot] = []  # from the file, in the order of the runs
         self._written = perf_counter()
         if checkpoint.resumed:
             self._ahead = self._read()
         elif os.path.exists(checkpoint.path) and os.path.getsize(checkpoint.path):
-            _load(checkpoint.path)  # what is no checkpoint is not written over
+            _load(checkpoint.path)  # raises an error, so that a file that is not a checkpoint is not overwritten
 
     def begin(self, motion: Motion) -> int | None:
-        """At the start of a run, put in what is known of it; its status if it is done."""
+        """At the start of a run, restore its state from the file, if it is there; return the status if it is done."""
         if not self._ahead:
             return None
         known = self._ahead.pop(0)
@@ -113,16 +113,16 @@ class Keeper:
         return int(known["status"])
 
     def pause(self, motion: Motion) -> None:
-        """On the way: write if it is time."""
+        """Between steps: write a checkpoint if it is due."""
         if perf_counter() - self._written >= self.checkpoint.every:
             self.write(motion)
 
     def end(self, motion: Motion, status: int) -> None:
-        """At the end of a run."""
+        """At the end of a run, add it to those that are done."""
         self.done.append(_snapshot(motion, status))
 
     def write(self, motion: Motion) -> None:
-        """Write what is done, and how far the present run is."""
+        """Write the runs that are done, and the state of the present one."""
         runs = [*self.done, _snapshot(motion, None)]
         arrays: dict[str, np.ndarray] = {}
         about = {"format": FORMAT, **self.identity, "about": dict(self.checkpoint.about)}
@@ -150,14 +150,14 @@ class Keeper:
         path = self.checkpoint.path
         about, arrays = _load(path)
         for what, told in (
-            ("model", "its model is another one, or has changed"),
-            ("plan", "it was made with other settings"),
-            ("versions", "it was made by other versions of mbdsl or of what it computes with"),
-            ("code", "it was made by another state of mbdsl's sources"),
-            ("machine", "it was made on another kind of machine"),
+            ("model", "the model is a different one, or has changed"),
+            ("plan", "it was made with different settings"),
+            ("versions", "it was made with different versions of mbdsl or its dependencies"),
+            ("code", "mbdsl's source code has changed since"),
+            ("machine", "it was made on a different kind of machine"),
         ):
             if about.get(what) != self.identity[what]:
-                raise UsageError(f"`{path!s}` does not fit: {told}", hint="make the whole run again")
+                raise UsageError(f"cannot resume from `{path!s}`: {told}", hint="repeat the whole run")
         try:
             return [_arrays(x, arrays) for x in about["runs"]]
         except (KeyError, TypeError) as problem:
@@ -165,16 +165,16 @@ class Keeper:
 
 
 def about(path: str | os.PathLike) -> dict[str, Any]:
-    """What was written to a checkpoint with ``Checkpoint.about``.
+    """The ``Checkpoint.about`` that was stored in a checkpoint.
 
     Raises
     ------
     UsageError
-        If it cannot be read, or is no checkpoint, or is damaged.
+        If the file cannot be read, is not a checkpoint, or is damaged.
     """
     found = _load(path)[0]["about"]
     if not isinstance(found, dict):
-        raise _damaged(path, "it says nothing about its run")
+        raise _damaged(path, "it does not describe its run")
     return found
 
 
@@ -185,21 +185,21 @@ def resume(
     progress: Callable[[Progress], None] | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Trajectory:
-    """Go on with a run from its checkpoint; what comes of it is the same, bit for bit, as if it had not been stopped.
+    """Continue a run from its checkpoint; the result equals that of an uninterrupted run, bit for bit.
 
     Parameters
     ----------
     path : path
-        The file; checkpoints are written to it again.
+        The checkpoint; further checkpoints are written to the same file.
     model : Scene, Builder or path, optional
-        The same model again; needed where :func:`mbdsl.simulate` was not given a path.
+        The same model again; required if :func:`mbdsl.simulate` was not given a path.
     progress, announce : callables, optional
         As for :func:`mbdsl.simulate`.
 
     Raises
     ------
     UsageError
-        If the file is no checkpoint, is damaged, or does not fit: another model, settings, versions or machine.
+        If the file is not a checkpoint, is damaged, or was made with a different model, settings, versions or machine.
     MbdslError
         As :func:`mbdsl.simulate` does.
     """
@@ -211,7 +211,7 @@ def resume(
     except (KeyError, TypeError, ValueError) as problem:
         raise _damaged(path, str(problem)) from problem
     if model is None and known is None:
-        raise UsageError(f"`{path!s}` does not know where its model is", hint="give the model to resume")
+        raise UsageError(f"`{path!s}` does not name the file of its model", hint="give the model to resume")
     if model is not None and not isinstance(model, str | os.PathLike):
         del given["parameters"], given["without"]
     on = Checkpoint(path, every, said, resumed=True)
@@ -219,7 +219,7 @@ def resume(
 
 
 def digest(scene: Scene) -> str:
-    """Of all that a scene says."""
+    """A digest of a scene's complete content."""
     from mbdsl.studies.fingerprint import fingerprint
 
     return hashlib.sha256(fingerprint(scene).encode()).hexdigest()
@@ -230,11 +230,11 @@ def _load(path: str | os.PathLike) -> tuple[dict[str, Any], dict[str, np.ndarray
         with open(path, "rb") as stream:
             try:
                 if not is_zipfile(stream):
-                    raise ValueError("it is no archive")
+                    raise ValueError("it is not an archive")
                 stream.seek(0)
                 with np.load(stream, allow_pickle=False) as archive:
                     if archive.zip.testzip() is not None:
-                        raise ValueError("its bytes have changed")
+                        raise ValueError("a checksum does not match")
                     arrays = {name: archive[name] for name in archive.files}
                 about = json.loads(arrays.pop("about").item())
                 if about["format"] != FORMAT or not isinstance(about["runs"], list):
@@ -242,14 +242,14 @@ def _load(path: str | os.PathLike) -> tuple[dict[str, Any], dict[str, np.ndarray
                 return about, arrays
             except OSError:
                 raise
-            except Exception as problem:  # damaged bytes make zipfile, zlib, numpy and json raise what each of them has
+            except Exception as problem:  # zipfile, zlib, numpy and json each raise their own errors at damaged bytes
                 raise _damaged(path, str(problem)) from problem
     except OSError as problem:
         raise UsageError(f"cannot read `{path!s}`: {problem.strerror or problem}") from problem
 
 
 def _damaged(path: str | os.PathLike, why: str) -> UsageError:
-    return UsageError(f"`{path!s}` is no checkpoint of mbdsl, or it is damaged: {' '.join(why.split())[:200]}")
+    return UsageError(f"`{path!s}` is not a checkpoint of mbdsl, or is damaged: {' '.join(why.split())[:200]}")
 
 
 def _versions() -> dict[str, Any]:
@@ -260,7 +260,7 @@ def _versions() -> dict[str, Any]:
 
 
 def _plan(motion: Motion) -> str:
-    """A digest of what was asked for, and of the state at the start."""
+    """A digest of the settings of the run and of its initial state."""
     plan = motion.plan
     said = [plan.method, plan.h, plan.start, plan.stop, sorted(plan.options.items()), plan.general]
     found = hashlib.sha256(json.dumps([*said, plan.tol, plan.every], default=float).encode() + plan.times.tobytes())
@@ -275,7 +275,7 @@ def _plan(motion: Motion) -> str:
 
 
 def _snapshot(motion: Motion, status: int | None) -> Snapshot:
-    """Copies of all that a run has to go on from, or has come to where it has a ``status``."""
+    """A copy of the complete state of a run; ``status`` is None while it is not done."""
     parts = []
     for p in motion.parts:
         run = p.integration
@@ -297,7 +297,7 @@ def _kept(thing: object) -> dict[str, Any]:
 def _restore(motion: Motion, known: Snapshot) -> None:
     motion._taken = int(known["taken"])
     if len(known["parts"]) != len(motion.parts):
-        raise ValueError("it has other parts")
+        raise ValueError("it has a different number of parts")
     for p, kept, numbers in zip(motion.parts, known["parts"], known["tables"], strict=True):
         run = p.integration
         assert isinstance(run, Integration)
@@ -310,7 +310,7 @@ def _restore(motion: Motion, known: Snapshot) -> None:
             if isinstance(before, np.ndarray):
                 same = isinstance(value, np.ndarray) and value.dtype == before.dtype
                 if not same or (value.shape != before.shape and not (run.every and key == "times")):
-                    raise ValueError(f"{key} is not what this model needs")
+                    raise ValueError(f"{key} does not have the size or type that this model needs")
                 value = value.copy()
             setattr(run, key, value)
         if run.every:
@@ -329,7 +329,7 @@ def _restore(motion: Motion, known: Snapshot) -> None:
 
 
 def _plain(x: Any, name: str, arrays: dict[str, np.ndarray]) -> Any:
-    """A value as JSON has it; arrays go to ``arrays``."""
+    """A value as JSON can hold it; arrays are moved to ``arrays``."""
     if isinstance(x, np.ndarray):
         arrays[name] = x
         return {"array": name}
@@ -345,7 +345,7 @@ def _plain(x: Any, name: str, arrays: dict[str, np.ndarray]) -> Any:
 
 
 def _arrays(x: Any, arrays: Mapping[str, np.ndarray]) -> Any:
-    """The value that ``_plain`` was given."""
+    """The inverse of ``_plain``."""
     if not isinstance(x, dict):
         return x
     ((kind, inner),) = x.items()

@@ -1,7 +1,7 @@
-"""What a run with steps of fixed size shows of itself: energy from nowhere, and contacts that it has stepped over.
+"""Warnings about runs with fixed steps: energy that grows without a source, and contacts that steps do not resolve.
 
-Neither is an error that the run could have seen on its way. Both are looked for behind it, at the outputs, and only
-where they can be: energy where nothing brings any, contacts where laws have conditions.
+Fixed steps have no error estimate. Both symptoms are looked for after the run, at its outputs: growing energy in models
+without a source of energy, unresolved contacts in models whose laws have conditions.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ from mbdsl.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
-#: growth of energy, as a part of the largest kinetic energy, that no method has at a step of use
+#: growth of energy, relative to the largest kinetic energy, that no method shows at a reasonable step
 GROWTH = 0.05
-#: a change of velocity between two outputs, as a part of the largest velocity, that a contact may have made
+#: change of velocity between two outputs, relative to the largest velocity, that may be due to a contact
 KICK = 0.25
-#: contacts with fewer steps are not resolved; step times frequency where the error is a thousandth
+#: contacts with fewer steps are not resolved; step times angular frequency at which the error is about 1e-3
 FEW, RESOLVED = 10, 0.1
-#: places that are looked at again, steps at each, and coordinates for which a frequency is asked for
+#: most intervals that are computed again, most steps in each, most coordinates for which frequencies are computed
 PLACES, STEPS, LARGEST = 8, 5000, 300
-#: the coordinate that a law pushes along
+#: the coordinate along which a law acts
 ALONG = {"fx": "x", "fy": "y", "tau": "phi"}
 
 
 def doubts(motion: Motion, trajectory: Trajectory, states: list[tuple[Array, Array]]) -> list[str]:
-    """What is to be said of a run with fixed steps; ``states`` are q and v (N, n) of each part at its outputs."""
+    """Warnings about a run with fixed steps; ``states`` are q and v (N, n) of each part at its outputs."""
     if motion.plan.tol is not None or len(trajectory.t) < 3:
         return []
     found = [growth(trajectory)]
@@ -54,10 +54,10 @@ def doubts(motion: Motion, trajectory: Trajectory, states: list[tuple[Array, Arr
 
 
 def growth(trajectory: Trajectory) -> str | None:
-    """That energy grows, where nothing brings any; None where it does not, or something may.
+    """A warning if energy grows without a source; None if it does not grow, or the model may have a source.
 
-    Forces by expression count where they follow from the coordinate that they push along, as then they have a
-    potential. It is not known, and so energies are compared at outputs where all of these forces are zero.
+    Forces given by an expression of the coordinate along which they act have a potential, but it is not known.
+    Therefore energies are compared at outputs at which all of these forces are zero.
     """
     scene = trajectory.scene
     if not passive(scene):
@@ -76,13 +76,13 @@ def growth(trajectory: Trajectory) -> str | None:
         return None
     least = int(np.argmin(E[: k + 1]))
     return (
-        f"energy grows by {grown[k]:.3g} J between t = {t[least]:.6g} and {t[k]:.6g} s, where nothing brings any: "
-        f"the step, {trajectory.stats['h']:g} s, is too long; take a shorter one, or a tolerance in place of it"
+        f"energy grows by {grown[k]:.3g} J between t = {t[least]:.6g} and {t[k]:.6g} s, but the model has no source of "
+        f"energy: the step of {trajectory.stats['h']:g} s is too long; try a shorter step, or a tolerance instead"
     )
 
 
 def passive(scene: Scene) -> bool:
-    """Whether nothing in a scene can bring energy, as far as that can be seen."""
+    """Whether a scene certainly has no source of energy."""
     if scene.inputs or any(frame.motion for frame in scene.frames.values()):
         return False
     for c in scene.components.values():
@@ -103,7 +103,7 @@ def _by_law(scene: Scene) -> list[Component]:
 
 
 def _has_potential(scene: Scene, c: Component, name: str) -> bool:
-    """Whether a law depends on nothing but the coordinate that it pushes along."""
+    """Whether a law depends on nothing but the coordinate along which it acts."""
     law = c.values[name]
     if not isinstance(law, Expr):
         return not law
@@ -122,7 +122,7 @@ def _has_potential(scene: Scene, c: Component, name: str) -> bool:
 
 
 def _leaves_without(root: Expr, stop: set[Expr]) -> bool:
-    """Whether ``root`` depends on something else than the expressions in ``stop``."""
+    """Whether ``root`` depends on anything other than the expressions in ``stop``."""
     seen: set[Expr] = set()
     waiting = [root]
     while waiting:
@@ -140,7 +140,7 @@ def _leaves_without(root: Expr, stop: set[Expr]) -> bool:
 
 
 def _kicked(motion: Motion, p: Moving, t: Array, q: Array, v: Array) -> str | None:
-    """A law that acts for a few steps only, and turns the motion over: found by making these steps again."""
+    """A warning if a law acts for a few steps only and changes velocities much; these steps are computed again."""
     scale, h, plan = p.system.tables.scale, motion.plan.h, motion.plan
     speed = np.abs(v / scale).max(initial=0.0)
     kicks = np.abs(np.diff(v, axis=0) / scale).max(axis=1, initial=0.0)
@@ -162,7 +162,7 @@ def _kicked(motion: Motion, p: Moving, t: Array, q: Array, v: Array) -> str | No
                 continue
             if (told := _short(p.system, due, again.out, h)) is not None:
                 return told
-    except MbdslError:  # what a place does not allow is no doubt of the run
+    except MbdslError:  # steps that cannot be computed again say nothing about the run
         return None
     finally:
         p.system.tables.F[:] = numbers
@@ -170,7 +170,7 @@ def _kicked(motion: Motion, p: Moving, t: Array, q: Array, v: Array) -> str | No
 
 
 def _short(system: System, t: Array, out: Array, h: float) -> str | None:
-    """The law that acts for the fewest steps, if these are few, between steps at which it does not act."""
+    """A warning about a law that acts for so few steps that they do not resolve it; None if there is none."""
     n = system.n
     q, v, lam = out[:, :n], out[:, n : 2 * n], out[:, 2 * n :]
     for c in _by_law(system.scene):
@@ -186,14 +186,14 @@ def _short(system: System, t: Array, out: Array, h: float) -> str | None:
             steps = "1 step" if end - begin == 1 else f"{end - begin} steps"
             what = f"{c.kind.name} {c.name} acts for {steps} at t = {t[begin + 1]:.6g} s"
             return (
-                f"{what}; its {w / (2 * pi):.3g} Hz are not resolved (h omega = {h * w:.2g}): "
-                f"take a step of {RESOLVED / w:.1g} s, or a tolerance in place of it"
+                f"{what}; the step does not resolve its {w / (2 * pi):.3g} Hz (h omega = {h * w:.2g}): "
+                f"try a step of {RESOLVED / w:.1g} s, or a tolerance instead"
             )
     return None
 
 
 def _frequency(system: System, t: float, q: Array, v: Array, lam: Array) -> float:
-    """The largest frequency [rad/s] of small motions about a state, within the constraints; 0 where none is known."""
+    """The largest angular frequency [rad/s] of small motions about a state, within the constraints; 0 if unknown."""
     if system.n > LARGEST:
         return 0.0
     from scipy.linalg import eigh, null_space

@@ -1,4 +1,4 @@
-"""What goes wrong in runs, told: when, in which equations, why, and what to try."""
+"""Error messages of runs: the time, the equations, the reason, and what to try."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from mbdsl.system.signals import values
 from mbdsl.system.switches import law_of
 from mbdsl.trajectory import Trajectory
 
-#: errors above that are no more than a sign that nothing is known
+#: error estimates above this only show that the error is not known
 LITTLE_KNOWN = 0.05
 
 
@@ -49,7 +49,7 @@ def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None
 
 
 def inaccurate(trajectory: Trajectory, reason: str) -> IntegrationError:
-    """A run that comes to its end, but not to its tolerance."""
+    """The error of a run that reaches its end, but not its tolerance."""
     tol, error, horizon = (trajectory.stats[key] for key in ("tol", "error", "horizon"))
     size = f"its error is about {error:.1g}" if error < LITTLE_KNOWN else "its error is not known"
     start, hint = trajectory.t[0], "ask for a larger tolerance"

@@ -1,13 +1,14 @@
-"""How rounding grows along a motion, by the linearised equations.
+"""The amplification of rounding errors along a motion, by the tangent (variational) equations.
 
-Runs with different steps do not differ where a motion has nothing to differ by: a pendulum balanced upside down rests
-in all of them, and yet falls by the last digit of its position. Here errors as large as positions (or one) and
-velocities are put in at the start and at every sample of a run, and carried along by the equations linearised there,
+Runs with different steps may agree although the motion is sensitive: a pendulum balanced upside down rests in all of
+them, and yet an error in the last digit of its position makes it fall. Here perturbations as large as the positions (at
+least one) and velocities are added at the start and at every sample of a run, and propagated by the equations
+linearised there,
 
     M dv' + K dq + D dv + Phi_q^T dlam + Gam_v^T dnu = 0,   Phi_q dq = 0,   J dv + N dq = 0,
 
-J = [Phi_q; Gam_v], N = [(Phi_q v)_q; Gam_q]. With the columns of Z (n, r) and V (n, d) orthonormal, Phi_q Z = 0,
-J V = 0, and turning no more than they must, V' = -J^+ J' V, Z^T Z' = 0,
+J = [Phi_q; Gam_v], N = [(Phi_q v)_q; Gam_q]. With orthonormal columns of Z (n, r) and V (n, d), Phi_q Z = 0, J V = 0,
+and the least rotation of these bases along the motion, V' = -J^+ J' V, Z^T Z' = 0,
 
     dq = Z y,   dv = V x + B y,   B = -J^+ N Z,
     y' = Z^T dv,   u = V^T M dv,   u' = V'^T M dv - V^T (D dv + K dq),
@@ -17,7 +18,7 @@ the middle of one interval between samples to the middle of the next, and the so
 neither large negative nor large positive rates matter. y and u are carried over from sample to sample, so that B' is
 not needed.
 
-Jumps of forces and impacts are not in there, nor the way that joint friction depends on reactions.
+Jumps of forces, impacts, and the dependence of joint friction on reactions are not included.
 """
 
 from __future__ import annotations
@@ -33,27 +34,28 @@ from mbdsl.system.accelerations import accelerations
 
 Array = NDArray[np.float64]
 
-#: unknowns up to which the growth is found: matrices are dense
+#: most unknowns for which the growth is computed: the matrices are dense
 MOST = 400
-#: samples of a run, and how many there are at least; numbers in the samples' matrices where they get fewer
+#: most and least samples of a run; numbers in the matrices of all samples, which limit the samples of large models
 SAMPLES, FEWEST, NUMBERS = 160, 40, 200_000
-#: errors that are carried along, in different directions
+#: number of perturbations propagated, in different directions
 DIRECTIONS = 3
-#: part of the largest mass that a coordinate without any counts as having
+#: mass of a coordinate without mass, relative to the largest mass
 MASSLESS = 1e-12
 
 
 @dataclass(frozen=True)
 class Growth:
-    """How errors grow.
+    """The growth of perturbations along a run.
 
     Attributes
     ----------
     t : (N,) [s]
     log : (N,)
-        Logarithm of what errors as large as the state itself, put in at the start and all the time, are at these times.
+        Logarithm of the perturbation at these times, when perturbations as large as the state itself are added at the
+        start and at every sample.
     rate : float [1/s]
-        The fastest growth over a fiftieth of the run.
+        The largest rate of growth over a fiftieth of the run.
     """
 
     t: Array
@@ -61,22 +63,24 @@ class Growth:
     rate: float
 
     def at(self, times: Array) -> Array:
-        """The largest so far, at other times."""
+        """The logarithm of the largest perturbation up to each of ``times``."""
         return np.interp(times, self.t, np.maximum.accumulate(self.log))
 
 
 def growth(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: tuple[int, ...], speed: float) -> Growth:
-    """Of a run through q, v (N, n) and multipliers (N, m + p) at times t; ``speed`` [1/s] is its fastest scaled one.
+    """The growth along a run with the states q, v (N, n) and multipliers lam (N, m + p) at times t (N,).
 
     Parameters
     ----------
     left_out : tuple of int
         Redundant constraints.
+    speed : float [1/s]
+        The largest scaled velocity of the run.
 
     Raises
     ------
     InitialisationError
-        If there are no accelerations somewhere.
+        If the accelerations at a sample cannot be found.
     """
     none = Growth(t[:1], np.zeros(1), 0.0)
     if system.unknowns > MOST or len(t) < 2 or not system.n:
@@ -85,7 +89,7 @@ def growth(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: t
     t, q, v, lam = t[chosen], q[chosen], v[chosen], lam[chosen]
     points = [_point(system, *state, left_out) for state in zip(t, q, v, lam, strict=True)]
     if not points[0].Z.shape[1] or len({p.Z.shape + p.V.shape for p in points}) > 1:
-        return none  # nothing is free, or constraints lose rank on the way
+        return none  # no freedoms, or the constraints change rank along the run
     return _carried(t, points, speed)
 
 
@@ -96,7 +100,7 @@ def _samples(count: int, system: System) -> NDArray[np.int64]:
 
 @dataclass
 class _Point:
-    """At a sample: bases, u = mass x + G y, and the rate of [y; x]."""
+    """The tangent equations at a sample: bases, u = mass x + G y, and the rate of [y; x]."""
 
     Z: Array
     V: Array
@@ -104,7 +108,7 @@ class _Point:
     mass: Array
     G: Array
     rate: Array
-    size: Array  #: of the scaled positions, which count as at least one, and velocities there
+    size: Array  #: largest scaled position (at least one) and largest scaled velocity
 
 
 def _point(system: System, t: float, q: Array, v: Array, lam: Array, left_out: tuple[int, ...]) -> _Point:
@@ -137,7 +141,7 @@ def _point(system: System, t: float, q: Array, v: Array, lam: Array, left_out: t
 
 
 def _split(J: Array) -> tuple[Array, Array]:
-    """What J (k, n) maps to zero, as orthonormal columns, and its pseudo-inverse (n, k)."""
+    """An orthonormal basis of the null space of J (k, n), as columns, and the pseudo-inverse (n, k) of J."""
     if not len(J):
         return np.eye(J.shape[1]), np.zeros(J.shape[::-1])
     U, s, Vt = np.linalg.svd(J)
@@ -167,7 +171,7 @@ def _carried(t: Array, points: list[_Point], speed: float) -> Growth:
         if not np.isfinite(size):
             return Growth(t[: k + 1], log[: k + 1], np.inf)
         x, largest = x / size, largest + np.log(size)
-        if largest < 0.0:  # what is put in anew is larger
+        if largest < 0.0:  # the perturbations added below are larger
             x, largest = x * np.exp(largest), 0.0
         x = x + weights[k + 1] * new * np.exp(-largest)
         log[k + 1] = largest + np.log(_size(points[k + 1], x, speed))
@@ -177,7 +181,7 @@ def _carried(t: Array, points: list[_Point], speed: float) -> Growth:
 
 
 def _turns(Z: Array) -> Array:
-    """Rotations (N - 1, r, r) from each basis (N, n, r) to the next, without a loss of size."""
+    """Orthogonal matrices (N - 1, r, r) that take coordinates in each basis (N, n, r) to the next basis."""
     U, _, W = np.linalg.svd(np.swapaxes(Z[1:], 1, 2) @ Z[:-1])
     return U @ W
 
@@ -188,7 +192,7 @@ def _size(point: _Point, x: Array, speed: float) -> float:
 
 
 def exponential(A: Array) -> tuple[Array, Array]:
-    """E (N, k, k) and s (N,), so that exp(A) = E e^s for each of the matrices A (N, k, k), however large they are.
+    """E (N, k, k) and s (N,) with exp(A) = E e^s for each of the matrices A (N, k, k), without overflow.
 
     The diagonal Pade approximant of degree 6 of A/2^j, squared j times; Moler and Van Loan, SIAM Review 45 (2003) 3-49.
     """

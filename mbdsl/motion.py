@@ -30,7 +30,7 @@ from mbdsl.system.tables import gravity
 
 Array = NDArray[np.float64]
 KINEMATIC = "kinematic"
-NOISE = 1e-4  #: of accelerations, above which those from positions known to eps are worse than those of the equations
+NOISE = 1e-4  #: relative noise of accelerations from positions above which those of the equations are more accurate
 RATE = {"x": "vx", "y": "vy", "phi": "w"}
 
 
@@ -48,7 +48,7 @@ class Plan:
     tol: float | None = None  #: of steps that are controlled; ``h`` is then the whole time
     every: bool = False  #: with a tolerance: every step is output, and ``times`` is empty
     longest: float = np.inf  #: with a tolerance: steps may not be longer, nor a fiftieth of the run
-    asked: bool = True  #: whether somebody asked for that tolerance, caller or model, or it is a default
+    asked: bool = True  #: whether caller or model gave that tolerance; else it is the default
     shown: NDArray[np.bool_] | None = None  #: which of ``times`` were asked for; None: all
 
 
@@ -69,7 +69,7 @@ class Moving:
 
 @dataclass(frozen=True)
 class Kept:
-    """A run that was made, to be gone back to."""
+    """A finished or interrupted run, which :meth:`Motion.recall` makes the present one again."""
 
     plan: Plan
     integrations: list[Run]
@@ -90,7 +90,7 @@ class Motion:
     failed : Moving or None
         The part that could not go on.
     trial_steps : int
-        Of controlled steps: those of other runs that were made to know the error of this one.
+        Steps of the other calibration runs, which were made to estimate the error of this one.
 
     Raises
     ------
@@ -192,18 +192,18 @@ class Motion:
             p.integration.begin(first.q, first.v, first.a, first.lam, first.redundant)
 
     def keep(self) -> Kept:
-        """The present run, as far as it is."""
+        """The present run, to be recalled later."""
         return Kept(self.plan, [p.integration for p in self.parts], self.failed, self._failure)
 
     def recall(self, kept: Kept) -> None:
-        """Back to a run that was kept."""
+        """Make a kept run the present one again."""
         self.plan, self.failed, self._failure = kept.plan, kept.failed, kept.failure
         for p, integration in zip(self.parts, kept.integrations, strict=True):
             p.integration = integration
 
     def parts_of(self, kept: Kept, count: int) -> Iterator[tuple[System, Array, Array, Array, tuple[int, ...]]]:
-        """Of parts with freedoms: system, q, v (N, n), lam (N, m + p) at the first outputs of a run, the start among
-        them, and the constraints left out."""
+        """For each part with freedoms: the system, q, v (N, n) and lam (N, m + p) at the start and the first
+        ``count - 1`` outputs of a run, and the constraints left out."""
         for p, integration in zip(self.parts, kept.integrations, strict=True):
             if p.method != KINEMATIC:
                 n, first = p.system.n, p.initial
@@ -247,7 +247,7 @@ class Motion:
 
     @property
     def _rounding(self) -> bool:
-        """Whether steps are so short that accelerations from differences of positions, known to eps, are noise."""
+        """Whether steps are so short that rounding of positions dominates accelerations from their differences."""
         largest = float(np.abs(gravity(self.system.scene)).max()) / self.system.tables.size
         for part in self.parts:
             first, scale = part.initial, part.system.tables.scale
@@ -361,7 +361,7 @@ class Motion:
         return times, *self._whole(times, states), [(q, v) for q, v, _ in states]
 
     def states(self) -> tuple[Array, Array, Array]:
-        """Times (N,), q and v (N, n) at all times of the plan that the present run has come to, and at the start."""
+        """Times (N,), q and v (N, n) at the start and at all times of the plan that the present run has reached."""
         shown = self.plan
         self.plan = replace(shown, shown=None)
         t, q, v, *_ = self.output(False)

@@ -350,7 +350,7 @@ def _share(motion: Motion, receipt: Receipt) -> None:
     receipt.step = total
     told = sum(e.share for e in receipt.entries if e.share is not None)
     receipt.remainder = 1.0 - told if told <= 1.0 else None
-    if told > 1.0:  # statements took longer by themselves than in a step: other work slowed the machine down
+    if told > 1.0:  # statements took longer alone than within a step: the machine was slowed down by other work
         for e in receipt.entries:
             e.share = e.share / told if e.share is not None else None
 
@@ -392,7 +392,7 @@ def _text(r: Receipt) -> str:
         lines.append("  ".join(cells).rstrip())
     if r.step is not None:
         own = "the method's own formulas and its linear algebra"
-        rest = f"what of it are {own} cannot be measured beside the rest, which is shown as parts of its sum"
+        rest = f"the share of {own} cannot be measured; the other shares are relative to their sum"
         if r.remainder is not None:
             rest = f"{100 * r.remainder:.0f} % of it are {own}"
         lines += ["", f"a step takes {1e6 * r.step:.3g} us ({', '.join(r.methods)}, h = {r.plan.h:g} s); {rest}"]

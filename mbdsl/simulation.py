@@ -31,11 +31,11 @@ from mbdsl.trajectory import Trajectory
 if TYPE_CHECKING:
     from mbdsl.builder import Builder
 
-SLICE = 64  #: steps before it is first seen how long they take
+SLICE = 64  #: steps before their time is first measured
 DEFAULT_METHOD = "hht-si2"
 DEFAULT_STEP = 1e-3  #: [s] of methods with fixed steps only, and of Simulation
-DEFAULT_TOL = 1e-6  #: of methods that control their steps by themselves
-DEFAULT_ERROR = 1e-4  #: of the others that can control their steps, where no step and no tolerance is given
+DEFAULT_TOL = 1e-6  #: default tolerance of methods that control their steps by default
+DEFAULT_ERROR = 1e-4  #: default tolerance of the others, if neither a step nor a tolerance is given
 
 
 @dataclass(frozen=True)
@@ -99,23 +99,23 @@ def simulate(
         Name of an integrator; default the model's, else "hht-si2".
     step : float, optional [s]
         Fixed step, not longer than the run; default the model's. Where it does not divide the time, all steps are a
-        little shorter, so that the last ends at ``stop``. Methods that control their steps by themselves, as "radau5",
-        take only a step that is given here. Methods with fixed steps only take 1 ms if nothing is given.
+        little shorter, so that the last ends at ``stop``. Methods that control their steps by default, such as
+        "radau5", ignore the model's Step. The default of methods that have fixed steps only is 1 ms.
     tol : float, optional
-        Instead, steps of controlled size, so that the error is below this: the largest one over all outputs
-        and coordinates, positions in the mechanism's size, angles in radians, velocities relative to the largest one
-        of the run (but at least the mechanism's size, or a radian, in the time of the run). Default, if neither a
-        step is given nor a Step by the model, the model's Tolerance, else 1e-4; with "radau5", and backends, the
-        model's Tolerance in any case, else 1e-6. Not together with a step. Runs with larger errors come first;
-        ``stats["error"]`` is the error as known from them, and ``stats["horizon"]`` the time until which the tolerance
-        is kept where it is not kept to the end (else None).
+        Instead of a step: the limit of the global error, with error-controlled steps. The error is the largest over all
+        outputs and coordinates: positions relative to the mechanism's size, angles in radians, velocities relative to
+        the largest one of the run (at least the mechanism's size, or a radian, per duration of the run). Default, if
+        neither caller nor model gives a step: the model's Tolerance, else 1e-4; with "radau5" and backends, the model's
+        Tolerance, else 1e-6, even if the model has a Step. Calibration runs with larger tolerances come first;
+        ``stats["error"]`` is the error estimate from them, and ``stats["horizon"]`` the time until which the tolerance
+        is kept (None: to the end).
     accuracy : float, optional
         In place of a step or tolerance: the largest error in positions, as part of the mechanism's size, and in
         velocities, as part of the largest. Method (where none is given) and step are found by several runs;
         ``stats["accuracy"]`` says what came of it (:mod:`mbdsl.studies.accuracy`).
     budget : float, optional [s]
-        What the check of an accuracy by another method may take; default twenty times as long as the runs before it,
-        and at least 20 s.
+        Time for the check of an accuracy by another method; default twenty times that of the runs before it, and at
+        least 20 s.
     start, stop : float, optional [s]
         Default the model's.
     interval : float, optional [s]
@@ -136,8 +136,8 @@ def simulate(
     progress, announce : callables, optional
         Told how far it is, and what takes long before it starts.
     checkpoint : path or Checkpoint, optional
-        File to keep the run in on its way, every minute and where it is interrupted; :func:`mbdsl.resume` goes on from
-        there. It stays when the run is done. Not with an ``accuracy``, nor with backends.
+        File for checkpoints, written every minute and when the run is interrupted; :func:`mbdsl.resume` continues from
+        it. It is kept when the run is done. Not available with an ``accuracy``, nor with backends.
 
     Raises
     ------
@@ -146,8 +146,8 @@ def simulate(
     InitialisationError
         If no consistent initial state is found.
     IntegrationError
-        If the integration cannot go on, or a tolerance that was asked for is not reached; its ``trajectory`` holds
-        the results up to there, or all of those of the best run.
+        If the integration fails, or does not reach a tolerance that caller or model gives; its ``trajectory`` holds the
+        results so far, or the complete results of the best run.
     """
     if accuracy is not None:
         from mbdsl.studies.accuracy import reach
@@ -155,7 +155,7 @@ def simulate(
         if step is not None or tol is not None:
             raise UsageError("an accuracy finds its own step or tolerance", hint="give one of them alone")
         if checkpoint is not None:
-            raise UsageError("an accuracy takes several runs, which have no checkpoint", hint="give a tolerance (tol)")
+            raise UsageError("runs with an accuracy have no checkpoints", hint="give a tolerance (tol) instead")
         if times is not None:
             raise UsageError("an accuracy is found at even times", hint="give an interval")
         given = {"start": start, "stop": stop, "options": options, "force": force, "general": general}
@@ -234,7 +234,7 @@ def plan(
     method = method or said.method or DEFAULT_METHOD
     can = declared(method).steps
     if tol is not None and step is not None:
-        raise UsageError("a step is fixed, or follows from a tolerance (tol)", hint="give one of them alone")
+        raise UsageError("found a step and a tolerance (tol), expected one of them", hint="give only one of them")
     if tol is not None and "controlled" not in can:
         raise UsageError(f"{method} has no error-controlled steps", hint="give a fixed step, or another method")
     asked = tol is not None or said.tolerance is not None
@@ -265,11 +265,11 @@ def plan(
         raise UsageError(f"the stop time {end:g} s is before the start time {start:g} s")
     if not h > 0.0:
         raise UsageError(f"the step must be above zero, not {h:g} s")
-    own = stop is None and said.stop is not None and said.step is not None  # the model contradicts itself
+    own = stop is None and said.stop is not None and said.step is not None  # stop and step are both the model's
     if (step is not None or own) and end > start and h > (end - start) * (1.0 + 1e-9):
         raise UsageError(
             f"a step of {h:g} s is longer than the run, from {start:g} to {end:g} s",
-            hint="give a shorter step, or a tolerance (tol) in place of it",
+            hint="give a shorter step, or a tolerance (tol) instead",
         )
     if start + h == start or (end - start) / h > 1e12:
         raise UsageError(f"a step of {h:g} s is too small for times from {start:g} to {end:g} s")

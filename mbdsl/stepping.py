@@ -160,17 +160,17 @@ class Simulation:
         return float(self._now()[name][0])
 
     def step(self, count: int = 1) -> float:
-        """Take ``count`` steps, 1 or more, with the inputs as they are now; the time reached.
+        """Take ``count`` steps, 1 or more, with the present inputs; return the time reached.
 
         Raises
         ------
         UsageError
-            If ``count`` is no whole number above zero.
+            If ``count`` is not a positive integer.
         IntegrationError
             If it cannot go on; its ``trajectory`` holds what was recorded.
         """
         if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
-            raise UsageError(f"the number of steps is a whole number of 1 or more, not {count!r}")
+            raise UsageError(f"found {count!r} steps, expected an integer of 1 or more")
         if dict(self.inputs) != self._in_force:
             self._motion.change_inputs(self.inputs)
             self._in_force = dict(self.inputs)

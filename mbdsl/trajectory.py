@@ -282,7 +282,7 @@ class Trajectory:
 
     @cached_property
     def turns(self) -> dict[str, Array]:
-        """The angles (N,) that turns are counted on from, of bodies by name whose coordinates do not hold them."""
+        """Reference angles (N,) for counting turns, by body, for bodies whose coordinates do not contain the turns."""
         found = {}
         for name in self._flexible:
             d, body = self.system.tables.coordinates[name], self.system.tables.models[name]

@@ -1,4 +1,4 @@
-"""mbdsl resume: go on with a simulation from its checkpoint, as if it had not been stopped."""
+"""mbdsl resume: continue a simulation from its checkpoint."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from mbdsl.errors import UsageError
 def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "resume",
-        help="go on with a simulation that was stopped",
-        description="Go on from a checkpoint of `mbdsl simulate --checkpoint FILE`, and write the result file that was "
-        "asked for there. The result is that of an uninterrupted run, bit for bit. The model must not have changed.",
+        help="continue a simulation from its checkpoint",
+        description="Continue a run from a checkpoint of `mbdsl simulate --checkpoint FILE` and write the result file "
+        "that this command named. The result equals that of an uninterrupted run, bit for bit. The model must not have "
+        "changed.",
     )
     parser.add_argument("checkpoint", metavar="FILE", help="the checkpoint; it is removed when the run is done")
     talk = parser.add_mutually_exclusive_group()

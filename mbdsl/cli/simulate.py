@@ -74,7 +74,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         "--budget",
         metavar="T",
         type=values.positive_seconds,
-        help="what --verify, or the check of --accuracy, may take; default: ten times the run, at least 10 s "
+        help="time budget of --verify, or of the check of --accuracy; default: ten times the run, at least 10 s "
         "(--accuracy: twice that)",
     )
     parser.add_argument("--start", metavar="T0", type=values.seconds, help="start time; default: the model's, else 0")
@@ -95,14 +95,14 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--checkpoint",
         metavar="FILE",
-        help="keep the run in this file on its way, for `mbdsl resume FILE`; it is removed when the run is done",
+        help="write checkpoints of the run to this file, for `mbdsl resume FILE`; it is removed when the run is done",
     )
     parser.add_argument(
         "--checkpoint-every",
         metavar="T",
         type=values.interval_seconds,
         default=60.0,
-        help="how often, in seconds of real time; default 60. An interrupted run is kept in any case",
+        help="time between checkpoints, wall clock; default 60 s. An interrupted run always writes one",
     )
     parser.add_argument("--stats", metavar="FILE.json", help="write counts and phase times")
     talk = parser.add_mutually_exclusive_group()
@@ -169,7 +169,7 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
         more = " ..." if len(trajectory.undetermined) > 5 else ""
         print(f"accelerations and reactions have no value (nan) at t = {where}{more} s", file=sys.stderr)
     if trajectory.status == "inaccurate" and failure is None:
-        print(f"warning: {trajectory.message} (give --tol to have it reached or refused)", file=sys.stderr)
+        print(f"warning: {trajectory.message} (with --tol this is an error)", file=sys.stderr)
     if not args.quiet:
         print(summary(trajectory, output, names, args.verbose))
         if verified:
@@ -181,7 +181,7 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
     if trajectory.status == "interrupted":
         print(f"{output} ends at t = {trajectory.t[-1]:g} s and is marked incomplete", file=sys.stderr)
         if args.checkpoint:
-            print(f"to go on:  mbdsl resume {args.checkpoint}", file=sys.stderr)
+            print(f"to continue:  mbdsl resume {args.checkpoint}", file=sys.stderr)
         raise KeyboardInterrupt
     if args.checkpoint:
         Path(args.checkpoint).unlink(missing_ok=True)
@@ -189,7 +189,7 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
 
 
 def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:
-    """What a simulation with checkpoints is given in addition."""
+    """The additional arguments of a simulation with checkpoints."""
     if not args.checkpoint:
         return {}
     from mbdsl.checkpoint import Checkpoint
@@ -210,7 +210,7 @@ def second_opinion(trajectory: Trajectory, names: list[str], args: argparse.Name
     display = None if args.quiet else Display(sys.stderr)
     try:
         found = verify(trajectory, names, args.general, display, display.say if display else None, args.budget)
-    except KeyboardInterrupt:  # what was computed before is as good as it was
+    except KeyboardInterrupt:  # the result itself is complete
         trajectory.stats["verify"] = {"problem": "interrupted"}
         print("not verified: interrupted", file=sys.stderr)
         return None
@@ -289,11 +289,11 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
 
 
 def error(stats: dict) -> str:
-    """What is known of the error of a run."""
+    """The error estimate of a run, as a text."""
     if found := stats.get("accuracy"):
         return f"error {found['estimated']:.1e}"
     if stats.get("error") is None:
-        return "error not known (--tol controls it, --verify looks at it)"
+        return "error not known (--tol controls it, --verify checks it)"
     return f"error {stats['error']:.1e}"
 
 

@@ -50,16 +50,16 @@ def register(subparsers) -> argparse.ArgumentParser:
         "hard",
         help="hard cases with known answers, by every method",
         description="Run the hard cases of a folder by every method, at fixed steps and with tolerances, compare them "
-        "with answers from outside, and print tables in Markdown: errors and energies, or why a run stopped. The exit "
-        "code is 4 if a run was wrong without a word.",
+        "with independent answers, and print tables in Markdown: errors and energies, or why a run stopped. The exit "
+        "code is 4 if a run was wrong without an error message.",
     )
     hard.add_argument("folder", metavar="FOLDER", nargs="?", default="models/hard",
-                      help="of models and their answers, or one model; default models/hard")  # fmt: skip
+                      help="folder of models and their answers, or one model; default models/hard")  # fmt: skip
     hard.add_argument("--methods", metavar="NAME,...", type=values.names, help="integrators; default: all of our own")
-    hard.add_argument("--cases", metavar="GLOB", default="*", help="which of them; default all")
+    hard.add_argument("--cases", metavar="GLOB", default="*", help="which cases to run; default all")
     hard.add_argument("--budget", metavar="S", type=values.positive_seconds, default=20.0,
-                      help="what one run may take; default 20 s")  # fmt: skip
-    hard.add_argument("--output", metavar="FILE", help="a page for the tables, instead of printing them")
+                      help="time budget of one run; default 20 s")  # fmt: skip
+    hard.add_argument("--output", metavar="FILE", help="file for the tables, instead of printing them")
     return parser
 
 
@@ -214,5 +214,5 @@ def _hard(args: argparse.Namespace) -> int:
     else:
         print(suite)
     for told in suite.wrong:
-        print(f"wrong without a word: {told}", file=sys.stderr)
+        print(f"wrong without an error message: {told}", file=sys.stderr)
     return 4 if suite.wrong else 0

@@ -4,7 +4,7 @@ from math import hypot
 
 from mbdsl.elements.kind import BodyKind, Parameter, zero
 
-#: what a length may differ from 1 by: {0.707, 0.707} is a direction; of {0.17, 0}, nobody knows what was meant
+#: tolerance of the length of n: {0.707, 0.707} is a rounded direction, {0.17, 0} is ambiguous
 NEARLY = 1e-3
 
 

@@ -64,10 +64,10 @@ class Problem:
         Times at which the equations have a jump or a corner, known beforehand, in order; no step should pass over one.
         They come one by one, once: there may be very many. Others show in ``System.switches``.
     zones : iterable of Zone
-        In each of these spans of time (``start``, ``end``) [s] a step should end, as a law or table has a peak there
-        that is not seen otherwise; by their ends, and one by one, too.
+        Intervals of time (``start``, ``end``) [s] in each of which a step should end, because a law or table has a
+        peak there that a longer step would miss; ordered by their ends, and generated lazily.
     longest : float [s]
-        Where steps are controlled: they are not to be longer.
+        The longest step allowed where steps are controlled.
     counts : collections.Counter
         To be filled in: "steps", "rejected", "iterations" (of Newton's method), "matrix_evaluations",
         "factorisations", "evaluations" (of the equations), "events" (jumps met).

@@ -82,7 +82,7 @@ class Events:
         self.run.K[state.NEXT_EVENT] = next((x for x in later if x > t + before), np.inf)
 
     def rejoin(self) -> None:
-        """After the run has been put where a checkpoint was: the times known beforehand that are still to come."""
+        """Find the times of events still to come, after the run was restored from a checkpoint."""
         run, before, due = self.run, self.run.K[state.LEAST_H], self.run.K[state.NEXT_EVENT]
         if due < np.inf:
             known = self.system.time_events(run.start, run.stop, corners=declared(run.method).order > 2)

@@ -1,9 +1,9 @@
-"""Jumps at the ends of fixed steps, at times that are known beforehand.
+"""Discontinuities of forces at the ends of fixed steps, at times known in advance.
 
-A force that jumps at t_k belongs with its left limit to the step that ends there, and with its right limit to the next
-one: else the step's end sees what acts only later, and the method is of order 1. So that step is evaluated slightly
-before t_k, and what is kept of the past is then made that of a motion with the forces behind the jump. Where a jump is
-within a step, order 1 remains.
+A step that ends at a discontinuity t_k has to use the left limit of the force, and the next step the right limit;
+otherwise the method is of order 1. Therefore the end of the first step is evaluated slightly before t_k, and the
+history that the method carries on is then recomputed with the forces after the discontinuity. If the discontinuity lies
+within a step, the order is 1.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from mbdsl.integrators.step_loop import controls_locally
 if TYPE_CHECKING:
     from mbdsl.integrators.run import Integration
 
-#: how far from a step's end, in steps, a jump may be that is meant to be there
+#: a jump counts as at the end of a step if it is closer than this [steps]
 NEAR = 1e-9
-#: units in the last place of the largest time by which a jump is stepped clear of
+#: distance of the left and right limits from a jump [units in the last place of the largest time]
 ULPS = 64
 
 
 class Jumps:
-    """Those of a run with fixed steps."""
+    """The discontinuities at the ends of steps, for a run with fixed steps."""
 
     def __init__(self, run: Integration) -> None:
         self.run = run
@@ -39,7 +39,7 @@ class Jumps:
         self._go_on()
 
     def _at_ends(self) -> Iterator[tuple[float, float]]:
-        """The times shortly before and behind each."""
+        """The times shortly before and after each jump."""
         run = self.run
         for t in run.system.time_events(run.start, run.stop + NEAR * run.h, corners=False):
             end = run.start + round((t - run.start) / run.h) * run.h
@@ -51,7 +51,7 @@ class Jumps:
         self.run.K[state.NEXT_EVENT] = self._next[0]
 
     def rejoin(self) -> None:
-        """After the run has been put where a checkpoint was: the jumps still to come."""
+        """Find the jumps still to come, after the run was restored from a checkpoint."""
         due = self.run.K[state.NEXT_EVENT]
         self._known = dropwhile(lambda times: times[0] < due, self._at_ends())
         self._go_on()

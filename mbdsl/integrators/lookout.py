@@ -1,12 +1,12 @@
-"""Steps that end where something happens: within each of the zones around peaks of laws, one at least.
+"""Steps that end in the zones around peaks of laws, so that no step passes over a peak.
 
-What the zones are: :mod:`mbdsl.system.unseen`. Those of time alone are known before the run, and come as it goes; the
-compiled loop holds the next ones. Nothing begins anew in a zone: a step ends there, and its test of errors sees what
-the law does.
+Zones are defined in :mod:`mbdsl.system.unseen`. Those of functions of time are generated as the run proceeds; the
+compiled loop holds the next ones. A zone is not an event: the integration is not restarted there, a step only ends in
+it, so that its error estimate contains the force.
 
-What laws of the state do on the way of a step (:mod:`mbdsl.system.on_the_way`) is looked at behind some steps, all at
-once. Where there is a peak that a step has passed over, the run goes back to where it was looked at last, with that
-zone among those to end in.
+Peaks of laws of the state within a step (:mod:`mbdsl.system.on_the_way`) are searched after a number of steps, for all
+of them at once. If a step has passed over a peak, the run returns to the state of the last search, with the new zone
+added.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ if TYPE_CHECKING:
     from mbdsl.integrators.run import Integration
     from mbdsl.system.unseen import Zone
 
-#: longest controlled step, as a part of the run, for want of a shorter one
+#: longest controlled step, relative to the run
 LONGEST = 0.02
-#: steps that are looked at together, and numbers that are noted, at most
+#: most steps that are searched together, and most numbers recorded for them
 BATCH, NUMBERS = 1024, 400_000
-#: how often the run may go back to the same place
+#: most returns of the run to the same state
 MOST = 100
 
 
@@ -65,7 +65,7 @@ class Landings:
         self.refill()
 
     def rejoin(self) -> None:
-        """After the run has been put where a checkpoint was: the zones that the compiled loop does not hold."""
+        """Restore the zones that the compiled loop does not hold, after the run was restored from a checkpoint."""
         run, self._pending = self._run, []
         held = {tuple(zone) for zone in run.K[ZONE : ZONE + 2 * run.J[ZONES]].reshape(-1, 2).tolist()}
         every = run.system.time_zones(run.start, run.stop, LONGEST * (run.stop - run.start)) if held else ()
@@ -81,14 +81,14 @@ class Landings:
         run.J[NEXT_ZONE], run.J[ZONES], self._pending = 0, len(now[:ROOM]), now[ROOM:]
 
     def insert(self, zones: Iterable[Zone]) -> None:
-        """Others in addition."""
+        """Add further zones."""
         K, J = self._run.K, self._run.J
         known = K[ZONE + 2 * J[NEXT_ZONE] : ZONE + 2 * J[ZONES]].reshape(-1, 2)
         self._pending += [(a, b) for a, b in known.tolist()] + [(z.start, z.end) for z in zones]
         self.refill()
 
     def advance(self, steps: int, call: Callable[[int], int]) -> int:
-        """At most so many steps by the compiled loop, and what happens on their way; a status."""
+        """Take at most so many steps by the compiled loop, search them for hidden peaks, and return a status."""
         run = self._run
         if not run.J[NOTES]:
             while (status := call(steps)) == LOOK:

@@ -1,5 +1,5 @@
-"""A run of an accuracy that is asked for: the cheapest method's step or tolerance is made smaller until successive runs
-say that the error is small enough, and a method of another family comes to the same.
+"""Runs with a given accuracy: the step or tolerance of the cheapest method is reduced until the error estimate from
+successive runs is small enough and a method of another family agrees.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from mbdsl.studies.opinion import Verdict, ask
 from mbdsl.trajectory import Trajectory
 from mbdsl.wording import together
 
-PATIENCE = 20.0  #: times as long as all runs before, or so many tenths of a second, that a first run may take
-HINT = "the motion may be chaotic, or jump (`mbdsl study convergence` shows); or a check needs more time: --budget"
+PATIENCE = 20.0  #: most time of a first run, relative to all runs before it, or in tenths of a second
+HINT = "the motion may be chaotic or jump (see `mbdsl study convergence`), or the check needs more time (--budget)"
 
 
 def reach(
@@ -39,18 +39,18 @@ def reach(
 ) -> Trajectory:
     """The trajectory of ``scene`` with an error of ``accuracy`` at most.
 
-    The error is that of positions as part of the mechanism's size (angles in radians), and of velocities as part of the
-    largest. ``stats["accuracy"]`` has what was asked for, the estimate, and how it was come by: "checked by" is the
-    method of another family that agrees, and None where none was able to tell, "not checked" the reason. ``budget`` [s]
-    is what the check may take, by default twenty times as long as all runs before, and at least 20 s. Other arguments
-    as for :func:`mbdsl.simulate`.
+    The error is that of positions relative to the mechanism's size (angles in radians), and of velocities relative to
+    the largest. ``stats["accuracy"]`` holds the accuracy asked for, the error estimate and its source: "checked by" is
+    the method of another family that agrees (None if no method could check), "not checked" the reason. ``budget`` [s]
+    limits the time of the check; the default is twenty times that of all runs before, and at least 20 s. Other
+    arguments as for :func:`mbdsl.simulate`.
 
     Raises
     ------
     ModelError, UsageError, InitialisationError
         If model or arguments make no sense, or there is no consistent initial state.
     IntegrationError
-        If no method comes to it, or two contradict each other; ``trajectory`` is the best that was found.
+        If no method reaches the accuracy, or two contradict each other; ``trajectory`` is the best result.
     """
     if not 0.0 < accuracy < 1.0:
         raise UsageError(f"an accuracy is between 0 and 1, not {accuracy:g}")
@@ -69,7 +69,7 @@ def reach(
 
 
 class _Search:
-    """Runs of a scene; ``result`` is the best so far, with its ``estimate``, ``by`` what it was come by."""
+    """Runs of a scene; ``result`` is the best so far, ``estimate`` its error estimate, ``by`` the runs it is from."""
 
     def __init__(
         self,
@@ -101,12 +101,12 @@ class _Search:
         return found
 
     def keep(self, ladder: Ladder) -> None:
-        """Take the last run of a ladder for the result, if it is the best so far."""
+        """Make the last run of a ladder the result if it is the best so far."""
         if ladder.runs and (self.result is None or ladder.estimate < self.estimate):
             self.result, self.estimate, self.by = ladder.last, ladder.estimate, f"{ladder.case()}, and runs before it"
 
     def descend(self, ladders: list[Ladder]) -> Ladder:
-        """The cheapest ladder that comes to the accuracy.
+        """The cheapest ladder that reaches the accuracy.
 
         Raises
         ------
@@ -131,15 +131,15 @@ class _Search:
         if self.result is not None:
             self.tell(self.estimate, "it was not reached")
         raise self.failure(
-            f"an accuracy of {self.accuracy:g} cannot be reached: {told}", "ask for less" if able else None
+            f"an accuracy of {self.accuracy:g} cannot be reached: {told}", "try a larger one" if able else None
         )
 
     def check(self, ladder: Ladder, budget: float | None) -> Verdict:
-        """What methods of other families say; where none can, the ladder itself shows a difference that is small."""
-        end = self.spent + allowance(self.spent, budget, 2.0)  # without what compiling takes
+        """The verdict of methods of other families; if none can check, runs of the ladder itself have to agree."""
+        end = self.spent + allowance(self.spent, budget, 2.0)  # compiling not counted
 
         def judge(case: Case, limit: float) -> Trajectory:
-            # what is set of the one method, or forced upon it, says nothing of another
+            # options and force are for the first method only
             return self.run(case, limit, options=None, force=False)
 
         verdict = ask(ladder, self.accuracy, self.run, judge, lambda: end - self.spent)
@@ -161,7 +161,7 @@ class _Search:
         Raises
         ------
         IntegrationError
-            Where another method contradicts, or where the error was not seen to be so small.
+            If another method contradicts, or if the error estimate is larger than the accuracy.
         """
         checked, against = verdict.checked, verdict.against
         if checked:
@@ -174,19 +174,19 @@ class _Search:
             if all(x.stopped for x in against):
                 what = f"an accuracy of {self.accuracy:g} was not reached"
             own = min(ladder.estimate, ladder.differences[-1])
-            raise self.failure(f"{what}: {ladder.case()} should be off by {own:.1e}, but {told}", HINT)
+            raise self.failure(f"{what}: {ladder.case()} has an error estimate of {own:.1e}, but {told}", HINT)
         found = self.tell(verdict.estimate, verdict.unable)
         if verdict.estimate > self.accuracy:
             why = f"runs of {ladder.method} differ by {ladder.differences[-1]:.1e}"
             raise self.failure(
-                f"an accuracy of {self.accuracy:g} is not known to be reached: {why}, and no other method can tell: "
+                f"an accuracy of {self.accuracy:g} cannot be confirmed: {why}, and no other method could check: "
                 f"{verdict.unable}",
                 HINT,
             )
         return found
 
     def tell(self, estimate: float, unchecked: str | None, checked: str | None = None) -> Trajectory:
-        """The result, with what is known of it in its stats."""
+        """The result, with its error estimate and check in its stats."""
         assert self.result is not None
         self.result.stats["accuracy"] = {
             "asked": self.accuracy,

@@ -1,8 +1,8 @@
-"""All that a Scene says, as one text: scenes with the same text have the same motion.
+"""The complete content of a Scene as one text: scenes with the same text have the same motion.
 
-Every number is written with all its digits, every expression and table in full. Nothing depends on the process: neither
-addresses nor hashes. What follows has no part in it: documentation, source files and places, parameters (their values
-are in what uses them), and the times and the method of the experiment, which a run is given in their place.
+Every number is written with all its digits, every expression and table in full. Nothing depends on the process, such as
+addresses or hashes. Left out are documentation, source files and positions, parameters (the fields that use them hold
+their values), and the times and method of the experiment, because the arguments of a run replace them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from mbdsl.lang.expressions import Expr, walk
 from mbdsl.scene import Component, Experiment, Scene
 
 LEFT_OUT = {"span", "doc", "files", "parameters"}  #: fields that do not change the motion
-GIVEN = {"start", "stop", "interval", "method"}  #: fields of an experiment that a run is given anew
+GIVEN = {"start", "stop", "interval", "method"}  #: fields of an experiment that the arguments of a run replace
 
 
 def fingerprint(scene: Scene) -> str:
@@ -31,7 +31,7 @@ def fingerprint(scene: Scene) -> str:
     Raises
     ------
     TypeError
-        If the scene holds something whose content is not known.
+        If the scene holds an object of an unknown type.
     """
     return "\n".join(_Lines(scene).lines)
 
@@ -77,7 +77,7 @@ class _Lines:
         return "(" + ", ".join(self.told(x) for x in xs) + ")"
 
     def number(self, root: Expr) -> str:
-        """The number of an expression; lines for what of it has none yet."""
+        """The number of an expression; adds lines for those of its operations that have no number yet."""
         for n in walk(root):
             if n not in self.numbers:
                 own = f"%{len(self.numbers)}"

@@ -1,9 +1,9 @@
-"""The suite of hard cases: models with an answer from outside, run by every method, and a verdict for every run.
+"""The suite of hard cases: models with independent answers, run by every method, and a verdict for every run.
 
-A folder holds models, ``NAME.mbd``, and for each its cases, ``NAME.json``: parameters, a step, a tolerance, and either
-what signals have to be (values at times, or a constant, from a closed form or another program) or with which words and
-when the run has to stop. A run that ends with exit code 0 and is off by more than its tolerance allows, or by more than
-a run with half the step shows, is ``WRONG``.
+A folder holds models, ``NAME.mbd``, and the cases of each, ``NAME.json``: parameters, a step, a tolerance, and either
+the expected signals (values at times, or a constant, from a closed form or another program) or the time and the words
+of the expected error. A run is ``WRONG`` if it ends with exit code 0 and an error that is larger than its tolerance
+allows, or larger than a run with half the step explains.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ from mbdsl.simulation import simulate
 from mbdsl.studies.hard_page import Suite
 from mbdsl.trajectory import Trajectory
 
-BUDGET = 20.0  #: of a run [s], unless another is given
-POINTS = 100  #: at which constants are looked at
-CLAIMED = 3.0  #: times the tolerance that an error may be
-SHOWN = 10.0  #: times what a run with half the step differs by that an error may be
-OFF = 1e-8  #: by which joints may be open, of the mechanism's size
+BUDGET = 20.0  #: default time limit of a run [s]
+POINTS = 100  #: times at which constants are compared
+CLAIMED = 3.0  #: largest error, relative to the tolerance
+SHOWN = 10.0  #: largest error, relative to the difference from a run with half the step
+OFF = 1e-8  #: largest violation of joints, relative to the mechanism's size
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Check:
-    """What a signal has to be: ``values`` at ``times`` [s], or one value all the time; in units of ``scale``.
+    """The expected values of a signal, ``values`` at ``times`` [s] or one constant; errors are in units of ``scale``.
 
-    With ``within`` an error is small enough whatever the step is. ``grows``: how far above its value it may come, for
-    energies, which methods may lose but not make. A tolerance says nothing of what is not ``controlled``: reactions.
+    Errors below ``within`` are accepted whatever the step is. ``grows`` limits the growth of an energy, which a method
+    may dissipate but not create. The tolerance does not apply to signals that are not ``controlled``: reactions.
     """
 
     signal: str
@@ -64,7 +64,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Stop:
-    """How a run has to end: its exit code, words of the message, and between which times [s]."""
+    """The expected failure of a run: its exit code, words of the message, and the interval of time [s]."""
 
     code: int
     says: Sequence[str] = ()
@@ -74,7 +74,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class Case:
-    """A model with parameters, a step [s] and a tolerance (either may be left out), and what has to come out."""
+    """A model with parameters, a step [s] and a tolerance (either may be left out), and the expected result."""
 
     model: Path
     name: str
@@ -93,7 +93,8 @@ class Case:
 
 @dataclass(frozen=True)
 class Cell:
-    """What came of one run: ``verdict`` is "right", "step" (off, as the step explains), "stops", "slow" or "WRONG"."""
+    """The result of one run: ``verdict`` is "right", "step" (an error that the step explains), "stops", "slow" or
+    "WRONG"."""
 
     verdict: str
     text: str

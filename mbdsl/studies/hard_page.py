@@ -1,4 +1,4 @@
-"""What the suite of hard cases found, as tables in Markdown."""
+"""The results of the suite of hard cases, as tables in Markdown."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ if TYPE_CHECKING:
 
 HEAD = """# Hard cases
 
-Models chosen to break an integrator (`models/hard/`), each with an answer from outside: a closed form, equations in
-minimal coordinates solved by SciPy to 1e-13, published data, or a reason to stop. `mbdsl study hard` runs them by every
-method, at the step and with the tolerance of each case, and prints this page; it ends with exit code 4 where a run was
-wrong without a word. The answers are written by `tests/verification/hard/answers.py`, without mbdsl.
+Models chosen to break an integrator (`models/hard/`), each with an independent answer: a closed form, equations in
+minimal coordinates solved by SciPy to 1e-13, published data, or the expected reason to stop. `mbdsl study hard` runs
+them, at the step and with the tolerance of each case, and prints this page, with a column for each method that was run.
+It ends with exit code 4 if a run was wrong without an error message. `tests/verification/hard/answers.py` computes the
+answers without mbdsl.
 
-A cell is the largest error, scaled: angles in radians, lengths in the mechanism's size, velocities in the largest one.
-`E` is what total energy has lost or gained, over the energy exchanged. A cell in parentheses is above a thousandth (a
-hundredth of energy), as the step explains: with half of it the run differs by a tenth of the error or more. `exit 4 at
-1 s` is a run that stopped then; the number leads to the reason below the table. `not done` says how far a run came in
-the time that it had. `WRONG` is a run that ended as if all was well, off by more than three times its tolerance or by
-what its step does not explain, or one that stopped with the wrong reason.
+A cell shows the largest error, scaled: angles in radians, lengths relative to the mechanism's size, velocities relative
+to the largest one. `E` is the change of the total energy relative to the energy exchanged. An error in parentheses is
+above 1e-3 (1e-2 for energy) because the step is too long: a run with half the step differs by a tenth of the error or
+more. `exit 4 at 1 s` is a run that stopped at that time; the number refers to the reason below the table. `not done`
+gives the time that a run reached within its time limit. `WRONG` is a run that reported no error although it was off by
+more than three times its tolerance or by more than its step explains, or one that stopped for the wrong reason.
 """
 
 
@@ -34,7 +35,7 @@ class Suite:
 
     @property
     def wrong(self) -> list[str]:
-        """Runs that were wrong without a word."""
+        """Runs that were wrong without an error message."""
         return [
             f"{case}, {size}, {method}: {cell.text}"
             for case, size, cells in self.rows
@@ -54,7 +55,7 @@ class Suite:
         found = [cell.verdict for *_, cells in self.rows for cell in cells if cell is not None]
         told = {
             "right": "right",
-            "step": "off as the step explains",
+            "step": "inaccurate because of the step",
             "stops": "stopped with a reason",
             "slow": "not done in time",
             "WRONG": "wrong",

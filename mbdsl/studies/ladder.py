@@ -1,8 +1,8 @@
-"""Runs of one method, each more exact than the one before, and what they say of the error of the last.
+"""Runs of one method with decreasing steps or tolerances, and the error estimate of the last.
 
-The order of a method is what it promises, not what a run has: a corner in a law, friction or rounding take it away.
-So an estimate follows from differences that were seen. With two runs the difference itself is the estimate; with three
-the order p between them is known, and the difference of the last two over r^p - 1, r being the ratio of their steps.
+A run may have a lower order than its method: a corner in a law, friction or rounding reduce it. Therefore the estimate
+follows from observed differences. With two runs it is their difference; with three runs the order p is observed, and
+the estimate is the difference of the last two divided by r^p - 1, where r is the ratio of their steps.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from mbdsl.studies.errors import error, quantities
 from mbdsl.studies.limits import TooLong
 from mbdsl.trajectory import Trajectory
 
-AIM = 0.5  #: part of the accuracy that is aimed at
-MOST, BLIND = 12, 6  #: runs of one method, and of one whose runs are all the same
-CREDIT = 100.0  #: times more exact than the last run at most that the next one is meant to be
-ROUNDING = 1e-6  #: errors below that do not fall any more have come to rounding
-LONGEST = 600.0  #: seconds, or so many times as long as the first run: what takes longer is not begun
-LARGEST = 0.05  #: estimates above that say little
-WAVERS = 0.3  #: orders that are so much lower than they should be say that steps are still too long
+AIM = 0.5  #: target of the error, relative to the accuracy
+MOST, BLIND = 12, 6  #: most runs of one method, and of one whose runs are all identical
+CREDIT = 100.0  #: largest reduction of the error that one further run aims at
+ROUNDING = 1e-6  #: errors below this that do not decrease any more are due to rounding
+LONGEST = 600.0  #: longest expected time of a run [s], or relative to the first run
+LARGEST = 0.05  #: estimates above this are unreliable
+WAVERS = 0.3  #: an observed order this much below the declared one shows that steps are still too long
 
 Run = Callable[[Case], Trajectory]
 
@@ -79,7 +79,7 @@ class Ladder:
 
     @property
     def blind(self) -> bool:
-        """Whether two tolerances have led to one run, which tells nothing."""
+        """Whether two tolerances have led to identical runs, whose difference is no error estimate."""
         same = len(self.runs) > 1 and self.runs[-2].stats["steps"] == self.last.stats["steps"]
         return not self.fixed and same and self.differences[-1] == 0.0
 
@@ -109,7 +109,7 @@ class Ladder:
         return differ if order is None else differ / ratio**order
 
     def next(self, target: float) -> float:
-        """The step or tolerance that should do; no long way where errors do not fall as they should."""
+        """The step or tolerance expected to reach ``target``; closer to the last one if errors decrease irregularly."""
         if self.blind:
             return self.sizes[-1] / 10.0
         change = (AIM * target / max(self.estimate, 1e-300)) ** (1.0 / self.declared)
@@ -119,7 +119,7 @@ class Ladder:
         return self.sizes[-1] * min(0.5, max(change, longest))
 
     def price(self, target: float) -> float:
-        """Seconds that reaching ``target`` should take."""
+        """The expected time to reach ``target`` [s]."""
         power = 1.0 / self.declared if self.fixed else 1.0 / (methods()[self.method].order + 1.0)
         return self.seconds * max(1.0, self.estimate / (AIM * target)) ** power
 
@@ -146,14 +146,14 @@ class Ladder:
             sizes = [size / (8.0 if self.fixed else 100.0) for size in sizes]
 
     def descend(self, target: float, run: Run) -> None:
-        """Smaller and smaller steps, until the estimate is small enough, or stays where it is."""
+        """Reduce the step until the error estimate is small enough or does not decrease any more."""
         stuck, longest = 0, LONGEST * max(1.0, self.runs[0].stats["seconds"]["integrate"])
         while self.estimate > target or (self.blind and len(self.runs) < BLIND):
             if len(self.runs) >= MOST or stuck > (self.estimate > ROUNDING):
-                self.problem = f"its error stays at some {min(self.estimates):.1e}"
+                self.problem = f"its error stays at about {min(self.estimates):.1e}"
                 return
             if self.price(target) > longest:
-                self.problem = f"it would take some {self.price(target):.0f} s"
+                self.problem = f"it would take about {self.price(target):.0f} s"
                 return
             try:
                 self.add(run, self.next(target))

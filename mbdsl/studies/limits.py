@@ -1,4 +1,4 @@
-"""Runs that are ended where they take too long: a second opinion must not cost more than it is worth."""
+"""Runs with a time limit, for checks by other methods."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from mbdsl.trajectory import Trajectory
 from mbdsl.wording import duration
 
 SHORTEST = 1e-6  #: seconds in which nothing can be run
-LEAST, TIMES = 10.0, 10.0  #: seconds that a check may take in any case, and times as long as what it checks
+LEAST, TIMES = 10.0, 10.0  #: default limit of a check: at least so many seconds, and relative to the run it checks
 
 
 class TooLong(IntegrationError):
-    """A run that was ended, as it took too long; ``trajectory`` is what there is of it."""
+    """A run has exceeded its time limit; ``trajectory`` holds the results so far."""
 
 
 def allowance(spent: float, budget: float | None, runs: float = 1.0) -> float:
-    """Seconds that a check of so many ``runs`` may take, of what took ``spent``: the ``budget``, where one is given."""
+    """The time limit [s] of a check by ``runs`` runs of a result that took ``spent`` [s]; ``budget`` overrides it."""
     return runs * max(LEAST, TIMES * spent) if budget is None else budget
 
 

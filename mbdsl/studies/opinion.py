@@ -1,8 +1,8 @@
-"""A second opinion that binds: a method of another family comes to the same, or the result is not given as right.
+"""The binding check of a result by a method of another family.
 
-Where the two differ by more than the accuracy, the one that is known less well is made more exact, until they agree.
-A method that cannot come as far, because it fails, takes too long or errs more than it says, is no judge: the next one
-is asked. Where one that is able contradicts, another family has the last word.
+If the two differ by more than the accuracy, the one with the larger error estimate is refined, until they agree. A
+method that fails, takes too long or has too large an error cannot check, and the next one is tried. If an able method
+contradicts, a third family decides.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from mbdsl.studies.families import EXTRAPOLATED, family, precise
 from mbdsl.studies.ladder import Ladder, difference
 from mbdsl.trajectory import Trajectory
 
-FINER = 3.0  #: times as small as the difference is the error of one that measures the other's by it
-ROUNDS = 10  #: runs, of both, that one second opinion takes at most
-SAME, PERSISTS = 0.7, 2  #: part of a difference that is about the same, and how often it may be
+FINER = 3.0  #: a difference this many times one method's error measures the error of the other
+ROUNDS = 10  #: most runs of both methods in one check
+SAME, PERSISTS = 0.7, 2  #: a difference that stays above this part of the last one persists; how often it may
 
 
 @dataclass
 class Opinion:
-    """What one method says: ``agrees`` is None where it was not able to tell."""
+    """The result of a check by one method: ``agrees`` is None if it could not check."""
 
     method: str
     agrees: bool | None
@@ -38,7 +38,7 @@ class Opinion:
 
 @dataclass
 class Verdict:
-    """What all that were asked say: ``estimate`` is the error of the result, as they and it say."""
+    """The results of all checks: ``estimate`` is the error estimate of the result in their light."""
 
     estimate: float
     opinions: list[Opinion] = field(default_factory=list)
@@ -54,7 +54,7 @@ class Verdict:
 
     @property
     def unable(self) -> str:
-        """Why nobody could tell."""
+        """Why no method could check."""
         told = [f"{x.method} {x.told}" for x in self.opinions if x.agrees is None]
         return "; ".join(told) or "there is no method of another family"
 
@@ -63,7 +63,7 @@ Limited = Callable[[Case, float], Trajectory]  #: a run of a case, of at most so
 
 
 def ask(ladder: Ladder, accuracy: float, run: Limited, judge: Limited, left: Callable[[], float]) -> Verdict:
-    """Whether other families come to what ``ladder`` has come to, which is made more exact where it takes that.
+    """Check the result of ``ladder`` by methods of other families; the ladder is refined if necessary.
 
     ``run`` makes runs of the method itself, ``judge`` those of the others, ``left()`` is the time that there is [s].
     """
@@ -111,7 +111,7 @@ def _confront(
             if still > PERSISTS:
                 break
         elif len(other.estimates) > PERSISTS and own > SAME * min(other.estimates[-1 - PERSISTS : -1]):
-            break  # it does not become better
+            break  # it does not improve
         try:
             if not finer or still == PERSISTS:
                 other.add(lambda case: judge(case, share()), other.next(max(differs, accuracy) / FINER))
@@ -123,19 +123,19 @@ def _confront(
             break
     differs, own = difference(other.last, ladder.last), other.estimate
     finer = own <= differs / FINER
-    told = f"{other.case()}: differs by {differs:.1e}, its own error being some {own:.1e}"
+    told = f"{other.case()}: differs by {differs:.1e}, with an error estimate of {own:.1e}"
     if differs <= accuracy and (finer or ladder.estimate <= accuracy):
         return Opinion(other.method, True, told, differs, own)
     if finer:
         return Opinion(other.method, False, told, differs, own, stopped)
-    told = f"differs by {differs:.1e}, but errs by some {own:.1e} itself" + (f" ({stopped})" if stopped else "")
+    told = f"differs by {differs:.1e}, but has an error of about {own:.1e}" + (f" ({stopped})" if stopped else "")
     return Opinion(other.method, None, told, differs, own)
 
 
 def _claim(estimate: float, accuracy: float, found: Opinion) -> float:
-    """The error of a result by its own ``estimate`` and by a method that agrees: the larger.
+    """The error of a result from its own ``estimate`` and from a method that agrees: the larger one.
 
-    One that is more exact by far measures it: an estimate that is larger by far is known to be too large then.
+    The difference from a far more accurate method measures the error; a far larger estimate is then too large.
     """
     if found.own <= found.differs / FINER:
         return max(found.differs, min(estimate, FINER * found.differs, accuracy))

@@ -32,7 +32,7 @@ RUNS = 8  #: of one method, at most
 FAR = 3.0  #: times as slow as the best so far: no more is tried
 SHORT = 0.1  #: seconds of a run that are too short to tell by one run
 ASKED = "the error asked for"
-SHARE = 0.7  #: of what is left of the budget, that is for finding cases; the rest is for timing them
+SHARE = 0.7  #: part of the remaining budget for finding cases; the rest is for timing them
 JUMP = 32.0  #: from one step to the next: errors of long steps tell little of short ones
 
 
@@ -194,7 +194,7 @@ class Search:
         slow, spent = max(FAR * quickest, SHORT), 0.0
         for _ in range(RUNS):
             case = _case(name, kind, _rounded(at))
-            limit = min(4.0 * slow, share - spent)  # a run that was only begun tells less than one that was slow
+            limit = min(4.0 * slow, share - spent)  # a slow run that ends says more than one that is cut off
             run = self.runner.compute([case], limit=limit)[case]
             spent += min(limit, run.stats.get("seconds", {}).get("integrate", limit if run.late else 0.0))
             if run.late and best is None and limit >= 4.0 * slow:

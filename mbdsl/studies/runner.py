@@ -188,7 +188,7 @@ def compute(of: Setting, case: Case, limit: float = math.inf, announce=None) -> 
 
     def watch(progress: Progress) -> None:
         nonlocal begun, late
-        begun = begun or perf_counter() - progress.seconds  # progress counts anew in every trial run
+        begun = begun or perf_counter() - progress.seconds  # progress starts from zero in every calibration run
         if perf_counter() - begun > limit:
             late = True
             raise KeyboardInterrupt

@@ -1,4 +1,4 @@
-"""How large the quantities of a motion are, and what of them rounding may change: by their units, from the mechanics.
+"""The scales of a motion's quantities, and the effect of rounding on them: by unit, from the mechanics.
 
 With L the size of the mechanism, w its fastest rate and J = max m_ii L^2 its largest inertia, angular accelerations are
 of the size alpha = max(w^2, g/L), energies and torques of J alpha, forces of J alpha / L. A position is known to some
@@ -33,20 +33,20 @@ class Scales:
     energy: float
 
     def of(self, name: str, unit: str) -> float:
-        """About the largest value that a signal of this unit has in such a mechanism; 0 where nothing says so."""
+        """The order of magnitude of signals of this unit in such a mechanism; 0 if unknown."""
         return self.energy if unit == "J" else self._by_unit(name, unit, 1.0, self.rate, self.acceleration)
 
     def rounding(self, name: str, unit: str) -> float:
-        """What rounding may change a signal by."""
+        """The change of a signal that rounding may cause."""
         eps, h = ULPS * float(np.finfo(float).eps), self.step
         return eps * self.energy if unit == "J" else self._by_unit(name, unit, eps, eps / h, eps / h**2)
 
     def whole(self, name: str) -> bool:
-        """Whether a signal is what is left of a balance, so that its own range says nothing."""
+        """Whether a signal is the residual of a balance, so that its own range is no scale."""
         return name in ENERGIES or _unit(name, "") != ""
 
     def _by_unit(self, name: str, unit: str, angle: float, rate: float, acceleration: float) -> float:
-        """What angles, their rates and accelerations make of other quantities."""
+        """Factors from angles, their rates and accelerations to other quantities."""
         torque = self.inertia * acceleration
         return {
             "m": self.size * angle,
@@ -75,5 +75,5 @@ def scales(trajectory: Trajectory, step: float) -> Scales:
 
 
 def _unit(name: str, unit: str) -> str:
-    """The unit of what is left of constraints, which is that of what they constrain: taken for a length."""
+    """The unit of a constraint violation; violations are treated as lengths."""
     return "m" if ".Phi[" in name else "m/s" if ".dPhi[" in name or ".Gam[" in name else unit

@@ -18,7 +18,7 @@ from mbdsl.trajectory import Trajectory
 
 FEW = 3.0  #: digits: who agrees to fewer does not agree
 SHOWN = 12  #: signals in a text, the worst ones
-SMALL = 1e-5  #: part of the largest value of its unit below which a signal's own range is none
+SMALL = 1e-5  #: a signal's range, relative to the largest value of its unit, below which it is no scale
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ class Agreement:
 
 @dataclass(frozen=True)
 class Verification:
-    """``agreements`` of every signal, the worst first; ``problem`` where the second run did not come to its end, with
-    the time ``until`` which there is something to compare."""
+    """``agreements`` of every signal, the worst first; if the second run did not reach its end, ``problem`` is the
+    reason and ``until`` the time up to which the runs were compared."""
 
     method: str
     step: float | None
@@ -80,8 +80,8 @@ def verify(
 ) -> Verification:
     """Run the model of ``trajectory`` again, otherwise, and compare the signals ``names`` at the times of its output.
 
-    ``budget`` [s] is what the second run may take, by default ten times as long as the first, and at least 10 s. What
-    it has come to until then is compared, if its steps are fixed; ``problem`` says from which time on nothing is.
+    ``budget`` [s] limits the time of the second run; the default is ten times that of the first, and at least 10 s. If
+    the limit is reached, the part that fixed steps have completed is compared.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def verify(
         other = limited(trajectory.scene, limit, progress, **how, **due)
     except TooLong as late:
         problem, part = f"{late.message}; more time: --budget", late.trajectory
-        if part is None or tol is not None or not len(part.t) > 1:  # what there is may be of a trial run
+        if part is None or tol is not None or not len(part.t) > 1:  # a part may belong to a calibration run
             return Verification(method, step, tol, problem=problem)
         other, until = part, float(part.t[-1])
     except MbdslError as failed:
@@ -123,8 +123,8 @@ def agree(
 ) -> list[Agreement]:
     """How far two trajectories agree, the worst first; ``other`` has all times of ``one`` up to ``until``.
 
-    Digits are relative to the range of a signal, at least to the part ``small`` of the largest that signals of its unit
-    have, here and (with the scales ``known``) in such a mechanism. What rounding may differ by is no difference.
+    Digits are relative to the range of a signal, but at least to ``small`` times the largest value of its unit, here
+    and (with the scales ``known``) in such a mechanism. Differences that rounding can cause do not count.
     """
     count = int(np.searchsorted(one.t, until, side="right"))
     rows = np.minimum(np.searchsorted(other.t, one.t[:count]), len(other.t) - 1)

@@ -1,4 +1,4 @@
-"""Which constraints depend on each other: joints that repeat others, and those that meet in a singular pose."""
+"""Linearly dependent constraints: redundant joints, and joints whose constraints lose rank in a singular pose."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from mbdsl.wording import few
 
 Array = NDArray[np.float64]
 
-NEAR = 1e-2  #: smallest singular value over the largest below which a pose counts as close to a singular one
-FITS = 1e-12  #: of the size, up to which a redundant joint fits to rounding
-PART = 1e-2  #: of the largest coefficient, above which a joint takes part
+NEAR = 1e-2  #: a pose is close to a singular one if the smallest singular value is below this part of the largest
+FITS = 1e-12  #: misfit of a redundant joint, relative to the mechanism's size, that counts as rounding
+PART = 1e-2  #: coefficients below this part of the largest are taken as zero
 
 
 def _rows(system: System, t: float, q: Array, v: Array) -> Array | None:
-    """Rows of [Phi_q; Gam_v] without units, each of length 1; None where they are too many to look at."""
+    """The rows of [Phi_q; Gam_v], dimensionless and of length 1; None if there are too many to analyse."""
     J = system.velocity_jacobian(t, q, v)
     if not isinstance(J, np.ndarray) or not len(J) or not np.isfinite(J).all():
         return None
@@ -33,7 +33,7 @@ def _joints(system: System, rows: Sequence[int]) -> list[str]:
 
 
 def repeated(system: System, t: float, q: Array, v: Array, redundant: Sequence[int]) -> list[str]:
-    """A line for every joint with redundant rows: where it is declared, from which joints it follows, how they fit."""
+    """A line for each joint with redundant constraints: its place, the joints it follows from, and its misfit."""
     J = _rows(system, t, q, v) if redundant else None
     if J is None:
         return []
@@ -46,7 +46,7 @@ def repeated(system: System, t: float, q: Array, v: Array, redundant: Sequence[i
         others = _joints(system, [rest[k] for k in np.flatnonzero(parts > PART * parts.max())])
         told = ", ".join(_where(system, other) for other in others if other != joint)
         off = float(np.abs(violation[own]).max())
-        misfit = f"; they do not fit by {off:.2g}" if off > FITS * system.tables.size else ""
+        misfit = f"; its misfit is {off:.2g}" if off > FITS * system.tables.size else ""
         lines.append(f"{_where(system, joint)} follows from {told}{misfit}")
     return lines
 
@@ -59,7 +59,7 @@ def _where(system: System, joint: str) -> str:
 
 
 def singular(system: System, t: float, q: Array, v: Array) -> str:
-    """What to say of a pose in which constraints depend on each other, or nearly so; nothing of others."""
+    """A message if the constraints are linearly dependent in a pose, or nearly so; else an empty text."""
     J = _rows(system, t, q, v) if np.isfinite([q, v]).all() else None
     if J is None:
         return ""

@@ -390,7 +390,7 @@ def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue],
         text = f"{item.name} = {item.value:.6g} is fixed, but comes out as {x:.6g}"
         wrong.append((float(size), text, item.span))
     wrong.sort(key=lambda w: -w[0])
-    wrong = [w for w in wrong if w[0] > 1e-3 * wrong[0][0]][:6]  # a misfit may be as small as it likes
+    wrong = [w for w in wrong if w[0] > 1e-3 * wrong[0][0]][:6]  # relative: the largest misfit may be tiny
     return InitialisationError(
         f"no consistent initial {level} found at time {t:g}",
         span=wrong[0][2] if wrong else None,

@@ -1,9 +1,9 @@
-"""What laws do on the way from one state of a motion to the next: peaks that neither of the two shows.
+"""Peaks of laws on the path between two states of a motion that neither state shows.
 
-Between two states, coordinates of frames are the cubic polynomials that positions and velocities at both fit; reactions
-and time are linear. Along such a way a law is a function of one variable, and its peaks are found as those over time
-are (:mod:`mbdsl.system.unseen`): narrow springs, windows of position or speed, whatever stands in the law. Looked at
-are terms that are no polynomials of low degree; scenes without them have nothing to look at.
+Between two states, the coordinates of frames are interpolated by the cubic polynomials through positions and velocities
+at both ends; reactions and time are linear. Along this path a law is a function of one variable, and its peaks are
+found like those of functions of time (:mod:`mbdsl.system.unseen`): narrow springs, windows of position or speed. Only
+terms that are not polynomials of low degree are searched.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: height of a peak that makes no difference, relative to what the term is at both ends; to its largest value so far
+#: negligible height of a peak, relative to the term's value at both ends; relative to its largest value so far
 SLIGHT, TINY = 0.05, 1e-6
-#: a smooth peak that takes a larger part of a step than this shows, unless it is as high as this part of the largest
+#: a smooth peak wider than this part of a step needs no zone, unless it is higher than this part of the largest value
 WIDE, HIGH = 0.4, 0.25
 JUMPS = (*CONDITIONS, "sign", "floor", "ceil", "mod", "table", "abs", "min", "max")
 POSITION = {rate: key for key, rate in RATE.items()}
 
 
 class OnTheWay:
-    """The terms of a system that may hide something between two states."""
+    """The terms of a system that may have a hidden peak between two states."""
 
     def __init__(self, system: System) -> None:
         self._system = system
@@ -45,7 +45,7 @@ class OnTheWay:
         self._slight: list[Array] = [np.zeros(1)] * len(self.terms)
 
     def first(self, t: Array, q: Array, v: Array, lam: Array, inputs: Mapping[str, float], least: float) -> list[Zone]:
-        """Zones (in time) of the first step on whose way a term has a peak that is not seen.
+        """Zones (in time) of the first step on whose path a term has a hidden peak.
 
         States at times t (K + 1,): q and v (K + 1, n), lam (K + 1, m + p). No step is shorter than ``least`` [s].
         """
@@ -62,7 +62,7 @@ class OnTheWay:
         return found
 
     def _suspected(self, f: Functions, count: int) -> list[tuple[int, list[int]]]:
-        """Terms, and those of ``count`` steps on whose way they may do more than its ends tell."""
+        """Terms, and those of ``count`` steps on whose path they may have a hidden peak."""
         k, zero, one = np.arange(count), np.zeros(count), np.ones(count)
         found = []
         states = f.at(np.append(k, count - 1), np.append(zero, 1.0))
@@ -80,7 +80,7 @@ class OnTheWay:
         return found
 
     def _ways(self, t: Array, q: Array, v: Array, lam: Array) -> dict[Expr, Array]:
-        """Coefficients (K, 4) of what leaves are as functions of the part of a step that is done."""
+        """Coefficients (K, 4) of the polynomials for the leaves, in the completed part of a step (0 to 1)."""
         wanted: dict[Expr, None] = {}
         for x in self._leaves:
             if x.op == "coordinate":
@@ -106,13 +106,13 @@ class OnTheWay:
         return found
 
     def _hidden(self, n: int, f: Function, k: int, h: float, least: float) -> list[tuple[float, float]]:
-        """Zones within step k, as parts of it, of a term that has peaks there which its ends do not show."""
+        """Zones within step k (0 to 1) around the hidden peaks of a term."""
         if h < 4.0 * least:
             return []
         largest = np.full(k + 1, self._size[n])
         shortest = np.full(k + 1, 0.1 * least / h)
         points = monotone(f, np.array([k]), np.zeros(1), np.ones(1), largest, shortest)
-        if points is None:  # too much to be told: a shorter step tells more
+        if points is None:  # too many intervals: a shorter step needs fewer
             return [(0.25, 0.75)]
         self._size[n] = max(self._size[n], largest[k])
         found = [(a, b) for a, b in zones(f, points, k, float(self._slight[n][k])).T.tolist() if a > 0.0 and b < 1.0]

@@ -346,7 +346,7 @@ class System:
         return time_events(chosen, t0, t1)
 
     def time_zones(self, t0: float, t1: float, longest: float = np.inf) -> Iterator[Zone]:
-        """Where steps have to end between t0 and t1 [s] to see what time alone does; generated lazily, and kept.
+        """Zones between t0 and t1 [s] in which steps have to end because of functions of time; generated lazily.
 
         Each zone lies around a pulse, a window or another extremum of a law, driver, table or condition that depends on
         time alone, and holds all but a quarter of its height; see :mod:`mbdsl.system.unseen`. Left out is what
@@ -361,7 +361,7 @@ class System:
 
     @cached_property
     def on_the_way(self) -> OnTheWay:
-        """What laws may hide between two states."""
+        """The search for peaks of laws between two states."""
         from mbdsl.system.on_the_way import OnTheWay
 
         return OnTheWay(self)

@@ -1,13 +1,13 @@
-"""What a function of time does between two steps: where a step has to end for its peaks to be seen.
+"""Peaks of functions of time within a step: the intervals of time in which a step has to end.
 
-Between two neighbouring extrema a function is monotone, and steps across tell by their ends what it does. What it may
-hide is an extremum: a pulse, a window that opens and closes. The extrema of a term of a law are found by bisection:
-intervals (:mod:`mbdsl.system.intervals`) on which bounds of its slope have one sign, or on which it does not change by
-more than ``NEGLIGIBLE`` of its largest value so far, are done with, all others are halved. Around each extremum lies a
-*zone*, where the term differs from its value there by less than a quarter of what it differs by at the next extremum.
-No step may pass over a zone: one has to end within it. Its test of errors then meets the force.
+Between two neighbouring extrema a function is monotone, and the ends of a step show its change. Within a step it can
+hide an extremum: a pulse, a window that opens and closes. The extrema of a term of a law are found by bisection:
+intervals (:mod:`mbdsl.system.intervals`) on which the bounds of its slope have one sign, or on which it changes by less
+than ``NEGLIGIBLE`` of its largest value so far, are finished; all others are halved. Around each extremum lies a
+*zone*, in which the term differs from its extreme value by less than a quarter of its difference from the next
+extremum. No step may pass over a zone: a step has to end within it, so that its error estimate contains the force.
 
-Sums are taken apart into terms, so that the large ones do not hide small ones: products of sums into sums of products.
+Sums are split into terms, so that large terms do not hide small ones; products of sums become sums of products.
 """
 
 from __future__ import annotations
@@ -28,28 +28,28 @@ from mbdsl.system.time_events import is_linear
 
 Array = NDArray[np.float64]
 
-#: change of a term, relative to its largest value known, that makes no difference; and absolutely [SI]
+#: negligible change of a term, relative to its largest known value; and absolute [SI]
 NEGLIGIBLE, NOTHING = 1e-9, 1e-100
-#: part of the way to the next extremum that a zone reaches; and the flanks of a narrow one
+#: extent of a zone, as a part of the difference from the next extremum; the same for the flanks of a narrow zone
 QUARTER, FLANK = 0.25, 0.98
-#: width of a zone, relative to what lies between the extrema before and behind it, below which steps end in every third
-#: of it, and on its flanks
+#: a zone is narrow if its width is below this part of the distance between the neighbouring extrema; then steps end in
+#: each third of it and on its flanks
 NARROW = 0.125
-#: how exactly the ends of a zone are found, relative to its width
+#: tolerance of the ends of a zone, relative to its width
 CLOSE = 0.05
-#: a zone of a sine, as an angle [rad]
+#: width of a zone of a sine, as an angle [rad]
 HALF_WAVE = 2.0 * np.pi / 3.0
-#: what is shorter is not resolved, relative to the whole time
+#: shortest interval that is resolved, relative to the duration of the run
 SHORTEST = 1e-15
-#: intervals that are looked at together
+#: most intervals that are evaluated together
 MOST = 2048
-#: values that tell at once how large a term is
+#: samples for a first estimate of a term's largest value
 SAMPLES = 65
-#: terms of a sum at most, beyond which products are left as they are
+#: most terms of a sum; larger products are not expanded
 TERMS = 64
-#: operations that sums are made of
+#: operations that sums consist of
 SUMS = ("add", "sub", "mul", "neg")
-#: degree of a polynomial that can hide nothing
+#: largest degree of polynomials that are not searched for peaks
 DEGREE = 3
 
 
@@ -87,10 +87,10 @@ def terms(root: Expr) -> list[Expr]:
 
 @lru_cache(maxsize=4096)
 def degree(root: Expr) -> float:
-    """Of a polynomial in time, coordinates and multipliers; infinite if it is none.
+    """The degree of a polynomial in time, coordinates and multipliers; infinite if ``root`` is not a polynomial.
 
-    Sines of angles between bodies count as numbers, and lengths as what they are made of: these follow the mechanism,
-    which steps resolve.
+    Sines of angles between bodies count as constants, and lengths as the coordinates that they consist of: steps
+    resolve the motion of the mechanism, and with it these functions.
     """
     d = [degree(x) for x in root.args]
     if not root.args:
@@ -111,16 +111,16 @@ def degree(root: Expr) -> float:
 
 
 def _is_angle(x: Expr) -> bool:
-    """A difference of angles of bodies, and constants."""
+    """Whether ``x`` is a sum of angles of bodies and constants."""
     if x.op in ("add", "sub", "neg"):
         return all(_is_angle(y) for y in x.args)
     return x.op == "const" or (x.op == "coordinate" and x.value[1] == "phi")  # type: ignore[index]
 
 
 def pace(root: Expr) -> float:
-    """An upper bound of how fast a function of time alone oscillates [rad/s], where its form tells.
+    """An upper bound of the frequency [rad/s] of a function of time alone, from its form; infinite if unknown.
 
-    Jumps that are stepped onto (:mod:`mbdsl.system.time_events`) do not count. Infinite where nothing is known.
+    Jumps at which steps end anyway (:mod:`mbdsl.system.time_events`) do not count.
     """
     if degree(root) <= DEGREE:
         return 0.0
@@ -204,10 +204,9 @@ class Points(NamedTuple):
 
 
 def monotone(f: Function, k: NDArray, a: Array, b: Array, size: Array, least: Array) -> Points | None:
-    """Ends of intervals on which f is monotone, within [a, b] of paths k; None where there are too many.
+    """Ends of intervals on which f is monotone, within [a, b] of paths k; None if there are too many.
 
-    ``size`` is its largest value on each path so far, and kept up to date; intervals shorter than ``least`` are left as
-    they are.
+    ``size`` is its largest value on each path so far, and is updated; intervals shorter than ``least`` are not halved.
     """
     ya, yb = f.at(k, a), f.at(k, b)
     done: list[tuple[NDArray, Array, Array]] = [(k, a, ya), (k, b, yb)]
@@ -237,7 +236,7 @@ def monotone(f: Function, k: NDArray, a: Array, b: Array, size: Array, least: Ar
 
 
 def turns(y: Array, least: float) -> list[int]:
-    """Where a sequence turns, going back by more than ``least``: ends, and extrema between."""
+    """The ends of a sequence, and its extrema between them from which it returns by more than ``least``."""
     if not len(y):
         return []
     found, best, way = [0], 0, 0
@@ -291,7 +290,7 @@ def zones(f: Function, points: Points, path: int, least: float, edges: bool = Fa
 
 
 def _parts(inner: Array, outer: Array) -> list[Array]:
-    """Of a narrow peak: its flanks, so far as they are no jumps, and the thirds of its top."""
+    """The zones of a narrow peak: its flanks, unless they are jumps, and the thirds of its top."""
     cuts = np.array([outer[0], *np.linspace(inner[0], inner[1], 4), outer[1]])
     return [cuts[n : n + 2] for n in range(5) if cuts[n + 1] - cuts[n] > 0.1 * (inner[1] - inner[0])]
 
@@ -300,8 +299,8 @@ def _parts(inner: Array, outer: Array) -> list[Array]:
 
 
 def time_zones(roots: Iterable[Expr], t0: float, t1: float, longest: float) -> Iterator[Zone]:
-    """The zones in (t0, t1) of what depends on time alone, by their ends; generated lazily. No step is longer than
-    ``longest``."""
+    """The zones in (t0, t1) of all terms that depend on time alone, ordered by their ends; generated lazily. No step is
+    longer than ``longest``."""
     found = [x for x in hiding(of_time(list(roots))) if pace(x) > 0.0 and not pace(x) * longest < HALF_WAVE]
     return heapq.merge(*(_of_term(term, t0, t1) for term in found), key=lambda zone: zone.end)
 

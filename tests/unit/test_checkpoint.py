@@ -93,7 +93,7 @@ def test_every_step_and_a_body_that_deforms(tmp_path, monkeypatch):
     whole = simulate(scene, **given)
     part = simulate(scene, **given, checkpoint="run.cp", progress=Until(1))
     assert part.status == "interrupted"
-    with pytest.raises(UsageError, match=r"`run.cp` does not know where its model is"):
+    with pytest.raises(UsageError, match=r"`run.cp` does not name the file of its model"):
         resume("run.cp")
     assert written(resume("run.cp", b), "a.npz") == written(whole, "b.npz")
 
@@ -133,7 +133,7 @@ def test_the_commands(model, say, monkeypatch):
     assert code == 130
     assert err == (
         f"part.csv ends at t = {results.read('part.csv')[0]['time'][-1]:g} s and is marked incomplete\n"
-        "to go on:  mbdsl resume run.cp\ninterrupted\n"
+        "to continue:  mbdsl resume run.cp\ninterrupted\n"
     )
     folder = os.path.basename(os.getcwd())
     monkeypatch.chdir("..")  # what a command writes is where the first one would have written it
@@ -159,8 +159,8 @@ def test_damaged_and_foreign_files(kept, say):
             foreign = stream.read()
         code, out, err = say("resume", name)
         assert (code, out, err.count("\n")) == (2, "", 1)
-        assert err.startswith(f"error: `{name}` is no checkpoint of mbdsl, or it is damaged: ")
-        with pytest.raises(UsageError, match="is no checkpoint"):  # nor is it written over
+        assert err.startswith(f"error: `{name}` is not a checkpoint of mbdsl, or is damaged: ")
+        with pytest.raises(UsageError, match="is not a checkpoint"):  # and it is not overwritten
             simulate("stops.mbd", checkpoint=name)
         with open(name, "rb") as stream:
             assert stream.read() == foreign
@@ -182,7 +182,7 @@ def test_damaged_and_foreign_files(kept, say):
 def test_a_model_that_has_changed(kept):
     with open("stops.mbd", "w") as stream:
         stream.write(TEXT.replace("k = 50 N/m", "k = 50.000000001 N/m"))
-    with pytest.raises(UsageError, match="does not fit: its model is another one, or has changed"):
+    with pytest.raises(UsageError, match=r"cannot resume from .*: the model is a different one, or has changed"):
         resume("run.cp")
     with open("stops.mbd", "w") as stream:
         stream.write("// the same\n" + TEXT)

@@ -151,7 +151,7 @@ def test_simulate_writes_bodies_beside_the_time(say, simulation):
     assert (code, err) == (0, "")
     assert out == (
         "Crank: 10 steps of hht-si2 to t = 1 s, 21 iterations (2.10 a step), 0.25 s; "
-        "error not known (--tol controls it, --verify looks at it)\n"
+        "error not known (--tol controls it, --verify checks it)\n"
         "m.csv: 5 rows, time and 2 signals\n"
         "1 guess moved: crank.phi from 0.5 to 0.25 (--verbose lists all)\n"
     )

@@ -28,9 +28,9 @@ def test_a_ball_that_rises_above_where_it_fell_from():
     assert np.ptp(run["ball.y"]) > 1.2  # or this test is about nothing
     growth, contact = run.stats["warnings"]
     assert growth.startswith("energy grows by ")
-    assert "where nothing brings any: the step, 0.001 s, is too long" in growth
+    assert "but the model has no source of energy: the step of 0.001 s is too long" in growth
     assert contact.startswith("Force stop acts for 1 step at t = 0.45")
-    assert "its 1.59e+03 Hz are not resolved (h omega = 10): take a step of 1e-05 s" in contact
+    assert "the step does not resolve its 1.59e+03 Hz (h omega = 10): try a step of 1e-05 s" in contact
 
 
 def test_what_is_advised_helps():

@@ -34,10 +34,10 @@ NOT_FINITE = "the equations give values that are not finite"
 DOMAIN = "an expression leaves its domain, as sqrt at 0 or a table at its end"
 #: units in the last place of the largest time: what a known time may be off by
 ULPS = 64
-#: how often a step is tried again as it passes over something
+#: most repetitions of a step that passes over a peak
 TRIES = 100
-UNSEEN = "a force acts for so short a part of a step that no step ends in it"
-UNSEEN_HINT = "a wider window, or another method; see `mbdsl methods`"
+UNSEEN = "a force acts for so short a time that no step can end within it"
+UNSEEN_HINT = "try a wider window, or another method; see `mbdsl methods`"
 #: corners passed in one step before it is taken as it is
 CORNERS = 10
 
@@ -107,7 +107,7 @@ def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver
 
 
 class _Peaks:
-    """Where steps have to end in order to see what laws do: :mod:`mbdsl.system.unseen`."""
+    """The zones in which steps have to end: :mod:`mbdsl.system.unseen`."""
 
     def __init__(self, problem: Problem) -> None:
         self._system, self._f = problem.system, Index1(problem.system, problem.left_out)

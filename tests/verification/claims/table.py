@@ -243,25 +243,24 @@ INTRODUCTION = """# Claims
 
 <!-- made by `python tests/verification/claims/table.py --output docs/claims.md` -->
 
-{models} models that were made to fool an error estimate, and every way to claim an accuracy: {cells} runs. The
-models are in `tests/verification/claims/`; each has an answer from outside mbdsl, a closed form or SciPy's DOP853 at a
-tolerance of 1e-13 in minimal coordinates, started anew at every switch. `answer` below says to how many digits another
-solver agrees with it.
+{models} models built to fool an error estimate, run in every way that claims an accuracy: {cells} runs. The models are
+in `tests/verification/claims/`; each has an independent answer, a closed form or SciPy's DOP853 at a tolerance of 1e-13
+in minimal coordinates, restarted at every event. The column `answer` shows how closely another solver agrees with it.
 
-The rule: the true error is at most 3 times what was asked for, and at most 10 times what was said of it
+The rule: the true error is at most 3 times the error asked for, and at most 10 times the error claimed
 (`stats["error"]`, `stats["accuracy"]["estimated"]`, the difference that `--verify` shows, the error that `recommend`
-shows). Errors are the largest over all outputs, positions as part of the mechanism's size, angles in radians,
-velocities also as part of the largest of the run.
+shows). Errors are the largest over all outputs: positions relative to the mechanism's size, angles in radians,
+velocities also relative to the largest of the run.
 
-- *true*: the rule is kept, and what was said is at most 10 times the truth.
-- *pessimistic*: the rule is kept, and what was said is more than 10 times the truth.
-- *stopped*: the run ends with a reason, and exit code 4, in place of a result.
-- *not known*: the run says that its error is not known; it is at most 3 times what was asked for.
-- *too slow*: the run was ended after {limit:g} s of computing.
+- *true*: the rule is kept, and the claim is at most 10 times the true error.
+- *pessimistic*: the rule is kept, and the claim is more than 10 times the true error.
+- *stopped*: the run ends with a reason and exit code 4 instead of a result.
+- *not known*: the run says that its error is not known; the true error is at most 3 times the one asked for.
+- *too slow*: the run was cut off after {limit:g} s of computing.
 - *LIE*: anything else.
 
-Every model is held against `--tol` of hht-si2 and radau5, against `--accuracy`, and against {turns} of the other ways
-in turn; `--all` runs all. Mechanisms run with the code that is general in kinds of elements (`--general`).
+Every model is run with `--tol` by hht-si2 and radau5, with `--accuracy`, and in {turns} of the other ways in turn;
+`--all` runs all. Mechanisms run with the code for every kind of element (`--general`).
 """
 
 

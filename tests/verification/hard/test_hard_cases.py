@@ -166,7 +166,7 @@ def test_the_command_fails_where_a_run_is_wrong(tmp_path, capsys):
     (tmp_path / "any_size.json").write_text(json.dumps(said), encoding="utf-8")
     (tmp_path / "any_size.mbd").write_text((FOLDER / "any_size.mbd").read_text(encoding="utf-8"), encoding="utf-8")
     assert cli.main(("study", "hard", str(tmp_path / "any_size.mbd"), "--methods", "hht-si2")) == 4
-    assert "wrong without a word: any_size, h = 0.001 s, hht-si2" in capsys.readouterr().err
+    assert "wrong without an error message: any_size, h = 0.001 s, hht-si2" in capsys.readouterr().err
 
 
 def test_the_page_shows_the_cases_that_there_are():
