@@ -221,8 +221,7 @@ def page(results: dict[tuple, dict], limit: float) -> str:
     cells = sum(len(ways(name)) for name in CLAIMS)
     missing = cells - sum(job[1:] in ways(job[0]) for job in results)
     if missing:
-        told = f"This page is not complete: {missing} of {cells} cells have not been run yet"
-        lines += [f"{told}, of {len(CLAIMS) - len(names)} of {len(CLAIMS)} models none.", ""]
+        lines += [f"This page is incomplete: {missing} of {cells} runs have not been made yet.", ""]
     lines += ["## By way of claiming", "", *counts("way", way)]
     lines += ["## By family", "", *counts("family", lambda job: CLAIMS[job[0]].family)]
     lines += ["## Models", "", "Truth over asked and truth over said are the largest over all ways.", ""]
