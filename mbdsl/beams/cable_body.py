@@ -141,8 +141,8 @@ class CableBody:
         return [*head, buffers.floats(factor), buffers.floats([0.0] * 64), self.counter]
 
     def frame(self, pose: Pose, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
-        """As the protocol says; the angle of end a in the first state is the one next to ``turn``, those of later ones
-        next to where the state before, and rates, let them be expected; from there on, angles follow the axis."""
+        """See the protocol. The angle of end a in the first state is the one closest to ``turn``; in each later state
+        it is the one closest to the extrapolation from the state before. Along the beam, angles follow the axis."""
         first, S, d = self._station(pose)
         e, rate = (x[:, first : first + 2 * len(S)].reshape(len(x), -1, 2) for x in (q, v))
         if key in ("x", "y", "vx", "vy"):

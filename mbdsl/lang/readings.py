@@ -16,7 +16,7 @@ from mbdsl.errors import ModelError
 from mbdsl.lang import units
 from mbdsl.lang.units import Dimension, Unit
 
-#: symbols that stand behind the `/` of units all the time
+#: symbols that are common behind the `/` of units
 USUAL = frozenset("m mm cm km in ft s ms us min h rad deg rev kg lb".split())
 _BEHIND = re.compile(r"/([A-Za-z]+)(?=[./]|$)")
 
@@ -28,14 +28,14 @@ def _behind(text: str) -> tuple[tuple[str, Dimension], ...]:
 
 
 def check(unit: Unit, declared: Callable[[str], str | None]) -> None:
-    """Refuse a unit that may as well be a division by a value of the model.
+    """Refuse a unit that may be meant as a division by a value of the model.
 
     ``declared(name)`` is the unit of the value of that name, "" where it has none, and None where there is no value.
 
     Raises
     ------
     ModelError
-        With both readings.
+        If the unit is ambiguous; the message names both readings.
     """
     if "/" not in unit.text:
         return

@@ -29,7 +29,7 @@ class Body(Protocol):
     """What a model of a body can tell; n is the number of its generalised coordinates."""
 
     n: int
-    #: where q does not hold turns: the angle that they are counted on from, and where kernels have theirs in F, else -1
+    #: if q does not contain turns: the reference angle for counting them, and its offset in F for kernels; else -1
     turn: float
     counter: int
 
@@ -67,8 +67,8 @@ class Body(Protocol):
         """q (n,) of the undeformed body with its reference point at ``pose``, and dq/dpose (n, 3)."""
 
     def turned(self, turn: float, q: Array, v: Array, t: Array | None = None) -> Array:
-        """The angle (N,) that turns are counted on from, in states q, v (N, n) at times t (N,): next to ``turn`` in the
-        first one. For bodies with a ``counter`` only."""
+        """The reference angle (N,) for counting turns, in states q, v (N, n) at times t (N,): in the first state the
+        one closest to ``turn``. For bodies with a ``counter`` only."""
 
     def rigid(self, q: Array) -> Array:
         """Directions (n, 3) of its motions as a rigid body in the shape that it has at q (n,)."""

@@ -1,12 +1,12 @@
-"""Interval arithmetic for expressions: what a value and its derivative may be where arguments lie between bounds.
+"""Interval arithmetic for expressions: bounds of a value and of its derivative for arguments between bounds.
 
-A :class:`Jet` encloses a function of one variable on intervals of it, many at once: its values lie in [lo, hi], the
-slopes between any two of its points in [d_lo, d_hi]. The second is the derivative where there is one; at a jump it is
-infinite, with the sign of the jump if that is known, so that a bound of one sign tells of a monotone function in any
-case. Bounds are rounded outward by more than what elementary functions err.
+A :class:`Jet` encloses a function of one variable on many intervals at once: its values lie in [lo, hi], the slopes
+between any two of its points in [d_lo, d_hi]. For smooth functions these slopes enclose the derivative. At a jump a
+bound of the slope is infinite, with the sign of the jump if that is known. Thus bounds of one sign show that the
+function is monotone in all cases. Bounds are rounded outward by more than the errors of elementary functions.
 
-Where an expression is not a number somewhere on an interval, its bounds enclose what is one. Equality, which holds for
-no time at all, counts as false.
+Where an expression is not a number on a part of an interval, its bounds enclose its values on the rest. Equality, which
+holds at single points only, counts as false.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis (2009), chapters 2 to 6.
 """
@@ -29,7 +29,7 @@ Interval = tuple[Array, Array]
 #: relative error of an elementary function, with a margin
 ROUNDING = 2.0**-50
 INF = np.inf
-#: the slope of what does not change, and of everything where bounds on slopes are not wanted: costs nothing
+#: the slope of constants, and of all functions if no bounds on slopes are needed
 FLAT = np.zeros(1)
 CONDITIONS = ("lt", "le", "eq", "ne", "and", "or", "not")
 
@@ -70,14 +70,14 @@ def neg(a: Interval) -> Interval:
 
 
 def mul(a: Interval, b: Interval) -> Interval:
-    """The product; nothing times what has no bound is nothing."""
+    """The product, where 0 times infinity is 0."""
     p, q, r, s = a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]
     lo, hi = np.fmin(np.fmin(p, q), np.fmin(r, s)), np.fmax(np.fmax(p, q), np.fmax(r, s))
     return _outward(np.where(lo == lo, lo, 0.0), np.where(hi == hi, hi, 0.0))
 
 
 def inverse(a: Interval) -> Interval:
-    """1/a, without bound where a may be zero."""
+    """1/a; unbounded where a contains zero."""
     lo, hi = 1.0 / a[1], 1.0 / a[0]
     lo, hi = np.where(a[1] == 0.0, -INF, lo), np.where(a[0] == 0.0, INF, hi)
     across = (a[0] < 0.0) & (a[1] > 0.0)
@@ -252,11 +252,11 @@ def _hypot(a: Jet, b: Jet) -> Jet:
     return Jet(value[0], value[1], np.maximum(lo, -steepest), np.minimum(hi, steepest))
 
 
-# -- what jumps ------------------------------------------------------------------------------------------------------
+# -- functions with jumps --------------------------------------------------------------------------------------------
 
 
 def _step(lo: Array, hi: Array, rate: Interval) -> Jet:
-    """What jumps upward as its argument grows, where lo and hi differ."""
+    """A step function that does not decrease with its argument; it jumps where lo and hi differ."""
     jumps = lo != hi
     up, down = jumps & ~(rate[0] >= 0.0), jumps & ~(rate[1] <= 0.0)
     return Jet(lo, hi, np.where(up, -INF, 0.0), np.where(down, INF, 0.0))
@@ -267,12 +267,12 @@ def _truth(surely: NDArray, never: NDArray, rate: Interval) -> Jet:
 
 
 def _less(a: Jet, b: Jet, surely: NDArray, never: NDArray) -> Jet:
-    """Which grows with b, and falls as a grows."""
+    """A comparison that does not decrease with b and does not increase with a."""
     return _truth(surely, never, add((b.d_lo, b.d_hi), neg((a.d_lo, a.d_hi))))
 
 
 def _as_truth(node: Expr, a: Jet) -> Jet:
-    """Of what stands where a condition is wanted: whether it is not zero."""
+    """The truth value of a number in place of a condition: whether it is not zero."""
     if node.op in CONDITIONS:
         return a
     everything = np.full_like(a.lo, -INF), np.full_like(a.lo, INF)
@@ -320,7 +320,7 @@ def _mod(a: Jet, b: Jet) -> Jet:
 
 
 class _Pieces:
-    """A derivative of a table as piecewise polynomials, with the range of each piece at hand."""
+    """A derivative of a table as piecewise polynomials, with the precomputed range of each piece."""
 
     def __init__(self, table, order: int) -> None:
         self.u, c = piecewise(table)
@@ -336,7 +336,7 @@ class _Pieces:
             self.levels.append((np.minimum(lo[:-s], lo[s:]), np.maximum(hi[:-s], hi[s:])))
 
     def partly(self, k: NDArray, x0: Array, x1: Array) -> Interval:
-        """The range of piece k between x0 and x1 behind its begin."""
+        """The range of piece k from x0 to x1 after its start."""
         c0, c1, c2, c3 = self.c[k].T
         root = np.sqrt(np.maximum(c2 * c2 - 3.0 * c1 * c3, 0.0))
         far = -(c2 + np.copysign(root, c2))  # both roots without cancellation
@@ -494,12 +494,12 @@ def _known(truth: Array) -> Jet:
 
 
 def constant(value: float) -> Jet:
-    """What does not change."""
+    """The jet of a constant."""
     return Jet(np.full(1, value), np.full(1, value), FLAT, FLAT)
 
 
 def enclose(roots: Iterable[Expr], leaf: Callable[[Expr], Jet]) -> list[Jet]:
-    """Bounds of ``roots`` from those of every leaf; to be called where numpy's warnings are off."""
+    """Bounds of ``roots`` from those of every leaf; the caller has to switch off NumPy's warnings."""
     roots = list(roots)
     found: dict[Expr, Jet] = {}
     for n in walk(*roots):

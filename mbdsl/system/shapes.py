@@ -34,7 +34,7 @@ class AsIs:
             self.system.set_turn(name, angle)
 
     def expand(self, y: Array) -> Array:
-        """q (n,) for what is moved, y; turns are counted on from there."""
+        """q (n,) from the unknowns y; turns are counted from there on."""
         self.system.count_turns(y, start=True)
         return y
 

@@ -173,14 +173,14 @@ class System:
         self._work.F[at] = value
 
     def set_turn(self, name: str, angle: float) -> None:
-        """A motion begins: turns of the body ``name``, where q does not hold them, are counted from ``angle`` on."""
+        """Set the reference ``angle`` from which the turns of body ``name`` are counted, if q does not contain them."""
         body = self.tables.models[name]
         if body.counter >= 0:
             body.turn = self.tables.F[body.counter] = angle
             self.set_number(body.counter, angle)
 
     def count_turns(self, q: Array, start: bool = False) -> None:
-        """q (n,) is accepted: turns are counted on from there; as the ``start`` of a motion, or on its way."""
+        """Count turns up to the accepted state q (n,), which is the ``start`` of a motion or follows a step."""
         for name, body in self.tables.models.items():
             if body.counter >= 0:
                 if self._work is None:

@@ -214,8 +214,8 @@ def _fill(tables: Tables, size: float | None) -> None:
 
 
 def _extent(scene: Scene, ground: NDArray[np.float64]) -> float:
-    """How large [m] a mechanism is whose bodies are no more than points: how far apart the frames on the ground (k, 6)
-    are, else the largest length that a component is given, else the largest at the start; 0 where nothing tells."""
+    """The size [m] of a mechanism of point masses: the distance between the frames on the ground (k, 6), else the
+    largest length parameter of a component, else the largest length at the start; 0 if there is none."""
     apart = float(np.hypot(*(ground[:, :2] - ground[:1, :2]).T).max(initial=0.0))
     parameters = [(c, p.name) for c in scene.components.values() for p in c.kind.parameters if p.unit == "m"]
     values = [c.values[name] for c, name in parameters]
