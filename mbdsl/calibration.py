@@ -297,4 +297,6 @@ class _Ladder:
             return status, Found(float(claim[-1]))
         kept = np.flatnonzero(claim > self.tol)[0]
         horizon = float(best.t[max(0, kept - 1)])
-        return status, Found(float(claim[-1]), horizon, self.reason or self._of_rounding())
+        if not self.reason and self.growth is not None:
+            self.reason = self._of_rounding()
+        return status, Found(float(claim[-1]), horizon, self.reason)  # a run that failed has its own reason

@@ -192,7 +192,7 @@ def test_a_model_that_has_changed(kept):
 def test_what_has_no_checkpoints(model):
     with pytest.raises(UsageError, match="there are no checkpoints of scipy-dop853"):
         simulate(model, method="scipy-dop853", checkpoint="run.cp")
-    with pytest.raises(UsageError, match="which have no checkpoint"):
+    with pytest.raises(UsageError, match="runs with an accuracy have no checkpoints"):
         simulate(model, accuracy=1e-3, checkpoint="run.cp")
     with pytest.raises(UsageError, match=r"cannot write `no/run\.cp`"):
         simulate(model, step=1e-3, checkpoint=Checkpoint("no/run.cp", every=0.0))
