@@ -1,4 +1,4 @@
-"""What makes no sense is refused, and not read as something else."""
+"""Contradictory or meaningless arguments are errors, and are not silently replaced."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A model that says nothing of steps: they are controlled, and what is stiff is followed."""
+"""Models without Step and Tolerance: steps are controlled by default, and stiff contacts are resolved."""
 
 import numpy as np
 import pytest

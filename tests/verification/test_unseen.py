@@ -25,7 +25,7 @@ initial equation
 end Unseen;
 """
 OWN = ("hht-si2", "hht-i3", "radau5")
-#: what the tolerance of a method that is not calibrated may be missed by; a blow that is not seen is an error of 1
+#: largest error over the tolerance; a missed pulse is an error of about 1
 FACTOR = {"hht-si2": 3.0, "hht-i3": 3.0, "radau5": 20.0, "scipy-dop853": 20.0}
 CENTRE, PEAK = 3.3337, float(1.0 / np.sqrt(np.pi))
 

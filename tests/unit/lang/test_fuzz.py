@@ -1,4 +1,4 @@
-"""Whatever the text: a Scene or an MbdslError. No other exception; what hangs is seen by never coming back."""
+"""Every text gives a Scene or an MbdslError, and no other exception; a hang shows as a test that does not end."""
 
 # ruff: noqa: E501  models in one line
 

@@ -1,4 +1,4 @@
-"""The rule, and the error that it is about; of mbdsl only the size of the mechanism is taken, which the norm names."""
+"""The rule for claims, and the true error; only the mechanism's size, which the error norm uses, is from mbdsl."""
 
 from __future__ import annotations
 
