@@ -121,14 +121,18 @@ class _Ladder:
         self.longest = np.inf  #: the longest step that resolves the growth of errors
         self.growth: Growth | None = None
         self.reason = ""
+        self.lost = 0  #: steps of a run in another norm
 
     def climb(self) -> tuple[int, Found]:
         eps: float | None = self.first
         while eps is not None:
             last = self._run(eps)
             if last.status == state.RUNNING and not self.motion.bent():
-                self.motion.trial_steps = sum(x.steps for x in self.trials[:-1])
+                self.motion.trial_steps = self.lost + sum(x.steps for x in self.trials[:-1])
                 return last.status, Found(last.error if np.isfinite(last.error) else None)  # interrupted
+            if self.motion.outgrown():
+                self.lost += self.trials.pop().steps
+                continue
             eps = self._next(last)
         return self._finish()
 
@@ -283,7 +287,7 @@ class _Ladder:
             best = min(whole, key=lambda x: x.error)
         status = best.status
         motion.recall(best.kept)
-        motion.trial_steps = sum(x.steps for x in trials if x is not best or self.plan.every)
+        motion.trial_steps = self.lost + sum(x.steps for x in trials if x is not best or self.plan.every)
         if self.plan.every:
             motion.restart(replace(self._held_to(best.eps), times=self.plan.times, every=True))
             status = self.integrate()

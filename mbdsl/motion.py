@@ -30,6 +30,10 @@ from mbdsl.system.tables import gravity
 
 Array = NDArray[np.float64]
 KINEMATIC = "kinematic"
+#: displacement, relative to a size known from initial positions only, above which it becomes the size
+FAR = 10.0
+#: steps of the first run between two checks of that
+GLANCE = 64
 NOISE = 1e-4  #: relative noise of accelerations from positions above which those of the equations are more accurate
 RATE = {"x": "vx", "y": "vy", "phi": "w"}
 
@@ -105,6 +109,7 @@ class Motion:
         self.system = build(scene, mechanism, plan.general)
         # what nobody said anything about at the start must not depend on what the scene was reduced to
         self._size = self.system.tables.size
+        self._widens = self.system.tables.from_start  #: whether the run may show that it is larger
         if self.reduction.nothing_done:
             self._systems = [self.system]
         else:
@@ -301,7 +306,7 @@ class Motion:
             return self._failure
         status = state.DONE
         for p in sorted(self.parts, key=lambda p: p.integration.time):
-            found = p.integration.advance(steps)
+            found = self._glanced(p, steps) if self._widens else p.integration.advance(steps)
             if found not in (state.RUNNING, state.DONE):
                 self.failed, self._failure = p, found
                 for other in self.parts:  # those behind come as far: results go no further than the last of them
@@ -311,6 +316,30 @@ class Motion:
                 return found
             status = state.RUNNING if found == state.RUNNING else status
         return status
+
+    def _glanced(self, p: Moving, steps: int) -> int:
+        """The same of one part, of which only the start has told how large it is."""
+        run = p.integration
+        if not isinstance(run, Integration):
+            return run.advance(steps)
+        status = run.advance(min(steps, GLANCE - run.steps % GLANCE))
+        if status == state.RUNNING and run.steps % GLANCE == 0:
+            run.widen(p.initial.q, FAR)
+        return status
+
+    def outgrown(self) -> bool:
+        """Whether the first run has gone so far that what the start told is no size of the mechanism. It is then as
+        large as that way, and the run is to be made anew."""
+        if not self._widens:
+            return False
+        self._widens, tables = False, self.system.tables
+        q = self.states()[1][:, tables.lengths]
+        way = float(np.abs(q - q[:1]).max(initial=0.0))
+        if not FAR * tables.size < way < np.inf:
+            return False
+        for own in (tables, *(p.system.tables for p in self.parts)):
+            own.resize(way)
+        return True
 
     def bent(self) -> bool:
         """Whether a body deforms by more than its theory takes for small, as it is now."""

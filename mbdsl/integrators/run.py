@@ -338,6 +338,15 @@ class Integration:
             past = layout.PAST if row in (layout.XA, layout.XA + layout.PAST) else 1
             Y[row : row + past, : len(part)] += part
 
+    def widen(self, start: Array, far: float) -> None:
+        """Steps are held to lengths as large as the way from the ``start`` (n,), where that is ``far`` times longer."""
+        Y, K, lengths = self.Y, self.K, self.system.tables.lengths
+        way = (Y[layout.Q0, : self.system.n] - start) * Y[layout.SCALE, : self.system.n]
+        longest = float(np.abs(way[lengths]).max(initial=0.0))
+        if longest > far:
+            Y[layout.SCALE, : self.system.n][lengths] /= longest
+            K[state.SPEED] = max(K[state.SPEED] / longest, 1.0 / (self.stop - self.start))
+
     def synchronise(self) -> None:
         """The system's numbers become those of the run: whoever looked at another time has left others there."""
         system = self.system

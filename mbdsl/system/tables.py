@@ -42,12 +42,22 @@ class Tables:
     I: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
     Z: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, layout.COLUMNS)))
     size: float = 1.0  #: of the mechanism [m]
+    from_start: bool = False  #: whether only the positions at the start tell the size, or nothing does
     scale: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    lengths: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, bool))  #: which coordinates are lengths
     pattern: tuple[NDArray[np.int64], NDArray[np.int64]] = (np.empty(0, np.int64), np.empty(0, np.int64))
     multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> its entry in a row of Y
     inputs: dict[str, int] = field(default_factory=dict)  #: name -> offset in F, of inputs that are used
     switches: list[switches.Switch] = field(default_factory=list)
     values: list[Expr] = field(default_factory=list)  #: laws, drivers, nonholonomic constraints: all but derivatives
+
+    def resize(self, size: float) -> None:
+        """The mechanism counts as ``size`` [m] large: translations are measured in that, angles in radians."""
+        self.size, self.scale, self.lengths = size, np.ones(self.n), np.zeros(self.n, bool)
+        for body, model in self.models.items():
+            d, own = self.coordinates[body], model.scale(size)
+            self.scale[d : d + len(own)] = own
+            self.lengths[d : d + len(own)] = own != model.scale(2.0 * size)
 
     @property
     def of_multipliers(self) -> bool:
@@ -179,13 +189,10 @@ def _fill(tables: Tables, size: float | None) -> None:
 
     g = gravity(scene)
     _fill_mass(tables, buffers, g)
-    # Translations are measured in the mechanism's size, angles in radians.
     lengths += [float(c.values["length"]) for c in scene.components.values() if c.values.get("length")]
-    size = size or max(lengths, default=0.0) or _extent(scene, Z[:ground]) or 1.0
-    tables.size, tables.scale = size, np.ones(n)
-    for body in scene.bodies():
-        d, own_scale = tables.coordinates[body.name], tables.models[body.name].scale(size)
-        tables.scale[d : d + len(own_scale)] = own_scale
+    size = size or max(lengths, default=0.0) or _extent(scene, Z[:ground])
+    tables.from_start = not size
+    tables.resize(size or max((abs(x.value) for x in scene.initial if _is_length(x.target)), default=0.0) or 1.0)
 
     starts = {name: x.start for name, x in scene.inputs.items()}
     tables.multipliers = _multipliers(tables)
@@ -215,12 +222,11 @@ def _fill(tables: Tables, size: float | None) -> None:
 
 def _extent(scene: Scene, ground: NDArray[np.float64]) -> float:
     """The size [m] of a mechanism of point masses: the distance between the frames on the ground (k, 6), else the
-    largest length parameter of a component, else the largest length at the start; 0 if there is none."""
+    largest length parameter of a component; 0 if there is none."""
     apart = float(np.hypot(*(ground[:, :2] - ground[:1, :2]).T).max(initial=0.0))
     parameters = [(c, p.name) for c in scene.components.values() for p in c.kind.parameters if p.unit == "m"]
     values = [c.values[name] for c, name in parameters]
-    given = max((abs(x) for x in values if isinstance(x, float)), default=0.0)
-    return apart or given or max((abs(x.value) for x in scene.initial if _is_length(x.target)), default=0.0)
+    return apart or max((abs(x) for x in values if isinstance(x, float)), default=0.0)
 
 
 def _is_length(root: Expr) -> bool:

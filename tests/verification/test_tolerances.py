@@ -89,3 +89,43 @@ def test_where_the_longest_steps_are_taken(model, tol):
     finer = mbdsl.simulate(model("spin_up_beam"), step=2e-5, stop=1.0)
     assert LEAST * tol < scaled(run, finer.q, finer.v) < MOST * tol
     assert run.stats["error"] < tol
+
+
+#: what is repelled by the place that it begins at, but for d [m]
+FALLING = """model Falling
+  Ground ground(g = 0);
+  Body b(m = 1, I = 1);
+  Prismatic rail(ground, b.c);
+  TranslationalSpringDamper law(rail, force = -25*s);
+initial equation
+  rail.s = {d};
+  rail.v = 0;
+  annotation(experiment(StopTime = 4));
+end Falling;"""
+
+
+def falling(d, **given):
+    run = mbdsl.simulate(mbdsl.parse(FALLING.format(d=d)), method="hht-si2", tol=1e-4, **given)
+    return run, run.stats["steps"] + run.stats["trial_steps"]
+
+
+@pytest.mark.parametrize("d", [1e-9, 1e-6])
+def test_a_start_that_is_no_size(d):
+    """s'' = 25 s: the run goes 2e8 times as far as it begins from rest, d cosh(5 t); lengths count in that."""
+    run, steps = falling(d, interval=0.04)
+    way = d * (np.cosh(20) - 1)
+    assert run.system.tables.size == pytest.approx(way, rel=0.1)  # of a first, loose run
+    error = max(
+        np.abs(run["b.x"] - d * np.cosh(5 * run.t)).max() / way,
+        np.abs(run["b.vx"] - 5 * d * np.sinh(5 * run.t)).max() / (5 * way),
+    )
+    assert LEAST * 1e-4 < error < MOST * run.stats["error"] <= MOST * 1e-4
+    assert steps < 50_000  # two millions, of steps held to parts of d
+
+
+def test_a_start_that_is_no_size_in_other_units():
+    """Lengths 2^20 times as large: the same steps."""
+    one, steps = falling(2.0**-30, interval=0.04)
+    two, others = falling(2.0**-10, interval=0.04)
+    assert steps == others
+    assert (two["b.x"] == 2.0**20 * one["b.x"]).all()
