@@ -54,10 +54,10 @@ class Tables:
     def resize(self, size: float) -> None:
         """The mechanism counts as ``size`` [m] large: translations are measured in that, angles in radians."""
         self.size, self.scale, self.lengths = size, np.ones(self.n), np.zeros(self.n, bool)
-        for body, model in self.models.items():
-            d, own = self.coordinates[body], model.scale(size)
+        for body, own_model in self.models.items():
+            d, own = self.coordinates[body], own_model.scale(size)
             self.scale[d : d + len(own)] = own
-            self.lengths[d : d + len(own)] = own != model.scale(2.0 * size)
+            self.lengths[d : d + len(own)] = own != own_model.scale(2.0 * size)
 
     @property
     def of_multipliers(self) -> bool:
