@@ -121,7 +121,7 @@ class _Ladder:
         self.longest = np.inf  #: the longest step that resolves the growth of errors
         self.growth: Growth | None = None
         self.reason = ""
-        self.lost = 0  #: steps of a run in another norm
+        self.lost = 0  #: steps of a run that was repeated with another size
 
     def climb(self) -> tuple[int, Found]:
         eps: float | None = self.first

@@ -109,7 +109,7 @@ class Motion:
         self.system = build(scene, mechanism, plan.general)
         # what nobody said anything about at the start must not depend on what the scene was reduced to
         self._size = self.system.tables.size
-        self._widens = self.system.tables.from_start  #: whether the run may show that it is larger
+        self._widens = self.system.tables.from_start  #: whether the first run may change the size
         if self.reduction.nothing_done:
             self._systems = [self.system]
         else:
@@ -318,7 +318,7 @@ class Motion:
         return status
 
     def _glanced(self, p: Moving, steps: int) -> int:
-        """The same of one part, of which only the start has told how large it is."""
+        """As advance, of one part whose size is known from initial positions only."""
         run = p.integration
         if not isinstance(run, Integration):
             return run.advance(steps)
@@ -328,8 +328,10 @@ class Motion:
         return status
 
     def outgrown(self) -> bool:
-        """Whether the first run has gone so far that what the start told is no size of the mechanism. It is then as
-        large as that way, and the run is to be made anew."""
+        """Whether displacements of the first run exceed FAR times a size that is known from initial positions only.
+
+        The largest displacement becomes the size, and the run has to be repeated.
+        """
         if not self._widens:
             return False
         self._widens, tables = False, self.system.tables

@@ -40,8 +40,9 @@ if TYPE_CHECKING:
 LONGEST = 0.02
 #: most steps that are searched together, and most numbers recorded for them
 BATCH, NUMBERS = 1024, 400_000
-#: most returns of the run to the same state
-MOST = 100
+#: most returns of the run for peaks within an interval, and the length of that relative to the run: a force that changes
+#: sign with the velocity that it causes may do so in every step, however short
+MOST, PLACE = 40, 1e-9
 
 
 class Landings:
@@ -94,23 +95,26 @@ class Landings:
             while (status := call(steps)) == LOOK:
                 self.refill()
             return status
-        status = RUNNING
+        status, batch = RUNNING, int(run.J[NOTES])
         while steps > 0 and status == RUNNING:
             before, t = _copied(run), run.time
             first = np.concatenate([[t], *run.state()])
             run.J[NOTED] = 0
-            status = call(min(steps, int(run.J[NOTES])))
+            status = call(min(steps, batch))
             rows = run.K[K_SIZE:].reshape(run.J[NOTES], -1)[: run.J[NOTED]]
             zones = self._unseen(np.vstack([first, rows]))
             if zones:
                 _restore(run, before)
-                self._tries, self._from = (self._tries + 1 if self._from == zones[0].start else 1), zones[0].start
+                if zones[0].start - self._from > PLACE * (run.stop - run.start):
+                    self._tries, self._from = 0, zones[0].start
+                self._tries += 1
                 if self._tries > MOST:
                     return TOO_SMALL
+                batch = max(1, int((rows[:, 0] <= zones[0].start).sum()))  # the steps before it passed the search
                 self.insert(zones)
                 status = RUNNING
                 continue
-            steps -= max(1, len(rows))
+            steps, batch = steps - max(1, len(rows)), int(run.J[NOTES])
             if status == LOOK:
                 self.refill()
                 status = RUNNING

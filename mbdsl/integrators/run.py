@@ -339,7 +339,7 @@ class Integration:
             Y[row : row + past, : len(part)] += part
 
     def widen(self, start: Array, far: float) -> None:
-        """Steps are held to lengths as large as the way from the ``start`` (n,), where that is ``far`` times longer."""
+        """Scale lengths by the largest displacement from ``start`` (n,) if that exceeds ``far`` times their scale."""
         Y, K, lengths = self.Y, self.K, self.system.tables.lengths
         way = (Y[layout.Q0, : self.system.n] - start) * Y[layout.SCALE, : self.system.n]
         longest = float(np.abs(way[lengths]).max(initial=0.0))

@@ -42,7 +42,7 @@ class Tables:
     I: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
     Z: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, layout.COLUMNS)))
     size: float = 1.0  #: of the mechanism [m]
-    from_start: bool = False  #: whether only the positions at the start tell the size, or nothing does
+    from_start: bool = False  #: whether the size is that of initial positions, or 1 m for want of any length
     scale: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     lengths: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, bool))  #: which coordinates are lengths
     pattern: tuple[NDArray[np.int64], NDArray[np.int64]] = (np.empty(0, np.int64), np.empty(0, np.int64))
@@ -52,7 +52,7 @@ class Tables:
     values: list[Expr] = field(default_factory=list)  #: laws, drivers, nonholonomic constraints: all but derivatives
 
     def resize(self, size: float) -> None:
-        """The mechanism counts as ``size`` [m] large: translations are measured in that, angles in radians."""
+        """Set the size [m] of the mechanism: translations are scaled by it, angles are in radians."""
         self.size, self.scale, self.lengths = size, np.ones(self.n), np.zeros(self.n, bool)
         for body, own_model in self.models.items():
             d, own = self.coordinates[body], own_model.scale(size)

@@ -91,7 +91,7 @@ def test_where_the_longest_steps_are_taken(model, tol):
     assert run.stats["error"] < tol
 
 
-#: what is repelled by the place that it begins at, but for d [m]
+#: a point repelled from s = 0, released at s = d
 FALLING = """model Falling
   Ground ground(g = 0);
   Body b(m = 1, I = 1);

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import mbdsl
+from mbdsl.integrators.lookout import Landings
 
 TEXT = """
 model Unseen
@@ -197,3 +198,31 @@ def test_a_condition_that_rounding_decides_ends_the_run_at_once(tol):
     with pytest.raises(mbdsl.MbdslError, match="to and fro") as raised:
         mbdsl.simulate(model, method="radau5", tol=tol)
     assert raised.value.trajectory.stats["steps"] < 20_000
+
+
+def test_a_force_that_keeps_changing_its_sign(monkeypatch):
+    """Coulomb friction as a jump: at rest, velocities of rounding size change the sign of the force in every step. The
+    run ends with the reason instead of searching ever shorter steps."""
+    text = """model Stop
+  Ground ground(g = 0);
+  Body b(m = 1, I = 1);
+  Prismatic rail(ground, b.c);
+  TranslationalSpringDamper law(rail, force = if v > 0 then 2 else -2);
+initial equation
+  rail.s = 0;
+  rail.v = 1;
+  annotation(experiment(StopTime = 2));
+end Stop;"""
+    looks, look = [], Landings._unseen
+
+    def counted(self, rows):
+        looks.append(len(rows))
+        return look(self, rows)
+
+    monkeypatch.setattr(Landings, "_unseen", counted)
+    with pytest.raises(mbdsl.IntegrationError) as stopped:
+        mbdsl.simulate(mbdsl.parse(text), method="hht-si2", tol=1e-4, interval=0.02, general=True)
+    assert "no step is small enough" in stopped.value.message
+    run = stopped.value.trajectory
+    assert run.t[-1] == pytest.approx(0.5, abs=1e-3)  # where v = 1 - 2 t vanishes
+    assert len(looks) < 1000
