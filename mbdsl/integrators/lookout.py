@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 LONGEST = 0.02
 #: most steps that are searched together, and most numbers recorded for them
 BATCH, NUMBERS = 1024, 400_000
-#: most returns of the run for peaks within an interval, and the length of that relative to the run: a force that changes
-#: sign with the velocity that it causes may do so in every step, however short
+#: most returns of the run for peaks within an interval, and the length of that relative to the run: a force may change
+#: sign with the velocity that it causes in every step, however short
 MOST, PLACE = 40, 1e-9
 
 
