@@ -159,7 +159,8 @@ class _Ladder:
         n, scale = min(len(before.t), len(last.t)), self.motion.system.tables.scale
         speed = error_norm.fastest(scale, last.v, self.span)
         found = error_norm.differences(scale, speed, before.q[:n] - last.q[:n], before.v[:n] - last.v[:n])
-        last.difference = np.maximum.accumulate(found)
+        beyond = np.full(len(last.t) - n, np.inf)  # nothing is known of what comes after the run before has failed
+        last.difference = np.maximum.accumulate(np.append(found, beyond))
         ratio, p = before.eps / last.eps, self._observed(last)
         last.claim = last.difference / ((ratio**p - 1.0) if p else 1.0)
         if p:  # two runs may agree by chance: the error should not fall much faster than eps
@@ -186,14 +187,15 @@ class _Ladder:
             return last.eps / NEXT
         if not last.done:
             return self._after_failure(last)
-        if last.error <= tol and trials[-2].done:
+        if last.error <= tol:
             return self._look_at_growth(last)
         if last.differs > SATURATED and self.growth is None and self._hopeless(last):
             self.reason = self._of_rounding()
         enough = AIM * tol
         if self.reason and last.eps <= enough:
             return None
-        if len(trials) > 3 and last.differs > FALLS * trials[-3].differs and last.eps < enough:
+        three = len(trials) > 3 and all(x.done for x in trials[-3:])
+        if three and last.differs > FALLS * trials[-3].differs and last.eps < enough:
             self.reason = "runs with shorter steps do not converge"
             if last.differs < SATURATED:
                 return None
@@ -283,7 +285,7 @@ class _Ladder:
         if not best.done and whole and best.status == state.TOO_SMALL:
             self.reason = "with shorter steps rounding dominates the error of a step"
             best = min(whole, key=lambda x: x.error)
-        elif best.done and best.error > self.tol and best.differs < SATURATED:
+        elif best.done and best.error > self.tol and (best.differs < SATURATED or not np.isfinite(best.differs)):
             best = min(whole, key=lambda x: x.error)
         status = best.status
         motion.recall(best.kept)
@@ -299,8 +301,9 @@ class _Ladder:
         claim = np.maximum(best.claim[:n], self._rounding(best)[:n])
         if claim[-1] <= self.tol:
             return status, Found(float(claim[-1]))
-        kept = np.flatnonzero(claim > self.tol)[0]
+        kept = np.flatnonzero(~(claim <= self.tol))[0]
         horizon = float(best.t[max(0, kept - 1)])
         if not self.reason and self.growth is not None:
             self.reason = self._of_rounding()
-        return status, Found(float(claim[-1]), horizon, self.reason)  # a run that failed has its own reason
+        error = float(claim[-1]) if np.isfinite(claim[-1]) else None
+        return status, Found(error, horizon, self.reason)  # a run that failed has its own reason

@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 
 #: growth of energy, relative to the largest kinetic energy, that no method shows at a reasonable step
 GROWTH = 0.05
+#: growth of energy, relative to the largest energy, that is rounding
+ROUNDING = 1e-12
 #: change of velocity between two outputs, relative to the largest velocity, that may be due to a contact
 KICK = 0.25
 #: contacts with fewer steps are not resolved; step times angular frequency at which the error is about 1e-3
@@ -72,7 +74,7 @@ def growth(trajectory: Trajectory) -> str | None:
     E, t = E[free], t[free]
     grown = E - np.minimum.accumulate(E)
     k = int(np.argmax(grown))
-    if not grown[k] > GROWTH * T.max():
+    if not grown[k] > max(GROWTH * T.max(), ROUNDING * np.abs(E).max()):
         return None
     least = int(np.argmin(E[: k + 1]))
     return (
@@ -142,8 +144,8 @@ def _leaves_without(root: Expr, stop: set[Expr]) -> bool:
 def _kicked(motion: Motion, p: Moving, t: Array, q: Array, v: Array) -> str | None:
     """A warning if a law acts for a few steps only and changes velocities much; these steps are computed again."""
     scale, h, plan = p.system.tables.scale, motion.plan.h, motion.plan
-    speed = np.abs(v / scale).max(initial=0.0)
-    kicks = np.abs(np.diff(v, axis=0) / scale).max(axis=1, initial=0.0)
+    speed = np.abs(v * scale).max(initial=0.0)
+    kicks = np.abs(np.diff(v, axis=0) * scale).max(axis=1, initial=0.0)
     order = [int(i) for i in np.argsort(-kicks)[:PLACES] if kicks[i] > KICK * speed]
     numbers = p.system.tables.F.copy()
     try:

@@ -51,7 +51,8 @@ def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None
 def inaccurate(trajectory: Trajectory, reason: str) -> IntegrationError:
     """The error of a run that reaches its end, but not its tolerance."""
     tol, error, horizon = (trajectory.stats[key] for key in ("tol", "error", "horizon"))
-    size = f"its error is about {error:.1g}" if error < LITTLE_KNOWN else "its error is not known"
+    known = error is not None and error < LITTLE_KNOWN
+    size = f"its error is about {error:.1g}" if known else "its error is not known"
     start, hint = trajectory.t[0], "ask for a larger tolerance"
     until = f"it is kept until t = {horizon:.6g} s" if horizon > start else "it is not kept at any time"
     if horizon > start:

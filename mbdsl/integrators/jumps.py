@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
-from itertools import dropwhile
+from itertools import dropwhile, groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,10 +41,12 @@ class Jumps:
     def _at_ends(self) -> Iterator[tuple[float, float]]:
         """The times shortly before and after each jump."""
         run = self.run
-        for t in run.system.time_events(run.start, run.stop + NEAR * run.h, corners=False):
-            end = run.start + round((t - run.start) / run.h) * run.h
-            if end > run.start and abs(t - end) <= NEAR * run.h:
-                yield min(t, end) - self._clear, max(t, end) + self._clear
+        events = run.system.time_events(run.start, run.stop + NEAR * run.h, corners=False)
+        for step, times in groupby(events, key=lambda t: round((t - run.start) / run.h)):
+            end = run.start + step * run.h
+            near = [t for t in times if abs(t - end) <= NEAR * run.h]
+            if step > 0 and near:  # several may be meant to be there
+                yield min(*near, end) - self._clear, max(*near, end) + self._clear
 
     def _go_on(self) -> None:
         self._next = next(self._known, (np.inf, np.inf))

@@ -128,7 +128,7 @@ class Landings:
         run, n = self._run, self._run.system.n
         inputs = {name: float(run.F[at]) for name, at in run.system.tables.inputs.items()}
         t, q, v, lam = rows[:, 0], rows[:, 1 : 1 + n], rows[:, 1 + n : 1 + 2 * n], rows[:, 1 + 2 * n :]
-        return self._looks.first(t, q, v, lam, inputs, float(run.K[LEAST_H]))
+        return self._looks.first(t, q, v, lam, inputs, float(run.K[LEAST_H]), run.seen)
 
 
 BUFFERS = ("c", "K", "J", "Y", "Z", "C", "F", "I", "A", "P")

@@ -130,6 +130,7 @@ class Integration:
     def _stop_at_events(self) -> None:
         """Where steps of any length may end."""
         self.events, self.landings = Events(self), Landings(self)
+        self.seen = np.zeros(len(self.system.on_the_way.terms))  # how large these have been
         K, J, span = self.K, self.J, self.stop - self.start
         J[state.EVERY], K[state.NEXT_EVENT], K[state.MOST_H] = self.every, np.inf, min(self.longest, LONGEST * span)
         K[state.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))

@@ -96,9 +96,7 @@ def onto_constraints(system: System, t: float, q: Array, v: Array, left_out: tup
     return q, v if change is None else v + change
 
 
-def _projected(
-    system: System, t: float, q: Array, v: Array, right: Array, left_out: tuple[int, ...]
-) -> Array | None:
+def _projected(system: System, t: float, q: Array, v: Array, right: Array, left_out: tuple[int, ...]) -> Array | None:
     """x (n,) of [[M, J^T], [J, 0]] [x; .] = right, with J = [Phi_q; Gam_v]; None if singular."""
     kept = np.setdiff1d(np.arange(system.unknowns), system.n + np.array(left_out, int))
     matrix = system.tangent(t, q, v, cM=1.0, cP=1.0, cV=1.0)

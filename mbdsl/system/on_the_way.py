@@ -41,42 +41,50 @@ class OnTheWay:
         self.terms = [x for x in hiding(roots) if any(n.op in ("coordinate", "multiplier") for n in leaves(x))]
         self._jumps = [any(n.op in JUMPS for n in walk(x)) for x in self.terms]
         self._leaves = leaves(*self.terms)
-        self._size = np.zeros(len(self.terms))
-        self._slight: list[Array] = [np.zeros(1)] * len(self.terms)
 
-    def first(self, t: Array, q: Array, v: Array, lam: Array, inputs: Mapping[str, float], least: float) -> list[Zone]:
-        """Zones (in time) of the first step on whose path a term has a hidden peak.
+    def first(
+        self, t: Array, q: Array, v: Array, lam: Array, inputs: Mapping[str, float], least: float, seen: Array
+    ) -> list[Zone]:
+        """Zones (in time) of the first step on whose way a term has a peak that is not seen.
 
         States at times t (K + 1,): q and v (K + 1, n), lam (K + 1, m + p). No step is shorter than ``least`` [s].
+        ``seen`` is how large terms have been at the ends of steps so far, which the run keeps; where nothing is found,
+        it is brought up to date. What is found does not depend on how many steps are looked at together.
         """
         h, count = np.diff(t), len(t) - 1
         with np.errstate(all="ignore"):
             ways = self._ways(t, q, v, lam)
             found: list[Zone] = []
-            for n, steps in self._suspected(_along(self.terms, ways, inputs), count):
+            suspected = self._suspected(_along(self.terms, ways, inputs), count, seen)
+            for n, (size, slight, steps) in enumerate(suspected):
                 f = _along(self.terms[n : n + 1], ways, inputs)
                 for k in steps:
-                    if k < count and (hidden := self._hidden(n, _only(f), k, float(h[k]), least)):
+                    if k >= count:
+                        break
+                    if hidden := self._hidden(n, _only(f), k, float(h[k]), least, float(size[k]), float(slight[k])):
                         found = [Zone(t[k] + h[k] * a, t[k] + h[k] * b, self.terms[n]) for a, b in hidden]
                         count = k
+            if not found:
+                seen[:] = [size[-1] for size, *_ in suspected]
         return found
 
-    def _suspected(self, f: Functions, count: int) -> list[tuple[int, list[int]]]:
-        """Terms, and those of ``count`` steps on whose path they may have a hidden peak."""
+    def _suspected(self, f: Functions, count: int, seen: Array) -> list[tuple[Array, Array, list[int]]]:
+        """Of every term: how large it has been (count,), what makes no difference in each step (count,), and the steps
+        on whose way it may do more than their ends tell."""
         k, zero, one = np.arange(count), np.zeros(count), np.ones(count)
         found = []
         states = f.at(np.append(k, count - 1), np.append(zero, 1.0))
         for n, (y, jet) in enumerate(zip(states, f.values(k, zero, one), strict=True)):
             y0, y1 = y[:-1], y[1:]
             ends = np.abs(y0) + np.abs(y1)
-            self._size[n] = max(self._size[n], np.max(ends[np.isfinite(ends)], initial=0.0))
-            self._slight[n] = SLIGHT * ends + TINY * self._size[n]
+            size = np.maximum(seen[n], np.maximum.accumulate(np.where(np.isfinite(ends), ends, 0.0)))
+            slight = SLIGHT * ends + TINY * size
             over = np.maximum(jet.hi - np.maximum(y0, y1), np.minimum(y0, y1) - jet.lo)
-            steps = np.flatnonzero(np.broadcast_to(over > self._slight[n], (count,)))
+            steps = np.flatnonzero(np.broadcast_to(over > slight, (count,)))
             if len(steps):
                 slopes = f.jet(steps, zero[steps], one[steps])[n]
-                steps = steps[np.minimum(slopes.d_hi, -slopes.d_lo) > self._slight[n][steps]]
-            found.append((n, steps.tolist()))
+                steps = steps[np.minimum(slopes.d_hi, -slopes.d_lo) > slight[steps]]
+            found.append((size, slight, steps.tolist()))
         return found
 
     def _ways(self, t: Array, q: Array, v: Array, lam: Array) -> dict[Expr, Array]:
@@ -105,21 +113,22 @@ class OnTheWay:
                 found[x] = _columns(r[:-1], 2.0 * c2 / h, 3.0 * c3 / h)
         return found
 
-    def _hidden(self, n: int, f: Function, k: int, h: float, least: float) -> list[tuple[float, float]]:
-        """Zones within step k (0 to 1) around the hidden peaks of a term."""
+    def _hidden(
+        self, n: int, f: Function, k: int, h: float, least: float, size: float, slight: float
+    ) -> list[tuple[float, float]]:
+        """Zones within step k, as parts of it, of a term that has peaks there which its ends do not show."""
         if h < 4.0 * least:
             return []
-        largest = np.full(k + 1, self._size[n])
+        largest = np.full(k + 1, size)
         shortest = np.full(k + 1, 0.1 * least / h)
         points = monotone(f, np.array([k]), np.zeros(1), np.ones(1), largest, shortest)
         if points is None:  # too many intervals: a shorter step needs fewer
             return [(0.25, 0.75)]
-        self._size[n] = max(self._size[n], largest[k])
-        found = [(a, b) for a, b in zones(f, points, k, float(self._slight[n][k])).T.tolist() if a > 0.0 and b < 1.0]
+        found = [(a, b) for a, b in zones(f, points, k, slight).T.tolist() if a > 0.0 and b < 1.0]
         if self._jumps[n] or not found:
             return found
         height = np.ptp(points.y)
-        hidden = found[-1][1] - found[0][0] < WIDE or len(found) > 1 or height > HIGH * self._size[n]
+        hidden = found[-1][1] - found[0][0] < WIDE or len(found) > 1 or height > HIGH * largest[k]
         return found if hidden else []
 
 

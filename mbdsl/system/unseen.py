@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Iterable, Iterator
-from functools import lru_cache
 from itertools import chain
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,14 +66,30 @@ class Zone(NamedTuple):
 
 def terms(root: Expr) -> list[Expr]:
     """``root`` as a sum of products, as far as it is no polynomial of low degree."""
+    found: list[Expr] = []
+    for part, negative in _summands(root):
+        parts = _expanded(part)
+        found += [-x for x in parts] if negative else parts
+    return found
+
+
+def _summands(root: Expr) -> list[tuple[Expr, bool]]:
+    """What ``root`` adds up, and whether it is negative there, in order; sums may have thousands of summands."""
+    found, waiting = [], [(root, False)]
+    while waiting:
+        x, negative = waiting.pop()
+        if x.op in ("add", "sub", "neg") and degree(x) > DEGREE:
+            signs = (x.op == "neg", x.op == "sub")
+            waiting += [(y, negative != sign) for y, sign in zip(x.args, signs, strict=False)][::-1]
+        else:
+            found.append((x, negative))
+    return found
+
+
+def _expanded(root: Expr) -> list[Expr]:
+    """A product or quotient of sums as a sum."""
     if degree(root) <= DEGREE:
         return [root]
-    if root.op == "add":
-        return [*terms(root.args[0]), *terms(root.args[1])]
-    if root.op == "sub":
-        return [*terms(root.args[0]), *(-x for x in terms(root.args[1]))]
-    if root.op == "neg":
-        return [-x for x in terms(root.args[0])]
     if root.op == "mul" and root.args[0] is not root.args[1]:
         a, b = (terms(x) for x in root.args)
         if 1 < len(a) * len(b) <= TERMS:
@@ -85,14 +101,23 @@ def terms(root: Expr) -> list[Expr]:
     return [root]
 
 
-@lru_cache(maxsize=4096)
 def degree(root: Expr) -> float:
     """The degree of a polynomial in time, coordinates and multipliers; infinite if ``root`` is not a polynomial.
 
     Sines of angles between bodies count as constants, and lengths as the coordinates that they consist of: steps
     resolve the motion of the mechanism, and with it these functions.
     """
-    d = [degree(x) for x in root.args]
+    if root not in _DEGREES:
+        for x in walk(root):  # arguments come before what uses them
+            if x not in _DEGREES:
+                _DEGREES[x] = _degree(x, [_DEGREES[y] for y in x.args])
+    return _DEGREES[root]
+
+
+_DEGREES: WeakKeyDictionary[Expr, float] = WeakKeyDictionary()
+
+
+def _degree(root: Expr, d: list[float]) -> float:
     if not root.args:
         return 0.0 if root.op in ("const", "input") else 1.0
     if root.op in ("add", "sub", "neg", "hypot"):
@@ -130,7 +155,7 @@ def pace(root: Expr) -> float:
     if root.op == "table":
         return rate * np.pi / float(np.diff(root.value[0].u).min())  # type: ignore[index]
     if root.op in ("add", "sub", "neg"):
-        return max(pace(x) for x in root.args)
+        return max(pace(x) for x, _ in _summands(root))
     if root.op == "mul":
         return sum(pace(x) for x in root.args)
     if root.op == "div" and not leaves(root.args[1]):

@@ -88,3 +88,19 @@ LAWS = """model Laws input Torque u(start = 0 N.m); parameter Damping c = 0 N.s/
 def test_what_may_bring_energy(more, expected):
     assert passive(parse_text(LAWS.replace("input Torque u(start = 0 N.m);", "").format(more))) is expected
     assert not passive(parse_text(LAWS.format(more)))  # an input
+
+
+def test_a_contact_of_a_small_body_that_turns_is_found():
+    """Velocities are compared in the mechanism's size, here 10 mm, and in radians."""
+    text = BALL.replace("PointMass ball(m = 1 kg)", "Body ball(m = 1 kg, I = 1 kg.m2)")
+    text = text.replace("ball.y = 1 m", "ball.y = 10 mm; ball.phi = 0 rad; ball.w = 30 rad/s")
+    run = simulate(parse_text(text), step=1e-3, interval=1e-3, stop=0.1)
+    (contact,) = [x for x in run.stats["warnings"] if "energy" not in x]
+    assert contact.startswith("Force stop acts for 1 step at t = 0.04")
+
+
+def test_rounding_of_energy_is_none_of_it():
+    """A mass that hangs on a spring, 10 nm off its rest: 1e-14 J are exchanged, of 16 J."""
+    run = simulate(MODELS / "spring_mass.mbd", step=1e-3, stop=1.0, parameters={"s1": 0.59810001, "c": 0.0})
+    assert 0.0 < run["energy.kinetic"].max() < 1e-13
+    assert run.stats["warnings"] == []

@@ -69,3 +69,15 @@ def test_a_run_taken_up_again_finds_the_jumps_still_to_come():
         assert run.advance() == state.DONE
         found.append(run.out.copy())
     assert np.array_equal(*found)
+
+
+def test_two_jumps_at_the_end_of_one_step():
+    """At times that differ by 2e-13 s, more than rounding: as if they were at the same."""
+    found = []
+    for shift in (0.0, 2e-13):
+        law = f"40*time + (if time >= 0.3 then 4 else 0) + (if time >= 0.3 + {shift!r} then 4 else 0)"
+        text = f"""model Two Ground ground(g = 0); PointMass lump(m = 2 kg); Force push(lump, fx = {law});
+          initial equation lump.x = 0; lump.y = 0; lump.vx = 0; lump.vy = 0; end Two;"""
+        run = mbdsl.simulate(mbdsl.parse(text), method="hht-si2", stop=1.0, step=2.5e-3)
+        found.append([run.q[-1, 0], run.v[-1, 0]])
+    assert found[1] == pytest.approx(found[0], rel=1e-9)

@@ -226,3 +226,39 @@ end Stop;"""
     run = stopped.value.trajectory
     assert run.t[-1] == pytest.approx(0.5, abs=1e-3)  # where v = 1 - 2 t vanishes
     assert len(looks) < 1000
+
+
+GROWING = """model Growing Ground ground(g = 0);
+  PointMass mass(m = 1 kg);
+  Force f(mass, fx = -100*mass.x + 1e-4*exp(4*time)*exp(-((mass.x - 0.1)/0.002)^2));
+initial equation mass.x = 0.5; mass.y = 0; mass.vx = 1; mass.vy = 0; end Growing;"""
+
+
+def test_what_is_seen_does_not_depend_on_pauses_nor_on_runs_before():
+    """Peaks that are weighed against the largest so far, looked at behind so many steps at once: the same bits."""
+    from mbdsl.integrators import state
+    from mbdsl.motion import Motion
+    from mbdsl.simulation import plan
+
+    scene = mbdsl.parse(GROWING)
+    run = plan(scene, method="radau5", tol=3e-2, stop=4.0)
+    motion, found = Motion(scene, run), []
+    motion.prepare()
+    for steps in (10**6, 10**6, 7):
+        motion.restart(run)
+        while (status := motion.advance(steps)) == state.RUNNING:
+            pass
+        assert status == state.DONE
+        found.append((motion.steps, motion.states()[1]))
+    assert found[0][0] == found[1][0] == found[2][0]
+    assert np.array_equal(found[0][1], found[1][1])
+    assert np.array_equal(found[0][1], found[2][1])
+
+
+def test_a_law_of_many_terms():
+    """A sum of a thousand narrow peaks is taken apart without running out of stack."""
+    from mbdsl.system import build
+
+    peaks = " + ".join(f"(1 N)*exp(-((s - {k} mm)/(1 mm))^2)" for k in range(1200))
+    system = build(mbdsl.parse(TEXT.format(tables="", force=peaks, v=1.0, stop=2.0)))
+    assert len(system.on_the_way.terms) >= 1200

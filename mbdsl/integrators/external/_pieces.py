@@ -117,6 +117,7 @@ class _Peaks:
         self._least = ULPS * float(np.finfo(float).eps) * max(abs(problem.start), abs(problem.stop))
         self._inputs = {name: x.start for name, x in problem.system.scene.inputs.items()}
         self._from, self._tries = -np.inf, 0
+        self._seen = np.zeros(len(problem.system.on_the_way.terms))
 
     def passed(self, t: float, q: Array, v: Array, solver: Solver) -> float | None:
         """The middle of the first zone that a step passes over, from a state to that of ``solver``.
@@ -146,7 +147,7 @@ class _Peaks:
         lam = np.zeros((2, self._system.m + self._system.p))
         if self._system.of_multipliers:
             lam = np.array([self._f.motion(*x)[1] for x in (start, end)])
-        return self._system.on_the_way.first(t, q, v, lam, self._inputs, self._least)
+        return self._system.on_the_way.first(t, q, v, lam, self._inputs, self._least, self._seen)
 
 
 class _Switches:

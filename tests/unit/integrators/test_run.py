@@ -90,7 +90,8 @@ def test_b_of_hht_add():
     with pytest.raises(UsageError, match=r"b = 1/2 .* determines neither"):
         mbdsl.simulate(pendulum(), method="hht-add", stop=0.1, options={"b": 0.5})
     ends = [
-        mbdsl.simulate(pendulum(), method="hht-add", stop=0.5, options={"b": b})["mass.x"][-1] for b in (-0.5, 0.0, 0.2)
+        mbdsl.simulate(pendulum(), method="hht-add", step=1e-3, stop=0.5, options={"b": b})["mass.x"][-1]
+        for b in (-0.5, 0.0, 0.2)
     ]
     assert ends == pytest.approx([exact(0.5)[0]] * 3, abs=1e-5)
     assert len(set(ends)) == 3  # it arrives
@@ -176,9 +177,9 @@ def test_default_interval_gives_501_points():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_single_step(method):
-    """Shorter than asked for, and the only one: x = -1 + O(h^4), y = -g h^2/2."""
+    """As long as the run: x = -1 + O(h^4), y = -g h^2/2."""
     h = 1e-3
-    r = mbdsl.simulate(pendulum(), method=method, step=1.0, stop=h, interval=0.0)
+    r = mbdsl.simulate(pendulum(), method=method, step=h, stop=h, interval=0.0)
     assert r.stats["steps"] == 1
     assert r.t.tolist() == [0.0, h]
     assert r["mass.y"][-1] == pytest.approx(-G * h**2 / 2, rel=1e-4)

@@ -1,0 +1,68 @@
+"""What is made of runs that fail where others do not: a claim is about times that two runs have come to."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mbdsl.calibration import calibrated
+from mbdsl.integrators import state
+from mbdsl.motion import Plan
+
+T, TOL = np.linspace(0.0, 1.0, 201), 1e-4
+
+
+class Sine:
+    """q = sin t, with an error of a tenth of eps times t in q and v; where it ``fails``, at 0.3 or 0.4 s in turn."""
+
+    def __init__(self, fails, steps=10):
+        self.plan = Plan("hht-si2", 1.0, 0.0, 1.0, T[1:], {}, tol=TOL)
+        self.system = SimpleNamespace(tables=SimpleNamespace(scale=np.ones(1)))
+        self.fails, self.steps, self.trial_steps, self.failed = fails, steps, 0, 0
+
+    def restart(self, plan):
+        self.eps = plan.tol
+
+    def run(self):
+        return state.TOO_SMALL if self.fails(self.eps) else state.DONE
+
+    def states(self):
+        t = T
+        if self.fails(self.eps):
+            self.failed += 1
+            t = T[: 60 + 20 * (self.failed % 2)]
+        off = 0.1 * self.eps * t[:, None]
+        return t, np.sin(t)[:, None] + off, np.cos(t)[:, None] + off
+
+    def keep(self):
+        return self.eps
+
+    def recall(self, kept):
+        self.eps = kept
+
+    def bent(self):
+        return False
+
+    def parts_of(self, kept, count):
+        return iter(())
+
+
+@pytest.mark.parametrize("fails", [(3e-3, 1.0), (1e-4, 3e-3), (5e-5, 1e-4), (5e-5, 3e-3)], ids=str)
+@pytest.mark.filterwarnings("error")
+def test_trial_runs_that_fail(fails):
+    """The claim is true of the run that is left, whichever failed."""
+    motion = Sine(lambda eps: fails[0] < eps < fails[1])
+    status, found = calibrated(motion, TOL, motion.run)
+    true = 0.1 * motion.eps
+    assert status == state.DONE
+    assert true <= found.error <= 10.0 * true
+    assert (found.horizon is None) == (found.error <= TOL)
+
+
+def test_nothing_is_claimed_of_times_that_one_run_has_come_to():
+    """One run comes to its end, and there are too many steps to make another."""
+    motion = Sine(lambda eps: eps > 1e-5, steps=15_000_000)
+    status, found = calibrated(motion, TOL, motion.run)
+    assert status == state.DONE
+    assert found.error is None
+    assert found.horizon <= 0.4
