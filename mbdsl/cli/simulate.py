@@ -290,10 +290,14 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
 
 def error(stats: dict) -> str:
     """The error estimate of a run, as a text."""
+    from mbdsl.failures import LITTLE_KNOWN
+
     if found := stats.get("accuracy"):
         return f"error {found['estimated']:.1e}"
     if stats.get("error") is None:
         return "error not known (--tol controls it, --verify checks it)"
+    if stats.get("status") == "inaccurate" and stats["error"] >= LITTLE_KNOWN:
+        return "error not known"  # the message says since when
     return f"error {stats['error']:.1e}"
 
 

@@ -217,3 +217,4 @@ def test_command_line(tmp_path):
     assert default.returncode == 0 and "not reached" in default.stderr
     stats = json.loads((tmp_path / "stats.json").read_text(encoding="utf-8"))
     assert stats["status"] == "inaccurate" and stats["horizon"] < 60
+    assert stats["error"] > 1 and "error not known" in asked.stdout and "error not known" in default.stdout
