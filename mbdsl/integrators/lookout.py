@@ -27,6 +27,7 @@ from mbdsl.integrators.state import (
     NOTES,
     ROOM,
     RUNNING,
+    SLIDING,
     TOO_SMALL,
     ZONE,
     ZONES,
@@ -109,7 +110,7 @@ class Landings:
                     self._tries, self._from = 0, zones[0].start
                 self._tries += 1
                 if self._tries > MOST:
-                    return TOO_SMALL
+                    return SLIDING if run.events.hide(zones[0].term) else TOO_SMALL
                 batch = max(1, int((rows[:, 0] <= zones[0].start).sum()))  # the steps before it passed the search
                 self.insert(zones)
                 status = RUNNING

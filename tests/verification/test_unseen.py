@@ -222,7 +222,7 @@ end Stop;"""
     monkeypatch.setattr(Landings, "_unseen", counted)
     with pytest.raises(mbdsl.IntegrationError) as stopped:
         mbdsl.simulate(mbdsl.parse(text), method="hht-si2", tol=1e-4, interval=0.02, general=True)
-    assert "no step is small enough" in stopped.value.message
+    assert "to and fro" in stopped.value.message and "law" in stopped.value.message
     run = stopped.value.trajectory
     assert run.t[-1] == pytest.approx(0.5, abs=1e-3)  # where v = 1 - 2 t vanishes
     assert len(looks) < 1000

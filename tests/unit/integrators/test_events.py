@@ -236,8 +236,8 @@ def test_sliding_along_a_switch_stops_and_says_so():
     with pytest.raises(IntegrationError, match="to and fro") as caught:
         mbdsl.simulate(scene, method="hht-si2", tol=1e-4)
     assert "TranslationalSpringDamper spring" in str(caught.value) and "tanh" in caught.value.hint
-    # where ten changes are within 1e-5 of the run
-    assert caught.value.trajectory.t[-1] == pytest.approx(0.5, abs=1e-5)
+    # v vanishes there to the tolerance, which is 2 N/kg times an error of the time
+    assert caught.value.trajectory.t[-1] == pytest.approx(0.5, abs=5e-5)
 
 
 def test_smooth_friction_has_no_events():
@@ -263,9 +263,9 @@ def test_many_knots_cost_no_steps():
 
 
 def test_noise_around_a_switch_is_no_event():
-    """A coordinate that stays where its law has a corner, but for rounding."""
+    """A coordinate that stays where its law has a corner, but for rounding, in a mechanism of a metre."""
     law = "100 N/m*s + (if s > 0 m then 1e3 N/m*s else 0 N)"
-    found = mbdsl.simulate(slide(law, 1e-17, 0.0), tol=1e-6)
+    found = mbdsl.simulate(slide(law, 1e-17, 0.0, more="Frame far(ground, r = {1 m, 0});"), tol=1e-6)
     assert 0 < np.abs(found["rail.s"]).max() < 1e-15 and found.stats["events"] == 0
 
 
