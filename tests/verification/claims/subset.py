@@ -1,4 +1,7 @@
-"""The cells of table.py that tests run, cheap ones; and the lies that are known."""
+"""The cells of table.py that tests run, cheap ones; and the lies that are known.
+
+HoldAgainstDrive is missing: at present its chatter takes minutes with hht-si2.
+"""
 
 SUBSET = [
     ("Graze", "--tol", "hht-si2", 0.0001),
@@ -16,7 +19,6 @@ SUBSET = [
     ("Relay", "--tol", "hht-si2", 0.0001),
     ("CoulombStop", "--tol", "hht-si2", 0.0001),
     ("SlidingMode", "--tol", "hht-si2", 0.0001),
-    ("HoldAgainstDrive", "--tol", "hht-si2", 0.0001),
     ("Sampled", "--tol", "hht-si2", 0.0001),
     ("StickTanh", "--tol", "hht-si2", 0.0001),
     ("CreepTanh", "--tol", "hht-si2", 0.0001),
