@@ -29,8 +29,8 @@ class Verdict:
 def error(claim: Claim, run, until: float = math.inf) -> float:
     """The largest over outputs up to ``until`` [s].
 
-    Positions over the mechanism's size, angles in radians; velocities likewise, and over the largest of the run, which
-    is at least one size or radian in the time of the run.
+    Positions over the mechanism's size, angles in radians; velocities likewise, and over the largest of the run (also
+    between outputs, of closed forms), which is at least one size or radian in the time of the run.
     """
     truth, size = claim.truth(), run.system.tables.size
     times = claim.times
@@ -39,7 +39,7 @@ def error(claim: Claim, run, until: float = math.inf) -> float:
     if not len(rows) or rows.max() >= len(run.t) or np.abs(run.t[rows] - times[kept]).max() > 1e-9 * claim.stop:
         return math.inf if len(rows) else 0.0
     turned = ("phi", "w")
-    speeds = [np.abs(x).max() / (1.0 if key.endswith(".w") else size) for key, x in truth.items()
+    speeds = [np.abs(x).max() / (1.0 if key.endswith(".w") else size) for key, x in claim.between().items()
               if key.endswith((".vx", ".vy", ".w"))]  # fmt: skip
     speed = max(1.0 / claim.stop, *speeds)
     worst = 0.0

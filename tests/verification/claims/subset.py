@@ -1,4 +1,7 @@
-"""The cells of table.py that tests run, cheap ones; and the lies that are known."""
+"""The cells of table.py that tests run, cheap ones; and the lies that are known.
+
+HoldAgainstDrive is missing: at present its chatter takes minutes with hht-si2.
+"""
 
 SUBSET = [
     ("Graze", "--tol", "hht-si2", 0.0001),
@@ -16,7 +19,6 @@ SUBSET = [
     ("Relay", "--tol", "hht-si2", 0.0001),
     ("CoulombStop", "--tol", "hht-si2", 0.0001),
     ("SlidingMode", "--tol", "hht-si2", 0.0001),
-    ("HoldAgainstDrive", "--tol", "hht-si2", 0.0001),
     ("Sampled", "--tol", "hht-si2", 0.0001),
     ("StickTanh", "--tol", "hht-si2", 0.0001),
     ("CreepTanh", "--tol", "hht-si2", 0.0001),
@@ -26,6 +28,7 @@ SUBSET = [
     ("FarAway", "--tol", "hht-si2", 0.0001),
     ("Swing", "--tol", "hht-si2", 0.0001),
     ("Coast", "--tol", "hht-si2", 0.0001),
+    ("Inverted", "--tol", "hht-si2", 0.0001),
     ("SlowFast", "--tol", "hht-si2", 0.0001),
     ("Pulse10ms", "--tol", "hht-si2", 0.0001),
     ("Pulse1ms", "--tol", "hht-si2", 0.0001),
@@ -67,6 +70,7 @@ SUBSET = [
     ("FourBarsStiff", "--tol", "hht-si2", 0.0001),
     ("ThreeBarsSlack", "--tol", "hht-si2", 0.0001),
     ("CrankPulse", "--tol", "hht-si2", 0.0001),
+    ("CrankDriven", "--tol", "hht-si2", 0.0001),
     ("CrankTable", "--tol", "hht-si2", 0.0001),
     ("CrankWindow", "--tol", "hht-si2", 0.0001),
     ("CrankFold", "--tol", "hht-si2", 0.0001),
@@ -99,14 +103,4 @@ SUBSET = [
     ("BushingPulse", "--tol", "hht-si2", 0.0001),
 ]
 #: these fail; each has to be mended, and then leave this list
-KNOWN: dict[tuple, str] = {
-    ("GrazeFaint", "--tol", "hht-si2", 0.0001): "issue 13, item 6: a stop that is grazed",
-    ("Window10um", "--tol", "hht-si2", 0.0001): "issue 13, item 4: windows in position are passed between steps",
-    ("Window100nm", "--tol", "hht-si2", 0.0001): "issue 13, item 4: windows in position are passed between steps",
-    ("BumpSmooth", "--tol", "hht-si2", 0.0001): "issue 13, item 4: windows in position are passed between steps",
-    ("BumpAlgebraic", "--tol", "hht-si2", 0.0001): "issue 13, item 4: windows in position are passed between steps",
-    ("HillAndBack", "--tol", "hht-si2", 0.0001): "issue 13, item 4: windows in position are passed between steps",
-    ("WindowVibrating", "--tol", "hht-si2", 0.0001): "issue 13, item 4: windows in position are passed between steps",
-    ("TwoWindows", "--tol", "hht-si2", 0.0001): "issue 13, item 4: windows in position are passed between steps",
-    ("BarWindow", "--tol", "hht-si2", 0.0001): "issue 13, item 4: windows in position are passed between steps",
-}
+KNOWN: dict[tuple, str] = {}
