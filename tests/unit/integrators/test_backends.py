@@ -64,11 +64,11 @@ def exact(problem):
 @pytest.mark.parametrize("method", OWN)
 @pytest.mark.parametrize("tol", [1e-3, 1e-5, 1e-7, 1e-9])
 def test_the_error_follows_the_tolerance(method, tol):
-    """One second of the slider crank, within a factor of ten above what is asked for, and not a thousand below."""
+    """One second of the slider crank, within three times the tolerance and ten times the stated error."""
     reference = mbdsl.simulate(MODEL, method="scipy-dop853", tol=1e-12, stop=1.0, interval=0.05)
     found = mbdsl.simulate(MODEL, method=method, tol=tol, stop=1.0, interval=0.05)
     error = np.abs((found.q - reference.q) * reference.system.tables.scale).max()
-    assert 1e-3 * tol < error < 10.0 * tol
+    assert error < 3.0 * tol and error < 10.0 * found.stats["error"]
     assert found.stats["steps"] > 0 and found.stats["evaluations"] > found.stats["steps"] / 2
     assert found.stats["tol"] == tol and found.stats["h"] is None
 

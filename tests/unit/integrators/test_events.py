@@ -265,7 +265,8 @@ def test_many_knots_cost_no_steps():
 def test_noise_around_a_switch_is_no_event():
     """A coordinate that stays where its law has a corner, but for rounding, in a mechanism of a metre."""
     law = "100 N/m*s + (if s > 0 m then 1e3 N/m*s else 0 N)"
-    found = mbdsl.simulate(slide(law, 1e-17, 0.0, more="Rod far(m = 1 kg, length = 1 m); Fixed hold(ground, far.a);"), tol=1e-6)
+    rod = "Rod far(m = 1 kg, length = 1 m); Fixed hold(ground, far.a);"
+    found = mbdsl.simulate(slide(law, 1e-17, 0.0, more=rod), tol=1e-6)
     assert 0 < np.abs(found["rail.s"]).max() < 1e-15 and found.stats["events"] == 0
 
 
