@@ -36,7 +36,7 @@ FORCES = {
 def case(request):
     scene = mbdsl.parse(TEXT.format(force=FORCES[request.param][0], v=FORCES[request.param][1]))
     exact, check = (mbdsl.simulate(scene, method="radau5", tol=tol) for tol in (1e-9, 1e-8))
-    assert distance(check, exact) < 1.2e-8  # what they promise
+    assert distance(check, exact) < 3 * (1e-8 + 1e-9)  # what they promise
     return scene, exact
 
 
