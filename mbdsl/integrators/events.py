@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError
 from mbdsl.integrators import declared, state
 from mbdsl.integrators.starting import onto_constraints
-from mbdsl.lang.expressions import Expr, walk
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.switches import Switch, combined
@@ -68,11 +67,9 @@ class Events:
         states = np.array([s for _, s in self._recent])
         return _changed(self.system, states.min(axis=0), states.max(axis=0)) or self._hidden
 
-    def hide(self, term: Expr) -> bool:
-        """Blame the switches of a term that keeps changing within steps, however short; whether it has any."""
-        nodes = set(walk(term))
-        self._hidden = [switch for switch in self.system.tables.switches if switch.node in nodes]
-        return bool(self._hidden)
+    def blame(self, switches: list[Switch]) -> None:
+        """Name ``switches`` that keep changing within steps, however short."""
+        self._hidden = switches
 
     def begin(self, t: float, q: Array, v: Array, lam: Array) -> None:
         """At the start of the run."""

@@ -32,6 +32,7 @@ from mbdsl.integrators.state import (
     ZONE,
     ZONES,
 )
+from mbdsl.system.switches import within
 
 if TYPE_CHECKING:
     from mbdsl.integrators.run import Integration
@@ -110,7 +111,9 @@ class Landings:
                     self._tries, self._from = 0, zones[0].start
                 self._tries += 1
                 if self._tries > MOST:
-                    return SLIDING if run.events.hide(zones[0].term) else TOO_SMALL
+                    changing = within(zones[0].term, run.system.tables.switches)
+                    run.events.blame(changing)
+                    return SLIDING if changing else TOO_SMALL
                 batch = max(1, int((rows[:, 0] <= zones[0].start).sum()))  # the steps before it passed the search
                 self.insert(zones)
                 status = RUNNING

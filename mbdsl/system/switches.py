@@ -107,6 +107,12 @@ def law_of(scene: Scene, nodes: Iterable[Expr]) -> Component | None:
     return None
 
 
+def within(term: Expr, switches: Iterable[Switch]) -> list[Switch]:
+    """Those of the ``switches`` that occur in a term."""
+    nodes = set(walk(term))
+    return [switch for switch in switches if switch.node in nodes]
+
+
 def _switches(node: Expr) -> bool:
     if node.op == "table":
         return table_events(node) != 0

@@ -1,8 +1,8 @@
 """How hard mbdsl works for every shipped model, as upper bounds: a change that makes it work harder is seen.
 
-Counted with the model's own step, or 1 ms where it has none, and stop time. Bounds lie 5 % above what was counted (and two above small counts):
-compilers order operations differently, and an iteration more or less now and then is none of our doing. Where a change
-makes it work less, lower them.
+Counted with the model's own step, or 1 ms where it has none, and its stop time. Bounds lie 5 % above what was counted
+(and two above small counts): compilers order operations differently, and an iteration more or less now and then is none
+of our doing. Where a change makes it work less, lower them.
 """
 
 from pathlib import Path

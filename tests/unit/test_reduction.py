@@ -44,6 +44,12 @@ end One;
 """
 
 
+def simulate(scene, **given):
+    """With fixed steps, so that runs of different code take the same ones."""
+    return mbdsl.simulate(scene, **{"step": scene.experiment.step or 1e-3, **given})
+
+
+
 def reduction(text):
     return reduce(graph.build(mbdsl.parse(text)))
 
@@ -93,8 +99,8 @@ def hand_made():
 
 def test_welded_bodies_move_as_the_sum_of_them():
     text, _ = hand_made()
-    a, b = mbdsl.simulate(mbdsl.parse(WELDED)), mbdsl.simulate(mbdsl.parse(text))
-    finer = mbdsl.simulate(mbdsl.parse(WELDED), step=5e-4)
+    a, b = simulate(mbdsl.parse(WELDED)), simulate(mbdsl.parse(text))
+    finer = simulate(mbdsl.parse(WELDED), step=5e-4)
     assert a.system.n == 9
     assert a.stats["solved"] == {"n": 3, "m": 2, "p": 0, "parts": 1}
     for one, other in (("a.phi", "a.phi"), ("disc.c.x", "a.d.x"), ("disc.w", "a.w"), ("pin.fx", "pin.fx")):
@@ -110,7 +116,7 @@ def test_welded_bodies_move_as_the_sum_of_them():
 
 def test_reactions_of_welds_are_there_when_asked_for():
     """Of a weld that is cut, force and torque are what moves what hangs on it."""
-    a = mbdsl.simulate(mbdsl.parse(WELDED))
+    a = simulate(mbdsl.parse(WELDED))
     assert np.isnan(a._lam).any()  # nothing is computed before
     spring = np.stack([a["disc.c.x"], a["disc.c.y"]]) / a["spring.s"] * a["spring.force"]
     force = 0.5 * np.stack([a["disc.ax"], a["disc.ay"] + 9.81]) + spring  # on the disc: what is not spring nor weight
@@ -126,7 +132,7 @@ def test_merged_and_general_go_to_the_same_limit():
     """Not to rounding: the discretised motion depends on the coordinates it is discretised in."""
     gaps = []
     for h in (2e-3, 1e-3, 5e-4):
-        a, b = (mbdsl.simulate(mbdsl.parse(WELDED), step=h, general=general) for general in (False, True))
+        a, b = (simulate(mbdsl.parse(WELDED), step=h, general=general) for general in (False, True))
         assert b.stats["solved"]["n"] == 9
         gaps.append([np.abs(a[name] - b[name]).max() for name in ("a.phi", "disc.w", "pin.fy", "corner.tau")])
     slopes = np.log2(np.array(gaps[:-1]) / gaps[1:])
@@ -151,25 +157,25 @@ def test_what_is_welded_to_the_ground_is_ground():
     """
     found = reduction(text)
     assert actions(found) == [("grounded", ("post", "arm")), ("dropped", ("idle",))]
-    a = mbdsl.simulate(mbdsl.parse(text))
+    a = simulate(mbdsl.parse(text))
     assert a.stats["solved"] == {"n": 3, "m": 2, "p": 0, "parts": 1}
     assert np.abs(a["arm.b.y"] - 2.0).max() < 1e-15
     assert np.abs(a["arm.b.x"] - 0.5).max() < 1e-15
     assert np.abs(a["arm.phi"]).max() < 1e-15
-    alone = mbdsl.simulate(
+    alone = simulate(
         mbdsl.parse(
             "model Alone Ground ground; Frame top(ground, r = {0.5 m, 2 m}); Rod swing(m = 1 kg, length = 1 m);"
             "Revolute pin(top, swing.a); initial equation swing.phi = 0 rad;"
             "annotation(experiment(StopTime = 0.5 s)); end Alone;"
         )
     )
-    finer = mbdsl.simulate(mbdsl.parse(text), step=5e-4)
+    finer = simulate(mbdsl.parse(text), step=5e-4)
     assert np.abs(a["swing.phi"] - alone["swing.phi"]).max() < 1e-3 * np.abs(a["swing.phi"] - finer["swing.phi"]).max()
     # the foot bears the weights, the swing, and the spring, which pulls the arm's end down by k y; of all these, the
     # pin's force is the method's own, of order 2, and the foot's follows from the motion
     gaps = []
     for h in (2e-3, 1e-3):
-        a = mbdsl.simulate(mbdsl.parse(text), step=h)
+        a = simulate(mbdsl.parse(text), step=h)
         gaps.append(np.abs(a["foot.fy"] - (6 * 9.81 + a["pin.fy"] + 100 * 2.0)).max())
     assert gaps[1] < 1e-6 * 283
     assert 1.85 < np.log2(gaps[0] / gaps[1]) < 2.15
@@ -199,7 +205,7 @@ def test_welds_that_are_kept(more, why):
     found = reduction(text)
     assert [(n.action, n.names) for n in found.notes] == [("kept", ("weld",))]
     assert why in found.notes[0].why
-    a, b = (mbdsl.simulate(mbdsl.parse(text), general=general) for general in (False, True))
+    a, b = (simulate(mbdsl.parse(text), general=general) for general in (False, True))
     assert np.array_equal(a.q, b.q)
 
 
@@ -217,8 +223,8 @@ def test_initial_values_of_what_is_welded_to_the_ground(tmp_path):
     end Wrong;
     """
     with pytest.raises(InitialisationError, match=r"post.phi = 1.396\d* is required at the start, but .* 1.570"):
-        mbdsl.simulate(mbdsl.parse(text))
-    assert mbdsl.simulate(mbdsl.parse(text.replace("80 deg", "90 deg"))).status == "done"
+        simulate(mbdsl.parse(text))
+    assert simulate(mbdsl.parse(text.replace("80 deg", "90 deg"))).status == "done"
 
 
 # -- drivers -------------------------------------------------------------------------------------------------------
@@ -250,7 +256,7 @@ def test_what_drivers_move_is_a_function_of_time():
 
 
 def test_driven_arm():
-    a = mbdsl.simulate(mbdsl.parse(ARM))
+    a = simulate(mbdsl.parse(ARM))
     first = 0.5 * np.sin(3 * a.t) - 1.0
     second = first - a.t**2  # the elbow counts from the lower arm to the upper one
     elbow = 0.5 * np.exp(1j * first)
@@ -259,7 +265,7 @@ def test_driven_arm():
     assert np.abs(a["lower.b.x"] + 1j * a["lower.b.y"] - wrist).max() < 1e-14
     assert np.abs(a["lower.w"] - (1.5 * np.cos(3 * a.t) - 2 * a.t)).max() < 1e-14
     assert np.abs(a["tip.a.x"] + 1j * a["tip.a.y"] - wrist).max() < 1e-12
-    b = mbdsl.simulate(mbdsl.parse(ARM), general=True)
+    b = simulate(mbdsl.parse(ARM), general=True)
     assert b.stats["solved"]["n"] == 9
     for name in ("tip.phi", "tip.w", "wrist.fx"):
         assert np.abs(a[name] - b[name]).max() < 1e-8 * np.abs(b[name]).max(), name
@@ -273,7 +279,7 @@ def test_torques_of_drives_follow_from_the_motion():
     """What the drives put in is in the energy, or lost by friction: from reactions that nothing was solved for."""
     gaps = []
     for h in (2e-3, 1e-3, 5e-4):
-        a = mbdsl.simulate(mbdsl.parse(ARM), step=h, interval=0)
+        a = simulate(mbdsl.parse(ARM), step=h, interval=0)
         power = (
             a["d1.tau"] * a["upper.w"]
             - a["d2.tau"] * (a["lower.w"] - a["upper.w"])
@@ -302,7 +308,7 @@ def test_everything_driven(extra):
       annotation(experiment(StopTime = 1 s));
     end Driven;
     """
-    a = mbdsl.simulate(mbdsl.parse(text))
+    a = simulate(mbdsl.parse(text))
     assert a.stats["solved"]["n"] == (2 if extra else 0)
     assert a.stats["steps"] == 1000
     end = 1.0 + 0.3 * a.t + np.exp(1j * a.t)
@@ -329,7 +335,7 @@ def test_a_body_that_is_held_twice_is_not_carried():
     """
     found = reduction(text)
     assert found.notes == ()
-    assert mbdsl.simulate(mbdsl.parse(text)).stats["redundant"] == ["other.Phi[1]", "d.Phi[1]"]
+    assert simulate(mbdsl.parse(text)).stats["redundant"] == ["other.Phi[1]", "d.Phi[1]"]
 
 
 def test_kinematics_of_a_truss():
@@ -352,7 +358,7 @@ def test_kinematics_of_a_truss():
     """
     found = reduction(text)
     assert actions(found) == [("kinematic", ("a", "b"))]
-    a = mbdsl.simulate(mbdsl.parse(text))
+    a = simulate(mbdsl.parse(text))
     assert a["a.b.y"] == pytest.approx(np.sqrt(0.75), abs=1e-14)
     assert np.abs(a.v).max() < 1e-11  # Newton's floor is 4 eps size/h = 2e-12, before Phi_q^-1 magnifies it
     # each foot bears half of the load and of the weights
@@ -384,10 +390,10 @@ def test_what_only_counts_as_kinematic_is_solved_as_it_moves():
     end Parallelogram;
     """
     assert reduction(text).parts[0].kinematic
-    a = mbdsl.simulate(mbdsl.parse(text))
+    a = simulate(mbdsl.parse(text))
     assert len(a.stats["redundant"]) == 1
     assert np.ptp(a["a.phi"]) > 0.1
-    b = mbdsl.simulate(mbdsl.parse(text), general=True)
+    b = simulate(mbdsl.parse(text), general=True)
     assert np.abs(a.q - b.q).max() < 1e-12
 
 
@@ -425,7 +431,7 @@ def test_independent_parts_are_integrated_by_themselves():
     text = TWO.format(more="", initial="b.phi = 20 deg;")
     found = reduction(text)
     assert actions(found) == [("split", ("a",)), ("split", ("b",))]
-    two, alone = mbdsl.simulate(mbdsl.parse(text)), mbdsl.simulate(mbdsl.parse(ALONE))
+    two, alone = simulate(mbdsl.parse(text)), simulate(mbdsl.parse(ALONE))
     assert two.stats["solved"]["parts"] == 2
     assert two.stats["steps"] == 1000
     assert np.array_equal(two["a.phi"], alone["a.phi"])
@@ -444,7 +450,7 @@ def test_inputs_reach_the_part_that_reads_them():
     s = mbdsl.Simulation(mbdsl.parse(TWO.format(more="", initial="b.phi = 20 deg;")), step=1e-3)
     s.inputs["u"] = 5.0
     s.step(100)
-    u = mbdsl.simulate(mbdsl.parse(TWO.format(more="", initial="b.phi = 20 deg;").replace("start = 0", "start = 5")))
+    u = simulate(mbdsl.parse(TWO.format(more="", initial="b.phi = 20 deg;").replace("start = 0", "start = 5")))
     assert s["b.phi"] == pytest.approx(u["b.phi"][np.abs(u.t - 0.1).argmin()], abs=1e-6)
     assert s.q.shape == (6,)
     assert s.trajectory()["B.fx"].shape == (101,)
@@ -453,7 +459,7 @@ def test_inputs_reach_the_part_that_reads_them():
 def test_where_one_part_fails_all_end():
     text = TWO.format(more="Force f(b.b, fx = 1 N*sqrt(0.5 - time/1 s));", initial="b.phi = 20 deg;")
     with pytest.raises(IntegrationError, match=r"t = 0\.50") as failure:
-        mbdsl.simulate(mbdsl.parse(text), interval=1e-3)
+        simulate(mbdsl.parse(text), interval=1e-3)
     found = failure.value.trajectory
     assert found.status == "failed"
     assert found.t[-1] == pytest.approx(0.5, abs=2e-3)
@@ -511,8 +517,8 @@ def test_kinematics_with_too_large_steps_says_so():
     end Quick;
     """
     with pytest.raises(IntegrationError, match="the step is so large"):
-        mbdsl.simulate(mbdsl.parse(text), step=1e-3)
-    fine = mbdsl.simulate(mbdsl.parse(text), step=1e-4, interval=1e-3)
+        simulate(mbdsl.parse(text), step=1e-3)
+    fine = simulate(mbdsl.parse(text), step=1e-4, interval=1e-3)
     a = 0.3 * np.exp(1j * (np.deg2rad(50) + 1000 * fine.t))
     assert fine["c.phi"].min() > 1.2 and fine["c.phi"].max() < 2.4
     assert np.abs(a + 0.9 * np.exp(1j * fine["b.phi"]) - 0.8 - 0.7 * np.exp(1j * fine["c.phi"])).max() < 1e-13
@@ -536,7 +542,7 @@ def test_what_is_not_said_does_not_depend_on_welds(said):
       annotation(experiment(StopTime = 1 ms));
     end Unsaid;
     """
-    a, b = (mbdsl.simulate(mbdsl.parse(text), general=general) for general in (False, True))
+    a, b = (simulate(mbdsl.parse(text), general=general) for general in (False, True))
     assert b.stats["solved"]["n"] == 9 and a.stats["solved"]["n"] == 3
     assert np.abs(b.v[0]).max() > 0.1
     assert np.abs(a.q[0] - b.q[0]).max() < 1e-7  # where the least is flat, its place is known to the root of rounding
@@ -572,7 +578,7 @@ def test_nothing_that_was_computed_is_lost_when_a_part_fails(first, second):
     end Ending;
     """
     with pytest.raises(IntegrationError, match="the law of Torque " + ("s" if first < second else "t")) as failure:
-        mbdsl.simulate(mbdsl.parse(text), step=1e-3)
+        simulate(mbdsl.parse(text), step=1e-3)
     assert failure.value.trajectory.t[-1] == pytest.approx(1.3, abs=2e-3)
     s = mbdsl.Simulation(mbdsl.parse(text), step=1e-2)
     for _ in range(3):
@@ -601,7 +607,7 @@ def test_a_point_without_reactions_costs_only_itself():
       annotation(experiment(StopTime = 0.2 s, Step = 1 ms, Interval = 1 ms));
     end Flat;
     """
-    found = mbdsl.simulate(mbdsl.parse(text))
+    found = simulate(mbdsl.parse(text))
     bad = np.flatnonzero(~np.isfinite(found["A.fx"]))
     assert found.undetermined == found.t[bad].tolist()
     assert len(bad) <= 1

@@ -140,13 +140,13 @@ initial equation skate.x = 0 m; skate.y = 0 m; skate.phi = 0; skate.w = 1.5 rad/
 def test_a_blade_whose_normal_turns(method):
     """It turns evenly, phi = w t. Along it v' = g cos(phi), so v = g/w sin(w t); across, m v w + m g sin(phi) is the
     force. Steps differ all the way: what methods of index 3 set right at each change belongs to holonomic constraints
-    alone. The truth is within three times the tolerance, of lengths of 1 m and relative to the largest speed; the force
+    alone. The truth is within three times the tolerance, relative to the way and to the largest speed; the force
     follows from accelerations and is of the same order."""
     g, w, m, tol = 4.905, 1.5, 2.0, 1e-4
     run = mbdsl.simulate(mbdsl.parse(SKATE), method=method, tol=tol, stop=10.0, interval=0.25)
     x, v = g / w**2 / 2 * np.sin(w * run.t) ** 2, g / w * np.sin(w * run.t)
     y = g / w**2 / 2 * (w * run.t - np.sin(2 * w * run.t) / 2)
-    assert np.abs(np.array([run["skate.x"] - x, run["skate.y"] - y])).max() < 3 * tol
+    assert np.abs(np.array([run["skate.x"] - x, run["skate.y"] - y])).max() < 3 * tol * y.max()
     assert np.abs(run["blade.v"] - v).max() < 3 * tol * (g / w)
     assert np.abs(run["blade.Gam[1]"]).max() < 3 * tol * (g / w)
     assert np.abs(np.abs(run.lam[:, 0]) - np.abs(2 * m * g * np.sin(w * run.t))).max() < 3 * tol * 2 * m * g

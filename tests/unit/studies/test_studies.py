@@ -148,8 +148,8 @@ def test_failures_stay_in_the_picture(given):
 def test_errors_over_tolerances(given):
     found = convergence(CRANK, methods=["scipy-dop853"], tols=[1e-4, 1e-6, 1e-8], **given)
     e = [row.errors["q"].scaled for row in found.survey.rows]
-    # DOP853 keeps the error of a step below the tolerance; what half a second makes of that is of its size
-    assert all(0.01 * row.case.tol < x < 10.0 * row.case.tol for row, x in zip(found.survey.rows, e, strict=True))
+    # a tolerance is of the error attained; DOP853 may be far better, where its longest step decides
+    assert all(0.0 < x < 3.0 * row.case.tol for row, x in zip(found.survey.rows, e, strict=True))
     assert [f.key for f in found.figures()][:2] == ["q-tol", "v-tol"]
     guide = found.figures()[0].series[-1]
     assert guide.style == "guide" and list(guide.x) == list(guide.y)
