@@ -101,6 +101,7 @@ def test_model_that_cannot_be_assembled(tmp_path):
 @pytest.mark.skipif(os.name == "nt", reason="sends a POSIX signal")
 def test_interruption_keeps_what_there_is(tmp_path):
     argv = [sys.executable, "-m", "mbdsl", "simulate", MODELS / "slider_crank.mbd", "--stop", "1e6", "--interval", "10"]
+    argv += ["--step", "1ms"]
     pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen(argv, cwd=tmp_path, env=ENVIRONMENT, **pipes) as process:
         for line in process.stderr:  # it says how far it is, after a while

@@ -43,6 +43,9 @@ class Sine:
     def bent(self):
         return False
 
+    def outgrown(self):
+        return False
+
     def parts_of(self, kept, count):
         return iter(())
 
