@@ -1,4 +1,4 @@
-"""The cells of table.py that tests run, cheap ones; and the lies that are known.
+"""The cells of table.py that tests run: cheap ones.
 
 HoldAgainstDrive is missing: at present its chatter takes minutes with hht-si2.
 """
@@ -102,5 +102,3 @@ SUBSET = [
     ("SlopeFriction", "--tol", "hht-si2", 0.0001),
     ("BushingPulse", "--tol", "hht-si2", 0.0001),
 ]
-#: these fail; each has to be mended, and then leave this list
-KNOWN: dict[tuple, str] = {}
