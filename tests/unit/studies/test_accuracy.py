@@ -115,7 +115,7 @@ def test_one_that_is_wrong_is_outvoted(judged):
 
 
 def test_one_that_errs_much_does_not_judge(judged):
-    """No other method has an error estimate below 1e-4: the result rests on its own runs alone, and the stats say so."""
+    """No other method has an error estimate below 1e-4: the result rests on its own runs, and the stats say so."""
     found = judged(lambda method, k: 0.01 + 0.01 * (k % 2))
     told = found.stats["accuracy"]
     assert found.status == "done" and told["checked by"] is None and "scipy-dop853 differs by" in told["not checked"]
