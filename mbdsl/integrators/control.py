@@ -7,6 +7,8 @@ hand,
 
     [[M + ..., Phi_q^T], [Phi_q, 0]] [e; .] = [M e_raw; 0].
 
+Constraints on velocities take their normal part from the error in v, but not from that in q.
+
 The error of a step is the largest entry of e, positions in the mechanism's size and angles in radians, velocities
 moreover relative to the largest velocity so far. With the tolerance tol and the n-th step since the start, it may be
 
@@ -189,7 +191,7 @@ def other_matrices(tangent, t, h, K, J, Y, Z, C, F, I, A, P):
     """What errors are judged by beside the iteration matrix, in the last rows of A: that matrix without K, to be
     multiplied with; and, where dampers are stiff, without K and for a step as long as outputs are apart, factorised."""
     last, w = A.shape[0] - 1, K[MASS_WEIGHT]
-    tangent(t, w, 0.0, K[DAMPING] * h, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[last])
+    tangent(t, w, 0.0, K[DAMPING] * h, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, Y, Z, C, F, I, A[last])
     compress(A[last], P[last], I)
     d = K[DAMPING] * K[FORGOTTEN]
     tangent(t, w, 0.0, d, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, Y, Z, C, F, I, A[last - 1])
@@ -212,15 +214,16 @@ def forget(inertia, K, Y, F, I, A, P):
 
 @rare
 def tangential_position(inertia, Y, I, A, P):
-    """Y[E_Q] as far as constraints and stiff springs leave it; dampers do not bring back positions."""
+    """Y[E_Q] as far as constraints and stiff springs leave it; dampers do not bring back positions.
+
+    Nor do constraints on velocities: what positions miss along their normals stays, as Gam_v e = Gam_v e_raw.
+    """
     last = A.shape[0] - 1
     for i in range(I[N_ALL]):
         Y[T1, i] = 0.0
     multiply(A[last], P[last], Y, E_Q, T1)
-    for i in range(I[N_Q]):
+    for i in range(I[N_ALL]):
         Y[E_Q, i] = Y[T1, i]
-    for i in range(I[N_Q], I[N_ALL]):
-        Y[E_Q, i] = 0.0
     solve(A[0], P[0], I, Y, E_Q)
 
 

@@ -71,6 +71,7 @@ SUBSET = [
     ("ThreeBarsSlack", "--tol", "hht-si2", 0.0001),
     ("CrankPulse", "--tol", "hht-si2", 0.0001),
     ("CrankDriven", "--tol", "hht-si2", 0.0001),
+    ("CrankVelocityDriven", "--tol", "hht-si2", 0.0001),
     ("CrankTable", "--tol", "hht-si2", 0.0001),
     ("CrankWindow", "--tol", "hht-si2", 0.0001),
     ("CrankFold", "--tol", "hht-si2", 0.0001),
