@@ -118,6 +118,7 @@ class _Ladder:
             self.times = even if plan.every else np.union1d(even, plan.times)
             self.shown = None if plan.every else np.isin(self.times, plan.times)
         self.trials: list[Trial] = []
+        self.failed: list[Trial] = []  #: runs left out of the ladder, as one with a larger eps has passed
         self.longest = np.inf  #: the longest step that resolves the growth of errors
         self.growth: Growth | None = None
         self.reason = ""
@@ -128,7 +129,7 @@ class _Ladder:
         while eps is not None:
             last = self._run(eps)
             if last.status == state.RUNNING and not self.motion.bent():
-                self.motion.trial_steps = self.lost + sum(x.steps for x in self.trials[:-1])
+                self.motion.trial_steps = self.lost + sum(x.steps for x in [*self.trials[:-1], *self.failed])
                 return last.status, Found(last.error if np.isfinite(last.error) else None)  # interrupted
             if self.motion.outgrown():
                 self.lost += self.trials.pop().steps
@@ -209,7 +210,11 @@ class _Ladder:
             ratio = last.eps / max(wanted, 1e-300)
             steps = np.ceil(np.log(ratio) / np.log(NEXT) - 0.1)
             eps = min(last.eps / NEAREST, last.eps / ratio ** (1.0 / steps) if steps <= 2 else NEXT * wanted)
-        if len(trials) >= MOST or eps < LEAST * tol or not self._affordable(last, eps):
+        if self.failed:
+            if last.eps < NEAREST * self.failed[-1].eps:
+                return None
+            eps = max(eps, self._between(last))
+        if self._runs >= MOST or eps < LEAST * tol or not self._affordable(last, eps):
             self.reason = self.reason or "it would take too many steps"
             return None
         return eps
@@ -224,14 +229,29 @@ class _Ladder:
         return last.steps * (last.eps / eps) ** (1.0 / self.order) <= MOST_STEPS
 
     def _after_failure(self, last: Trial) -> float | None:
-        """The next eps after a failed run: a run with a smaller eps may pass, so two have to fail at the same time."""
-        before, enough = self.trials[-2], AIM * self.tol
-        if before.done and last.eps <= self.tol:
-            return None
+        """The next eps after a failed run: a run with a smaller eps may pass, so two have to fail at the same time.
+
+        Then the best eps lies between those that fail and that of the last run that has passed.
+        """
+        trials, before, enough = self.trials, self.trials[-2], AIM * self.tol
         alike = not before.done and abs(before.t[-1] - last.t[-1]) <= TOGETHER * self.span
-        if (last.eps <= enough and (alike or last.eps <= enough / NEXT)) or len(self.trials) >= MOST:
+        over = before.done and last.eps <= self.tol
+        over = over or (last.eps <= enough and (alike or last.eps <= enough / NEXT)) or self._runs >= MOST
+        if not over:
+            return max(last.eps / NEXT, enough) if last.eps > enough else last.eps / NEXT
+        if any(x.done for x in trials):
+            while not trials[-1].done:
+                self.failed.append(trials.pop())
+        if not trials[-1].done or self.reason or trials[-1].eps < NEAREST * self.failed[-1].eps or self._runs >= MOST:
             return None
-        return max(last.eps / NEXT, enough) if last.eps > enough else last.eps / NEXT
+        return self._between(trials[-1])
+
+    def _between(self, passed: Trial) -> float:
+        return float(np.sqrt(passed.eps * self.failed[-1].eps))
+
+    @property
+    def _runs(self) -> int:
+        return len(self.trials) + len(self.failed)
 
     # -- growth of errors --------------------------------------------------------------------------------------
     def _look_at_growth(self, last: Trial) -> float | None:
@@ -277,19 +297,30 @@ class _Ladder:
         factor = np.exp(min(self.growth.log.max(), 700.0))
         return f"the motion amplifies errors, rounding included, by a factor of {factor:.0e}"
 
+    def _why(self, failed: Trial) -> str | None:
+        """Why no steps are short enough; None if the failure is a matter of the model."""
+        if failed.status == state.TOO_SMALL:
+            return "with shorter steps rounding dominates the error of a step"
+        if failed.status == state.DIVERGED and any(x is failed for x in self.failed):
+            return f"with shorter steps Newton's iteration does not converge at t = {failed.t[-1]:.6g} s"
+        return None
+
     # -- the result --------------------------------------------------------------------------------------------
     def _finish(self) -> tuple[int, Found]:
         trials, motion = self.trials, self.motion
         best = trials[-1]
         whole = [x for x in trials if x.done and len(x.claim)]
-        if not best.done and whole and best.status == state.TOO_SMALL:
-            self.reason = "with shorter steps rounding dominates the error of a step"
+        if self.failed and not best.error <= self.tol:
+            best = self.failed[-1]
+        if not best.done and whole and (why := self._why(best)):
+            self.reason = why
             best = min(whole, key=lambda x: x.error)
         elif best.done and best.error > self.tol and (best.differs < SATURATED or not np.isfinite(best.differs)):
             best = min(whole, key=lambda x: x.error)
         status = best.status
         motion.recall(best.kept)
-        motion.trial_steps = self.lost + sum(x.steps for x in trials if x is not best or self.plan.every)
+        others = [x for x in [*trials, *self.failed] if x is not best or self.plan.every]
+        motion.trial_steps = self.lost + sum(x.steps for x in others)
         if self.plan.every:
             motion.restart(replace(self._held_to(best.eps), times=self.plan.times, every=True))
             status = self.integrate()

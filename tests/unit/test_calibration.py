@@ -13,25 +13,27 @@ T, TOL = np.linspace(0.0, 1.0, 201), 1e-4
 
 
 class Sine:
-    """q = sin t, with an error of a tenth of eps times t in q and v; where it ``fails``, at 0.3 or 0.4 s in turn."""
+    """q = sin t, with the ``error(eps)`` times t in q and v; where it ``fails``, at 0.3 or 0.4 s in turn."""
 
-    def __init__(self, fails, steps=10):
+    def __init__(self, fails, steps=10, error=lambda eps: 0.1 * eps, status=state.TOO_SMALL):
         self.plan = Plan("hht-si2", 1.0, 0.0, 1.0, T[1:], {}, tol=TOL)
         self.system = SimpleNamespace(tables=SimpleNamespace(scale=np.ones(1)))
         self.fails, self.steps, self.trial_steps, self.failed = fails, steps, 0, 0
+        self.error, self.status, self.tried = error, status, []
 
     def restart(self, plan):
         self.eps = plan.tol
 
     def run(self):
-        return state.TOO_SMALL if self.fails(self.eps) else state.DONE
+        self.tried.append(self.eps)
+        return self.status if self.fails(self.eps) else state.DONE
 
     def states(self):
         t = T
         if self.fails(self.eps):
             self.failed += 1
             t = T[: 60 + 20 * (self.failed % 2)]
-        off = 0.1 * self.eps * t[:, None]
+        off = self.error(self.eps) * t[:, None]
         return t, np.sin(t)[:, None] + off, np.cos(t)[:, None] + off
 
     def keep(self):
@@ -60,6 +62,30 @@ def test_trial_runs_that_fail(fails):
     assert status == state.DONE
     assert true <= found.error <= 10.0 * true
     assert (found.horizon is None) == (found.error <= TOL)
+
+
+@pytest.mark.parametrize("status", [state.TOO_SMALL, state.DIVERGED])
+def test_the_best_run_is_looked_for_behind_a_failure(status):
+    """Runs pass down to an eps of 2e-6, and err by 100 eps: 5e-7 would be needed."""
+    motion = Sine(lambda eps: eps < 2e-6, error=lambda eps: 100.0 * eps, status=status)
+    assert calibrated(motion, TOL, motion.run)[0] == state.DONE
+    assert 2e-6 < motion.eps < 8e-6
+    motion.tried.clear()
+    found = calibrated(motion, TOL, motion.run)[1]
+    assert 100.0 * motion.eps <= 2.0 * found.error <= 1000.0 * motion.eps
+    assert 0.1 < found.horizon * 100.0 * motion.eps / TOL < 10.0
+    assert "with shorter steps" in found.reason
+    assert motion.trial_steps == (len(motion.tried) - 1) * motion.steps
+
+
+def test_a_failure_behind_a_leap_is_made_up_for():
+    """The first two runs err by much more than eps times a constant; what they ask for fails, and is not needed."""
+    motion = Sine(lambda eps: eps < 5e-6, error=lambda eps: eps + 2500.0 * eps**2)
+    status, found = calibrated(motion, TOL, motion.run)
+    true = motion.error(motion.eps)
+    assert any(motion.fails(eps) for eps in motion.tried)
+    assert status == state.DONE and found.horizon is None
+    assert true <= found.error <= TOL
 
 
 def test_nothing_is_claimed_of_times_that_one_run_has_come_to():
