@@ -3,10 +3,15 @@
 Counted with the model's own step, or 1 ms where it has none, and its stop time. Bounds lie 5 % above what was counted
 (and two above small counts): compilers order operations differently, and an iteration more or less now and then is none
 of our doing. Where a change makes it work less, lower them.
+
+Where most steps are accepted after one or two iterations, rounding decides between the two: a change of the step in its
+last digit changes the count of a run by up to 15 % (standard deviation 1 to 8 %). There the mean of such runs is
+compared, whose standard deviation is below 2 %.
 """
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import mbdsl
@@ -16,8 +21,8 @@ MODELS = Path(__file__).parents[2] / "models"
 COUNTS = {
     ("chain", "hht-si2"): (5000, 11625, 628),
     ("chain", "hht-i3"): (5000, 13077, 627),
-    ("chaplygin_sleigh", "hht-si2"): (5000, 8838, 8),
-    ("chaplygin_sleigh", "hht-i3"): (5000, 9766, 9),
+    ("chaplygin_sleigh", "hht-si2"): (5000, 9012, 8),
+    ("chaplygin_sleigh", "hht-i3"): (5000, 8605, 9),
     ("crank_ivp", "hht-si2"): (10000, 29549, 147),
     ("crank_ivp", "hht-i3"): (10000, 26544, 121),
     ("double_pendulum", "hht-si2"): (2000, 3364, 3),
@@ -31,14 +36,14 @@ COUNTS = {
     ("flexible_slider_crank", "hht-i3"): (20000, 53524, 187),
     ("four_bar", "hht-si2"): (10000, 20591, 409),
     ("four_bar", "hht-i3"): (10000, 28444, 609),
-    ("pendulum", "hht-si2"): (10000, 18571, 132),
-    ("pendulum", "hht-i3"): (10000, 25880, 299),
+    ("pendulum", "hht-si2"): (10000, 18256, 136),
+    ("pendulum", "hht-i3"): (10000, 25937, 287),
     ("rolling_disc", "hht-si2"): (2000, 2029, 1),
     ("rolling_disc", "hht-i3"): (2000, 3844, 1),
-    ("seven_body", "hht-si2"): (3000, 4900, 84),
-    ("seven_body", "hht-i3"): (3000, 7404, 103),
-    ("slider_crank", "hht-si2"): (2000, 3731, 33),
-    ("slider_crank", "hht-i3"): (2000, 4590, 43),
+    ("seven_body", "hht-si2"): (3000, 5050, 83),
+    ("seven_body", "hht-i3"): (3000, 7432, 99),
+    ("slider_crank", "hht-si2"): (2000, 3480, 32),
+    ("slider_crank", "hht-i3"): (2000, 4489, 48),
     ("spin_up_beam", "hht-si2"): (20000, 37974, 206),
     ("spin_up_beam", "hht-i3"): (20000, 46223, 356),
     ("spring_mass", "hht-si2"): (5000, 5138, 1),
@@ -47,6 +52,8 @@ COUNTS = {
     ("stick_slip_belt", "hht-si2"): (40000, 40724, 15),
     ("stick_slip_belt", "hht-i3"): (40000, 41109, 17),
 }
+#: models whose counts depend on rounding, and how many runs are averaged there
+ROUNDED, RUNS = ("chaplygin_sleigh", "pendulum", "seven_body", "slider_crank"), 25
 
 
 def test_every_model_is_counted():
@@ -57,8 +64,14 @@ def test_every_model_is_counted():
 def test_counts(name, method):
     steps, iterations, matrices = COUNTS[name, method]
     scene = mbdsl.load(MODELS / f"{name}.mbd")
-    stats = mbdsl.simulate(scene, method=method, step=scene.experiment.step or 1e-3).stats
-    assert stats["steps"] == steps
-    assert steps <= stats["iterations"] <= 1.05 * iterations + 2
-    assert 1 <= stats["matrix_evaluations"] <= 1.05 * matrices + 2
-    assert stats["factorisations"] == stats["matrix_evaluations"]
+    h, runs = scene.experiment.step or 1e-3, RUNS if name in ROUNDED else 1
+    found = []
+    for k in range(runs):
+        step = h + (k - runs // 2) * np.spacing(h)
+        stats = mbdsl.simulate(scene, method=method, step=step).stats
+        assert stats["steps"] == steps
+        assert stats["factorisations"] == stats["matrix_evaluations"]
+        found.append((stats["iterations"], stats["matrix_evaluations"]))
+    mean_iterations, mean_matrices = np.mean(found, axis=0)
+    assert steps <= mean_iterations <= 1.05 * iterations + 2
+    assert 1 <= mean_matrices <= 1.05 * matrices + 2
