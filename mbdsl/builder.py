@@ -30,9 +30,9 @@ from mbdsl.lang.load import deep
 from mbdsl.lang.members import Namespace
 from mbdsl.lang.parser import parse_expression
 from mbdsl.lang.parts import Part
-from mbdsl.lang.suggest import did_you_mean
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.scene import Experiment, Scene
+from mbdsl.wording import did_you_mean
 
 #: what may be given as a value: a number in SI, a text of the language, an array, an expression
 Given = Any

@@ -24,15 +24,19 @@ from numpy.typing import NDArray
 
 from mbdsl import error_norm
 from mbdsl.errors import InitialisationError
+from mbdsl.failures import TOO_MANY_STEPS
 from mbdsl.growth import Growth, growth
 from mbdsl.integrators import declared, state
 from mbdsl.integrators.run import LONGEST
 from mbdsl.motion import Kept, Motion, Plan
+from mbdsl.tolerance import rounding
 
 Array = NDArray[np.float64]
 
 #: eps of the first trial run over the tolerance, for methods of order 1 and 2 and for others; the largest eps
 FIRST, FIRST_OF_HIGH_ORDER, LOOSEST = 1024.0, 64.0, 4e-3
+#: least eps of the first trial run of methods of order 1 and 2: it shows whether a smaller one takes too many steps
+STRICTEST = 1e-7
 #: ratio of successive eps, and the least ratio
 NEXT, NEAREST = 8.0, 4.0
 #: target of the error, relative to the tolerance
@@ -47,8 +51,6 @@ CHANCE = 3.0
 FALLS = 0.7
 #: least number of times at which runs are compared
 POINTS = 200
-#: rounding error of a state [units in the last place]
-ULPS = 4.0
 #: logarithm of the amplification above which steps have to resolve its rate; rate times step; the shortest such step,
 #: relative to the run
 GROWN, RESOLVED, SHORTEST = 10.0, 0.5, 2e-4
@@ -111,7 +113,8 @@ class _Ladder:
         self.motion, self.tol, self.integrate, self.plan = motion, tol, integrate, motion.plan
         plan, self.order = self.plan, max(1, declared(self.plan.method).order)
         self.span = plan.stop - plan.start
-        self.first = min((FIRST if self.order <= 2 else FIRST_OF_HIGH_ORDER) * tol, LOOSEST)
+        self.first = max(FIRST * tol, STRICTEST) if self.order <= 2 else FIRST_OF_HIGH_ORDER * tol
+        self.first = min(self.first, LOOSEST)
         self.times, self.shown = plan.times, None
         if plan.every or len(plan.times) < POINTS:
             even = np.linspace(plan.start, plan.stop, POINTS + 1)[1:]
@@ -215,7 +218,7 @@ class _Ladder:
                 return None
             eps = max(eps, self._between(last))
         if self._runs >= MOST or eps < LEAST * tol or not self._affordable(last, eps):
-            self.reason = self.reason or "it would take too many steps"
+            self.reason = self.reason or TOO_MANY_STEPS
             return None
         return eps
 
@@ -287,7 +290,7 @@ class _Ladder:
 
     def _rounding(self, trial: Trial) -> Array:
         """The rounding error (N,) along a run, amplified by the growth where that is known."""
-        unit = ULPS * float(np.finfo(float).eps)
+        unit = rounding(1.0)
         if self.growth is None:
             return np.full(len(trial.t), unit)
         return unit * np.exp(np.minimum(self.growth.at(trial.t), 700.0))

@@ -7,7 +7,7 @@ import numpy as np
 from mbdsl import layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import IntegrationError
-from mbdsl.integrators import state
+from mbdsl.integrators import declared, state
 from mbdsl.integrators.backends import External
 from mbdsl.integrators.events import SLIDING, SLIDING_HINT
 from mbdsl.integrators.run import Integration
@@ -21,6 +21,8 @@ from mbdsl.system.signals import values
 from mbdsl.system.switches import law_of
 from mbdsl.trajectory import Trajectory
 
+#: why a tolerance is not reached, where another method may do it
+TOO_MANY_STEPS = "it would take too many steps"
 #: error estimates above this only show that the error is not known
 LITTLE_KNOWN = 0.05
 
@@ -55,8 +57,10 @@ def inaccurate(trajectory: Trajectory, reason: str) -> IntegrationError:
     size = f"its error is about {error:.1g}" if known else "its error is not known"
     start, hint = trajectory.t[0], "ask for a larger tolerance"
     until = f"it is kept until t = {horizon:.6g} s" if horizon > start else "it is not kept at any time"
+    if reason == TOO_MANY_STEPS and declared(trajectory.stats["method"]).order <= 2:
+        hint += ", or take radau5, which needs fewer steps"
     if horizon > start:
-        hint += ", or stop earlier"
+        hint += f", or stop at t = {horizon:.6g} s"
     trajectory.stats["status"] = "inaccurate"
     trajectory.message = f"the tolerance of {tol:g} is not reached, {size}: {reason}; {until}"
     found = IntegrationError(trajectory.message, hint=hint)

@@ -234,6 +234,12 @@ class Motion:
         return tuple(moved for p in self.parts for moved in p.initial.moved)
 
     @property
+    def distance(self) -> float:
+        """The largest scaled coordinate at the start."""
+        largest = (np.abs(p.initial.q * p.system.tables.scale).max(initial=0.0) for p in self.parts)
+        return max(map(float, largest), default=0.0)
+
+    @property
     def sizes(self) -> dict[str, int]:
         """What is solved for: coordinates n, constraints m and p, in how many parts."""
         sums = {key: sum(getattr(p.system, key) for p in self.parts) for key in ("n", "m", "p")}

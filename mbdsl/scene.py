@@ -13,7 +13,7 @@ from typing import Any
 from mbdsl.elements.kind import BodyKind, Kind
 from mbdsl.errors import ModelError, Span
 from mbdsl.lang.expressions import COORDINATES, Expr, const, coordinate
-from mbdsl.lang.suggest import did_you_mean
+from mbdsl.wording import did_you_mean
 
 
 @dataclass(frozen=True)

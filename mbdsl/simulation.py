@@ -26,6 +26,7 @@ from mbdsl.integrators.step_loop import controls_locally
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Scene
 from mbdsl.system.dependence import repeated
+from mbdsl.tolerance import misfit, rounding
 from mbdsl.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -181,6 +182,9 @@ def simulate(
     if announce is not None and not motion.is_compiled:
         announce("compiling for the first time; the result is kept, later runs start at once ...")
     motion.prepare(lap)
+    if run.tol is not None and run.asked:
+        far = motion.distance
+        _check_rounding(run.tol, far, f"coordinates that are {far:.2g} times the mechanism's size (or as many radians)")
     if motion.redundant and announce is not None:
         announce(
             f"redundant: {', '.join(motion.redundant)} follows from the other constraints and is left out; "
@@ -238,8 +242,8 @@ def plan(
     if tol is not None and "controlled" not in can:
         raise UsageError(f"{method} has no error-controlled steps", hint="give a fixed step, or another method")
     asked = tol is not None or said.tolerance is not None
-    if tol is not None and not 0.0 < tol < 1.0:
-        raise UsageError(f"a tolerance is between 0 and 1, not {tol:g}")
+    if tol is not None and (wrong := misfit(tol)) is not None:
+        raise UsageError(wrong)
     if step is not None and "fixed" not in can:
         raise UsageError(f"{method} has no fixed steps", hint="give a tolerance (tol), or take another method")
     if tol is None and step is None and can[0] == "controlled":
@@ -275,6 +279,8 @@ def plan(
         raise UsageError(f"a step of {h:g} s is too small for times from {start:g} to {end:g} s")
     if tol is not None and end == start and controls_locally(method):
         tol = None  # there is nothing to err in
+    if tol is not None and asked and end > start:
+        _check_rounding(tol, max(abs(start), abs(end)) / (end - start), f"times from {start:.9g} to {end:.9g} s")
     if tol is not None:
         h = end - start or h
     steps = max(1, round((end - start) / h))
@@ -302,6 +308,16 @@ def plan(
         due[-1] = end
     chosen = check_options(method, options or {}, constrained(scene), force)
     return Plan(method, h, start, end, due, chosen, general, tol, every, asked=asked)
+
+
+def _check_rounding(tol: float, magnitude: float, what: str) -> None:
+    """Refuse a tolerance below the rounding error of numbers so large, relative to those that the tolerance is of."""
+    least = rounding(magnitude)
+    if tol < least:
+        raise UsageError(
+            f"a tolerance of {tol:g} is less than the rounding errors of {what}",
+            hint=f"ask for {1.05 * least:.1e} or more",
+        )
 
 
 def _asked(times: ArrayLike, start: float, end: float) -> NDArray[np.float64]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import difflib
+from collections.abc import Callable, Iterable
 
 
 def count(number: int, one: str, many: str = "") -> str:
@@ -31,3 +32,28 @@ def duration(seconds: float) -> str:
         if seconds >= size or unit == "ns":
             return f"{seconds / size:.3g} {unit}"
     raise AssertionError
+
+
+def did_you_mean(name: str, known: Iterable[str], listed: str = "") -> str | None:
+    """A hint with the names closest to ``name``; failing that, and if they are few, all of them behind ``listed``."""
+    names = list(dict.fromkeys(known))[:5000]
+    lower = {n.lower(): n for n in reversed(names)}
+    close = [lower[c] for c in difflib.get_close_matches(name.lower(), lower, 3, 0.6)]
+    if close:
+        return f"did you mean {' or '.join(f'`{c}`' for c in close)}?"
+    if listed and 0 < len(names) <= 25:
+        return f"{listed}: {', '.join(names)}"
+    return None
+
+
+def once(announce: Callable[[str], None] | None, said: set[str]) -> Callable[[str], None] | None:
+    """``announce`` without the lines in ``said``, to which it adds: for a run that consists of several."""
+    if announce is None:
+        return None
+
+    def new(line: str) -> None:
+        if line not in said:
+            said.add(line)
+            announce(line)
+
+    return new

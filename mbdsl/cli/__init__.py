@@ -11,6 +11,7 @@ import argparse
 import importlib
 import os
 import pkgutil
+import re
 import sys
 import traceback
 from collections.abc import Sequence
@@ -19,8 +20,10 @@ from typing import NoReturn
 
 import mbdsl
 from mbdsl.errors import MbdslError, UsageError
-from mbdsl.lang.suggest import did_you_mean
+from mbdsl.wording import did_you_mean
 
+#: a value, such as -1ms
+NEGATIVE = re.compile(r"-\.?\d")
 INTERRUPTED = 130
 BROKEN_PIPE = 141
 EPILOG = """\
@@ -109,10 +112,22 @@ def _run(argv: list[str]) -> int:
         return 0
     _check_command(argv[0])
     try:
-        args = parser.parse_args(argv)
+        args = parser.parse_args(_with_values(argv))
     except SystemExit as stop:  # --help and --version have been answered
         return int(stop.code or 0)
     return args.run(args)
+
+
+def _with_values(argv: list[str]) -> list[str]:
+    """``--step -1ms`` as ``--step=-1ms``, because argparse takes ``-1ms`` for an option."""
+    joined: list[str] = []
+    for word in argv:
+        option = joined[-1] if joined else ""
+        if NEGATIVE.match(word) and option.startswith("--") and len(option) > 2 and "=" not in option:
+            joined[-1] = f"{option}={word}"
+        else:
+            joined.append(word)
+    return joined
 
 
 def _check_command(word: str) -> None:

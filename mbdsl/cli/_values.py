@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mbdsl.errors import UsageError
+from mbdsl.tolerance import misfit
 
 if TYPE_CHECKING:
     from mbdsl.scene import Scene
@@ -49,7 +50,10 @@ interval_seconds = _bounded(seconds, lambda x: 0.0 <= x < float("inf"), "of 0 or
 
 
 def tolerance(text: str) -> float:
-    return _bounded(lambda t: quantity(t, "1"), lambda x: 0.0 < x < 1.0, "between 0 and 1")(text)
+    value = _bounded(number, lambda x: 0.0 < x < 1.0, "between 0 and 1")(text)
+    if (wrong := misfit(value)) is not None:
+        raise argparse.ArgumentTypeError(wrong)
+    return value
 
 
 def number(text: str) -> float:

@@ -14,6 +14,7 @@ from mbdsl import results
 from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.wording import once
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -129,6 +130,7 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
 
     jit.alone()
     display = None if args.quiet else Display(sys.stderr)
+    said: set[str] = set()
     failure = None
     try:
         trajectory = simulate(
@@ -145,7 +147,7 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
             force=args.force,
             general=args.general,
             progress=display,
-            announce=display.say if display else None,
+            announce=once(display.say, said) if display else None,
             **kept(args, output, resumed),
         )
     except IntegrationError as problem:
@@ -159,7 +161,7 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
     begun = perf_counter()
     names = write(trajectory, output, args.signals)
     trajectory.stats["seconds"].update(parse=parse, write=perf_counter() - begun)
-    verified = second_opinion(trajectory, names, args) if args.verify and not failure else None
+    verified = second_opinion(trajectory, names, args, said) if args.verify and not failure else None
     if args.stats:
         write_stats(args.stats, trajectory.stats)
     for text in trajectory.stats.get("warnings", ()):
@@ -201,7 +203,9 @@ def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:
     return {"checkpoint": Checkpoint(args.checkpoint, args.checkpoint_every, {"command": command}, resumed)}
 
 
-def second_opinion(trajectory: Trajectory, names: list[str], args: argparse.Namespace) -> Verification | None:
+def second_opinion(
+    trajectory: Trajectory, names: list[str], args: argparse.Namespace, said: set[str]
+) -> Verification | None:
     """What another method says of the signals written; warns where it says otherwise."""
     from mbdsl.studies.verify import FEW, verify
 
@@ -209,7 +213,8 @@ def second_opinion(trajectory: Trajectory, names: list[str], args: argparse.Name
         return None
     display = None if args.quiet else Display(sys.stderr)
     try:
-        found = verify(trajectory, names, args.general, display, display.say if display else None, args.budget)
+        announce = once(display.say, said) if display else None
+        found = verify(trajectory, names, args.general, display, announce, args.budget)
     except KeyboardInterrupt:  # the result itself is complete
         trajectory.stats["verify"] = {"problem": "interrupted"}
         print("not verified: interrupted", file=sys.stderr)

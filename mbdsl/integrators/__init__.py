@@ -20,6 +20,7 @@ from typing import Any
 
 from mbdsl.errors import UsageError
 from mbdsl.integrators.method import Method, Option, Run
+from mbdsl.wording import did_you_mean
 
 __all__ = ["Method", "Option", "Run", "backend", "compiled", "declared", "methods", "modules", "problems", "register"]
 
@@ -129,6 +130,6 @@ def declared(name: str) -> Method:
     found = modules().get(name) or backend(name)
     if found is None:
         wrong = [f"{who}: {why}" for who, why in problems().items() if who.startswith(f"{name} (")]
-        hint = "; ".join(wrong) or f"methods: {', '.join(methods())}"
+        hint = "; ".join(wrong) or did_you_mean(name, methods(), "methods")
         raise UsageError(f"there is no method `{name}`", hint=hint)
     return found.METHOD

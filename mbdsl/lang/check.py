@@ -7,9 +7,9 @@ import math
 from mbdsl.elements.kind import Parameter
 from mbdsl.errors import ModelError
 from mbdsl.lang import expressions, quantities, units, values
-from mbdsl.lang.suggest import did_you_mean
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value, describe
+from mbdsl.wording import did_you_mean
 
 
 def fit(value: Value, dimension: Dimension | None, what: str, unit: str = "") -> Value:

@@ -194,7 +194,7 @@ def _call(e: s.Call, scope: Scope) -> Value:
         found = scope.apply(e.function, evaluate(expressions_[0], scope))
         if found is not None:
             return found
-    from mbdsl.lang.suggest import did_you_mean
+    from mbdsl.wording import did_you_mean
 
     known = [*functions.FUNCTIONS, "der", *scope.function_names()]
     raise ModelError(f"no function is called `{name}`", span_of(e.function.at), did_you_mean(name, known))

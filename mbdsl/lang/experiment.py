@@ -12,9 +12,10 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import span_of
-from mbdsl.lang.suggest import did_you_mean
 from mbdsl.lang.write import write
 from mbdsl.scene import Experiment
+from mbdsl.tolerance import misfit
+from mbdsl.wording import did_you_mean
 
 #: key -> (field of Experiment, unit; "" for a text)
 KEYS = {
@@ -87,6 +88,8 @@ def setting(name: str, field: str, unit: str, value: values.Value) -> Any:
         number = fitted
     if (field in ("tolerance", "step", "") and number <= 0) or (field == "interval" and number < 0):
         raise ModelError(f"{what} is {number:g}, it must be positive")
+    if field == "tolerance" and (wrong := misfit(number)) is not None:
+        raise ModelError(f"{what}: {wrong}")
     return number
 
 

@@ -24,8 +24,8 @@ from mbdsl.lang.parameters import make_slot
 from mbdsl.lang.parts import Part, Template
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
-from mbdsl.lang.suggest import did_you_mean
 from mbdsl.lang.write import write
+from mbdsl.wording import did_you_mean
 
 
 class Instance:

@@ -12,7 +12,7 @@ from mbdsl.lang import limits
 from mbdsl.lang import syntax as s
 from mbdsl.lang.parser import parse
 from mbdsl.lang.source import span_of
-from mbdsl.lang.suggest import did_you_mean
+from mbdsl.wording import did_you_mean
 
 
 @dataclass

@@ -12,10 +12,10 @@ from mbdsl.lang.members import Namespace, Slot
 from mbdsl.lang.modifiers import Modifier, Modifiers, bind, merge
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import span_of
-from mbdsl.lang.suggest import did_you_mean
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.lang.write import write
+from mbdsl.wording import did_you_mean
 
 ATTRIBUTES = ("unit", "min", "max", "quantity", "displayUnit", "start", "fixed", "nominal")
 

@@ -18,9 +18,9 @@ from mbdsl.lang.expressions import Expr
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers
 from mbdsl.lang.signals import Formula, Signals, formula
 from mbdsl.lang.source import At, span_of
-from mbdsl.lang.suggest import did_you_mean
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.scene import Component, Frame
+from mbdsl.wording import did_you_mean
 
 if TYPE_CHECKING:
     from mbdsl.lang.assembly import Assembly

@@ -14,10 +14,10 @@ from mbdsl.lang.expressions import COORDINATES, TIME
 from mbdsl.lang.members import Array, Disabled, FrameMember, Many, Namespace, Slot, TableMember
 from mbdsl.lang.parts import ACCELERATIONS, Part, is_body
 from mbdsl.lang.source import At, span_of
-from mbdsl.lang.suggest import did_you_mean
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.lang.write import write
 from mbdsl.scene import Frame
+from mbdsl.wording import did_you_mean
 
 if TYPE_CHECKING:
     from mbdsl.lang.members import Entity

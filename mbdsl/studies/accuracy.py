@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
+from numbers import Real
 from time import perf_counter
 from typing import Any
 
@@ -19,8 +20,9 @@ from mbdsl.studies.families import precise
 from mbdsl.studies.ladder import Ladder
 from mbdsl.studies.limits import allowance, limited
 from mbdsl.studies.opinion import Verdict, ask
+from mbdsl.tolerance import misfit
 from mbdsl.trajectory import Trajectory
-from mbdsl.wording import together
+from mbdsl.wording import once, together
 
 PATIENCE = 20.0  #: most time of a first run, relative to all runs before it, or in tenths of a second
 HINT = "the motion may be chaotic or jump (see `mbdsl study convergence`), or the check needs more time (--budget)"
@@ -52,9 +54,11 @@ def reach(
     IntegrationError
         If no method reaches the accuracy, or two contradict each other; ``trajectory`` is the best result.
     """
-    if not 0.0 < accuracy < 1.0:
-        raise UsageError(f"an accuracy is between 0 and 1, not {accuracy:g}")
-    search = _Search(scene, accuracy, {**given, "interval": interval or None}, progress, announce)
+    if (wrong := misfit(accuracy, "an accuracy")) is not None:
+        raise UsageError(wrong)
+    if budget is not None and (isinstance(budget, bool) or not isinstance(budget, Real) or not budget > 0.0):
+        raise UsageError(f"budget is a number of seconds above zero, not {budget!r}")
+    search = _Search(scene, accuracy, {**given, "interval": interval or None}, progress, once(announce, set()))
     try:
         ladder = search.descend(_ladders(scene, accuracy, method, given))
         verdict = search.check(ladder, budget)

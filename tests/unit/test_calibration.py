@@ -88,6 +88,15 @@ def test_a_failure_behind_a_leap_is_made_up_for():
     assert true <= found.error <= TOL
 
 
+def test_what_takes_too_many_steps_is_not_tried():
+    """Steps go with eps^-1/2, and 5e-13 would be needed: 4e8 steps at 1e6 of 1e-7."""
+    motion = Sine(lambda eps: False, steps=1_000_000)
+    found = calibrated(motion, 1e-13, motion.run)[1]
+    assert min(motion.tried) > 1e-9
+    assert found.reason == "it would take too many steps"
+    assert 0.1 * motion.eps <= found.error
+
+
 def test_nothing_is_claimed_of_times_that_one_run_has_come_to():
     """One run comes to its end, and there are too many steps to make another."""
     motion = Sine(lambda eps: eps > 1e-5, steps=15_000_000)

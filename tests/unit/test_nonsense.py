@@ -1,10 +1,14 @@
 """Contradictory or meaningless arguments are errors, and are not silently replaced."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from mbdsl import Builder, Simulation, UsageError, simulate
+from mbdsl.failures import inaccurate
 from mbdsl.lang.load import parse_text
+from mbdsl.wording import once
 
 PENDULUM = """model Pendulum Ground g0; Rod rod(m = 1 kg, length = 1 m); Revolute pin(g0, rod.a); {}
   annotation(experiment({})); end Pendulum;"""
@@ -46,6 +50,59 @@ def test_the_command_refuses_a_step_longer_than_the_run(say, tmp_path):
 def test_a_step_and_a_tolerance_exclude_each_other():
     with pytest.raises(UsageError, match="found a step and a tolerance"):
         simulate(pendulum(), step=1e-3, tol=1e-3)
+
+
+# -- tolerances -------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"tol": "abc"}, "a tolerance is a number between 0 and 1, not 'abc'"),
+        ({"tol": True}, "a tolerance is a number between 0 and 1, not True"),
+        ({"tol": np.float32(2.0)}, "a tolerance is between 0 and 1, not 2"),
+        ({"tol": float("nan")}, "a tolerance is between 0 and 1, not nan"),
+        ({"tol": 1e-20}, "less than the rounding errors of a run, .* expected 2.5e-14 or more"),
+        ({"tol": 1e-12, "start": 1e6, "stop": 1e6 + 1.0}, "rounding errors of times from 1000000 to 1000001 s"),
+        ({"accuracy": "abc"}, "an accuracy is a number between 0 and 1, not 'abc'"),
+        ({"accuracy": 1e-16}, "an accuracy of 1e-16 is less than the rounding errors of a run"),
+        ({"accuracy": 1e-3, "budget": "long"}, "budget is a number of seconds above zero, not 'long'"),
+    ],
+    ids=str,
+)
+def test_tolerances_that_no_run_keeps_are_refused(given, told):
+    with pytest.raises(UsageError, match=told):
+        simulate(pendulum("StopTime = 1 s"), **given)
+
+
+def test_positions_far_away_have_rounding_errors():
+    """A length of 1 m at 1e9 m: half of the last digit of a position is 6e-8 m."""
+    text = """model Far Ground g(g = 0); Frame there(g, r = {1e9 m, 0}); Rod rod(m = 1 kg, length = 1 m);
+      Revolute pin(there, rod.a); annotation(experiment(StopTime = 1 s)); initial equation pin.w = 1; end Far;"""
+    with pytest.raises(UsageError, match="rounding errors of coordinates that are 1e"):
+        simulate(parse_text(text), tol=6e-8)
+
+
+def test_a_method_is_meant():
+    with pytest.raises(UsageError, match="there is no method `hht-si`") as problem:
+        simulate(pendulum(), method="hht-si")
+    assert problem.value.hint.startswith("did you mean `hht-si2`")
+    with pytest.raises(UsageError) as problem:
+        simulate(pendulum(), method="euler")
+    assert "radau5" in problem.value.hint
+
+
+def test_what_is_said_of_a_tolerance_that_is_kept_for_a_while():
+    """The hint names the time, and a method that needs fewer steps."""
+    stats = {"tol": 1e-9, "error": 1e-6, "horizon": 4.56, "method": "hht-si2"}
+    error = inaccurate(SimpleNamespace(stats=stats, t=np.array([0.0, 10.0])), "it would take too many steps")
+    assert error.hint == "ask for a larger tolerance, or take radau5, which needs fewer steps, or stop at t = 4.56 s"
+
+
+def test_lines_are_announced_once():
+    lines: list[str] = []
+    say = once(lines.append, {"known"})
+    for line in ("compiling", "known", "compiling", "other"):
+        say(line)
+    assert lines == ["compiling", "other"]
 
 
 @pytest.mark.parametrize("count", [0, -3, 1.5, True, "2", None])

@@ -49,7 +49,6 @@ def simulate(scene, **given):
     return mbdsl.simulate(scene, **{"step": scene.experiment.step or 1e-3, **given})
 
 
-
 def reduction(text):
     return reduce(graph.build(mbdsl.parse(text)))
 
