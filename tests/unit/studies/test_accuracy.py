@@ -35,8 +35,9 @@ def test_the_error_is_what_was_asked_for(wanted, exact):
     attained = difference(found, exact())
     said = found.stats["accuracy"]
     assert attained <= wanted
-    # an estimate from two steps is as good as errors are asymptotic
-    assert attained / 2.0 < said["estimated"] <= wanted
+    # an estimate from two steps is as good as errors are asymptotic; the truth itself is known to 1e-10
+    assert attained / 2.0 < said["estimated"] + 1e-10
+    assert said["estimated"] <= wanted
     assert said["asked"] == wanted and said["checked by"] and len(said["runs"]) >= 4
 
 
@@ -50,9 +51,9 @@ def test_the_method_asked_for(exact):
 
 def test_what_cannot_be_reached():
     with pytest.raises(
-        IntegrationError, match=r"an accuracy of 1e-15 cannot be reached: hht-i3: .*1e-15|stays at"
+        IntegrationError, match=r"an accuracy of 1e-13 cannot be reached: hht-i3: .*1e-13|stays at"
     ) as no:
-        mbdsl.simulate(CRANK, accuracy=1e-15, stop=0.01, method="hht-i3")
+        mbdsl.simulate(CRANK, accuracy=1e-13, stop=0.01, method="hht-i3")
     assert no.value.exit_code == 4
 
 
