@@ -30,7 +30,7 @@ def error(claim: Claim, run, until: float = math.inf) -> float:
     """The largest over outputs up to ``until`` [s].
 
     Positions over the mechanism's size, angles in radians; velocities likewise, and over the largest of the run (also
-    between outputs, of closed forms), which is at least one size or radian in the time of the run.
+    between outputs, where that is known), which is at least one size or radian in the time of the run.
     """
     truth, size = claim.truth(), run.system.tables.size
     times = claim.times
