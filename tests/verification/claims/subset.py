@@ -102,4 +102,7 @@ SUBSET = [
     ("OrbitClose", "--tol", "hht-si2", 0.0001),
     ("SlopeFriction", "--tol", "hht-si2", 0.0001),
     ("BushingPulse", "--tol", "hht-si2", 0.0001),
+    ("TablePeak", "--tol", "radau5", 1e-06),
+    ("Delayed", "--tol", "radau5", 1e-06),
+    ("Graze", "--tol", "radau5", 0.001),
 ]
