@@ -253,6 +253,20 @@ def test_options_reach_them(registered, tmp_path):
             cli._run([*arguments, "--option", wrong])
 
 
+def hesitating(problem):
+    """Three states around each output, as where an event is located there."""
+    for t, q, v in exact(problem):
+        for early in (5e-11, 3e-11, 0.0):
+            yield t - early * problem.h, q, v
+
+
+def test_states_close_to_an_output_are_one_output(registered):
+    register(backend(hesitating))
+    found = mbdsl.simulate(falling(), method="toy", step=0.1, stop=1.0, interval=0.1)
+    np.testing.assert_allclose(found.t, np.linspace(0.0, 1.0, 11), rtol=1e-15)
+    np.testing.assert_allclose(found["two.y"], 1.0 - 9.81 * found.t**2 / 2)
+
+
 # -- what goes wrong -------------------------------------------------------------------------------------------------
 
 
