@@ -211,7 +211,7 @@ def test_tolerance_of_the_model():
     both = mbdsl.parse(text.replace("StopTime = 2 s)", "StopTime = 2 s, Tolerance = 1e-4, Step = 1 ms)"))
     said = []
     assert mbdsl.simulate(scene, announce=said.append).stats["tol"] == 1e-4
-    assert not said
+    assert not any("Tolerance" in line for line in said)
     assert mbdsl.simulate(scene, step=1e-2, announce=said.append).stats["tol"] is None
     assert mbdsl.simulate(both, announce=said.append).stats["h"] == 1e-3
-    assert [line for line in said if "Tolerance is not used" in line] == said and len(said) == 2
+    assert len([line for line in said if "Tolerance is not used" in line]) == 2
