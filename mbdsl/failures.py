@@ -198,7 +198,10 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         "try a larger tolerance",
     }[status]
     if status == state.DIVERGED and integration.method == "hht-add" and system.m:
-        hint += "; hht-add does not pass all singular poses of several loops: hht-si2 or hht-i3 may"
+        hint += (
+            "; hht-add does not pass all singular poses: its iteration diverges where a singular value of Phi_q falls "
+            "by more than half within a step; hht-si2 or hht-i3 may pass"
+        )
     law = _broken_law(integration) if status == state.NOT_FINITE else None
     if status == state.SLIDING:
         law = law_of(system.scene, [switch.node for switch in integration.events.changing])

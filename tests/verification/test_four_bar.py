@@ -52,3 +52,18 @@ def test_small_steps(model, rows, method):
             assert abs(found[name][t] - float(rows[t][key])) < ALLOWED[method][-1] / 400
     for rocker in ("R[2]", "R[3]"):
         assert np.abs(found[f"{rocker}.phi"] - found["R[1].phi"]).max() < 1e-9
+
+
+@pytest.mark.parametrize("h", [1e-3, 2e-3])
+def test_where_hht_add_stops_with_five_loops(model, h):
+    """Whether it stops depends on rounding. Until then energy is kept; the message tells the reason and a remedy."""
+    failure, five = None, {"N": 5}
+    try:
+        found = mbdsl.simulate(model("four_bar"), method="hht-add", step=h, stop=10.0, parameters=five)
+    except mbdsl.IntegrationError as problem:
+        failure, found = problem, problem.trajectory
+    assert np.ptp(found["energy.total"]) < 1e-3 * found["energy.kinetic"].max()
+    if failure is not None:
+        assert "a singular value of Phi_q falls by more than half within a step; hht-si2 or hht-i3" in failure.hint
+        until = found.t[-1] + 10 * h
+        assert mbdsl.simulate(model("four_bar"), method="hht-si2", step=h, stop=until, parameters=five).status == "done"
