@@ -199,7 +199,7 @@ class _Ladder:
         if self.reason and last.eps <= enough:
             return None
         three = len(trials) > 3 and all(x.done for x in trials[-3:])
-        if three and last.differs > FALLS * trials[-3].differs and last.eps < enough:
+        if three and last.differs > FALLS * trials[-3].differs and trials[-2].eps < enough:
             self.reason = "runs with shorter steps do not converge"
             if last.differs < SATURATED:
                 return None

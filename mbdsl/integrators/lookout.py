@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 LONGEST = 0.02
 #: most steps that are searched together, and most numbers recorded for them
 BATCH, NUMBERS = 1024, 400_000
+#: steps that are searched after a peak was found; then twice as many each time
+FEW = 8
 #: most returns of the run for peaks within an interval, and the length of that relative to the run: a force may change
 #: sign with the velocity that it causes in every step, however short
 MOST, PLACE = 40, 1e-9
@@ -97,7 +99,8 @@ class Landings:
             while (status := call(steps)) == LOOK:
                 self.refill()
             return status
-        status, batch = RUNNING, int(run.J[NOTES])
+        status, most = RUNNING, int(run.J[NOTES])
+        batch = most
         while steps > 0 and status == RUNNING:
             before, t = _copied(run), run.time
             first = np.concatenate([[t], *run.state()])
@@ -115,10 +118,12 @@ class Landings:
                     run.events.blame(changing)
                     return SLIDING if changing else TOO_SMALL
                 batch = max(1, int((rows[:, 0] <= zones[0].start).sum()))  # the steps before it passed the search
+                most = batch + FEW  # where there is one peak, another may follow
                 self.insert(zones)
                 status = RUNNING
                 continue
-            steps, batch = steps - max(1, len(rows)), int(run.J[NOTES])
+            most = min(2 * most, int(run.J[NOTES]))
+            steps, batch = steps - max(1, len(rows)), most
             if status == LOOK:
                 self.refill()
                 status = RUNNING

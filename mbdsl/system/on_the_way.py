@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.lang.expressions import RATE, Expr, coordinate, evaluate, leaves, walk
+from mbdsl.lang.expressions import RATE, Expr, const, coordinate, evaluate, leaves, substitute, walk
 from mbdsl.system.intervals import CONDITIONS, FLAT, ROUNDING, Interval, Jet, constant, enclose
-from mbdsl.system.signals import ARRAY_OPERATIONS, table_value, values
+from mbdsl.system.signals import ARRAY_OPERATIONS, frame_coordinate, table_value, values
 from mbdsl.system.unseen import Function, Zone, hiding, monotone, zones
 
 if TYPE_CHECKING:
@@ -26,9 +26,18 @@ Array = NDArray[np.float64]
 
 #: negligible height of a peak, relative to the term's value at both ends; relative to its largest value so far
 SLIGHT, TINY = 0.05, 1e-6
+#: change of a term within an interval that is not halved any more, as a part of the negligible height of a peak
+NEGLIGIBLE = 0.25
+#: shortest step that is searched, and shortest interval of it, in shortest possible steps
+SHORT, SHORTEST = 4.0, 0.1
+#: rounding error of positions, relative to them; the velocity is taken as linear where it shows no more than that
+LOST = 64.0 * np.finfo(float).eps
+#: most steps that are searched together
+TOGETHER = 64
 #: a smooth peak wider than this part of a step needs no zone, unless it is higher than this part of the largest value
 WIDE, HIGH = 0.4, 0.25
 JUMPS = (*CONDITIONS, "sign", "floor", "ceil", "mod", "table", "abs", "min", "max")
+AT_ONE = np.zeros((1, 0))
 POSITION = {rate: key for key, rate in RATE.items()}
 
 
@@ -37,10 +46,25 @@ class OnTheWay:
 
     def __init__(self, system: System) -> None:
         self._system = system
-        roots = [x for x in system.tables.values if any(n.op != "time" for n in leaves(x))]
-        self.terms = [x for x in hiding(roots) if any(n.op in ("coordinate", "multiplier") for n in leaves(x))]
+        roots: dict[Expr, Expr] = {}
+        for root in system.tables.values:
+            for term in hiding([substitute(root, self._on_the_ground)]):
+                if any(n.op in ("coordinate", "multiplier") for n in leaves(term)):
+                    roots.setdefault(term, root)
+        self.terms = list(roots)
+        self._roots = list(roots.values())
         self._jumps = [any(n.op in JUMPS for n in walk(x)) for x in self.terms]
         self._leaves = leaves(*self.terms)
+
+    def _on_the_ground(self, x: Expr) -> Expr | None:
+        """The value of a coordinate of a frame that does not move."""
+        if x.op != "coordinate":
+            return None
+        name, key = x.value  # type: ignore[misc]
+        frame = self._system.scene.frames[name]
+        if frame.body in self._system.tables.models or frame.motion is not None:
+            return None
+        return const(float(frame_coordinate(self._system, name, key, AT_ONE, AT_ONE)[0]))
 
     def first(
         self, t: Array, q: Array, v: Array, lam: Array, inputs: Mapping[str, float], least: float, seen: Array
@@ -55,36 +79,39 @@ class OnTheWay:
         with np.errstate(all="ignore"):
             ways = self._ways(t, q, v, lam)
             found: list[Zone] = []
-            suspected = self._suspected(_along(self.terms, ways, inputs), count, seen)
+            resolved = h >= SHORT * least
+            suspected = self._suspected(_along(self.terms, ways, inputs), resolved, seen)
             for n, (size, slight, steps) in enumerate(suspected):
-                f = _along(self.terms[n : n + 1], ways, inputs)
-                for k in steps:
-                    if k >= count:
+                f = _only(_along(self.terms[n : n + 1], ways, inputs))
+                for some in np.split(steps, range(TOGETHER, len(steps), TOGETHER)):
+                    some = some[some < count]
+                    if hidden := self._hidden(n, f, some, least / h, size.copy(), slight):
+                        count, parts = hidden
+                        t0, dt = t[count], h[count]
+                        found = [Zone(t0 + dt * a, t0 + dt * b, self._roots[n]) for a, b in parts]
                         break
-                    if hidden := self._hidden(n, _only(f), k, float(h[k]), least, float(size[k]), float(slight[k])):
-                        found = [Zone(t[k] + h[k] * a, t[k] + h[k] * b, self.terms[n]) for a, b in hidden]
-                        count = k
             if not found:
                 seen[:] = [size[-1] for size, *_ in suspected]
         return found
 
-    def _suspected(self, f: Functions, count: int, seen: Array) -> list[tuple[Array, Array, list[int]]]:
+    def _suspected(self, f: Functions, resolved: NDArray, seen: Array) -> list[tuple[Array, Array, NDArray]]:
         """Of every term: how large it has been (count,), what makes no difference in each step (count,), and the steps
         on whose way it may do more than their ends tell."""
+        count = len(resolved)
         k, zero, one = np.arange(count), np.zeros(count), np.ones(count)
         found = []
         states = f.at(np.append(k, count - 1), np.append(zero, 1.0))
         for n, (y, jet) in enumerate(zip(states, f.values(k, zero, one), strict=True)):
             y0, y1 = y[:-1], y[1:]
             ends = np.abs(y0) + np.abs(y1)
-            size = np.maximum(seen[n], np.maximum.accumulate(np.where(np.isfinite(ends), ends, 0.0)))
+            size = np.maximum(seen[n], np.maximum.accumulate(np.where(resolved & np.isfinite(ends), ends, 0.0)))
             slight = SLIGHT * ends + TINY * size
             over = np.maximum(jet.hi - np.maximum(y0, y1), np.minimum(y0, y1) - jet.lo)
-            steps = np.flatnonzero(np.broadcast_to(over > slight, (count,)))
+            steps = np.flatnonzero(resolved & (over > slight))
             if len(steps):
                 slopes = f.jet(steps, zero[steps], one[steps])[n]
                 steps = steps[np.minimum(slopes.d_hi, -slopes.d_lo) > slight[steps]]
-            found.append((size, slight, steps.tolist()))
+            found.append((size, slight, steps))
         return found
 
     def _ways(self, t: Array, q: Array, v: Array, lam: Array) -> dict[Expr, Array]:
@@ -106,6 +133,8 @@ class OnTheWay:
                 continue
             p, r = (at[y] for y in _position(x))
             way, r0, r1 = np.diff(p), h * r[:-1], h * r[1:]
+            known = np.abs(way - 0.5 * (r0 + r1)) > LOST * np.maximum(np.abs(p[:-1]), np.abs(p[1:]))
+            way = np.where(known, way, 0.5 * (r0 + r1))
             c2, c3 = 3.0 * way - 2.0 * r0 - r1, r0 + r1 - 2.0 * way
             if x is _position(x)[0]:
                 found[x] = _columns(p[:-1], r0, c2, c3)
@@ -114,22 +143,25 @@ class OnTheWay:
         return found
 
     def _hidden(
-        self, n: int, f: Function, k: int, h: float, least: float, size: float, slight: float
-    ) -> list[tuple[float, float]]:
-        """Zones within step k, as parts of it, of a term that has peaks there which its ends do not show."""
-        if h < 4.0 * least:
-            return []
-        largest = np.full(k + 1, size)
-        shortest = np.full(k + 1, 0.1 * least / h)
-        points = monotone(f, np.array([k]), np.zeros(1), np.ones(1), largest, shortest)
-        if points is None:  # too many intervals: a shorter step needs fewer
-            return [(0.25, 0.75)]
-        found = [(a, b) for a, b in zones(f, points, k, slight).T.tolist() if a > 0.0 and b < 1.0]
-        if self._jumps[n] or not found:
-            return found
-        height = np.ptp(points.y)
-        hidden = found[-1][1] - found[0][0] < WIDE or len(found) > 1 or height > HIGH * largest[k]
-        return found if hidden else []
+        self, n: int, f: Function, steps: NDArray, least: Array, size: Array, slight: Array
+    ) -> tuple[int, list[tuple[float, float]]] | None:
+        """The first of ``steps`` on whose way a term has peaks that the ends do not show, and their zones as parts of
+        the step; None if there is no such step."""
+        if not len(steps):
+            return None
+        start, end = np.zeros(len(steps)), np.ones(len(steps))
+        points, over = monotone(f, steps, start, end, size, SHORTEST * least, NEGLIGIBLE * slight)
+        for k in steps.tolist():
+            if k in over:  # a shorter step needs fewer intervals
+                return k, [(0.25, 0.75)]
+            found = [(a, b) for a, b in zones(f, points, k, float(slight[k])).T.tolist() if a > 0.0 and b < 1.0]
+            if not found:
+                continue
+            height = np.ptp(points.y[points.k == k])
+            wide = len(found) == 1 and found[0][1] - found[0][0] >= WIDE and height <= HIGH * size[k]
+            if self._jumps[n] or not wide:
+                return k, found
+        return None
 
 
 def _position(x: Expr) -> tuple[Expr, Expr]:

@@ -58,7 +58,7 @@ class Zone(NamedTuple):
 
     start: float
     end: float
-    term: Expr
+    term: Expr  #: the term of a law that has a peak there, or an expression of the model that contains it
 
 
 # -- terms -------------------------------------------------------------------------------------------------------------
@@ -228,24 +228,29 @@ class Points(NamedTuple):
     y: Array
 
 
-def monotone(f: Function, k: NDArray, a: Array, b: Array, size: Array, least: Array) -> Points | None:
-    """Ends of intervals on which f is monotone, within [a, b] of paths k; None if there are too many.
+def monotone(
+    f: Function, k: NDArray, a: Array, b: Array, size: Array, least: Array, slight: Array | float = NOTHING
+) -> tuple[Points, NDArray]:
+    """Ends of intervals on which f is monotone, within [a, b] of paths k; and the paths that have too many.
 
-    ``size`` is its largest value on each path so far, and is updated; intervals shorter than ``least`` are not halved.
+    ``size`` is its largest value on each path so far, and is updated; intervals that are shorter than ``least``, or on
+    which f changes by less than ``slight``, are not halved.
     """
+    slight = np.broadcast_to(slight, size.shape)
     ya, yb = f.at(k, a), f.at(k, b)
     done: list[tuple[NDArray, Array, Array]] = [(k, a, ya), (k, b, yb)]
-    count = len(k)
+    count, over = np.bincount(k, minlength=len(size)), np.zeros(len(size), bool)
     while len(k):
         for y in (ya, yb):
             np.maximum.at(size, k, np.where(np.isfinite(y), np.abs(y), 0.0))
-        found = [np.broadcast_to(x, a.shape) for x in f.jet(k, a, b)]
-        lo, hi, d_lo, d_hi = found
-        left = (d_lo < 0.0) & (d_hi > 0.0) & (hi - lo > NEGLIGIBLE * size[k] + NOTHING) & (b - a > least[k])
+        lo, hi, d_lo, d_hi = (np.broadcast_to(x, a.shape) for x in f.jet(k, a, b))
+        change = np.fmin(hi - lo, np.maximum(-d_lo, d_hi) * (b - a))  # the second is sharper where terms cancel
+        wide = change > np.maximum(slight, NEGLIGIBLE * size + NOTHING)[k]
+        left = (d_lo < 0.0) & (d_hi > 0.0) & wide & (b - a > least[k])
+        count += np.bincount(k[left], minlength=len(size))
+        over |= count > MOST
+        left &= ~over[k]
         k, a, b, ya, yb = k[left], a[left], b[left], ya[left], yb[left]
-        count += len(k)
-        if count > MOST:
-            return None
         m = 0.5 * (a + b)
         y = f.at(k, m)
         done.append((k, m, y))
@@ -257,7 +262,7 @@ def monotone(f: Function, k: NDArray, a: Array, b: Array, size: Array, least: Ar
     k, s, y = k[order], s[order], y[order]
     first[1:] = (k[1:] != k[:-1]) | (s[1:] != s[:-1])
     good = first & np.isfinite(y)
-    return Points(k[good], s[good], y[good])
+    return Points(k[good], s[good], y[good]), np.flatnonzero(over)
 
 
 def turns(y: Array, least: float) -> list[int]:
@@ -340,11 +345,10 @@ def _of_term(term: Expr, t0: float, t1: float) -> Iterator[Zone]:
     rest, width = [(t0, t1)], t1 - t0
     while rest:
         a, b = rest.pop()
-        points = None
         with np.errstate(all="ignore"):
             if b - a <= 4.0 * width:
-                points = monotone(f, path, np.array([a]), np.array([b]), size, shortest)
-            if points is None:
+                points, over = monotone(f, path, np.array([a]), np.array([b]), size, shortest)
+            if b - a > 4.0 * width or len(over):
                 middle = 0.5 * (a + b)
                 if a < middle < b:
                     rest += [(middle, b), (a, middle)]

@@ -13,8 +13,8 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
-from itertools import chain
-from typing import Protocol
+from itertools import chain, islice
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,8 @@ ULPS = 64
 TRIES = 100
 UNSEEN = "a force acts for so short a time that no step can end within it"
 UNSEEN_HINT = "try a wider window, or another method; see `mbdsl methods`"
+#: states that are searched for peaks together
+TOGETHER = 32
 #: corners passed in one step before it is taken as it is
 CORNERS = 10
 
@@ -63,13 +65,61 @@ class Solver(Protocol):
 
 
 def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver]) -> Iterator[State]:
-    """States at all steps and outputs; ``begin(t, q, v, stop)`` gives a solver for the time until ``stop``."""
+    """States at all steps and outputs; ``begin(t, q, v, stop)`` gives a solver for the time until ``stop``.
+
+    Several steps are taken before they are searched for peaks of laws together. If one has passed over a peak, the run
+    returns to the start of that step.
+    """
     switches, peaks = _Switches(problem), _Peaks(problem)
+    start = problem.start, problem.q, problem.v
+    walk = _walk(problem, begin, switches, peaks, *start)
+    while True:
+        taken, stopped = [_Taken(False, problem.counts["events"], start)], None
+        try:
+            for x in islice(walk, peaks.batch):
+                taken.append(x)
+        except IntegrationError as failure:
+            stopped = failure
+        last = peaks.unseen([x.state for x in taken])
+        for x in taken[1 : last + 1]:
+            if x.shown:
+                yield x.state
+        start = taken[last].state
+        if last < len(taken) - 1:
+            problem.counts["events"] = taken[last].events
+            walk = _walk(problem, begin, switches, peaks, *start)
+        elif stopped is not None:
+            raise stopped
+        elif last == 0:
+            return
+
+
+class _Taken(NamedTuple):
+    """A state on the way: of a step or an output, or behind a jump, which is not ``shown``."""
+
+    shown: bool
+    events: int  #: number so far
+    state: State
+
+
+def _walk(
+    problem: Problem,
+    begin: Callable[[float, Array, Array, float], Solver],
+    switches: _Switches,
+    peaks: _Peaks,
+    t: float,
+    q: Array,
+    v: Array,
+) -> Iterator[_Taken]:
+    """The states from t on, the way between them not yet searched for peaks."""
+
+    def taken(shown: bool, *state) -> _Taken:
+        return _Taken(shown, problem.counts["events"], state)
+
     near = switches.near
-    due = iter([*problem.times, np.inf])
+    due = iter([*problem.times[np.searchsorted(problem.times, t, side="right") :], np.inf])
     output = next(due)
-    t, q, v = problem.start, problem.q, problem.v
-    for known in chain((x for x in problem.breaks if problem.start < x < problem.stop - 2.0 * near), (None,)):
+    for known in chain((x for x in problem.breaks if t < x < problem.stop - 2.0 * near), (None,)):
         stop = problem.stop if known is None else known - near
         while t < stop:  # a piece
             switches.begin(t, q, v)
@@ -77,7 +127,7 @@ def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver
             while t < goal and not jumped:
                 try:
                     solver.step()
-                    if (peak := peaks.passed(t, q, v, solver)) is not None:
+                    if (peak := peaks.passed(t, solver.t)) is not None:
                         solver, goal = begin(t, q, v, peak), peak
                         continue
                 except IntegrationError as failure:
@@ -86,23 +136,25 @@ def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver
                     break
                 end = switches.first_jump(solver, t)
                 while output < end:
-                    yield output, *solver.at(output)
+                    yield taken(True, output, *solver.at(output))
                     output = next(due)
                 t, (q, v), jumped = end, solver.at(end), end < solver.t
                 if t == output:
                     output = next(due)
                 problem.counts["steps"] += 1
-                yield t, q, v
+                yield taken(True, t, q, v)
             if jumped:
                 t, q, v = switches.leave(t, q, v, stop)
+                yield taken(False, t, q, v)
             while output <= t:  # what was passed over
-                yield output, q, v
+                yield taken(True, output, q, v)
                 output = next(due)
         if known is not None:
             t, q, v = switches.move(t, q, v, known + near - t)
             problem.counts["events"] += 1
+            yield taken(False, t, q, v)
             while output <= t:
-                yield output, q, v
+                yield taken(True, output, q, v)
                 output = next(due)
 
 
@@ -112,42 +164,51 @@ class _Peaks:
     def __init__(self, problem: Problem) -> None:
         self._system, self._f = problem.system, Index1(problem.system, problem.left_out)
         self._zones = iter(problem.zones)
-        self._zone = next(self._zones, None)
-        self._met: list[Zone] = []
+        self._ahead: list[Zone] = []  #: those of time so far, and those that were found on the way
         self._least = ULPS * float(np.finfo(float).eps) * max(abs(problem.start), abs(problem.stop))
         self._inputs = {name: x.start for name, x in problem.system.scene.inputs.items()}
-        self._from, self._tries = -np.inf, 0
+        self._last = self._from = -np.inf
+        self._tries = 0
         self._seen = np.zeros(len(problem.system.on_the_way.terms))
+        counted = any(body.counter >= 0 for body in problem.system.tables.models.values())
+        #: states that are searched together; turns are counted from the last one that was accepted
+        self.batch = 1 if counted or not len(self._seen) else TOGETHER
 
-    def passed(self, t: float, q: Array, v: Array, solver: Solver) -> float | None:
-        """The middle of the first zone that a step passes over, from a state to that of ``solver``.
+    def passed(self, t: float, end: float) -> float | None:
+        """The middle of the first known zone that a step from t to ``end`` passes over."""
+        while self._last < end and (zone := next(self._zones, None)) is not None:
+            self._ahead.append(zone)
+            self._last = zone.start
+        first = min((x for x in self._ahead if t < x.start and x.end < end), key=lambda x: x.end, default=None)
+        return None if first is None else 0.5 * (first.start + first.end)
+
+    def unseen(self, states: list[State]) -> int:
+        """How many of the steps between states may be kept: all, or those before a peak that no state shows.
 
         Raises
         ------
         IntegrationError
             If no step is short enough.
         """
-        while self._zone is not None and self._zone.start <= t:
-            self._zone = next(self._zones, None)
-        self._met = [zone for zone in self._met if zone.start > t]
-        ahead = [zone for zone in (self._zone, *self._met) if zone is not None and zone.end < solver.t]
-        if not ahead and self._system.on_the_way.terms:
-            ahead = self._met = self._on_the_way((t, q, v), (solver.t, *solver.at(solver.t)))
-            self._tries, self._from = (self._tries + 1 if self._from == t and ahead else 0), t
-            if self._tries > TRIES:
-                law = law_of(self._system.scene, [ahead[0].term])
-                raise IntegrationError(UNSEEN, None if law is None else law.span, hint=UNSEEN_HINT)
-        if not ahead:
-            return None
-        first = min(ahead, key=lambda zone: zone.end)
-        return 0.5 * (first.start + first.end)
-
-    def _on_the_way(self, start: State, end: State) -> list[Zone]:
-        t, q, v = (np.array(x) for x in zip(start, end, strict=True))
-        lam = np.zeros((2, self._system.m + self._system.p))
-        if self._system.of_multipliers:
-            lam = np.array([self._f.motion(*x)[1] for x in (start, end)])
-        return self._system.on_the_way.first(t, q, v, lam, self._inputs, self._least, self._seen)
+        last = len(states) - 1
+        if last and self._system.on_the_way.terms:
+            t, q, v = (np.array(x) for x in zip(*states, strict=True))
+            lam = np.zeros((len(t), self._system.m + self._system.p))
+            if self._system.of_multipliers:
+                lam = np.array([self._f.motion(*x)[1] for x in states])
+            look = self._system.on_the_way.first
+            if found := look(t, q, v, lam, self._inputs, self._least, self._seen):
+                last = int(np.searchsorted(t, found[0].start, side="right")) - 1
+                if last:  # bring what was seen up to date
+                    kept = slice(last + 1)
+                    look(t[kept], q[kept], v[kept], lam[kept], self._inputs, self._least, self._seen)
+                self._ahead += found
+                self._tries, self._from = (self._tries + 1 if self._from == t[last] else 0), t[last]
+                if self._tries > TRIES:
+                    law = law_of(self._system.scene, [found[0].term])
+                    raise IntegrationError(UNSEEN, None if law is None else law.span, hint=UNSEEN_HINT)
+        self._ahead = [zone for zone in self._ahead if zone.start > states[last][0]]
+        return last
 
 
 class _Switches:

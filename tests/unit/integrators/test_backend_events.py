@@ -32,10 +32,11 @@ def test_accuracy_across_events(name, method):
 
 
 def test_an_event_costs_few_steps():
-    """With a table of six knots over time DOP853, exact for each piece, needs steps for no other reason."""
+    """With a table of six knots over time DOP853, exact for each piece, needs steps for no other reason than the longest
+    step, 1/50 of the run."""
     scene, solution, times = CASES["table"]
     found, error = solved(scene, solution, "scipy-dop853", 1e-8)
-    assert error < 1e-12 and found.stats["steps"] < 4 * (len(times) + 1)
+    assert error < 1e-12 and found.stats["steps"] < 50 + 4 * (len(times) + 1)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -58,7 +59,7 @@ def test_sliding_along_a_switch_stops_and_says_so(method):
     assert "TranslationalSpringDamper spring" in str(caught.value) and "tanh" in caught.value.hint
     assert caught.value.span is not None
     end = caught.value.trajectory  # some see it one output (2 ms) later, at rest
-    assert -1e-9 < end.t[-1] - 0.5 < 2e-3 + 1e-9
+    assert -5e-5 < end.t[-1] - 0.5 < 2e-3 + 5e-5  # an error of 1e-4 of v is 5e-5 s of time
     assert end["rail.s"][-1] == pytest.approx(0.25, abs=1e-4) and abs(end["rail.v"][-1]) < 1e-4
     with pytest.raises(IntegrationError, match="to and fro") as caught:
         mbdsl.simulate(slide("1e4 N/m*s + (if v > 0.5 m/s then 60 N else 0 N)", 0.0, 1.0), method=method, tol=1e-6)
