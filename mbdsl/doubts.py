@@ -1,7 +1,8 @@
-"""Warnings about runs with fixed steps: energy that grows without a source, and contacts that steps do not resolve.
+"""Warnings about runs with fixed steps: laws that act within a step, growing energy, contacts that are not resolved.
 
-Fixed steps have no error estimate. Both symptoms are looked for after the run, at its outputs: growing energy in models
-without a source of energy, unresolved contacts in models whose laws have conditions.
+Fixed steps have no error estimate. Three symptoms are looked for: peaks of laws between the ends of a step, along the
+run (:mod:`mbdsl.integrators.overlooked`); after it, at its outputs, growing energy in models without a source of
+energy, and unresolved contacts in models whose laws have conditions.
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ from numpy.typing import NDArray
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.errors import MbdslError
 from mbdsl.integrators import state
+from mbdsl.integrators.overlooked import Peak
 from mbdsl.integrators.run import Integration
-from mbdsl.lang.expressions import Expr, leaves
+from mbdsl.lang.expressions import Expr, leaves, walk
 from mbdsl.motion import KINEMATIC, Motion, Moving
 from mbdsl.scene import Component, Scene
 from mbdsl.system import System
@@ -43,13 +45,51 @@ ALONG = {"fx": "x", "fy": "y", "tau": "phi"}
 
 def doubts(motion: Motion, trajectory: Trajectory, states: list[tuple[Array, Array]]) -> list[str]:
     """Warnings about a run with fixed steps; ``states`` are q and v (N, n) of each part at its outputs."""
-    if motion.plan.tol is not None or len(trajectory.t) < 3:
+    if motion.plan.tol is not None:
         return []
-    found = [growth(trajectory)]
-    for p, (q, v) in zip(motion.parts, states, strict=True):
-        if isinstance(p.integration, Integration) and p.method != KINEMATIC and p.system.tables.switches:
-            found.append(_kicked(motion, p, trajectory.t, q, v))
+    found, peak = [], _first_peak(motion)
+    if len(trajectory.t) >= 3:
+        found.append(growth(trajectory))
+        for p, (q, v) in zip(motion.parts, states, strict=True):
+            if isinstance(p.integration, Integration) and p.method != KINEMATIC and p.system.tables.switches:
+                found.append(_kicked(motion, p, trajectory.t, q, v))
+    if peak is not None:
+        law = _law_within(motion.system.scene, peak.root)
+        if law is None or not any(text and text.startswith(f"{law.kind.name} {law.name} ") for text in found):
+            found.insert(0, _unseen(peak, law))
     return [text for text in found if text]
+
+
+# -- between the ends of a step -----------------------------------------------------------------------------------
+
+
+def _first_peak(motion: Motion) -> Peak | None:
+    """The first peak of a law that steps have passed over."""
+    watched = [p.integration.overlooked for p in motion.parts if isinstance(p.integration, Integration)]
+    peaks = [peak for x in watched if x is not None and (peak := x.peak()) is not None]
+    return min(peaks, key=lambda peak: peak.start, default=None)
+
+
+def _unseen(peak: Peak, law: Component | None) -> str:
+    """The warning about it."""
+    what = "a law" if law is None else f"the law of {law.kind.name} {law.name}"
+    where = "" if law is None or law.span is None else f"{law.span}: "
+    size = 10.0 ** np.floor(np.log10(peak.h))
+    return (
+        f"{where}{what} has a peak near t = {peak.time:.6g} s, within the step from {peak.start:.6g} to "
+        f"{peak.end:.6g} s, that the ends of the step do not show: its effect is lost or wrong; "
+        f"try a tolerance instead, or a step of {np.floor(peak.h / size * (1.0 + 1e-9)) * size:.1g} s"
+    )
+
+
+def _law_within(scene: Scene, root: Expr) -> Component | None:
+    """The component whose law is the expression ``root``, or occurs in it, as where a driver is solved beforehand."""
+    parts = set(walk(root))
+    for c in scene.components.values():
+        laws = [c.values[p.name] for p in c.kind.parameters if p.law and isinstance(c.values[p.name], Expr)]
+        if any(law in parts and law.args for law in laws):
+            return c
+    return None
 
 
 # -- energy ------------------------------------------------------------------------------------------------------

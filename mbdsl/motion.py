@@ -159,6 +159,12 @@ class Motion:
             self._rows.append(rows)
             self.known[rows[:, 0]] = True
 
+    def watch(self) -> None:
+        """Search fixed steps for peaks of laws that they pass over; after ``prepare``, before the first step."""
+        for p in self.parts:
+            if isinstance(p.integration, Integration):
+                p.integration.watch()
+
     def _moving(self, part: Part, system: System, lap: Callable[[str], None]) -> Moving:
         plan = self.plan
         method = KINEMATIC if part.kinematic else plan.method

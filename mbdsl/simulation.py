@@ -201,6 +201,7 @@ def simulate(
         asked |= {"times": None if times is None else np.asarray(times).tolist()}
         asked |= {"force": force, "general": general, "parameters": dict(parameters or {}), "without": list(without)}
         keeper = Keeper(of_run(checkpoint, model, asked), motion)
+    motion.watch()
     lap("initialise")
     if run.tol is None or not motion.parts or run.stop == run.start:
         status, found = _integrate(motion, progress, keeper), Found()

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from mbdsl.integrators.jumps import Jumps
 from mbdsl.integrators.lookout import Landings
 from mbdsl.integrators.method import Method, Start
 from mbdsl.integrators.options import check_options
+from mbdsl.integrators.overlooked import Overlooked
 from mbdsl.integrators.starting import applied, check_stiffness, first_step, normal_part, rates
 from mbdsl.integrators.step_loop import compiled, controls_locally, loop_name
 from mbdsl.system import System
@@ -63,6 +65,8 @@ class Integration:
     pivoting_from: float | None = None  #: since when pivots are searched for, as the order from the graph lost one
 
     def __post_init__(self) -> None:
+        self.overlooked: Overlooked | None = None
+        self.missed: list[float] = []
         self._rates: tuple | None = None
         self._prepare()
         self._load()
@@ -259,6 +263,11 @@ class Integration:
         self.I[layout.KEEP] = 1
         self.J[state.HISTORY] = 1
 
+    def watch(self) -> None:
+        """Search fixed steps for peaks of laws that they pass over; from the start of a run on."""
+        if self.tol is None and self.stop > self.start:
+            self.overlooked = Overlooked(self)
+
     def _first_step(self, v: Array, a: Array, jerk: Array) -> float:
         module, K, scale = modules()[self.method], self.K, self.Y[layout.SCALE, : self.system.n]
         span = self.stop - self.start
@@ -420,10 +429,11 @@ class Integration:
     def _advance_by(self, steps: int) -> int:
         most = self.steps + steps
         if self.tol is None:
-            status = self._call(steps)
+            call = self._call if self.overlooked is None else partial(self.overlooked.advance, call=self._call)
+            status = call(steps)
             while status == state.EVENT:
                 self.jumps.come()
-                status = self._call(most - self.steps)
+                status = call(most - self.steps)
         else:
             status = self.landings.advance(steps, self._call)
         if status == state.EVENT:

@@ -183,6 +183,7 @@ class Functions(NamedTuple):
 
     jet: Callable[[NDArray, Array, Array], list[Jet]]
     values: Callable[[NDArray, Array, Array], list[Jet]]  #: the same, without bounds on slopes
+    over: Callable[[NDArray], list[Jet]]  #: over all steps from one of those given up to the next one given
     at: Callable[[NDArray, Array], list[Array]]
 
 
@@ -211,6 +212,20 @@ def _along(terms: list[Expr], ways: dict[Expr, Array], inputs: Mapping[str, floa
 
         return enclose(terms, leaf)
 
+    def over(first: NDArray) -> list[Jet]:
+        def leaf(x: Expr) -> Jet:
+            if x.op == "input":
+                return constant(inputs[str(x.value)])
+            c0, c1, c2, c3 = ways[x].T
+            lo, hi = _around(c0, c0 + c1 / 3.0, c0 + (2.0 * c1 + c2) / 3.0, c0 + c1 + c2 + c3)
+            d_lo, d_hi = _around(c1, c1 + c2, c1 + 2.0 * c2 + 3.0 * c3)
+            lo, d_lo = np.minimum.reduceat(lo, first), np.minimum.reduceat(d_lo, first)
+            hi, d_hi = np.maximum.reduceat(hi, first), np.maximum.reduceat(d_hi, first)
+            slack = ROUNDING * np.maximum(np.abs(lo), np.abs(hi))
+            return Jet(lo - slack, hi + slack, d_lo, d_hi)
+
+        return enclose(terms, leaf)
+
     def at(k: NDArray, s: Array) -> list[Array]:
         def leaf(x: Expr) -> Array:
             if x.op == "input":
@@ -221,7 +236,7 @@ def _along(terms: list[Expr], ways: dict[Expr, Array], inputs: Mapping[str, floa
         found = evaluate(terms, leaf, ARRAY_OPERATIONS, table_value)  # type: ignore[arg-type]
         return [np.broadcast_to(y, k.shape) for y in found]
 
-    return Functions(jet, lambda k, a, b: jet(k, a, b, False), at)
+    return Functions(jet, lambda k, a, b: jet(k, a, b, False), over, at)
 
 
 def _around(*values: Array) -> Interval:

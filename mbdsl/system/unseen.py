@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.lang.expressions import TIME, Expr, diff, evaluate, is_const, leaves, walk
-from mbdsl.system.intervals import Jet, enclose
+from mbdsl.system.intervals import CONDITIONS, Jet, enclose
 from mbdsl.system.signals import ARRAY_OPERATIONS, table_value
 from mbdsl.system.time_events import is_linear
 
@@ -49,6 +49,8 @@ SAMPLES = 65
 TERMS = 64
 #: operations that sums consist of
 SUMS = ("add", "sub", "mul", "neg")
+#: operations that jump; steps of controlled size end where time alone decides
+JUMPS = (*CONDITIONS, "sign", "floor", "ceil", "mod")
 #: largest degree of polynomials that are not searched for peaks
 DEGREE = 3
 
@@ -195,6 +197,12 @@ def of_time(roots: Iterable[Expr]) -> list[Expr]:
         alone[n] = n.op in ("time", "const") or (bool(n.args) and all(alone[x] for x in n.args))
     inner = chain(roots, (x for n in order if not alone[n] for x in n.args))
     return [x for x in dict.fromkeys(inner) if alone[x] and leaves(x)]
+
+
+def passable(roots: Iterable[Expr], h: float) -> list[Expr]:
+    """Terms of ``roots`` that depend on time alone and may have a peak, or a jump, within a fixed step h [s]."""
+    found = hiding(of_time(list(roots)))
+    return [x for x in found if not pace(x) * h < HALF_WAVE or any(n.op in JUMPS for n in walk(x))]
 
 
 # -- functions on paths ------------------------------------------------------------------------------------------------

@@ -1,0 +1,94 @@
+"""Peaks of laws that fixed steps have passed over: a pulse, or a window of position, between the ends of a step.
+
+The compiled loop records the ends of steps. They are searched many at a time, like those of controlled steps
+(:mod:`mbdsl.system.on_the_way`), functions of time included. The steps do not change: the first peak that no step has
+seen is kept for a warning, and ends the search.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from mbdsl.integrators.state import K_SIZE, NOTED, NOTES, RUNNING
+from mbdsl.layout import Q0, V0, XA
+from mbdsl.system.fixed_steps import InFixedSteps
+
+if TYPE_CHECKING:
+    from mbdsl.integrators.run import Integration
+    from mbdsl.lang.expressions import Expr
+
+#: most steps that are searched together, and most numbers recorded for them
+BATCH, NUMBERS = 4096, 400_000
+#: shortest peak that is found for certain, as a part of a step
+SHORTEST = 1e-8
+
+
+class Peak(NamedTuple):
+    """A peak of an expression at ``time``, within the step from ``start`` to ``end`` [s]; steps of ``h`` [s] see it."""
+
+    root: Expr
+    time: float
+    start: float
+    end: float
+    h: float
+
+
+class Overlooked:
+    """The search of a run with fixed steps. What it finds is stored in the run, and in its checkpoints."""
+
+    def __init__(self, run: Integration) -> None:
+        system, self._run = run.system, run
+        self._looks = InFixedSteps(system, run.h)
+        run.seen, run.missed = np.zeros(len(self._looks.terms)), []
+        self._least = max(SHORTEST * run.h, 16.0 * float(np.spacing(max(abs(run.start), abs(run.stop)))))
+        if self._looks.terms:
+            self._width = 1 + system.n + system.unknowns
+            run.J[NOTES] = max(16, min(BATCH, NUMBERS // self._width))
+            n = system.n
+            first = np.concatenate([[run.start], run.Y[Q0, :n], run.Y[V0, :n], run.Y[XA, n : system.unknowns]])
+            run.K = np.concatenate([run.K, first, np.zeros((run.J[NOTES] - 1) * self._width)])
+            run.J[NOTED] = 1
+
+    def advance(self, steps: int, call: Callable[[int], int]) -> int:
+        """Take at most so many steps by the compiled loop, and return a status."""
+        J, status = self._run.J, RUNNING
+        while steps > 0 and status == RUNNING and J[NOTES] > 0:
+            before, room = self._run.steps, int(J[NOTES] - J[NOTED])
+            status = call(min(steps, room))
+            steps -= self._run.steps - before
+            if J[NOTED] == J[NOTES]:
+                self._search()
+        return call(steps) if steps > 0 and status == RUNNING else status
+
+    def peak(self) -> Peak | None:
+        """The first peak that no step has seen so far."""
+        run = self._run
+        if run.J[NOTES] > 0:
+            self._search()
+        if not run.missed:
+            return None
+        number, *times = run.missed
+        return Peak(run.system.tables.values[int(number)], *times)
+
+    def _search(self) -> None:
+        """Search the steps recorded; the end of the last one is kept as the start of the next."""
+        run, n = self._run, self._run.system.n
+        rows = run.K[K_SIZE:].reshape(run.J[NOTES], self._width)
+        noted = rows[: run.J[NOTED]]
+        if len(noted) < 2:
+            return
+        inputs = {name: float(run.F[at]) for name, at in run.system.tables.inputs.items()}
+        t, q, v, lam = noted[:, 0], noted[:, 1 : 1 + n], noted[:, 1 + n : 1 + 2 * n], noted[:, 1 + 2 * n :]
+        found = self._looks.first(t, q, v, lam, inputs, self._least, run.seen)
+        if found:
+            k = int(np.searchsorted(t, found[0].start)) - 1
+            shortest = min(zone.end - zone.start for zone in found)
+            number = float(run.system.tables.values.index(found[0].term))
+            middle = 0.5 * (found[0].start + found[-1].end)
+            run.missed = [number, float(middle), float(t[k]), float(t[k + 1]), float(shortest)]
+            run.J[NOTES] = 0
+        rows[0] = noted[-1]
+        run.J[NOTED] = 1
