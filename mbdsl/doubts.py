@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.errors import MbdslError
-from mbdsl.integrators import state
+from mbdsl.integrators import backend, state
+from mbdsl.integrators.backends import External
+from mbdsl.integrators.lookout import LONGEST
 from mbdsl.integrators.overlooked import Peak
 from mbdsl.integrators.run import Integration
 from mbdsl.lang.expressions import Expr, leaves, walk
@@ -24,6 +26,7 @@ from mbdsl.scene import Component, Scene
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.blocks import by_law, law_expressions
+from mbdsl.system.fixed_steps import InFixedSteps
 from mbdsl.system.signals import values
 from mbdsl.trajectory import Trajectory
 
@@ -44,10 +47,14 @@ ALONG = {"fx": "x", "fy": "y", "tau": "phi"}
 
 
 def doubts(motion: Motion, trajectory: Trajectory, states: list[tuple[Array, Array]]) -> list[str]:
-    """Warnings about a run with fixed steps; ``states`` are q and v (N, n) of each part at its outputs."""
+    """Warnings about a run with fixed steps, or by a backend that does not search its steps for peaks of laws.
+
+    ``states`` are q and v (N, n) of each part at its outputs.
+    """
+    found = [_not_searched(motion)]
     if motion.plan.tol is not None:
-        return []
-    found, peak = [], _first_peak(motion)
+        return [text for text in found if text]
+    peak = _first_peak(motion)
     if len(trajectory.t) >= 3:
         found.append(growth(trajectory))
         for p, (q, v) in zip(motion.parts, states, strict=True):
@@ -61,6 +68,26 @@ def doubts(motion: Motion, trajectory: Trajectory, states: list[tuple[Array, Arr
 
 
 # -- between the ends of a step -----------------------------------------------------------------------------------
+
+
+def _not_searched(motion: Motion) -> str | None:
+    """A warning about a backend that may pass over peaks of laws; None if it searches, or if there can be none."""
+    plan = motion.plan
+    own = backend(plan.method)
+    if own is None or own.METHOD.searches or not motion.parts:
+        return None
+    h = plan.h if plan.tol is None else LONGEST * (plan.stop - plan.start)
+    for p in motion.parts:
+        looks = InFixedSteps(p.system, h)
+        if isinstance(p.integration, External) and looks.terms:
+            law = _law_within(motion.system.scene, looks.roots[0])
+            what = "a law" if law is None else f"the law of {law.kind.name} {law.name}"
+            where = "" if law is None or law.span is None else f"{law.span}: "
+            return (
+                f"{where}{plan.method} does not search its steps for peaks of laws: what {what} does between two of "
+                "them may be missed; compare with a method that does, such as hht-si2 with a tolerance"
+            )
+    return None
 
 
 def _first_peak(motion: Motion) -> Peak | None:

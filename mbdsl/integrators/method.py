@@ -64,7 +64,8 @@ class Method:
 
     A method that is not of this package (see :mod:`mbdsl.integrators.backends`) has neither ``coefficients`` nor
     ``begin``, ``own_reactions`` if it yields multipliers, and says what ``needs`` to be installed. Where its order
-    varies, ``order`` is the highest.
+    varies, ``order`` is the highest. It ``searches`` if its steps end in ``Problem.zones`` and are searched for peaks
+    of laws on the way (``System.on_the_way``).
     """
 
     name: str
@@ -89,6 +90,7 @@ class Method:
     chosen: bool = True
     steps: tuple[str, ...] = ("fixed",)
     needs: str = ""
+    searches: bool = False
     family: str = ""  #: of methods whose errors may agree with each other; empty: the method is one of its own
     rows: int = 0  #: rows of Y that are the method's own, behind the common ones
     acceleration_row: int = X  #: X or X2: differences of that over steps are those of accelerations

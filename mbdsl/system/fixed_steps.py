@@ -16,6 +16,7 @@ from mbdsl.system.on_the_way import JUMPS, SLIGHT, Functions, OnTheWay
 from mbdsl.system.unseen import passable
 
 if TYPE_CHECKING:
+    from mbdsl.lang.expressions import Expr
     from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
@@ -38,6 +39,11 @@ class InFixedSteps(OnTheWay):
                     self._roots.append(root)
                     self._jumps.append(any(n.op in JUMPS for n in walk(term)))
         self._leaves = leaves(*self.terms)
+
+    @property
+    def roots(self) -> list[Expr]:
+        """The expression of the model that each term belongs to."""
+        return self._roots
 
     def _suspected(self, f: Functions, resolved: NDArray, seen: Array) -> list[tuple[Array, Array, NDArray]]:
         count = len(resolved)

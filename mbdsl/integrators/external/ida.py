@@ -36,6 +36,7 @@ METHOD = Method(
     own_reactions=False,
     sets=2,
     steps=("controlled",),
+    searches=True,
     needs="scikit-sundae: pip install mbdsl[sundials]",
 )
 #: the tolerance of a step, as a part of that asked for

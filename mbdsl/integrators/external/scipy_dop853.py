@@ -15,6 +15,7 @@ METHOD = Method(
     source="Hairer, Norsett, Wanner (1993), section II.5",
     own_reactions=False,
     steps=("controlled",),
+    searches=True,
 )
 
 

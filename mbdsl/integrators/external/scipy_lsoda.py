@@ -17,6 +17,7 @@ METHOD = Method(
     source="Petzold, SIAM J. Sci. Stat. Comput. 4 (1983), 136-148",
     own_reactions=False,
     steps=("controlled",),
+    searches=True,
 )
 
 #: rates below this are none: LSODA makes not-a-number of what is next to underflow

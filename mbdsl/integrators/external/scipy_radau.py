@@ -15,6 +15,7 @@ METHOD = Method(
     source="Hairer, Wanner (1996), section IV.8",
     own_reactions=False,
     steps=("controlled",),
+    searches=True,
 )
 
 
