@@ -38,8 +38,8 @@ ULPS = 64
 TRIES = 100
 UNSEEN = "a force acts for so short a time that no step can end within it"
 UNSEEN_HINT = "try a wider window, or another method; see `mbdsl methods`"
-#: states that are searched for peaks together
-TOGETHER = 32
+#: most steps that are searched for peaks together; after a peak, so many, and twice as many each time
+TOGETHER, FEW = 32, 2
 #: corners passed in one step before it is taken as it is
 CORNERS = 10
 
@@ -73,31 +73,39 @@ def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver
     switches, peaks = _Switches(problem), _Peaks(problem)
     start = problem.start, problem.q, problem.v
     walk = _walk(problem, begin, switches, peaks, *start)
+    batch = peaks.most
     while True:
-        taken, stopped = [_Taken(False, problem.counts["events"], start)], None
+        taken, stopped = [_Taken(BEHIND, problem.counts["events"], start)], None
         try:
-            for x in islice(walk, peaks.batch):
+            for x in islice(walk, batch):
                 taken.append(x)
+                while x.kind == OUTPUT:  # lies within a step
+                    taken.append(x := next(walk))
         except IntegrationError as failure:
             stopped = failure
-        last = peaks.unseen([x.state for x in taken])
-        for x in taken[1 : last + 1]:
-            if x.shown:
-                yield x.state
+        searched = [n for n, x in enumerate(taken) if x.kind != OUTPUT]
+        kept = peaks.unseen([taken[n].state for n in searched])
+        last = searched[kept]
+        yield from (x.state for x in taken[1 : last + 1] if x.kind != BEHIND)
         start = taken[last].state
-        if last < len(taken) - 1:
+        batch = min(2 * batch, peaks.most)
+        if kept < len(searched) - 1:
             problem.counts["events"] = taken[last].events
-            walk = _walk(problem, begin, switches, peaks, *start)
+            walk, batch = _walk(problem, begin, switches, peaks, *start), min(kept + FEW, peaks.most)
         elif stopped is not None:
             raise stopped
         elif last == 0:
             return
 
 
-class _Taken(NamedTuple):
-    """A state on the way: of a step or an output, or behind a jump, which is not ``shown``."""
+#: kinds of states: the end of a step; an output within one; behind a jump
+STEP, OUTPUT, BEHIND = range(3)
 
-    shown: bool
+
+class _Taken(NamedTuple):
+    """A state on the way."""
+
+    kind: int
     events: int  #: number so far
     state: State
 
@@ -113,8 +121,8 @@ def _walk(
 ) -> Iterator[_Taken]:
     """The states from t on, the way between them not yet searched for peaks."""
 
-    def taken(shown: bool, *state) -> _Taken:
-        return _Taken(shown, problem.counts["events"], state)
+    def taken(kind: int, *state) -> _Taken:
+        return _Taken(kind, problem.counts["events"], state)
 
     near = switches.near
     due = iter([*problem.times[np.searchsorted(problem.times, t, side="right") :], np.inf])
@@ -136,25 +144,25 @@ def _walk(
                     break
                 end = switches.first_jump(solver, t)
                 while output < end:
-                    yield taken(True, output, *solver.at(output))
+                    yield taken(OUTPUT, output, *solver.at(output))
                     output = next(due)
                 t, (q, v), jumped = end, solver.at(end), end < solver.t
                 if t == output:
                     output = next(due)
                 problem.counts["steps"] += 1
-                yield taken(True, t, q, v)
+                yield taken(STEP, t, q, v)
             if jumped:
                 t, q, v = switches.leave(t, q, v, stop)
-                yield taken(False, t, q, v)
+                yield taken(BEHIND, t, q, v)
             while output <= t:  # what was passed over
-                yield taken(True, output, q, v)
+                yield taken(OUTPUT, output, q, v)
                 output = next(due)
         if known is not None:
             t, q, v = switches.move(t, q, v, known + near - t)
             problem.counts["events"] += 1
-            yield taken(False, t, q, v)
+            yield taken(BEHIND, t, q, v)
             while output <= t:
-                yield taken(True, output, q, v)
+                yield taken(OUTPUT, output, q, v)
                 output = next(due)
 
 
@@ -171,8 +179,8 @@ class _Peaks:
         self._tries = 0
         self._seen = np.zeros(len(problem.system.on_the_way.terms))
         counted = any(body.counter >= 0 for body in problem.system.tables.models.values())
-        #: states that are searched together; turns are counted from the last one that was accepted
-        self.batch = 1 if counted or not len(self._seen) else TOGETHER
+        #: most steps that are searched together; turns are counted from the last one that was accepted
+        self.most = 1 if counted or not len(self._seen) else TOGETHER
 
     def passed(self, t: float, end: float) -> float | None:
         """The middle of the first known zone that a step from t to ``end`` passes over."""
