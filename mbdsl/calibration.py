@@ -11,7 +11,8 @@ or is the difference itself while there are fewer than three runs. The claim is 
 motion amplifies it (:mod:`mbdsl.growth`), because runs may agree although the motion is sensitive.
 
 The first runs have a large eps and are cheap; they show which eps is needed. The run whose claim is within the
-tolerance is the result.
+tolerance is the result. If runs with a small eps fail, values of eps between those of the failed runs and of the last
+complete run are tried, and the complete run with the smallest claim is the result.
 """
 
 from __future__ import annotations
@@ -35,7 +36,8 @@ Array = NDArray[np.float64]
 
 #: eps of the first trial run over the tolerance, for methods of order 1 and 2 and for others; the largest eps
 FIRST, FIRST_OF_HIGH_ORDER, LOOSEST = 1024.0, 64.0, 4e-3
-#: least eps of the first trial run of methods of order 1 and 2: it shows whether a smaller one takes too many steps
+#: least eps of the first trial run, for methods of order 1 and 2: this run shows whether a smaller eps would take too
+#: many steps
 STRICTEST = 1e-7
 #: ratio of successive eps, and the least ratio
 NEXT, NEAREST = 8.0, 4.0
@@ -121,7 +123,8 @@ class _Ladder:
             self.times = even if plan.every else np.union1d(even, plan.times)
             self.shown = None if plan.every else np.isin(self.times, plan.times)
         self.trials: list[Trial] = []
-        self.failed: list[Trial] = []  #: runs left out of the ladder, as one with a larger eps has passed
+        #: runs that failed although one with a larger eps was complete; not among ``trials``
+        self.failed: list[Trial] = []
         self.longest = np.inf  #: the longest step that resolves the growth of errors
         self.growth: Growth | None = None
         self.reason = ""
@@ -232,9 +235,10 @@ class _Ladder:
         return last.steps * (last.eps / eps) ** (1.0 / self.order) <= MOST_STEPS
 
     def _after_failure(self, last: Trial) -> float | None:
-        """The next eps after a failed run: a run with a smaller eps may pass, so two have to fail at the same time.
+        """The next eps after a failed run.
 
-        Then the best eps lies between those that fail and that of the last run that has passed.
+        A run with a smaller eps may still be complete, so two runs have to fail at the same time. The best eps then
+        lies between that of the failed runs and that of the last complete run.
         """
         trials, before, enough = self.trials, self.trials[-2], AIM * self.tol
         alike = not before.done and abs(before.t[-1] - last.t[-1]) <= TOGETHER * self.span
@@ -250,10 +254,12 @@ class _Ladder:
         return self._between(trials[-1])
 
     def _between(self, passed: Trial) -> float:
+        """An eps between the last complete run and the failed run next to it: their geometric mean."""
         return float(np.sqrt(passed.eps * self.failed[-1].eps))
 
     @property
     def _runs(self) -> int:
+        """The number of runs so far."""
         return len(self.trials) + len(self.failed)
 
     # -- growth of errors --------------------------------------------------------------------------------------
@@ -301,7 +307,7 @@ class _Ladder:
         return f"the motion amplifies errors, rounding included, by a factor of {factor:.0e}"
 
     def _why(self, failed: Trial) -> str | None:
-        """Why no steps are short enough; None if the failure is a matter of the model."""
+        """Why the tolerance is not reached, if a run failed because of short steps; None if because of the model."""
         if failed.status == state.TOO_SMALL:
             return "with shorter steps rounding dominates the error of a step"
         if failed.status == state.DIVERGED and any(x is failed for x in self.failed):

@@ -1,8 +1,8 @@
-"""Warnings about runs with fixed steps: laws that act within a step, growing energy, contacts that are not resolved.
+"""Warnings about runs with fixed steps: peaks of laws within a step, growing energy, contacts that are not resolved.
 
-Fixed steps have no error estimate. Three symptoms are looked for: peaks of laws between the ends of a step, along the
-run (:mod:`mbdsl.integrators.overlooked`); after it, at its outputs, growing energy in models without a source of
-energy, and unresolved contacts in models whose laws have conditions.
+Fixed steps have no error estimate. Three symptoms are looked for. During the run, all steps are searched for peaks of
+laws between their ends (:mod:`mbdsl.integrators.overlooked`). After the run, its outputs are searched for growing
+energy in models without a source of energy, and for unresolved contacts in models whose laws have conditions.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def doubts(motion: Motion, trajectory: Trajectory, states: list[tuple[Array, Arr
 
 
 def _not_searched(motion: Motion) -> str | None:
-    """A warning about a backend that may pass over peaks of laws; None if it searches, or if there can be none."""
+    """A warning about a backend that may pass over peaks of laws; None if it searches or no law can have one."""
     plan = motion.plan
     own = backend(plan.method)
     if own is None or own.METHOD.searches or not motion.parts:
@@ -84,8 +84,8 @@ def _not_searched(motion: Motion) -> str | None:
             what = "a law" if law is None else f"the law of {law.kind.name} {law.name}"
             where = "" if law is None or law.span is None else f"{law.span}: "
             return (
-                f"{where}{plan.method} does not search its steps for peaks of laws: what {what} does between two of "
-                "them may be missed; compare with a method that does, such as hht-si2 with a tolerance"
+                f"{where}{plan.method} does not search its steps for peaks of laws: a peak of {what} between the ends "
+                "of a step may be missed; compare with a method that searches, such as hht-si2 with a tolerance"
             )
     return None
 
@@ -98,7 +98,7 @@ def _first_peak(motion: Motion) -> Peak | None:
 
 
 def _unseen(peak: Peak, law: Component | None) -> str:
-    """The warning about it."""
+    """The warning about a peak that steps have passed over."""
     what = "a law" if law is None else f"the law of {law.kind.name} {law.name}"
     where = "" if law is None or law.span is None else f"{law.span}: "
     size = 10.0 ** np.floor(np.log10(peak.h))
@@ -110,7 +110,10 @@ def _unseen(peak: Peak, law: Component | None) -> str:
 
 
 def _law_within(scene: Scene, root: Expr) -> Component | None:
-    """The component whose law is the expression ``root``, or occurs in it, as where a driver is solved beforehand."""
+    """The component whose law is the expression ``root`` or a part of it.
+
+    It is a part where what a driver moves has become a function of time.
+    """
     parts = set(walk(root))
     for c in scene.components.values():
         laws = [c.values[p.name] for p in c.kind.parameters if p.law and isinstance(c.values[p.name], Expr)]

@@ -21,7 +21,7 @@ from mbdsl.system.signals import values
 from mbdsl.system.switches import law_of
 from mbdsl.trajectory import Trajectory
 
-#: why a tolerance is not reached, where another method may do it
+#: a reason why a tolerance is not reached; another method may reach it
 TOO_MANY_STEPS = "it would take too many steps"
 #: error estimates above this only show that the error is not known
 LITTLE_KNOWN = 0.05

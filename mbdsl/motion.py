@@ -160,7 +160,7 @@ class Motion:
             self.known[rows[:, 0]] = True
 
     def watch(self) -> None:
-        """Search fixed steps for peaks of laws that they pass over; after ``prepare``, before the first step."""
+        """Search fixed steps for peaks of laws that they pass over; called after ``prepare``, before the first step."""
         for p in self.parts:
             if isinstance(p.integration, Integration):
                 p.integration.watch()

@@ -312,7 +312,7 @@ def plan(
 
 
 def _check_rounding(tol: float, magnitude: float, what: str) -> None:
-    """Refuse a tolerance below the rounding error of numbers so large, relative to those that the tolerance is of."""
+    """Refuse a tolerance below the rounding errors of numbers that are ``magnitude`` times the error norm's unit."""
     least = rounding(magnitude)
     if tol < least:
         raise UsageError(

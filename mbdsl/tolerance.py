@@ -1,19 +1,19 @@
-"""Tolerances that a run can keep: what rounding leaves of an error norm that is relative."""
+"""The least tolerance that a run can keep: rounding errors in the relative error norm."""
 
 from __future__ import annotations
 
 import sys
 from numbers import Real
 
-#: a run with error-controlled steps has at least 50, and each rounds positions and velocities, which sum to 100 units
-#: in the last place, 2.2e-14
+#: the least tolerance of any run: a run with error-controlled steps has 50 steps or more, and each rounds positions and
+#: velocities; these errors sum to 100 units in the last place, 2.2e-14
 LEAST = 2.5e-14
-#: units in the last place of the state that any run is off by
+#: rounding error of the state in every run [units in the last place]
 ULPS = 4.0
 
 
 def misfit(value: object, what: str = "a tolerance") -> str | None:
-    """Why ``value`` is no tolerance that a run could keep; None if it is one."""
+    """Why no run can keep ``value`` as its tolerance; None if a run can."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return f"{what} is a number between 0 and 1, not {value!r}"
     number = float(value)
@@ -28,5 +28,5 @@ def misfit(value: object, what: str = "a tolerance") -> str | None:
 
 
 def rounding(magnitude: float) -> float:
-    """The rounding error of positions or times that are ``magnitude`` times as large as what they are compared with."""
+    """The relative rounding error of positions or times that are ``magnitude`` times the size or duration."""
     return ULPS * sys.float_info.epsilon * magnitude

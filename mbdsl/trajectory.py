@@ -182,7 +182,7 @@ class Trajectory:
 
     def _unknown(self, name: str) -> UsageError:
         near = difflib.get_close_matches(name, self.names, n=3)
-        hint = f"did you mean {' or '.join(near)}?" if near else "`names` lists every signal"
+        hint = f"did you mean {' or '.join(near)}?" if near else "`*` matches all; `Trajectory.names` lists them"
         return UsageError(f"there is no signal `{name}` in {self.scene.name}", hint=hint)
 
     def unit(self, name: str) -> str:

@@ -47,7 +47,10 @@ def did_you_mean(name: str, known: Iterable[str], listed: str = "") -> str | Non
 
 
 def once(announce: Callable[[str], None] | None, said: set[str]) -> Callable[[str], None] | None:
-    """``announce`` without the lines in ``said``, to which it adds: for a run that consists of several."""
+    """``announce``, but each line once: lines in ``said`` are left out, new ones are added to it.
+
+    For a command that consists of several runs.
+    """
     if announce is None:
         return None
 

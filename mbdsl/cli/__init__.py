@@ -22,13 +22,14 @@ import mbdsl
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.wording import did_you_mean
 
-#: a value, such as -1ms
+#: the start of a negative value, such as -1ms
 NEGATIVE = re.compile(r"-\.?\d")
 INTERRUPTED = 130
 BROKEN_PIPE = 141
 EPILOG = """\
-exit codes: 0 done, 2 wrong input, 3 no consistent initial state or no equilibrium, 4 the integration failed or did not
-reach the accuracy asked for, 130 interrupted. See also mbdsl COMMAND --help."""
+exit codes: 0 done, 2 wrong input, 3 no consistent initial state or no
+equilibrium, 4 the integration failed or did not reach the accuracy asked for,
+130 interrupted. See also mbdsl COMMAND --help."""
 
 
 class Parser(argparse.ArgumentParser):

@@ -43,7 +43,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         help="static: the equilibrium that `mbdsl static` finds (default); start: the initial state with its "
         "velocities; a time such as 1.5s: where a simulation up to then has come",
     )
-    parser.add_argument("--count", metavar="N", type=number_of_modes, default=10, help="so many modes; default 10")
+    parser.add_argument("--count", metavar="N", type=number_of_modes, default=10, help="number of modes; default 10")
     parser.add_argument("--output", metavar="FILE", help="write frequencies, damping and shapes (.csv, .json)")
     return parser
 

@@ -68,9 +68,9 @@ def register(subparsers) -> argparse.ArgumentParser:
         "--accuracy",
         metavar="E",
         type=values.tolerance,
-        help="find method and step for this error in positions and velocities, as part of the largest",
+        help="find method and step for this error of positions and velocities, relative to the largest",
     )
-    parser.add_argument("--verify", action="store_true", help="run again by another method, and tell the digits agreed")
+    parser.add_argument("--verify", action="store_true", help="run again by another method, print the digits agreed")
     parser.add_argument(
         "--budget",
         metavar="T",

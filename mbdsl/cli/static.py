@@ -17,8 +17,10 @@ def register(subparsers) -> argparse.ArgumentParser:
         "and tell positions, reactions and whether it is stable.",
     )
     values.add_model(parser)
-    parser.add_argument("--start", metavar="T0", type=values.seconds, help="time of drivers and forces; the model's")
-    parser.add_argument("--signals", metavar="PATTERN,...", help="what to tell or write (globs)")
+    parser.add_argument(
+        "--start", metavar="T0", type=values.seconds, help="time of drivers and forces; default: the model's"
+    )
+    parser.add_argument("--signals", metavar="PATTERN,...", help="signals to print or write (globs)")
     suffixes = ", ".join(results.formats())
     parser.add_argument("--output", metavar="FILE", help=f"write one row to a result file ({suffixes})")
     return parser

@@ -83,11 +83,11 @@ def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
         parser.add_argument("--repeats", metavar="K", type=int, default=5, help="timed runs of each; default 5")
     parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
     parser.add_argument(
-        "--budget", metavar="S", type=values.positive_seconds, default=120.0, help="what it may take; default 120 s"
+        "--budget", metavar="S", type=values.positive_seconds, default=120.0, help="time budget; default 120 s"
     )
     parser.add_argument("--output", metavar="DIR", help=f"folder of what is written; default: MODEL-{kind}")
     parser.add_argument("--pictures", metavar="SUFFIX,...", type=values.names,
-                        help="kinds of pictures; default png,svg; none: the page alone")  # fmt: skip
+                        help="formats of pictures; default png,svg; none: the page alone")  # fmt: skip
     parser.add_argument("--fresh", action="store_true", help="compute everything again")
     talk = parser.add_mutually_exclusive_group()
     talk.add_argument("--quiet", action="store_true", help="print nothing")

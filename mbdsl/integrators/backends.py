@@ -202,7 +202,7 @@ class External:
         on_time = t >= due - near
         moved = t > self.time
         self.system.count_turns(q)
-        self.time = due if on_time else max(self.time, float(t))  # an output that is written is not due again
+        self.time = due if on_time else max(self.time, float(t))  # no output is written twice
         self._q, self._v, self._lam = q, v, given
         if on_time or (self._every and moved):
             self._write(np.concatenate([q, v, given]))

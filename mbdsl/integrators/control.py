@@ -7,7 +7,7 @@ hand,
 
     [[M + ..., Phi_q^T], [Phi_q, 0]] [e; .] = [M e_raw; 0].
 
-Constraints on velocities take their normal part from the error in v, but not from that in q.
+Velocity constraints remove the part along their normals from the error in v, but not from the error in q.
 
 The error of a step is the largest entry of e, positions in the mechanism's size and angles in radians, velocities
 moreover relative to the largest velocity so far. With the tolerance tol and the n-th step since the start, it may be
@@ -214,9 +214,10 @@ def forget(inertia, K, Y, F, I, A, P):
 
 @rare
 def tangential_position(inertia, Y, I, A, P):
-    """Y[E_Q] as far as constraints and stiff springs leave it; dampers do not bring back positions.
+    """Y[E_Q] without the part that position constraints and stiff springs remove.
 
-    Nor do constraints on velocities: what positions miss along their normals stays, as Gam_v e = Gam_v e_raw.
+    Dampers and velocity constraints do not bring positions back: the error along the normals of velocity constraints
+    stays, Gam_v e = Gam_v e_raw.
     """
     last = A.shape[0] - 1
     for i in range(I[N_ALL]):

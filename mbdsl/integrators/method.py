@@ -64,8 +64,8 @@ class Method:
 
     A method that is not of this package (see :mod:`mbdsl.integrators.backends`) has neither ``coefficients`` nor
     ``begin``, ``own_reactions`` if it yields multipliers, and says what ``needs`` to be installed. Where its order
-    varies, ``order`` is the highest. It ``searches`` if its steps end in ``Problem.zones`` and are searched for peaks
-    of laws on the way (``System.on_the_way``).
+    varies, ``order`` is the highest. ``searches`` says that its steps end in all ``Problem.zones`` and are searched for
+    peaks of laws that depend on the state (``System.on_the_way``).
     """
 
     name: str

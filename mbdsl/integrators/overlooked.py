@@ -1,8 +1,8 @@
 """Peaks of laws that fixed steps have passed over: a pulse, or a window of position, between the ends of a step.
 
-The compiled loop records the ends of steps. They are searched many at a time, like those of controlled steps
-(:mod:`mbdsl.system.on_the_way`), functions of time included. The steps do not change: the first peak that no step has
-seen is kept for a warning, and ends the search.
+The compiled loop records the states at the ends of steps. Many steps are searched at a time, as controlled steps are
+(:mod:`mbdsl.system.on_the_way`), but for peaks of functions of time as well. The steps do not change: the first peak
+that the ends of its step do not show is kept for a warning, and ends the search.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 #: most steps that are searched together, and most numbers recorded for them
 BATCH, NUMBERS = 4096, 400_000
-#: shortest peak that is found for certain, as a part of a step
+#: shortest peak that is certainly found, relative to the step
 SHORTEST = 1e-8
 
 
 class Peak(NamedTuple):
-    """A peak of an expression at ``time``, within the step from ``start`` to ``end`` [s]; steps of ``h`` [s] see it."""
+    """A peak of an expression at ``time``, within the step from ``start`` to ``end``; steps of ``h`` show it; [s]."""
 
     root: Expr
     time: float
@@ -64,7 +64,7 @@ class Overlooked:
         return call(steps) if steps > 0 and status == RUNNING else status
 
     def peak(self) -> Peak | None:
-        """The first peak that no step has seen so far."""
+        """The first peak so far that the ends of its step do not show."""
         run = self._run
         if run.J[NOTES] > 0:
             self._search()

@@ -264,7 +264,7 @@ class Integration:
         self.J[state.HISTORY] = 1
 
     def watch(self) -> None:
-        """Search fixed steps for peaks of laws that they pass over; from the start of a run on."""
+        """Search fixed steps for peaks of laws that they pass over; called before the first step."""
         if self.tol is None and self.stop > self.start:
             self.overlooked = Overlooked(self)
 

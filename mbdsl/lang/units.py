@@ -219,5 +219,6 @@ def measure(text: str, unit: str) -> float:
     if found is None:
         raise ValueError(f"unknown unit `{written}` in `{text}`; expected {unit}, or a multiple of it")
     if wanted is None or found.dimension != wanted.dimension:
-        raise ValueError(f"`{text}` has the wrong unit: expected {unit}, found {written}")
+        expected = "no unit" if unit == "1" else unit
+        raise ValueError(f"`{text}` has the wrong unit: expected {expected}, found {written}")
     return number * found.factor / wanted.factor

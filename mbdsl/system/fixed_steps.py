@@ -1,7 +1,7 @@
-"""Peaks of laws within fixed steps: as on the way of controlled ones, but many short steps are searched at a time.
+"""Peaks of laws within fixed steps, found as within controlled steps, but for many short steps at once.
 
-Fixed steps do not end in zones. Therefore terms that depend on time alone are searched as well, and peaks are compared
-with how large a term is in all steps searched together, before them and behind.
+Fixed steps do not end in zones. Therefore terms that depend on time alone are searched as well. The height of a peak is
+compared with the largest value of its term in all steps that are searched together and in those before them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 #: negligible height of a peak, relative to the term's largest value
 SMALL = 1e-3
-#: steps that are found harmless together
+#: number of steps whose bounds are computed together; if these show no peak, the steps are not looked at singly
 TOGETHER = 16
 
 
@@ -52,7 +52,7 @@ class InFixedSteps(OnTheWay):
         found = []
         for n, (y, jet) in enumerate(zip(states, f.over(first), strict=True)):
             size = max(seen[n], np.abs(y[np.isfinite(y)]).max(initial=0.0))
-            # a peak needs slopes of both signs, with which it is reached within a step
+            # a peak needs slopes of both signs, large enough to reach it within a step
             harmless = np.minimum(jet.d_hi, -jet.d_lo) <= SMALL * size
             k = np.flatnonzero(resolved & np.repeat(~np.broadcast_to(harmless, first.shape), TOGETHER)[:count])
             slight = np.zeros(count)

@@ -26,11 +26,12 @@ Array = NDArray[np.float64]
 
 #: negligible height of a peak, relative to the term's value at both ends; relative to its largest value so far
 SLIGHT, TINY = 0.05, 1e-6
-#: change of a term within an interval that is not halved any more, as a part of the negligible height of a peak
+#: intervals within which a term changes less than this part of the negligible height of a peak are not halved
 NEGLIGIBLE = 0.25
-#: shortest step that is searched, and shortest interval of it, in shortest possible steps
+#: shortest step that is searched, and shortest interval within it, relative to the shortest possible step
 SHORT, SHORTEST = 4.0, 0.1
-#: rounding error of positions, relative to them; the velocity is taken as linear where it shows no more than that
+#: rounding error of positions, relative to them; where the displacement in a step differs by no more than that from the
+#: one with a linear velocity, the velocity is taken as linear
 LOST = 64.0 * np.finfo(float).eps
 #: most steps that are searched together
 TOGETHER = 64

@@ -49,7 +49,7 @@ SAMPLES = 65
 TERMS = 64
 #: operations that sums consist of
 SUMS = ("add", "sub", "mul", "neg")
-#: operations that jump; steps of controlled size end where time alone decides
+#: operations that jump; controlled steps end at jumps that depend on time alone
 JUMPS = (*CONDITIONS, "sign", "floor", "ceil", "mod")
 #: largest degree of polynomials that are not searched for peaks
 DEGREE = 3
@@ -60,7 +60,7 @@ class Zone(NamedTuple):
 
     start: float
     end: float
-    term: Expr  #: the term of a law that has a peak there, or an expression of the model that contains it
+    term: Expr  #: the term of a law that has a peak in the zone, or an expression of the model that contains this term
 
 
 # -- terms -------------------------------------------------------------------------------------------------------------
@@ -239,10 +239,10 @@ class Points(NamedTuple):
 def monotone(
     f: Function, k: NDArray, a: Array, b: Array, size: Array, least: Array, slight: Array | float = NOTHING
 ) -> tuple[Points, NDArray]:
-    """Ends of intervals on which f is monotone, within [a, b] of paths k; and the paths that have too many.
+    """Ends of intervals on which f is monotone, within [a, b] of paths k; and the paths that have too many intervals.
 
-    ``size`` is its largest value on each path so far, and is updated; intervals that are shorter than ``least``, or on
-    which f changes by less than ``slight``, are not halved.
+    ``size`` is the largest value of f on each path so far, and is updated. Intervals that are shorter than ``least``,
+    or on which f changes by less than ``slight``, are not halved.
     """
     slight = np.broadcast_to(slight, size.shape)
     ya, yb = f.at(k, a), f.at(k, b)
@@ -252,7 +252,7 @@ def monotone(
         for y in (ya, yb):
             np.maximum.at(size, k, np.where(np.isfinite(y), np.abs(y), 0.0))
         lo, hi, d_lo, d_hi = (np.broadcast_to(x, a.shape) for x in f.jet(k, a, b))
-        change = np.fmin(hi - lo, np.maximum(-d_lo, d_hi) * (b - a))  # the second is sharper where terms cancel
+        change = np.fmin(hi - lo, np.maximum(-d_lo, d_hi) * (b - a))  # the second bound is tighter where terms cancel
         wide = change > np.maximum(slight, NEGLIGIBLE * size + NOTHING)[k]
         left = (d_lo < 0.0) & (d_hi > 0.0) & wide & (b - a > least[k])
         count += np.bincount(k[left], minlength=len(size))

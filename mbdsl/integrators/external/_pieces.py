@@ -38,7 +38,8 @@ ULPS = 64
 TRIES = 100
 UNSEEN = "a force acts for so short a time that no step can end within it"
 UNSEEN_HINT = "try a wider window, or another method; see `mbdsl methods`"
-#: most steps that are searched for peaks together; after a peak, so many, and twice as many each time
+#: most steps that are searched for peaks together; how many more than before a peak are searched next, after one was
+#: found. The number then doubles with each search
 TOGETHER, FEW = 32, 2
 #: corners passed in one step before it is taken as it is
 CORNERS = 10
@@ -67,8 +68,8 @@ class Solver(Protocol):
 def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver]) -> Iterator[State]:
     """States at all steps and outputs; ``begin(t, q, v, stop)`` gives a solver for the time until ``stop``.
 
-    Several steps are taken before they are searched for peaks of laws together. If one has passed over a peak, the run
-    returns to the start of that step.
+    Several steps are taken, then all of them are searched for peaks of laws at once. If a step has passed over a peak,
+    the run returns to the start of that step.
     """
     switches, peaks = _Switches(problem), _Peaks(problem)
     start = problem.start, problem.q, problem.v
@@ -98,15 +99,15 @@ def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver
             return
 
 
-#: kinds of states: the end of a step; an output within one; behind a jump
+#: kinds of states: the end of a step; an output within a step; the state behind a jump
 STEP, OUTPUT, BEHIND = range(3)
 
 
 class _Taken(NamedTuple):
-    """A state on the way."""
+    """A state of the run, not yet accepted."""
 
     kind: int
-    events: int  #: number so far
+    events: int  #: number of events so far
     state: State
 
 
@@ -119,7 +120,7 @@ def _walk(
     q: Array,
     v: Array,
 ) -> Iterator[_Taken]:
-    """The states from t on, the way between them not yet searched for peaks."""
+    """The states from t on; the steps between them are not yet searched for peaks."""
 
     def taken(kind: int, *state) -> _Taken:
         return _Taken(kind, problem.counts["events"], state)
@@ -172,14 +173,14 @@ class _Peaks:
     def __init__(self, problem: Problem) -> None:
         self._system, self._f = problem.system, Index1(problem.system, problem.left_out)
         self._zones = iter(problem.zones)
-        self._ahead: list[Zone] = []  #: those of time so far, and those that were found on the way
+        self._ahead: list[Zone] = []  #: known zones of functions of time, and zones found on the path
         self._least = ULPS * float(np.finfo(float).eps) * max(abs(problem.start), abs(problem.stop))
         self._inputs = {name: x.start for name, x in problem.system.scene.inputs.items()}
         self._last = self._from = -np.inf
         self._tries = 0
         self._seen = np.zeros(len(problem.system.on_the_way.terms))
         counted = any(body.counter >= 0 for body in problem.system.tables.models.values())
-        #: most steps that are searched together; turns are counted from the last one that was accepted
+        #: most steps that are searched together; 1 where turns are counted, because the last accepted state is needed
         self.most = 1 if counted or not len(self._seen) else TOGETHER
 
     def passed(self, t: float, end: float) -> float | None:
@@ -191,7 +192,7 @@ class _Peaks:
         return None if first is None else 0.5 * (first.start + first.end)
 
     def unseen(self, states: list[State]) -> int:
-        """How many of the steps between states may be kept: all, or those before a peak that no state shows.
+        """How many of the steps between states may be kept: all, or those before the first peak that no state shows.
 
         Raises
         ------
@@ -207,7 +208,7 @@ class _Peaks:
             look = self._system.on_the_way.first
             if found := look(t, q, v, lam, self._inputs, self._least, self._seen):
                 last = int(np.searchsorted(t, found[0].start, side="right")) - 1
-                if last:  # bring what was seen up to date
+                if last:  # update self._seen by the steps that are kept
                     kept = slice(last + 1)
                     look(t[kept], q[kept], v[kept], lam[kept], self._inputs, self._least, self._seen)
                 self._ahead += found
