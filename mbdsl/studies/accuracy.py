@@ -22,7 +22,7 @@ from mbdsl.studies.limits import allowance, limited
 from mbdsl.studies.opinion import Verdict, ask
 from mbdsl.tolerance import misfit
 from mbdsl.trajectory import Trajectory
-from mbdsl.wording import once, together
+from mbdsl.wording import did_you_mean, once, together
 
 PATIENCE = 20.0  #: most time of a first run, relative to all runs before it, or in tenths of a second
 HINT = "the motion may be chaotic or jump (see `mbdsl study convergence`), or the check needs more time (--budget)"
@@ -216,7 +216,7 @@ def _ladders(scene: Scene, accuracy: float, method: str | None, given: dict) -> 
     names = [method] if method else list(dict.fromkeys([scene.experiment.method or DEFAULT_METHOD, *precise()[:1]]))
     for name in names:
         if name not in methods():
-            raise UsageError(f"there is no method `{name}`", hint=f"methods: {', '.join(methods())}")
+            raise UsageError(f"there is no method `{name}`", hint=did_you_mean(name, methods(), "methods"))
     step = 2.0 * own_step(setting(scene, given.get("stop")))
     tol = min(1e-3, 100.0 * accuracy)
     found = []

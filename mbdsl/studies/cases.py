@@ -13,6 +13,7 @@ from mbdsl.errors import UsageError
 from mbdsl.integrators import methods
 from mbdsl.scene import Scene
 from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, as_scene, simulate
+from mbdsl.wording import did_you_mean
 
 POINTS = 100  #: of output at which runs are compared, where the steps allow it
 LEVELS = 9  #: steps of a ladder, each half of the one before
@@ -117,7 +118,7 @@ def chosen(names: Iterable[str] | None) -> list[str]:
     found = list(names) if names is not None else list(methods())
     for name in found:
         if name not in methods():
-            raise UsageError(f"there is no method `{name}`", hint=f"methods: {', '.join(methods())}")
+            raise UsageError(f"there is no method `{name}`", hint=did_you_mean(name, methods(), "methods"))
     if not found:
         raise UsageError("a study needs a method", hint=f"methods: {', '.join(methods())}")
     return list(dict.fromkeys(found))

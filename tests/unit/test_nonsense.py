@@ -86,6 +86,9 @@ def test_a_method_is_meant():
         simulate(pendulum(), method="hht-si")
     assert problem.value.hint.startswith("did you mean `hht-si2`")
     with pytest.raises(UsageError) as problem:
+        simulate(pendulum(), method="hht-si", accuracy=1e-3)
+    assert problem.value.hint.startswith("did you mean `hht-si2`")
+    with pytest.raises(UsageError) as problem:
         simulate(pendulum(), method="euler")
     assert "radau5" in problem.value.hint
 
