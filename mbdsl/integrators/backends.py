@@ -152,8 +152,10 @@ class External:
     def begin(self, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...] = ()) -> None:
         """Set the consistent state at the start, and the redundant constraints that are not solved for."""
         span = self._given["start"], self._given["stop"]
+        from mbdsl.system.unseen import Kept
+
         zones = self.system.time_zones(*span)
-        given = {**self._given, "breaks": self.system.time_events(*span), "zones": zones}
+        given = {**self._given, "breaks": Kept(self.system.time_events(*span)), "zones": zones}
         problem = Problem(self.system, q=q, v=v, a=a, lam=lam, left_out=left_out, counts=self._counts, **given)
         self._q, self._v, self._lam = q, v, lam
         for name, body in self.system.tables.models.items():

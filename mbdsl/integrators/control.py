@@ -222,6 +222,8 @@ def tangential_position(inertia, Y, I, A, P):
     last = A.shape[0] - 1
     for i in range(I[N_ALL]):
         Y[T1, i] = 0.0
+    for i in range(I[N_Q], I[N_ALL]):
+        Y[E_Q, i] = 0.0
     multiply(A[last], P[last], Y, E_Q, T1)
     for i in range(I[N_ALL]):
         Y[E_Q, i] = Y[T1, i]

@@ -36,12 +36,16 @@ from mbdsl.system.switches import within
 
 if TYPE_CHECKING:
     from mbdsl.integrators.run import Integration
+    from mbdsl.system.switches import Switch
     from mbdsl.system.unseen import Zone
 
 #: longest controlled step, relative to the run
 LONGEST = 0.02
 #: most steps that are searched together, and most numbers recorded for them
 BATCH, NUMBERS = 1024, 400_000
+#: number of successive steps that together advance the run by less than a part of it, in so many of which a switch
+#: changes, as a part of them: a sliding motion
+MANY, STANDSTILL, OFTEN = 256, 1e-6, 0.125
 #: steps that are searched after a peak was found; then twice as many each time
 FEW = 8
 #: most returns of the run for peaks within an interval, and the length of that relative to the run: a force may change
@@ -122,6 +126,9 @@ class Landings:
                 self.insert(zones)
                 status = RUNNING
                 continue
+            if changing := self._chattering(rows):
+                run.events.blame(changing)
+                return SLIDING
             most = min(2 * most, int(run.J[NOTES]))
             steps, batch = steps - max(1, len(rows)), most
             if status == LOOK:
@@ -130,6 +137,16 @@ class Landings:
             if status == DONE:
                 return status
         return status
+
+    def _chattering(self, rows: np.ndarray) -> list[Switch]:
+        """The switches that change in many of the last steps, if those make next to no progress."""
+        run, n = self._run, self._run.system.n
+        if len(rows) < MANY or rows[-1, 0] - rows[0, 0] > STANDSTILL * (run.stop - run.start):
+            return []
+        cut = np.cumsum([1, n, n])
+        states = np.array([run.system.switches(t[0], *rest) for t, *rest in (np.split(x, cut) for x in rows)])
+        changes = (states[1:] != states[:-1]).sum(axis=0)
+        return [x for x, count in zip(run.system.tables.switches, changes, strict=True) if count > OFTEN * len(rows)]
 
     def _unseen(self, rows: np.ndarray) -> list[Zone]:
         if len(rows) < 2:

@@ -84,7 +84,7 @@ class Overlooked:
         t, q, v, lam = noted[:, 0], noted[:, 1 : 1 + n], noted[:, 1 + n : 1 + 2 * n], noted[:, 1 + 2 * n :]
         found = self._looks.first(t, q, v, lam, inputs, self._least, run.seen)
         if found:
-            k = int(np.searchsorted(t, found[0].start)) - 1
+            k = int(np.searchsorted(t, found[0].start, side="right")) - 1
             shortest = min(zone.end - zone.start for zone in found)
             number = float(run.system.tables.values.index(found[0].term))
             middle = 0.5 * (found[0].start + found[-1].end)

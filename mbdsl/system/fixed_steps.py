@@ -32,8 +32,8 @@ class InFixedSteps(OnTheWay):
 
     def __init__(self, system: System, h: float) -> None:
         super().__init__(system)
-        for root in system.tables.values:
-            for term in passable([root], h):
+        for root, law in system.laws.items():
+            for term in passable([law], h):
                 if term not in self.terms:
                     self.terms.append(term)
                     self._roots.append(root)

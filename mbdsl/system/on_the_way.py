@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.lang.expressions import RATE, Expr, const, coordinate, evaluate, leaves, substitute, walk
+from mbdsl.lang.expressions import RATE, Expr, coordinate, evaluate, leaves, walk
 from mbdsl.system.intervals import CONDITIONS, FLAT, ROUNDING, Interval, Jet, constant, enclose
-from mbdsl.system.signals import ARRAY_OPERATIONS, frame_coordinate, table_value, values
+from mbdsl.system.signals import ARRAY_OPERATIONS, table_value, values
 from mbdsl.system.unseen import Function, Zone, hiding, monotone, zones
 
 if TYPE_CHECKING:
@@ -38,7 +38,6 @@ TOGETHER = 64
 #: a smooth peak wider than this part of a step needs no zone, unless it is higher than this part of the largest value
 WIDE, HIGH = 0.4, 0.25
 JUMPS = (*CONDITIONS, "sign", "floor", "ceil", "mod", "table", "abs", "min", "max")
-AT_ONE = np.zeros((1, 0))
 POSITION = {rate: key for key, rate in RATE.items()}
 
 
@@ -48,24 +47,14 @@ class OnTheWay:
     def __init__(self, system: System) -> None:
         self._system = system
         roots: dict[Expr, Expr] = {}
-        for root in system.tables.values:
-            for term in hiding([substitute(root, self._on_the_ground)]):
+        for root, law in system.laws.items():
+            for term in hiding([law]):
                 if any(n.op in ("coordinate", "multiplier") for n in leaves(term)):
                     roots.setdefault(term, root)
         self.terms = list(roots)
         self._roots = list(roots.values())
         self._jumps = [any(n.op in JUMPS for n in walk(x)) for x in self.terms]
         self._leaves = leaves(*self.terms)
-
-    def _on_the_ground(self, x: Expr) -> Expr | None:
-        """The value of a coordinate of a frame that does not move."""
-        if x.op != "coordinate":
-            return None
-        name, key = x.value  # type: ignore[misc]
-        frame = self._system.scene.frames[name]
-        if frame.body in self._system.tables.models or frame.motion is not None:
-            return None
-        return const(float(frame_coordinate(self._system, name, key, AT_ONE, AT_ONE)[0]))
 
     def first(
         self, t: Array, q: Array, v: Array, lam: Array, inputs: Mapping[str, float], least: float, seen: Array

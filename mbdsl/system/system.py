@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from mbdsl import layout
 from mbdsl.graph import MechanismGraph
 from mbdsl.graph import build as build_graph
+from mbdsl.lang.expressions import Expr, const, substitute
 from mbdsl.scene import Scene
 from mbdsl.system import beside, emit, switches
 from mbdsl.system.clock import Clock
@@ -65,7 +66,7 @@ class System:
     _work: Workspace | None = None
     _A: Array | None = None
     _clock: Clock | None = None
-    _zones: dict[tuple[float, float, float], Kept] = field(default_factory=dict)
+    _zones: dict[tuple[float, float, float], Kept[Zone]] = field(default_factory=dict)
 
     @property
     def n(self) -> int:
@@ -343,6 +344,7 @@ class System:
         from mbdsl.system.time_events import time_events
 
         chosen = [switch for switch in self.tables.switches if corners or not switch.is_corner]
+        chosen = [replace(switch, node=substitute(switch.node, self._at_rest)) for switch in chosen]
         return time_events(chosen, t0, t1)
 
     def time_zones(self, t0: float, t1: float, longest: float = np.inf) -> Iterator[Zone]:
@@ -356,8 +358,26 @@ class System:
 
         key = t0, t1, longest
         if key not in self._zones:
-            self._zones = {key: Kept(time_zones(self.tables.values, *key))}
+            self._zones = {key: Kept(time_zones(self.laws.values(), *key))}
         return iter(self._zones[key])
+
+    @cached_property
+    def laws(self) -> dict[Expr, Expr]:
+        """Every expression of the equations, and the same with numbers for the coordinates of frames at rest."""
+        return {x: substitute(x, self._at_rest) for x in self.tables.values}
+
+    def _at_rest(self, x: Expr) -> Expr | None:
+        """The value of a coordinate of a frame that does not move."""
+        if x.op != "coordinate":
+            return None
+        name, key = x.value  # type: ignore[misc]
+        frame = self.scene.frames[name]
+        if frame.body in self.tables.models or frame.motion is not None:
+            return None
+        from mbdsl.system.signals import frame_coordinate
+
+        nothing = np.zeros((1, 0))
+        return const(float(frame_coordinate(self, name, key, nothing, nothing)[0]))
 
     @cached_property
     def on_the_way(self) -> OnTheWay:

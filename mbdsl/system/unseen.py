@@ -15,7 +15,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -27,6 +27,7 @@ from mbdsl.system.signals import ARRAY_OPERATIONS, table_value
 from mbdsl.system.time_events import is_linear
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 
 #: negligible change of a term, relative to its largest known value; and absolute [SI]
 NEGLIGIBLE, NOTHING = 1e-9, 1e-100
@@ -370,13 +371,13 @@ def _of_term(term: Expr, t0: float, t1: float) -> Iterator[Zone]:
                 yield Zone(start, end, term)
 
 
-class Kept:
+class Kept(Generic[T]):
     """An iterable that remembers what an iterator has given."""
 
-    def __init__(self, source: Iterator[Zone]) -> None:
-        self._source, self._found = source, list[Zone]()
+    def __init__(self, source: Iterator[T]) -> None:
+        self._source, self._found = source, list[T]()
 
-    def __iter__(self) -> Iterator[Zone]:
+    def __iter__(self) -> Iterator[T]:
         at = 0
         while True:
             if at == len(self._found):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import mbdsl
+from mbdsl.integrators.external import _pieces
 from mbdsl.integrators.lookout import Landings
 
 TEXT = """
@@ -176,6 +177,32 @@ def test_a_backend_looks_on_its_way():
         mbdsl.parse(TEXT.format(tables="", force=force, v=v, stop=2.0)), method="scipy-dop853", tol=1e-6
     )
     assert run.v[-1, 0] == pytest.approx(exact[0], rel=FACTOR["scipy-dop853"] * 1e-6)
+
+
+@pytest.mark.parametrize("method", ["hht-si2", "radau5", "scipy-dop853"])
+def test_a_pulse_whose_time_depends_on_a_frame_at_rest_is_seen(method):
+    """A load that passes a marker on the ground: time and a coordinate that is a constant."""
+    centre = "2.3456 + ground.phi/(1 rad)"
+    pulse = f"{PEAK / 1e-4!r}*exp(-((time/(1 s) - {centre})/1e-4)^2)"
+    window = f"if time/(1 s) > {centre} and time/(1 s) < {centre} + 1e-3 then 1000 else 0"
+    for force in (pulse, window):
+        run = mbdsl.simulate(mbdsl.parse(TEXT.format(tables="", force=force, v=0.0, stop=5.0)), method=method, tol=1e-6)
+        assert run.v[-1, 0] == pytest.approx(1.0, rel=FACTOR[method] * 1e-6)
+
+
+@pytest.mark.parametrize("together", [1, 2, 32])
+def test_a_backend_returns_to_a_step_with_all_that_followed(together, monkeypatch):
+    """A narrow hill on the way, v^2 = 1 + 2 W behind it, and known times on both sides of it: each is met once, and no
+    output is lost or repeated, the one at a known time included."""
+    monkeypatch.setattr(_pieces, "TOGETHER", together)
+    hill = f"{0.5 * PEAK / 1e-4!r}*exp(-((s - 1.02)/1e-4)^2)"
+    steps = "(if time > 1 then 1e-3 else 0) + (if time > 1.311 and time < 1.315 then 250 else 0)"
+    scene = mbdsl.parse(TEXT.format(tables="", force=f"{hill} + {steps}", v=1.0, stop=2.0))
+    times = [1.0 - 1e-6, 1.0, 1.01, 1.5, 2.0]
+    run = mbdsl.simulate(scene, method="scipy-dop853", tol=1e-6, times=times)
+    assert run.t.tolist() == [0.0, *times] and run.stats["events"] == 3
+    # 0.5 J of the hill; 1e-3 N from 1 s on; 1 N.s of the push
+    assert run.v[-1, 0] == pytest.approx(np.sqrt(2.0) + 1.0 + 1e-3, abs=2e-5)
 
 
 SPRING = "-(100 N/m)*s - (3 N.s/m)*v - (5 N/m3)*s^3 + (1 N.s/m2)*s*v"

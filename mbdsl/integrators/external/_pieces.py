@@ -11,7 +11,7 @@ does at rest, no piece can begin, and the run stops and says so.
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from itertools import chain, islice
 from typing import NamedTuple, Protocol
@@ -76,7 +76,7 @@ def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver
     walk = _walk(problem, begin, switches, peaks, *start)
     batch = peaks.most
     while True:
-        taken, stopped = [_Taken(BEHIND, problem.counts["events"], start)], None
+        taken, stopped = [_Taken(BEHIND, problem.counts.copy(), start)], None
         try:
             for x in islice(walk, batch):
                 taken.append(x)
@@ -91,7 +91,9 @@ def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver
         start = taken[last].state
         batch = min(2 * batch, peaks.most)
         if kept < len(searched) - 1:
-            problem.counts["events"] = taken[last].events
+            for what in ("steps", "events"):
+                problem.counts[what] = taken[last].counts[what]
+            switches.return_to(start[0])
             walk, batch = _walk(problem, begin, switches, peaks, *start), min(kept + FEW, peaks.most)
         elif stopped is not None:
             raise stopped
@@ -107,7 +109,7 @@ class _Taken(NamedTuple):
     """A state of the run, not yet accepted."""
 
     kind: int
-    events: int  #: number of events so far
+    counts: Counter[str]  #: of events and steps so far
     state: State
 
 
@@ -123,7 +125,7 @@ def _walk(
     """The states from t on; the steps between them are not yet searched for peaks."""
 
     def taken(kind: int, *state) -> _Taken:
-        return _Taken(kind, problem.counts["events"], state)
+        return _Taken(kind, problem.counts.copy(), state)
 
     near = switches.near
     due = iter([*problem.times[np.searchsorted(problem.times, t, side="right") :], np.inf])
@@ -154,17 +156,17 @@ def _walk(
                 yield taken(STEP, t, q, v)
             if jumped:
                 t, q, v = switches.leave(t, q, v, stop)
+                while output <= t:  # what was passed over
+                    yield taken(OUTPUT, output, q, v)
+                    output = next(due)
                 yield taken(BEHIND, t, q, v)
-            while output <= t:  # what was passed over
-                yield taken(OUTPUT, output, q, v)
-                output = next(due)
         if known is not None:
             t, q, v = switches.move(t, q, v, known + near - t)
             problem.counts["events"] += 1
-            yield taken(BEHIND, t, q, v)
             while output <= t:
                 yield taken(OUTPUT, output, q, v)
                 output = next(due)
+            yield taken(BEHIND, t, q, v)
 
 
 class _Peaks:
@@ -229,6 +231,11 @@ class _Switches:
         self.near = ULPS * float(np.finfo(float).eps) * max(abs(problem.start), abs(problem.stop))
         self._any = bool(problem.system.tables.switches)
         self._times: deque[float] = deque(maxlen=MANY)
+
+    def return_to(self, t: float) -> None:
+        """Forget the jumps after t."""
+        while self._times and self._times[-1] > t:
+            self._times.pop()
 
     def states(self, t: float, q: Array, v: Array) -> NDArray[np.int64]:
         lam = self._f.motion(t, q, v)[1] if self._any and self._system.of_multipliers else None
