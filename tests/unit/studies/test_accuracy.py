@@ -220,8 +220,8 @@ def test_recommended_by_a_file(tmp_path, exact):
     results.write(path, one.to_dict())
     found = recommend(CRANK, 1e-4, stop=0.5, **keep)
     assert str(found.reference) == "`exact.csv`, unchecked" and 2.5e-5 < found.choices[0].error <= 1e-4
-    # tolerances from 1e-3 to 3.5e-4 lead to one and the same run here, which is not yet exact enough
-    assert {c.case.series for c in found.choices} == {"hht-si2", "hht-si2 --tol"}
+    # a calibrated run of half a second takes so much longer that it may be left out
+    assert {c.case.series for c in found.choices} | {name for name, _ in found.others} == {"hht-si2", "hht-si2 --tol"}
     with pytest.raises(UsageError, match=r"ends at 0\.5 s, the study at 2 s"):
         recommend(CRANK, 1e-4, **keep)
     results.write(path, {"time": one.t, **{name: one[name] * np.nan for name in one.default_names}})
