@@ -139,7 +139,7 @@ def test_ratios_of_the_general_path():
 def test_tolerances():
     benchmark = script("tolerances")
     assert set(benchmark.STEPS) == set(benchmark.names())
-    text = benchmark.table(["rolling_disc"], ["hht-si2"], [1e-3, 1e-4])
+    text = benchmark.table(["rolling_disc"], ["hht-si2"], [1e-4, 1e-5])
     found = re.search(r"^rolling_disc +hht-si2 +\S+ +(\S+) +(\S+) ", text, re.MULTILINE)
     assert all(0.1 < float(x) < 2.0 for x in found.groups())
 

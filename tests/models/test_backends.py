@@ -25,7 +25,7 @@ RUNS = {
     "rolling_disc": (0.1, 5e-5, {}),
     "seven_body": (1e-3, 5e-7, {}),
     "slider_crank": (0.1, 5e-5, {}),
-    "spin_up_beam": (0.2, 1e-4, {}),
+    "spin_up_beam": (0.05, 2.5e-5, {}),
     "spring_mass": (0.1, 5e-5, {}),
     "stick_slip_belt": (0.01, 5e-6, {}),
 }
