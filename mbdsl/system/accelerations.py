@@ -62,6 +62,11 @@ def _solve_motion(
             f"the forces at t = {t:g} s are not finite numbers",
             hint="an expression divides by zero or leaves the domain of a function there",
         )
+    if not all(np.isfinite(X if isinstance(X, np.ndarray) else X.data).all() for X in (M, J, U)):
+        raise InitialisationError(
+            f"the derivatives of the forces or constraints at t = {t:g} s are not finite numbers",
+            hint="a function has no derivative there, as sqrt(x) at x = 0",
+        )
     d = balance(system, diagonal, J)
     if isinstance(J, np.ndarray):
         K = np.block([[M, U], [J, np.zeros((m, m))]])

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mbdsl import Builder, Simulation, UsageError, simulate
+from mbdsl import Builder, InitialisationError, Simulation, UsageError, simulate
 from mbdsl.failures import inaccurate
 from mbdsl.lang.load import parse_text
 from mbdsl.wording import once
@@ -162,3 +162,22 @@ def test_other_names_of_frames_have_signals():
             assert run.unit(f"{other}.{key}") == run.unit(f"{name}.{key}")
     assert (run["post.x"] == 0.0).all()
     assert abs(run["T.x"][0] - np.cos(np.pi / 6)) < 1e-12
+
+
+def test_a_law_without_a_derivative_at_the_start_is_named():
+    """-sign(v) sqrt(abs(v)) at rest: its derivative is infinite."""
+    scene = parse_text(
+        """model Root
+  Ground ground(g = 0);
+  Body b(m = 1, I = 1);
+  Prismatic rail(ground, b.c);
+  TranslationalSpringDamper law(rail, force = -4*sign(v)*sqrt(abs(v)) - 100*s);
+initial equation
+  rail.s = 0.1;
+  rail.v = 0;
+  annotation(experiment(StopTime = 1));
+end Root;"""
+    )
+    with pytest.raises(InitialisationError, match=r"derivatives of the forces .* are not finite") as found:
+        simulate(scene)
+    assert "sqrt" in found.value.hint
