@@ -103,7 +103,12 @@ def test_interruption_keeps_what_there_is(tmp_path):
     argv = [sys.executable, "-m", "mbdsl", "simulate", MODELS / "slider_crank.mbd", "--stop", "1e6", "--interval", "10"]
     argv += ["--step", "1ms"]
     pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(argv, cwd=tmp_path, env=ENVIRONMENT, **pipes) as process:
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
+    try:
+        process = subprocess.Popen(argv, cwd=tmp_path, env=ENVIRONMENT, **pipes)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    with process:
         for line in process.stderr:  # it says how far it is, after a while
             if "iterations/step" in line:
                 process.send_signal(signal.SIGINT)
