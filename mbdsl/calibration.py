@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from mbdsl import error_norm
 from mbdsl.errors import InitialisationError
 from mbdsl.failures import TOO_MANY_STEPS
-from mbdsl.growth import Growth, growth
+from mbdsl.growth import SAMPLES, Growth, growth
 from mbdsl.integrators import declared, state
 from mbdsl.integrators.run import LONGEST
 from mbdsl.motion import Kept, Motion, Plan
@@ -56,6 +56,9 @@ POINTS = 200
 #: logarithm of the amplification above which steps have to resolve its rate; rate times step; the shortest such step,
 #: relative to the run
 GROWN, RESOLVED, SHORTEST = 10.0, 0.5, 2e-4
+#: how many times finer the growth of errors is sampled before it ends a run, in turn; relative change of its logarithm
+#: below which finer samples change nothing; numbers in all steps of a run above which they are not stored for that
+FINER, SETTLED, MOST_NUMBERS = (4, 32), 0.1, 5e7
 #: two runs that fail within this part of the run of each other fail at the same time
 TOGETHER = 1e-3
 
@@ -128,20 +131,27 @@ class _Ladder:
         self.longest = np.inf  #: the longest step that resolves the growth of errors
         self.growth: Growth | None = None
         self.reason = ""
-        self.lost = 0  #: steps of a run that was repeated with another size
+        self.lost = 0  #: steps of runs that are not among the trials: repeated with another size, or every step output
+        self.interrupted = False  #: while the growth was refined
 
     def climb(self) -> tuple[int, Found]:
         eps: float | None = self.first
         while eps is not None:
             last = self._run(eps)
             if last.status == state.RUNNING and not self.motion.bent():
-                self.motion.trial_steps = self.lost + sum(x.steps for x in [*self.trials[:-1], *self.failed])
-                return last.status, Found(last.error if np.isfinite(last.error) else None)  # interrupted
+                return self._interrupted()
             if self.motion.outgrown():
                 self.lost += self.trials.pop().steps
                 continue
             eps = self._next(last)
+            if self.interrupted:
+                return self._interrupted()
         return self._finish()
+
+    def _interrupted(self) -> tuple[int, Found]:
+        last = self.trials[-1]
+        self.motion.trial_steps = self.lost + sum(x.steps for x in [*self.trials[:-1], *self.failed])
+        return state.RUNNING, Found(last.error if np.isfinite(last.error) else None)
 
     # -- runs --------------------------------------------------------------------------------------------------
     def _held_to(self, eps: float) -> Plan:
@@ -278,21 +288,55 @@ class _Ladder:
 
     def _hopeless(self, last: Trial) -> bool:
         """Whether amplified rounding alone exceeds the tolerance."""
-        self.growth = self._growth(last)
+        found = self._growth(last, last.kept)
+        self.growth = found[0]
+        if float(self._rounding(last)[-1]) > self.tol:
+            self._refine(last, *found)
         return float(self._rounding(last)[-1]) > self.tol
 
-    def _growth(self, last: Trial) -> Growth:
+    def _refine(self, last: Trial, coarse: Growth, known: int) -> None:
+        """Find the growth again at the steps of the run.
+
+        Between outputs, rates may be large for a short time, as in a contact. Taken as constant until the next output,
+        they give far too much growth.
+        """
+        motion = self.motion
+        if last.steps * sum(p.system.n + p.system.unknowns for p in motion.parts) > MOST_NUMBERS:
+            return
+        present, held = motion.keep(), self._held_to(last.eps)
+        motion.restart(replace(held, times=self.plan.times, every=True, longest=min(held.longest, self.span / SAMPLES)))
+        status = self.integrate()
+        self.interrupted = status == state.RUNNING and not motion.bent()
+        steps, kept, before = motion.steps, motion.keep(), coarse.log[-1]
+        self.lost += steps
+        motion.recall(present)
+        for finer in FINER if status == state.DONE else ():
+            fine, examined = self._growth(last, kept, finer)
+            if examined < known:
+                return  # at some steps there are no tangent equations
+            assert self.growth is not None
+            if fine.log[-1] < self.growth.log[-1]:
+                self.growth = fine
+            settled = abs(fine.log[-1] - before) < SETTLED * before or steps < finer * SAMPLES
+            if settled or float(self._rounding(last)[-1]) <= self.tol:
+                return
+            before = fine.log[-1]
+
+    def _growth(self, last: Trial, kept: Kept, finer: int = 1) -> tuple[Growth, int]:
+        """The growth at the times of a run, from the states in ``kept``, and how many parts are known to the end."""
         motion, t = self.motion, last.t
         speed = error_norm.fastest(motion.system.tables.scale, last.v, self.span)
-        found, rate = np.zeros(len(t)), 0.0
-        for system, q, v, lam, left_out in motion.parts_of(last.kept, len(t)):
+        found, rate, known = np.zeros(len(t)), 0.0, 0
+        for system, own_t, q, v, lam, left_out in motion.parts_of(kept):
             try:
                 with np.errstate(all="ignore"):
-                    own = growth(system, t, q, v, lam, left_out, speed)
+                    own = growth(system, own_t, q, v, lam, left_out, speed, finer)
             except (InitialisationError, np.linalg.LinAlgError):
                 continue  # there are no tangent equations here; the difference between runs remains
-            found, rate = np.maximum(found, own.at(t)), max(rate, own.rate)
-        return Growth(t, found, rate)
+            if own is not None:
+                found, rate = np.maximum(found, own.at(t)), max(rate, own.rate)
+                known += own.t[-1] == own_t[-1]
+        return Growth(t, found, rate), known
 
     def _rounding(self, trial: Trial) -> Array:
         """The rounding error (N,) along a run, amplified by the growth where that is known."""
@@ -336,7 +380,10 @@ class _Ladder:
         if not len(best.claim):
             return status, Found()
         if self.growth is None and best.done:
+            lost = self.lost
             self._hopeless(best)
+            motion.trial_steps += self.lost - lost
+            status = state.RUNNING if self.interrupted else status
         n = min(len(best.claim), len(best.t))
         claim = np.maximum(best.claim[:n], self._rounding(best)[:n])
         if claim[-1] <= self.tol:

@@ -16,7 +16,8 @@ and the least rotation of these bases along the motion, V' = -J^+ J' V, Z^T Z' =
 all in scaled coordinates. Without constraints on velocities V = Z and V' = B. The matrices are taken as constant from
 the middle of one interval between samples to the middle of the next, and the solution is the exponential, so that
 neither large negative nor large positive rates matter. y and u are carried over from sample to sample, so that B' is
-not needed.
+not needed. Where rates are large for a time shorter than an interval, that gives too much growth; the calibration then
+takes finer samples, at the steps of the run.
 
 Jumps of forces, impacts, and the dependence of joint friction on reactions are not included. Models whose mass matrix
 is badly conditioned (a link of 1 g on one of 10 t) are not examined: from sample to sample, V turns by a small angle
@@ -38,7 +39,8 @@ Array = NDArray[np.float64]
 
 #: most unknowns for which the growth is computed: the matrices are dense
 MOST = 400
-#: most and least samples of a run; numbers in the matrices of all samples, which limit the samples of large models
+#: most and least samples of a run, unless finer ones are asked for; numbers in the matrices of all samples, which limit
+#: the samples of large models
 SAMPLES, FEWEST, NUMBERS = 160, 40, 200_000
 #: number of perturbations propagated, in different directions
 DIRECTIONS = 3
@@ -71,7 +73,16 @@ class Growth:
         return np.interp(times, self.t, np.maximum.accumulate(self.log))
 
 
-def growth(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: tuple[int, ...], speed: float) -> Growth:
+def growth(
+    system: System,
+    t: Array,
+    q: Array,
+    v: Array,
+    lam: Array,
+    left_out: tuple[int, ...],
+    speed: float,
+    finer: int = 1,
+) -> Growth | None:
     """The growth along a run with the states q, v (N, n) and multipliers lam (N, m + p) at times t (N,).
 
     Parameters
@@ -80,27 +91,33 @@ def growth(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: t
         Redundant constraints.
     speed : float [1/s]
         The largest scaled velocity of the run.
+    finer : int
+        So many times as many samples are taken, if the run has them; fewer of large models.
+
+    Returns
+    -------
+    Growth or None
+        None if the model is not examined, or if the constraints change rank along the run.
 
     Raises
     ------
     InitialisationError
         If the accelerations at a sample cannot be found.
     """
-    none = Growth(t[:1], np.zeros(1), 0.0)
     if system.unknowns > MOST or len(t) < 2 or not system.n:
-        return none
-    chosen = _samples(len(t), system)
+        return None
+    chosen = _samples(len(t), system, finer)
     t, q, v, lam = t[chosen], q[chosen], v[chosen], lam[chosen]
     points = [_point(system, *state, left_out) for state in zip(t, q, v, lam, strict=True)]
     if not points[0].Z.shape[1] or len({p.Z.shape + p.V.shape for p in points}) > 1:
-        return none  # no freedoms, or the constraints change rank along the run
+        return None  # no freedoms, or the constraints change rank along the run
     if max(np.linalg.cond(p.mass) for p in points) > MOST_CONDITION:
-        return none
+        return None
     return _carried(t, points, speed)
 
 
-def _samples(count: int, system: System) -> NDArray[np.int64]:
-    most = int(np.clip(NUMBERS / max(1, system.unknowns) ** 2, FEWEST, SAMPLES))
+def _samples(count: int, system: System, finer: int) -> NDArray[np.int64]:
+    most = int(np.clip(NUMBERS * finer**0.5 / max(1, system.unknowns) ** 2, FEWEST, SAMPLES * finer))
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
 
 

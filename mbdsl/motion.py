@@ -212,14 +212,15 @@ class Motion:
         for p, integration in zip(self.parts, kept.integrations, strict=True):
             p.integration = integration
 
-    def parts_of(self, kept: Kept, count: int) -> Iterator[tuple[System, Array, Array, Array, tuple[int, ...]]]:
-        """For each part with freedoms: the system, q, v (N, n) and lam (N, m + p) at the start and the first
-        ``count - 1`` outputs of a run, and the constraints left out."""
+    def parts_of(self, kept: Kept) -> Iterator[tuple[System, Array, Array, Array, Array, tuple[int, ...]]]:
+        """For each part with freedoms: the system, times (N,), q, v (N, n) and lam (N, m + p) at the start and at all
+        outputs of a run, and the constraints left out."""
         for p, integration in zip(self.parts, kept.integrations, strict=True):
             if p.method != KINEMATIC:
-                n, first = p.system.n, p.initial
-                rows = np.vstack([np.concatenate([first.q, first.v, first.lam]), integration.out[: count - 1]])
-                yield p.system, rows[:, :n], rows[:, n : 2 * n], rows[:, 2 * n :], first.redundant
+                n, first, done = p.system.n, p.initial, integration.written
+                t = np.append(kept.plan.start, integration.times[:done])
+                rows = np.vstack([np.concatenate([first.q, first.v, first.lam]), integration.out[:done]])
+                yield p.system, t, rows[:, :n], rows[:, n : 2 * n], rows[:, 2 * n :], first.redundant
 
     def _is_not_kinematic(self, part: Part) -> None:
         """Only counting said so; the receipt tells what is."""

@@ -48,7 +48,7 @@ class Sine:
     def outgrown(self):
         return False
 
-    def parts_of(self, kept, count):
+    def parts_of(self, kept):
         return iter(())
 
 

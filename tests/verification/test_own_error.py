@@ -15,7 +15,10 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
 import mbdsl
+from mbdsl import calibration, simulation
 from mbdsl.errors import IntegrationError
+from mbdsl.integrators import state
+from mbdsl.motion import Motion
 
 BLOCK = """
 model Block
@@ -40,6 +43,16 @@ initial equation
   b.w = 0;
   annotation(experiment(StopTime = {stop}));
 end Inverted;
+"""
+ORBIT = """
+model Orbit
+  Ground ground(g = 0);
+  PointMass b(m = 1);
+  SpringDamper s(ground, b, force = 1/(1*s)^2);
+initial equation
+  b.x = -1.9; b.y = 0; b.vx = 0; b.vy = -0.22941573387056174;
+  annotation(experiment(StopTime = 18.84955592153876));
+end Orbit;
 """
 #: its rate of growth upside down, squared
 RATE2 = 9.81 / 1.25
@@ -158,6 +171,52 @@ def test_before_that_all_is_well():
     assert found.stats["error"] <= 1e-5
 
 
+@pytest.mark.parametrize(("text", "tol", "needed"), [(PENDULUM.format(phi=1e-3, stop=3), 1e-5, 0), (ORBIT, 1e-4, 1)])
+def test_growth_is_refined_only_where_it_would_end_the_run(monkeypatch, text, tol, needed):
+    runs, growths = [], []
+    restart, growth = Motion.restart, calibration.growth
+    monkeypatch.setattr(Motion, "restart", lambda self, plan: (runs.append(plan.every), restart(self, plan))[1])
+    monkeypatch.setattr(calibration, "growth", lambda *given: (growths.append(given[-1]), growth(*given))[1])
+    found, reached = run(mbdsl.parse(text), "hht-si2", tol, interval=0.1)
+    assert reached
+    assert sum(runs) == needed and growths == [1, 4][: 1 + needed]
+    assert found.stats["trial_steps"] > 0
+
+
+def test_interrupted_while_growth_is_refined(monkeypatch):
+    integrate = simulation._integrate
+    monkeypatch.setattr(
+        simulation, "_integrate", lambda motion, *rest: state.RUNNING if motion.plan.every else integrate(motion, *rest)
+    )
+    found, _ = run(mbdsl.parse(ORBIT), "hht-si2", 1e-4, interval=0.1)
+    assert found.status == "interrupted"
+
+
+def test_growth_past_a_periapsis(monkeypatch):
+    """At least the largest factor from one sample to a later one, by the variational equations and DOP853, and at most
+    so many times that as there are samples, at each of which as much is added; e^2 for rates that are frozen."""
+    seen = []
+    growth = calibration.growth
+    monkeypatch.setattr(calibration, "growth", lambda *given: seen.append(growth(*given)) or seen[-1])
+    run(mbdsl.parse(ORBIT), "hht-si2", 1e-4, interval=0.1)
+    coarse, fine = seen
+
+    def rate(_, y):
+        x, r = y[:2], np.hypot(*y[:2])
+        K = (3 * np.outer(x, x) / r**2 - np.eye(2)) / r**3
+        dx, dv = y[4:].reshape(2, 2, 4)
+        return np.concatenate([y[2:4], -x / r**3, dv.ravel(), (K @ dx).ravel()])
+
+    y0 = np.concatenate([[-1.9, 0, 0, -((0.1 / 1.9) ** 0.5)], np.eye(4).ravel()])
+    y = solve_ivp(rate, (0, fine.t[-1]), y0, method="DOP853", rtol=1e-12, atol=1e-13, t_eval=fine.t).y
+    units = np.array([1.9, 1.9, 19**0.5, 19**0.5])  # the largest distance and velocity
+    reached = y[4:].T.reshape(-1, 4, 4) * units / units[:, None]
+    back = np.linalg.inv(reached)
+    true = np.log(max(np.abs(reached[k] @ back[: k + 1]).max() for k in range(len(reached))))
+    assert true < fine.log.max() < true + np.log(len(fine.t)) + 2.0
+    assert coarse.log.max() > true + 12.0
+
+
 CHAOS = """
 model Double
   Ground ground(g = 9.81);
@@ -168,7 +227,7 @@ model Double
 initial equation
   one.phi = 2.0;
   two.phi = 2.5;
-  annotation(experiment(StopTime = 20));
+  annotation(experiment(StopTime = 40));
 end Double;
 """
 

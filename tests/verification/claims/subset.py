@@ -11,7 +11,6 @@ SUBSET = [
     ("GrazeStep", "--tol", "hht-si2", 0.0001),
     ("Bounce1e6", "--tol", "hht-si2", 0.0001),
     ("Bounce1e8", "--tol", "hht-si2", 0.0001),
-    ("Bounce1e4", "--tol", "hht-si2", 0.0001),
     ("BounceDamped", "--tol", "hht-si2", 0.0001),
     ("Hertz", "--tol", "hht-si2", 0.0001),
     ("TwoWalls", "--tol", "hht-si2", 0.0001),
@@ -96,11 +95,17 @@ SUBSET = [
     ("MetreSpring", "--tol", "hht-si2", 0.0001),
     ("CentimetreSpring", "--tol", "hht-si2", 0.0001),
     ("MillimetreSpring", "--tol", "hht-si2", 0.0001),
-    ("Orbit", "--tol", "hht-si2", 0.0001),
-    ("OrbitClose", "--tol", "hht-si2", 0.0001),
     ("SlopeFriction", "--tol", "hht-si2", 0.0001),
     ("BushingPulse", "--tol", "hht-si2", 0.0001),
     ("TablePeak", "--tol", "radau5", 1e-06),
     ("Delayed", "--tol", "radau5", 1e-06),
     ("Graze", "--tol", "radau5", 0.001),
+]
+
+#: rates are large for a short time, at a periapsis, in a contact, at a jump: these are not to be taken for sensitive
+REACHED = [
+    ("Orbit", "--tol", "hht-si2", 0.0001),
+    ("OrbitClose", "--tol", "radau5", 1e-05),
+    ("Bounce1e4", "--tol", "hht-si2", 0.0001),
+    ("VanDerPol100", "--tol", "hht-si2", 0.0001),
 ]
