@@ -71,9 +71,9 @@ def neg(a: Interval) -> Interval:
 
 def mul(a: Interval, b: Interval) -> Interval:
     """The product, where 0 times infinity is 0."""
-    p, q, r, s = a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]
-    lo, hi = np.fmin(np.fmin(p, q), np.fmin(r, s)), np.fmax(np.fmax(p, q), np.fmax(r, s))
-    return _outward(np.where(lo == lo, lo, 0.0), np.where(hi == hi, hi, 0.0))
+    products = a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]
+    p, q, r, s = (np.where(x == x, x, 0.0) for x in products)
+    return _outward(np.minimum(np.minimum(p, q), np.minimum(r, s)), np.maximum(np.maximum(p, q), np.maximum(r, s)))
 
 
 def inverse(a: Interval) -> Interval:
@@ -148,6 +148,11 @@ def _one_plus_square(a: Interval) -> Interval:
     return add((np.ones(1), np.ones(1)), square(a))
 
 
+def _tan_slope(a: Interval, n: Interval) -> Interval:
+    lo, hi = _one_plus_square(n)
+    return np.where(np.isinf(n[0]) | np.isinf(n[1]), -INF, lo), hi  # down at a pole
+
+
 def _one_minus_square(a: Interval) -> Interval:
     lo, hi = add((np.ones(1), np.ones(1)), neg(square(a)))
     return np.maximum(lo, 0.0), hi
@@ -163,7 +168,7 @@ _LN10 = float(np.log(10.0))
 SMOOTH: dict[str, tuple[Callable[[Interval], Interval], Callable[[Interval, Interval], Interval]]] = {
     "sin": (_sin, lambda a, n: _cos(a)),
     "cos": (_cos, lambda a, n: neg(_sin(a))),
-    "tan": (_tan, lambda a, n: _one_plus_square(n)),
+    "tan": (_tan, _tan_slope),
     "asin": (_rising(np.arcsin, -1.0, 1.0), lambda a, n: _over_root(a)),
     "acos": (lambda a: neg(_rising(lambda x: -np.arccos(x), -1.0, 1.0)(a)), lambda a, n: neg(_over_root(a))),
     "atan": (_rising(np.arctan), lambda a, n: inverse(_one_plus_square(a))),
@@ -304,7 +309,7 @@ def _max(a: Jet, b: Jet) -> Jet:
 
 def _mod(a: Jet, b: Jet) -> Jet:
     """a - floor(a/b) b, for a divisor that stays as it is and is not zero; else without bounds on slopes."""
-    steady = (b.lo == b.hi) & (b.lo != 0.0)
+    steady = (b.lo == b.hi) & (b.lo != 0.0) & (b.d_lo == 0.0) & (b.d_hi == 0.0)
     margin = ROUNDING * np.maximum(np.abs(a.lo), np.abs(a.hi))
     lap = np.floor((a.lo - margin) / b.lo)
     same = steady & (lap == np.floor((a.hi + margin) / b.lo))
@@ -385,6 +390,8 @@ def _range(table, order: int, lo: Array, hi: Array) -> Interval:
         whole = pieces.over(np.full_like(lo, first), np.full_like(lo, last))
         wraps = b > last
         one = pieces.over(a, np.minimum(b, last))
+        end = pieces.over(np.where(a == first, last, a), np.where(a == first, last, a))  # of the lap before
+        one = hull(one, end)
         two = pieces.over(np.full_like(lo, first), np.clip(b - period, first, last))
         found = tuple(np.where(wraps, x, y) for x, y in zip(hull(one, two), one, strict=True))
         full = ~(hi - lo < period)
@@ -417,7 +424,7 @@ def _table(table, order: int, u: Jet) -> Jet:
     if table.extrapolation == "periodic":
         if order > smooth:
             jumps = _count(knots, u.lo, "left") != _count(knots, u.hi, "right")
-        elif table.y[0] != table.y[-1]:
+        elif table.y[0] != table.y[-1] or (order > 0 and smooth < 2):  # only splines meet smoothly at the ends
             ends = knots[[0, -1]]
             jumps = _count(ends, u.lo, "left") != _count(ends, u.hi, "right")
     else:

@@ -8,7 +8,7 @@ import pandas
 import pytest
 import scipy.io
 import xarray
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -58,6 +58,7 @@ def test_incomplete_results_say_so_until_complete_ones_replace_them(tmp_path, su
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
+@settings(derandomize=True, deadline=None)
 @given(data=arrays(float, st.tuples(st.integers(0, 5), st.just(3)), elements=st.floats(width=64)))
 def test_any_doubles_survive(tmp_path_factory, suffix, data):
     path = tmp_path_factory.mktemp("any") / f"r{suffix}"

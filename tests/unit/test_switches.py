@@ -210,7 +210,7 @@ def test_between_time_events_no_switch_changes(law):
             assert len(found) == 1, (law, a, b)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100, deadline=None, derandomize=True)
 @given(piecewise_linear, some.floats(-2.0, 3.0), some.floats(-2.0, 3.0))
 def test_a_law_is_linear_where_no_switch_changes(law, a, b):
     """Without events in between, three points of it lie on a line: nothing that bends is without a switch."""

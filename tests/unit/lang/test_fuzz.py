@@ -18,7 +18,9 @@ ROOT = Path(__file__).parents[3]
 VALID = [p.read_text(encoding="utf-8") for p in sorted((ROOT / "models").glob("*.mbd"))]
 VALID += [p.read_text(encoding="utf-8") for p in sorted((ROOT / "tests/data/wrong").glob("[a-m]*.mbd"))]
 MANY = int(os.environ.get("MBDSL_FUZZ", "1"))  #: a longer search: MBDSL_FUZZ=50 pytest tests/unit/lang/test_fuzz.py
-relaxed = settings(max_examples=150 * MANY, deadline=None, suppress_health_check=list(HealthCheck))
+relaxed = settings(
+    max_examples=150 * MANY, deadline=None, derandomize=MANY == 1, suppress_health_check=list(HealthCheck)
+)
 
 TOKENS = (
     "model end for in loop if then else elseif parameter constant Real Integer Boolean String Mass Frame Ground Body "
@@ -61,7 +63,7 @@ def test_any_bytes(content, tmp_path_factory):
         problem.render()
 
 
-@settings(max_examples=400 * MANY, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=400 * MANY, deadline=None, derandomize=MANY == 1, suppress_health_check=list(HealthCheck))
 @given(st.data())
 def test_mutated_models(data):
     text = data.draw(st.sampled_from(VALID))
