@@ -32,9 +32,9 @@ def run(command):
         if words and Path(words[0]).name == "mbdsl":
             with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
                 code = cli.main(words[1:])
-    # whether anything has to be compiled depends on what ran before
+    # what depends on the machine, and on what ran before: progress of runs of more than a second, and compiling
     lines = printed.getvalue().splitlines(keepends=True)
-    return code, "".join(line for line in lines if not line.startswith("compiling for the first time"))
+    return code, "".join(line for line in lines if not re.match(r" *\d+%  t = |compiling for the first time", line))
 
 
 def commands(body, console):

@@ -17,7 +17,7 @@ from mbdsl.lang.load import parse_text
 from mbdsl.scene import Component, Experiment
 from mbdsl.studies.fingerprint import fingerprint
 
-ROOT = Path(mbdsl.__file__).parents[1]
+ROOT = Path(__file__).parents[3]
 MODELS = sorted((ROOT / "models").glob("*.mbd"))
 #: what a run does not depend on, or is given in the place of
 APART = {"span", "doc", "files", "parameters"}
