@@ -47,8 +47,9 @@ AIM = 0.5
 SATURATED = 0.05
 #: most runs; least eps over the tolerance; most steps expected of a run
 MOST, LEAST, MOST_STEPS = 14, 1e-5, 2e7
-#: factor by which a claim may be too small because two runs agree by chance
-CHANCE = 3.0
+#: factor by which a claim may be too small because two runs agree by chance: for our methods, and for backends, whose
+#: changes of the order and of the step make errors fall irregularly
+CHANCE, CHANCE_OF_BACKENDS = 3.0, 30.0
 #: the runs converge if two further runs reduce the difference to this part of it
 FALLS = 0.7
 #: least number of times at which runs are compared
@@ -116,7 +117,8 @@ def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> tupl
 class _Ladder:
     def __init__(self, motion: Motion, tol: float, integrate: Callable[[], int]) -> None:
         self.motion, self.tol, self.integrate, self.plan = motion, tol, integrate, motion.plan
-        plan, self.order = self.plan, max(1, declared(self.plan.method).order)
+        plan, method = self.plan, declared(self.plan.method)
+        self.order, self.chance = max(1, method.order), CHANCE_OF_BACKENDS if method.searches else CHANCE
         self.span = plan.stop - plan.start
         self.first = max(FIRST * tol, STRICTEST) if self.order <= 2 else FIRST_OF_HIGH_ORDER * tol
         self.first = min(self.first, LOOSEST)
@@ -182,7 +184,7 @@ class _Ladder:
         last.claim = last.difference / ((ratio**p - 1.0) if p else 1.0)
         if p:  # two runs may agree by chance: the error should not fall much faster than eps
             former = before.difference[:n] / (self.trials[-2].eps / before.eps - 1.0) / ratio
-            last.claim = np.clip(former, last.claim, CHANCE * last.claim)
+            last.claim = np.clip(former, last.claim, self.chance * last.claim)
 
     def _observed(self, last: Trial) -> float | None:
         """The order p of errors C eps^p from the last three runs, within bounds; None if they do not determine it."""

@@ -1,6 +1,7 @@
 """The cells of table.py that tests run: cheap ones."""
 
 SUBSET = [
+    ("Pulse10us", "--tol", "scipy-lsoda", 1e-06),
     ("Graze", "--tol", "hht-si2", 0.0001),
     ("GrazeFaint", "--tol", "hht-si2", 0.0001),
     ("GrazeMissed", "--tol", "hht-si2", 0.0001),
