@@ -42,6 +42,7 @@ _PUBLIC = {
     "InitialisationError": ("mbdsl.errors", "InitialisationError"),
     "EquilibriumError": ("mbdsl.errors", "EquilibriumError"),
     "IntegrationError": ("mbdsl.errors", "IntegrationError"),
+    "Interrupted": ("mbdsl.errors", "Interrupted"),
 }
 __all__ = ["__version__", *_PUBLIC]
 

@@ -15,7 +15,6 @@ import json
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, TypeAlias
 from zipfile import ZIP_STORED, ZipFile, is_zipfile
@@ -23,6 +22,7 @@ from zipfile import ZIP_STORED, ZipFile, is_zipfile
 import numpy as np
 
 from mbdsl.errors import UsageError
+from mbdsl.files import writing
 from mbdsl.integrators import backend, linear
 from mbdsl.integrators.run import Integration
 from mbdsl.motion import Motion
@@ -128,22 +128,13 @@ class Keeper:
         about = {"format": FORMAT, **self.identity, "about": dict(self.checkpoint.about)}
         about["runs"] = [_plain(x, f"{k}", arrays) for k, x in enumerate(runs)]
         arrays["about"] = np.array(json.dumps(about))
-        target = Path(os.path.realpath(self.checkpoint.path))
-        part = target.with_name(f".{target.name}.{os.getpid()}.part")
-        try:
-            try:
-                with open(part, "wb") as stream:
-                    with ZipFile(stream, "w", ZIP_STORED) as archive:
-                        for name, values in arrays.items():
-                            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
-                                np.lib.format.write_array(member, values, allow_pickle=False)
-                    stream.flush()
-                    os.fsync(stream.fileno())
-                os.replace(part, target)
-            finally:
-                part.unlink(missing_ok=True)
-        except OSError as problem:
-            raise UsageError(f"cannot write `{self.checkpoint.path!s}`: {problem.strerror or problem}") from problem
+        with writing(self.checkpoint.path) as stream:
+            with ZipFile(stream, "w", ZIP_STORED) as archive:
+                for name, values in arrays.items():
+                    with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                        np.lib.format.write_array(member, values, allow_pickle=False)
+            stream.flush()
+            os.fsync(stream.fileno())
         self._written = perf_counter()
 
     def _read(self) -> list[Snapshot]:

@@ -99,6 +99,18 @@ class ModelWarning(MbdslError):
     severity = "warning"
 
 
+class Interrupted(KeyboardInterrupt):
+    """A run was interrupted; ``trajectory`` holds the results up to there."""
+
+    def __init__(self, trajectory: Trajectory) -> None:
+        super().__init__(trajectory)
+        self.trajectory = trajectory
+
+    def __str__(self) -> str:
+        t = self.trajectory.t
+        return f"interrupted at t = {t[-1]:g} s" if len(t) else "interrupted"
+
+
 class UsageError(MbdslError):
     """A command or function was called with arguments that do not fit."""
 

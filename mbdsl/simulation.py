@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from time import perf_counter
@@ -17,12 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from mbdsl.calibration import Found, calibrated
 from mbdsl.checkpoint import Checkpoint, Keeper, of_run
 from mbdsl.doubts import doubts
-from mbdsl.errors import UsageError
+from mbdsl.errors import Interrupted, UsageError
 from mbdsl.failures import check_bending, check_left_out, failure, inaccurate
 from mbdsl.integrators import declared, state
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import MOST_OUTPUT
 from mbdsl.integrators.step_loop import controls_locally
+from mbdsl.interrupts import deferred
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.scene import Scene
 from mbdsl.system.dependence import repeated
@@ -149,7 +147,38 @@ def simulate(
     IntegrationError
         If the integration fails, or does not reach a tolerance that caller or model gives; its ``trajectory`` holds the
         results so far, or the complete results of the best run.
+    Interrupted
+        On Ctrl-C: a KeyboardInterrupt whose ``trajectory`` holds the results so far.
     """
+    given = locals()
+    found = simulated(**given)
+    if found.status == "interrupted":
+        raise Interrupted(found)
+    return found
+
+
+def simulated(
+    model: Scene | Builder | str | PathLike,
+    *,
+    method: str | None = None,
+    step: float | None = None,
+    tol: float | None = None,
+    accuracy: float | None = None,
+    budget: float | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    interval: float | None = None,
+    times: ArrayLike | None = None,
+    options: Mapping[str, float | None] | None = None,
+    force: bool = False,
+    general: bool = False,
+    without: Sequence[str] = (),
+    parameters: Mapping[str, str | float] | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    announce: Callable[[str], None] | None = None,
+    checkpoint: Checkpoint | str | PathLike | None = None,
+) -> Trajectory:
+    """As :func:`simulate`, but an interrupted run is a result: its status says so."""
     if accuracy is not None:
         from mbdsl.studies.accuracy import reach
 
@@ -329,31 +358,13 @@ def _asked(times: ArrayLike, start: float, end: float) -> NDArray[np.float64]:
     return found
 
 
-@contextmanager
-def _interrupts() -> Iterator[list[int]]:
-    """Ctrl-C fills the list that this gives, instead of breaking in anywhere.
-
-    An exception in the midst of a call of compiled code can come out of it as any other.
-    """
-    heard: list[int] = []
-    ignored = signal.getsignal(signal.SIGINT) in (None, signal.SIG_IGN)
-    if ignored or threading.current_thread() is not threading.main_thread():
-        yield heard  # only the main thread hears signals; what ignores them goes on doing so
-        return
-    former = signal.signal(signal.SIGINT, lambda number, frame: heard.append(number))
-    try:
-        yield heard
-    finally:
-        signal.signal(signal.SIGINT, former)
-
-
 def _integrate(motion: Motion, progress, keeper: Keeper | None = None) -> int:
     """Advance in slices of about a tenth of a second, so that progress shows and an interruption is heard."""
     slice_, begun, plan = SLICE, perf_counter(), motion.plan
     if keeper is not None and (known := keeper.begin(motion)) is not None:
         return known
     try:
-        with _interrupts() as heard:
+        with deferred() as heard:
             while not heard:
                 before = perf_counter()
                 status = motion.advance(slice_)

@@ -20,6 +20,7 @@ from typing import NoReturn
 
 import mbdsl
 from mbdsl.errors import MbdslError, UsageError
+from mbdsl.interrupts import terminated
 from mbdsl.wording import did_you_mean
 
 #: the start of a negative value, such as -1ms
@@ -82,7 +83,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         if hasattr(stream, "reconfigure"):  # a terminal without Unicode gets escapes instead of a failure
             stream.reconfigure(errors="backslashreplace")
     try:
-        code = _run(argv)
+        with terminated():
+            code = _run(argv)
         sys.stdout.flush()
         return code
     except BrokenPipeError:

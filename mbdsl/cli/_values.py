@@ -115,26 +115,6 @@ def check_folder(path: Path) -> None:
         raise UsageError(f"cannot write into `{path}`: {problem.strerror or problem}") from problem
 
 
-def check_output(path: str) -> None:
-    """Say now that a file cannot be written, rather than after the work is done.
-
-    Raises
-    ------
-    UsageError
-        There is no such folder, the file is one, or it cannot be written.
-    """
-    if not Path(path).resolve().parent.is_dir():
-        raise UsageError(f"cannot write `{path}`: there is no folder `{Path(path).parent!s}`")
-    if Path(path).is_dir():
-        raise UsageError(f"cannot write `{path}`: it is a folder")
-    if Path(path).exists():
-        return  # a pipe or a terminal, too
-    try:
-        _try_to_write(Path(path).resolve().parent)
-    except OSError as problem:
-        raise UsageError(f"cannot write `{path}`: {problem.strerror or problem}") from problem
-
-
 def _try_to_write(folder: Path) -> None:
     """By a file that is gone at once: what a file system refuses, no permissions tell."""
     import tempfile

@@ -8,8 +8,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mbdsl import files
 from mbdsl.cli import _values as values
 from mbdsl.errors import UsageError
+from mbdsl.files import write_text
 
 if TYPE_CHECKING:
     from mbdsl.eigenmodes import Modes
@@ -50,10 +52,11 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     if args.output:
-        values.check_output(args.output)
+        files.check([args.output], [args.model])
         if Path(args.output).suffix.lower() not in SUFFIXES:
             raise UsageError(f"unknown suffix of `{args.output}`", hint=f"known are {', '.join(SUFFIXES)}")
     scene = values.load_model(args)
+    files.check([args.output], scene.files)
 
     from mbdsl import jit
     from mbdsl.eigenmodes import eigen
@@ -82,7 +85,4 @@ def write(modes: Modes, path: str) -> None:
             found.append({name: float(columns[name][k]) for name in head} | {"bodies": mode.bodies, "shape": shape})
         said = {"model": modes.scene.name, "at": modes.at, "t": modes.t, "notes": modes.notes, "modes": found}
         text = json.dumps(said, indent=2) + "\n"
-    try:
-        Path(path).write_text(text, encoding="utf-8")
-    except OSError as problem:
-        raise UsageError(f"cannot write `{path}`: {problem.strerror or problem}") from problem
+    write_text(path, text)

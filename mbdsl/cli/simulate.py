@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
 import sys
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 import mbdsl
-from mbdsl import results
+from mbdsl import files, results
 from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.files import write_text
+from mbdsl.interrupts import deferred
 from mbdsl.wording import once
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from mbdsl.studies.verify import Verification
     from mbdsl.system.initial import Moved
@@ -114,26 +117,26 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace, resumed: bool = False) -> int:
     output = args.output or f"{Path(args.model).stem}.csv"
-    for path in (output, args.stats, args.checkpoint):
-        if path:
-            values.check_output(path)
+    outputs = [output, args.stats, args.checkpoint]
+    files.check(outputs, [args.model])
     results.format_of(output)
 
     options = {name: getattr(args, name) for name in OPTIONS if getattr(args, name) is not None}
     options.update(values.numbers(args.option))
     begun = perf_counter()
     scene = values.load_model(args)
+    files.check(outputs, scene.files)
     parse = perf_counter() - begun
 
     from mbdsl import jit
-    from mbdsl.simulation import simulate
+    from mbdsl.simulation import simulated
 
     jit.alone()
     display = None if args.quiet else Display(sys.stderr)
     said: set[str] = set()
     failure = None
     try:
-        trajectory = simulate(
+        trajectory = simulated(
             scene,
             method=args.method,
             step=args.step,
@@ -159,8 +162,11 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
             display.close()
 
     begun = perf_counter()
-    names = write(trajectory, output, args.signals)
+    with deferred(1, f"writing {output}; Ctrl-C again to end without it") as heard:
+        names = write(trajectory, output, args.signals)
     trajectory.stats["seconds"].update(parse=parse, write=perf_counter() - begun)
+    if heard:
+        args.verify = False
     verified = second_opinion(trajectory, names, args, said) if args.verify and not failure else None
     if args.stats:
         write_stats(args.stats, trajectory.stats)
@@ -178,6 +184,8 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
             print(verified)
     if failure:
         raise failure
+    if heard and trajectory.status != "interrupted":
+        raise KeyboardInterrupt
     if trajectory.stats.get("verify", {}).get("problem") == "interrupted":
         raise KeyboardInterrupt
     if trajectory.status == "interrupted":
@@ -234,13 +242,46 @@ def second_opinion(
 
 
 def write(trajectory: Trajectory, output: str, signals: str | None) -> list[str]:
-    """Write the signals asked for; their names."""
-    names = list(trajectory.select(values.patterns(signals)) if signals else trajectory.default_names)
+    """Write the signals asked for; their names.
+
+    Where there is no such signal the default ones are written, and where the file cannot be written, another: a run
+    that is done is not lost.
+    """
+    unknown = None
+    try:
+        names = trajectory.select(values.patterns(signals)) if signals else trajectory.default_names
+    except UsageError as problem:
+        names, unknown = trajectory.default_names, problem
     names = [name for name in names if name != "time"]
     columns = {"time": trajectory.t, **{name: trajectory[name] for name in names}}
     units = {"time": "s", **{name: trajectory.unit(name) for name in names}}
-    results.write(output, columns, units, about(trajectory))
+    try:
+        results.write(output, columns, units, about(trajectory))
+    except UsageError as problem:
+        if where := elsewhere(output, lambda path: results.write(path, columns, units, about(trajectory))):
+            raise UsageError(problem.message, hint=f"the results are in {where}") from problem
+        raise
+    if unknown:
+        raise UsageError(unknown.message, hint=f"{unknown.hint}; {output} has the default signals") from unknown
     return names
+
+
+def elsewhere(output: str, write: Callable[[str], None]) -> str | None:
+    """The name of a file that results could be written to in place of ``output``; None if there is none."""
+    import tempfile
+
+    for folder in (tempfile.gettempdir(), Path.home(), "."):
+        try:
+            path = Path(tempfile.mkdtemp(prefix="mbdsl-", dir=folder)) / Path(output).name
+        except OSError:
+            continue
+        try:
+            write(str(path))
+        except UsageError:
+            shutil.rmtree(path.parent, ignore_errors=True)
+        else:
+            return str(path)
+    return None
 
 
 def about(trajectory: Trajectory) -> dict[str, str | float | bool]:
@@ -257,10 +298,7 @@ def about(trajectory: Trajectory) -> dict[str, str | float | bool]:
 
 
 def write_stats(path: str, stats: dict) -> None:
-    try:
-        Path(path).write_text(json.dumps(stats, indent=2) + "\n", encoding="utf-8")
-    except OSError as problem:
-        raise UsageError(f"cannot write `{path}`: {problem.strerror or problem}") from problem
+    write_text(path, json.dumps(stats, indent=2) + "\n")
 
 
 def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from mbdsl import results
+from mbdsl import files, results
 from mbdsl.cli import _values as values
 
 
@@ -28,9 +28,10 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     if args.output:
-        values.check_output(args.output)
+        files.check([args.output], [args.model])
         results.format_of(args.output)
     scene = values.load_model(args)
+    files.check([args.output], scene.files)
 
     from mbdsl import jit
     from mbdsl.cli.simulate import about

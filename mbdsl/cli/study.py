@@ -9,6 +9,7 @@ from pathlib import Path
 
 from mbdsl.cli import _values as values
 from mbdsl.errors import UsageError
+from mbdsl.files import write_text
 from mbdsl.wording import count
 
 METHODS = {
@@ -210,7 +211,7 @@ def _hard(args: argparse.Namespace) -> int:
     say = (lambda text: print(text, file=sys.stderr)) if sys.stderr.isatty() else None
     suite = hard(args.folder, chosen(args.methods or compiled()), args.cases, args.budget, say)
     if args.output:
-        Path(args.output).write_text(suite.page(), encoding="utf-8")
+        write_text(args.output, suite.page())
     else:
         print(suite)
     for told in suite.wrong:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
 
-from mbdsl.errors import UsageError
+from mbdsl.files import write_text
 from mbdsl.plotting import svg
 from mbdsl.plotting.figures import Figure, Page, Table
 from mbdsl.plotting.frames import Frame, lay_out, names
@@ -35,10 +35,7 @@ def write(page: Page, path: str | os.PathLike) -> None:
     UsageError
         The file cannot be written.
     """
-    try:
-        Path(path).write_text(html(page), encoding="utf-8")
-    except OSError as problem:
-        raise UsageError(f"cannot write `{path!s}`: {problem.strerror or problem}") from problem
+    write_text(path, html(page))
 
 
 def html(page: Page) -> str:

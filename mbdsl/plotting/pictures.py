@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbdsl.errors import UsageError
+from mbdsl.files import writing
 from mbdsl.plotting.figures import Figure
 from mbdsl.plotting.frames import Drawn, Frame, lay_out, names
 from mbdsl.plotting.looks import LIGHT_PAPER, MARKS, Look, looks
@@ -92,10 +93,8 @@ def draw(
             picture.supxlabel(_wrapped(f"{frame.left_out} {more}", 130), fontsize=8, color=PALE)
         _legend(picture, ax)
         metadata = {"Date": None} if suffix == ".svg" else {"Software": None}
-        try:
-            picture.savefig(path, format=suffix[1:], dpi=dpi, metadata=metadata)
-        except OSError as problem:
-            raise UsageError(f"cannot write `{path}`: {problem.strerror or problem}") from problem
+        with writing(path) as stream:
+            picture.savefig(stream, format=suffix[1:], dpi=dpi, metadata=metadata)
 
 
 def _axes(ax: Axes, frame: Frame) -> None:

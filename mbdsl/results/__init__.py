@@ -1,6 +1,6 @@
 """Result files: one module per format, found by looking; the suffix of a file's name chooses.
 
-A format is a module of this package with ``SUFFIX``, ``write(stream, path, columns, units, meta)`` and ``read(path)``.
+A format is a module of this package with ``SUFFIX``, ``write(stream, columns, units, meta)`` and ``read(path)``.
 ``columns`` maps signal names to arrays of one length, ``time`` first; ``units`` maps them to unit texts; ``meta`` are
 plain values (``complete``, ``model``, ``method``, ``step``, ``version``, ...).
 """
@@ -17,6 +17,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 from mbdsl.errors import UsageError
+from mbdsl.files import writing
 
 if TYPE_CHECKING:
     import numpy as np
@@ -67,18 +68,13 @@ def write(
     """
     module = format_of(path)
     target = Path(os.path.realpath(path))
-    part = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        try:
-            with open(part, "wb") as stream:
-                module.write(stream, target, columns, units or {}, meta or {})
-            os.replace(part, target)
-        finally:
-            part.unlink(missing_ok=True)
-        if hasattr(module, "settle"):
-            module.settle(target, meta or {})
-    except OSError as problem:
-        raise UsageError(f"cannot write `{path!s}`: {problem.strerror or problem}") from problem
+    ordinary = target.is_file() or not target.exists()
+    with writing(path) as stream:
+        module.write(stream, columns, units or {}, meta or {})
+        if ordinary and hasattr(module, "mark"):
+            module.mark(target, meta or {})  # before the file gets its name: never incomplete and unmarked
+    if ordinary and hasattr(module, "settle"):
+        module.settle(target, meta or {})
 
 
 def read(path: str | os.PathLike) -> tuple[dict[str, np.ndarray], dict[str, str | float | bool]]:

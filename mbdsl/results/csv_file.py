@@ -1,7 +1,8 @@
 """Comma-separated values: one header row with the signals' names, numbers that read back to the same double.
 
 A CSV has no place for remarks that every reader skips, so that a file ``NAME.csv`` with incomplete results has a
-``NAME.csv.incomplete`` beside it that says why. Complete results remove it.
+``NAME.csv.incomplete`` next to it that says why. Complete results remove it. The header and the last row end with
+CR LF, the other rows with LF, which readers take alike: a file that was cut anywhere is recognised.
 """
 
 from __future__ import annotations
@@ -12,23 +13,30 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import BinaryIO
 
+from mbdsl.files import write_text
+
 SUFFIX = ".csv"
 CHUNK = 8192  #: rows turned to text at a time, to bound the memory
 
 
-def write(stream: BinaryIO, path: Path, columns: Mapping, units: Mapping, meta: Mapping) -> None:
+def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> None:
     import numpy as np
 
-    if not meta.get("complete", True):  # marked before it gets its name: never incomplete and unmarked
-        _mark(path).write_text("".join(f"{key} = {value}\n" for key, value in meta.items()), encoding="utf-8")
-    header = io.StringIO()
-    csv.writer(header, lineterminator="\n").writerow(columns)
-    stream.write(header.getvalue().encode())
     rows = np.column_stack([np.asarray(c, dtype=float) for c in columns.values()])
+    header = io.StringIO()
+    csv.writer(header, lineterminator="\r\n" if len(rows) else "\n").writerow(columns)
+    stream.write(header.getvalue().encode())
     for k in range(0, len(rows), CHUNK):
         # The text of a nested list is the fastest way to the shortest digits of many doubles.
-        text = repr(rows[k : k + CHUNK].tolist())
-        stream.write(text[2:-2].replace("], [", "\n").replace(", ", ",").encode() + b"\n")
+        text = repr(rows[k : k + CHUNK].tolist())[2:-2].replace("], [", "\n").replace(", ", ",")
+        last = k + CHUNK >= len(rows)
+        stream.write(text.encode() + (b"\r\n" if last else b"\n"))
+
+
+def mark(path: Path, meta: Mapping) -> None:
+    """Mark incomplete results, before ``path`` gets its name."""
+    if not meta.get("complete", True):
+        write_text(_mark(path), "".join(f"{key} = {value}\n" for key, value in meta.items()))
 
 
 def settle(path: Path, meta: Mapping) -> None:
@@ -41,15 +49,26 @@ def read(path: Path) -> tuple[dict, dict]:
     import numpy as np
 
     with open(path, encoding="utf-8", newline="") as stream:
-        names = next(csv.reader(stream), [])
+        header = stream.readline()
+        names = next(csv.reader([header]), [])
         if names[:1] != ["time"]:
             raise ValueError("its first line does not begin with time")
         lines = stream.readlines()
+    if _cut(header, lines):
+        raise ValueError(f"it was cut after {max(0, len(lines) - 1)} whole rows")
     rows = np.loadtxt(lines, delimiter=",", ndmin=2) if lines else np.empty((0, len(names)))
     if rows.shape[1] != len(names):
         raise ValueError(f"the header names {len(names)} columns, the rows have {rows.shape[1]}")
     meta = dict[str, str | float | bool](complete=not _mark(path).exists())
     return {name: rows[:, k] for k, name in enumerate(names)}, meta
+
+
+def _cut(header: str, lines: list[str]) -> bool:
+    """Whether rows are missing at the end. In files by other programs all lines end alike."""
+    if not header.endswith("\r\n"):
+        return not header.endswith("\n")
+    ours = not any(line.endswith("\r\n") for line in lines[:-1])
+    return not lines or (ours and not lines[-1].endswith("\r\n"))
 
 
 def _mark(path: Path) -> Path:

@@ -27,7 +27,7 @@ PREFIX = "mbdsl."
 _TYPES = {0: "<f8", 10: "<f4", 20: "<i4", 50: "u1", 51: "u1"}  #: code of little-endian matrices -> dtype
 
 
-def write(stream: BinaryIO, path: Path, columns: Mapping, units: Mapping, meta: Mapping) -> None:
+def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> None:
     import numpy as np
 
     signals = list(columns)

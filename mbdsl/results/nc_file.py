@@ -10,7 +10,7 @@ SUFFIX = ".nc"
 PREFIX = "mbdsl_"  #: of the global attributes that hold ``meta``
 
 
-def write(stream: BinaryIO, path: Path, columns: Mapping, units: Mapping, meta: Mapping) -> None:
+def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> None:
     import numpy as np
     from scipy.io import netcdf_file
 

@@ -11,7 +11,7 @@ SUFFIX = ".npz"
 ABOUT = "_mbdsl"
 
 
-def write(stream: BinaryIO, path: Path, columns: Mapping, units: Mapping, meta: Mapping) -> None:
+def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> None:
     # Not numpy.savez: it takes the names as keyword arguments, and "file" is one of its own.
     import zipfile
 

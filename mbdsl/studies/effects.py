@@ -15,7 +15,7 @@ from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang.load import load
 from mbdsl.lang.units import measure
 from mbdsl.scene import Scene
-from mbdsl.simulation import DEFAULT_STEP, simulate
+from mbdsl.simulation import DEFAULT_STEP, simulated
 from mbdsl.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -100,7 +100,7 @@ def effects(
         h = step or scene.experiment.step or DEFAULT_STEP
         # where every step is output, every step of the whole scene: runs are compared at the same times
         interval = h if scene.experiment.interval == 0.0 else None
-        found = simulate(scene, method=method, step=h * part, stop=stop, interval=interval, announce=announce)
+        found = simulated(scene, method=method, step=h * part, stop=stop, interval=interval, announce=announce)
         if found.status == "interrupted":
             raise KeyboardInterrupt
         return found

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import IntegrationError, MbdslError, UsageError
 from mbdsl.integrators import methods
 from mbdsl.lang.load import load
-from mbdsl.simulation import simulate
+from mbdsl.simulation import simulated
 from mbdsl.studies.hard_page import Suite
 from mbdsl.trajectory import Trajectory
 
@@ -191,7 +191,7 @@ def _run(case: Case, method: str, size: float, tol: bool, budget: float) -> Traj
         if begun[-1] - begun[0] > budget:
             raise KeyboardInterrupt
 
-    return simulate(
+    return simulated(
         scene,
         method=method,
         step=None if tol else size,

@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import Any
 
 from mbdsl.errors import IntegrationError
-from mbdsl.simulation import Progress, simulate
+from mbdsl.simulation import Progress, simulated
 from mbdsl.trajectory import Trajectory
 from mbdsl.wording import duration
 
@@ -54,7 +54,7 @@ def limited(
 
     if limit <= SHORTEST:
         raise TooLong("there was no time left for it")
-    found = simulate(model, progress=watch, **given)
+    found = simulated(model, progress=watch, **given)
     if found.status == "interrupted":
         if late:
             error = TooLong(f"it was ended after {duration(limit)}, at t = {found.t[-1]:.4g} s")

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from mbdsl.errors import UsageError
+from mbdsl.files import write_text
 from mbdsl.plotting.figures import Figure, Outcome, Page, Table
 from mbdsl.studies.cases import reaches
 from mbdsl.studies.fingerprint import fingerprint
@@ -153,8 +154,8 @@ def write(study: Study, folder: str | os.PathLike, pictures: Sequence[str]) -> l
     try:
         where.mkdir(parents=True, exist_ok=True)
         paths = [where / f"{stem}.csv", where / f"{stem}.json"]
-        paths[0].write_text(as_csv(study.records()), encoding="utf-8")
-        paths[1].write_text(json.dumps(_finite(study.data()), indent=2) + "\n", encoding="utf-8")
+        write_text(paths[0], as_csv(study.records()))
+        write_text(paths[1], json.dumps(_finite(study.data()), indent=2) + "\n")
         page = where / f"{stem}.html"
         from mbdsl.plotting import pages
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from mbdsl import graph
 from mbdsl.errors import MbdslError
-from mbdsl.simulation import Progress, simulate
+from mbdsl.simulation import Progress, simulated
 from mbdsl.studies.cases import ENDS, Case, Setting, output_interval
 from mbdsl.studies.store import OUT_OF_MEMORY, OUT_OF_TIME, Computed, Store, key_of
 from mbdsl.system import System, build
@@ -161,7 +161,7 @@ class Runner:
 
 
 def _simulate(of: Setting, case: Case, progress=None, announce=None) -> Trajectory:
-    return simulate(
+    return simulated(
         of.scene,
         method=case.method,
         step=case.step,

@@ -6,7 +6,7 @@ import shutil
 import numpy as np
 import pytest
 
-from mbdsl import Builder, UsageError, results, simulate
+from mbdsl import Builder, Interrupted, UsageError, results, simulate
 from mbdsl.checkpoint import Checkpoint, about, resume
 from mbdsl.cli import simulate as command
 from mbdsl.integrators import compiled
@@ -64,14 +64,21 @@ def written(run, path):
         return stream.read()
 
 
+def part(call, *args, **given):
+    """The results of a run that is interrupted."""
+    with pytest.raises(Interrupted) as caught:
+        call(*args, **given)
+    return caught.value.trajectory
+
+
 @pytest.mark.parametrize("size", [{"step": 1e-3}, {"tol": 1e-4}], ids=["step", "tol"])
 @pytest.mark.parametrize("method", compiled())
 def test_stopped_and_resumed(model, method, size):
     whole = simulate(model, method=method, **size)
     copies = []
-    first = simulate(model, method=method, **size, progress=Until(2), checkpoint=Checkpoint("run.cp", every=0.0))
+    first = part(simulate, model, method=method, **size, progress=Until(2), checkpoint=Checkpoint("run.cp", every=0.0))
     assert first.status == "interrupted" and first.t[-1] < 0.16
-    second = resume("run.cp", progress=Until(2, copies))
+    second = part(resume, "run.cp", progress=Until(2, copies))
     assert second.status == "interrupted" and (second.t[-1] > first.t[-1] or "tol" in size)
     third = resume("run.cp", progress=Until(0, copies))
     expected = written(whole, "whole.npz")
@@ -91,8 +98,7 @@ def test_every_step_and_a_body_that_deforms(tmp_path, monkeypatch):
     scene = b.scene()
     given = {"method": "hht-si2", "tol": 1e-3, "interval": 0.0, "stop": 0.1}
     whole = simulate(scene, **given)
-    part = simulate(scene, **given, checkpoint="run.cp", progress=Until(1))
-    assert part.status == "interrupted"
+    part(simulate, scene, **given, checkpoint="run.cp", progress=Until(1))
     with pytest.raises(UsageError, match=r"`run.cp` does not name the file of its model"):
         resume("run.cp")
     assert written(resume("run.cp", b), "a.npz") == written(whole, "b.npz")
@@ -113,7 +119,7 @@ def test_where_pivots_are_searched_for(model, monkeypatch):
     with monkeypatch.context() as other:
         other.setattr(Integration, "begin", pivoting)
         whole = simulate(model, step=1e-3)
-        simulate(model, step=1e-3, checkpoint="run.cp", progress=Until(2))
+        part(simulate, model, step=1e-3, checkpoint="run.cp", progress=Until(2))
     assert written(resume("run.cp"), "a.npz") == written(whole, "b.npz")
 
 
@@ -146,7 +152,7 @@ def test_the_commands(model, say, monkeypatch):
 # -- what is refused -----------------------------------------------------------------------------------------------
 @pytest.fixture
 def kept(model):
-    simulate(model, step=1e-3, checkpoint="run.cp", progress=Until(2))
+    part(simulate, model, step=1e-3, checkpoint="run.cp", progress=Until(2))
     with open("run.cp", "rb") as stream:
         return stream.read()
 

@@ -48,11 +48,11 @@ def simulation(monkeypatch, tmp_path):
     """Replaces loading and simulating; ``given`` collects what was asked, ``act`` says what happens."""
     double = types.SimpleNamespace(given={}, act=lambda **given: Trajectory())
 
-    def simulate(scene, **given):
+    def simulated(scene, **given):
         double.given = given
         return double.act(**given)
 
-    monkeypatch.setitem(sys.modules, "mbdsl.simulation", types.SimpleNamespace(simulate=simulate))
+    monkeypatch.setitem(sys.modules, "mbdsl.simulation", types.SimpleNamespace(simulated=simulated))
     monkeypatch.setattr(_values, "load_model", lambda args: Scene("Crank", {}, {}))
     monkeypatch.chdir(tmp_path)
     return double

@@ -347,6 +347,8 @@ def test_interrupted_results_are_kept():
             yield state
 
     register(backend(slow))
-    found = mbdsl.simulate(falling(), method="toy", step=0.1, stop=10.0, interval=0.02, progress=interrupt)
+    with pytest.raises(mbdsl.Interrupted) as caught:
+        mbdsl.simulate(falling(), method="toy", step=0.1, stop=10.0, interval=0.02, progress=interrupt)
+    found = caught.value.trajectory
     assert found.status == "interrupted" and 0.3 < found.t[-1] < 10.0
     np.testing.assert_allclose(found["one.y"], 1.0 - 9.81 * found.t**2 / 2, atol=1e-9)

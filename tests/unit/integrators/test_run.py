@@ -312,7 +312,10 @@ def test_interruption_keeps_the_results(monkeypatch):
         return advance(self, min(steps, 50))
 
     monkeypatch.setattr(Integration, "advance", interrupted)
-    r = mbdsl.simulate(pendulum(), step=1e-3, stop=1.0, interval=0.01)
+    with pytest.raises(mbdsl.Interrupted, match=r"interrupted at t = 0\.1 s") as caught:
+        mbdsl.simulate(pendulum(), step=1e-3, stop=1.0, interval=0.01)
+    assert isinstance(caught.value, KeyboardInterrupt)  # a loop over runs ends, as for any Ctrl-C
+    r = caught.value.trajectory
     assert r.status == "interrupted"
     assert r.stats["steps"] == 100
     assert r.t == pytest.approx(np.arange(11) * 0.01)

@@ -114,8 +114,6 @@ def cell(name: str, way: str, method: str, asked: float | None, limit: float = 3
         return judge.stopped(claim, getattr(problem, "trajectory", None), asked, reason)
     except Exception as problem:
         return judge.Verdict(judge.LIE, asked, reason=f"{type(problem).__name__}: {problem}"[:200])
-    if run.status == "interrupted":
-        return judge.Verdict(judge.LATE, asked)
     if run.stats.get("horizon") is not None:  # the default tolerance: a warning, not an error
         return judge.stopped(claim, run, run.stats["tol"], run.message)
     return judge.judge(claim, run, asked, said if said is None or math.isfinite(said) else None)

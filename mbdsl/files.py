@@ -1,0 +1,164 @@
+"""Writing files: all or nothing, with the mode that a file had, and never over the model or another output.
+
+What is no regular file (a device, a pipe) is written into. A file with further names (hard links) keeps them. A file
+that is read-only is left alone, whoever asks.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import stat
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO
+
+from mbdsl.errors import UsageError
+
+PART = ".part"
+
+
+@contextmanager
+def writing(path: str | os.PathLike) -> Iterator[BinaryIO]:
+    """A stream for the new content of ``path``; the file has it only once it is complete.
+
+    Raises
+    ------
+    UsageError
+        The file cannot be written, or is read-only. What was there is as it was.
+    """
+    try:
+        there = _status(path)
+        if there is None or stat.S_ISREG(there.st_mode):
+            yield from _replacing(Path(os.path.realpath(path)), there)
+        else:
+            yield from _into(path)
+    except OSError as problem:
+        raise UsageError(f"cannot write `{path!s}`: {problem.strerror or problem}") from problem
+
+
+def write_text(path: str | os.PathLike, text: str) -> None:
+    """Write a text file in UTF-8, all or nothing.
+
+    Raises
+    ------
+    UsageError
+        As :func:`writing`.
+    """
+    with writing(path) as stream:
+        stream.write(text.encode("utf-8"))
+
+
+def _status(path: str | os.PathLike) -> os.stat_result | None:
+    """Of what ``path`` names, links followed; None if there is nothing."""
+    try:
+        return os.stat(path)
+    except FileNotFoundError:
+        return None
+
+
+def _replacing(target: Path, there: os.stat_result | None) -> Iterator[BinaryIO]:
+    if there is not None and not _writable(target, there):
+        raise PermissionError(errno.EACCES, "it is read-only")
+    # long names leave no room for more
+    part = target.with_name(f".{target.name[:100]}.{os.getpid()}{PART}")
+    with suppress(FileNotFoundError):
+        part.unlink()  # of a process with the same number that was killed
+    kept = False
+    try:
+        with open(part, "xb") as stream:
+            yield stream
+        if there is not None and there.st_nlink > 1:
+            kept = True
+            _copy_into(part, target)
+        else:
+            if there is not None:
+                _as_before(part, there)
+            os.replace(part, target)
+    finally:
+        if not kept:
+            part.unlink(missing_ok=True)
+
+
+def _writable(target: Path, there: os.stat_result) -> bool:
+    """Whether somebody may write to the file; root may to all, but a file is read-only for a reason."""
+    return bool(there.st_mode & 0o222) and os.access(target, os.W_OK)
+
+
+def _as_before(part: Path, there: os.stat_result) -> None:
+    """Give a new file the mode and, where that is allowed, the owner of the old one."""
+    os.chmod(part, stat.S_IMODE(there.st_mode))
+    if hasattr(os, "chown"):
+        with suppress(OSError):
+            os.chown(part, there.st_uid, there.st_gid)
+
+
+def _copy_into(part: Path, target: Path) -> None:
+    """Of a file with several names the content is replaced, as a new file would have one of the names only."""
+    try:
+        with open(part, "rb") as source, open(target, "wb") as stream:
+            shutil.copyfileobj(source, stream)
+    except OSError as problem:
+        raise OSError(problem.errno, f"{problem.strerror}; the new content is in `{part}`") from problem
+    part.unlink()
+
+
+def _into(path: str | os.PathLike) -> Iterator[BinaryIO]:
+    """A device or a pipe gets the content when it is complete; formats may need to go back in it."""
+    with tempfile.TemporaryDirectory(prefix="mbdsl-") as folder:
+        part = Path(folder, "content")
+        with open(part, "wb") as stream:
+            yield stream
+        with open(part, "rb") as source, open(path, "wb") as there:
+            shutil.copyfileobj(source, there)
+
+
+# -- before the work -------------------------------------------------------------------------------------------------
+
+
+def check(outputs: Iterable[str | os.PathLike | None], inputs: Iterable[str | os.PathLike] = ()) -> None:
+    """Say now that a file cannot be written, rather than after the work is done.
+
+    Raises
+    ------
+    UsageError
+        There is no such folder, the output is a folder, it cannot be written, it is one of the ``inputs``, or two
+        outputs are one file.
+    """
+    given = [os.fspath(path) for path in outputs if path]
+    known = [(name, "the model reads it") for name in (os.fspath(x) for x in inputs)]
+    for path in given:
+        _check(path)
+        for other, why in known:
+            if _same(path, other):
+                raise UsageError(f"cannot write `{path}`: {why}", hint="give another name, as with --output result.csv")
+        known.append((path, f"`{path}` is given for two outputs"))
+
+
+def _same(a: str, b: str) -> bool:
+    """Whether two names are one regular file, now or when both are written."""
+    try:
+        one, other = os.stat(a), os.stat(b)
+    except OSError:
+        return os.path.normcase(os.path.realpath(a)) == os.path.normcase(os.path.realpath(b))
+    return stat.S_ISREG(one.st_mode) and os.path.samestat(one, other)
+
+
+def _check(path: str) -> None:
+    try:
+        there = _status(path)
+        target = Path(os.path.realpath(path))
+        if there is None and not target.parent.is_dir():
+            raise UsageError(f"cannot write `{path}`: there is no folder `{Path(path).parent!s}`")
+        if there is not None and stat.S_ISDIR(there.st_mode):
+            raise UsageError(f"cannot write `{path}`: it is a folder")
+        if there is not None and stat.S_ISREG(there.st_mode) and not _writable(target, there):
+            raise UsageError(f"cannot write `{path}`: it is read-only")
+        if there is None or stat.S_ISREG(there.st_mode):
+            with tempfile.NamedTemporaryFile(dir=target.parent, prefix=".mbdsl"):
+                pass  # what a file system refuses, no permissions tell
+    except OSError as problem:
+        raise UsageError(f"cannot write `{path}`: {problem.strerror or problem}") from problem

@@ -1,0 +1,56 @@
+"""Ctrl-C and SIGTERM: heard at once, acted on where nothing is lost."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+@contextmanager
+def deferred(most: int | None = None, note: str = "") -> Iterator[list[int]]:
+    """Signals fill the list that this gives, instead of breaking in anywhere.
+
+    An exception in the midst of a call of compiled code can come out of it as any other, and one while a file is
+    written loses its content. The first one shows the ``note``; after ``most`` the next raises KeyboardInterrupt.
+    """
+    heard: list[int] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield heard  # only the main thread hears signals
+        return
+
+    def hear(number, frame) -> None:
+        heard.append(number)
+        if note and len(heard) == 1:
+            print(note, file=sys.stderr)
+        if most is not None and len(heard) > most:
+            raise KeyboardInterrupt
+
+    former = {}
+    for number in SIGNALS:
+        present = signal.getsignal(number)
+        # what is ignored remains so; SIGTERM ends a program that has not asked to hear of it
+        if present not in (None, signal.SIG_IGN, signal.SIG_DFL):
+            former[number] = signal.signal(number, hear)
+    try:
+        yield heard
+    finally:
+        for number, handler in former.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def terminated() -> Iterator[None]:
+    """SIGTERM is as Ctrl-C, unless the program handles or ignores it itself."""
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
+        yield
+        return
+    former = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, former)

@@ -1,0 +1,235 @@
+"""Written files are whole, keep their modes, and never replace a device, a pipe, an input or another output."""
+
+import os
+import signal
+import stat
+import threading
+
+import numpy as np
+import pytest
+
+from mbdsl import UsageError, files, results
+from mbdsl.files import write_text, writing
+from mbdsl.interrupts import deferred, terminated
+
+MODEL = """model M
+  Ground g;
+  PointMass ball(m = 1 kg);
+  FreeMotion free(g, ball);
+  annotation(experiment(StopTime = 0.1 s, Step = 1 ms));
+end M;
+"""
+COLUMNS = {"time": np.linspace(0.0, 1.0, 7), "x": np.linspace(-1 / 3, 1 / 7, 7)}
+posix = pytest.mark.skipif(os.name != "posix", reason="pipes, devices and modes of POSIX")
+
+
+@pytest.fixture
+def model(say, tmp_path):
+    path = tmp_path / "m.mbd"
+    path.write_text(MODEL, encoding="utf-8")
+    return path
+
+
+# -- what is there already ----------------------------------------------------------------------------------------
+@posix
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o666])
+def test_modes_are_kept(tmp_path, mode):
+    path = tmp_path / "r.csv"
+    path.touch()
+    path.chmod(mode)
+    results.write(path, COLUMNS)
+    assert stat.S_IMODE(path.stat().st_mode) == mode
+
+
+@posix
+@pytest.mark.parametrize("suffix", results.formats())
+def test_pipes_are_written_into(tmp_path, suffix):
+    whole, pipe = tmp_path / f"r{suffix}", tmp_path / f"pipe{suffix}"
+    results.write(whole, COLUMNS)
+    os.mkfifo(pipe)
+    read = []
+    reader = threading.Thread(target=lambda: read.append(pipe.read_bytes()), daemon=True)
+    reader.start()
+    results.write(pipe, COLUMNS)
+    reader.join(10.0)
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    if suffix == ".csv":
+        assert read == [whole.read_bytes()]
+    else:
+        copy = tmp_path / f"copy{suffix}"
+        copy.write_bytes(read[0])
+        assert results.read(copy)[0]["x"].tolist() == COLUMNS["x"].tolist()
+
+
+@posix
+def test_devices_are_written_into(tmp_path):
+    link = tmp_path / "r.csv"
+    link.symlink_to("/dev/null")
+    results.write(link, COLUMNS, {}, {"complete": False})
+    assert stat.S_ISCHR(os.stat("/dev/null").st_mode) and link.is_symlink()
+    assert os.listdir(tmp_path) == ["r.csv"] and not os.path.exists("/dev/null.incomplete")
+
+
+@posix
+def test_links_are_followed_and_kept(tmp_path):
+    real, link, other = tmp_path / "real.csv", tmp_path / "link.csv", tmp_path / "other.csv"
+    real.write_text("old", encoding="utf-8")
+    link.symlink_to(real)
+    os.link(real, other)
+    results.write(link, COLUMNS)
+    assert link.is_symlink() and real.samefile(other)
+    assert results.read(other)[0]["time"].tolist() == COLUMNS["time"].tolist()
+    assert sorted(os.listdir(tmp_path)) == ["link.csv", "other.csv", "real.csv"]
+
+
+@posix
+def test_read_only_files_and_loops_are_refused(tmp_path):
+    path, loop = tmp_path / "r.csv", tmp_path / "loop.csv"
+    path.write_text("old", encoding="utf-8")
+    path.chmod(0o444)
+    loop.symlink_to(loop)
+    for wrong, why in ((path, "read-only"), (loop, "symbolic links"), (tmp_path, "folder|directory")):
+        with pytest.raises(UsageError, match=why):
+            files.check([wrong])
+        with pytest.raises(UsageError, match=why):
+            write_text(wrong, "new")
+    assert path.read_text(encoding="utf-8") == "old"
+
+
+def test_what_fails_half_way_leaves_what_was_there(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text("old", encoding="utf-8")
+
+    def fail():
+        with writing(path) as stream:
+            stream.write(b"new")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail()
+    assert path.read_text(encoding="utf-8") == "old" and os.listdir(tmp_path) == ["a.txt"]
+
+
+# -- inputs and other outputs -------------------------------------------------------------------------------------
+def test_the_model_is_not_overwritten(say, model, tmp_path):
+    same = tmp_path / "pend.csv"
+    same.write_text(MODEL, encoding="utf-8")
+    (tmp_path / "sub").mkdir()
+    for asked in (
+        ["pend.csv"],
+        ["m.mbd", "--stats", "m.mbd"],
+        ["m.mbd", "--stats", "sub/../m.mbd"],
+        ["m.mbd", "--checkpoint", str(model)],
+    ):
+        code, _, err = say("simulate", *asked)
+        assert code == 2 and "the model reads it" in err
+    assert same.read_text(encoding="utf-8") == model.read_text(encoding="utf-8") == MODEL
+
+
+def test_imported_files_are_inputs_too(say, tmp_path):
+    (tmp_path / "part.mbd").write_text("model Part\n  PointMass ball(m = 1 kg);\nend Part;\n", encoding="utf-8")
+    text = 'import "part.mbd";\nmodel M\n  Ground g; Part p;\n  annotation(experiment(StopTime = 0.1 s));\nend M;\n'
+    (tmp_path / "m.mbd").write_text(text, encoding="utf-8")
+    code, _, err = say("simulate", "m.mbd", "--stats", "part.mbd")
+    assert code == 2 and err.startswith("error: cannot write `part.mbd`: the model reads it\n")
+
+
+def test_two_outputs_are_two_files(say, model):
+    code, _, err = say("simulate", "m.mbd", "--output", "r.csv", "--stats", "./r.csv")
+    assert code == 2 and "cannot write `./r.csv`: `r.csv` is given for two outputs" in err
+    assert os.listdir() == ["m.mbd"]
+
+
+# -- finished runs are not lost -----------------------------------------------------------------------------------
+def test_results_go_elsewhere_where_their_file_cannot_be_written(say, model, monkeypatch, tmp_path):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temporary"))
+    (tmp_path / "temporary").mkdir()
+    write = results.write
+
+    def full(path, *rest):
+        if str(path) == "r.csv":
+            raise UsageError("cannot write `r.csv`: No space left on device")
+        write(path, *rest)
+
+    monkeypatch.setattr(results, "write", full)
+    code, _, err = say("simulate", "m.mbd", "--output", "r.csv", "--quiet")
+    assert code == 2 and err.startswith("error: cannot write `r.csv`: No space left on device\n")
+    where = err.split("the results are in ")[1].strip()
+    assert len(results.read(where)[0]["time"]) == 501 and str(tmp_path / "temporary") in where
+
+
+def test_an_unknown_signal_does_not_lose_the_run(say, model):
+    code, _, err = say("simulate", "m.mbd", "--signals", "ball.z", "--quiet")
+    assert code == 2 and "there is no signal `ball.z`" in err and "m.csv has the default signals" in err
+    assert "ball.y" in results.read("m.csv")[0]
+
+
+@posix
+def test_one_interruption_while_results_are_written(say, model, monkeypatch):
+    write = results.write
+
+    def interrupted(*given):
+        os.kill(os.getpid(), signal.SIGINT)
+        write(*given)
+
+    monkeypatch.setattr(results, "write", interrupted)
+    former = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
+    try:
+        code, _, err = say("simulate", "m.mbd", "--quiet")
+    finally:
+        signal.signal(signal.SIGINT, former)
+    assert (code, err) == (130, "writing m.csv; Ctrl-C again to end without it\ninterrupted\n")
+    assert len(results.read("m.csv")[0]["time"]) == 501
+
+
+@posix
+def test_sigterm_is_as_ctrl_c():
+    heard = []
+    with terminated():
+        with deferred() as heard:
+            os.kill(os.getpid(), signal.SIGTERM)
+        assert heard == [signal.SIGTERM]
+
+        def twice():
+            with deferred(1):
+                for _ in range(2):
+                    os.kill(os.getpid(), signal.SIGTERM)
+
+        with pytest.raises(KeyboardInterrupt):
+            twice()
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+# -- a CSV that was cut -------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("rows", [0, 1, 2, 7])
+def test_a_cut_csv_is_recognised(tmp_path, rows):
+    path = tmp_path / "r.csv"
+    results.write(path, {name: x[:rows] for name, x in COLUMNS.items()})
+    whole = path.read_bytes()
+    assert len(results.read(path)[0]["x"]) == rows
+    for k in range(len(whole)):
+        path.write_bytes(whole[:k])
+        with pytest.raises(UsageError, match=r"is not a \.csv result file"):
+            results.read(path)
+
+
+@pytest.mark.parametrize(
+    "text", ["time,x\n0,1\n1,2\n", "time,x\r\n0,1\r\n1,2\r\n", "time,x\n0,1\n1,2", "time,x\n0,1\n"]
+)
+def test_csv_files_by_others_are_read(tmp_path, text):
+    path = tmp_path / "r.csv"
+    path.write_bytes(text.encode())
+    assert results.read(path)[0]["x"].tolist() == [1.0, 2.0][: text.count(",") - 1]
+
+
+def test_readers_of_csv_take_all_line_ends_alike(tmp_path):
+    import csv
+
+    import pandas
+
+    path = tmp_path / "r.csv"
+    results.write(path, COLUMNS)
+    assert np.array_equal(pandas.read_csv(path)["x"], COLUMNS["x"])
+    assert np.array_equal(np.loadtxt(path, delimiter=",", skiprows=1)[:, 1], COLUMNS["x"])
+    with open(path, newline="", encoding="utf-8") as stream:
+        assert [float(row["x"]) for row in csv.DictReader(stream)] == COLUMNS["x"].tolist()
