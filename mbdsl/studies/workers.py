@@ -131,14 +131,22 @@ def _job(of: Setting, store: Store, case: Case, key: str, limit: float) -> dict:
 
 
 def main() -> None:
-    """Read a job a line, answer each with a line, until there are no more."""
+    """Read a job a line, answer each with a line, until there are no more or the process that asks has ended."""
     jit.alone()
+    jobs: queue.Queue[str] = queue.Queue()
+
+    def read() -> None:
+        for line in sys.stdin:
+            jobs.put(line)
+        os._exit(0)  # in the midst of a job, too: nobody waits for its answer
+
+    threading.Thread(target=read, daemon=True).start()
     # what a solver prints must not be taken for an answer
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     known: dict[str, Setting] = {}
-    for line in sys.stdin:
-        job = json.loads(line)
+    while True:
+        job = json.loads(jobs.get())
         answers.write(json.dumps(_answer(job, known)) + "\n")
         answers.flush()
 

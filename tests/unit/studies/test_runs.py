@@ -1,5 +1,6 @@
 """Runs of a study: kept, found again, computed side by side, interrupted, and out of time."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -199,6 +200,19 @@ def test_a_process_that_ends_is_told(store, monkeypatch):
     runs = many.compute(CASES)
     assert [run.problem for run in runs.values()].count("the process that ran it ended") == 2
     assert sum(run.done for run in runs.values()) == len(many.kept) == 1  # what is left runs here
+
+
+def test_a_worker_ends_with_its_parent(store):
+    """In the midst of a run of 1e8 steps: all that a worker hears when its parent is killed is the end of its input."""
+    of, case = setting(CRANK, 100.0), Case("hht-si2", step=1e-6)
+    process = workers._start()
+    process.stdin.write(json.dumps(workers._job(of, store, case, key_of(of, case), 1e9), default=float) + "\n")
+    process.stdin.close()
+    try:
+        assert process.wait(timeout=60.0) == 0
+    finally:
+        process.kill()
+        process.stdout.close()
 
 
 def test_the_code_that_makes_a_run_is_in_its_key():
