@@ -18,6 +18,7 @@ from mbdsl.scene import Scene
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.bodies import Rigid
 from mbdsl.system.initial import Moved
+from mbdsl.system.sampling import sampled
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
 from mbdsl.system.tables import gravity
@@ -262,23 +263,32 @@ class Trajectory:
     @cached_property
     def _motion(self) -> tuple[Array, Array]:
         """Accelerations (N, n) and multipliers (N, m + p) that satisfy the equations of motion at each (t, q, v)."""
-        system = self.system
-        a, lam = np.zeros((len(self.t), system.n)), np.zeros((len(self.t), system.m + system.p))
-        for i, (t, q, v) in enumerate(zip(self.t, self.q, self.v, strict=True)):
+        system, N = self.system, len(self.t)
+        known = sampled(system, self.t, self.q, self.v, self.left_out, self._numbers)
+        if known is not None:
+            a, lam, done = known
+        else:
+            a, lam, done = np.zeros((N, system.n)), np.zeros((N, system.m + system.p)), np.zeros(N, bool)
+        for i in np.flatnonzero(~done):
             self._set_inputs(i)
+            t = self.t[i]
             try:
-                a[i], lam[i] = accelerations(system, t, q, v, self.left_out)
+                a[i], lam[i] = accelerations(system, t, self.q[i], self.v[i], self.left_out)
             except InitialisationError:  # at a singular pose there are none, or not only one
                 a[i], lam[i] = np.nan, np.nan
                 self.undetermined.append(float(t))
         return a, lam
 
+    @cached_property
+    def _numbers(self) -> dict[int, Array]:
+        """What else equations depend on, (N,) by its place in the tables: inputs, and turns that q does not hold."""
+        tables = self.system.tables
+        found = {tables.inputs[name]: value for name, value in self.inputs.items() if name in tables.inputs}
+        return found | {tables.models[body].counter: angle for body, angle in self.turns.items()}
+
     def _set_inputs(self, i: int) -> None:
-        """What else equations at the point ``i`` depend on: inputs, and turns that coordinates do not hold."""
-        for name, value in self.inputs.items():
-            self.system.set_input(name, float(value[i]))
-        for body, angle in self.turns.items():
-            self.system.set_number(self.system.tables.models[body].counter, float(angle[i]))
+        for at, value in self._numbers.items():
+            self.system.set_number(at, float(value[i]))
 
     @cached_property
     def turns(self) -> dict[str, Array]:

@@ -10,6 +10,9 @@ from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
 
+#: residual and solution of a regular system, relative to its right-hand side
+ACCURATE, BOUNDED = 1e-12, 1e8
+
 
 def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...] = ()) -> tuple[Array, Array]:
     """a (n,) and lam (m + p,) from the equations of motion and constraints at acceleration level.
@@ -77,7 +80,7 @@ def _solve_motion(
             x = np.full(n + m, np.nan)
         r = b - K @ x
         size = np.abs(b).max(initial=0.0)
-        if not (np.abs(r).max(initial=0.0) <= 1e-12 * size and np.abs(x).max(initial=0.0) <= 1e8 * size):
+        if not (np.abs(r).max(initial=0.0) <= ACCURATE * size and np.abs(x).max(initial=0.0) <= BOUNDED * size):
             x = np.linalg.lstsq(K, b, rcond=1e-13)[0]  # of any rank
             r = b - K @ x
     else:
@@ -105,10 +108,13 @@ def _solve_motion(
 
 
 def balance(system: System, M: Array, J) -> Array:
-    """Powers of two d for which d [[M, J^T], [J, 0]] d has entries near one: masses first, then the rows of J."""
-    sized = M / system.tables.scale**2  # as moments of inertia; what has no mass is taken to have the largest
-    d = 1 / np.sqrt(np.where(M > 0.0, M, (sized.max(initial=0.0) or 1.0) * system.tables.scale**2))
-    rows = abs(J) @ d
-    d = np.concatenate([d, 1 / np.where(rows > 0.0, rows, 1.0)])
+    """Powers of two d (..., n + m) for which d [[M, J^T], [J, 0]] d has entries near one: masses first, then the rows
+    of J (..., m, n). M (..., n) is the diagonal."""
+    square = system.tables.scale**2
+    largest = (M / square).max(axis=-1, initial=0.0, keepdims=True)  # as moments of inertia
+    # what has no mass is taken to have the largest
+    d = 1 / np.sqrt(np.where(M > 0.0, M, np.where(largest > 0.0, largest, 1.0) * square))
+    rows = abs(J) @ d if M.ndim == 1 else np.einsum("...ij,...j->...i", abs(J), d)
+    d = np.concatenate([d, 1 / np.where(rows > 0.0, rows, 1.0)], axis=-1)
     # not halfway between powers, where rounding would decide: there lie masses of 0.5 and 2 kg
     return np.exp2(np.floor(np.log2(d) + 0.4))

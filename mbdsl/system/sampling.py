@@ -1,0 +1,139 @@
+"""Accelerations and multipliers at many states: evaluated in one compiled loop, solved together.
+
+The same equations as in :mod:`mbdsl.system.accelerations`, which gets the states at which they are nearly singular.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl import jit
+from mbdsl.kernels import kernel
+from mbdsl.layout import FP, X2, Q, V, X
+from mbdsl.system.accelerations import ACCURATE, BOUNDED, balance
+from mbdsl.system.clock import Clock
+from mbdsl.system.emit import EVALUATE, TANGENT
+from mbdsl.system.system import DENSE_LIMIT, System
+
+Array = NDArray[np.float64]
+
+#: states from which on a compiled loop is worth its loading; numbers in the matrices that are solved together
+MANY, TOGETHER = 2000, 2**21
+SAMPLE = jit.Signature(
+    (
+        *(EVALUATE, TANGENT, "vector", "matrix", "matrix", "ints", "matrix", "ints"),
+        *("matrix", "matrix", "matrix", "matrix", "matrix", "matrix", "matrix", "vector", "ints", "vector"),
+    )
+)
+
+
+@kernel
+def sample(evaluate, tangent, T, QS, VS, numbers, U, read, f, K, N, R, Y, Z, C, F, I, A):
+    """At every state, with U in the ``numbers`` of F: the forces f, the matrices of M, Phi_q and Gam_v (K) and of
+    (Phi_q v)_q and Gam_q (N) as entries, and what F holds at ``read`` (R)."""
+    n = QS.shape[1]
+    for i in range(len(T)):
+        for k in range(len(numbers)):
+            F[numbers[k]] = U[i, k]
+        for k in range(Y.shape[1]):
+            Y[X, k] = 0.0
+            Y[X2, k] = 0.0
+        for k in range(n):
+            Y[Q, k] = QS[i, k]
+            Y[V, k] = VS[i, k]
+        evaluate(T[i], Y, Z, C, F, I)
+        for k in range(n):
+            f[i, k] = Y[FP, k]
+        tangent(T[i], 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, Y, Z, C, F, I, A)
+        for k in range(len(A)):
+            K[i, k] = A[k]
+        tangent(T[i], 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, Y, Z, C, F, I, A)
+        for k in range(len(A)):
+            N[i, k] = A[k]
+        for k in range(len(read)):
+            R[i, k] = F[read[k]]
+
+
+@cache
+def compiled() -> Callable:
+    """``sample`` compiled, once for all models."""
+    from mbdsl.system import sampling
+
+    arguments = "evaluate, tangent, T, QS, VS, numbers, U, read, f, K, N, R, Y, Z, C, F, I, A"
+    text = f'''"""Emitted by mbdsl: the equations of motion at many states."""
+
+from mbdsl.system import sampling
+
+
+def sample({arguments}):
+    sampling.sample({arguments})
+'''
+    return jit.functions("mbdsl_sampling", text, {"sample": SAMPLE}, lambda: [sampling])[0]
+
+
+def sampled(
+    system: System, t: Array, q: Array, v: Array, left_out: tuple[int, ...], numbers: Mapping[int, Array]
+) -> tuple[Array, Array, NDArray[np.bool_]] | None:
+    """a (N, n) and lam (N, m + p) at states (N,), (N, n), (N, n), and where they are known (N,).
+
+    ``numbers`` are values (N,) by their place in the tables. None where states are few, or have to be taken one by one:
+    large models, friction in joints, frames that move as a function of time.
+    """
+    if len(t) < MANY or system.of_multipliers or system.unknowns > DENSE_LIMIT or not jit.enabled():
+        return None
+    w = system.workspace()
+    clock = Clock(w.I, system.m, system.p)
+    if clock.carried:
+        return None
+    from scipy.sparse import csr_array
+
+    n, size = system.n, system.unknowns
+    kept = np.delete(np.arange(system.m + system.p), left_out)
+    rows, columns = system.tables.pattern
+    where = rows * size + columns, np.arange(system.size)
+    place = csr_array((np.ones(system.size), where), shape=(size * size, system.size))
+    places, read = np.array(list(numbers), np.int64), np.concatenate([clock.drivers, clock.gammas])
+    U = np.column_stack([*numbers.values()]) if numbers else np.zeros((len(t), 0))
+    kernels, A = system.kernels(), np.zeros(system.size)
+    a, lam, known = np.zeros((len(t), n)), np.zeros((len(t), system.m + system.p)), np.zeros(len(t), bool)
+    chunk = max(1, TOGETHER // size**2)
+    for first in range(0, len(t), chunk):
+        at = slice(first, min(first + chunk, len(t)))
+        count = at.stop - at.start
+        f, R = np.zeros((count, n)), np.zeros((count, len(read)))
+        K, N = np.zeros((count, system.size)), np.zeros((count, system.size))
+        now = (np.ascontiguousarray(x[at]) for x in (t, q, v))
+        held = np.ascontiguousarray(U[at])
+        compiled()(kernels.evaluate, kernels.tangent, *now, places, held, read, f, K, N, R, w.Y, w.Z, w.C, w.F, w.I, A)
+        in_time = np.zeros((count, clock.size))
+        in_time[:, clock.driven] = -R[:, : len(clock.drivers)]
+        in_time[:, clock.rows] = R[:, len(clock.drivers) :]
+        rates = (place @ N.T).T.reshape(-1, size, size)[:, n:, :n]
+        gamma_c = -np.einsum("ijk,ik->ij", rates, v[at]) - in_time
+        full = (place @ K.T).T.reshape(-1, size, size)
+        J = full[:, n:, :n][:, kept]
+        a[at], lam[at][:, kept], known[at] = _solve(system, full[:, :n, :n], J, f, gamma_c[:, kept])
+    return a, lam, known
+
+
+def _solve(system: System, M: Array, J: Array, f: Array, gamma_c: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+    n, m = system.n, J.shape[1]
+    K = np.zeros((len(M), n + m, n + m))
+    d = balance(system, M.diagonal(axis1=1, axis2=2), J)
+    K[:, :n, :n], K[:, n:, :n], K[:, :n, n:] = M, J, J.transpose(0, 2, 1)
+    K *= d[:, :, None] * d[:, None, :]
+    b = d * np.concatenate([f, gamma_c], axis=1)
+    with np.errstate(all="ignore"):
+        try:
+            x = np.linalg.solve(K, b[:, :, None])[:, :, 0]
+        except np.linalg.LinAlgError:  # at one of them
+            x = np.full_like(b, np.nan)
+        r = np.abs(b - np.einsum("ijk,ik->ij", K, x)).max(axis=1, initial=0.0)
+        size = np.abs(b).max(axis=1, initial=0.0)
+        known = (r <= ACCURATE * size) & (np.abs(x).max(axis=1, initial=0.0) <= BOUNDED * size)
+    x = d * x
+    return x[:, :n], x[:, n:], known
