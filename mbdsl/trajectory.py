@@ -269,7 +269,7 @@ class Trajectory:
             a, lam, done = known
         else:
             a, lam, done = np.zeros((N, system.n)), np.zeros((N, system.m + system.p)), np.zeros(N, bool)
-        for i in np.flatnonzero(~done):
+        for i in map(int, np.flatnonzero(~done)):
             self._set_inputs(i)
             t = self.t[i]
             try:
