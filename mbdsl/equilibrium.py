@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbdsl import cache_folder, jit
 from mbdsl import graph as mechanism_graph
-from mbdsl import jit
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import EquilibriumError, UsageError
 from mbdsl.lang.expressions import is_velocity_level
@@ -165,7 +165,7 @@ def prepare(
     # what a simulation has left in the cache serves here as well
     sets = 2 if jit.is_compiled(system.module_name(2)) else 1
     if announce is not None and not jit.is_compiled(system.module_name(sets)):
-        announce("compiling for the first time; the result is kept, later runs start at once ...")
+        announce(cache_folder.compiling())
     system.kernels(sets)
     return system, mechanism
 

@@ -18,7 +18,6 @@ import os
 import re
 import subprocess
 import sys
-import tempfile
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Mapping
@@ -26,12 +25,15 @@ from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-from mbdsl import __version__
+from mbdsl import __version__, cache_folder
 from mbdsl.native import Native, Signature
 
 _kernels: dict[Callable, Callable] = {}
 _functions: dict[str, list[Callable]] = {}
+_emitted: set[str] = set()
 _alone = False
+#: one thread at a time imports numba, compiles, or loads: others find that done
+lock = threading.RLock()
 
 
 def alone() -> None:
@@ -43,9 +45,14 @@ def alone() -> None:
     _alone = True
 
 
-@cache
 def numba() -> ModuleType | None:
     """The numba module, or None where it cannot be imported (then everything runs as Python, slowly)."""
+    with lock:
+        return _imported()
+
+
+@cache
+def _imported() -> ModuleType | None:
     blas, spared = "scipy.linalg.cython_blas", _alone and "scipy.linalg" not in sys.modules
     try:
         import numba
@@ -64,33 +71,18 @@ def numba() -> ModuleType | None:
 
 def enabled() -> bool:
     """Whether kernels are compiled at all. Does not import numba to know it, unless it is missing."""
-    if "numba" in sys.modules:
-        return not sys.modules["numba"].config.DISABLE_JIT
+    if "numba" in sys.modules:  # but another thread may still be importing it
+        module = numba()
+        return module is not None and not module.config.DISABLE_JIT
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         return False
     return importlib.util.find_spec("numba") is not None or numba() is not None
 
 
 @cache
-def cache_directory() -> Path:
-    """Where objects and emitted modules of this version live; created if need be.
-
-    ``MBDSL_CACHE_DIR`` names another place for the parent folder.
-    """
-    name = f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{_digest()[:16]}"
-    chosen = os.environ.get("MBDSL_CACHE_DIR")
-    home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    folder = (Path(chosen) if chosen else Path(home) / "mbdsl") / name
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if os.access(folder, os.W_OK):
-            return folder
-    except OSError:
-        pass
-    # Nowhere to keep things: a private folder for this process, so that nobody else's code can lie in wait there.
-    folder = Path(tempfile.mkdtemp(prefix="mbdsl-")) / name
-    folder.mkdir()
-    return folder
+def version() -> str:
+    """Name of the folder, within :mod:`mbdsl.cache_folder`, of objects and emitted modules for this process."""
+    return f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{_digest()[:16]}"
 
 
 def _digest() -> str:
@@ -124,13 +116,14 @@ def functions(
 
     ``modules()`` imports and returns the modules whose kernels are called.
     """
-    if name not in _functions:
-        _functions[name] = (
-            _plain(name, text, signatures, modules)
-            if not enabled()
-            else _kept(name, text, signatures) or _compiled(name, text, signatures, modules)
-        )
-    return _functions[name]
+    with lock:
+        if name not in _functions:
+            _functions[name] = (
+                _plain(name, text, signatures, modules)
+                if not enabled()
+                else _kept(name, text, signatures) or _compiled(name, text, signatures, modules)
+            )
+        return _functions[name]
 
 
 def is_compiled(name: str) -> bool:
@@ -139,18 +132,20 @@ def is_compiled(name: str) -> bool:
 
 
 def import_text(name: str, text: str) -> ModuleType:
-    """The module ``name`` made from emitted ``text``, which is kept as a file for whoever wants to read it."""
-    if name in sys.modules:
+    """The module ``name`` made from emitted ``text``, which is also kept as a file for those who want to read it."""
+    with lock:
+        if name not in sys.modules:
+            module = ModuleType(name)
+            module.__file__ = _text_file(name, text)
+            exec(compile(text, module.__file__, "exec"), vars(module))  # never what lies on disk
+            _emitted.add(name)
+            sys.modules[name] = module  # other emitted modules import it by its name
         return sys.modules[name]
-    path = cache_directory() / f"{name}.py"
-    if not path.exists() or path.read_bytes() != text.encode():
-        _write(path, text.encode())
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None and spec.loader is not None  # a path that exists always gives both
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    sys.modules[name] = module  # other emitted modules import it by its name
-    return module
+
+
+def _text_file(name: str, text: str) -> str:
+    kept = cache_folder.keep(f"{version()}/{name}.py", text.encode())
+    return f"<{name}>" if kept is None else str(kept)
 
 
 def _plain(name: str, text: str, signatures: Mapping[str, Signature], modules: Callable) -> list[Callable]:
@@ -177,19 +172,22 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
             linked = _linked(name, body, signatures)
             if linked is None:
                 raise RuntimeError(f"compiled code needs {', '.join(made.needs)}")
-            _write(_object_path(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
+            cache_folder.keep(_object(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
             return linked
         except Exception as error:
             # What lies inside numba changes; what it promises takes longer, to compile and to load.
             told = f"{type(error).__name__}: {error}".splitlines()[0]
             warnings.warn(f"compiling in the ordinary way: {told}", stacklevel=2)
-            _write(_ordinary_path(name), "\n".join([*head, told]).encode())
+            cache_folder.keep(_ordinary(name), "\n".join([*head, told]).encode())
     from mbdsl import ordinary
 
     _kernels.clear()
     activate(*called, wrap=ordinary.compile_kernel)
-    folder = cache_directory() / head[0][:16]  # numba would look at the emitted file only
-    return [ordinary.compile_function(given[f], signatures[f], folder) for f in given]
+    folder = cache_folder.subfolder(f"{version()}/{head[0][:16]}")  # numba would look at the emitted file only
+    found: list[Callable] = [ordinary.compile_function(given[f], signatures[f], folder) for f in given]
+    if folder is not None:
+        cache_folder.close(folder)
+    return found
 
 
 def activate(*modules: ModuleType, wrap: Callable) -> None:
@@ -225,33 +223,26 @@ def _with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:
 # -- objects on disk -----------------------------------------------------------------------------------------
 
 
-def _object_path(name: str) -> Path:
-    return cache_directory() / f"{name}.o"
+def _object(name: str) -> str:
+    return f"{version()}/{name}.o"
 
 
-def _ordinary_path(name: str) -> Path:
+def _ordinary(name: str) -> str:
     """There, and saying why, if the code is not kept as an object but by numba."""
-    return cache_directory() / f"{name}.ordinary"
+    return f"{version()}/{name}.ordinary"
 
 
 def _is_ordinary(name: str) -> bool:
     """Whether code of the present sources is kept by numba; others may compile in our way again."""
     try:
-        digest, sources, _ = _ordinary_path(name).read_text().split("\n", 2)
-    except (OSError, ValueError):
+        digest, sources, _ = (cache_folder.read(_ordinary(name)) or b"").decode().split("\n", 2)
+    except ValueError:
         return False
     return _of_sources(sources.split()) == digest
 
 
 def _of_text(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _write(path: Path, data: bytes) -> None:
-    """At once or not at all: another process may be reading, or writing the same."""
-    part = path.with_name(f"{path.name}.{os.getpid()}.{threading.get_ident()}.part")
-    part.write_bytes(data)
-    part.replace(path)
 
 
 def _kept(name: str, text: str, signatures: Mapping[str, Signature]) -> list[Callable] | None:
@@ -265,9 +256,9 @@ def _kept(name: str, text: str, signatures: Mapping[str, Signature]) -> list[Cal
 def _body(name: str) -> bytes | None:
     """What is on disk of a module; None if there is nothing, or it is not whole, or its sources have changed."""
     try:
-        said, body = _object_path(name).read_bytes().split(b"\n", 1)
+        said, body = (cache_folder.read(_object(name)) or b"").split(b"\n", 1)
         digest, sources, _ = body.split(b"\n", 2)
-    except (OSError, ValueError):
+    except ValueError:
         return None
     if hashlib.sha256(body).hexdigest().encode() != said or _of_sources(sources.decode().split()) != digest.decode():
         return None
@@ -301,7 +292,7 @@ def _source(name: str) -> Path | None:
         if path.exists():
             return path
     file = getattr(sys.modules.get(name), "__file__", None)
-    if file is None or Path(file).name == "__init__.py" or Path(file).parent == cache_directory():
+    if file is None or Path(file).name == "__init__.py" or name in _emitted:
         return None
     return Path(file)
 
@@ -348,9 +339,11 @@ def beside(module: str, *arguments: str) -> subprocess.Popen | None:
     """Call ``module.main(*arguments)`` in another process, to compile there what this one will find on disk.
 
     It imports from where this process does and from nowhere else: not from the folder that a model happens to be in.
-    None where no process can be had: then everything is compiled here, one after the other.
+    None where no process can be had, or no file be kept: then everything is compiled here, one after the other.
     """
-    environment = {**os.environ, "MBDSL_CACHE_DIR": str(cache_directory().parent)}
+    if cache_folder.own() is None:
+        return None
+    environment = {**os.environ, **cache_folder.environment()}
     code = f"import sys; sys.path[:] = {sys.path!r}; from {module} import main; main(*sys.argv[1:])"
     command = [sys.executable, "-I", "-c", code, *arguments]
     try:

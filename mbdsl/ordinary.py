@@ -85,11 +85,17 @@ def compile_kernel(function: Callable, **options) -> Callable:
     return njit(error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(function)
 
 
-def compile_function(function: Callable, signature: Signature, folder: Path) -> Native:
-    """A function that Python and other such functions may call; kept in ``folder``."""
-    former, config.CACHE_DIR = config.CACHE_DIR, str(folder)
-    try:
-        made = cfunc(numba_signature(signature), cache=True, error_model="numpy", _nrt=False)(function)
-    finally:
-        config.CACHE_DIR = former
+def compile_function(function: Callable, signature: Signature, folder: Path | None) -> Native:
+    """A function that Python and other such functions may call; kept in ``folder``, if there is one and it has room."""
+    options = {"error_model": "numpy", "_nrt": False}
+    if folder is not None:
+        former, config.CACHE_DIR = config.CACHE_DIR, str(folder)
+        try:
+            made = cfunc(numba_signature(signature), cache=True, **options)(function)
+        except (OSError, RuntimeError):  # numba finds no place for its files, or no room
+            folder = None
+        finally:
+            config.CACHE_DIR = former
+    if folder is None:
+        made = cfunc(numba_signature(signature), **options)(function)
     return Flat(made.address, signature, made)

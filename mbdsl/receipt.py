@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbdsl import layout
+from mbdsl import cache_folder, layout
 from mbdsl.elements import kinds
 from mbdsl.elements import modules as element_modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
@@ -102,7 +102,7 @@ def explain(
         step = min(scene.experiment.step or DEFAULT_STEP, stop - scene.experiment.start)
     motion = Motion(scene, plan(scene, method=method, step=step, stop=stop, interval=stop - scene.experiment.start))
     if announce is not None and not motion.is_compiled:
-        announce("compiling for the first time; the result is kept, later runs start at once ...")
+        announce(cache_folder.compiling())
     motion.prepare()
     return _receipt(motion, measured, signals)
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mbdsl import cache_folder
 from mbdsl.calibration import Found, calibrated
 from mbdsl.checkpoint import Checkpoint, Keeper, of_run
 from mbdsl.doubts import doubts
@@ -209,7 +210,7 @@ def simulated(
     motion = Motion(scene, run)
     lap("build")
     if announce is not None and not motion.is_compiled:
-        announce("compiling for the first time; the result is kept, later runs start at once ...")
+        announce(cache_folder.compiling())
     motion.prepare(lap)
     if run.tol is not None and run.asked:
         far = motion.distance

@@ -123,12 +123,13 @@ class Integration:
         sets = module.METHOD.sets
         code, loop = self.system.module_name(sets), loop_name(self.method)
         # What has to be compiled is compiled side by side: the scene's code elsewhere, the method's loop here.
-        both = not jit.is_compiled(code) and not jit.is_compiled(loop)
-        other = self.system.compile_beside(sets) if both else None
-        self._advance = compiled(self.method, module)
-        if other is not None:
-            other.wait()
-        kernels = self.system.kernels(sets)
+        with jit.lock:
+            both = not jit.is_compiled(code) and not jit.is_compiled(loop)
+            other = self.system.compile_beside(sets) if both else None
+            self._advance = compiled(self.method, module)
+            if other is not None:
+                other.wait()
+            kernels = self.system.kernels(sets)
         self.evaluate, self.tangent, self.inertia = kernels.evaluate, kernels.tangent, kernels.inertia
 
     def _stop_at_events(self) -> None:

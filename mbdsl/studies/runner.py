@@ -83,8 +83,9 @@ class Runner:
         def add(case: Case, run: Computed) -> None:
             done[case] = run
             self.computed += not run.late
-            if run.lasting:
-                self.kept.add(key_of(self.setting, case))
+            key = key_of(self.setting, case)
+            if run.lasting and self.store.has_claimed(key):
+                self.kept.add(key)
             # compiling is done once and for all; it is no part of the study
             self.budget += run.stats.get("seconds", {}).get("compile", 0.0)
             self._tell(len(done), total, what or str(case))
@@ -99,8 +100,8 @@ class Runner:
                     side_by_side(self.setting, self.store, waiting, number, lambda: min(self.left, limit), add)
                     if waiting and self.announce is not None:
                         self.announce(
-                            "other processes ended, or found that the model is not what it was when the study began: "
-                            "what is left runs here, by the model as it was"
+                            "other processes ended, could not hand over their results, or found that the model is not "
+                            "what it was when the study began: what is left runs here, by the model as it was"
                         )
                     continue
             case = waiting.pop(0)

@@ -1,6 +1,7 @@
 """What has been computed is kept: by a digest of everything that determines a run, and of the machine for its time.
 
 One file a run, written whole or not at all, in the folder of compiled code; the oldest go when they become too many.
+Files that others can have written are not read (:mod:`mbdsl.trust`). A run that cannot be kept is a run all the same.
 """
 
 from __future__ import annotations
@@ -10,8 +11,6 @@ import json
 import os
 import platform
 import sys
-import threading
-import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
@@ -23,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mbdsl
-from mbdsl import elements, jit
+from mbdsl import cache_folder, elements, trust
+from mbdsl.errors import UsageError
 from mbdsl.integrators import backend, modules
 from mbdsl.studies.cases import Case, Setting
 from mbdsl.studies.fingerprint import fingerprint
@@ -31,7 +31,6 @@ from mbdsl.studies.fingerprint import fingerprint
 Array = NDArray[np.float64]
 T = TypeVar("T")
 LARGEST = 1_000_000_000  #: bytes that are kept
-ABANDONED = 3600.0  #: seconds after which nobody writes a file any more that is not whole yet
 OUT_OF_TIME = "not run to its end: the budget of the study was spent"
 OUT_OF_MEMORY = "not run to its end: there was not enough memory"
 ENDED, LOST = "the process that ran it ended", "its result was not kept"
@@ -70,11 +69,20 @@ class Computed:
 
 
 class Store:
-    """A folder of runs. With ``fresh`` nothing is read that was there before."""
+    """A folder of runs. With ``fresh`` nothing is read that was there before.
+
+    Raises
+    ------
+    UsageError
+        The folder cannot be made.
+    """
 
     def __init__(self, folder: str | os.PathLike | None = None, fresh: bool = False) -> None:
-        self.folder = Path(folder) if folder is not None else jit.cache_directory().parent / "studies"
-        self.folder.mkdir(parents=True, exist_ok=True)
+        self.folder = Path(folder) if folder is not None else _default()
+        try:
+            trust.make(self.folder)
+        except OSError as problem:
+            raise UsageError(f"cannot make the folder `{self.folder}`: {problem.strerror or problem}") from problem
         self.fresh = fresh
         self.own: set[str] = set()  #: files that are of now
 
@@ -86,14 +94,20 @@ class Store:
 
         return self._read(_run_file(key), run)
 
-    def put(self, key: str, run: Computed) -> None:
+    def put(self, key: str, run: Computed) -> bool:
+        """Keep a run; whether that was possible."""
         meta = json.dumps({"case": str(run.case), "stats": run.stats, "problem": run.problem})
-        self._write(_run_file(key), t=run.t, q=run.q, v=run.v, lam=run.lam, meta=np.array(meta))
-        self.claim(key)
+        kept = self._write(_run_file(key), t=run.t, q=run.q, v=run.v, lam=run.lam, meta=np.array(meta))
+        if kept:
+            self.claim(key)
+        return kept
 
     def claim(self, key: str) -> None:
         """Take a run that another process has put here for one of now."""
         self.own.add(_run_file(key))
+
+    def has_claimed(self, key: str) -> bool:
+        return _run_file(key) in self.own
 
     def times(self, key: str) -> tuple[str, list[float]]:
         """Seconds of the runs that were timed on this machine, and the session that they are of ("" without any)."""
@@ -104,48 +118,51 @@ class Store:
         return self._read(_times_file(key), timed) or ("", [])
 
     def put_times(self, key: str, session: str, seconds: list[float]) -> None:
-        self._write(_times_file(key), session=np.array(session), seconds=np.array(seconds))
-        self.own.add(_times_file(key))
+        if self._write(_times_file(key), session=np.array(session), seconds=np.array(seconds)):
+            self.own.add(_times_file(key))
 
     def _read(self, name: str, what: Callable[[Mapping[str, Array]], T]) -> T | None:
-        """What is in a file; a file that is damaged is none."""
+        """What is in a file; one that is damaged, another's, or under a name that is not its own, is none."""
         if self.fresh and name not in self.own:
             return None
+        stream = trust.opened(self.folder / name)
+        if stream is None:
+            return None
         try:
-            with open(self.folder / name, "rb") as stream, np.load(stream) as found:
-                return what(found) if found.zip.testzip() is None else None
+            with stream, np.load(stream) as found:
+                return what(found) if found.zip.testzip() is None and str(found["name"]) == name else None
         except Exception:  # damaged bytes make zipfile, zlib, numpy and json raise whatever each of them has
             return None
 
-    def _write(self, name: str, **arrays: Array) -> None:
+    def _write(self, name: str, **arrays: Array) -> bool:
         path = self.folder / name
-        part = path.with_name(f".{name}.{os.getpid()}.{threading.get_ident()}.part")
+        part = trust.part_of(path.with_name(f".{name}"))
         try:
-            with open(part, "wb") as stream:
-                np.savez(stream, **arrays)  # type: ignore[arg-type]
+            with trust.create(part) as stream:
+                np.savez(stream, name=np.array(name), **arrays)  # type: ignore[arg-type]
             os.replace(part, path)
+        except OSError as problem:
+            cache_folder.say(f"cannot write `{path}` ({problem.strerror or problem})")
+            return False
         finally:
-            part.unlink(missing_ok=True)
+            with suppress(OSError):
+                part.unlink(missing_ok=True)
+        return True
 
     def prune(self, largest: int = LARGEST) -> None:
-        """Remove the oldest where there is more than ``largest`` bytes, and what a process left that was ended."""
-        total = 0
-        for _, size, file in sorted(self._files("*.npz"), reverse=True):
-            total += size
-            if total > largest:
-                file.unlink(missing_ok=True)
-        for when, _, file in self._files(".*.part"):
-            if when < time.time() - ABANDONED:
-                file.unlink(missing_ok=True)
+        """Remove the oldest where there is more than ``largest`` bytes, and what a process left that was ended.
 
-    def _files(self, pattern: str) -> list[tuple[float, int, Path]]:
-        """When they were written, their bytes, and where they are."""
-        found = []
-        for file in self.folder.glob(pattern):
-            with suppress(FileNotFoundError):  # another study removes files, too
-                status = file.stat()
-                found.append((status.st_mtime, status.st_size, file))
-        return found
+        What is no run is left alone.
+        """
+        cache_folder.remove_oldest(cache_folder.runs(self.folder), largest)
+        cache_folder.remove_oldest(cache_folder.parts(self.folder, cache_folder.ABANDONED), 0)
+
+
+def _default() -> Path:
+    folder = cache_folder.own()
+    if folder is None:
+        raise UsageError("there is no folder that the runs of a study can be written into", hint="see mbdsl cache")
+    return folder / cache_folder.STUDIES
 
 
 def _run_file(key: str) -> str:

@@ -13,13 +13,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any
 
-from mbdsl import jit
+from mbdsl import cache_folder, jit
 from mbdsl.errors import MbdslError
 from mbdsl.studies.cases import Case, Setting, setting
 from mbdsl.studies.store import ENDED, LOST, OUT_OF_TIME, Computed, Store, key_of
 
 #: what a process answers that would not run what it was asked to
 CHANGED = "the model, the method or mbdsl itself is not what it was when the study began"
+#: what it answers that has no room to write the result
+UNKEPT = "the result could not be written"
 
 
 def cores() -> int:
@@ -65,7 +67,7 @@ def side_by_side(
                     answer = json.loads(said) if whole else {"problem": ENDED}
                 else:
                     answer = {"problem": OUT_OF_TIME}
-                if answer["problem"] == CHANGED:
+                if answer["problem"] in (CHANGED, UNKEPT):
                     with lock:
                         cases.insert(0, case)
                     return
@@ -105,7 +107,7 @@ def side_by_side(
 
 def _start() -> subprocess.Popen:
     """A process that imports from where this one does; Ctrl-C is for this one alone to hear."""
-    environment = {**os.environ, "MBDSL_CACHE_DIR": str(jit.cache_directory().parent), "OPENBLAS_NUM_THREADS": "1"}
+    environment = {**os.environ, **cache_folder.environment(), "OPENBLAS_NUM_THREADS": "1"}
     code = f"import sys; sys.path[:] = {sys.path!r}; from mbdsl.studies.workers import main; main()"
     return subprocess.Popen(
         [sys.executable, "-I", "-c", code],
@@ -164,8 +166,8 @@ def _answer(job: Mapping[str, Any], known: dict[str, Setting]) -> dict:
     if not same:  # a file was edited since: what it says now must not be taken for what it said
         return {"problem": CHANGED}
     run = compute(of, case, job["limit"])
-    if run.lasting:
-        Store(job["store"]).put(job["key"], run)
+    if run.lasting and not Store(job["store"]).put(job["key"], run):
+        return {"problem": UNKEPT}
     return {"problem": run.problem, "kept": run.lasting}
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbdsl import jit
+from mbdsl import cache_folder, jit
 
 MODEL = Path(__file__).parents[2] / "models" / "pendulum.mbd"
 VECTOR = jit.Signature(("float", "vector", "ints"))
@@ -36,11 +36,12 @@ needs_numba = pytest.mark.skipif(not jit.enabled(), reason="nothing is compiled"
 
 @pytest.fixture
 def fresh(tmp_path, monkeypatch):
-    """Nothing is kept, and nothing loaded."""
-    monkeypatch.setattr(jit, "cache_directory", lambda: tmp_path)
+    """Nothing is kept, and nothing loaded; the folder where objects will be."""
+    monkeypatch.setenv("MBDSL_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(cache_folder, "_said", [])
     monkeypatch.setattr(jit, "_functions", {})
     monkeypatch.delitem(sys.modules, "scales", raising=False)
-    yield tmp_path
+    yield tmp_path / "cache" / jit.version()
     sys.modules.pop("scales", None)
 
 
@@ -214,3 +215,36 @@ def test_settings_of_numba_and_the_processor_are_part_of_the_digest(monkeypatch)
     assert jit._digest() == before
     monkeypatch.setenv("NUMBA_OPT", "1")
     assert jit._digest() != before
+
+
+THREADS = """
+import sys, threading, time
+import numpy as np
+from mbdsl import jit
+
+failures = []
+
+def work(k):
+    while k and "numba" not in sys.modules:  # until the first thread has begun to import it
+        time.sleep(1e-3)
+    try:
+        text, signatures = f"def f(v):\\n    v[0] = {k}\\n", {"f": jit.Signature(("vector",))}
+        (f,), v = jit.functions(f"thread{k}", text, signatures, list), np.full(1, np.nan)
+        f(v)
+        assert v[0] == k
+    except BaseException as problem:
+        failures.append(repr(problem))
+
+threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+print(len(failures), *failures)
+"""
+
+
+@needs_numba
+def test_threads_share_a_cold_start(tmp_path):
+    """Those that come while numba is being imported wait for it."""
+    assert run(THREADS, tmp_path) == ["0"]

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import mbdsl
-from mbdsl import jit
+from mbdsl import cache_folder, jit
 
 ROOT = Path(mbdsl.__file__).parents[1]
 SLIDER_CRANK = Path(__file__).parents[2] / "models" / "slider_crank.mbd"
@@ -62,7 +62,7 @@ import mbdsl.elements
 if len(sys.argv) > 2:
     mbdsl.elements.__path__.append(sys.argv[2])
 import mbdsl
-from mbdsl import graph, jit
+from mbdsl import cache_folder, graph, jit
 from mbdsl.system import build
 
 scene = mbdsl.load(sys.argv[1])
@@ -70,13 +70,14 @@ system = build(scene, graph.build(scene))
 names = [system.module_name(sets) for sets in (1, 2, 3)]
 said = []
 trajectory = mbdsl.simulate(scene, announce=said.append)
-texts = [path.name for path in sorted(jit.cache_directory().glob("*.py"))]
+cache = cache_folder.own() / jit.version()
+texts = [path.name for path in sorted(cache.glob("*.py"))]
 json.dump({
     "kinds": len(mbdsl.elements.kinds()),
     "codes": [system.code],
     "names": names,
     "said": said,
-    "cache": str(jit.cache_directory()),
+    "cache": str(cache),
     "emitted": texts,
     "q": trajectory.q[-1].tolist(),
 }, sys.stdout)
@@ -107,7 +108,7 @@ def model(tmp_path, kind):
 
 def test_a_scene_without_it_is_untouched(folder):
     """Same code, same name, same cache, where all is found compiled: nothing is announced, nothing new is emitted."""
-    cache = jit.cache_directory().parent
+    cache = cache_folder.own()
     run(SLIDER_CRANK, cache)  # whatever is still to be compiled
     before, after = run(SLIDER_CRANK, cache), run(SLIDER_CRANK, cache, folder)
     assert after["kinds"] == before["kinds"] + 1
@@ -136,7 +137,7 @@ def test_a_file_more_in_the_package(tmp_path):
 
 def test_a_scene_with_it_has_it(folder, tmp_path):
     """It needs no list: word of the language, kernels with exact derivatives, code of its own."""
-    cache = jit.cache_directory().parent
+    cache = cache_folder.own()
     found = run(model(tmp_path, "Tether t(hook, weight, force = 3 N);"), cache, folder)
     assert f"import mbdsl_kind_{NAME} as {NAME}" in found["codes"][0]
     assert f"{NAME}.fill" in found["codes"][0] and f"{NAME}.curve" in found["codes"][0]

@@ -4,7 +4,6 @@ import json
 import math
 import shlex
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -23,7 +22,7 @@ CRANK = MODELS / "slider_crank.mbd"
 @pytest.fixture
 def empty(tmp_path, monkeypatch):
     """No run is in the store, and all run in this process."""
-    monkeypatch.setattr("mbdsl.studies.store.jit", SimpleNamespace(cache_directory=lambda: tmp_path / "compiled"))
+    monkeypatch.setattr("mbdsl.studies.store._default", lambda: tmp_path / "studies")
     monkeypatch.setattr(running, "ALONE", math.inf)
 
 

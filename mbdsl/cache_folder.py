@@ -1,0 +1,366 @@
+"""The folder of what can be made again: machine code, and runs of studies.
+
+``MBDSL_CACHE_DIR`` names it; without that it is ``mbdsl`` in ``XDG_CACHE_HOME`` or ``~/.cache``. It is used if its path
+is absolute and :mod:`mbdsl.trust` finds no fault. If it cannot be used, or not be written into, a private temporary
+folder takes its place for writing, which is removed when the process ends, and one line on standard error says so. If
+there is no place for that either, nothing is kept. What cannot be kept stops no run.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import re
+import shutil
+import stat
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from mbdsl import trust
+
+LARGEST = 500_000_000  #: bytes of machine code that are kept; what was not used for longest goes first
+ABANDONED = 600.0  #: seconds after which a file that is not whole yet has no writer any more
+FORGOTTEN = 86400.0  #: seconds after which a temporary folder belongs to a process that was killed; a use is noted anew
+PROBE = 1 << 18  #: bytes, about the largest object
+HANDED = "MBDSL_CACHE_OWN"  #: by this variable a process hands its temporary folder to the processes that it starts
+
+TEMPORARY = re.compile(r"mbdsl-cache-(\d{1,9})-\w+")
+VERSION = re.compile(r"\d[\w.+]*-py\d+-[0-9a-f]{16}")
+CODE = re.compile(r"(\w+)\.(?:o|py|ordinary)")
+NUMBA = re.compile(r"[0-9a-f]{16}")
+RUN = re.compile(r"[0-9a-f]{32}(?:-[0-9a-f]{12})?\.npz")
+PART = re.compile(r"\.?[\w.-]+\.\d+\.\d+\.part")
+OF_NUMBA = re.compile(r".+\.(?:nbi|nbc)(?:\.tmp\.\w+)?")
+STUDIES = "studies"
+
+_lock = threading.RLock()
+_said: list[str] = []
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The folder that is to be used, and why it cannot be ("" if it can)."""
+
+    path: Path
+    fault: str
+
+
+def chosen() -> Choice:
+    """The folder that the environment names. It need not exist, or be writable."""
+    return _chosen(os.environ.get("MBDSL_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME"), os.path.expanduser("~"))
+
+
+@lru_cache
+def _chosen(given: str | None, xdg: str | None, home: str) -> Choice:
+    if given and not os.path.isabs(given):
+        return Choice(Path(given), f"MBDSL_CACHE_DIR is `{given}`, expected an absolute path")
+    base = xdg if xdg and os.path.isabs(xdg) else os.path.join(home, ".cache")
+    path = Path(given or os.path.join(base, "mbdsl"))
+    if not path.is_absolute():
+        return Choice(path, "there is no home folder (HOME is not set, or not absolute); try: set MBDSL_CACHE_DIR")
+    return Choice(path, trust.fault_of(path))
+
+
+def own() -> Path | None:
+    """The folder that this process writes into: the chosen one, a temporary one, or None if there is no place."""
+    with _lock:
+        choice = chosen()
+        return _own(choice, os.environ.get(HANDED))
+
+
+@lru_cache
+def _own(choice: Choice, handed: str | None) -> Path | None:
+    problem = choice.fault or unwritable(choice.path)
+    if not problem:
+        return choice.path
+    if handed and not trust.fault_of(handed):
+        return Path(handed)
+    folder = _temporary()
+    say(problem)
+    return folder
+
+
+def unwritable(folder: Path) -> str:
+    """Why ("" if it can) no object can be written into a folder, which is made if need be; found out by doing it."""
+    try:
+        trust.make(folder)
+        probe = trust.part_of(folder / "probe")
+        try:
+            with trust.create(probe) as stream:
+                stream.write(bytes(PROBE))
+        finally:
+            probe.unlink(missing_ok=True)
+    except OSError as problem:
+        return f"cannot write into `{folder}` ({problem.strerror or problem})"
+    return trust.fault_of(folder)
+
+
+def _temporary() -> Path | None:
+    try:
+        parent = Path(os.path.abspath(tempfile.gettempdir()))
+        _sweep_temporary(parent)
+        folder = Path(tempfile.mkdtemp(prefix=f"mbdsl-cache-{os.getpid()}-", dir=parent))
+    except OSError:
+        return None
+    atexit.register(_remove, folder, os.getpid())
+    return None if trust.fault_of(folder) else folder
+
+
+def _remove(folder: Path, process: int) -> None:
+    if os.getpid() == process:  # and none that was forked from it
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _sweep_temporary(parent: Path) -> None:
+    """Remove the temporary folders of processes that were killed."""
+    for folder in _folders(parent, TEMPORARY):
+        with suppress(OSError):
+            process, status = int(TEMPORARY.fullmatch(folder.name)[1]), folder.lstat()  # type: ignore[index]
+            old = status.st_mtime < time.time() - FORGOTTEN
+            if old and trust.has_owners() and status.st_uid == os.geteuid() and not _runs(process):
+                clear(folder)
+                folder.rmdir()
+
+
+def _runs(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        pass
+    return True
+
+
+def say(problem: str) -> None:
+    """Say what keeps things from being kept: one line in a process, on standard error."""
+    if not _said and sys.stderr is not None:
+        with suppress(OSError, ValueError):
+            print(f"note: nothing is kept for later runs: {problem}; see `mbdsl cache`", file=sys.stderr)
+    _said.append(problem)
+
+
+def compiling() -> str:
+    """What to say before something is compiled."""
+    if own() == chosen().path and not _said:
+        return "compiling for the first time; the result is kept, later runs start at once ..."
+    return "compiling for the first time; the result cannot be kept ..."
+
+
+def environment() -> Mapping[str, str]:
+    """What to add to the environment of other processes, so that they find what this one has made, and the reverse."""
+    folder = own()
+    return {} if folder is None or folder == chosen().path else {HANDED: str(folder)}
+
+
+# -- files -----------------------------------------------------------------------------------------------------------
+
+
+def read(name: str) -> bytes | None:
+    """What is kept by a name (a path within the folder); None if there is nothing, or others can have written it."""
+    choice, handed = chosen(), os.environ.get(HANDED)
+    folders = [] if choice.fault else [choice.path]
+    with _lock:
+        other = own() if _said or handed else None  # there may be a temporary folder
+    if other is not None and other not in folders:
+        folders.insert(0, other)
+    for folder in folders:
+        data = _contents(folder / name)
+        if data is not None:
+            _note_use(folder / name)
+            return data
+    return None
+
+
+def _contents(path: Path) -> bytes | None:
+    stream = None if trust.fault_of(path.parent) else trust.opened(path)
+    if stream is None:
+        return None
+    with stream, suppress(OSError):
+        return stream.read()
+    return None
+
+
+def _note_use(path: Path) -> None:
+    """For the order in which files are removed; file systems rarely keep times of access."""
+    if path.suffix == ".o":
+        with suppress(OSError):
+            if path.stat().st_mtime < time.time() - FORGOTTEN:
+                os.utime(path)
+
+
+def keep(name: str, data: bytes) -> Path | None:
+    """Write a file (a path within the folder); where it is now, or None if it cannot be kept."""
+    folder = own()
+    if folder is None:
+        return None
+    path = folder / name
+    try:
+        fault = _write(path, data)
+        if not fault and path.suffix == ".o":
+            prune(folder)
+    except OSError as problem:
+        fault = f"cannot write `{path}` ({problem.strerror or problem})"
+    if fault:
+        say(fault)
+    return None if fault else path
+
+
+def _write(path: Path, data: bytes, again: bool = True) -> str:
+    trust.make(path.parent)
+    if fault := trust.fault_of(path.parent):
+        return fault
+    try:
+        if _contents(path) != data:  # others look at the time of writing
+            trust.write(path, data)
+    except FileNotFoundError:  # another process has removed the folder, which was empty
+        if not again:
+            raise
+        return _write(path, data, again=False)
+    return ""
+
+
+def subfolder(name: str) -> Path | None:
+    """A folder that another library keeps its files in; None if there is none with nothing in it but our own files."""
+    folder = own()
+    if folder is None:
+        return None
+    path = folder / name
+    try:
+        trust.make(path)
+        fault = trust.fault_of(path)
+        if not all(trust.is_believed(inner.lstat()) for inner in path.rglob("*")):
+            fault = fault or f"others can have written what is in `{path}`; try: mbdsl cache --clear"
+    except OSError as problem:
+        fault = f"cannot write into `{path}` ({problem.strerror or problem})"
+    if fault:
+        say(fault)
+    return None if fault else path
+
+
+def close(folder: Path) -> None:
+    """Take from others what a lax umask has given them in a folder that another library wrote into."""
+    for path in folder.rglob("*"):
+        with suppress(OSError):
+            path.chmod(stat.S_IMODE(path.lstat().st_mode) & ~trust.OTHERS)
+
+
+# -- contents --------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Entry:
+    """Files that belong together: the time of the last use [s since the epoch], bytes."""
+
+    used: float
+    size: int
+    files: list[Path]
+
+    def remove(self) -> None:
+        for file in self.files:
+            file.unlink(missing_ok=True)
+
+
+def code(root: Path) -> list[Entry]:
+    """All machine code in a folder: what belongs to one emitted module is an entry."""
+    entries: dict[tuple[str, str], Entry] = {}
+    for version in _folders(root, VERSION):
+        for name, path, status in _code_files(version):
+            entry = entries.setdefault((version.name, name), Entry(0.0, 0, []))
+            entry.used, entry.size = max(entry.used, status.st_mtime), entry.size + status.st_size
+            entry.files.append(path)
+    return list(entries.values())
+
+
+def _code_files(version: Path) -> Iterator[tuple[str, Path, os.stat_result]]:
+    for path, status in _files(version):
+        if match := CODE.fullmatch(path.name):
+            yield match[1], path, status
+    for folder in _folders(version, NUMBA):
+        for inner in (folder, *_folders(folder, re.compile(".*"))):
+            for path, status in _files(inner):
+                if OF_NUMBA.fullmatch(path.name):
+                    yield folder.name, path, status
+
+
+def runs(folder: Path) -> list[Entry]:
+    """The kept runs in a folder of studies."""
+    return [Entry(s.st_mtime, s.st_size, [path]) for path, s in _files(folder) if RUN.fullmatch(path.name)]
+
+
+def parts(folder: Path, age: float) -> list[Entry]:
+    """Files in a folder that were never finished, and not written to for ``age`` seconds."""
+    files = ((path, s) for path, s in _files(folder) if PART.fullmatch(path.name) and s.st_mtime <= time.time() - age)
+    return [Entry(s.st_mtime, s.st_size, [path]) for path, s in files]
+
+
+def remove_oldest(entries: list[Entry], largest: int) -> None:
+    """Remove what was not used for longest where there is more than ``largest`` bytes."""
+    total = 0
+    for entry in sorted(entries, key=lambda entry: -entry.used):
+        total += entry.size
+        if total > largest or not largest:
+            entry.remove()
+
+
+def prune(root: Path) -> None:
+    """Keep the machine code in a folder below ``LARGEST`` bytes; remove files that were abandoned."""
+    remove_oldest(code(root), LARGEST)
+    for folder in (root, *_folders(root, VERSION)):
+        remove_oldest(parts(folder, ABANDONED), 0)
+    for version in _folders(root, VERSION):
+        _remove_empty(version)
+
+
+def clear(root: Path) -> tuple[int, int]:
+    """Remove everything that mbdsl wrote into a folder, and nothing else; number of entries, bytes.
+
+    Raises
+    ------
+    OSError
+    """
+    folders = [*_folders(root, VERSION), *_folders(root, re.compile(STUDIES))]
+    removed = [*code(root), *runs(root / STUDIES), *parts(root, 0.0)]
+    for folder in folders:
+        removed += parts(folder, 0.0)
+        for cached in _folders(folder, re.compile("__pycache__")):  # former versions had Python keep these
+            removed += [Entry(0.0, status.st_size, [path]) for path, status in _files(cached) if path.suffix == ".pyc"]
+    for entry in removed:
+        entry.remove()
+    for folder in folders:
+        _remove_empty(folder)
+    return len(removed), sum(entry.size for entry in removed)
+
+
+def _remove_empty(folder: Path) -> None:
+    inside = [f for name in (NUMBA, re.compile("__pycache__")) for f in _folders(folder, name)]
+    for empty in (*(f for g in inside for f in _folders(g, re.compile(".*"))), *inside, folder):
+        with suppress(OSError):
+            empty.rmdir()  # fails where something is left
+
+
+def _folders(root: Path, name: re.Pattern) -> Iterator[Path]:
+    """Folders in a folder, no links, and none that others can write into."""
+    with suppress(OSError):
+        for path in list(root.iterdir()):
+            with suppress(OSError):
+                status = path.lstat()
+                if name.fullmatch(path.name) and stat.S_ISDIR(status.st_mode) and trust.is_believed(status):
+                    yield path
+
+
+def _files(folder: Path) -> Iterator[tuple[Path, os.stat_result]]:
+    """Regular files in a folder, no links; other processes may remove some in the meantime."""
+    with suppress(OSError):
+        for path in list(folder.iterdir()):
+            with suppress(OSError):
+                status = path.lstat()
+                if stat.S_ISREG(status.st_mode):
+                    yield path, status

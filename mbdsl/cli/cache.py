@@ -1,0 +1,59 @@
+"""mbdsl cache: where machine code and runs of studies are kept, how much there is, and how to remove it."""
+
+from __future__ import annotations
+
+import argparse
+
+from mbdsl import cache_folder
+from mbdsl.errors import UsageError
+from mbdsl.wording import count, few
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "cache",
+        help="show or empty the folder of machine code and of runs of studies",
+        description="Show the folder where machine code and runs of studies are kept, what is in it, and why it is not "
+        "used if it is not. MBDSL_CACHE_DIR names another folder; its path has to be absolute, and nobody but you (or "
+        "root) may be able to write into it.",
+    )
+    parser.add_argument("--clear", action="store_true", help="remove what mbdsl wrote there, and no other file")
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    choice = cache_folder.chosen()
+    if args.clear:
+        _clear(choice)
+        return 0
+    print(f"folder: {choice.path}")
+    if choice.fault:
+        print(f"not used: {choice.fault}")
+        return 0
+    from mbdsl.studies.store import LARGEST
+
+    for what, entries, limit in (
+        ("machine code", cache_folder.code(choice.path), cache_folder.LARGEST),
+        ("runs of studies", cache_folder.runs(choice.path / cache_folder.STUDIES), LARGEST),
+    ):
+        size = sum(entry.size for entry in entries)
+        print(f"{what}: {_entries(len(entries))}, {size / 1e6:.1f} MB (limit: {limit / 1e6:.0f} MB)")
+    if problem := cache_folder.unwritable(choice.path):
+        print(f"only read from: {problem}")
+    return 0
+
+
+def _clear(choice: cache_folder.Choice) -> None:
+    if choice.fault:
+        raise UsageError(f"`{choice.path}` is not used, and not emptied: {choice.fault}")
+    try:
+        number, size = cache_folder.clear(choice.path)
+    except OSError as problem:
+        raise UsageError(f"cannot empty `{choice.path}`: {problem.strerror or problem}") from problem
+    print(f"removed {_entries(number)}, {size / 1e6:.1f} MB, from {choice.path}")
+    if left := sorted(path.name for path in choice.path.glob("*")):
+        print(f"left as it is, since it is not of mbdsl, or others can write into it: {few(left)}")
+
+
+def _entries(number: int) -> str:
+    return count(number, "entry", "entries")

@@ -1,0 +1,168 @@
+"""Files that only the user, or root, can have written.
+
+Machine code and runs of studies are believed as they lie on disk, so nobody else may have written them: a folder is
+trusted if it, and every folder and link that it is reached by, belongs to the user or to root, and no others can write
+into it. In a folder on the way the sticky bit is enough (``/tmp``), as others cannot rename or remove what is in it. A
+file is believed if it is a regular one, no link, with an owner and a mode of the same kind.
+
+The owner of ``/`` counts as root: in a user namespace, root's own files show another number. Where the system has no
+such owners (Windows), everything is trusted that can be read.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+OTHERS = stat.S_IWGRP | stat.S_IWOTH
+LINKS = 40  #: more of them on the way to a folder are a circle
+_SAFELY = os.O_CLOEXEC if hasattr(os, "O_CLOEXEC") else 0
+for _name in ("O_NOFOLLOW", "O_NONBLOCK", "O_NOCTTY", "O_BINARY"):  # a pipe must not be waited for
+    _SAFELY |= getattr(os, _name, 0)
+
+
+def has_owners() -> bool:
+    """Whether files have owners and modes that say who can change them."""
+    return hasattr(os, "geteuid")
+
+
+def fault_of(folder: str | os.PathLike) -> str:
+    """Why others can change what a folder holds, or which folder it is; "" if they cannot.
+
+    What does not exist yet is no fault: the folders that do are judged.
+    """
+    if not has_owners():
+        return ""
+    folder = os.path.abspath(folder)
+    steps: list[tuple[str, os.stat_result]] = []
+    try:
+        steps.extend(_way(folder))
+    except FileNotFoundError:
+        reached = False
+    except OSError as problem:
+        return f"`{folder}` cannot be reached ({problem.strerror})"
+    else:
+        reached = True
+    for k, (at, status) in enumerate(steps):
+        if not _is_ours(status.st_uid):
+            return f"`{at}` belongs to {_user(status.st_uid)} (try: set MBDSL_CACHE_DIR to a folder of your own)"
+        if stat.S_ISLNK(status.st_mode):
+            continue
+        if not stat.S_ISDIR(status.st_mode):
+            return f"`{at}` is no folder"
+        last = reached and k == len(steps) - 1
+        if status.st_mode & OTHERS and (last or not status.st_mode & stat.S_ISVTX):
+            return f"others can write into `{at}` (mode {stat.S_IMODE(status.st_mode):04o}; try: chmod go-w {at})"
+    return ""
+
+
+def _way(folder: str) -> Iterator[tuple[str, os.stat_result]]:
+    """All that is looked up on the way to a folder, links as well, and itself at last."""
+    at, rest, links = os.sep, folder.split(os.sep)[::-1], LINKS
+    yield at, os.lstat(at)
+    while rest:
+        name = rest.pop()
+        if name in ("", "."):
+            continue
+        if name == "..":
+            at = os.path.dirname(at)
+            continue
+        found = os.path.join(at, name)
+        status = os.lstat(found)
+        yield found, status
+        if not stat.S_ISLNK(status.st_mode):
+            at = found
+            continue
+        links -= 1
+        if links < 0:
+            raise OSError(0, "too many links")
+        target = os.readlink(found)
+        at = os.sep if target.startswith(os.sep) else at
+        rest += target.split(os.sep)[::-1]
+
+
+def _is_ours(owner: int) -> bool:
+    return owner in (0, os.geteuid(), os.lstat(os.sep).st_uid)
+
+
+def _user(number: int) -> str:
+    try:
+        import pwd
+
+        return f"user {pwd.getpwuid(number).pw_name}"
+    except (ImportError, KeyError):
+        return f"user {number}"
+
+
+def is_believed(status: os.stat_result) -> bool:
+    """Whether only the user or root can write a file of this status, or into such a folder; never of a link or pipe."""
+    if not stat.S_ISREG(status.st_mode) and not stat.S_ISDIR(status.st_mode):
+        return False
+    return not has_owners() or (_is_ours(status.st_uid) and not status.st_mode & OTHERS)
+
+
+def opened(path: Path) -> BinaryIO | None:
+    """A file for reading; None if it is not there, or others can have written it."""
+    try:
+        number = os.open(path, os.O_RDONLY | _SAFELY)
+    except OSError:
+        return None
+    status = os.fstat(number)
+    if not stat.S_ISREG(status.st_mode) or not is_believed(status):
+        os.close(number)
+        return None
+    return open(number, "rb")
+
+
+def make(folder: Path) -> None:
+    """Make a folder, and those it lies in, for the user alone.
+
+    Raises
+    ------
+    OSError
+    """
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+    except FileNotFoundError:
+        if folder.parent == folder:
+            raise
+        make(folder.parent)
+        folder.mkdir(mode=0o700, exist_ok=True)
+
+
+def part_of(path: Path) -> Path:
+    """Where a file is written before it has its name: another process may be writing the same."""
+    return path.with_name(f"{path.name}.{os.getpid()}.{threading.get_ident()}.part")
+
+
+def create(path: Path) -> BinaryIO:
+    """A new file for writing, whatever lies there; nobody else can write into it, with no umask.
+
+    Raises
+    ------
+    OSError
+    """
+    path.unlink(missing_ok=True)
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _SAFELY
+    return open(os.open(path, flags, 0o644), "wb")
+
+
+def write(path: Path, data: bytes) -> None:
+    """At once or not at all: another process may be reading, or writing the same.
+
+    Raises
+    ------
+    OSError
+    """
+    part = part_of(path)
+    try:
+        with create(part) as stream:
+            stream.write(data)
+        part.replace(path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
