@@ -47,6 +47,16 @@ def test_reference_of_kinds_is_up_to_date():
     assert reference() in (ROOT / "docs" / "language.md").read_text(encoding="utf-8")
 
 
+def test_every_promise_names_a_test_that_exists():
+    """``FILE::test``, or ``::test`` in the file named before."""
+    text, file, found = (ROOT / "docs" / "reliability.md").read_text(encoding="utf-8"), None, 0
+    for name, test in re.findall(r"`([\w/]+\.py)?::(\w+)`", text):
+        file = name or file
+        assert f"def {test}(" in (ROOT / file).read_text(encoding="utf-8"), f"{file}::{test}"
+        found += 1
+    assert found > 20
+
+
 def test_every_type_and_function_is_in_the_page():
     from mbdsl.lang.functions import FUNCTIONS
     from mbdsl.lang.units import _PLAIN, _PREFIXED
