@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
-from mbdsl import cache_folder
 from mbdsl.errors import UsageError
 from mbdsl.wording import count, few
+
+if TYPE_CHECKING:
+    from mbdsl.cache_folder import Choice
 
 
 def register(subparsers) -> argparse.ArgumentParser:
@@ -22,6 +25,8 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
+    from mbdsl import cache_folder
+
     choice = cache_folder.chosen()
     if args.clear:
         _clear(choice)
@@ -43,7 +48,9 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _clear(choice: cache_folder.Choice) -> None:
+def _clear(choice: Choice) -> None:
+    from mbdsl import cache_folder
+
     if choice.fault:
         raise UsageError(f"`{choice.path}` is not used, and not emptied: {choice.fault}")
     try:

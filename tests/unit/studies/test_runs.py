@@ -1,6 +1,8 @@
 """Runs of a study: kept, found again, computed side by side, interrupted, and out of time."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -246,6 +248,26 @@ def test_a_method_that_is_edited_while_it_runs(store, monkeypatch):
     told = []
     runs = runner(store, workers=2, announce=told.append).compute(CASES)
     assert all(run.done for run in runs.values()) and any("not what it was" in line for line in told)
+
+
+def test_processes_that_have_no_room_for_their_results(store, monkeypatch):
+    """What they have computed is computed here."""
+    monkeypatch.setattr(running, "ALONE", -1.0)
+    answer = json.dumps({"problem": workers.UNKEPT})
+    command = [sys.executable, "-c", f"import sys\nfor line in sys.stdin: print({answer!r}, flush=True)"]
+    pipe = subprocess.PIPE
+    monkeypatch.setattr(workers, "_start", lambda: subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True))
+    told = []
+    runs = runner(store, workers=2, announce=told.append).compute(CASES)
+    assert all(run.done for run in runs.values()) and any("could not hand over" in line for line in told)
+
+
+def test_a_process_says_that_it_has_no_room(store, monkeypatch):
+    of, case = setting(CRANK, 0.2), CASES[0]
+    job = json.loads(json.dumps(workers._job(of, store, case, key_of(of, case), 9.0), default=float))
+    monkeypatch.setattr(Store, "put", lambda self, key, run: False)
+    monkeypatch.setattr(running, "compute", lambda *arguments: Computed(case))
+    assert workers._answer(job, {}) == {"problem": workers.UNKEPT}
 
 
 def test_the_oldest_runs_go(store):
