@@ -424,6 +424,20 @@ def test_what_was_not_used_for_longest_goes(folder, monkeypatch):
     assert sum(entry.size for entry in cache_folder.code(folder)) == 3000
 
 
+def test_a_folder_that_another_process_has_just_removed(folder, monkeypatch):
+    """As it was empty."""
+    real = trust.write
+
+    def write(path, data):
+        if not cache_folder.runs(folder):  # the first time
+            planted(folder, f"{'0' * 32}.npz")
+            path.parent.rmdir()
+        real(path, data)
+
+    monkeypatch.setattr(trust, "write", write)
+    assert cache_folder.keep(OBJECT, b"code") == folder / OBJECT and cache_folder.read(OBJECT) == b"code"
+
+
 def test_files_that_were_not_finished_go(folder):
     old, now = (planted(folder, f"{VERSION}/mbdsl_a.o.{k}.{k}.part") for k in (1, 2))
     top = planted(folder, "probe.3.3.part")
