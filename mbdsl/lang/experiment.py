@@ -39,8 +39,14 @@ def read_experiment(annotations: list[s.Annotation], scope: Scope) -> Experiment
             call = part.value if isinstance(part.value, s.Call) and not part.name else None
             name = part.name or (write(call.function) if call else "")
             if name.lower() == "experiment":
+                if part.name and part.value is not None:
+                    raise ModelError("`experiment` has no value", span_of(part.at), "write `experiment(StopTime = ...)`")
+                here: set[str] = set()
                 for argument in part.modifiers or (call.arguments if call else ()):
                     _read(argument, scope, found)
+                    if argument.name in here:
+                        raise ModelError(f"`{argument.name}` is given twice", span_of(argument.at))
+                    here.add(argument.name)
                     places[argument.name] = argument
     intervals = found.pop("", None)
     experiment = Experiment(**found)
@@ -59,6 +65,9 @@ def _read(argument: s.Argument, scope: Scope, found: dict[str, Any]) -> None:
     if argument.name not in KEYS or argument.value is None:
         name = argument.name or write(argument.value)
         raise ModelError(f"experiment has no `{name}`", span_of(argument.at), did_you_mean(name, KEYS, "it has"))
+    if argument.modifiers or argument.indices:
+        at = argument.modifiers[0].at if argument.modifiers else argument.at
+        raise ModelError(f"`{argument.name}` takes a value only", span_of(at), f"write `{argument.name} = ...`")
     field, unit = KEYS[argument.name]
     value = evaluate(argument.value, scope)
     try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from math import prod
 
@@ -19,7 +19,7 @@ from mbdsl.lang.frames import alias, fixed_frame
 from mbdsl.lang.inputs import refuse_other_inputs
 from mbdsl.lang.library import Unit
 from mbdsl.lang.members import Array, Disabled, Entity, FrameMember, Namespace, TableMember
-from mbdsl.lang.modifiers import Contexts, Modifiers, bind, merge
+from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, bind, merge, refuse_inner
 from mbdsl.lang.parameters import make_slot
 from mbdsl.lang.parts import Part, Template
 from mbdsl.lang.scope import Scope
@@ -155,6 +155,7 @@ class Instance:
             self.namespace.members[d.name] = slot
             return
         if "outer" in d.prefixes:
+            self._refuse_changes_of_outer(d, given)
             self.namespace.members[d.name] = self._outer(d)
             return
         if d.prefixes & {"parameter", "constant"}:
@@ -166,6 +167,7 @@ class Instance:
         arguments = [Positional(e, scope, self.level) for e in positional]
         elements = given.elements if given is not None else {}
         if kind == "frame":
+            self._refuse_elements(d, elements)
             value = given.value if given is not None and given.value is not None else d.value
             where = given.scope if given is not None and given.value is not None else scope
             self._enter(
@@ -185,6 +187,8 @@ class Instance:
                 if name not in ("table", "smoothness", "extrapolation"):
                     hint = did_you_mean(name, ("table", "smoothness", "extrapolation"), "a Table has")
                     raise ModelError(f"a Table has no `{name}`", span_of(modifier.at), hint)
+                refuse_inner(modifier, f"`{name}` of Table `{d.name}`", f"write `{name} = ...`")
+            self._refuse_elements(d, elements)
             self._enter(d, looped, scope, lambda name, c, i: TableMember(self.assembly, name, modifiers, d.at))
         elif isinstance(kind, str):
             template = Template(kinds()[kind], modifiers)
@@ -272,6 +276,13 @@ class Instance:
         scope: Scope,
     ) -> Node | FrameMember:
         if value is not None:
+            if arguments or modifiers:
+                where = arguments[0].e.at if arguments else next(iter(modifiers.values())).at
+                raise ModelError(
+                    f"`{name}` is another name for `{write(value)}`, it takes nothing else",
+                    span_of(where),
+                    f"a frame at a place of its own: `Frame {d.name}({write(value)}, r = {{x, y}});`",
+                )
             member = FrameMember(
                 self.assembly, name, lambda: alias(Positional(value, scope, self.level), contexts), d.at
             )
@@ -295,6 +306,7 @@ class Instance:
                 raise ModelError(
                     f"a Frame has no `{key}`", span_of(modifier.at), did_you_mean(key, ("r", "phi"), "a Frame has")
                 )
+            refuse_inner(modifier, f"`{key}` of Frame `{name}`", f"write `{key} = ...`")
         make = lambda: fixed_frame(name, arguments[0], modifiers, contexts, d.at)  # noqa: E731
         member = FrameMember(self.assembly, name, make, d.at)
         self.assembly.frames.append(member)
@@ -326,6 +338,9 @@ class Instance:
                 span_of(arguments[len(connectors)].e.at),
                 "its connectors are those declared `Frame name;`",
             )
+        for c in connectors:
+            if c in modifiers and modifiers[c].value is not None:
+                refuse_inner(modifiers[c], f"connector `{c}` of `{name}`", f"write `{c} = ...`")
         taken = [c for c in connectors if c in modifiers and modifiers[c].value is not None]
         instance.modifiers = {k: m for k, m in modifiers.items() if k not in taken}
         instance.build()
@@ -342,6 +357,25 @@ class Instance:
         node = namespace.members.get(connector)
         if isinstance(node, Node):
             self.assembly.attach_connector(node, argument, contexts)
+
+    def _refuse_elements(self, d: s.Declaration, elements: Mapping[tuple[int, ...], Modifier]) -> None:
+        """Single elements of an array can be modified if they are components or sub-models."""
+        for index, modifier in elements.items():
+            shown = f"{d.name}[{', '.join(map(str, index))}]"
+            raise ModelError(f"`{shown}` cannot be modified alone", span_of(modifier.at), f"modify all of `{d.name}`")
+
+    def _refuse_changes_of_outer(self, d: s.Declaration, given: Modifier | None) -> None:
+        """What is declared elsewhere is given its values there."""
+        where = d.arguments[0].at if d.arguments else d.value.at if d.value is not None else None
+        if given is not None:
+            where = given.at
+        elif not (d.arguments or d.value is not None or d.indices):
+            return
+        raise ModelError(
+            f"`{d.name}` is declared in a model around this one and cannot be changed here",
+            span_of(where or d.at),
+            f"write `outer {d.type} {d.name};`, and give it its values where it is declared",
+        )
 
     def _outer(self, d: s.Declaration) -> Entity:
         above = self.namespace.parent

@@ -117,6 +117,14 @@ def bind(arguments: Iterable[s.Argument], scope: Scope, level: int) -> tuple[lis
     return positional, named
 
 
+def refuse_inner(modifier: Modifier, what: str, hint: str | None = None) -> None:
+    """Refuse ``m(foo = 3) = 1 kg`` and ``--set crank.m.value=99`` where ``what`` takes a value and nothing else."""
+    for name, inner in modifier.inner.items():
+        raise ModelError(f"{what} takes a value only, it has no attribute `{name}`", span_of(inner.at), hint)
+    for inner in modifier.elements.values():
+        raise ModelError(f"{what} takes a value only, its elements cannot be modified", span_of(inner.at), hint)
+
+
 def merge(stronger: Modifiers, weaker: Modifiers) -> Modifiers:
     """Modifiers of both, the first winning."""
     if not stronger:

@@ -9,7 +9,7 @@ from mbdsl.lang.assembly import Assembly
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.inputs import make_inputs, starts
 from mbdsl.lang.members import Namespace, Slot
-from mbdsl.lang.modifiers import Modifier, Modifiers, bind, merge
+from mbdsl.lang.modifiers import Modifier, Modifiers, bind, merge, refuse_inner
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import span_of
 from mbdsl.lang.units import Dimension
@@ -28,10 +28,6 @@ def make_slot(
     positional, own = bind(d.arguments, scope, level)
     if positional:
         raise ModelError(f'found `{write(positional[0])}`, expected attributes such as `unit = "kg"`', span_of(d.at))
-    for name, modifier in own.items():
-        if name not in ATTRIBUTES:
-            hint = did_you_mean(name, ATTRIBUTES, "attributes")
-            raise ModelError(f"a {d.type or 'parameter'} has no attribute `{name}`", span_of(modifier.at), hint)
     if given is not None and ("final" in d.prefixes or "constant" in d.prefixes):
         word = "final" if "final" in d.prefixes else "a constant"
         note = (("declared here", span_of(d.at)),)
@@ -41,6 +37,11 @@ def make_slot(
         if name not in ATTRIBUTES:
             hint = did_you_mean(name, ATTRIBUTES, "attributes")
             raise ModelError(f"a {d.type or 'parameter'} has no attribute `{name}`", span_of(modifier.at), hint)
+        refuse_inner(modifier, f"`{name}` of `{d.name}`", f"write `{name} = ...`")
+    start = given.inner.get("start") if given is not None else None
+    if start is not None and "input" not in d.prefixes and (d.value is not None or given.value is not None):  # type: ignore[union-attr]
+        hint = f"give it another value: `{d.name} = ...`" if constant else None
+        raise ModelError(f"`{d.name}` has a value, a start means nothing to it", span_of(start.at), hint)
     unit = quantities.type_unit(d.type) or ""
     full = namespace.full(d.name)
     slot = Slot(
@@ -68,6 +69,11 @@ def _evaluate(
         unit = slot.unit = _unit_attribute(written)
         if units.parse(unit).factor != 1.0:  # type: ignore[union-attr]
             slot.unit = quantities.unit_text(units.dimension(unit)).replace("1", "rad")  # values are kept in SI
+    for name, modifier in attributes.items():
+        read = modifier.evaluate() if modifier.value is not None else None
+        if name == "fixed" and not (isinstance(read, tuple) or (read is not None and isinstance(read.value, bool))):
+            found = "nothing" if read is None else values.describe(read)
+            raise ModelError(f"`fixed` is true or false, found {found}", modifier.value_span())
     dimension: Dimension | None = units.dimension(unit) if unit else None
     sizes = [
         functions.count(evaluate(i, scope), f"the size of {what}") if not isinstance(i, s.Everything) else -1

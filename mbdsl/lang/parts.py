@@ -15,7 +15,7 @@ from mbdsl.lang import check, demands, expressions, units
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.expressions import Expr
-from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers
+from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
 from mbdsl.lang.signals import Formula, Signals, formula
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
@@ -43,17 +43,23 @@ class Template:
         """Complain about modifiers that the kind does not know."""
         kind = self.kind
         signals = {signal.name for signal in kind.signals}
+        known = [*(p.name for p in kind.parameters), *kind.ports]
         for name, modifier in self.modifiers.items():
             start = bool(modifier.inner) and modifier.value is None
             if (kind.parameter(name) and not (start and name in signals)) or name in kind.ports:
+                if name != "frames":
+                    refuse_inner(modifier, f"`{name}` of {kind.name} `{owner}`", f"{kind.name} takes: {', '.join(known)}")
+                else:
+                    for frame, inner in modifier.inner.items():
+                        refuse_inner(inner, f"frame `{frame}` of `{owner}`", f"write `{frame} = {{x, y}}`")
                 continue
             if start and name in signals:
                 for attribute, inner in modifier.inner.items():
                     if attribute not in ("start", "fixed"):
                         hint = did_you_mean(attribute, ("start", "fixed"), "attributes of a signal")
                         raise ModelError(f"a signal has no attribute `{attribute}`", span_of(inner.at), hint)
+                    refuse_inner(inner, f"`{attribute}` of `{owner}.{name}`", f"write `{attribute} = ...`")
                 continue
-            known = [*(p.name for p in kind.parameters), *kind.ports]
             if name in signals:
                 message = f"`{name}` of `{owner}` is a signal; only its start can be given"
                 raise ModelError(message, span_of(modifier.at), f"write `{name}(start = ..., fixed = true)`")
@@ -129,9 +135,6 @@ class Part:
                 continue
             modifier = self._modifier(parameter.name)
             if modifier is None:
-                given = self.template.modifiers.get(parameter.name)
-                if given is not None and given.inner:
-                    raise ModelError(f"`{parameter.name}` takes a value, not modifiers", span_of(given.at))
                 if parameter.default is REQUIRED:
                     raise self._missing(parameter)
                 found[parameter.name] = parameter.default
