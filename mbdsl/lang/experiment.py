@@ -40,7 +40,8 @@ def read_experiment(annotations: list[s.Annotation], scope: Scope) -> Experiment
             name = part.name or (write(call.function) if call else "")
             if name.lower() == "experiment":
                 if part.name and part.value is not None:
-                    raise ModelError("`experiment` has no value", span_of(part.at), "write `experiment(StopTime = ...)`")
+                    hint = "write `experiment(StopTime = ...)`"
+                    raise ModelError("`experiment` has no value", span_of(part.at), hint)
                 here: set[str] = set()
                 for argument in part.modifiers or (call.arguments if call else ()):
                     _read(argument, scope, found)

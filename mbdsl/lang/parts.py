@@ -48,7 +48,8 @@ class Template:
             start = bool(modifier.inner) and modifier.value is None
             if (kind.parameter(name) and not (start and name in signals)) or name in kind.ports:
                 if name != "frames":
-                    refuse_inner(modifier, f"`{name}` of {kind.name} `{owner}`", f"{kind.name} takes: {', '.join(known)}")
+                    takes = f"{kind.name} takes: {', '.join(known)}"
+                    refuse_inner(modifier, f"`{name}` of {kind.name} `{owner}`", takes)
                 else:
                     for frame, inner in modifier.inner.items():
                         refuse_inner(inner, f"frame `{frame}` of `{owner}`", f"write `{frame} = {{x, y}}`")

@@ -28,12 +28,12 @@ end S;
 """
 
 
-def load(line="", overrides={}):
-    return parse(MODEL.format(line), "a.mbd", overrides, "A")
+def load(line="", overrides=None):
+    return parse(MODEL.format(line), "a.mbd", overrides or {}, "A")
 
 
 @pytest.mark.parametrize(
-    "line, word, named",
+    ("line", "word", "named"),
     [
         ("Rod x(m(foo = 3) = 1 kg, length = 1 m);", "foo", "m, length, frames"),
         ("Rod x(m = 1 kg, length(min = 5) = 1 m);", "min", "m, length, frames"),
@@ -66,7 +66,7 @@ def test_in_a_model(line, word, named):
 
 
 @pytest.mark.parametrize(
-    "name, named",
+    ("name", "named"),
     [
         ("r.m.value", "m, length, frames"),
         ("L.value", "attributes: unit, min, max"),
@@ -90,7 +90,7 @@ def test_from_outside(name, named):
 
 
 @pytest.mark.parametrize(
-    "name, value, read",
+    ("name", "value", "read"),
     [
         ("r.m", "99", lambda scene: scene.components["r"].values["m"]),
         ("s.q.m", "99", lambda scene: scene.components["s.q"].values["m"]),
