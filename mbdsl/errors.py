@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from mbdsl.visible import visible, width
+
 if TYPE_CHECKING:
     from mbdsl.trajectory import Trajectory
 
@@ -61,17 +63,24 @@ class MbdslError(Exception):
 
     def render(self) -> str:
         """The whole message as a person reads it, several lines."""
-        lines = [f"{self.span}: {self.severity}: {self.message}" if self.span else f"{self.severity}: {self.message}"]
-        lines += _excerpt(self.span)
+        lines = [_line(f"{_where(self.span)}{self.severity}: {self.message}"), *_excerpt(self.span)]
         for text, span in self.notes:
-            lines.append(f"{span}: note: {text}" if span else f"note: {text}")
-            lines += _excerpt(span)
+            lines += [_line(f"{_where(span)}note: {text}"), *_excerpt(span)]
         if self.hint:
-            lines.append(f"  = {self.hint}")
+            lines.append(_line(f"  = {self.hint}"))
         return "\n".join(lines)
 
     def __str__(self) -> str:
         return self.render()
+
+
+def _where(span: Span | None) -> str:
+    return f"{span}: " if span else ""
+
+
+def _line(text: str) -> str:
+    """One line, whatever names and values it quotes."""
+    return visible(text, line=True)
 
 
 def _excerpt(span: Span | None) -> list[str]:
@@ -81,8 +90,9 @@ def _excerpt(span: Span | None) -> list[str]:
     text, start = span.text.rstrip("\n"), span.column - 1
     left = max(0, start - 80)
     shown = text[left : left + 160]
-    pad = "".join("\t" if c == "\t" else " " for c in shown[: start - left])
-    return [f"    {shown}", f"    {pad}{'^' * max(1, min(span.length, len(shown) - len(pad)))}"]
+    before, marked = shown[: start - left], shown[start - left : start - left + span.length]
+    pad = "\t".join(" " * width(visible(part)) for part in before.split("\t"))
+    return [f"    {visible(shown)}", f"    {pad}{'^' * max(1, width(visible(marked)))}"]
 
 
 class SyntaxProblem(MbdslError):

@@ -15,6 +15,9 @@ from mbdsl.errors import ModelError, Span
 from mbdsl.lang.expressions import COORDINATES, Expr, const, coordinate
 from mbdsl.wording import did_you_mean
 
+#: signals that every model has; no variable of a model may have one of these names
+ENERGIES = ("energy.kinetic", "energy.potential", "energy.total")
+
 
 @dataclass(frozen=True)
 class Table:

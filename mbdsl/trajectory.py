@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.lang.expressions import Expr, const, coordinate, leaves
-from mbdsl.scene import Scene
+from mbdsl.scene import ENERGIES, Scene
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.bodies import Rigid
 from mbdsl.system.initial import Moved
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 UNITS = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
-ENERGIES = ("energy.kinetic", "energy.potential", "energy.total")
 ACCELERATIONS = {"ax": "m/s2", "ay": "m/s2", "alpha": "rad/s2"}
 
 
@@ -215,7 +214,7 @@ class Trajectory:
 
     def _compute(self, name: str) -> None:
         owner, key = name.rsplit(".", 1)
-        if owner == "energy":
+        if name in ENERGIES:
             self._known.update(zip(ENERGIES, self._energy(), strict=True))
             return
         if key in ACCELERATIONS:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import os
 import pkgutil
 import re
 import sys
@@ -19,6 +18,8 @@ from types import ModuleType
 from typing import NoReturn
 
 import mbdsl
+from mbdsl.cli._streams import BROKEN_PIPE as BROKEN_PIPE
+from mbdsl.cli._streams import Streams
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.interrupts import terminated
 from mbdsl.wording import did_you_mean
@@ -26,7 +27,6 @@ from mbdsl.wording import did_you_mean
 #: the start of a negative value, such as -1ms
 NEGATIVE = re.compile(r"-\.?\d")
 INTERRUPTED = 130
-BROKEN_PIPE = 141
 EPILOG = """\
 exit codes: 0 done, 2 wrong input, 3 no consistent initial state or no
 equilibrium, 4 the integration failed or did not reach the accuracy asked for,
@@ -79,18 +79,14 @@ def make_parser() -> Parser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code. Errors are told in words; ``--debug`` shows tracebacks before."""
     argv = sys.argv[1:] if argv is None else list(argv)
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # a terminal without Unicode gets escapes instead of a failure
-            stream.reconfigure(errors="backslashreplace")
+    with Streams() as streams:
+        return streams.exit_code(_answer(argv))
+
+
+def _answer(argv: list[str]) -> int:
     try:
         with terminated():
-            code = _run(argv)
-        sys.stdout.flush()
-        return code
-    except BrokenPipeError:
-        # The reader has left (| head). Python would complain once more when it flushes at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return BROKEN_PIPE
+            return _run(argv)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return INTERRUPTED

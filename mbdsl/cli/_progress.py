@@ -6,6 +6,8 @@ import shutil
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TextIO
 
+from mbdsl.visible import visible
+
 if TYPE_CHECKING:
     from mbdsl.simulation import Progress
     from mbdsl.studies.runner import Told
@@ -19,6 +21,7 @@ class _Line:
 
     def __init__(self, stream: TextIO) -> None:
         self.stream = stream
+        self._move: Callable[[str], object] = getattr(stream, "write_raw", stream.write)
         self.terminal = stream.isatty()
         self.shown = False
         self.next = PATIENCE
@@ -29,10 +32,10 @@ class _Line:
             return
         if self.terminal:
             width = max(20, shutil.get_terminal_size().columns - 1)
-            self.stream.write("\r" + whole(self._block()).ljust(width)[:width])
+            self._move("\r" + visible(whole(self._block()), line=True).ljust(width)[:width])
             self.next = seconds + 0.1
         else:
-            self.stream.write(text() + "\n")
+            self.stream.write(visible(text(), line=True) + "\n")
             self.next = seconds + BETWEEN_LINES
         self.shown = True
         self.stream.flush()
@@ -47,7 +50,7 @@ class _Line:
 
     def close(self) -> None:
         if self.terminal and self.shown:
-            self.stream.write("\r" + " " * max(20, shutil.get_terminal_size().columns - 1) + "\r")
+            self._move("\r" + " " * max(20, shutil.get_terminal_size().columns - 1) + "\r")
             self.stream.flush()
         self.shown = False
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from mbdsl.lang.expression_text import text
 from mbdsl.lang.expressions import Expr
 from mbdsl.scene import Scene, Table
+from mbdsl.visible import visible
 
 
 def describe(scene: Scene) -> str:
-    lines = [f"scene {scene.name}" + (f'  "{scene.doc}"' if scene.doc else "")]
+    lines = [f"scene {scene.name}" + (f'  "{visible(scene.doc, line=True)}"' if scene.doc else "")]
     section(lines, "parameters", [f"{p.name} = {value(p.value)} {p.unit}".rstrip() for p in scene.parameters.values()])
     section(lines, "inputs", [f"{x.name}(start = {value(x.start)}) {x.unit}".rstrip() for x in scene.inputs.values()])
     for c in scene.components.values():
@@ -54,4 +55,4 @@ def value(v) -> str:
         return f"table of {len(v.u)} points ({v.smoothness}, {v.extrapolation})"
     if isinstance(v, tuple):
         return "{" + ", ".join(value(x) for x in v) + "}"
-    return f'"{v}"' if isinstance(v, str) else repr(v)
+    return f'"{visible(v, line=True)}"' if isinstance(v, str) else repr(v)

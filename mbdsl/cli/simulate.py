@@ -17,6 +17,7 @@ from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.files import write_text
 from mbdsl.interrupts import deferred
+from mbdsl.visible import visible
 from mbdsl.wording import once
 
 if TYPE_CHECKING:
@@ -309,7 +310,7 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
     lines = [
         f"{trajectory.scene.name}: {steps} steps of {stats['method']} to t = {reached:g} s, "
         f"{work} {what} ({work / max(1, steps):.2f} a step), {seconds['integrate']:.3g} s; {error(stats)}",
-        f"{output}: {len(trajectory.t)} rows, time and {len(names)} signals",
+        f"{visible(output, line=True)}: {len(trajectory.t)} rows, time and {len(names)} signals",
     ]
     if stats["pivoting_from"] is not None:
         lines.append(f"from t = {stats['pivoting_from']:g} s on with a search for pivots: without it, one was lost")

@@ -23,7 +23,7 @@ from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.lang.write import write
-from mbdsl.scene import Component, Experiment, Frame, Input, ParameterValue, Scene
+from mbdsl.scene import ENERGIES, Component, Experiment, Frame, Input, ParameterValue, Scene
 
 _COORDINATE_UNIT = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
 _COORDINATE_DIMENSION = {key: units.dimension(unit) for key, unit in _COORDINATE_UNIT.items()}
@@ -295,6 +295,12 @@ class Assembly:
             else:
                 for suffix, q in _scalars(value):
                     if not isinstance(q.value, str):
+                        if slot.name + suffix in ENERGIES:
+                            raise ModelError(
+                                f"every model has a signal `{slot.name}`, its energy; a variable cannot be called so",
+                                span_of(slot.at),
+                                f"give the sub-model `{slot.name.split('.')[0]}` or the variable another name",
+                            )
                         variables[slot.name + suffix] = expressions.expr(q.value)
         return parameters, variables, inputs
 

@@ -6,11 +6,11 @@ import json
 import os
 import re
 from collections.abc import Iterator, Sequence
-from html import escape
 from pathlib import Path
 
 from mbdsl.files import write_text
 from mbdsl.plotting import svg
+from mbdsl.plotting.escaping import escape, seen
 from mbdsl.plotting.figures import Figure, Page, Table
 from mbdsl.plotting.frames import Frame, lay_out, names
 from mbdsl.plotting.looks import NEUTRAL, Look, looks
@@ -78,7 +78,7 @@ def _figure(figure: Figure, key: str, known: dict[str, Look]) -> Iterator[str]:
     yield f'<div class="scroll">\n{svg.picture(frame, key, classes)}\n</div>'
     yield from _outcomes(frame)
     # `<` would let a text end the element; as an escape it is the same JSON.
-    data = json.dumps(svg.hover(frame), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    data = json.dumps(seen(svg.hover(frame)), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     yield f'<script type="application/json">{data.replace("<", chr(92) + "u003c")}</script>\n</figure>'
 
 

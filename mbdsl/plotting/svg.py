@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from html import escape
 from typing import Any
 
 from mbdsl.plotting.axes import number
+from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.frames import Drawn, Frame
 from mbdsl.plotting.looks import MARKS
 

@@ -1,0 +1,22 @@
+"""Texts of models and messages in pages and pictures: shown, never markup and never control characters."""
+
+from __future__ import annotations
+
+import html
+from typing import Any
+
+from mbdsl.visible import visible
+
+
+def escape(text: str) -> str:
+    """``text`` for the inside of an element or an attribute."""
+    return html.escape(visible(text))
+
+
+def seen(data: Any) -> Any:
+    """The same data, its texts with control and format characters escaped."""
+    if isinstance(data, str):
+        return visible(data)
+    if isinstance(data, dict):
+        return {seen(key): seen(value) for key, value in data.items()}
+    return [seen(x) for x in data] if isinstance(data, list | tuple) else data
