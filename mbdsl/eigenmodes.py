@@ -31,6 +31,7 @@ from mbdsl.bases import Moving, Still, of_positions
 from mbdsl.eigenvalues import lowest, normalised, one_of_each, reduced
 from mbdsl.equilibrium import prepare, settle
 from mbdsl.errors import UsageError
+from mbdsl.extremes import blame_extremes
 from mbdsl.saddle import Array, dense
 from mbdsl.scene import Scene
 from mbdsl.simulation import simulate
@@ -186,6 +187,7 @@ class Modes(Sequence[Mode]):
         return "\n".join([*lines, *(f"note: {text}" for text in self.notes)])
 
 
+@blame_extremes
 def eigen(
     model: Scene | Builder | str | PathLike,
     at: str | float = "static",

@@ -24,6 +24,7 @@ from mbdsl import cache_folder, jit
 from mbdsl import graph as mechanism_graph
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import EquilibriumError, UsageError
+from mbdsl.extremes import blame_extremes
 from mbdsl.lang.expressions import is_velocity_level
 from mbdsl.overdamped import Search, movers
 from mbdsl.saddle import Array, dense
@@ -170,6 +171,7 @@ def prepare(
     return system, mechanism
 
 
+@blame_extremes
 def static(
     model: Scene | Builder | str | PathLike,
     *,

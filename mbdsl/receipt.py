@@ -18,6 +18,7 @@ from mbdsl.elements import kinds
 from mbdsl.elements import modules as element_modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import Span
+from mbdsl.extremes import blame_extremes
 from mbdsl.integrators import backend, declared
 from mbdsl.lang.expressions import Expr, is_velocity_level, leaves
 from mbdsl.motion import Motion, Moving, Plan
@@ -66,6 +67,7 @@ class Receipt:
         return _text(self)
 
 
+@blame_extremes
 def explain(
     model: Scene | Builder | str | PathLike,
     *,

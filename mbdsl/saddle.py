@@ -103,3 +103,16 @@ class Saddle:
         for _ in range(3):
             x = x + self._solve(right - self._S @ x)
         return self.d * x[: self.n], self.kappa * self.r * x[self.n :]
+
+
+def least_squares(A: Array, b: Array, rcond: float | None = None) -> Array:
+    """The shortest x of least ``|A x - b|``; LAPACK prints to the terminal where it is given what is not finite.
+
+    Raises
+    ------
+    LinAlgError
+        A or b holds a value that is not finite, or the singular values were not found.
+    """
+    if not (np.isfinite(A).all() and np.isfinite(b).all()):
+        raise np.linalg.LinAlgError("least squares of values that are not finite")
+    return np.linalg.lstsq(A, b, rcond=rcond)[0].astype(float, copy=False)

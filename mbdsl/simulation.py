@@ -16,6 +16,7 @@ from mbdsl.calibration import Found, calibrated
 from mbdsl.checkpoint import Checkpoint, Keeper, of_run
 from mbdsl.doubts import doubts
 from mbdsl.errors import Interrupted, UsageError
+from mbdsl.extremes import blame_extremes
 from mbdsl.failures import check_bending, check_left_out, failure, inaccurate
 from mbdsl.integrators import declared, state
 from mbdsl.integrators.options import check_options
@@ -69,6 +70,7 @@ def as_scene(
     return model.scene()
 
 
+@blame_extremes
 def simulate(
     model: Scene | Builder | str | PathLike,
     *,

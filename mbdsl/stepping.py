@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
+from mbdsl.extremes import blame_extremes
 from mbdsl.failures import check_bending, failure
 from mbdsl.integrators import backend, declared, state
 from mbdsl.integrators.options import check_options
@@ -96,6 +97,7 @@ class Simulation:
         As :func:`mbdsl.simulate` does.
     """
 
+    @blame_extremes
     def __init__(
         self,
         model: Scene | Builder | str | PathLike,

@@ -13,6 +13,7 @@ import pkgutil
 import re
 import sys
 import traceback
+import warnings
 from collections.abc import Sequence
 from types import ModuleType
 from typing import NoReturn
@@ -79,7 +80,9 @@ def make_parser() -> Parser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code. Errors are told in words; ``--debug`` shows tracebacks before."""
     argv = sys.argv[1:] if argv is None else list(argv)
-    with Streams() as streams:
+    with Streams() as streams, warnings.catch_warnings():
+        if "--debug" not in argv:  # numpy's, of overflows: what comes of them is told in words
+            warnings.simplefilter("ignore", RuntimeWarning)
         return streams.exit_code(_answer(argv))
 
 

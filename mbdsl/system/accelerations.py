@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.saddle import least_squares
 from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
@@ -81,7 +82,7 @@ def _solve_motion(
         r = b - K @ x
         size = np.abs(b).max(initial=0.0)
         if not (np.abs(r).max(initial=0.0) <= ACCURATE * size and np.abs(x).max(initial=0.0) <= BOUNDED * size):
-            x = np.linalg.lstsq(K, b, rcond=1e-13)[0]  # of any rank
+            x = least_squares(K, b, 1e-13)  # of any rank
             r = b - K @ x
     else:
         from scipy.sparse import block_array, csc_array, diags_array

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.graph import MechanismGraph
 from mbdsl.lang.expressions import is_velocity_level
-from mbdsl.saddle import row_size, scaled
+from mbdsl.saddle import least_squares, row_size, scaled
 from mbdsl.scene import InitialValue
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.metric import Metric
@@ -250,7 +250,7 @@ def _constrained(weight: Array, r_w: Array, A_s: Matrix, r_s: Array, J: Matrix, 
         if Z.shape[1]:
             A = np.vstack([weight[:, None] * Z, A_s @ Z])
             b = -np.concatenate([r_w + weight * d, r_s + A_s @ d])
-            d = d + Z @ np.linalg.lstsq(A, b, rcond=None)[0]
+            d = d + Z @ least_squares(A, b)
         return d
     from scipy.sparse import block_array, csc_array, csr_array, diags_array
     from scipy.sparse.linalg import splu
@@ -348,7 +348,7 @@ def redundant_rows(system: System, t: float, q: Array, v: Array) -> tuple[int, .
     near = q + (1e-2 / size if size else 0.0) * direction / scale
     for _ in range(20):
         J, r = _without_units(system.Phi_q(t, near), system.Phi(t, near), scale)
-        near = near - np.linalg.lstsq(J, r, rcond=1e-9)[0] / scale
+        near = near - least_squares(J, r, 1e-9) / scale
     if np.abs(_without_units(system.Phi_q(t, near), system.Phi(t, near), scale)[1]).max() > 1e-10:
         return ()  # no pose nearby: nothing is known of it
     return _dependent(rows(system.velocity_jacobian(t, near, v)))

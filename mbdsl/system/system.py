@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl import layout
+from mbdsl.extremes import blame_extremes
 from mbdsl.graph import MechanismGraph
 from mbdsl.graph import build as build_graph
 from mbdsl.lang.expressions import Expr, const, substitute
@@ -433,6 +434,7 @@ class System:
         return "\n".join(lines)
 
 
+@blame_extremes
 def build(
     scene: Scene, graph: MechanismGraph | None = None, general: bool = False, size: float | None = None
 ) -> System:

@@ -1,0 +1,106 @@
+"""Arithmetic that fails because a model holds numbers no computation can take, such as a mass of 1e300 kg.
+
+Such numbers are not forbidden: many models run with them. Where a computation ends in an overflow, a division by zero
+or a matrix without an inverse, the model is looked through for them, and the error names the worst. Without any, the
+error is a defect of mbdsl and passes on as it is.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Iterator
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
+
+from mbdsl.errors import ModelError, Span
+from mbdsl.lang.expressions import Expr, walk
+from mbdsl.scene import Scene, Table
+
+#: sizes in SI units beyond which a number of a mechanism is suspected; its square is still a double
+LARGE, SMALL = 1e25, 1e-25
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def blame_extremes(function: Callable[P, R]) -> Callable[P, R]:
+    """Decorate a function of a model: failing arithmetic is blamed on extreme numbers of that model, if there are any.
+
+    The first argument that is a Scene or is called ``model`` is the model.
+
+    Raises
+    ------
+    ModelError
+        In place of ArithmeticError, ValueError and numpy's LinAlgError (which is one), with the number's place.
+    """
+    signature = inspect.signature(function)
+
+    @wraps(function)
+    def blaming(*args: P.args, **named: P.kwargs) -> R:
+        try:
+            return function(*args, **named)
+        except (ArithmeticError, ValueError, RuntimeWarning) as problem:  # warnings, where they are set to be errors
+            told = _blamed(signature.bind(*args, **named).arguments, problem)
+            if told is None:
+                raise
+            raise told from problem
+
+    return blaming
+
+
+def _blamed(arguments: dict[str, Any], problem: Exception) -> ModelError | None:
+    from mbdsl.simulation import as_scene
+
+    scene = next((value for value in arguments.values() if isinstance(value, Scene)), None)
+    if scene is None and "model" in arguments:
+        scene = as_scene(arguments["model"], arguments.get("parameters"), arguments.get("without", ()))
+    found = [entry for entry in _numbers(scene) if _extreme(entry[1])] if scene is not None else []
+    if not found:
+        return None
+    given = [entry for entry in found if entry[0].startswith("`")]  # rather than places that follow from them
+    name, x, span = max(given or found, key=lambda entry: abs(math.log10(abs(entry[1]))))
+    size = "large" if abs(x) > 1.0 else "small"
+    return ModelError(
+        f"{name} is {x:g}: numbers so {size} cannot be computed with ({' '.join(str(problem).split())})",
+        span,
+        "numbers are in SI units here; give sizes of a mechanism",
+    )
+
+
+def _extreme(x: float) -> bool:
+    return math.isfinite(x) and x != 0.0 and not SMALL <= abs(x) <= LARGE
+
+
+def _numbers(scene: Scene) -> Iterator[tuple[str, float, Span | None]]:
+    """All numbers of a scene: what they belong to, value in SI, place."""
+    for c in scene.components.values():
+        for name, value in c.values.items():
+            for x in _of(value):
+                yield f"`{name}` of {c.kind.name} `{c.name}`", x, c.span
+    for frame in scene.frames.values():
+        for x in (frame.x, frame.y, frame.phi):
+            yield f"the place of frame `{frame.name}`", x, frame.span
+    for initial in scene.initial:
+        yield f"the initial value of `{initial.name}`", initial.value, initial.span
+    for given in scene.inputs.values():
+        yield f"the start of `{given.name}`", given.start, given.span
+    for name, expression in scene.variables.items():
+        for x in _of(expression):
+            yield f"a number of `{name}`", x, None
+    for name in ("start", "stop", "interval", "tolerance", "step"):
+        for x in _of(getattr(scene.experiment, name)):
+            yield f"`{name}` of the experiment", x, None
+
+
+def _of(value: object) -> Iterator[float]:
+    if isinstance(value, Expr):
+        for node in walk(value):
+            yield from _of(node.value[0] if node.op == "table" else node.value)  # type: ignore[index]
+    elif isinstance(value, Table):
+        yield from (*value.u, *value.y)
+    elif isinstance(value, tuple):
+        for inner in value:
+            yield from _of(inner)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield float(value)
