@@ -90,5 +90,6 @@ def read(path: str | os.PathLike) -> tuple[dict[str, np.ndarray], dict[str, str 
         return module.read(Path(path))
     except OSError as problem:
         raise UsageError(f"cannot read `{path!s}`: {problem.strerror or problem}") from problem
-    except (ValueError, KeyError, IndexError, TypeError) as problem:
-        raise UsageError(f"`{path!s}` is not a {module.SUFFIX} result file: {problem}") from problem
+    except Exception as problem:  # damaged bytes make zipfile, zlib, json, numpy and scipy raise what each of them has
+        why = " ".join(str(problem).split())[:200] or type(problem).__name__
+        raise UsageError(f"`{path!s}` is not a {module.SUFFIX} result file, or is damaged: {why}") from problem

@@ -1,0 +1,82 @@
+"""Damaged result files: an error of one line or the values as they were, never another exception."""
+
+import random
+
+import numpy as np
+import pytest
+
+from mbdsl import results
+from mbdsl.cli import main
+from mbdsl.errors import UsageError
+
+COLUMNS = {"time": np.linspace(0.0, 1.0, 5), "a.x": np.arange(5.0), "b.y": np.ones(5)}
+META = {"complete": True, "model": "M", "step": 1e-3}
+
+
+def written(path):
+    results.write(path, COLUMNS, {"time": "s", "a.x": "m"}, META)
+    return path.read_bytes()
+
+
+def tell(path, data):
+    """The message, or None if something was read."""
+    path.write_bytes(data)
+    try:
+        results.read(path)
+    except UsageError as problem:
+        assert "\n" not in problem.message
+        return problem.message
+    return None
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("suffix", [".npz", ".nc", ".mat"])
+def test_damaged_bytes(suffix, tmp_path):
+    path = tmp_path / f"x{suffix}"
+    good = written(path)
+    draw = random.Random(14)
+    for _ in range(400):
+        data = bytearray(good)
+        data[draw.randrange(len(data))] = draw.randrange(256)
+        tell(path, bytes(data))
+    for cut in range(0, len(good), 7):
+        assert "is not a" in tell(path, good[:cut])
+    for _ in range(50):
+        assert "is not a" in tell(path, draw.randbytes(draw.randrange(1000)))
+
+
+@pytest.mark.parametrize("field", [4, 6, 8], ids=["version needed", "flags", "compression"])
+def test_fields_of_the_archive(field, tmp_path):
+    """Of the last member, in its local header and in the directory (PKWARE's APPNOTE, 4.3.7 and 4.3.12)."""
+    path = tmp_path / "x.npz"
+    data = bytearray(written(path))
+    data[data.rindex(b"PK\x03\x04") + field] = data[data.rindex(b"PK\x01\x02") + field + 2] = 99
+    assert "damaged" in tell(path, bytes(data))
+
+
+def test_pickles_are_never_opened(tmp_path):
+    class Bomb:
+        def __reduce__(self):
+            return (tmp_path.joinpath("opened").touch, ())
+
+    path = tmp_path / "x.npz"
+    np.savez(path, time=np.array([Bomb()], dtype=object))
+    (tmp_path / "opened").unlink(missing_ok=True)
+    assert tell(path, path.read_bytes()) is not None
+    assert not (tmp_path / "opened").exists()
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".nc"])
+def test_a_study_is_given_a_damaged_reference(suffix, tmp_path, capsys):
+    reference = tmp_path / f"r{suffix}"
+    data = written(reference)
+    reference.write_bytes(data[: len(data) // 2])
+    model = tmp_path / "m.mbd"
+    model.write_text(
+        "model M Ground ground; Rod r(m = 1 kg, length = 1 m); Revolute p(ground, r.a);\n"
+        "annotation(experiment(StopTime = 0.01 s)); end M;"
+    )
+    code = main(["study", "convergence", str(model), "--steps", "1ms,2ms", "--reference", str(reference)])
+    told = capsys.readouterr().err
+    assert (code, told.count("\n")) == (2, 1)
+    assert told.startswith(f"error: `{reference}` is not a {suffix} result file, or is damaged: ")
