@@ -70,7 +70,6 @@ def as_scene(
     return model.scene()
 
 
-@blame_extremes
 def simulate(
     model: Scene | Builder | str | PathLike,
     *,
@@ -160,6 +159,7 @@ def simulate(
     return found
 
 
+@blame_extremes
 def simulated(
     model: Scene | Builder | str | PathLike,
     *,

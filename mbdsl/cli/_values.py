@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -105,12 +106,16 @@ def check_folder(path: Path) -> None:
     UsageError
         It is a file, the folder around it is not there, or nothing can be written into it.
     """
-    if path.exists() and not path.is_dir():
-        raise UsageError(f"cannot write into `{path}`: it is a file")
-    if not path.resolve().parent.is_dir():
-        raise UsageError(f"cannot write into `{path}`: there is no folder `{path.parent}`")
+    around = Path(os.path.realpath(path)).parent
     try:
-        _try_to_write(path if path.is_dir() else path.resolve().parent)
+        os.stat(path)
+        if not path.is_dir():
+            raise UsageError(f"cannot write into `{path}`: it is a file")
+        _try_to_write(path)
+    except FileNotFoundError as problem:
+        if not around.is_dir():
+            raise UsageError(f"cannot write into `{path}`: there is no folder `{path.parent}`") from problem
+        _try_to_write(around)
     except OSError as problem:
         raise UsageError(f"cannot write into `{path}`: {problem.strerror or problem}") from problem
 
@@ -119,8 +124,11 @@ def _try_to_write(folder: Path) -> None:
     """By a file that is gone at once: what a file system refuses, no permissions tell."""
     import tempfile
 
-    with tempfile.NamedTemporaryFile(dir=folder, prefix=".mbdsl"):
-        pass
+    try:
+        with tempfile.NamedTemporaryFile(dir=folder, prefix=".mbdsl"):
+            pass
+    except OSError as problem:
+        raise UsageError(f"cannot write into `{folder}`: {problem.strerror or problem}") from problem
 
 
 def add_model(parser: argparse.ArgumentParser) -> None:
