@@ -1,9 +1,11 @@
 """Written files are whole, keep their modes, and never replace a device, a pipe, an input or another output."""
 
 import os
+import re
 import signal
 import stat
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -108,6 +110,19 @@ def test_what_fails_half_way_leaves_what_was_there(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         fail()
     assert path.read_text(encoding="utf-8") == "old" and os.listdir(tmp_path) == ["a.txt"]
+
+
+def test_all_files_are_written_whole():
+    """By this module alone; caches and stores, which may lose what they hold, do the same on their own."""
+    package = Path(files.__file__).parent
+    own = {"files.py", "cache_folder.py", "trust.py", "jit.py", "studies/store.py", "lang/lalr.py", "lang/reference.py"}
+    opens = re.compile(r"\.write_text\(|\.write_bytes\(|(?<!archive\.)\bopen\([^)]*, \"[wax]b?\"|savefig\((?!stream)|np\.save")
+    found = {
+        path.relative_to(package).as_posix()
+        for path in package.rglob("*.py")
+        if opens.search(path.read_text(encoding="utf-8"))
+    }
+    assert "files.py" in found and found <= own
 
 
 # -- inputs and other outputs -------------------------------------------------------------------------------------
