@@ -117,7 +117,10 @@ def _run(argv: list[str]) -> int:
         args = parser.parse_args(_with_values(argv))
     except SystemExit as stop:  # --help and --version have been answered
         return int(stop.code or 0)
-    return args.run(args)
+    from mbdsl.lang.library import imports_allowed
+
+    with imports_allowed(getattr(args, "allow_imports", False)):
+        return args.run(args)
 
 
 def _with_values(argv: list[str]) -> list[str]:

@@ -150,9 +150,15 @@ def add_model(parser: argparse.ArgumentParser) -> None:
         default=(),
         help="leave effects out: friction, damping, flexibility, gravity",
     )
+    parser.add_argument(
+        "--allow-imports",
+        action="store_true",
+        help="let the model import files from outside of its folder; for models that can be trusted",
+    )
 
 
 def load_model(args: argparse.Namespace) -> Scene:
     from mbdsl.lang.load import load
 
-    return load(args.model, dict(args.set), without=args.without)
+    allowed = getattr(args, "allow_imports", False)  # checkpoints of former versions do not say
+    return load(args.model, dict(args.set), without=args.without, allow_imports=allowed)

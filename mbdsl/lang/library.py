@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,6 +17,28 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.parser import parse
 from mbdsl.lang.source import span_of
 from mbdsl.wording import did_you_mean
+
+#: where imports may lead: False, not out of the folder of the model; True, anywhere; or not out of this folder
+Allowed = bool | str | os.PathLike[str]
+
+_allowed: ContextVar[Allowed] = ContextVar("allowed imports", default=False)
+#: how a file of the language begins, after comments
+_MODEL = re.compile(r"(?:\s|//[^\n]*|/\*.*?\*/)*(?:(?:import|partial|model)\b|\Z)", re.DOTALL)
+
+
+@contextmanager
+def imports_allowed(where: Allowed) -> Iterator[None]:
+    """While the block runs, models that are read without saying so may import from there."""
+    before = _allowed.set(where)
+    try:
+        yield
+    finally:
+        _allowed.reset(before)
+
+
+def allowed_now() -> Allowed:
+    """What holds for models that are read without saying so."""
+    return _allowed.get()
 
 
 @dataclass
@@ -47,10 +73,16 @@ class Unit:
 
 
 class Library:
-    """The files of one model, each read once."""
+    """The files of one model, each read once.
 
-    def __init__(self) -> None:
+    A model is data, perhaps from elsewhere: what it imports must be models, and must not lie outside of the folder that
+    the model is in, all links followed, unless ``allowed`` says so.
+    """
+
+    def __init__(self, allowed: Allowed | None = None) -> None:
         self._units: dict[str, Unit] = {}
+        self._allowed = allowed_now() if allowed is None else allowed
+        self._root = ""  #: the folder out of which no import leads
 
     @property
     def files(self) -> dict[str, str]:
@@ -59,6 +91,9 @@ class Library:
 
     def add(self, text: str, file: str) -> Unit:
         """Take in a text and, in turn, all that it imports."""
+        if self._allowed is not True:
+            folder = os.path.dirname(file) if self._allowed is False else os.fspath(self._allowed)
+            self._root = os.path.realpath(folder)
         unit = self._parse(text, file)
         waiting = [unit]
         while waiting:
@@ -88,10 +123,18 @@ class Library:
             if known is None:
                 if len(self._units) >= limits.FILES:
                     raise ModelError(f"more than {limits.FILES} files", span_of(item.at))
+                self._refuse_outside(item, path)
                 try:
-                    known = self._parse(read(path), path)
+                    text = read(path)
                 except UsageError as problem:
                     raise ModelError(f"cannot import: {problem.message}", span_of(item.at), problem.hint) from None
+                if not _MODEL.match(text):
+                    raise ModelError(
+                        f"cannot import: {path} is no model",
+                        span_of(item.at),
+                        "what is imported begins with `model` or `import`; nothing of other files is shown",
+                    )
+                known = self._parse(text, path)
                 new.append(known)
             if item.alias:
                 if item.alias in unit.aliases:
@@ -109,6 +152,21 @@ class Library:
                         )
                 unit.imports.append(known)
         return new
+
+    def _refuse_outside(self, item: s.Import, path: str) -> None:
+        """Before anything is asked about the file: not even whether it is there is told."""
+        if self._allowed is True:
+            return
+        try:
+            inside = os.path.commonpath([self._root, os.path.realpath(path)]) == self._root
+        except ValueError:  # another drive
+            inside = False
+        if not inside:
+            raise ModelError(
+                f'the import "{item.path}" leads out of the folder of the model',
+                span_of(item.at),
+                "if the model can be trusted: --allow-imports, or load(..., allow_imports=True)",
+            )
 
 
 def _key(file: str) -> str:

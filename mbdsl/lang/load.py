@@ -12,7 +12,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.assembly import Assembly
 from mbdsl.lang.experiment import check_effects, read_experiment
 from mbdsl.lang.instantiate import Instance
-from mbdsl.lang.library import Library, Unit, read
+from mbdsl.lang.library import Allowed, Library, Unit, read
 from mbdsl.lang.members import Namespace
 from mbdsl.lang.overrides import read_overrides
 from mbdsl.lang.source import span_of
@@ -25,6 +25,7 @@ def load(
     overrides: Mapping[str, str | float] = {},
     model: str | None = None,
     without: Iterable[str] = (),
+    allow_imports: Allowed | None = None,
 ) -> Scene:
     """Read a model from a file.
 
@@ -38,6 +39,9 @@ def load(
         Which model of the file; default is the one named like the file, else the last.
     without : iterable of str
         Effects to leave out: "friction", "damping", "flexibility", "gravity".
+    allow_imports : bool or path-like, optional
+        Imports may lead out of the folder that the file is in: True, anywhere; a folder, as far as that one. Default
+        is False, unless the command line says otherwise. Only for models that can be trusted.
 
     Raises
     ------
@@ -45,7 +49,7 @@ def load(
         If there is anything wrong with the file or the model.
     """
     file = os.fspath(path)
-    return parse_text(read(file), file, overrides, model, without)
+    return parse_text(read(file), file, overrides, model, without, allow_imports)
 
 
 def parse_text(
@@ -54,10 +58,14 @@ def parse_text(
     overrides: Mapping[str, str | float] = {},
     model: str | None = None,
     without: Iterable[str] = (),
+    allow_imports: Allowed | None = None,
 ) -> Scene:
-    """Read a model from a text; ``file`` is its name in messages, and imports are relative to it."""
+    """Read a model from a text; ``file`` is its name in messages, and imports are relative to it.
+
+    Other arguments are those of :func:`load`.
+    """
     with deep():
-        library = Library()
+        library = Library(allow_imports)
         unit = library.add(text, file)
         return _flatten(_main(unit, model), unit, library, overrides, check_effects(without))
 

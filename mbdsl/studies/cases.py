@@ -11,6 +11,7 @@ import numpy as np
 
 from mbdsl.errors import UsageError
 from mbdsl.integrators import methods
+from mbdsl.lang.library import Allowed, allowed_now
 from mbdsl.scene import Scene
 from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, as_scene, simulate
 from mbdsl.wording import did_you_mean
@@ -68,6 +69,7 @@ class Setting:
     path: str | None = None
     parameters: Mapping[str, str | float] = field(default_factory=dict)
     without: tuple[str, ...] = ()
+    allow_imports: Allowed = False  #: see :func:`mbdsl.load`
 
     @property
     def span(self) -> float:
@@ -100,7 +102,7 @@ def setting(
     if not start < end < math.inf:
         raise UsageError(f"a study needs a time to look at, not {start:g} to {end:g} s")
     path = str(model) if isinstance(model, (str, PathLike)) else None
-    return Setting(scene, start, float(end), points, path, dict(parameters or {}), tuple(without))
+    return Setting(scene, start, float(end), points, path, dict(parameters or {}), tuple(without), allowed_now())
 
 
 def assemble(of: Setting, announce: Callable[[str], None] | None = None) -> None:

@@ -72,6 +72,7 @@ class Study:
         for name, value in of.parameters.items():
             said += ["--set", f"{name}={value}"]
         said += ["--without", ",".join(of.without)] if of.without else []
+        said += ["--allow-imports"] if of.allow_imports else []
         said += ["--signals", ",".join(s.asked.signals)] if s.asked.signals else []
         said += ["--reference", str(s.asked.reference)] if s.asked.reference != "auto" else []
         said += ["--repeats", str(s.asked.repeats)] if self.timed else []

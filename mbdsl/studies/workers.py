@@ -15,6 +15,7 @@ from typing import Any
 
 from mbdsl import cache_folder, jit
 from mbdsl.errors import MbdslError
+from mbdsl.lang.library import imports_allowed
 from mbdsl.studies.cases import Case, Setting, setting
 from mbdsl.studies.store import ENDED, LOST, OUT_OF_TIME, Computed, Store, key_of
 
@@ -122,6 +123,7 @@ def _start() -> subprocess.Popen:
 
 def _job(of: Setting, store: Store, case: Case, key: str, limit: float) -> dict:
     where = {"path": of.path, "stop": of.stop, "points": of.points, "without": of.without}
+    where["imports"] = of.allow_imports if isinstance(of.allow_imports, bool) else os.fspath(of.allow_imports)
     return {
         **where,
         "parameters": dict(of.parameters),
@@ -179,5 +181,6 @@ def _setting(job: Mapping[str, Any], known: dict[str, Setting]) -> Setting:
     """The model is read once."""
     arguments = (job["path"], job["stop"], job["parameters"], tuple(job["without"]), job["points"])
     if repr(arguments) not in known:
-        known[repr(arguments)] = setting(*arguments)
+        with imports_allowed(job["imports"]):
+            known[repr(arguments)] = setting(*arguments)
     return known[repr(arguments)]
