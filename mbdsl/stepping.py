@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,6 +133,9 @@ class Simulation:
         self._record = record
         self._states: list[tuple[float, Array, Array, Array, dict[str, float]]] = []
         self._keep()
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("a Simulation holds compiled code and cannot be pickled; its scene and its trajectory() can")
 
     def __repr__(self) -> str:
         return f"<Simulation of {self.system.scene.name} by {self.method}: t = {self.time:g} s>"

@@ -97,6 +97,11 @@ class Trajectory:
     def __len__(self) -> int:
         return len(self.t)
 
+    def __getstate__(self) -> dict:
+        """Without what was computed from the rest and can be again."""
+        found = {k: x for k, x in vars(self).items() if not isinstance(getattr(type(self), k, None), cached_property)}
+        return {**found, "_known": {}}
+
     # -- names -------------------------------------------------------------------------------------------------
     @cached_property
     def _expressions(self) -> dict[str, tuple[Expr, str]]:

@@ -98,6 +98,12 @@ class Kind:
         signals = {p.name: p.unit for p in self.parameters if p.law} | {x.name: x.unit for x in self.signals}
         return signals.get(name)
 
+    def __reduce__(self) -> str | tuple:
+        """Pickled by name: its functions are those of the process that reads it."""
+        from mbdsl.elements import kinds
+
+        return (_named, (self.name,)) if kinds().get(self.name) is self else object.__reduce_ex__(self, 2)
+
 
 @dataclass(frozen=True)
 class BodyKind(Kind):
@@ -178,6 +184,13 @@ class ForceKind(PairKind):
     laws: tuple[str, ...] = ()
     sign: float = -1.0
     springs: Callable[[Mapping], tuple[tuple[float, float, float], ...]] | None = None
+
+
+def _named(name: str) -> Kind:
+    """The kind that a pickle names."""
+    from mbdsl.elements import kinds
+
+    return kinds()[name]
 
 
 def zero(*names: str) -> Callable[[Mapping], dict]:

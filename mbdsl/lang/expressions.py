@@ -45,7 +45,10 @@ class Expr:
         return node
 
     def __reduce__(self):
-        return Expr, (self.op, self.args, self.value)
+        """Pickled as a list of its nodes: chains of thousands would be too deep as arguments of arguments."""
+        order = walk(self)
+        place = {node: k for k, node in enumerate(order)}
+        return _of_nodes, ([(node.op, tuple(place[x] for x in node.args), node.value) for node in order],)
 
     # -- arithmetic, with the simplifications that keep derivatives readable ---------------------------------
     def __add__(self, other: Expr | float) -> Expr:
@@ -275,6 +278,14 @@ def walk(*roots: Expr) -> list[Expr]:
             stack.append((node, True))
             stack.extend((a, False) for a in reversed(node.args) if a not in done)
     return order
+
+
+def _of_nodes(nodes: list[tuple[str, tuple[int, ...], object]]) -> Expr:
+    """The last node of a pickled list."""
+    made: list[Expr] = []
+    for op, args, value in nodes:
+        made.append(Expr(op, tuple(made[k] for k in args), value))
+    return made[-1]
 
 
 def leaves(*roots: Expr) -> list[Expr]:

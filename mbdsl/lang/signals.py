@@ -37,6 +37,10 @@ class Signals(Mapping[str, Expr]):
     def __len__(self) -> int:
         return len(self._names)
 
+    def __reduce__(self) -> tuple:
+        """Pickled as a dict: what they are made from is the whole model in the making."""
+        return dict, (dict(self),)
+
     def __repr__(self) -> str:
         return f"Signals({', '.join(self)})"
 

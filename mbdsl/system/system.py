@@ -68,6 +68,11 @@ class System:
     _A: Array | None = None
     _clock: Clock | None = None
     _zones: dict[tuple[float, float, float], Kept[Zone]] = field(default_factory=dict)
+    _built: tuple[bool, float | None] = (False, None)  #: the other arguments of ``build``
+
+    def __reduce__(self) -> tuple:
+        """Pickled as what it is built from; compiled code does not travel."""
+        return build, (self.scene, None, *self._built)
 
     @property
     def n(self) -> int:
@@ -445,4 +450,5 @@ def build(
     """
     tables = build_tables(scene, general, size)
     mechanism = graph if graph is not None else build_graph(scene)
-    return System(scene, mechanism, tables, emit.emit(tables.blocks, tables.has_tape, 2))
+    code = emit.emit(tables.blocks, tables.has_tape, 2)
+    return System(scene, mechanism, tables, code, _built=(general, size))
