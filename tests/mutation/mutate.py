@@ -21,6 +21,7 @@ import copy
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import sys
@@ -28,36 +29,104 @@ import tempfile
 import time
 import traceback
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("mbdsl/elements", "mbdsl/beams", "mbdsl/system", "mbdsl/integrators")
+#: what an element computes at frames, its signals and its corners; derivatives of the whole system take longest
+FORMULAS = "tests/unit/lang/test_joint_formulas.py", "tests/unit/elements/test_corners.py"
+DERIVATIVES = "tests/unit/elements/test_derivatives.py"
+KERNELS = (
+    *FORMULAS,
+    f"{DERIVATIVES}::test_kernels_at_frames",
+    f"{DERIVATIVES}::test_signals_are_what_the_kernels_compute",
+    f"{DERIVATIVES}::test_springs_are_gradients_of_their_energy",
+)
+#: what is assembled and where it starts
+STARTS = "tests/unit/test_initial.py", "tests/unit/test_reductions.py"
+MODES = "tests/unit/test_eigenmodes.py"
+#: peaks of laws between steps; radau5 and long runs take minutes uncompiled
+UNSEEN, FIXED = "tests/verification/test_unseen.py", "tests/verification/test_unseen_fixed.py"
+PEAKS = (FIXED, "-k", "not radau5 and not far and not checkpoint and not hht")
+INTEGRATORS = "tests/unit/integrators"
+QUICK = f"{INTEGRATORS}/test_starts.py", f"{INTEGRATORS}/test_generalized_alpha.py"
+#: a few steps against the same equations written out in full
+FULL = (f"{INTEGRATORS}/test_full_systems.py", "-k", "not test_a_step or (slider_crank and not flexible)")
+CONTROL = (f"{INTEGRATORS}/test_control.py", "-k", "local_errors or bdf2 or anew or rows")
+RADAU5 = (f"{INTEGRATORS}/test_radau5.py", "-k", "not test_a_step and not pieces and not statistics")
+BACKENDS = f"{INTEGRATORS}/test_backends.py"
+JUMPS = "tests/verification/test_jumps_at_steps.py"
+#: a method by its name; the order of a method takes minutes uncompiled
+METHODS = (*QUICK, FULL[0], CONTROL[0], f"{INTEGRATORS}/test_run.py", "tests/unit/test_stepping.py")
 #: beginning of a file's path -> its tests, in this order; the longest beginning that fits counts
 NEAREST = {
-    "mbdsl/elements/": ("tests/unit/lang/test_joint_formulas.py", "tests/unit/elements/test_derivatives.py"),
+    "mbdsl/elements/": KERNELS,
+    "mbdsl/elements/banded": ("tests/unit/elements/test_flexible_beam.py", "tests/unit/beams/test_cable.py"),
+    "mbdsl/elements/body": (
+        f"{DERIVATIVES}::test_mass_and_weight",
+        "tests/unit/test_builder.py",
+        "tests/unit/test_initial.py",
+    ),
     "mbdsl/elements/cable_frames": ("tests/unit/beams/test_cable.py",),
     "mbdsl/elements/floating_frames": ("tests/unit/elements/test_flexible_beam.py", "tests/unit/beams"),
     "mbdsl/elements/flexible_beam": ("tests/unit/elements/test_flexible_beam.py", "tests/unit/beams"),
-    "mbdsl/beams/": ("tests/unit/beams/test_floating.py", "tests/unit/beams/test_cable.py"),
-    "mbdsl/beams/cable_body": ("tests/unit/beams/test_cable.py",),
-    "mbdsl/system/": ("tests/unit/test_initial.py", "tests/unit/elements/test_derivatives.py"),
-    "mbdsl/system/tape": ("tests/unit/test_tape.py",),
-    "mbdsl/system/splines": ("tests/unit/test_tape.py",),
-    "mbdsl/system/index": ("tests/unit/integrators/test_backends.py", "tests/unit/integrators/test_full_systems.py"),
-    "mbdsl/system/switches": ("tests/unit/test_switches.py",),
-    "mbdsl/integrators/": ("tests/unit/integrators",),
-    "mbdsl/integrators/generalized_alpha": (
-        "tests/unit/integrators/test_generalized_alpha.py",
-        "tests/unit/integrators",
+    "mbdsl/elements/ground": ("tests/unit/test_graph.py", "tests/unit/test_initial.py"),
+    "mbdsl/elements/kind": (
+        "tests/unit/test_graph.py",
+        "tests/unit/test_receipt.py",
     ),
-    "mbdsl/integrators/control": ("tests/unit/integrators/test_control.py",),
-    "mbdsl/integrators/radau5": ("tests/unit/integrators/test_radau5.py",),
-    "mbdsl/integrators/stages": ("tests/unit/integrators/test_radau5.py",),
-    "mbdsl/integrators/collocation": ("tests/unit/integrators/test_radau5.py",),
-    "mbdsl/integrators/events": ("tests/unit/integrators/test_events.py",),
+    "mbdsl/elements/point_mass": (f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/test_graph.py"),
+    "mbdsl/elements/rod": (f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/test_graph.py"),
+    "mbdsl/elements/velocity_constraint": (*FORMULAS, "tests/unit/test_graph.py"),
+    "mbdsl/beams/": ("tests/unit/beams/test_floating.py", "tests/unit/beams/test_cable.py"),
+    "mbdsl/beams/cable_body": ("tests/unit/beams/test_cable.py", "tests/unit/beams/test_turns.py"),
+    "mbdsl/beams/floating_body": (
+        "tests/unit/elements/test_flexible_beam.py",
+        "tests/unit/beams/test_floating.py",
+        "tests/unit/beams/test_beams_in_scenes.py",
+    ),
+    "mbdsl/system/": (*STARTS, "tests/unit/test_receipt.py"),
+    "mbdsl/system/accelerations": STARTS,
+    "mbdsl/system/beside": ("tests/unit/test_jit.py",),
+    "mbdsl/system/dependence": ("tests/unit/test_dependence.py",),
+    "mbdsl/system/emit": ("tests/unit/test_emitted.py", "tests/unit/test_receipt.py", "tests/unit/test_jit.py"),
+    "mbdsl/system/fixed_steps": PEAKS,
+    "mbdsl/system/gammas": ("tests/unit/test_emitted.py", "tests/unit/test_reductions.py", f"{MODES}::test_gears"),
+    "mbdsl/system/index": ("tests/unit/test_reductions.py",),
+    "mbdsl/system/intervals": ("tests/unit/test_intervals.py",),
+    "mbdsl/system/loops": ("tests/unit/test_reductions.py", "tests/unit/test_receipt.py", *FULL),
+    "mbdsl/system/on_the_way": PEAKS,
+    "mbdsl/system/tape": ("tests/unit/test_tape.py",),
+    "mbdsl/system/time_events": ("tests/unit/test_switches.py",),
+    "mbdsl/system/shapes": ("tests/unit/elements/test_flexible_beam.py", *STARTS, "tests/unit/test_eigenmodes.py"),
+    "mbdsl/system/splines": ("tests/unit/test_tape.py",),
+    "mbdsl/system/switches": ("tests/unit/test_switches.py",),
+    "mbdsl/system/unseen": ("tests/unit/test_intervals.py", *PEAKS),
+    "mbdsl/integrators/": (*QUICK, *FULL),
+    "mbdsl/integrators/backends": (BACKENDS, "-k", "registered or told or output"),
+    "mbdsl/integrators/collocation": RADAU5,
+    "mbdsl/integrators/complex_lu": RADAU5,
+    "mbdsl/integrators/control": CONTROL,
+    "mbdsl/integrators/corrections": FULL,
+    "mbdsl/integrators/driver": CONTROL,
+    "mbdsl/integrators/events": ("tests/unit/test_switches.py", "tests/unit/integrators/test_events.py"),
+    "mbdsl/integrators/external/": (BACKENDS, "-k", "reactions or peak or domain"),
+    "mbdsl/integrators/jumps": ("tests/unit/test_stepping.py::test_reaction_behind_a_jump", JUMPS),
+    "mbdsl/integrators/kinematic": ("tests/unit/test_reduction.py", "-k", "driven or kinematics or without_reactions"),
+    "mbdsl/integrators/landing": PEAKS,
+    "mbdsl/integrators/lookout": (f"{UNSEEN}::test_what_time_alone_does_is_seen", "-k", "newmark"),
+    "mbdsl/integrators/overlooked": PEAKS,
+    "mbdsl/integrators/radau5": RADAU5,
+    "mbdsl/integrators/sparse": ("tests/unit/test_reductions.py", *FULL),
+    "mbdsl/integrators/stages": RADAU5,
+    "mbdsl/integrators/switching": ("tests/unit/test_switches.py", "tests/unit/integrators/test_events.py"),
+    "mbdsl/integrators/turns": ("tests/unit/beams/test_turns.py",),
 }
+#: where a child leaves the name of the test that failed
+FAILED = Path("failed.txt")
 SWAPPED = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Lt: ast.Gt, ast.Gt: ast.Lt, ast.LtE: ast.GtE, ast.GtE: ast.LtE}
 
 
@@ -106,11 +175,18 @@ def mutant(tree: ast.Module, k: int, change) -> str:
 
 
 def tests_of(path: str) -> tuple[str, ...]:
-    """Arguments for pytest; of an element, the tests of its kind alone."""
-    if path.startswith("mbdsl/elements/") and "\nKIND = " in (ROOT / path).read_text(encoding="utf-8"):
-        kind = "".join(word.capitalize() for word in Path(path).stem.split("_"))
-        return (*NEAREST["mbdsl/elements/"], "-k", kind)
-    return NEAREST[max((start for start in NEAREST if path.startswith(start)), key=len)]
+    """Arguments for pytest; of a joint, a force or a method, the tests with its name alone."""
+    start = max((start for start in NEAREST if path.startswith(start)), key=len)
+    text = (ROOT / path).read_text(encoding="utf-8")
+    pair = re.search("^KIND = (Joint|Force)Kind", text, re.MULTILINE)
+    stem = Path(path).stem
+    if start == "mbdsl/elements/" and pair:
+        kind = "".join(word.capitalize() for word in stem.split("_"))
+        return (*KERNELS, f"{DERIVATIVES}::test_derivatives_of_the_system", "-k", f"[{kind}")
+    if start == "mbdsl/integrators/" and re.search("^METHOD = ", text, re.MULTILINE):
+        name = stem.replace("_", "-")
+        return (*METHODS, "-k", f"({name} or {stem}) and not seven_body and not soft and not flexible and not order")
+    return NEAREST[start]
 
 
 def load() -> None:
@@ -120,8 +196,19 @@ def load() -> None:
     import scipy.sparse.linalg  # noqa: F401
 
 
+class First:
+    """A plugin of pytest that leaves the name of the first test that fails, or of the file that cannot be loaded."""
+
+    def pytest_runtest_logreport(self, report) -> None:
+        if report.failed and not FAILED.exists():
+            FAILED.write_text(report.nodeid, encoding="utf-8")
+
+    pytest_collectreport = pytest_runtest_logreport
+
+
 def run(folder: Path, tests: tuple[str, ...], limit: float) -> str:
     """In a child: "caught", "survived" or "timeout"."""
+    (folder / FAILED).unlink(missing_ok=True)
     child = os.fork()
     if child == 0:
         code = 1
@@ -132,7 +219,9 @@ def run(folder: Path, tests: tuple[str, ...], limit: float) -> str:
             with open("tests.log", "w") as log:
                 os.dup2(log.fileno(), 1)
                 os.dup2(log.fileno(), 2)
-            code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests]))
+            # compiled code does not warn, and no test expects that it does
+            options = ["-x", "-q", "-p", "no:cacheprovider", "-W", "ignore::RuntimeWarning"]
+            code = int(pytest.main([*options, *tests], plugins=[First()]))
         except BaseException:  # it must not go on as if it were its parent
             traceback.print_exc()
         sys.stdout.flush()
@@ -152,6 +241,12 @@ def run(folder: Path, tests: tuple[str, ...], limit: float) -> str:
     return "timeout"
 
 
+@cache
+def passes(folder: Path, test: str, limit: float) -> bool:
+    """Whether a test passes with no mutant in ``folder``."""
+    return run(folder, (test,), limit) == "survived"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description="Count which small errors in the numerics no test catches.")
     parser.add_argument("files", nargs="*", default=FOLDERS, help="files or folders; default: all numerics")
@@ -163,7 +258,7 @@ def main() -> None:
     args = parser.parse_args()
     os.environ.update(NUMBA_DISABLE_JIT="1", OPENBLAS_NUM_THREADS="1", PYTHONDONTWRITEBYTECODE="1")
     load()
-    files = [f for x in args.files for f in (sorted((ROOT / x).glob("*.py")) if (ROOT / x).is_dir() else [ROOT / x])]
+    files = [f for x in args.files for f in (sorted((ROOT / x).rglob("*.py")) if (ROOT / x).is_dir() else [ROOT / x])]
     done = []
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
@@ -179,11 +274,15 @@ def main() -> None:
             for line, what, k, change in sorted(chosen, key=lambda m: m[0]):
                 (folder / path).write_text(mutant(tree, k, change), encoding="utf-8")
                 outcome = run(folder, tuple(args.tests or tests_of(path)), args.limit)
+                (folder / path).write_text(text, encoding="utf-8")
+                if outcome == "caught" and (folder / FAILED).exists():
+                    test = (folder / FAILED).read_text(encoding="utf-8")
+                    if not passes(folder, test, args.limit):
+                        sys.exit(f"{test} does not pass without a mutant; see {folder}/tests.log and `NEAREST`")
                 done.append({"file": path, "line": line, "what": what, "outcome": outcome})
                 print(f"{outcome:9s} {path}:{line}: {what}: {text.splitlines()[line - 1].strip()}", flush=True)
                 if args.report:
                     args.report.write_text(json.dumps(done, indent=1), encoding="utf-8")
-            (folder / path).write_text(text, encoding="utf-8")
     print(f"{len(done)} mutants:", ", ".join(f"{n} {what}" for what, n in Counter(d["outcome"] for d in done).items()))
 
 

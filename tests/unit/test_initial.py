@@ -130,6 +130,23 @@ def test_driven_crank_moves_at_the_start():
         consistent(system, s)
 
 
+def test_accelerations_of_driven_velocities_are_the_rates_of_their_laws():
+    system, s = start("""
+model Driven
+  Ground ground;
+  Body wheel(m = 1 kg, I = 0.5 kg.m2);
+  Body block(m = 2 kg, I = 1 kg.m2);
+  Revolute pin(ground, wheel.c);
+  RotationalVelocityDriver motor(pin, w = 1 rad/s + 3 rad/s2*time);
+  Prismatic slide(ground, block.c);
+  TranslationalVelocityDriver actuator(slide, v = 0.7 m/s*sin(2 rad/s*time));
+end Driven;
+""")
+    a = dict(zip(system.names(), s.a, strict=True))
+    assert a["wheel.phi"] == pytest.approx(3.0, rel=1e-14)
+    assert a["block.x"] == pytest.approx(1.4, rel=1e-14)
+
+
 def test_start_at_a_dead_centre():
     """Stretched out, the slider's velocity does not depend on the crank's, and its acceleration is finite."""
     system, s = start(CRANK.format("crank.phi = 0; crank.w = 2; guess rod.phi = 0;"))

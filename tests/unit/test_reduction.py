@@ -10,6 +10,8 @@ from mbdsl import graph
 from mbdsl.errors import InitialisationError, IntegrationError
 from mbdsl.reduction import reduce
 from mbdsl.reduction.poses import compose, invert
+from mbdsl.system import build
+from mbdsl.system.initial import initial_state
 
 MODELS = Path(__file__).parents[2] / "models"
 
@@ -272,6 +274,39 @@ def test_driven_arm():
     slope = 0.1 * 0.01 * np.hypot(b["wrist.fx"], b["wrist.fy"]).max() / 0.01
     left = slope * 1e-8 * np.abs(b["tip.w"]).max() + 1e-8 * np.abs(b["wrist.friction"]).max()
     assert np.abs(a["wrist.friction"] - b["wrist.friction"]).max() < left
+
+
+CARRIED = """
+model Carried "a driven arm with a slot, in which a point slides, and a hanging rod at its end; no gravity"
+  Ground ground(g = 0 m/s2);
+  Rod arm(m = 1 kg, length = 2 m);
+  Revolute shoulder(ground, arm.a);
+  RotationalDriver drive(shoulder, phi = 0.3 rad + 2 rad/s*time + 1.5 rad/s2*time^2);
+  PointMass rider(m = 0.5 kg);
+  PointOnLine slot(arm.a, rider);
+  Rod tip(m = 0.3 kg, length = 0.4 m);
+  Revolute wrist(arm.b, tip.a);
+initial equation
+  slot.s = 0.7 m;
+  slot.v = 0.4 m/s;
+  tip.phi = 1.1 rad;
+  annotation(experiment(StopTime = 1 s));
+end Carried;
+"""
+
+
+def test_accelerations_at_the_start_where_drivers_move_frames():
+    """A point that slides freely has the acceleration 2 r' w + r w' across the slot and none along it; the end of a rod
+    that is accelerated by u across the rod turns it by -3/(2 L) u, as its inertia about that end is m L^2/3."""
+    found = {}
+    for part in reduction(CARRIED).parts:
+        system = build(part.scene, part.graph)
+        found.update(zip(system.names(), initial_state(system, part.graph, 0.0).a, strict=True))
+    r, r1, w, w1, along = 0.7, 0.4, 2.0, 3.0, np.exp(0.3j)
+    rider = 1j * (2 * r1 * w + r * w1) * along
+    end = 2.0 * (-(w**2) + 1j * w1) * along
+    assert complex(found["rider.x"], found["rider.y"]) == pytest.approx(rider, rel=1e-12)
+    assert found["tip.phi"] == pytest.approx(-1.5 / 0.4 * (end * np.exp(-1.1j)).imag, rel=1e-12)
 
 
 def test_torques_of_drives_follow_from_the_motion():
