@@ -5,6 +5,7 @@ import pytest
 
 import mbdsl
 from mbdsl.error_norm import differences, distance, fastest
+from mbdsl.system import build
 
 #: a mechanism of 0.1 m with one length and one angle
 SCALE = np.array([10.0, 1.0])
@@ -25,6 +26,21 @@ def test_velocities_count_relative_to_the_fastest():
 def test_a_slow_motion_counts_as_one_size_in_the_time_of_the_run():
     assert fastest(SCALE, np.full((3, 2), 1e-6), 4.0) == 0.25
     assert fastest(SCALE, np.zeros((1, 2)), 0.0) == 1.0
+
+
+def test_positions_of_bodies_count_alike_in_all_directions():
+    """A spring of 2 m is the size of this mechanism."""
+    scene = mbdsl.parse("""
+model S
+  Ground g;
+  Frame p(g, r = {2 m, 0});
+  Body a(m = 1 kg, I = 1 kg.m2);
+  PointMass b(m = 1 kg);
+  SpringDamper s(p, a.c, k = 1 N/m, s0 = 2 m);
+  SpringDamper t(g, b, k = 1 N/m, s0 = 2 m);
+end S;
+""")
+    assert build(scene).tables.scale.tolist() == [0.5, 0.5, 1.0, 0.5, 0.5]
 
 
 TEXT = """
