@@ -4,12 +4,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
 
 import mbdsl
 from mbdsl import Builder, graph
 from mbdsl.errors import InitialisationError
 from mbdsl.system import build
-from mbdsl.system.initial import initial_state
+from mbdsl.system.initial import _constrained, _damped, initial_state
+from mbdsl.system.placing import place
 from mbdsl.system.system import DENSE_LIMIT
 
 #: assembly ends where constraints hold to 1e-13 of the mechanism's size; solves lose two digits more
@@ -116,6 +118,27 @@ def test_what_nothing_was_said_about_moves_first():
     assert s.q[:2] == pytest.approx([0.3, 0.4], abs=1e-5)
     assert s.v[:2] == pytest.approx([1.0, 2.0], abs=1e-5)
     consistent(system, s)
+
+
+@pytest.mark.parametrize("phi", [0.4, 2.2, -2.9])
+def test_a_body_whose_centre_is_known_is_turned_towards_its_joint(phi):
+    pivot, lever = 0.5 + 0.2j, -0.3 + 0.1j  # the frame on the body, from its centre of mass
+    centre = pivot - np.exp(1j * phi) * lever
+    scene = mbdsl.parse(f"""
+model Hung
+  Ground ground;
+  Frame there(ground, r = {{0.5 m, 0.2 m}});
+  Body b(m = 1 kg, I = 1 kg.m2, frames(a = {{-0.3, 0.1}}));
+  Revolute pin(there, b.a);
+initial equation
+  guess b.x = {float(centre.real)!r} m;
+  guess b.y = {float(centre.imag)!r} m;
+end Hung;
+""")
+    mechanism = graph.build(scene)
+    x, y, turned = place(build(scene, mechanism), mechanism, 0.0, list(scene.initial))
+    assert complex(x, y) == pytest.approx(centre, abs=1e-14)
+    assert np.exp(1j * turned) == pytest.approx(np.exp(1j * phi), abs=1e-14)
 
 
 def test_driven_crank_moves_at_the_start():
@@ -271,6 +294,26 @@ def test_assembly_is_free_of_scale(size):
     assert value(system, s, "rod.phi") == pytest.approx(-np.arcsin(np.sin(0.7) / 2), abs=EXACT)
     assert s.v[5] == pytest.approx(-np.cos(0.7) / (2 * np.sqrt(1 - np.sin(0.7) ** 2 / 4)), abs=1e-9)
     assert np.abs(system.Phi(0.0, s.q)).max() < 1e-12 * size
+
+
+@pytest.mark.parametrize("solve", [_constrained, _damped])
+def test_dense_and_sparse_steps_agree(solve):
+    rng = np.random.default_rng(2)
+    weight, r_w, r_s, r_c = (rng.uniform(0.5, 1.5, k) for k in (7, 7, 4, 3))
+    S, J = rng.normal(size=(4, 7)), rng.normal(size=(3, 7))
+    found = solve(weight, r_w, S, r_s, J, r_c)
+    assert solve(weight, r_w, csr_array(S), r_s, csr_array(J), r_c) == pytest.approx(found, abs=1e-11)
+
+
+def test_steps_of_assembly_end_where_the_gradient_is_along_constraints():
+    """J d = -r_c, and d/dd (|r_w + W d|^2 + |r_s + S d|^2) has no part across the rows of J."""
+    rng = np.random.default_rng(2)
+    weight, r_w, r_s, r_c = (rng.uniform(0.5, 1.5, k) for k in (7, 7, 4, 3))
+    S, J = rng.normal(size=(4, 7)), rng.normal(size=(3, 7))
+    d = _constrained(weight, r_w, S, r_s, J, r_c)
+    assert J @ d == pytest.approx(-r_c, abs=1e-13)
+    gradient = weight * (r_w + weight * d) + S.T @ (r_s + S @ d)
+    assert gradient == pytest.approx(J.T @ np.linalg.lstsq(J.T, gradient, rcond=None)[0], abs=1e-12)
 
 
 def test_long_chain_is_assembled():

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as some
 
-from mbdsl.lang.expressions import OPERATIONS, TIME, Expr, call, diff, evaluate, expr, walk
+from mbdsl.lang.expressions import OPERATIONS, TIME, Expr, call, coordinate, diff, evaluate, expr, walk
 from mbdsl.scene import Table
 from mbdsl.system.intervals import Jet, enclose
+from mbdsl.system.on_the_way import _along
 from mbdsl.system.signals import ARRAY_OPERATIONS, table_value
 
 U, Y = (-1.0, 0.0, 0.5, 2.0), (0.0, 1.0, -1.0, 0.0)
@@ -16,7 +17,7 @@ TABLES = [
     for smoothness in ("linear", "monotone", "cubic")
     for beyond in ("hold", "linear", "periodic", "error")
 ]
-PERIODIC = TABLES[6]  # of monotone slopes
+BEYOND, PERIODIC = TABLES[1], TABLES[6]  # goes on with its last slope; of monotone slopes
 ARITY = {"select": 3, **dict.fromkeys("sin cos tan asin acos atan sinh cosh tanh exp log log10 sqrt".split(), 1)}
 ARITY |= dict.fromkeys("neg abs sign floor ceil not".split(), 1)
 JUMPS = ("sign", "floor", "ceil", "mod", "lt", "le", "eq", "ne", "and", "or", "not", "select", "tan", "atan2", "ratio")
@@ -62,6 +63,9 @@ def bounds(root, a, b):
 @example(call("pow", expr(0.0), TIME), 0.0, 0.0)  # jumps from 1 to 0
 @example(call("tan", TIME), 0.0, 0.5)
 @example(Expr("table", (TIME,), (PERIODIC, 1)), 2.0, 0.0)  # the slope jumps where a period ends
+@example(Expr("table", (TIME,), (BEYOND, 0)), -3.0, 0.0)  # before the first value
+@example(Expr("table", (TIME,), (BEYOND, 0)), -1.5, 0.5)  # before it and within
+@example(Expr("table", (TIME,), (BEYOND, 0)), 1.5, 0.5)  # within and behind the last value
 @settings(max_examples=150, deadline=None, derandomize=True)
 def test_samples_lie_within(root, a, width):
     b = a + 10.0**width
@@ -99,3 +103,25 @@ def test_bounds_are_sharp(law):
     exact = {"square": (1, 4, 2, 4), "cube": (1, 8, 3, 12), "gauss": (np.exp(-4), np.exp(-1), None, None)}[law]
     for found, wanted in zip(bounds(root, 1.0, 2.0), exact, strict=True):
         assert wanted is None or found == pytest.approx(wanted, rel=1e-13)
+
+
+def test_ways_lie_within_their_bounds():
+    """Cubic polynomials of random coefficients, and of each by itself, over whole steps, parts of them, and several."""
+    x = coordinate("b", "x")
+    ways = np.concatenate([np.eye(4), -np.eye(4), np.random.default_rng(5).normal(size=(40, 4))])
+    k, s = np.arange(len(ways)), np.linspace(0.0, 1.0, 33)
+    f = _along([x], {x: ways}, {})
+    y = np.array([c0 + s * (c1 + s * (c2 + s * c3)) for c0, c1, c2, c3 in ways])
+    slopes = np.diff(y) / np.diff(s)
+    assert np.array([f.at(k, np.full(len(k), at))[0] for at in s]).T == pytest.approx(y, abs=1e-14)
+    for a, b in ((0, 32), (0, 8), (8, 32)):
+        jet = f.jet(k, np.full(len(k), s[a]), np.full(len(k), s[b]))[0]
+        assert (jet.lo <= y[:, a : b + 1].min(axis=1)).all() and (y[:, a : b + 1].max(axis=1) <= jet.hi).all()
+        slope = slopes[:, a:b]
+        assert (jet.d_lo <= slope.min(axis=1) + 1e-12).all() and (slope.max(axis=1) <= jet.d_hi + 1e-12).all()
+    first = np.arange(0, len(ways), 3)
+    jet = f.over(first)[0]
+    assert (jet.lo <= np.minimum.reduceat(y.min(axis=1), first)).all()
+    assert (np.maximum.reduceat(y.max(axis=1), first) <= jet.hi).all()
+    assert (jet.d_lo <= np.minimum.reduceat(slopes.min(axis=1), first) + 1e-12).all()
+    assert (np.maximum.reduceat(slopes.max(axis=1), first) <= jet.d_hi + 1e-12).all()
