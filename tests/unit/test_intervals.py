@@ -113,7 +113,7 @@ def test_ways_lie_within_their_bounds():
     f = _along([x], {x: ways}, {})
     y = np.array([c0 + s * (c1 + s * (c2 + s * c3)) for c0, c1, c2, c3 in ways])
     slopes = np.diff(y) / np.diff(s)
-    assert np.array([f.at(k, np.full(len(k), at))[0] for at in s]).T == pytest.approx(y, abs=1e-14)
+    assert pytest.approx(y, abs=1e-14) == np.array([f.at(k, np.full(len(k), at))[0] for at in s]).T
     for a, b in ((0, 32), (0, 8), (8, 32)):
         jet = f.jet(k, np.full(len(k), s[a]), np.full(len(k), s[b]))[0]
         assert (jet.lo <= y[:, a : b + 1].min(axis=1)).all() and (y[:, a : b + 1].max(axis=1) <= jet.hi).all()
