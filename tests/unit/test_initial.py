@@ -168,6 +168,10 @@ end Driven;
     a = dict(zip(system.names(), s.a, strict=True))
     assert a["wheel.phi"] == pytest.approx(3.0, rel=1e-14)
     assert a["block.x"] == pytest.approx(1.4, rel=1e-14)
+    assert system.constraint_names()[-2:] == ["motor.Gam[1]", "actuator.Gam[1]"]
+    assert sorted(system.elimination_order().tolist()) == list(range(system.unknowns))
+    # reactions: I phi'' and m x'', with the signs of constraint forces -J^T lam
+    assert s.lam[-2:] == pytest.approx([-0.5 * 3.0, -2.0 * 1.4], rel=1e-13)
 
 
 def test_start_at_a_dead_centre():
