@@ -32,7 +32,11 @@ def read(path: Path) -> tuple[dict, dict]:
     try:
         with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as archive:
             about = json.loads(archive[ABOUT].item()) if ABOUT in archive.files else {}
-            names = about.get("names", archive.files)
-            return {name: archive[name] for name in names}, about.get("meta", {"complete": True})
+            found = {name: archive[name] for name in about.get("names", archive.files)}
+            meta = about.get("meta", {"complete": True})
+            if not isinstance(meta, dict):
+                raise ValueError("what it says about itself cannot be read")
+            # archives from elsewhere may hold texts and records as well
+            return {name: x for name, x in found.items() if x.dtype.kind in "fiub"}, meta
     except (zipfile.BadZipFile, EOFError) as problem:
         raise ValueError(str(problem)) from problem

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from os import PathLike
@@ -118,16 +118,26 @@ def read(folder: str | PathLike, only: str = "*") -> list[Case]:
     for file in files:
         if not file.exists() or not file.with_suffix(".mbd").exists():
             raise UsageError(f"{file}: a hard case is a model with its answers, NAME.mbd and NAME.json, side by side")
-        said = json.loads(file.read_text(encoding="utf-8"))
-        for case in said["cases"]:
-            checks = tuple(Check(**check) for check in case.pop("checks", ()))
-            stops = Stop(**case.pop("stops")) if "stops" in case else None
-            case = {"group": said["group"], "answer": said["answer"], **case}
-            found.append(Case(file.with_suffix(".mbd"), checks=checks, stops=stops, **case))
+        try:
+            found += _cases(file)
+        except (ValueError, KeyError, TypeError, AttributeError) as problem:
+            raise UsageError(f"{file} does not hold the answers of hard cases: {problem!r}") from problem
     found = [case for case in found if fnmatchcase(str(case), only) or fnmatchcase(case.model.stem, only)]
     if not found:
         raise UsageError(f"{place} holds no hard cases named {only}", hint="mbdsl study hard models/hard")
     return sorted(found, key=lambda case: int(case.group.split(".")[0]))
+
+
+def _cases(file: Path) -> Iterator[Case]:
+    """Those that a file of answers lists."""
+    said = json.loads(file.read_text(encoding="utf-8"))
+    for case in said["cases"]:
+        checks = tuple(Check(**check) for check in case.pop("checks", ()))
+        stops = Stop(**case.pop("stops")) if "stops" in case else None
+        case = {"group": said["group"], "answer": said["answer"], **case}
+        made = Case(file.with_suffix(".mbd"), checks=checks, stops=stops, **case)
+        int(made.group.split(".")[0])  # by which they are sorted
+        yield made
 
 
 def measure(case: Case, method: str, tol: bool = False, budget: float = BUDGET) -> Cell | None:

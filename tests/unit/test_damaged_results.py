@@ -81,3 +81,32 @@ def test_a_study_is_given_a_damaged_reference(suffix, tmp_path, capsys):
     told = capsys.readouterr().err
     assert (code, told.count("\n")) == (2, 1)
     assert told.startswith(f"error: `{reference}` is not a {suffix} result file, or is damaged: ")
+
+
+@pytest.mark.parametrize(
+    "arrays",
+    [
+        {"time": np.array(["a"] * 3)},
+        {"time": np.zeros(3, dtype=[("a", float)])},
+        {"time": np.zeros((3, 2))},
+        {"time": np.arange(3.0), "_mbdsl": np.array('{"names": ["time"], "meta": 3}')},
+        {"time": np.arange(3.0), "_mbdsl": np.array("[]")},
+        {"time": np.arange(3.0), "_mbdsl": np.array('{"names": [["time"]]}')},
+    ],
+    ids=range(6),
+)
+def test_archives_that_are_no_results(arrays, tmp_path, capsys):
+    np.savez(tmp_path / "r.npz", **arrays)
+    model = tmp_path / "m.mbd"
+    model.write_text("model M Ground ground; Rod r(m = 1 kg, length = 1 m); Revolute p(ground, r.a); end M;")
+    words = ["study", "convergence", str(model), "--steps", "1ms,2ms", "--stop", "2ms"]
+    assert main([*words, "--output", str(tmp_path / "o"), "--reference", str(tmp_path / "r.npz")]) == 2
+    assert capsys.readouterr().err.startswith("error: ")
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"cases": 3}', '{"cases": [{}], "group": "1", "answer": ""}'])
+def test_answers_of_hard_cases(text, tmp_path, capsys):
+    (tmp_path / "m.mbd").write_text("model M Ground ground; end M;")
+    (tmp_path / "m.json").write_text(text)
+    assert main(["study", "hard", str(tmp_path)]) == 2
+    assert "m.json does not hold the answers of hard cases" in capsys.readouterr().err
