@@ -274,6 +274,34 @@ def test_options_reach_them(registered, tmp_path):
             cli._run([*arguments, "--option", wrong])
 
 
+@pytest.mark.parametrize(("speed", "wanted"), [(3.0, 3.0), (0.0, 0.5)])
+def test_tolerances_of_velocities(registered, speed, wanted):
+    """Two masses 2 m apart, without gravity: relative to their speed, or to the 2 m in the 4 s of the run."""
+    found = []
+
+    def solve(problem):
+        found.append(problem.tolerances())
+        return exact(problem)
+
+    register(backend(solve, steps=("fixed", "controlled")))
+    scene = mbdsl.parse(f"""
+model Two
+  Ground ground(g = 0 m/s2);
+  Frame there(ground, r = {{2 m, 0}});
+  PointMass p(m = 1 kg);
+  SpringDamper s(there, p, k = 0 N/m, s0 = 2 m);
+initial equation
+  p.x = 0 m;
+  p.y = 0 m;
+  p.vy = {speed} m/s;
+end Two;
+""")
+    mbdsl.simulate(scene, method="toy", tol=1e-3, stop=4.0)
+    positions, velocities = found[0]
+    assert positions == pytest.approx([2e-3, 2e-3], rel=1e-14)
+    assert velocities == pytest.approx([1e-3 * wanted] * 2, rel=1e-14)
+
+
 def hesitating(problem):
     """Three states around each output, as where an event is located there."""
     for t, q, v in exact(problem):
