@@ -11,7 +11,7 @@ adds eps/H = 2e-13 times values of up to 1e2. Hence TOLERANCE, relative to the l
 1e-2 or more.
 """
 
-import copy
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -312,7 +312,7 @@ def wrong(right: System, method: str) -> System:
         value.flat[np.abs(value).argmax()] *= 1 + 1e-6
         return value
 
-    found = copy.copy(right)
+    found = replace(right)
     setattr(found, method, off)
     return found
 
