@@ -1,3 +1,5 @@
+from types import FunctionType
+
 import pytest
 
 from mbdsl import cli
@@ -12,3 +14,16 @@ def say(capsys, tmp_path, monkeypatch):
         return (cli.main([str(a) for a in argv]), *capsys.readouterr())
 
     return run
+
+
+def _plain(kernel):
+    function = getattr(kernel, "py_func", kernel)
+    names = {n: function.__globals__[n] for n in function.__code__.co_names if n in function.__globals__}
+    kernels = {n: _plain(f) for n, f in names.items() if hasattr(f, "__mbdsl_kernel__") or hasattr(f, "py_func")}
+    return FunctionType(function.__code__, {"__builtins__": __builtins__, **names, **kernels})
+
+
+@pytest.fixture
+def plain():
+    """A kernel as Python: where it has been compiled for others of this process, it cannot be called from here."""
+    return _plain

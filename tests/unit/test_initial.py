@@ -117,6 +117,7 @@ def test_what_nothing_was_said_about_moves_first():
     system, s = start(b)
     assert s.q[:2] == pytest.approx([0.3, 0.4], abs=1e-5)
     assert s.v[:2] == pytest.approx([1.0, 2.0], abs=1e-5)
+    assert np.hypot(*(s.q[2:] - s.q[:2])) == pytest.approx(1.0, abs=1e-13)
     consistent(system, s)
 
 

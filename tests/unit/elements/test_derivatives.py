@@ -17,6 +17,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+import mbdsl
 from mbdsl import Builder, layout
 from mbdsl.elements import friction, modules
 from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, PairKind
@@ -426,6 +427,68 @@ def test_springs_are_gradients_of_their_energy(kind):
             slopes[at] += body.energies(dq, np.zeros((body.n, body.n)), gravity(s.scene))[1].imag / 1e-30 + weight[at]
         # exact derivatives of both: rounding of some twenty terms of size 10, and of a hundred of size 50 in a beam
         assert s.Q(t, q) - weight == pytest.approx(-slopes, abs=1e-12)
+
+
+#: kind -> coefficients, and the coordinates whose rates they resist
+DAMPERS = {
+    "SpringDamper": ("c = 0.7", ("s",), (0.7,)),
+    "TranslationalSpringDamper": ("c = 0.7", ("s",), (0.7,)),
+    "RotationalSpringDamper": ("c = 0.7", ("phi",), (0.7,)),
+    "Bushing": ("c = {0.7, 0.4}, c_phi = 0.3", ("x", "y", "phi"), (0.7, 0.4, 0.3)),
+}
+
+
+def test_the_list_of_dampers_is_complete():
+    assert set(DAMPERS) == {k.name for k in PAIRS if isinstance(k, ForceKind) and k.springs}
+
+
+FLYING = """
+model Flying
+  Ground ground(g = 0 m/s2);
+  Body a(m = 1 kg, I = 1 kg.m2, frames(f = {{0.2, -0.1, 0.3}}));
+  Body b(m = 1 kg, I = 1 kg.m2, frames(f = {{-0.3, 0.4, -0.2}}));
+  FreeMotion free(ground, a.c);
+  FreeMotion free_too(ground, b.c);
+  {}
+end Flying;
+"""
+
+
+@pytest.mark.parametrize("name", DAMPERS)
+def test_dampers_take_the_power_that_their_coefficients_say(name):
+    """Nothing but the damper acts: forces times velocities are -c times the squares of the rates of its coordinates."""
+    given, keys, c = DAMPERS[name]
+    scene = mbdsl.parse(FLYING.format(f"{name} d(a.f, b.f, {given});"))
+    s, rng = build(scene), np.random.default_rng(1)
+    rates = [der(scene.components["d"].signals[f"d.{key}"]) for key in keys]
+    for _ in range(STATES):
+        q, v = rng.uniform(-1.0, 1.0, (2, 6))
+        speeds = np.array([x[0] for x in values(s, rates, np.zeros(1), q[None], v[None])])
+        assert s.Q(0.0, q, v) @ v == pytest.approx(-np.dot(c, speeds**2), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "law"), [(k.name, k.laws[0]) for k in PAIRS if isinstance(k, ForceKind) and k.springs and k.laws]
+)
+def test_what_replaces_springs_resists_as_they_do(name, law):
+    """A force of 0.7 N pulls frames together, a torque of 0.7 N.m turns them back: 0.7 times the rate, taken."""
+    (law,) = KINDS[name].laws
+    torque = law == "torque"
+    scene = mbdsl.parse(FLYING.format(f"{name} d(a.f, b.f, {law} = 0.7 {'N.m' if torque else 'N'});"))
+    s, (q, v) = build(scene), np.random.default_rng(1).uniform(-1.0, 1.0, (2, 6))
+    rate = der(scene.components["d"].signals["d.phi" if torque else "d.s"])
+    speed = values(s, [rate], np.zeros(1), q[None], v[None])[0][0]
+    assert s.Q(0.0, q, v) @ v == pytest.approx(-0.7 * speed, rel=1e-12)
+
+
+def test_forces_and_torques_do_the_work_of_their_laws():
+    s = build(
+        mbdsl.parse(FLYING.format("Force push(a.f, fx = 0.7 N, fy = -0.4 N); Torque turn(a.f, b.f, tau = 0.3 N.m);"))
+    )
+    q, v = np.random.default_rng(1).uniform(-1.0, 1.0, (2, 6))
+    lever = np.exp(1j * q[2]) * (0.2 - 0.1j)
+    there = complex(v[0], v[1]) + 1j * v[2] * lever
+    assert s.Q(0.0, q, v) @ v == pytest.approx(0.7 * there.real - 0.4 * there.imag + 0.3 * (v[5] - v[2]), rel=1e-13)
 
 
 def test_mass_and_weight():

@@ -2,7 +2,6 @@
 
 import math
 from importlib import import_module
-from types import FunctionType
 
 import numpy as np
 import pytest
@@ -19,14 +18,6 @@ JOINTS = {name: m for name, m in modules().items() if isinstance(m.KIND, JointKi
 MOVING = [name for name, m in JOINTS.items() if m.KIND.velocity_rows and m.KIND.ports]
 #: rounding of a few dozen operations on numbers of order 1
 ROUNDING = 1e-13
-
-
-def plain(kernel):
-    """The kernel as Python: where it has been compiled for others of this process, it cannot be called from here."""
-    function = getattr(kernel, "py_func", kernel)
-    names = {n: function.__globals__[n] for n in function.__code__.co_names if n in function.__globals__}
-    kernels = {n: plain(f) for n, f in names.items() if hasattr(f, "__mbdsl_kernel__") or hasattr(f, "py_func")}
-    return FunctionType(function.__code__, {"__builtins__": __builtins__, **names, **kernels})
 
 
 def scene(text):
@@ -55,7 +46,7 @@ def value(expression, Z, lam=()):
 
 
 @pytest.mark.parametrize("name", [n for n in JOINTS if JOINTS[n].KIND.ports])
-def test_reactions_are_the_constraint_force_on_frame_b(name):
+def test_reactions_are_the_constraint_force_on_frame_b(name, plain):
     """-G^T lam of the kernel, and of the velocity rows with their derivative by the velocity of frame_b."""
     module, component, rng = JOINTS[name], joint(name), np.random.default_rng(1)
     kind = module.KIND
@@ -70,6 +61,16 @@ def test_reactions_are_the_constraint_force_on_frame_b(name):
     told = {x.name: value(component.signals[f"j.{x.name}"], Z, lam) for x in kind.reactions}
     assert [told.get(key, 0.0) for key in ("fx", "fy", "tau")] == pytest.approx(force, abs=ROUNDING)
     assert all(told.values()), "a reaction that is always zero is none"
+
+
+@pytest.mark.parametrize(("name", "at"), [("Distance", 0.6 + 0.8j), ("RollingDisc", 5 + 1j)])
+def test_what_is_given_as_1_is_kept(name, at, plain):
+    """A link of length 1, and a disc whose centre is by 1 above its line."""
+    Z, G, component = frames(np.random.default_rng(1)), np.zeros((3, VALUE + 1)), joint(name)
+    place = complex(*Z[0, :2]) + np.exp(1j * Z[0, 2]) * at
+    Z[1, :2] = place.real, place.imag
+    plain(JOINTS[name].gradient)(Z, 0, 1, component.kind.table(component.values), G)
+    assert G[0, VALUE] == pytest.approx(0.0, abs=ROUNDING)
 
 
 @pytest.mark.parametrize("name", MOVING)
@@ -162,6 +163,14 @@ def test_friction_of_a_slide(kind):
         assert value(component.friction, Z, (lam, 1.0)) == pytest.approx(7.0 * 0.2 * math.tanh(0.5))
 
 
+def test_speeds_from_which_friction_slides():
+    """Defaults that docs/language.md names: 0.01 rad/s and 1 mm/s."""
+    found = scene(
+        "Revolute r(a.b, b.a, mu = 1, radius = 1); Prismatic p(a.b, b.a, mu = 1); PointOnLine l(a.b, b.a, mu = 1);"
+    ).components
+    assert (found["r"].values["w_s"], found["p"].values["v_s"], found["l"].values["v_s"]) == (0.01, 0.001, 0.001)
+
+
 def test_equal_coefficients_need_no_exponential():
     equal, falling = (
         scene(f"PointOnLine j(a.b, b.a, mu = 0.2{more});").components["j"].friction for more in ("", ", mu_s = 0.3")
@@ -171,7 +180,7 @@ def test_equal_coefficients_need_no_exponential():
 
 
 @pytest.mark.parametrize("name", [n for n in JOINTS if JOINTS[n].KIND.friction])
-def test_friction_acts_along_the_coordinate_whose_rate_it_resists(name):
+def test_friction_acts_along_the_coordinate_whose_rate_it_resists(name, plain):
     kind, Z, G = JOINTS[name].KIND, frames(np.random.default_rng(4)), np.zeros((1, VALUE + 1))
     plain(import_module(f"mbdsl.elements.{kind.friction_along}").gradient)(Z, 0, 1, (), G)
     rate = G[0, :3] @ Z[0, 3:] + G[0, 3:6] @ Z[1, 3:]
