@@ -198,6 +198,13 @@ def test_forces_turn_with_the_beam():
         assert apart(S.Q(0, moved, turn @ v + spin), turn @ force) < 1e-12
 
 
+def test_errors_of_all_nodes_count_alike():
+    """Positions as parts of the mechanism's size; slopes as what they move the next node by."""
+    S = system(beam(elements=5))
+    assert S.tables.scale.size == S.n == 24
+    assert S.tables.scale.reshape(6, 4) == pytest.approx(np.array([[1.0, 1.0, 0.2, 0.2]] * 6) / S.tables.size)
+
+
 def test_inertia_of_a_rotation():
     """Points of a beam that turns about one of its own move as S e(t) says, exactly: so do energy and inertia force."""
     S = system(beam("", elements=3, rotary=0.02))
