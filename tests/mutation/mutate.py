@@ -110,7 +110,13 @@ NEAREST = {
     ),
     "mbdsl/system/": (*STARTS, "tests/unit/test_receipt.py"),
     "mbdsl/system/accelerations": STARTS,
+    "mbdsl/system/blocks": (*STARTS, "tests/unit/test_emitted.py", "tests/unit/test_receipt.py"),
     "mbdsl/system/beside": ("tests/unit/test_jit.py",),
+    "mbdsl/system/bodies": (*STARTS, f"{DERIVATIVES}::test_signals_are_what_the_kernels_compute"),
+    "mbdsl/system/clock": (
+        *STARTS,
+        "tests/unit/test_reduction.py::test_accelerations_at_the_start_where_drivers_move_frames",
+    ),
     "mbdsl/system/dependence": ("tests/unit/test_dependence.py",),
     "mbdsl/system/emit": ("tests/unit/test_emitted.py", "tests/unit/test_receipt.py", "tests/unit/test_jit.py"),
     "mbdsl/system/fixed_steps": PEAKS,

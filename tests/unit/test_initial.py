@@ -10,6 +10,7 @@ import mbdsl
 from mbdsl import Builder, graph
 from mbdsl.errors import InitialisationError
 from mbdsl.system import build
+from mbdsl.system.accelerations import balance
 from mbdsl.system.initial import _constrained, _damped, initial_state
 from mbdsl.system.placing import place
 from mbdsl.system.system import DENSE_LIMIT
@@ -299,6 +300,25 @@ def test_assembly_is_free_of_scale(size):
     assert value(system, s, "rod.phi") == pytest.approx(-np.arcsin(np.sin(0.7) / 2), abs=EXACT)
     assert s.v[5] == pytest.approx(-np.cos(0.7) / (2 * np.sqrt(1 - np.sin(0.7) ** 2 / 4)), abs=1e-9)
     assert np.abs(system.Phi(0.0, s.q)).max() < 1e-12 * size
+
+
+def test_balanced_equations_have_entries_near_one():
+    """Whatever the masses: powers of two, each of which brings a mass or a row of J to between 0.4 and 2."""
+    system, s = start("""
+model Link
+  Ground ground;
+  PointMass p(m = 1e-9 kg);
+  PointMass q(m = 1e9 kg);
+  Distance far(ground, p, length = 1 km);
+  Distance near(p, q, length = 1 um);
+end Link;
+""")
+    M, J = system.M(0.0, s.q).diagonal(), system.Phi_q(0.0, s.q)
+    d = balance(system, M, J)
+    assert (np.frexp(d)[0] == 0.5).all()
+    assert (d[:4] ** 2 * M > 0.4).all() and (d[:4] ** 2 * M < 2.0).all()
+    rows = d[4:] * (np.abs(J) @ d[:4])
+    assert (rows > 0.4).all() and (rows < 2.0).all()
 
 
 @pytest.mark.parametrize("solve", [_constrained, _damped])

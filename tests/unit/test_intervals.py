@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as some
+from scipy.interpolate import BPoly, PPoly
 
 from mbdsl.lang.expressions import OPERATIONS, TIME, Expr, call, coordinate, diff, evaluate, expr, walk
 from mbdsl.scene import Table
@@ -105,6 +106,18 @@ def test_bounds_are_sharp(law):
         assert wanted is None or found == pytest.approx(wanted, rel=1e-13)
 
 
+@pytest.mark.parametrize("name", ["sin", "cos"])
+def test_bounds_of_waves_are_sharp_in_all_periods(name):
+    """The range on an interval: the values at its ends, and 1 or -1 where it has an extremum."""
+    function, at = {"sin": (np.sin, 0.5 * np.pi), "cos": (np.cos, 0.0)}[name]
+    for a in np.linspace(-20.0, 20.0, 41):
+        for b in (a + 0.3, a + 2.0, a + 5.0):
+            ends = function([a, b])
+            hi = 1.0 if np.floor((b - at) / (2 * np.pi)) > np.floor((a - at) / (2 * np.pi)) else ends.max()
+            lo = -1.0 if np.floor((b - at) / (2 * np.pi) - 0.5) > np.floor((a - at) / (2 * np.pi) - 0.5) else ends.min()
+            assert bounds(call(name, TIME), a, b)[:2] == pytest.approx([lo, hi], abs=1e-12)
+
+
 def test_ways_lie_within_their_bounds():
     """Cubic polynomials of random coefficients, and of each by itself, over whole steps, parts of them, and several."""
     x = coordinate("b", "x")
@@ -119,6 +132,11 @@ def test_ways_lie_within_their_bounds():
         assert (jet.lo <= y[:, a : b + 1].min(axis=1)).all() and (y[:, a : b + 1].max(axis=1) <= jet.hi).all()
         slope = slopes[:, a:b]
         assert (jet.d_lo <= slope.min(axis=1) + 1e-12).all() and (slope.max(axis=1) <= jet.d_hi + 1e-12).all()
+    # as tight as SciPy's coefficients in Bernstein's form
+    coefficients = BPoly.from_power_basis(PPoly(ways.T[::-1, None, :], [0.0, 1.0])).c[:, 0, :]
+    for jet in (f.over(k)[0], f.jet(k, np.zeros(len(k)), np.ones(len(k)))[0]):
+        assert np.asarray(jet.lo) == pytest.approx(coefficients.min(axis=0), abs=1e-13)
+        assert np.asarray(jet.hi) == pytest.approx(coefficients.max(axis=0), abs=1e-13)
     first = np.arange(0, len(ways), 3)
     jet = f.over(first)[0]
     assert (jet.lo <= np.minimum.reduceat(y.min(axis=1), first)).all()

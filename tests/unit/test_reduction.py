@@ -285,7 +285,7 @@ model Carried "a driven arm with a slot, in which a point slides, and a hanging 
   PointMass rider(m = 0.5 kg);
   PointOnLine slot(arm.a, rider);
   Rod tip(m = 0.3 kg, length = 0.4 m);
-  Revolute wrist(arm.b, tip.a);
+  Revolute wrist(tip.a, arm.b);
 initial equation
   slot.s = 0.7 m;
   slot.v = 0.4 m/s;

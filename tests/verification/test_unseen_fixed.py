@@ -95,6 +95,15 @@ def test_a_missed_peak_is_named_and_what_is_advised_sees_it(name, method, tmp_pa
         assert abs(run["s.v"][-1] - v1) < advised * largest
 
 
+@pytest.mark.parametrize("base", [-300.0, 300.0])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_peak_is_missed_whatever_the_force_around_it(sign, base):
+    force = f"if time > 3.312 and time < 3.332 then {base + 50.0 * sign} else {base}"
+    run = simulate(parse_text(TEXT.format(tables="", force=force, v=0.0)), method="newmark", step=STEP, interval=STEP)
+    (text,) = peaks(run)
+    assert "has a peak near t = 3.3" in text
+
+
 @pytest.mark.parametrize(
     "force",
     [
