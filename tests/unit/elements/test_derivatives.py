@@ -491,6 +491,23 @@ def test_forces_and_torques_do_the_work_of_their_laws():
     assert s.Q(0.0, q, v) @ v == pytest.approx(0.7 * there.real - 0.4 * there.imag + 0.3 * (v[5] - v[2]), rel=1e-13)
 
 
+def test_friction_follows_from_the_reactions_of_its_own_joint():
+    """Of discs on pins at their centres, the second turns by 1 rad/s, far above w_s: -mu radius |lam|."""
+    s = build(
+        mbdsl.parse("""
+model Pins
+  Ground ground(g = 0 m/s2);
+  Body a(m = 1 kg, I = 1 kg.m2);
+  Body b(m = 1 kg, I = 1 kg.m2);
+  Revolute first(ground, a.c);
+  Revolute second(ground, b.c, mu = 0.3, radius = 0.1 m);
+end Pins;
+""")
+    )
+    force = s.evaluate(0.0, np.zeros(6), np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0]), np.array([70.0, 50.0, 3.0, 4.0]))[0]
+    assert force[[2, 5]] == pytest.approx([0.0, -0.3 * 0.1 * 5.0], abs=1e-14)
+
+
 def test_mass_and_weight():
     """M is what the bodies' tables say, and at rest without forces Q is the weight.
 

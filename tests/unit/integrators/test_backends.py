@@ -302,6 +302,20 @@ end Two;
     assert velocities == pytest.approx([1e-3 * wanted] * 2, rel=1e-14)
 
 
+@pytest.mark.parametrize("method", ["scipy-radau", "ida"])
+def test_work_is_counted_over_all_events(method):
+    """Each of the five smooth pieces needs a matrix of its own, and each matrix at least a factorisation."""
+    b = Builder("Jumps")
+    ground, p = b.Ground("ground", g=0.0), b.PointMass("p", m=2.0)
+    b.SpringDamper("s", ground, p, k=100.0, s0=1.0)
+    b.Force("push", p, fx="if mod(time, 0.4 s) < 0.2 s then 1 N else 0 N", fy=0.0)
+    b.initial(p.x, 1.0)
+    stats = mbdsl.simulate(b.scene(), method=method, tol=1e-4, stop=1.0).stats
+    assert stats["events"] == 4
+    assert 5 <= stats["matrix_evaluations"] <= stats["factorisations"]
+    assert stats["evaluations"] > stats["steps"]
+
+
 def hesitating(problem):
     """Three states around each output, as where an event is located there."""
     for t, q, v in exact(problem):
