@@ -15,7 +15,7 @@ import pytest
 import mbdsl
 from mbdsl import graph, layout
 from mbdsl.errors import IntegrationError
-from mbdsl.integrators import collocation, complex_lu, sparse, stages, state
+from mbdsl.integrators import collocation, sparse, stages, state
 from mbdsl.integrators.run import Integration
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
@@ -180,23 +180,6 @@ def test_dense_and_sparse_elimination_agree(model):
         assert run.advance(20) == state.RUNNING
         found.append(run.Y[layout.Q0, : S.n].copy())
     assert found[0] == pytest.approx(found[1], abs=1e-12)
-
-
-def test_dense_complex_systems_are_solved(plain):
-    """Random matrices, whose pivots lie anywhere, and one without an inverse."""
-    n, rng = 6, np.random.default_rng(4)
-    I = np.zeros(layout.N_ALL + 1, np.int64)
-    I[layout.N_ALL] = n
-    for singular in (False, False, True):
-        M, r = rng.normal(size=(2, n, n)), rng.normal(size=(2, n))
-        M[:, 3] = M[:, 1] if singular else M[:, 3]
-        A, B, P = np.zeros(n * n + 2 * n), np.zeros(n * n + 2 * n), np.zeros(n, np.int64)
-        A[: n * n], B[: n * n] = M.reshape(2, -1)
-        y, z = r.copy()
-        assert plain(complex_lu.dense_factor)(A, B, P, I) != singular
-        if not singular:
-            plain(complex_lu.dense_solve)(A, B, P, I, y, z)
-            assert y + 1j * z == pytest.approx(np.linalg.solve(M[0] + 1j * M[1], r[0] + 1j * r[1]), rel=1e-12)
 
 
 def test_updates_that_are_not_listed(monkeypatch):

@@ -1,0 +1,57 @@
+"""Dense elimination, real and complex, against NumPy: pivots anywhere, and rows and columns of all sizes."""
+
+import numpy as np
+import pytest
+
+from mbdsl import layout
+from mbdsl.integrators import complex_lu, linear
+
+N = 6
+
+
+def tables():
+    I = np.zeros(layout.N_ALL + 1, np.int64)
+    I[layout.N_ALL] = N
+    return np.zeros(N, np.int64), I
+
+
+def matrix(rng, singular):
+    """Well conditioned, or with a column twice, but for units of rows and columns."""
+    M = rng.normal(size=(N, N))
+    M[:, 3] = M[:, 1] if singular else M[:, 3]
+    rows, columns = 10.0 ** rng.integers(-9, 10, size=(2, N))
+    return rows, M, columns
+
+
+@pytest.mark.parametrize("singular", [False, True])
+def test_real_systems(singular, plain):
+    rng = np.random.default_rng(4)
+    for _ in range(3):
+        rows, M, columns = matrix(rng, singular)
+        P, I = tables()
+        A, Y = np.zeros(N * N + 2 * N), rng.normal(size=(1, N))
+        A[: N * N] = (rows[:, None] * M * columns).ravel()
+        expected = None if singular else np.linalg.solve(M, Y[0] / rows) / columns
+        assert plain(linear.dense_factor)(A, P, I) != singular
+        if not singular:
+            plain(linear.dense_solve)(A, P, I, Y, 0)
+            assert Y[0] * columns == pytest.approx(expected * columns, rel=1e-9)
+
+
+@pytest.mark.parametrize("singular", [False, True])
+def test_complex_systems(singular, plain):
+    rng = np.random.default_rng(4)
+    for _ in range(3):
+        rows, M, columns = matrix(rng, False)
+        C = M + 1j * rng.normal(size=(N, N))
+        C[:, 3] = 1j * C[:, 1] if singular else C[:, 3]
+        P, I = tables()
+        A, B = np.zeros((2, N * N + 2 * N))
+        y, z = rng.normal(size=(2, N))
+        K = rows[:, None] * C * columns
+        A[: N * N], B[: N * N] = K.real.ravel(), K.imag.ravel()
+        expected = None if singular else np.linalg.solve(C, (y + 1j * z) / rows)
+        assert plain(complex_lu.dense_factor)(A, B, P, I) != singular
+        if not singular:
+            plain(complex_lu.dense_solve)(A, B, P, I, y, z)
+            assert (y + 1j * z) * columns == pytest.approx(expected, rel=1e-9)
