@@ -22,7 +22,7 @@ from zipfile import ZIP_STORED, ZipFile, is_zipfile
 import numpy as np
 
 from mbdsl.errors import UsageError
-from mbdsl.files import writing
+from mbdsl.files import check, writing
 from mbdsl.integrators import backend, linear
 from mbdsl.integrators.run import Integration
 from mbdsl.motion import Motion
@@ -79,7 +79,8 @@ class Keeper:
     Raises
     ------
     UsageError
-        If the method has no checkpoints; or, for a ``resumed`` run, if the file is damaged or belongs to another model.
+        If the method has no checkpoints, or the file cannot be written; or, for a ``resumed`` run, if the file is
+        damaged or belongs to another model.
     """
 
     def __init__(self, checkpoint: Checkpoint, motion: Motion) -> None:
@@ -93,6 +94,8 @@ class Keeper:
         self.done: list[Snapshot] = []
         self._ahead: list[Snapshot] = []  # from the file, in the order of the runs
         self._written = perf_counter()
+        self.problem = ""  #: why the last checkpoint could not be written
+        check([checkpoint.path])
         if checkpoint.resumed:
             self._ahead = self._read()
         elif os.path.exists(checkpoint.path) and os.path.getsize(checkpoint.path):
@@ -122,7 +125,19 @@ class Keeper:
         self.done.append(_snapshot(motion, status))
 
     def write(self, motion: Motion) -> None:
-        """Write the runs that are done, and the state of the present one."""
+        """Write the runs that are done, and the state of the present one.
+
+        If that fails, as on a full disk, the run goes on, and ``problem`` says why.
+        """
+        try:
+            self._write(motion)
+        except UsageError as problem:
+            self.problem = problem.message
+        else:
+            self.problem = ""
+        self._written = perf_counter()
+
+    def _write(self, motion: Motion) -> None:
         runs = [*self.done, _snapshot(motion, None)]
         arrays: dict[str, np.ndarray] = {}
         about = {"format": FORMAT, **self.identity, "about": dict(self.checkpoint.about)}
@@ -135,7 +150,6 @@ class Keeper:
                         np.lib.format.write_array(member, values, allow_pickle=False)
             stream.flush()
             os.fsync(stream.fileno())
-        self._written = perf_counter()
 
     def _read(self) -> list[Snapshot]:
         path = self.checkpoint.path

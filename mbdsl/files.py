@@ -63,13 +63,15 @@ def _status(path: str | os.PathLike) -> os.stat_result | None:
 def _replacing(target: Path, there: os.stat_result | None) -> Iterator[BinaryIO]:
     if there is not None and not _writable(target, there):
         raise PermissionError(errno.EACCES, "it is read-only")
-    # long names leave no room for more
-    part = target.with_name(f".{target.name[:100]}.{os.getpid()}{PART}")
+    # a long name leaves no room for more; characters take up to 4 bytes
+    part = target.with_name(f".{target.name[:50]}.{os.getpid()}{PART}")
     with suppress(FileNotFoundError):
         part.unlink()  # of a process with the same number that was killed
     kept = False
     try:
-        with open(part, "xb") as stream:
+        # what others may not read, they may not read while it is written
+        allowed = 0o666 if there is None else stat.S_IMODE(there.st_mode) & 0o600 | 0o200
+        with open(part, "xb", opener=lambda name, flags: os.open(name, flags, allowed)) as stream:
             yield stream
         if there is not None and there.st_nlink > 1:
             kept = True
@@ -89,11 +91,14 @@ def _writable(target: Path, there: os.stat_result) -> bool:
 
 
 def _as_before(part: Path, there: os.stat_result) -> None:
-    """Give a new file the mode and, where that is allowed, the owner of the old one."""
-    os.chmod(part, stat.S_IMODE(there.st_mode))
+    """Give a new file the mode and, where that is allowed, the owner and the group of the old one."""
     if hasattr(os, "chown"):
-        with suppress(OSError):
-            os.chown(part, there.st_uid, there.st_gid)
+        for owner, group in ((-1, there.st_gid), (there.st_uid, -1)):  # members of a group may give it, only root both
+            with suppress(OSError):
+                os.chown(part, owner, group)
+    mode = stat.S_IMODE(there.st_mode)
+    # what its group may do is not for another group
+    os.chmod(part, mode if os.stat(part).st_gid == there.st_gid else mode & ~stat.S_IRWXG)
 
 
 def _copy_into(part: Path, target: Path) -> None:
@@ -147,12 +152,17 @@ def _same(a: str, b: str) -> bool:
     return stat.S_ISREG(one.st_mode) and os.path.samestat(one, other)
 
 
+def _folder(path: str, target: Path) -> Path:
+    """The folder of an output as the user named it; of a link, the one that it leads to."""
+    return target.parent if os.path.islink(path) else Path(path).parent
+
+
 def _check(path: str) -> None:
     try:
         there = _status(path)
         target = Path(os.path.realpath(path))
         if there is None and not target.parent.is_dir():
-            raise UsageError(f"cannot write `{path}`: there is no folder `{Path(path).parent!s}`")
+            raise UsageError(f"cannot write `{path}`: there is no folder `{_folder(path, target)}`")
         if there is not None and stat.S_ISDIR(there.st_mode):
             raise UsageError(f"cannot write `{path}`: it is a folder")
         if there is not None and stat.S_ISREG(there.st_mode) and not _writable(target, there):

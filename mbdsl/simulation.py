@@ -181,7 +181,13 @@ def simulated(
     announce: Callable[[str], None] | None = None,
     checkpoint: Checkpoint | str | PathLike | None = None,
 ) -> Trajectory:
-    """As :func:`simulate`, but an interrupted run is a result: its status says so."""
+    """As :func:`simulate`, but a run that is interrupted between steps is a result: its status says so.
+
+    Raises
+    ------
+    Interrupted
+        On Ctrl-C after the last step: the results are complete.
+    """
     if accuracy is not None:
         from mbdsl.studies.accuracy import reach
 
@@ -235,21 +241,26 @@ def simulated(
         keeper = Keeper(of_run(checkpoint, model, asked), motion)
     motion.watch()
     lap("initialise")
-    if run.tol is None or not motion.parts or run.stop == run.start:
-        status, found = _integrate(motion, progress, keeper), Found()
-    else:
-        status, found = calibrated(motion, run.tol, lambda: _integrate(motion, progress, keeper))
-    lap("integrate")
-    trajectory, states = _collect(motion, run.tol, found, status, seconds)
-    if status not in (state.DONE, state.RUNNING):
-        raise failure(motion, trajectory, status)
-    check_left_out(motion, trajectory, states)
-    check_bending(trajectory)
-    trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == state.DONE else []
-    if found.horizon is not None and status == state.DONE:
-        error = inaccurate(trajectory, found.reason)
-        if run.asked:
-            raise error
+    with deferred(1) as heard:
+        if run.tol is None or not motion.parts or run.stop == run.start:
+            status, found = _integrate(motion, progress, keeper, heard), Found()
+        else:
+            status, found = calibrated(motion, run.tol, lambda: _integrate(motion, progress, keeper, heard))
+        lap("integrate")
+        trajectory, states = _collect(motion, run.tol, found, status, seconds)
+        if status not in (state.DONE, state.RUNNING):
+            raise failure(motion, trajectory, status)
+        check_left_out(motion, trajectory, states)
+        check_bending(trajectory)
+        trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == state.DONE else []
+        if keeper is not None and keeper.problem:
+            trajectory.stats["warnings"].append(f"the last checkpoint is missing: {keeper.problem}")
+        if found.horizon is not None and status == state.DONE:
+            error = inaccurate(trajectory, found.reason)
+            if run.asked:
+                raise error
+    if heard and status == state.DONE:
+        raise Interrupted(trajectory)
     return trajectory
 
 
@@ -361,15 +372,18 @@ def _asked(times: ArrayLike, start: float, end: float) -> NDArray[np.float64]:
     return found
 
 
-def _integrate(motion: Motion, progress, keeper: Keeper | None = None) -> int:
-    """Advance in slices of about a tenth of a second, so that progress shows and an interruption is heard."""
+def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: Sequence[int] = ()) -> int:
+    """Advance in slices of about a tenth of a second, so that progress shows and an interruption is heard.
+
+    ``before`` are signals that came outside of the loop: they end it after a slice.
+    """
     slice_, begun, plan = SLICE, perf_counter(), motion.plan
     if keeper is not None and (known := keeper.begin(motion)) is not None:
         return known
     try:
         with deferred() as heard:
             while not heard:
-                before = perf_counter()
+                began = perf_counter()
                 status = motion.advance(slice_)
                 now = perf_counter()
                 if status != state.RUNNING or motion.bent():
@@ -382,7 +396,9 @@ def _integrate(motion: Motion, progress, keeper: Keeper | None = None) -> int:
                     iterations = motion.count("iterations")
                     spent = now - begun
                     progress(Progress(motion.time, plan.start, plan.stop, motion.h, motion.steps, iterations, spent))
-                slice_ = int(min(1e9, max(1, slice_ * min(4.0, 0.1 / max(now - before, 1e-9)))))
+                slice_ = int(min(1e9, max(1, slice_ * min(4.0, 0.1 / max(now - began, 1e-9)))))
+                if before:
+                    break
     except KeyboardInterrupt:  # from the progress callback
         pass
     if keeper is not None:

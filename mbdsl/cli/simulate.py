@@ -14,7 +14,7 @@ import mbdsl
 from mbdsl import files, results
 from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Display
-from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.errors import IntegrationError, Interrupted, UsageError
 from mbdsl.files import write_text
 from mbdsl.interrupts import deferred
 from mbdsl.visible import visible
@@ -135,7 +135,7 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
     jit.alone()
     display = None if args.quiet else Display(sys.stderr)
     said: set[str] = set()
-    failure = None
+    failure, over = None, False
     try:
         trajectory = simulated(
             scene,
@@ -158,6 +158,8 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
         trajectory, failure = getattr(problem, "trajectory", None), problem
         if trajectory is None:
             raise
+    except Interrupted as problem:  # after its last step: it is complete
+        trajectory, over = problem.trajectory, True
     finally:
         if display:
             display.close()
@@ -166,7 +168,8 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
     with deferred(1, f"writing {output}; Ctrl-C again to end without it") as heard:
         names = write(trajectory, output, args.signals)
     trajectory.stats["seconds"].update(parse=parse, write=perf_counter() - begun)
-    if heard:
+    over = over or bool(heard)
+    if over:
         args.verify = False
     verified = second_opinion(trajectory, names, args, said) if args.verify and not failure else None
     if args.stats:
@@ -185,13 +188,13 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
             print(verified)
     if failure:
         raise failure
-    if heard and trajectory.status != "interrupted":
+    if over and trajectory.status != "interrupted":
         raise KeyboardInterrupt
     if trajectory.stats.get("verify", {}).get("problem") == "interrupted":
         raise KeyboardInterrupt
     if trajectory.status == "interrupted":
         print(f"{output} ends at t = {trajectory.t[-1]:g} s and is marked incomplete", file=sys.stderr)
-        if args.checkpoint:
+        if args.checkpoint and Path(args.checkpoint).exists():
             print(f"to continue:  mbdsl resume {args.checkpoint}", file=sys.stderr)
         raise KeyboardInterrupt
     if args.checkpoint:

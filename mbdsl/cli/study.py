@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from mbdsl import files
 from mbdsl.cli import _values as values
 from mbdsl.errors import UsageError
 from mbdsl.files import write_text
@@ -204,10 +205,10 @@ def _effects(args: argparse.Namespace) -> int:
 def _hard(args: argparse.Namespace) -> int:
     from mbdsl.integrators import compiled
     from mbdsl.studies.cases import chosen
-    from mbdsl.studies.hard import hard
+    from mbdsl.studies.hard import hard, read
 
-    if args.output:
-        values.check_folder(Path(args.output).parent)
+    models = {case.model for case in read(args.folder, args.cases)}
+    files.check([args.output], [path.with_suffix(suffix) for path in models for suffix in (".mbd", ".json")])
     say = (lambda text: print(text, file=sys.stderr)) if sys.stderr.isatty() else None
     suite = hard(args.folder, chosen(args.methods or compiled()), args.cases, args.budget, say)
     if args.output:

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import BinaryIO
 
+from mbdsl.errors import UsageError
 from mbdsl.files import write_text
 
 SUFFIX = ".csv"
@@ -41,8 +43,14 @@ def mark(path: Path, meta: Mapping) -> None:
 
 def settle(path: Path, meta: Mapping) -> None:
     """Called when ``path`` has got its name."""
-    if meta.get("complete", True):
-        _mark(path).unlink(missing_ok=True)
+    mark = _mark(path)
+    if not meta.get("complete", True) or not os.path.lexists(mark):
+        return
+    try:
+        mark.unlink()
+    except OSError as problem:
+        why = problem.strerror or problem
+        raise UsageError(f"cannot remove `{mark}`, which marks `{path}` as incomplete: {why}") from problem
 
 
 def read(path: Path) -> tuple[dict, dict]:
@@ -59,7 +67,7 @@ def read(path: Path) -> tuple[dict, dict]:
     rows = np.loadtxt(lines, delimiter=",", ndmin=2) if lines else np.empty((0, len(names)))
     if rows.shape[1] != len(names):
         raise ValueError(f"the header names {len(names)} columns, the rows have {rows.shape[1]}")
-    meta = dict[str, str | float | bool](complete=not _mark(path).exists())
+    meta = dict[str, str | float | bool](complete=not os.path.exists(_mark(path)))
     return {name: rows[:, k] for k, name in enumerate(names)}, meta
 
 

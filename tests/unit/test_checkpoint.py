@@ -203,3 +203,24 @@ def test_what_has_no_checkpoints(model):
     with pytest.raises(UsageError, match=r"cannot write `no/run\.cp`"):
         simulate(model, step=1e-3, checkpoint=Checkpoint("no/run.cp", every=0.0))
     assert os.listdir() == ["stops.mbd"]
+
+
+def test_a_full_disk_ends_no_run(model, monkeypatch, capsys):
+    whole = simulate(model, step=0.01)
+
+    def full(path):
+        raise UsageError(f"cannot write `{path}`: No space left on device")
+
+    monkeypatch.setattr("mbdsl.checkpoint.writing", full)
+    found = simulate(model, step=0.01, checkpoint=Checkpoint("run.cp", 0.0))
+    assert found.status == "done" and np.array_equal(found.q, whole.q)
+    told = "the last checkpoint is missing: cannot write `run.cp`: No space left on device"
+    assert told in found.stats["warnings"] and told not in whole.stats["warnings"]
+    with pytest.raises(Interrupted) as caught:
+        simulate(model, step=0.01, checkpoint=Checkpoint("run.cp", 0.0), progress=Until(1))
+    assert len(caught.value.trajectory.t) > 1 and told in caught.value.trajectory.stats["warnings"]
+
+
+def test_a_file_that_cannot_be_written_is_refused_before_the_run(model):
+    with pytest.raises(UsageError, match="there is no folder `nowhere`"):
+        simulate(model, step=0.01, checkpoint="nowhere/run.cp")

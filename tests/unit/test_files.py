@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbdsl import UsageError, files, results
+from mbdsl import Interrupted, UsageError, files, results
 from mbdsl.files import write_text, writing
 from mbdsl.interrupts import deferred, terminated
 
@@ -41,6 +41,29 @@ def test_modes_are_kept(tmp_path, mode):
     path.chmod(mode)
     results.write(path, COLUMNS)
     assert stat.S_IMODE(path.stat().st_mode) == mode
+
+
+@posix
+def test_a_private_file_is_private_while_it_is_written(tmp_path):
+    path = tmp_path / "r.csv"
+    path.touch(0o600)
+    with writing(path):
+        modes = {p.name: stat.S_IMODE(p.stat().st_mode) for p in tmp_path.iterdir()}
+    assert len(modes) == 2 and set(modes.values()) == {0o600}
+
+
+@posix
+@pytest.mark.skipif(os.name == "posix" and os.geteuid() != 0, reason="only root gives files to any group")
+def test_groups_are_kept_or_have_no_rights(tmp_path, monkeypatch):
+    path = tmp_path / "r.csv"
+    for allowed, expected in ((True, (4242, 0o660)), (False, (tmp_path.stat().st_gid, 0o600))):
+        path.touch()
+        os.chown(path, -1, 4242)
+        path.chmod(0o660)
+        if not allowed:
+            monkeypatch.setattr(os, "chown", lambda *given: (_ for _ in ()).throw(PermissionError()))
+        write_text(path, "new")
+        assert (path.stat().st_gid, stat.S_IMODE(path.stat().st_mode)) == expected
 
 
 @posix
@@ -150,6 +173,22 @@ def test_imported_files_are_inputs_too(say, tmp_path):
     assert code == 2 and err.startswith("error: cannot write `part.mbd`: the model reads it\n")
 
 
+def test_a_hard_case_is_not_overwritten(say, model, tmp_path):
+    case = '{"name": "", "stop": 0.1, "step": 0.01}'
+    (tmp_path / "m.json").write_text(f'{{"group": "1. one", "answer": "known", "cases": [{case}]}}', encoding="utf-8")
+    for name in ("m.mbd", "m.json"):
+        code, _, err = say("study", "hard", ".", "--output", name)
+        assert code == 2 and "the model reads it" in err
+    assert model.read_text(encoding="utf-8") == MODEL
+
+
+@posix
+def test_of_a_link_the_missing_folder_is_named(say, model, tmp_path):
+    (tmp_path / "r.csv").symlink_to("missing/r.csv")
+    _, _, err = say("simulate", "m.mbd", "--output", "r.csv")
+    assert f"there is no folder `{tmp_path.resolve() / 'missing'}`" in err
+
+
 def test_two_outputs_are_two_files(say, model):
     code, _, err = say("simulate", "m.mbd", "--output", "r.csv", "--stats", "./r.csv")
     assert code == 2 and "cannot write `./r.csv`: `r.csv` is given for two outputs" in err
@@ -196,6 +235,45 @@ def test_one_interruption_while_results_are_written(say, model, monkeypatch):
         signal.signal(signal.SIGINT, former)
     assert (code, err) == (130, "writing m.csv; Ctrl-C again to end without it\ninterrupted\n")
     assert len(results.read("m.csv")[0]["time"]) == 501
+
+
+@posix
+@pytest.mark.parametrize("where", ["_collect", "doubts"])
+def test_one_interruption_after_the_last_step(say, model, monkeypatch, where):
+    """Between the step loop and the writing."""
+    from mbdsl import simulation
+
+    known = getattr(simulation, where)
+
+    def interrupted(*given):
+        os.kill(os.getpid(), signal.SIGINT)
+        return known(*given)
+
+    monkeypatch.setattr(simulation, where, interrupted)
+    former = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        code, _, err = say("simulate", "m.mbd", "--quiet")
+        with pytest.raises(Interrupted) as caught:
+            simulation.simulate("m.mbd")
+    finally:
+        signal.signal(signal.SIGINT, former)
+    columns, about = results.read("m.csv")
+    assert (code, err, about["complete"], len(columns["time"])) == (130, "interrupted\n", True, 501)
+    assert caught.value.trajectory.status == "done" and len(caught.value.trajectory.t) == 501
+
+
+def test_a_mark_that_cannot_be_removed_is_told(tmp_path):
+    path = tmp_path / "r.csv"
+    (tmp_path / "r.csv.incomplete").mkdir()
+    with pytest.raises(UsageError, match=r"cannot remove `.*r\.csv\.incomplete`, which marks"):
+        results.write(path, COLUMNS)
+
+
+@posix
+def test_long_names(tmp_path):
+    for name in ("a" * 251 + ".csv", "\u6f22" * 83 + ".csv"):  # 255 and 253 bytes
+        results.write(tmp_path / name, COLUMNS)
+        assert results.read(tmp_path / name)[1] == {"complete": True}
 
 
 @posix

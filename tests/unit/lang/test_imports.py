@@ -87,6 +87,13 @@ def test_nothing_is_shown_of_what_is_no_model(name, allowed, folders):
     assert caught.value.span.file == "main.mbd"
 
 
+def test_nothing_is_shown_of_a_script(folders):
+    Path("parts/script.mbd").write_text("import secrets\n")
+    with pytest.raises(ModelError, match="is no model") as caught:
+        mbdsl.load(model("parts/script.mbd"))
+    assert "secrets" not in caught.value.render()
+
+
 def test_lines_of_imported_models_are_shown(folders):
     Path("parts/wrong.mbd").write_text("// a model\n/* with\n a mistake */ model Wrong\n  Rod r(;\nend Wrong;\n")
     with pytest.raises(mbdsl.SyntaxProblem) as caught:
