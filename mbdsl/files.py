@@ -1,7 +1,7 @@
 """Writing files: all or nothing, with the mode that a file had, and never over the model or another output.
 
 What is no regular file (a device, a pipe) is written into. A file with further names (hard links) keeps them. A file
-that is read-only is left alone, whoever asks.
+that is read-only is left alone, even by root.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def _replacing(target: Path, there: os.stat_result | None) -> Iterator[BinaryIO]
 
 
 def _writable(target: Path, there: os.stat_result) -> bool:
-    """Whether somebody may write to the file; root may to all, but a file is read-only for a reason."""
+    """Whether the file is writable. Root could write to a read-only file too, but that is refused as for others."""
     return bool(there.st_mode & 0o222) and os.access(target, os.W_OK)
 
 
@@ -169,6 +169,6 @@ def _check(path: str) -> None:
             raise UsageError(f"cannot write `{path}`: it is read-only")
         if there is None or stat.S_ISREG(there.st_mode):
             with tempfile.NamedTemporaryFile(dir=target.parent, prefix=".mbdsl"):
-                pass  # what a file system refuses, no permissions tell
+                pass  # permissions do not show all that a file system refuses
     except OSError as problem:
         raise UsageError(f"cannot write `{path}`: {problem.strerror or problem}") from problem

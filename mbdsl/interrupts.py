@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: heard at once, acted on where nothing is lost."""
+"""Ctrl-C and SIGTERM: noted at once, acted on where no results are lost."""
 
 from __future__ import annotations
 

@@ -154,7 +154,7 @@ class Library:
         return new
 
     def _refuse_outside(self, item: s.Import, path: str) -> None:
-        """Before anything is asked about the file: not even whether it is there is told."""
+        """Called before the file is accessed, so that the message does not say whether it exists."""
         if self._allowed is True:
             return
         try:
