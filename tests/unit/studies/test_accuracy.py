@@ -9,6 +9,7 @@ import pytest
 import mbdsl
 from mbdsl import cli, results
 from mbdsl.errors import InitialisationError, IntegrationError, ModelError, UsageError
+from mbdsl.simulation import simulated
 from mbdsl.studies import ladder as ladders
 from mbdsl.studies import limits, opinion
 from mbdsl.studies.ladder import Ladder, difference, observed
@@ -86,13 +87,13 @@ def judged(monkeypatch):
         count = dict[str, int]()
 
         def simulate(*args, method, **more):
-            found = mbdsl.simulate(*args, method=method, **more)
+            found = simulated(*args, method=method, **more)
             if method != "radau5":
                 count[method] = count.get(method, 0) + 1
                 found.q = found.q + off(method, count[method])
             return found
 
-        monkeypatch.setattr(limits, "simulate", simulate)
+        monkeypatch.setattr(limits, "simulated", simulate)
         monkeypatch.setattr(opinion, "precise", lambda: ["radau5", "scipy-dop853"])  # others are of order 2, and quick
         return mbdsl.simulate(CRANK, accuracy=1e-4, method="radau5", stop=0.1, **{"budget": 1e3, **given})
 
@@ -141,8 +142,10 @@ def test_ctrl_c_keeps_what_there_is(judged):
         seen.append(method)
         return 0.0
 
-    found = judged(judge, progress=progress)
-    assert found.status == "done" or (found.status == "interrupted" and len(found.t) == 501)
+    with pytest.raises(mbdsl.Interrupted) as stopped:
+        judged(judge, progress=progress)
+    found = stopped.value.trajectory
+    assert found.status == "interrupted" and len(found.t) == 501  # the run that was to be checked, whole
 
 
 @pytest.mark.parametrize("p", [-0.2, 0.5, 1.0, 2.0, 5.0])

@@ -142,7 +142,7 @@ def test_what_passes_is_not_kept(store, monkeypatch):
         raise MemoryError("Unable to allocate 8 GiB")
 
     with monkeypatch.context() as patch:
-        patch.setattr(running, "simulate", full)
+        patch.setattr(running, "simulated", full)
         short = runner(store)
         assert "not enough memory" in short.compute(CASES)[CASES[0]].problem
     assert not list(store.folder.iterdir()) and not short.kept
