@@ -36,7 +36,8 @@ def test_right_or_refused(model, rows, method, k, h):
     try:
         found = mbdsl.simulate(model("four_bar"), method=method, step=h, stop=10.0, interval=1.0)
     except IntegrationError as stopped:  # whether hht-add passes depends on rounding
-        assert method == "hht-add" and "hht-add does not pass all singular poses" in str(stopped)
+        if method != "hht-add" or "hht-add does not pass all singular poses" not in str(stopped):
+            raise
         found = stopped.trajectory
     error = max(
         abs(found[name][t] - float(rows[t][key]))
