@@ -154,7 +154,7 @@ class External:
         span = self._given["start"], self._given["stop"]
         from mbdsl.system.unseen import Kept
 
-        zones = self.system.time_zones(*span)
+        zones = self.system.time_zones(*span, longest=span[1] - span[0])
         given = {**self._given, "breaks": Kept(self.system.time_events(*span)), "zones": zones}
         problem = Problem(self.system, q=q, v=v, a=a, lam=lam, left_out=left_out, counts=self._counts, **given)
         self._q, self._v, self._lam = q, v, lam

@@ -48,6 +48,8 @@ MOST = 2048
 SAMPLES = 65
 #: most terms of a sum; larger products are not expanded
 TERMS = 64
+#: largest cancellation that is accounted for: summands, relative to their sum
+CANCELLED = 1e6
 #: operations that sums consist of
 SUMS = ("add", "sub", "mul", "neg")
 #: operations that jump; controlled steps end at jumps that depend on time alone
@@ -301,7 +303,11 @@ def zones(f: Function, points: Points, path: int, least: float, edges: bool = Fa
     s, y = points.s[on], points.y[on]
     at = turns(y, least)
     before, behind = [at[0], *at[:-1]], [*at[1:], at[-1]]
-    ways = [(i, p, n) for i, p, n in zip(at, before, behind, strict=True) if edges or p < i < n]
+    ways = [
+        (i, p, n)
+        for i, p, n in zip(at, before, behind, strict=True)
+        if p < i < n or (edges and max(abs(y[i] - y[p]), abs(y[i] - y[n])) > least)
+    ]
     ends = np.array([[(i, side) for side in (p, n)] for i, p, n in ways], int).reshape(-1, 2)
     height, where, found = np.abs(y[ends[:, 0]] - y[ends[:, 1]]), s[ends[:, 0]], []
     for part in (QUARTER, FLANK):
@@ -346,11 +352,15 @@ def time_zones(roots: Iterable[Expr], t0: float, t1: float, longest: float) -> I
 
 def _of_term(term: Expr, t0: float, t1: float) -> Iterator[Zone]:
     f = over_time(term)
+    path = np.zeros(1, int)
     with np.errstate(all="ignore"):
-        samples = f.at(np.zeros(1, int), np.linspace(t0, t1, SAMPLES))
-    size = np.full(1, np.abs(samples[np.isfinite(samples)]).max(initial=0.0))
+        samples = f.at(path, np.linspace(t0, t1, SAMPLES))
+        lo, hi, *_ = f.jet(path, np.array([t0]), np.array([t1]))
+    largest = np.abs(samples[np.isfinite(samples)]).max(initial=0.0)
+    summands = float(np.maximum(-lo, hi)[0])  # if they cancel, their sum is smaller
+    size = np.array([max(largest, min(summands, CANCELLED * largest)) if np.isfinite(summands) else largest])
     least = max(SHORTEST * (t1 - t0), 4.0 * float(np.spacing(max(abs(t0), abs(t1)))))
-    path, shortest = np.zeros(1, int), np.full(1, least)
+    shortest = np.full(1, least)
     rest, width = [(t0, t1)], t1 - t0
     while rest:
         a, b = rest.pop()
