@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: noted at once, acted on where no results are lost."""
+"""Ctrl-C, SIGTERM and SIGHUP: noted at once, acted on where no results are lost."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+#: what a system that shuts down sends, and a terminal that is closed
+ENDS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
+SIGNALS = (signal.SIGINT, *ENDS)
 
 
 @contextmanager
@@ -26,14 +28,15 @@ def deferred(most: int | None = None, note: str = "") -> Iterator[list[int]]:
     def hear(number, frame) -> None:
         heard.append(number)
         if note and len(heard) == 1:
-            print(note, file=sys.stderr)
+            with suppress(OSError, ValueError):  # a terminal that was closed
+                print(note, file=sys.stderr)
         if most is not None and len(heard) > most:
             raise KeyboardInterrupt
 
     former = {}
     for number in SIGNALS:
         present = signal.getsignal(number)
-        # what is ignored remains so; SIGTERM ends a program that has not asked to hear of it
+        # what is ignored remains so; the others end a program that has not asked to hear of them
         if present not in (None, signal.SIG_IGN, signal.SIG_DFL):
             former[number] = signal.signal(number, hear)
     try:
@@ -45,12 +48,14 @@ def deferred(most: int | None = None, note: str = "") -> Iterator[list[int]]:
 
 @contextmanager
 def terminated() -> Iterator[None]:
-    """SIGTERM is as Ctrl-C, unless the program handles or ignores it itself."""
-    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
-        yield
-        return
-    former = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    """SIGTERM and SIGHUP are as Ctrl-C, unless the program handles or ignores them itself."""
+    former = {}
+    if threading.current_thread() is threading.main_thread():
+        for number in ENDS:
+            if signal.getsignal(number) == signal.SIG_DFL:
+                former[number] = signal.signal(number, signal.default_int_handler)
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, former)
+        for number, handler in former.items():
+            signal.signal(number, handler)

@@ -92,13 +92,13 @@ def killed_and_resumed(folder: Path, draw: random.Random) -> None:
 
 
 def interrupted(folder: Path, draw: random.Random) -> None:
-    """Ctrl-C or SIGTERM: what was computed is written, marked incomplete, and the exit code says so."""
+    """Ctrl-C, SIGTERM or SIGHUP: what was computed is written, marked incomplete, and the exit code says so."""
     code = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); from mbdsl.cli import main; "
     code += "sys.exit(main(sys.argv[1:]))"  # a shell's background job ignores SIGINT
     given = {"cwd": folder, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     process = subprocess.Popen([sys.executable, "-c", code, *RUN, "--output", "r.csv"], **given)
     time.sleep(draw.uniform(1.0, 2.5))
-    process.send_signal(draw.choice([signal.SIGINT, signal.SIGTERM]))
+    process.send_signal(draw.choice([signal.SIGINT, signal.SIGTERM, signal.SIGHUP]))
     _, said = process.communicate(timeout=LONGEST)
     if process.returncode in (0, 130) and "import" not in said and (folder / "r.csv").exists():
         columns, about = results.read(folder / "r.csv")

@@ -277,21 +277,22 @@ def test_long_names(tmp_path):
 
 
 @posix
-def test_sigterm_is_as_ctrl_c():
-    heard = []
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_sigterm_and_sighup_are_as_ctrl_c(name):
+    number = getattr(signal, name)
     with terminated():
         with deferred() as heard:
-            os.kill(os.getpid(), signal.SIGTERM)
-        assert heard == [signal.SIGTERM]
+            os.kill(os.getpid(), number)
+        assert heard == [number]
 
         def twice():
             with deferred(1):
                 for _ in range(2):
-                    os.kill(os.getpid(), signal.SIGTERM)
+                    os.kill(os.getpid(), number)
 
         with pytest.raises(KeyboardInterrupt):
             twice()
-    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    assert signal.getsignal(number) == signal.SIG_DFL
 
 
 # -- a CSV that was cut -------------------------------------------------------------------------------------------
