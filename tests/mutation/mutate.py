@@ -306,10 +306,13 @@ def main() -> None:
     parser.add_argument("--limit", type=float, default=600.0, help="seconds for a mutant")
     parser.add_argument("--tests", nargs="*", help="tests to run in place of the nearest ones")
     parser.add_argument("--report", type=Path, help="a JSON file of all mutants, written as it goes")
+    parser.add_argument("--again", type=Path, help="a report: run what was not caught in it, on the same lines, instead")
     args = parser.parse_args()
     os.environ.update(NUMBA_DISABLE_JIT="1", OPENBLAS_NUM_THREADS="1", PYTHONDONTWRITEBYTECODE="1")
     load()
     files = [f for x in args.files for f in (sorted((ROOT / x).rglob("*.py")) if (ROOT / x).is_dir() else [ROOT / x])]
+    again = json.loads(args.again.read_text(encoding="utf-8")) if args.again else []
+    wanted = {(d["file"], d["line"], d["what"]) for d in again if d["outcome"] != "caught"}
     done = []
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
@@ -321,7 +324,10 @@ def main() -> None:
             text = file.read_text(encoding="utf-8")
             tree = ast.parse(text)
             possible = mutations(tree)
-            chosen = random.Random(f"{args.seed} {path}").sample(possible, min(args.each, len(possible)))
+            if args.again:
+                chosen = [m for m in possible if (path, *m[:2]) in wanted]
+            else:
+                chosen = random.Random(f"{args.seed} {path}").sample(possible, min(args.each, len(possible)))
             for line, what, k, change in sorted(chosen, key=lambda m: m[0]):
                 (folder / path).write_text(mutant(tree, k, change), encoding="utf-8")
                 outcome = run(folder, tuple(args.tests or tests_of(path)), args.limit)
