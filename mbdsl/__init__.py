@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from mbdsl.simulation import simulate as simulate
     from mbdsl.stepping import Simulation as Simulation
     from mbdsl.trajectory import Trajectory as Trajectory
-
-__version__ = "0.1.0"
+    from mbdsl.version import __version__ as __version__
 
 #: public name -> (module, its name there); loaded when first used, so that `import mbdsl` is quick
 _PUBLIC = {
+    "__version__": ("mbdsl.version", "__version__"),
     "load": ("mbdsl.lang.load", "load"),
     "parse": ("mbdsl.lang.load", "parse_text"),
     "Builder": ("mbdsl.builder", "Builder"),
@@ -44,7 +44,7 @@ _PUBLIC = {
     "IntegrationError": ("mbdsl.errors", "IntegrationError"),
     "Interrupted": ("mbdsl.errors", "Interrupted"),
 }
-__all__ = ["__version__", *_PUBLIC]
+__all__ = [*_PUBLIC]
 
 
 def __getattr__(name: str) -> Any:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
-from mbdsl.lang.expressions import Expr, coordinate, is_velocity_level, leaves
-from mbdsl.saddle import RANK, Array, dense, null_space, row_size, scaled
+from mbdsl.expressions.symbolic import Expr, coordinate, is_velocity_level, leaves
+from mbdsl.numerics.saddle_point import RANK, Array, dense, null_space, row_size, scaled
 from mbdsl.system import System
 from mbdsl.system.bodies import POSITIONS, Pose, Rigid
 from mbdsl.system.signals import gradients

@@ -18,12 +18,12 @@ from typing import Any
 
 from mbdsl.elements import kinds
 from mbdsl.errors import ModelError, UsageError
+from mbdsl.expressions.symbolic import COORDINATES, Expr
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assembly import Assembly
 from mbdsl.lang.bases import Member
 from mbdsl.lang.classify import ALIASES
 from mbdsl.lang.experiment import KEYS, check_effects, setting
-from mbdsl.lang.expressions import COORDINATES, Expr
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.library import Unit
 from mbdsl.lang.load import deep
@@ -31,8 +31,8 @@ from mbdsl.lang.members import Namespace
 from mbdsl.lang.parser import parse_expression
 from mbdsl.lang.parts import Part
 from mbdsl.lang.values import Quantity, Value
+from mbdsl.messages import did_you_mean
 from mbdsl.scene import Experiment, Scene
-from mbdsl.wording import did_you_mean
 
 #: what may be given as a value: a number in SI, a text of the language, an array, an expression
 Given = Any
@@ -72,7 +72,7 @@ class Builder:
 
     Every kind of the language is a method: ``b.Rod("rod", m=1.0, length=0.5)`` is ``b.add("Rod", "rod", ...)``.
     Values are numbers in SI, texts in the language's own syntax (``"30 deg"``, ``"100 N/m*(s - 0.2 m)"``), sequences
-    for arrays, or :class:`~mbdsl.lang.expressions.Expr` for laws.
+    for arrays, or :class:`~mbdsl.expressions.symbolic.Expr` for laws.
 
     Parameters
     ----------

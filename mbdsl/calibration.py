@@ -23,14 +23,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl import error_norm
 from mbdsl.errors import InitialisationError
 from mbdsl.failures import TOO_MANY_STEPS
 from mbdsl.growth import SAMPLES, Growth, growth
 from mbdsl.integrators import declared, state
 from mbdsl.integrators.run import LONGEST
 from mbdsl.motion import Kept, Motion, Plan
-from mbdsl.tolerance import rounding
+from mbdsl.numerics import error_norm
+from mbdsl.numerics.tolerance import rounding
 
 Array = NDArray[np.float64]
 
@@ -109,7 +109,7 @@ def calibrated(motion: Motion, tol: float, integrate: Callable[[], int]) -> tupl
     """Run ``motion`` so that its error is below ``tol``, or as small as possible; return a status and the estimate.
 
     ``integrate()`` runs the present plan to its end. The error is the largest over all outputs, in the norm of
-    :mod:`mbdsl.error_norm`.
+    :mod:`mbdsl.numerics.error_norm`.
     """
     return _Ladder(motion, tol, integrate).climb()
 

@@ -22,11 +22,11 @@ from zipfile import ZIP_STORED, ZipFile, is_zipfile
 import numpy as np
 
 from mbdsl.errors import UsageError
-from mbdsl.files import check, writing
 from mbdsl.integrators import backend, linear
 from mbdsl.integrators.run import Integration
 from mbdsl.motion import Motion
 from mbdsl.scene import Scene
+from mbdsl.storage.output_files import check, writing
 
 if TYPE_CHECKING:
     from mbdsl.builder import Builder

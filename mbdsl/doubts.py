@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.errors import MbdslError
+from mbdsl.expressions.symbolic import Expr, leaves, walk
 from mbdsl.integrators import backend, state
 from mbdsl.integrators.backends import External
 from mbdsl.integrators.lookout import LONGEST
 from mbdsl.integrators.overlooked import Peak
 from mbdsl.integrators.run import Integration
-from mbdsl.lang.expressions import Expr, leaves, walk
 from mbdsl.motion import KINEMATIC, Motion, Moving
 from mbdsl.scene import Component, Scene
 from mbdsl.system import System

@@ -32,7 +32,8 @@ from mbdsl.eigenvalues import lowest, normalised, one_of_each, reduced
 from mbdsl.equilibrium import prepare, settle
 from mbdsl.errors import UsageError
 from mbdsl.extremes import blame_extremes
-from mbdsl.saddle import Array, dense
+from mbdsl.messages import few
+from mbdsl.numerics.saddle_point import Array, dense
 from mbdsl.scene import Scene
 from mbdsl.simulation import simulate
 from mbdsl.system import System
@@ -40,7 +41,6 @@ from mbdsl.system.accelerations import accelerations
 from mbdsl.system.bodies import Pose
 from mbdsl.system.initial import initial_position, initial_state
 from mbdsl.system.signals import gradients
-from mbdsl.wording import few
 
 if TYPE_CHECKING:
     from mbdsl.builder import Builder

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mbdsl.bases import Moving, Still
 from mbdsl.errors import UsageError
-from mbdsl.saddle import Array, Matrix, Saddle, largest, null_space, row_size, scaled
+from mbdsl.numerics.saddle_point import Array, Matrix, Saddle, largest, null_space, row_size, scaled
 from mbdsl.system import System
 from mbdsl.system.bodies import Pose
 

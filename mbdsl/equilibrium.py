@@ -20,21 +20,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbdsl import cache_folder, jit
 from mbdsl import graph as mechanism_graph
+from mbdsl.compilation import code_cache
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import EquilibriumError, UsageError
+from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.extremes import blame_extremes
-from mbdsl.lang.expressions import is_velocity_level
+from mbdsl.messages import count, few
+from mbdsl.numerics.saddle_point import Array, dense
 from mbdsl.overdamped import Search, movers
-from mbdsl.saddle import Array, dense
 from mbdsl.scene import Scene
 from mbdsl.simulation import as_scene
+from mbdsl.storage import cache_folder
 from mbdsl.system import System, build
 from mbdsl.system.bodies import LARGEST_BEND
 from mbdsl.system.initial import initial_position, redundant_rows
 from mbdsl.trajectory import Trajectory
-from mbdsl.wording import count, few
 
 if TYPE_CHECKING:
     from mbdsl.builder import Builder
@@ -164,8 +165,8 @@ def prepare(
     mechanism = mechanism_graph.build(scene)
     system = build(scene, mechanism)
     # what a simulation has left in the cache serves here as well
-    sets = 2 if jit.is_compiled(system.module_name(2)) else 1
-    if announce is not None and not jit.is_compiled(system.module_name(sets)):
+    sets = 2 if code_cache.is_compiled(system.module_name(2)) else 1
+    if announce is not None and not code_cache.is_compiled(system.module_name(sets)):
         announce(cache_folder.compiling())
     system.kernels(sets)
     return system, mechanism

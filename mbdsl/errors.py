@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mbdsl.visible import visible, width
+from mbdsl.messages import visible, width
 
 if TYPE_CHECKING:
     from mbdsl.trajectory import Trajectory

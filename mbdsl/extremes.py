@@ -14,7 +14,7 @@ from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
 from mbdsl.errors import ModelError, Span
-from mbdsl.lang.expressions import Expr, walk
+from mbdsl.expressions.symbolic import Expr, walk
 from mbdsl.scene import Scene, Table
 
 #: sizes in SI units beyond which a number of a mechanism is suspected; its square is still a double

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbdsl import layout
+from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import IntegrationError
+from mbdsl.expressions.symbolic import Expr, diff, leaves
 from mbdsl.integrators import declared, state
 from mbdsl.integrators.backends import External
 from mbdsl.integrators.events import SLIDING, SLIDING_HINT
 from mbdsl.integrators.run import Integration
-from mbdsl.lang.expressions import Expr, diff, leaves
 from mbdsl.motion import Motion
 from mbdsl.scene import Component
 from mbdsl.system import System
@@ -110,7 +110,7 @@ def _indefinite(integration: Integration) -> str | None:
     tables, Y = integration.system.tables, integration.Y
     for name, body in tables.models.items():
         d = tables.coordinates[name]
-        for row in (layout.Q0, layout.Q):
+        for row in (buffer_layout.Q0, buffer_layout.Q):
             q = Y[row, d : d + body.n]
             if not isinstance(body, Rigid) and np.isfinite(q).all() and not np.linalg.eigvalsh(body.M(q))[0] > 0.0:
                 return name
@@ -144,7 +144,7 @@ def _broken_law(integration: Integration) -> Component | None:
     """The first component whose law, or a derivative of it, is not a finite number at the last iterate."""
     system, Y, n = integration.system, integration.Y, integration.system.n
     t = np.array([integration.K[state.T]])
-    for q, v in ((Y[layout.Q, :n], Y[layout.V, :n]), (Y[layout.Q0, :n], Y[layout.V0, :n])):
+    for q, v in ((Y[buffer_layout.Q, :n], Y[buffer_layout.V, :n]), (Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n])):
         for c in system.scene.components.values():
             laws = [c.values[p.name] for p in c.kind.parameters if p.law and isinstance(c.values[p.name], Expr)]
             roots = [e for law in laws for e in (law, *diff(law, *leaves(law)))]
@@ -177,7 +177,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     assert isinstance(integration, Integration)
     system, Y, n = integration.system, integration.Y, integration.system.n
     names = system.names() + system.constraint_names()
-    residual = np.abs(Y[layout.R, : len(names)])
+    residual = np.abs(Y[buffer_layout.R, : len(names)])
     bad = np.flatnonzero(~np.isfinite(residual))
     worst = bad[:3] if len(bad) else np.argsort(-residual)[:3]
     t = integration.K[state.T]
@@ -211,7 +211,10 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         where, span = f"the law of {law.kind.name} {law.name}", law.span
     message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.step:g} s)"
     message += f"; worst: {where}" if where else ""
-    poses = [singular(system, t, Y[q, :n], Y[v, :n]) for q, v in ((layout.Q0, layout.V0), (layout.Q, layout.V))]
+    poses = [
+        singular(system, t, Y[q, :n], Y[v, :n])
+        for q, v in ((buffer_layout.Q0, buffer_layout.V0), (buffer_layout.Q, buffer_layout.V))
+    ]
     if status != state.SLIDING and law is None and any(poses):  # at the start of the step, or where it got to
         message += f"; {poses[0] or poses[1]}"
     if (bent := bending(trajectory)) is not None:

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 from mbdsl import graph_checks
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import ModelWarning
-from mbdsl.lang.expressions import Expr, leaves
+from mbdsl.expressions.symbolic import Expr, leaves
+from mbdsl.messages import count, few
 from mbdsl.ordering import minimum_degree
 from mbdsl.scene import Component, Scene
-from mbdsl.wording import count, few
 
 if TYPE_CHECKING:
     import networkx

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from mbdsl.elements.kind import BodyKind, ForceKind
 from mbdsl.errors import ModelError, ModelWarning
+from mbdsl.messages import count, few
 from mbdsl.scene import Component, Scene
-from mbdsl.wording import count, few
 
 if TYPE_CHECKING:
     from mbdsl.graph import Edge

@@ -31,7 +31,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.saddle import RANK, row_size
+from mbdsl.numerics.saddle_point import RANK, row_size
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 

@@ -12,13 +12,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl import graph, jit
+from mbdsl import graph
+from mbdsl.compilation import code_cache
 from mbdsl.elements.kind import JointKind
+from mbdsl.expressions.symbolic import coordinate
 from mbdsl.integrators import Run, backend, declared, state
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.step_loop import loop_name
-from mbdsl.interpolation import between
-from mbdsl.lang.expressions import coordinate
+from mbdsl.numerics.hermite import between
 from mbdsl.reduction import Note, Part, Reduction, reduce
 from mbdsl.scene import Scene
 from mbdsl.starts import check_bending, check_loose
@@ -133,7 +134,9 @@ class Motion:
     def _is_compiled(self, part: Part, system: System) -> bool:
         method = KINEMATIC if part.kinematic else self.plan.method
         code = system.module_name(declared(method).sets)
-        return jit.is_compiled(code) and (backend(method) is not None or jit.is_compiled(loop_name(method)))
+        return code_cache.is_compiled(code) and (
+            backend(method) is not None or code_cache.is_compiled(loop_name(method))
+        )
 
     def prepare(self, lap: Callable[[str], None] = lambda phase: None) -> None:
         """Compile (or load), and assemble the initial states; ``lap`` is told what has been done when."""

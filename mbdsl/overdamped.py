@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbdsl.errors import EquilibriumError, Span
-from mbdsl.saddle import Array, Matrix, Saddle, dense, largest, null_space, row_size, scaled
+from mbdsl.messages import count, few
+from mbdsl.numerics.saddle_point import Array, Matrix, Saddle, dense, largest, null_space, row_size, scaled
 from mbdsl.system import System
 from mbdsl.system.system import DENSE_LIMIT
-from mbdsl.wording import count, few
 
 NEAR = 1e-9  #: what is left of forces, relative to the largest one, where plain Newton steps take over
 ZERO = 1e-12  #: stiffness relative to the largest that counts as none

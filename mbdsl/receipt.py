@@ -13,22 +13,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbdsl import cache_folder, layout
+from mbdsl.compilation import buffer_layout
 from mbdsl.elements import kinds
 from mbdsl.elements import modules as element_modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import Span
+from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
 from mbdsl.extremes import blame_extremes
 from mbdsl.integrators import backend, declared
-from mbdsl.lang.expressions import Expr, is_velocity_level, leaves
+from mbdsl.messages import count, few
 from mbdsl.motion import Motion, Moving, Plan
 from mbdsl.reduction import Note
 from mbdsl.scene import Component, Scene
 from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, as_scene, plan
+from mbdsl.storage import cache_folder
 from mbdsl.system.blocks import by_law
 from mbdsl.system.emit import evaluate_lines, tangent_lines
 from mbdsl.trajectory import ACCELERATIONS, Trajectory
-from mbdsl.wording import count, few
 
 if TYPE_CHECKING:
     from mbdsl.builder import Builder
@@ -182,7 +183,9 @@ def _drivers(motion: Motion) -> list[Entry]:
     carried = [motion.system.scene.components[name] for name in moved]
     nothing = "none" if not carried else "none is left: what they move is a function of time"
     found = [_entry("drivers", driven, nothing, kernels=_kernels(motion, "drivers", "expressions"))]
-    if any(p.system.tables.I[layout.N_MOVING] for p in motion.parts):  # something that is solved for hangs on one
+    if any(
+        p.system.tables.I[buffer_layout.N_MOVING] for p in motion.parts
+    ):  # something that is solved for hangs on one
         found.append(_entry("moving frames", carried, "", kernels=_kernels(motion, "moving frames", "expressions")))
     return found
 
@@ -288,13 +291,13 @@ def _deforming(motion: Motion, least: int) -> set[str]:
 
 
 def _hoisted(motion: Motion) -> list[str]:
-    kinds_ = {int(p.system.tables.I[layout.MASS_KIND]) for p in motion.parts}
+    kinds_ = {int(p.system.tables.I[buffer_layout.MASS_KIND]) for p in motion.parts}
     found = ["the mass matrix, constant and diagonal: one vector"] if 0 in kinds_ else []
     if 1 in kinds_:
         found.append("the mass matrix of elements: constant, factorised once where its inverse is needed")
     if 2 in kinds_:
         found.append("of the mass matrix: integrals over shapes; elastic entries, factorised once")
-    if any(p.system.tables.F[p.system.tables.I[layout.FORCE0] :][: p.system.n].any() for p in motion.parts):
+    if any(p.system.tables.F[p.system.tables.I[buffer_layout.FORCE0] :][: p.system.n].any() for p in motion.parts):
         found.append("gravity, constant in these coordinates: the vector that forces start from")
     orders = [p for p in motion.parts if p.system.unknowns]
     if orders:
@@ -369,7 +372,7 @@ def _rows(motion: Motion) -> dict[str, int]:
             found["nonholonomic rows"] += len(c.velocity_constraints)
             found["drivers"] += c.kind.driver is not None and c.kind.rows > 0
     # a pose and its rates
-    found["moving frames"] = sum(6 * int(p.system.tables.I[layout.N_MOVING]) for p in motion.parts)
+    found["moving frames"] = sum(6 * int(p.system.tables.I[buffer_layout.N_MOVING]) for p in motion.parts)
     return found
 
 

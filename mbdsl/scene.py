@@ -12,8 +12,8 @@ from typing import Any
 
 from mbdsl.elements.kind import BodyKind, Kind
 from mbdsl.errors import ModelError, Span
-from mbdsl.lang.expressions import COORDINATES, Expr, const, coordinate
-from mbdsl.wording import did_you_mean
+from mbdsl.expressions.symbolic import COORDINATES, Expr, const, coordinate
+from mbdsl.messages import did_you_mean
 
 #: signals that every model has; no variable of a model may have one of these names
 ENERGIES = ("energy.kinetic", "energy.potential", "energy.total")

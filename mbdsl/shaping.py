@@ -11,9 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbdsl.lang.expressions import is_velocity_level
+from mbdsl.expressions.symbolic import is_velocity_level
+from mbdsl.numerics.saddle_point import Array, dense, null_space, row_size
 from mbdsl.overdamped import Search
-from mbdsl.saddle import Array, dense, null_space, row_size
 from mbdsl.system import System
 from mbdsl.system.bodies import Rigid
 from mbdsl.system.shapes import Undeformed

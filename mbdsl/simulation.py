@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mbdsl import cache_folder
 from mbdsl.calibration import Found, calibrated
 from mbdsl.checkpoint import Checkpoint, Keeper, of_run
 from mbdsl.doubts import doubts
@@ -24,9 +23,10 @@ from mbdsl.integrators.run import MOST_OUTPUT
 from mbdsl.integrators.step_loop import controls_locally
 from mbdsl.interrupts import deferred
 from mbdsl.motion import Motion, Plan, constrained
+from mbdsl.numerics.tolerance import misfit, rounding
 from mbdsl.scene import Scene
+from mbdsl.storage import cache_folder
 from mbdsl.system.dependence import repeated
-from mbdsl.tolerance import misfit, rounding
 from mbdsl.trajectory import Trajectory
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import InitialisationError, UsageError
-from mbdsl.lang.expressions import Expr, const, coordinate, leaves
+from mbdsl.expressions.symbolic import Expr, const, coordinate, leaves
 from mbdsl.scene import ENERGIES, Scene
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.bodies import Rigid

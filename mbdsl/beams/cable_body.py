@@ -14,8 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.beams.banded import cholesky
 from mbdsl.beams.stations import on_axis
+from mbdsl.numerics.banded_cholesky import cholesky
 from mbdsl.scene import Component
 from mbdsl.system.bodies import Pose
 

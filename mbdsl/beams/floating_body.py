@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.beams.banded import cholesky
 from mbdsl.beams.floating import Floating, discretise
 from mbdsl.beams.stations import on_axis
 from mbdsl.elements import floating_frames as kernels
+from mbdsl.numerics.banded_cholesky import cholesky
 from mbdsl.scene import Component
 from mbdsl.system.bodies import Pose
 

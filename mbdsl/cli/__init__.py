@@ -23,7 +23,7 @@ from mbdsl.cli._streams import BROKEN_PIPE as BROKEN_PIPE
 from mbdsl.cli._streams import Streams
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.interrupts import terminated
-from mbdsl.wording import did_you_mean
+from mbdsl.messages import did_you_mean
 
 #: the start of a negative value, such as -1ms
 NEGATIVE = re.compile(r"-\.?\d")

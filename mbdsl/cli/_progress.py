@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TextIO
 
-from mbdsl.visible import visible
+from mbdsl.messages import visible
 
 if TYPE_CHECKING:
     from mbdsl.simulation import Progress

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from mbdsl.lang.expression_text import text
-from mbdsl.lang.expressions import Expr
+from mbdsl.expressions.printing import text
+from mbdsl.expressions.symbolic import Expr
+from mbdsl.messages import visible
 from mbdsl.scene import Scene, Table
-from mbdsl.visible import visible
 
 
 def describe(scene: Scene) -> str:

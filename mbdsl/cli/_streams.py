@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Any, TextIO
 
 from mbdsl.errors import UsageError
-from mbdsl.visible import visible
+from mbdsl.messages import visible
 
 BROKEN_PIPE = 141
 

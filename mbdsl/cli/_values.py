@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mbdsl.errors import UsageError
-from mbdsl.tolerance import misfit
+from mbdsl.numerics.tolerance import misfit
 
 if TYPE_CHECKING:
     from mbdsl.scene import Scene

@@ -6,10 +6,10 @@ import argparse
 from typing import TYPE_CHECKING
 
 from mbdsl.errors import UsageError
-from mbdsl.wording import count, few
+from mbdsl.messages import count, few
 
 if TYPE_CHECKING:
-    from mbdsl.cache_folder import Choice
+    from mbdsl.storage.cache_folder import Choice
 
 
 def register(subparsers) -> argparse.ArgumentParser:
@@ -25,7 +25,7 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
-    from mbdsl import cache_folder
+    from mbdsl.storage import cache_folder
 
     choice = cache_folder.chosen()
     if args.clear:
@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _clear(choice: Choice) -> None:
-    from mbdsl import cache_folder
+    from mbdsl.storage import cache_folder
 
     if choice.fault:
         raise UsageError(f"`{choice.path}` is not used, and not emptied: {choice.fault}")

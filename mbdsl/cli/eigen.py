@@ -8,10 +8,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mbdsl import files
 from mbdsl.cli import _values as values
 from mbdsl.errors import UsageError
-from mbdsl.files import write_text
+from mbdsl.storage import output_files
+from mbdsl.storage.output_files import write_text
 
 if TYPE_CHECKING:
     from mbdsl.eigenmodes import Modes
@@ -52,16 +52,16 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     if args.output:
-        files.check([args.output], [args.model])
+        output_files.check([args.output], [args.model])
         if Path(args.output).suffix.lower() not in SUFFIXES:
             raise UsageError(f"unknown suffix of `{args.output}`", hint=f"known are {', '.join(SUFFIXES)}")
     scene = values.load_model(args)
-    files.check([args.output], scene.files)
+    output_files.check([args.output], scene.files)
 
-    from mbdsl import jit
+    from mbdsl.compilation import code_cache
     from mbdsl.eigenmodes import eigen
 
-    jit.alone()
+    code_cache.alone()
     modes = eigen(scene, args.at, args.count, announce=lambda text: print(text, file=sys.stderr))
     print(modes)
     if args.output:

@@ -37,11 +37,11 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
-    from mbdsl import jit
     from mbdsl.cli._progress import Counter
+    from mbdsl.compilation import code_cache
     from mbdsl.studies.recommend import recommend
 
-    jit.alone()
+    code_cache.alone()
     counter = Counter(sys.stderr)
     given = {name: getattr(args, name) for name in ("methods", "reference", "stop", "repeats", "budget", "fresh")}
     try:

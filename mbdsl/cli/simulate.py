@@ -11,14 +11,14 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 import mbdsl
-from mbdsl import files, results
+from mbdsl import results
 from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, Interrupted, UsageError
-from mbdsl.files import write_text
 from mbdsl.interrupts import deferred
-from mbdsl.visible import visible
-from mbdsl.wording import once
+from mbdsl.messages import once, visible
+from mbdsl.storage import output_files
+from mbdsl.storage.output_files import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -119,20 +119,20 @@ def register(subparsers) -> argparse.ArgumentParser:
 def run(args: argparse.Namespace, resumed: bool = False) -> int:
     output = args.output or f"{Path(args.model).stem}.csv"
     outputs = [output, args.stats, args.checkpoint]
-    files.check(outputs, [args.model])
+    output_files.check(outputs, [args.model])
     results.format_of(output)
 
     options = {name: getattr(args, name) for name in OPTIONS if getattr(args, name) is not None}
     options.update(values.numbers(args.option))
     begun = perf_counter()
     scene = values.load_model(args)
-    files.check(outputs, scene.files)
+    output_files.check(outputs, scene.files)
     parse = perf_counter() - begun
 
-    from mbdsl import jit
+    from mbdsl.compilation import code_cache
     from mbdsl.simulation import simulated
 
-    jit.alone()
+    code_cache.alone()
     display = None if args.quiet else Display(sys.stderr)
     said: set[str] = set()
     failure, over = None, False

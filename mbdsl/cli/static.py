@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 import sys
 
-from mbdsl import files, results
+from mbdsl import results
 from mbdsl.cli import _values as values
+from mbdsl.storage import output_files
 
 
 def register(subparsers) -> argparse.ArgumentParser:
@@ -28,16 +29,16 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     if args.output:
-        files.check([args.output], [args.model])
+        output_files.check([args.output], [args.model])
         results.format_of(args.output)
     scene = values.load_model(args)
-    files.check([args.output], scene.files)
+    output_files.check([args.output], scene.files)
 
-    from mbdsl import jit
     from mbdsl.cli.simulate import about
+    from mbdsl.compilation import code_cache
     from mbdsl.equilibrium import listed, static
 
-    jit.alone()
+    code_cache.alone()
     found = static(scene, start=args.start, announce=lambda text: print(text, file=sys.stderr))
     point = found.trajectory
     default = [*found.system.names(), *found.reactions]

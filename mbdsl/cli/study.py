@@ -7,11 +7,11 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from mbdsl import files
 from mbdsl.cli import _values as values
 from mbdsl.errors import UsageError
-from mbdsl.files import write_text
-from mbdsl.wording import count
+from mbdsl.messages import count
+from mbdsl.storage import output_files
+from mbdsl.storage.output_files import write_text
 
 METHODS = {
     "convergence": ("how errors fall with the step or the tolerance", "Errors in positions, velocities, reactions, "
@@ -106,10 +106,10 @@ def _methods(args: argparse.Namespace) -> int:
     pictures = _checked(args.pictures)
     values.check_folder(output)
 
-    from mbdsl import jit
     from mbdsl.cli._progress import Counter
+    from mbdsl.compilation import code_cache
 
-    jit.alone()
+    code_cache.alone()
     study = _function(args.kind)
     counter = Counter(sys.stderr)
     given = {name: getattr(args, name) for name in ("methods", "steps", "tols", "stop", "budget", "fresh", "without")}
@@ -208,7 +208,7 @@ def _hard(args: argparse.Namespace) -> int:
     from mbdsl.studies.hard import hard, read
 
     models = {case.model for case in read(args.folder, args.cases)}
-    files.check([args.output], [path.with_suffix(suffix) for path in models for suffix in (".mbd", ".json")])
+    output_files.check([args.output], [path.with_suffix(suffix) for path in models for suffix in (".mbd", ".json")])
     say = (lambda text: print(text, file=sys.stderr)) if sys.stderr.isatty() else None
     suite = hard(args.folder, chosen(args.methods or compiled()), args.cases, args.budget, say)
     if args.output:

@@ -3,9 +3,9 @@
 g = (t_a . d, n_a . d, phi_b - phi_a),  d = r_b - r_a;  s_k = k_k g_k + c_k dg_k/dt
 """
 
+from mbdsl.compilation.marks import kernel
 from mbdsl.elements.coordinates import angle, offset, offset_hessian, slide, slide_hessian
 from mbdsl.elements.kind import ForceKind, Parameter, Signal, zero
-from mbdsl.kernels import kernel
 
 KIND = ForceKind(
     "Bushing",

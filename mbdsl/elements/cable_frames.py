@@ -29,9 +29,7 @@ functions (4, or 2 at a node), first of its coordinates, offset in F of phi0, S,
 
 from math import atan2, floor, pi, sqrt
 
-from mbdsl.elements.banded import cholesky_solve_pairs
-from mbdsl.kernels import kernel, rare
-from mbdsl.layout import (
+from mbdsl.compilation.buffer_layout import (
     FP,
     FRAMES,
     GD,
@@ -46,6 +44,8 @@ from mbdsl.layout import (
     Q,
     V,
 )
+from mbdsl.compilation.marks import kernel, rare
+from mbdsl.numerics.banded import cholesky_solve_pairs
 
 MASS = 1  #: the mass matrix is constant, but not diagonal
 #: the model that fills the tables
@@ -198,7 +198,8 @@ def forces(block, Y, F, I):
 
 @kernel
 def inertia(block, task, row, target, Y, F, I):
-    """Tasks of the mass matrix, see :mod:`mbdsl.layout`; constant entries are seen to in :mod:`mbdsl.system.loops`."""
+    """Tasks of the mass matrix, see :mod:`mbdsl.compilation.buffer_layout`; constant entries are seen to in
+    :mod:`mbdsl.system.loops`."""
     if task == INVERSE:
         for e in range(I[block]):
             o = I[block + 1] + RECORD * e

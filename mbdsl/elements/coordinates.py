@@ -6,8 +6,8 @@ function that fills row k of G with dg/dz and, in column VALUE, g itself, and on
 
 from math import cos, sin, sqrt
 
-from mbdsl.kernels import kernel
-from mbdsl.layout import VALUE
+from mbdsl.compilation.buffer_layout import VALUE
+from mbdsl.compilation.marks import kernel
 
 
 @kernel

@@ -3,10 +3,10 @@
 g = |r_b - r_a| - L                                                                  (1 row)
 """
 
+from mbdsl.compilation.buffer_layout import VALUE
+from mbdsl.compilation.marks import kernel
 from mbdsl.elements.coordinates import distance, distance_hessian
 from mbdsl.elements.kind import JointKind, Parameter, Signal, wrench
-from mbdsl.kernels import kernel
-from mbdsl.layout import VALUE
 
 KIND = JointKind(
     "Distance",

@@ -3,10 +3,10 @@
 g = |r_b - r_a| - u(t)                                                               (1 row)
 """
 
+from mbdsl.compilation.marks import kernel
 from mbdsl.elements import distance as distance_joint
 from mbdsl.elements.coordinates import distance, distance_hessian
 from mbdsl.elements.kind import JointKind, Parameter, Signal
-from mbdsl.kernels import kernel
 
 KIND = JointKind(
     "DistanceDriver",

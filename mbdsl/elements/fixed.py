@@ -3,9 +3,9 @@
 g = (r_b - r_a, phi_b - phi_a - phi0)                                                (3 rows)
 """
 
+from mbdsl.compilation.buffer_layout import VALUE
+from mbdsl.compilation.marks import kernel
 from mbdsl.elements.kind import JointKind, Parameter, wrench
-from mbdsl.kernels import kernel
-from mbdsl.layout import VALUE
 
 KIND = JointKind(
     "Fixed",

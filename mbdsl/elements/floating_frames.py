@@ -27,9 +27,7 @@ of A u_j and of what that was at the start of the step, first slot.
 
 from math import cos, sin
 
-from mbdsl.elements.banded import cholesky_solve
-from mbdsl.kernels import kernel, rare
-from mbdsl.layout import (
+from mbdsl.compilation.buffer_layout import (
     FP,
     FRAMES,
     GD,
@@ -50,6 +48,8 @@ from mbdsl.layout import (
     Q,
     V,
 )
+from mbdsl.compilation.marks import kernel, rare
+from mbdsl.numerics.banded import cholesky_solve
 
 MASS = 2  #: the mass matrix depends on q
 #: the model that fills the tables
@@ -280,7 +280,7 @@ def border(o, at, sign, row, target, Y, F, I):
 
 @kernel
 def inertia(block, task, row, target, Y, F, I):
-    """Tasks of the mass matrix, see :mod:`mbdsl.layout`."""
+    """Tasks of the mass matrix, see :mod:`mbdsl.compilation.buffer_layout`."""
     for e in range(I[block]):
         o = I[I[block + 1] + e]
         if task == TIMES:

@@ -5,8 +5,8 @@ f = fx t_a + fy n_a.  frame_a only gives the directions: nothing acts back on it
 
 from math import cos, sin
 
+from mbdsl.compilation.marks import kernel
 from mbdsl.elements.kind import ForceKind, Parameter
-from mbdsl.kernels import kernel
 
 KIND = ForceKind(
     "Force",

@@ -2,7 +2,7 @@
 
 An element file holds a ``KIND`` (what the language, the docs and the checks need) and below it its kernels:
 plain functions on arrays. Declarations are read by ``mbdsl check``, which loads no numerics; therefore kernels are
-only marked there, with :mod:`mbdsl.kernels`, and compiled later, by :mod:`mbdsl.jit`.
+only marked there, with :mod:`mbdsl.compilation.marks`, and compiled later, by :mod:`mbdsl.compilation.code_cache`.
 """
 
 from __future__ import annotations

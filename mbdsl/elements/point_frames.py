@@ -1,7 +1,7 @@
 """How the one frame of a point mass moves with q = (x, y): B = [[1, 0], [0, 1], [0, 0]], constant."""
 
-from mbdsl.kernels import kernel
-from mbdsl.layout import FP, FRAMES, GD, GP, MU_WRENCH, PAST_WRENCH, WRENCH, Q, V
+from mbdsl.compilation.buffer_layout import FP, FRAMES, GD, GP, MU_WRENCH, PAST_WRENCH, WRENCH, Q, V
+from mbdsl.compilation.marks import kernel
 
 MASS = 0  #: the mass matrix is diagonal and constant
 

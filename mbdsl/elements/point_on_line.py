@@ -5,10 +5,10 @@
 Friction: a force mu * |lam| against the sliding, see friction.py.
 """
 
+from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction, prismatic
 from mbdsl.elements.coordinates import offset, offset_hessian
 from mbdsl.elements.kind import JointKind, Signal, wrench
-from mbdsl.kernels import kernel
 
 KIND = JointKind(
     "PointOnLine",

@@ -6,11 +6,11 @@
 Friction: a force mu * |lam_1| against the sliding, see friction.py.
 """
 
+from mbdsl.compilation.buffer_layout import VALUE
+from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction
 from mbdsl.elements.coordinates import angle, offset, offset_hessian
 from mbdsl.elements.kind import JointKind, Parameter, Signal, wrench
-from mbdsl.kernels import kernel
-from mbdsl.layout import VALUE
 
 KIND = JointKind(
     "Prismatic",

@@ -5,10 +5,10 @@
 Friction in the pin: a torque mu * radius * |(lam_1, lam_2)| against the relative rotation, see friction.py.
 """
 
+from mbdsl.compilation.buffer_layout import VALUE
+from mbdsl.compilation.marks import kernel
 from mbdsl.elements import friction
 from mbdsl.elements.kind import JointKind, Parameter, Signal, wrench
-from mbdsl.kernels import kernel
-from mbdsl.layout import VALUE
 
 KIND = JointKind(
     "Revolute",

@@ -12,8 +12,21 @@ first frame, number of frames, offset of the frames' (s_x, s_y, phi0), slot of (
 
 from math import cos, sin
 
-from mbdsl.kernels import kernel
-from mbdsl.layout import FP, FRAMES, GD, GP, LEVER, MU_WRENCH, PAST_LEVER, PAST_WRENCH, SLOTS, WRENCH, Q, V
+from mbdsl.compilation.buffer_layout import (
+    FP,
+    FRAMES,
+    GD,
+    GP,
+    LEVER,
+    MU_WRENCH,
+    PAST_LEVER,
+    PAST_WRENCH,
+    SLOTS,
+    WRENCH,
+    Q,
+    V,
+)
+from mbdsl.compilation.marks import kernel
 
 MASS = 0  #: the mass matrix is diagonal and constant
 

@@ -8,11 +8,11 @@ line below it, t_a . v_a - w_a (n_a . (d - radius n_a)). Its first two terms are
 towards +x where it turns clockwise.
 """
 
+from mbdsl.compilation.buffer_layout import VALUE
+from mbdsl.compilation.marks import kernel
 from mbdsl.elements import point_on_line
 from mbdsl.elements.coordinates import offset, offset_hessian
 from mbdsl.elements.kind import JointKind, Parameter, wrench
-from mbdsl.kernels import kernel
-from mbdsl.layout import VALUE
 
 KIND = JointKind(
     "RollingDisc",

@@ -3,10 +3,10 @@
 g = phi_b - phi_a - u(t)                                                             (1 row)
 """
 
+from mbdsl.compilation.marks import kernel
 from mbdsl.elements import revolute
 from mbdsl.elements.coordinates import angle
 from mbdsl.elements.kind import JointKind, Parameter, wrench
-from mbdsl.kernels import kernel
 
 KIND = JointKind(
     "RotationalDriver",

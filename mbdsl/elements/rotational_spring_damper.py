@@ -3,10 +3,10 @@
 g = phi_b - phi_a;  torque  k (g - phi0) + c dg/dt, against the relative rotation
 """
 
+from mbdsl.compilation.marks import kernel
 from mbdsl.elements import revolute
 from mbdsl.elements.coordinates import angle
 from mbdsl.elements.kind import ForceKind, Parameter, Signal, law_or_spring, zero
-from mbdsl.kernels import kernel
 
 KIND = ForceKind(
     "RotationalSpringDamper",

@@ -3,10 +3,10 @@
 g = |r_b - r_a|;  tension  k (g - s0) + c dg/dt
 """
 
+from mbdsl.compilation.marks import kernel
 from mbdsl.elements import distance_driver
 from mbdsl.elements.coordinates import distance, distance_hessian
 from mbdsl.elements.kind import ForceKind, Parameter, Signal, law_or_spring, zero
-from mbdsl.kernels import kernel
 
 KIND = ForceKind(
     "SpringDamper",

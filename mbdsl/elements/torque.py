@@ -3,10 +3,10 @@
 g = phi_b - phi_a;  tau acts along g
 """
 
+from mbdsl.compilation.marks import kernel
 from mbdsl.elements import revolute
 from mbdsl.elements.coordinates import angle
 from mbdsl.elements.kind import ForceKind, Parameter
-from mbdsl.kernels import kernel
 
 KIND = ForceKind(
     "Torque",

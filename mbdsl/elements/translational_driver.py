@@ -3,10 +3,10 @@
 g = t_a . (r_b - r_a) - u(t)                                                         (1 row)
 """
 
+from mbdsl.compilation.marks import kernel
 from mbdsl.elements import prismatic
 from mbdsl.elements.coordinates import slide, slide_hessian
 from mbdsl.elements.kind import JointKind, Parameter, wrench
-from mbdsl.kernels import kernel
 
 KIND = JointKind(
     "TranslationalDriver",

@@ -3,10 +3,10 @@
 g = t_a . (r_b - r_a);  force  k (g - s0) + c dg/dt, against the relative motion
 """
 
+from mbdsl.compilation.marks import kernel
 from mbdsl.elements import prismatic
 from mbdsl.elements.coordinates import slide, slide_hessian
 from mbdsl.elements.kind import ForceKind, Parameter, Signal, law_or_spring, zero
-from mbdsl.kernels import kernel
 
 KIND = ForceKind(
     "TranslationalSpringDamper",

@@ -20,7 +20,7 @@ from typing import Any
 
 from mbdsl.errors import UsageError
 from mbdsl.integrators.method import Method, Option, Run
-from mbdsl.wording import did_you_mean
+from mbdsl.messages import did_you_mean
 
 __all__ = ["Method", "Option", "Run", "backend", "compiled", "declared", "methods", "modules", "problems", "register"]
 

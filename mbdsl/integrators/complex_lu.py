@@ -5,10 +5,10 @@ Pattern, order and tables are those of the real matrices. Parts are kept apart, 
 
 from __future__ import annotations
 
+from mbdsl.compilation.buffer_layout import N_ALL, SOLVER, SPARSE
+from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.linear import SPARSE_LU
 from mbdsl.integrators.sparse import LOST, place
-from mbdsl.kernels import kernel, rare
-from mbdsl.layout import N_ALL, SOLVER, SPARSE
 
 
 @kernel

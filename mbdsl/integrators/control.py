@@ -24,6 +24,30 @@ from __future__ import annotations
 
 from math import ceil
 
+from mbdsl.compilation.buffer_layout import (
+    ACCELERATION,
+    E_Q,
+    E_V,
+    E_X,
+    FP,
+    GD,
+    MASS,
+    MASS_KIND,
+    N_ALL,
+    N_PHI,
+    N_Q,
+    PAST,
+    Q0,
+    SCALE,
+    T1,
+    V0,
+    XA,
+    Q,
+    V,
+    X,
+)
+from mbdsl.compilation.buffer_layout import TIMES as TIMES_TASK
+from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.corrections import stiff
 from mbdsl.integrators.linear import compress, factor, larger, multiply, solve
 from mbdsl.integrators.state import (
@@ -56,30 +80,6 @@ from mbdsl.integrators.state import (
     UNSEEN,
     H,
 )
-from mbdsl.kernels import kernel, rare
-from mbdsl.layout import (
-    ACCELERATION,
-    E_Q,
-    E_V,
-    E_X,
-    FP,
-    GD,
-    MASS,
-    MASS_KIND,
-    N_ALL,
-    N_PHI,
-    N_Q,
-    PAST,
-    Q0,
-    SCALE,
-    T1,
-    V0,
-    XA,
-    Q,
-    V,
-    X,
-)
-from mbdsl.layout import TIMES as TIMES_TASK
 
 #: what steps since the start may err in addition, as a part of tol, all that differ by a factor e in number
 SHARE = 0.05

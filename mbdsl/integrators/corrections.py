@@ -2,9 +2,24 @@
 
 from __future__ import annotations
 
+from mbdsl.compilation.buffer_layout import (
+    D2,
+    DIAGONAL,
+    MASS,
+    MASS_SLOTS,
+    N_ALL,
+    N_GAM,
+    N_LAWS,
+    N_Q,
+    SCALE,
+    SLOTS,
+    T2,
+    D,
+    R,
+    X,
+)
+from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.linear import compress, larger, multiply, solve, solve_both
-from mbdsl.kernels import kernel, rare
-from mbdsl.layout import D2, DIAGONAL, MASS, MASS_SLOTS, N_ALL, N_GAM, N_LAWS, N_Q, SCALE, SLOTS, T2, D, R, X
 
 #: how large the effect of the second system's solution on the first's may be, relative to that, to be taken into
 #: account an iteration late: in the first two iterations of a step, and afterwards

@@ -13,6 +13,8 @@ Compiled once a method; allocates nothing.
 
 from __future__ import annotations
 
+from mbdsl.compilation.buffer_layout import F0, FP, N_ALL, N_Q, PAST, Q0, SCALE, SOLVER, V0, XA, Q, V, X
+from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.control import (
     after,
     best_order_uneven,
@@ -65,8 +67,6 @@ from mbdsl.integrators.state import (
 )
 from mbdsl.integrators.switching import SHORT_OF, until_switch
 from mbdsl.integrators.turns import count_turns
-from mbdsl.kernels import kernel, rare
-from mbdsl.layout import F0, FP, N_ALL, N_Q, PAST, Q0, SCALE, SOLVER, V0, XA, Q, V, X
 
 #: steps after which it is asked again which extrapolation is best: which does not change from one step to the next
 RECONSIDER = 4

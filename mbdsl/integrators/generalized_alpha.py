@@ -23,6 +23,8 @@ methods for constrained mechanical systems, Numer. Math. 129 (2015) 149-179, for
 projection is here the one of Negrut, Jay, Khude (2009), eq. (12), with masses.
 """
 
+from mbdsl.compilation.buffer_layout import FP, GD, MASS, MX, MX2, N_ALL, N_PHI, N_Q, PAST, R2, X2, XA, Q, R, X
+from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.corrections import couple, couples
 from mbdsl.integrators.generalized_alpha_i3 import (
     RHO,
@@ -38,8 +40,6 @@ from mbdsl.integrators.hht_si2 import correct
 from mbdsl.integrators.linear import factor
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.state import H
-from mbdsl.kernels import kernel
-from mbdsl.layout import FP, GD, MASS, MX, MX2, N_ALL, N_PHI, N_Q, PAST, R2, X2, XA, Q, R, X
 
 __all__ = ["correct", "finish", "local_error"]
 

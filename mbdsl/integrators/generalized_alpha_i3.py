@@ -28,14 +28,14 @@ generalized-alpha method, J. Appl. Mech. 60 (1993) 371-375; Arnold, Bruels, Conv
 for constrained mechanical systems, Multibody Syst. Dyn. 18 (2007) 185-202.
 """
 
+from mbdsl.compilation.buffer_layout import FP, MASS, MX, N_ALL, N_PHI, N_Q, Q0, V0, XA, Q, R, V, X
+from mbdsl.compilation.buffer_layout import Q1 as CARRIED
+from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.control import set_velocity
 from mbdsl.integrators.corrections import correct_one as correct
 from mbdsl.integrators.linear import factor
 from mbdsl.integrators.method import Method, Option
 from mbdsl.integrators.state import NODES, H
-from mbdsl.kernels import kernel
-from mbdsl.layout import FP, MASS, MX, N_ALL, N_PHI, N_Q, Q0, V0, XA, Q, R, V, X
-from mbdsl.layout import Q1 as CARRIED
 
 __all__ = ["correct"]
 

@@ -37,15 +37,7 @@ derived anew (misprinted there); Jay, Negrut, Extensions of the HHT-alpha method
 mechanics, ETNA 26 (2007) 190-208. The splitting is ours.
 """
 
-from mbdsl.integrators import hht_i3
-from mbdsl.integrators.corrections import couple, couples, solve_two, stiff
-from mbdsl.integrators.hht_i3 import local_error
-from mbdsl.integrators.linear import compress, factor, larger, multiply
-from mbdsl.integrators.method import Method, Option
-from mbdsl.integrators.newmark import settle, start_stiff
-from mbdsl.integrators.state import H
-from mbdsl.kernels import kernel
-from mbdsl.layout import (
+from mbdsl.compilation.buffer_layout import (
     D2,
     FP,
     GD,
@@ -75,8 +67,16 @@ from mbdsl.layout import (
     V,
     X,
 )
-from mbdsl.layout import Q1 as A0  # the row that keeps a_n
-from mbdsl.layout import V1 as FA  # the row that keeps fa_n
+from mbdsl.compilation.buffer_layout import Q1 as A0  # the row that keeps a_n
+from mbdsl.compilation.buffer_layout import V1 as FA  # the row that keeps fa_n
+from mbdsl.compilation.marks import kernel
+from mbdsl.integrators import hht_i3
+from mbdsl.integrators.corrections import couple, couples, solve_two, stiff
+from mbdsl.integrators.hht_i3 import local_error
+from mbdsl.integrators.linear import compress, factor, larger, multiply
+from mbdsl.integrators.method import Method, Option
+from mbdsl.integrators.newmark import settle, start_stiff
+from mbdsl.integrators.state import H
 
 __all__ = ["local_error"]
 

@@ -20,6 +20,25 @@ Source: Negrut, Jay, Khude, A discussion of low order numerical integration form
 dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eq. (8).
 """
 
+from mbdsl.compilation.buffer_layout import (
+    F0,
+    FP,
+    MASS,
+    MASS_KIND,
+    MX,
+    N_ALL,
+    N_PHI,
+    N_Q,
+    NEW_MASS,
+    Q0,
+    Q_MASS,
+    TIMES,
+    V0,
+    XA,
+    R,
+    X,
+)
+from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.control import set_velocity
 from mbdsl.integrators.corrections import correct_one as correct
 from mbdsl.integrators.linear import factor
@@ -27,8 +46,6 @@ from mbdsl.integrators.method import Method, Option
 from mbdsl.integrators.newmark import carried, settle, start_stiff
 from mbdsl.integrators.newmark import motion as newmark_motion
 from mbdsl.integrators.state import H
-from mbdsl.kernels import kernel
-from mbdsl.layout import F0, FP, MASS, MASS_KIND, MX, N_ALL, N_PHI, N_Q, NEW_MASS, Q0, Q_MASS, TIMES, V0, XA, R, X
 
 __all__ = ["correct"]
 

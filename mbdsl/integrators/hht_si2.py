@@ -29,13 +29,7 @@ Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (12)
 (they are misprinted there); the splitting is ours.
 """
 
-from mbdsl.integrators.corrections import couple, couples, solve_two
-from mbdsl.integrators.hht_i3 import ALPHA, begin, coefficients, finish, hold_mass, local_error
-from mbdsl.integrators.linear import factor, larger
-from mbdsl.integrators.method import Method
-from mbdsl.integrators.state import H
-from mbdsl.kernels import kernel
-from mbdsl.layout import (
+from mbdsl.compilation.buffer_layout import (
     D2,
     F0,
     FP,
@@ -60,6 +54,12 @@ from mbdsl.layout import (
     V,
     X,
 )
+from mbdsl.compilation.marks import kernel
+from mbdsl.integrators.corrections import couple, couples, solve_two
+from mbdsl.integrators.hht_i3 import ALPHA, begin, coefficients, finish, hold_mass, local_error
+from mbdsl.integrators.linear import factor, larger
+from mbdsl.integrators.method import Method
+from mbdsl.integrators.state import H
 
 __all__ = ["finish", "local_error"]
 

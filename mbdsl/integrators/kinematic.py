@@ -10,11 +10,11 @@ matrix is that of the other methods with M beside Phi_q, for the sake of its piv
 Where steps are controlled, they end at outputs, and none moves a coordinate by more than K[LARGEST].
 """
 
+from mbdsl.compilation.buffer_layout import D2, FP, GD, N_ALL, N_Q, PAST, Q0, R2, SCALE, X2, XA, D, Q, R, V, X
+from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.linear import factor, larger, solve
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.state import LARGEST, H
-from mbdsl.kernels import kernel
-from mbdsl.layout import D2, FP, GD, N_ALL, N_Q, PAST, Q0, R2, SCALE, X2, XA, D, Q, R, V, X
 
 METHOD = Method(
     "kinematic",

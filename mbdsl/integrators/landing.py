@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from mbdsl.compilation.buffer_layout import N_ALL, N_Q, Q0, V0, XA
+from mbdsl.compilation.marks import rare
 from mbdsl.integrators.state import K_SIZE, NEXT_ZONE, NOTED, NOW, ZONE, ZONES, T
-from mbdsl.kernels import rare
-from mbdsl.layout import N_ALL, N_Q, Q0, V0, XA
 
 
 @rare

@@ -6,9 +6,9 @@ constraints, singular poses), a dense LU with partial pivoting.
 
 from __future__ import annotations
 
+from mbdsl.compilation.buffer_layout import D2, N_ALL, N_Q, SIZE, SOLVER, SPARSE, D
+from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.sparse import sparse_factor, sparse_solve, sparse_solve_both
-from mbdsl.kernels import kernel, rare
-from mbdsl.layout import D2, N_ALL, N_Q, SIZE, SOLVER, SPARSE, D
 
 DENSE, SPARSE_LU = 0, 1  #: values of I[SOLVER]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.layout import X2, Q, X
+from mbdsl.compilation.buffer_layout import X2, Q, X
 
 if TYPE_CHECKING:
     from mbdsl.system import System

@@ -24,13 +24,13 @@ Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section o
 integrator in ADAMS. The start is ours.
 """
 
+from mbdsl.compilation.buffer_layout import E_Q, FP, MASS, MX, N_ALL, N_PHI, N_Q, Q0, Q1, V0, V1, XA, Q, R, V, X
+from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.control import set_velocity
 from mbdsl.integrators.corrections import correct_one as correct
 from mbdsl.integrators.linear import factor
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.state import LAST_H
-from mbdsl.kernels import kernel
-from mbdsl.layout import E_Q, FP, MASS, MX, N_ALL, N_PHI, N_Q, Q0, Q1, V0, V1, XA, Q, R, V, X
 
 __all__ = ["correct"]
 

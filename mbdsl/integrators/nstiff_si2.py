@@ -26,13 +26,7 @@ Steps that differ, and local errors: as with NSTIFF. q' - v and mu, which vanish
 Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section on NSTIFF-SI2; the splitting is ours.
 """
 
-from mbdsl.integrators.corrections import couple, couples, solve_two
-from mbdsl.integrators.linear import factor, larger
-from mbdsl.integrators.method import Method
-from mbdsl.integrators.nstiff import BDF2, begin, finish, local_error, set_ratio
-from mbdsl.integrators.state import LAST_H, H
-from mbdsl.kernels import kernel
-from mbdsl.layout import (
+from mbdsl.compilation.buffer_layout import (
     D2,
     FP,
     GD,
@@ -58,6 +52,12 @@ from mbdsl.layout import (
     V,
     X,
 )
+from mbdsl.compilation.marks import kernel
+from mbdsl.integrators.corrections import couple, couples, solve_two
+from mbdsl.integrators.linear import factor, larger
+from mbdsl.integrators.method import Method
+from mbdsl.integrators.nstiff import BDF2, begin, finish, local_error, set_ratio
+from mbdsl.integrators.state import LAST_H, H
 
 __all__ = ["begin", "finish", "local_error"]
 

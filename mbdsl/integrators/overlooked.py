@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from mbdsl.compilation.buffer_layout import Q0, V0, XA
 from mbdsl.integrators.state import K_SIZE, NOTED, NOTES, RUNNING
-from mbdsl.layout import Q0, V0, XA
 from mbdsl.system.fixed_steps import InFixedSteps
 
 if TYPE_CHECKING:
+    from mbdsl.expressions.symbolic import Expr
     from mbdsl.integrators.run import Integration
-    from mbdsl.lang.expressions import Expr
 
 #: most steps that are searched together, and most numbers recorded for them
 BATCH, NUMBERS = 4096, 400_000

@@ -8,6 +8,8 @@ Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90; controller: Soed
 (2003) 1-26. The splitting is ours.
 """
 
+from mbdsl.compilation.buffer_layout import F0, FP, N_ALL, N_PHI, N_Q, NEW_MASS, Q0, SCALE, SOLVER, V0, XA, Q, V
+from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.landing import note, until_zone
 from mbdsl.integrators.linear import SPARSE_LU
 from mbdsl.integrators.method import Method
@@ -75,8 +77,6 @@ from mbdsl.integrators.state import (
 )
 from mbdsl.integrators.switching import SHORT_OF, until_switch
 from mbdsl.integrators.turns import count_turns
-from mbdsl.kernels import kernel, rare
-from mbdsl.layout import F0, FP, N_ALL, N_PHI, N_Q, NEW_MASS, Q0, SCALE, SOLVER, V0, XA, Q, V
 from mbdsl.system.switches import signature
 
 # -- c: floats that the steps hand on: the last step, and its error; the one of the matrices; the contraction last seen;

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl import jit, layout
+from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.integrators import control, linear, modules, sparse, state
 from mbdsl.integrators.events import Events
@@ -123,8 +123,8 @@ class Integration:
         sets = module.METHOD.sets
         code, loop = self.system.module_name(sets), loop_name(self.method)
         # What has to be compiled is compiled side by side: the scene's code elsewhere, the method's loop here.
-        with jit.lock:
-            both = not jit.is_compiled(code) and not jit.is_compiled(loop)
+        with code_cache.lock:
+            both = not code_cache.is_compiled(code) and not code_cache.is_compiled(loop)
             other = self.system.compile_beside(sets) if both else None
             self._advance = compiled(self.method, module)
             if other is not None:
@@ -162,18 +162,22 @@ class Integration:
             slots, size, table = rows * N + columns, N * N, np.empty(0, np.int64)
             length = size + 2 * N  # the scales of rows and columns
         method = modules()[self.method].METHOD
-        work = system.workspace(slots, layout.ROWS + method.rows)
-        kept = self.I[layout.KEEP] if hasattr(self, "I") else 0
+        work = system.workspace(slots, buffer_layout.ROWS + method.rows)
+        kept = self.I[buffer_layout.KEEP] if hasattr(self, "I") else 0
         if hasattr(self, "Y"):
             work.Y[:], work.Z[:], work.C[:], work.F[:] = self.Y, self.Z, self.C, self.F
         self.Y, self.Z, self.C, self.F = work.Y, work.Z, work.C, work.F
         self.I = np.concatenate([work.I, table])
-        self.I[layout.SOLVER], self.I[layout.SPARSE], self.I[layout.SIZE] = solver, len(work.I), size
-        self.I[layout.LAM_ROW], self.I[layout.MU_ROW], self.I[layout.LAW_ROW] = method.multipliers
-        self.I[layout.INERTIA_ROW], self.I[layout.INERTIA_ROW2] = method.inertia_rows
-        self.I[layout.MASS_ROW], self.I[layout.TANGENT_ROW] = method.mass_row, method.tangent_row
-        self.I[layout.ACCELERATION] = method.acceleration_row
-        self.I[layout.PSI_ROW], self.I[layout.KEEP] = layout.X, kept
+        self.I[buffer_layout.SOLVER], self.I[buffer_layout.SPARSE], self.I[buffer_layout.SIZE] = (
+            solver,
+            len(work.I),
+            size,
+        )
+        self.I[buffer_layout.LAM_ROW], self.I[buffer_layout.MU_ROW], self.I[buffer_layout.LAW_ROW] = method.multipliers
+        self.I[buffer_layout.INERTIA_ROW], self.I[buffer_layout.INERTIA_ROW2] = method.inertia_rows
+        self.I[buffer_layout.MASS_ROW], self.I[buffer_layout.TANGENT_ROW] = method.mass_row, method.tangent_row
+        self.I[buffer_layout.ACCELERATION] = method.acceleration_row
+        self.I[buffer_layout.PSI_ROW], self.I[buffer_layout.KEEP] = buffer_layout.X, kept
         self.A = np.zeros((self.matrices, length + 1))  # the last entry is the method's own
         self.P = np.zeros((self.matrices, max(N, 2 * size + 1)), np.int64)  # pivots, or rows and columns of entries
         self.solver = solver
@@ -183,9 +187,9 @@ class Integration:
         m = self.system.m
         for row in self.left_out:
             if row < m:
-                self.I[self.I[layout.PAIRS] + layout.PAIR * row + 5] = 1
+                self.I[self.I[buffer_layout.PAIRS] + buffer_layout.PAIR * row + 5] = 1
             else:
-                self.I[self.I[self.I[layout.GAMMAS] + row - m] + 3] = 1
+                self.I[self.I[self.I[buffer_layout.GAMMAS] + row - m] + 3] = 1
 
     def begin(
         self,
@@ -241,14 +245,14 @@ class Integration:
             jerk, fa_rate = np.zeros(n), np.zeros(n)
         if t is None:
             self.F[self._counters] = system.tables.F[self._counters]
-        Y[layout.Q0, :n] = Y[layout.Q, :n] = q
-        Y[layout.V0, :n] = Y[layout.V, :n] = v
-        Y[layout.F0, :n] = system.M(t0, q) @ a
+        Y[buffer_layout.Q0, :n] = Y[buffer_layout.Q, :n] = q
+        Y[buffer_layout.V0, :n] = Y[buffer_layout.V, :n] = v
+        Y[buffer_layout.F0, :n] = system.M(t0, q) @ a
         start = Start(self.h, q, v, a, lam, fa, jerk, fa_rate, stiff)
         for row, vector in method.begin(self.c, start).items():
             Y[row, : len(vector)] = vector
-        Y[layout.X] = Y[layout.XA]
-        Y[layout.X2] = Y[layout.XA + layout.PAST]
+        Y[buffer_layout.X] = Y[buffer_layout.XA]
+        Y[buffer_layout.X2] = Y[buffer_layout.XA + buffer_layout.PAST]
         if controlled:
             self._begin_control(t0, q, v, jerk)
         elif self.tol is not None:
@@ -261,7 +265,7 @@ class Integration:
             self.jumps = Jumps(self)
         # what the start's own evaluation finds is the past of the first step
         self.evaluate(t0, Y, self.Z, self.C, self.F, self.I)
-        self.I[layout.KEEP] = 1
+        self.I[buffer_layout.KEEP] = 1
         self.J[state.HISTORY] = 1
 
     def watch(self) -> None:
@@ -270,7 +274,7 @@ class Integration:
             self.overlooked = Overlooked(self)
 
     def _first_step(self, v: Array, a: Array, jerk: Array) -> float:
-        module, K, scale = modules()[self.method], self.K, self.Y[layout.SCALE, : self.system.n]
+        module, K, scale = modules()[self.method], self.K, self.Y[buffer_layout.SCALE, : self.system.n]
         span = self.stop - self.start
         h = min(0.01 * span, K[state.MOST_H], 10.0 * self.h)
         speed = max(K[state.SPEED], float(np.abs(v * scale).max(initial=0.0)))
@@ -287,7 +291,7 @@ class Integration:
             K[state.UNIT] = h * h
         J[state.SAME] = J[state.SINCE] = J[state.IN_A_ROW] = J[state.FRESH] = J[state.ORDER] = 0
         method = modules()[self.method].METHOD
-        a = layout.XA + layout.PAST * (method.acceleration_row - layout.X)
+        a = buffer_layout.XA + buffer_layout.PAST * (method.acceleration_row - buffer_layout.X)
         self.Y[a + 1, :n] = self.Y[a, :n] - h * jerk
         first = t + (K[state.NODE] - 1.0) * h
         K[state.NODES : state.NODES + 2] = first, first - h
@@ -297,15 +301,15 @@ class Integration:
             error = getattr(velocity_error, "py_func", velocity_error)(h, h, self.c) * normal_part(
                 system, t, q, v, jerk, self.left_out
             )
-            self.Y[layout.V0, :n] += error
-            self.Y[layout.V1, :n] += error  # where it is read, that is v of a step before
+            self.Y[buffer_layout.V0, :n] += error
+            self.Y[buffer_layout.V1, :n] += error  # where it is read, that is v of a step before
 
     def _begin_own(self, t: float, longest: float, jerk: Array) -> None:
         """No steps yet, of a method that finds the first one itself, up to the ``longest``."""
         K, n, d = self.K, self.system.n, 1e-3 * self.h
         K[state.NOW], K[state.H], K[state.LAST_H], K[state.UNCUT] = t, longest, longest, longest
         self.J[state.FRESH] = 0
-        self.Y[layout.XA + 1, :n] = self.Y[layout.XA, :n] - d * jerk
+        self.Y[buffer_layout.XA + 1, :n] = self.Y[buffer_layout.XA, :n] - d * jerk
         K[state.NODES : state.NODES + 2] = t, t - d
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
@@ -334,7 +338,7 @@ class Integration:
             If there are none, as in a singular pose.
         """
         system, Y, n = self.system, self.Y, self.system.n
-        q, v = Y[layout.Q0, :n], Y[layout.V0, :n]
+        q, v = Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n]
         self.synchronise()
         old = accelerations(system, before, q, v, self.left_out)
         fa = applied(system, before, q, v, old[1])
@@ -344,18 +348,18 @@ class Integration:
         fa = applied(system, behind, q, v, new[1]) - fa
         nothing = np.zeros(n)
         jump = Start(self.h, nothing, nothing, a, lam, fa, nothing, nothing, False)
-        rows = {layout.F0: system.M(behind, q) @ a, **modules()[self.method].METHOD.begin(self.c.copy(), jump)}
+        rows = {buffer_layout.F0: system.M(behind, q) @ a, **modules()[self.method].METHOD.begin(self.c.copy(), jump)}
         for row, part in rows.items():
-            past = layout.PAST if row in (layout.XA, layout.XA + layout.PAST) else 1
+            past = buffer_layout.PAST if row in (buffer_layout.XA, buffer_layout.XA + buffer_layout.PAST) else 1
             Y[row : row + past, : len(part)] += part
 
     def widen(self, start: Array, far: float) -> None:
         """Scale lengths by the largest displacement from ``start`` (n,) if that exceeds ``far`` times their scale."""
         Y, K, lengths = self.Y, self.K, self.system.tables.lengths
-        way = (Y[layout.Q0, : self.system.n] - start) * Y[layout.SCALE, : self.system.n]
+        way = (Y[buffer_layout.Q0, : self.system.n] - start) * Y[buffer_layout.SCALE, : self.system.n]
         longest = float(np.abs(way[lengths]).max(initial=0.0))
         if longest > far:
-            Y[layout.SCALE, : self.system.n][lengths] /= longest
+            Y[buffer_layout.SCALE, : self.system.n][lengths] /= longest
             K[state.SPEED] = max(K[state.SPEED] / longest, 1.0 / (self.stop - self.start))
 
     def synchronise(self) -> None:
@@ -400,7 +404,7 @@ class Integration:
     def state(self) -> tuple[Array, Array, Array]:
         """q, v (n,) and lam (m + p,) as they are now; views."""
         n, Y = self.system.n, self.Y
-        return Y[layout.Q0, :n], Y[layout.V0, :n], Y[layout.XA, n : self.system.unknowns]
+        return Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n], Y[buffer_layout.XA, n : self.system.unknowns]
 
     def advance(self, steps: int = sys.maxsize) -> int:
         """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.state`."""

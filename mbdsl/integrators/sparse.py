@@ -29,8 +29,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.kernels import kernel, rare
-from mbdsl.layout import N_ALL, SPARSE
+from mbdsl.compilation.buffer_layout import N_ALL, SPARSE
+from mbdsl.compilation.marks import kernel, rare
 
 Ints = NDArray[np.int64]
 

@@ -30,28 +30,7 @@ the next iteration: w and mu vanish with the error of the discretisation.
 
 from __future__ import annotations
 
-from mbdsl.integrators.collocation import (
-    E1,
-    E2,
-    IM,
-    INVERSE,
-    L_IM,
-    L_RE,
-    L_REAL,
-    NODES,
-    R_IM,
-    R_RE,
-    R_REAL,
-    RE,
-    REAL,
-    SQUARE,
-)
-from mbdsl.integrators.collocation import A as W
-from mbdsl.integrators.complex_lu import complex_factor, complex_solve
-from mbdsl.integrators.linear import compress, factor, larger, multiply, solve
-from mbdsl.integrators.newton import EPS
-from mbdsl.kernels import kernel, rare
-from mbdsl.layout import (
+from mbdsl.compilation.buffer_layout import (
     FP,
     GD,
     MASS,
@@ -76,6 +55,27 @@ from mbdsl.layout import (
     V,
     X,
 )
+from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.collocation import (
+    E1,
+    E2,
+    IM,
+    INVERSE,
+    L_IM,
+    L_RE,
+    L_REAL,
+    NODES,
+    R_IM,
+    R_RE,
+    R_REAL,
+    RE,
+    REAL,
+    SQUARE,
+)
+from mbdsl.integrators.collocation import A as W
+from mbdsl.integrators.complex_lu import complex_factor, complex_solve
+from mbdsl.integrators.linear import compress, factor, larger, multiply, solve
+from mbdsl.integrators.newton import EPS
 
 #: rows of Y behind the common ones, three each: stages [a; lam; nu] and [w; mu; 0], their residuals [R1; R3; R5] and
 #: [R2; R4; 0], corrections, and the stages of the last step

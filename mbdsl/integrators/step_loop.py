@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from types import ModuleType
 
-from mbdsl import jit
+from mbdsl.compilation import code_cache
 from mbdsl.integrators import control, driver, modules
 from mbdsl.system.emit import EVALUATE, INERTIA, TANGENT
 
 #: advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out)
-ADVANCE = jit.Signature(
+ADVANCE = code_cache.Signature(
     (
         *(EVALUATE, TANGENT, INERTIA, "int", "vector", "vector", "ints"),
         *("matrix", "matrix", "matrix", "vector", "ints", "matrix", "int matrix", "vector", "matrix"),
@@ -43,7 +43,7 @@ from mbdsl.integrators import {short} as method
 def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
     return method.advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out)
 '''
-        return jit.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [module])[0]
+        return code_cache.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [module])[0]
     text = f'''"""Emitted by mbdsl: the step loop of {name}."""
 
 from mbdsl.integrators import control, driver
@@ -57,4 +57,4 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
         evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out,
     )
 '''
-    return jit.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [driver, control, module])[0]
+    return code_cache.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [driver, control, module])[0]

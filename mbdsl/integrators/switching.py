@@ -12,9 +12,7 @@ iteration has failed.
 
 from __future__ import annotations
 
-from mbdsl.integrators.state import CORNERS, LEAST_H, NODES, NOW, RUNNING, SIGNATURE
-from mbdsl.kernels import rare
-from mbdsl.layout import (
+from mbdsl.compilation.buffer_layout import (
     ACCELERATION,
     BEFORE,
     BEFORE2,
@@ -35,6 +33,8 @@ from mbdsl.layout import (
     V,
     X,
 )
+from mbdsl.compilation.marks import rare
+from mbdsl.integrators.state import CORNERS, LEAST_H, NODES, NOW, RUNNING, SIGNATURE
 from mbdsl.system.switches import signature
 
 #: how much of the way to a switch is left at the first attempt; at each further one ten times as much

@@ -6,8 +6,8 @@ Evaluations take such an angle next to what it was when a step was accepted last
 
 from math import atan2, floor, pi
 
-from mbdsl.kernels import kernel
-from mbdsl.layout import N_TURNS, TURNS, Q
+from mbdsl.compilation.buffer_layout import N_TURNS, TURNS, Q
+from mbdsl.compilation.marks import kernel
 
 
 @kernel

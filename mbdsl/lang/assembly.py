@@ -11,7 +11,8 @@ from typing import Any
 
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError
-from mbdsl.lang import expressions, limits, quantities, units
+from mbdsl.expressions import symbolic
+from mbdsl.lang import limits, quantities, units
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node, connect
 from mbdsl.lang.evaluate import Budget, place
@@ -133,8 +134,8 @@ class Assembly:
         kind = self.parts[frame.body].kind
         dimension = _COORDINATE_DIMENSION[key]
         if key in ("phi", "w") and isinstance(kind, BodyKind) and kind.coordinates and "phi" not in kind.coordinates:
-            return Quantity(expressions.const(0.0), dimension)
-        return Quantity(expressions.coordinate(frame.name, key), dimension)
+            return Quantity(symbolic.const(0.0), dimension)
+        return Quantity(symbolic.coordinate(frame.name, key), dimension)
 
     def connect_all(self) -> None:
         """Settle which port sits on which frame."""
@@ -280,9 +281,7 @@ class Assembly:
             aliases=aliases,
         )
 
-    def _slots(
-        self, root: Namespace
-    ) -> tuple[dict[str, ParameterValue], dict[str, expressions.Expr], dict[str, Input]]:
+    def _slots(self, root: Namespace) -> tuple[dict[str, ParameterValue], dict[str, symbolic.Expr], dict[str, Input]]:
         parameters, variables, inputs = {}, {}, {}
         own = {id(m) for m in root.members.values() if isinstance(m, Slot)}
         for slot in self.slots:
@@ -301,7 +300,7 @@ class Assembly:
                                 span_of(slot.at),
                                 f"give the sub-model `{slot.name.split('.')[0]}` or the variable another name",
                             )
-                        variables[slot.name + suffix] = expressions.expr(q.value)
+                        variables[slot.name + suffix] = symbolic.expr(q.value)
         return parameters, variables, inputs
 
 

@@ -13,7 +13,7 @@ from mbdsl.lang.library import Unit
 from mbdsl.lang.modifiers import Modifiers, bind, merge
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import span_of
-from mbdsl.wording import did_you_mean
+from mbdsl.messages import did_you_mean
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,11 @@ import math
 
 from mbdsl.elements.kind import Parameter
 from mbdsl.errors import ModelError
-from mbdsl.lang import expressions, quantities, units, values
+from mbdsl.expressions import symbolic
+from mbdsl.lang import quantities, units, values
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value, describe
-from mbdsl.wording import did_you_mean
+from mbdsl.messages import did_you_mean
 
 
 def fit(value: Value, dimension: Dimension | None, what: str, unit: str = "") -> Value:
@@ -35,9 +36,9 @@ def shape_words(shape: tuple[int, ...]) -> str:
 def number(q: Quantity, what: str) -> float:
     """A finite float known now."""
     value = q.value
-    if isinstance(value, expressions.Expr) and expressions.is_const(value):
+    if isinstance(value, symbolic.Expr) and symbolic.is_const(value):
         value = value.value  # type: ignore[assignment]
-    if isinstance(value, expressions.Expr):
+    if isinstance(value, symbolic.Expr):
         raise ModelError(f"{what} must be known before the start; it depends on time or signals")
     result = float(value)  # type: ignore[arg-type]
     if not math.isfinite(result):
@@ -79,15 +80,15 @@ def argument(parameter: Parameter, value: Value, owner: str) -> float | str | tu
     return result
 
 
-def law(parameter: Parameter, value: Value, owner: str) -> expressions.Expr:
+def law(parameter: Parameter, value: Value, owner: str) -> symbolic.Expr:
     """The expression of a component's law, checked against its declaration."""
     what = f"`{parameter.name}` of `{owner}`"
     value = fit(value, units.dimension(parameter.unit) if parameter.unit else None, what, parameter.unit)
     if isinstance(value, tuple):
         raise ModelError(f"{what}: found {describe(value)}, expected a single value")
-    if isinstance(value.value, expressions.Expr):
+    if isinstance(value.value, symbolic.Expr):
         return value.value
-    return expressions.const(number(value, what))
+    return symbolic.const(number(value, what))
 
 
 def pose(value: Value, what: str) -> tuple[float, float, float]:

@@ -8,7 +8,7 @@ from mbdsl.lang import quantities
 from mbdsl.lang import syntax as s
 from mbdsl.lang.library import Unit
 from mbdsl.lang.source import span_of
-from mbdsl.wording import did_you_mean
+from mbdsl.messages import did_you_mean
 
 ALIASES = {"World": "Ground"}
 FRAME_TYPES = ("Frame", "Frame_a", "Frame_b")

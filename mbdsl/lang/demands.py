@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
-from mbdsl.lang import expressions
-from mbdsl.lang.expression_text import text
-from mbdsl.lang.expressions import Expr
+from mbdsl.expressions import symbolic
+from mbdsl.expressions.printing import text
+from mbdsl.expressions.symbolic import Expr
 
 
 def check_law(name: str, law: Expr, kind: JointKind, owner: str) -> None:
     """The law parameter ``name`` of the joint ``owner`` depends on what is known without the joint."""
     what = f"`{name}` of {kind.name} `{owner}`"
-    for leaf in expressions.leaves(law):
+    for leaf in symbolic.leaves(law):
         if leaf.op == "multiplier":
             raise ModelError(
                 f"{what} depends on a reaction of `{leaf.value[0]}`, but reactions follow from what joints demand",  # type: ignore[index]
@@ -33,7 +33,7 @@ def check_law(name: str, law: Expr, kind: JointKind, owner: str) -> None:
 
 def check_row(name: str, row: Expr, kind: JointKind, owner: str) -> None:
     """A row of velocities, which follows from the law parameter ``name``, depends on one."""
-    if not expressions.is_velocity_level(row):
+    if not symbolic.is_velocity_level(row):
         raise ModelError(
             f"`{name}` of {kind.name} `{owner}` depends on no velocity",
             hint="a condition on positions is a joint or a driver, e.g. Distance or RotationalDriver; velocities are "

@@ -6,7 +6,8 @@ import math
 from typing import Protocol
 
 from mbdsl.errors import ModelError
-from mbdsl.lang import expressions, functions, readings, values
+from mbdsl.expressions import symbolic
+from mbdsl.lang import functions, readings, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.limits import ARRAY, NODES
 from mbdsl.lang.source import At, span_of
@@ -167,7 +168,7 @@ def _choice(e: s.Choice, scope: Scope) -> Value:
                 f"`if` takes a condition (true or false), found {values.describe(decided)}", span_of(condition.at)
             )
         known = decided.value if isinstance(decided.value, bool) else None
-        if isinstance(decided.value, expressions.Expr) and expressions.is_const(decided.value):
+        if isinstance(decided.value, symbolic.Expr) and symbolic.is_const(decided.value):
             known = bool(decided.value.value)
         if known is None:
             branches.append((decided, evaluate(value, scope)))
@@ -194,7 +195,7 @@ def _call(e: s.Call, scope: Scope) -> Value:
         found = scope.apply(e.function, evaluate(expressions_[0], scope))
         if found is not None:
             return found
-    from mbdsl.wording import did_you_mean
+    from mbdsl.messages import did_you_mean
 
     known = [*functions.FUNCTIONS, "der", *scope.function_names()]
     raise ModelError(f"no function is called `{name}`", span_of(e.function.at), did_you_mean(name, known))
@@ -208,7 +209,7 @@ def _der(arguments: list[s.Expression], scope: Scope) -> Value:
     if inner.dimension is not None:
         dimension = values.units.multiply(inner.dimension, values.units.dimension("s"), -1)
     try:
-        rate = expressions.der(expressions.expr(inner.value))  # type: ignore[arg-type]
+        rate = symbolic.der(symbolic.expr(inner.value))  # type: ignore[arg-type]
     except ValueError as problem:
         raise ModelError(str(problem)) from None
     return Quantity(rate, dimension)

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from functools import partial
 
 from mbdsl.errors import ModelError
+from mbdsl.expressions.symbolic import OPERATIONS
 from mbdsl.lang import limits, units, values
-from mbdsl.lang.expressions import OPERATIONS
 from mbdsl.lang.units import NUMBER
 from mbdsl.lang.values import Quantity, Value, compute, describe, numeric
 

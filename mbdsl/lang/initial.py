@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from mbdsl.errors import ModelError
-from mbdsl.lang import check, expressions, values
+from mbdsl.expressions import symbolic
+from mbdsl.lang import check, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.parts import Part
@@ -109,7 +110,7 @@ class InitialValues:
     def _initial_value(self, name: str, target: Quantity, value: Value, fixed: bool, at: At) -> InitialValue:
         if isinstance(value, tuple):
             raise ModelError(f"found {values.describe(value)} for `{name}`, expected a single value")
-        leaves = expressions.leaves(target.value) if isinstance(target.value, expressions.Expr) else []
+        leaves = symbolic.leaves(target.value) if isinstance(target.value, symbolic.Expr) else []
         if not leaves:
             raise ModelError(f"`{name}` cannot be given an initial value: it does not vary", span_of(at))
         for leaf in leaves:

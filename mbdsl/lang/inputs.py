@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from mbdsl.errors import ModelError
+from mbdsl.expressions.symbolic import input_signal
 from mbdsl.lang import check, functions, quantities, units, values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.expressions import input_signal
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value

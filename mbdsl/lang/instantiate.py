@@ -25,7 +25,7 @@ from mbdsl.lang.parts import Part, Template
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.write import write
-from mbdsl.wording import did_you_mean
+from mbdsl.messages import did_you_mean
 
 
 class Instance:

@@ -16,7 +16,7 @@ from mbdsl.lang import limits
 from mbdsl.lang import syntax as s
 from mbdsl.lang.parser import parse
 from mbdsl.lang.source import span_of
-from mbdsl.wording import did_you_mean
+from mbdsl.messages import did_you_mean
 
 #: where imports may lead: False, not out of the folder of the model; True, anywhere; or not out of this folder
 Allowed = bool | str | os.PathLike[str]

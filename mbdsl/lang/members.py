@@ -7,7 +7,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Union
 
 from mbdsl.errors import ModelError
-from mbdsl.lang import check, expressions, units, values
+from mbdsl.expressions import symbolic
+from mbdsl.lang import check, units, values
 from mbdsl.lang.connections import Node
 from mbdsl.lang.modifiers import Contexts, Modifiers
 from mbdsl.lang.source import At, span_of
@@ -238,7 +239,7 @@ class TableMember:
             check.fit(q, u_dimension, f"the argument of `{self.name}`")
         if not varying:
             raise ModelError(f"the table `{self.name}` is used in laws only; this value must be known before the start")
-        node = expressions.Expr("table", (expressions.expr(q.value),), (table, 0))  # type: ignore[arg-type]
+        node = symbolic.Expr("table", (symbolic.expr(q.value),), (table, 0))  # type: ignore[arg-type]
         return Quantity(node, y_dimension)
 
 

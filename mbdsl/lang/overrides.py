@@ -10,7 +10,7 @@ from mbdsl.lang.bases import declared_names
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.modifiers import Modifier, Modifiers
 from mbdsl.lang.parser import parse_expression
-from mbdsl.wording import did_you_mean
+from mbdsl.messages import did_you_mean
 
 
 def read_overrides(overrides: Mapping[str, str | float], instance: Instance) -> Modifiers:

@@ -15,7 +15,7 @@ from mbdsl.lang.source import span_of
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.lang.write import write
-from mbdsl.wording import did_you_mean
+from mbdsl.messages import did_you_mean
 
 ATTRIBUTES = ("unit", "min", "max", "quantity", "displayUnit", "start", "fixed", "nominal")
 

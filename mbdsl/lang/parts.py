@@ -11,16 +11,17 @@ from typing import TYPE_CHECKING
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import REQUIRED, BodyKind, JointKind, Kind, Parameter, Signal
 from mbdsl.errors import ModelError
-from mbdsl.lang import check, demands, expressions, units
+from mbdsl.expressions import symbolic
+from mbdsl.expressions.symbolic import Expr
+from mbdsl.lang import check, demands, units
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import evaluate, place
-from mbdsl.lang.expressions import Expr
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
 from mbdsl.lang.signals import Formula, Signals, formula
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
+from mbdsl.messages import did_you_mean
 from mbdsl.scene import Component, Frame
-from mbdsl.wording import did_you_mean
 
 if TYPE_CHECKING:
     from mbdsl.lang.assembly import Assembly
@@ -205,7 +206,7 @@ class Part:
         modifier = self._modifier(name)
         if modifier is None:
             default = parameter.default
-            return None if default is None or default is REQUIRED else expressions.const(default)  # type: ignore[arg-type]
+            return None if default is None or default is REQUIRED else symbolic.const(default)  # type: ignore[arg-type]
         assert modifier.value is not None
         with self.assembly.defining((self, name), f"`{self.name}.{name}`", modifier.value.at):
             value = evaluate(modifier.value, modifier.scope.for_law(self, name))
@@ -213,9 +214,9 @@ class Part:
                 picked = modifier.pick(value, 0, self.contexts)
                 law = check.law(parameter, picked, self.name)
                 if "damping" in self.assembly.without and "damping" in self.kind.effects:
-                    if expressions.is_velocity_level(law):
+                    if symbolic.is_velocity_level(law):
                         self.lacks.add("damping")
-                    law = expressions.substitute(law, _at_rest)
+                    law = symbolic.substitute(law, _at_rest)
                 self._laws[name] = law
                 if isinstance(self.kind, JointKind):
                     demands.check_law(name, self._laws[name], self.kind, self.name)
@@ -292,7 +293,7 @@ class Part:
             found = law
         else:
             assert declared is not None
-            if declared.formula.startswith("c.") and declared.formula[2:] in expressions.COORDINATES:
+            if declared.formula.startswith("c.") and declared.formula[2:] in symbolic.COORDINATES:
                 return self.assembly.coordinate(self.frames["c"], declared.formula[2:])
             found = Quantity(self._formula(declared.formula), units.dimension(declared.unit))
         self._signals[name] = found
@@ -309,7 +310,7 @@ class Part:
     def _formula(self, text: str, laws: bool = False) -> Expr:
         value = evaluate(formula(text), Formula(self, laws))
         assert isinstance(value, Quantity)
-        return expressions.expr(value.value)  # type: ignore[arg-type]
+        return symbolic.expr(value.value)  # type: ignore[arg-type]
 
     def own(self, name: str) -> Value | Node | Frame | None:
         """What ``name`` means inside the component: parameter, port or frame; None for signals and strangers."""
@@ -379,8 +380,8 @@ class Part:
 
 def _at_rest(leaf: Expr) -> Expr | None:
     """Zero for velocities."""
-    rate = leaf.op == "coordinate" and leaf.value[1] in expressions.RATE.values()  # type: ignore[index]
-    return expressions.const(0.0) if rate else None
+    rate = leaf.op == "coordinate" and leaf.value[1] in symbolic.RATE.values()  # type: ignore[index]
+    return symbolic.const(0.0) if rate else None
 
 
 @cache

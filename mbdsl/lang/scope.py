@@ -6,18 +6,18 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from mbdsl.errors import ModelError
+from mbdsl.expressions.symbolic import COORDINATES, TIME
 from mbdsl.lang import functions, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import evaluate
-from mbdsl.lang.expressions import COORDINATES, TIME
 from mbdsl.lang.members import Array, Disabled, FrameMember, Many, Namespace, Slot, TableMember
 from mbdsl.lang.parts import ACCELERATIONS, Part, is_body
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.lang.write import write
+from mbdsl.messages import did_you_mean
 from mbdsl.scene import Frame
-from mbdsl.wording import did_you_mean
 
 if TYPE_CHECKING:
     from mbdsl.lang.members import Entity

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import TYPE_CHECKING
 
+from mbdsl.expressions.symbolic import Expr, multiplier
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import Budget
-from mbdsl.lang.expressions import Expr, multiplier
 from mbdsl.lang.parser import parse_expression
 from mbdsl.lang.values import Quantity, Value
 

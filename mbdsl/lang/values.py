@@ -16,8 +16,9 @@ from fractions import Fraction
 from typing import Union
 
 from mbdsl.errors import ModelError
-from mbdsl.lang import expressions, limits, units
-from mbdsl.lang.expressions import Expr
+from mbdsl.expressions import symbolic
+from mbdsl.expressions.symbolic import Expr
+from mbdsl.lang import limits, units
 from mbdsl.lang.quantities import words
 from mbdsl.lang.units import NUMBER, Dimension
 
@@ -41,7 +42,7 @@ class Quantity:
 
     @property
     def varying(self) -> bool:
-        return isinstance(self.value, Expr) and not expressions.is_const(self.value)
+        return isinstance(self.value, Expr) and not symbolic.is_const(self.value)
 
     @property
     def number(self) -> bool:
@@ -108,10 +109,10 @@ def _overflow() -> float:
 def compute(operation: str, now: Callable, *operands: Quantity) -> float | int | Expr:
     """``now`` on the values if they are known, else an expression."""
     if any(isinstance(q.value, Expr) for q in operands):
-        arguments = [expressions.expr(q.value) for q in operands]  # type: ignore[arg-type]
-        if operation in expressions._ARITHMETIC:
-            return expressions._ARITHMETIC[operation](*arguments)
-        return expressions.call(operation, *arguments)
+        arguments = [symbolic.expr(q.value) for q in operands]  # type: ignore[arg-type]
+        if operation in symbolic._ARITHMETIC:
+            return symbolic._ARITHMETIC[operation](*arguments)
+        return symbolic.call(operation, *arguments)
     try:
         result = now(*(q.value for q in operands))
     except ZeroDivisionError:
@@ -236,15 +237,15 @@ def choose(condition: Quantity, a: Value, b: Value) -> Value:
     if isinstance(a, tuple) or isinstance(b, tuple):
         raise ModelError("an `if` that depends on time or signals chooses between numbers, found an array")
     if a.boolean and b.boolean:
-        return boolean(expressions.call("select", condition.value, _expr(a), _expr(b)))  # type: ignore[arg-type]
+        return boolean(symbolic.call("select", condition.value, _expr(a), _expr(b)))  # type: ignore[arg-type]
     a, b = numeric(a, "`if`"), numeric(b, "`if`")
     dimension = common(a, b, "`if`")
-    result = expressions.call("select", condition.value, _expr(a), _expr(b))  # type: ignore[arg-type]
+    result = symbolic.call("select", condition.value, _expr(a), _expr(b))  # type: ignore[arg-type]
     return Quantity(result, dimension, a.literal and b.literal)
 
 
 def _expr(q: Quantity) -> Expr:
-    return expressions.expr(q.value)  # type: ignore[arg-type]
+    return symbolic.expr(q.value)  # type: ignore[arg-type]
 
 
 def with_unit(value: Value, unit: units.Unit) -> Value:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from typing import Any
 
-from mbdsl.visible import visible
+from mbdsl.messages import visible
 
 
 def escape(text: str) -> str:

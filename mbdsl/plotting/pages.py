@@ -8,12 +8,12 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from mbdsl.files import write_text
 from mbdsl.plotting import svg
 from mbdsl.plotting.escaping import escape, seen
 from mbdsl.plotting.figures import Figure, Page, Table
 from mbdsl.plotting.frames import Frame, lay_out, names
 from mbdsl.plotting.looks import NEUTRAL, Look, looks
+from mbdsl.storage.output_files import write_text
 
 HERE = Path(__file__).parent
 #: a browser that holds to it asks nobody for anything, whatever a text on the page says

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbdsl.errors import UsageError
-from mbdsl.files import writing
 from mbdsl.plotting.figures import Figure
 from mbdsl.plotting.frames import Drawn, Frame, lay_out, names
 from mbdsl.plotting.looks import LIGHT_PAPER, MARKS, Look, looks
+from mbdsl.storage.output_files import writing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

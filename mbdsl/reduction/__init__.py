@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from mbdsl import graph as mechanism
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.errors import ModelError
+from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.graph import Edge, MechanismGraph
-from mbdsl.lang.expressions import Expr, leaves
 from mbdsl.reduction import drivers, welds
 from mbdsl.reduction.note import Note
 from mbdsl.scene import Component, Frame, InitialValue, Scene

@@ -12,8 +12,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from mbdsl.elements.kind import JointKind
+from mbdsl.expressions.symbolic import RATE, Expr, der, expr, leaves, substitute
 from mbdsl.graph import GROUND, Edge, MechanismGraph
-from mbdsl.lang.expressions import RATE, Expr, der, expr, leaves, substitute
 from mbdsl.reduction.note import Note
 from mbdsl.reduction.poses import Pose, compose, invert
 from mbdsl.reduction.welds import RIGID

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mbdsl.errors import Span
-from mbdsl.wording import few
+from mbdsl.messages import few
 
 
 @dataclass(frozen=True)

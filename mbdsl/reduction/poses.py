@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from mbdsl.lang.expressions import Expr, call
+from mbdsl.expressions.symbolic import Expr, call
 
 Number: TypeAlias = "Expr | float"
 Pose: TypeAlias = "tuple[Number, Number, Number]"

@@ -17,7 +17,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 from mbdsl.errors import UsageError
-from mbdsl.files import writing
+from mbdsl.storage.output_files import writing
 
 if TYPE_CHECKING:
     import numpy as np

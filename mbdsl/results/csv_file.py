@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from mbdsl.errors import UsageError
-from mbdsl.files import write_text
+from mbdsl.storage.output_files import write_text
 
 SUFFIX = ".csv"
 CHUNK = 8192  #: rows turned to text at a time, to bound the memory

@@ -13,6 +13,8 @@ from typing import Any
 
 from mbdsl.errors import IntegrationError, MbdslError, UsageError
 from mbdsl.integrators import methods
+from mbdsl.messages import did_you_mean, once, together
+from mbdsl.numerics.tolerance import misfit
 from mbdsl.scene import Scene
 from mbdsl.simulation import DEFAULT_METHOD, Progress
 from mbdsl.studies.cases import Case, own_step, setting
@@ -20,9 +22,7 @@ from mbdsl.studies.families import precise
 from mbdsl.studies.ladder import Ladder
 from mbdsl.studies.limits import allowance, limited
 from mbdsl.studies.opinion import Verdict, ask
-from mbdsl.tolerance import misfit
 from mbdsl.trajectory import Trajectory
-from mbdsl.wording import did_you_mean, once, together
 
 PATIENCE = 20.0  #: most time of a first run, relative to all runs before it, or in tenths of a second
 HINT = "the motion may be chaotic or jump (see `mbdsl study convergence`), or the check needs more time (--budget)"

@@ -8,13 +8,13 @@ from os import PathLike
 from typing import Any
 
 from mbdsl.integrators import methods
+from mbdsl.messages import duration
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
 from mbdsl.studies.errors import Quantity
 from mbdsl.studies.report import Study, number, outcomes, size, troubles
 from mbdsl.studies.slopes import Fit, fit, verdict
 from mbdsl.studies.survey import Asked, Row, Survey, survey
-from mbdsl.wording import duration
 
 #: what is fitted: constraints and energy may fall with other orders, or be kept exactly
 FITTED = ("q", "v", "reactions")

@@ -12,7 +12,7 @@ from dataclasses import fields, is_dataclass
 from numbers import Real
 
 from mbdsl.elements.kind import Kind
-from mbdsl.lang.expressions import Expr, walk
+from mbdsl.expressions.symbolic import Expr, walk
 from mbdsl.scene import Component, Experiment, Scene
 
 LEFT_OUT = {"span", "doc", "files", "parameters"}  #: fields that do not change the motion

@@ -12,6 +12,7 @@ from typing import Any
 
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import methods
+from mbdsl.messages import duration, together
 from mbdsl.plotting.figures import Table
 from mbdsl.scene import Scene
 from mbdsl.studies.cases import Case, assemble, chosen, own_step, setting
@@ -25,7 +26,6 @@ from mbdsl.studies.slopes import CLEAR
 from mbdsl.studies.store import Store
 from mbdsl.studies.survey import Asked
 from mbdsl.trajectory import Trajectory
-from mbdsl.wording import duration, together
 
 AIM = 0.8  #: part of the error that is aimed at: a step is not tried for every per cent
 RUNS = 8  #: of one method, at most

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from mbdsl.messages import count, duration
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
 from mbdsl.studies.reference import Reference
 from mbdsl.studies.report import Study, outcomes, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, begin
 from mbdsl.studies.work_precision import quartiles, rounds, time_rows
-from mbdsl.wording import count, duration
 
 BASE = "hht-i3"
 TOLS = (1e-6,)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbdsl.error_norm import fastest
+from mbdsl.numerics.error_norm import fastest
 from mbdsl.system.tables import gravity
 from mbdsl.trajectory import ENERGIES, Trajectory
 

@@ -1,7 +1,8 @@
 """What has been computed is kept: by a digest of everything that determines a run, and of the machine for its time.
 
 One file a run, written whole or not at all, in the folder of compiled code; the oldest go when they become too many.
-Files that others can have written are not read (:mod:`mbdsl.trust`). A run that cannot be kept is a run all the same.
+Files that others can have written are not read (:mod:`mbdsl.storage.trusted_files`). A run that cannot be kept is a run
+all the same.
 """
 
 from __future__ import annotations
@@ -22,9 +23,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mbdsl
-from mbdsl import cache_folder, elements, trust
+from mbdsl import elements
 from mbdsl.errors import UsageError
 from mbdsl.integrators import backend, modules
+from mbdsl.storage import cache_folder, trusted_files
 from mbdsl.studies.cases import Case, Setting
 from mbdsl.studies.fingerprint import fingerprint
 
@@ -80,7 +82,7 @@ class Store:
     def __init__(self, folder: str | os.PathLike | None = None, fresh: bool = False) -> None:
         self.folder = Path(folder) if folder is not None else _default()
         try:
-            trust.make(self.folder)
+            trusted_files.make(self.folder)
         except OSError as problem:
             raise UsageError(f"cannot make the folder `{self.folder}`: {problem.strerror or problem}") from problem
         self.fresh = fresh
@@ -125,7 +127,7 @@ class Store:
         """What is in a file; one that is damaged, another's, or under a name that is not its own, is none."""
         if self.fresh and name not in self.own:
             return None
-        stream = trust.opened(self.folder / name)
+        stream = trusted_files.opened(self.folder / name)
         if stream is None:
             return None
         try:
@@ -136,9 +138,9 @@ class Store:
 
     def _write(self, name: str, **arrays: Array) -> bool:
         path = self.folder / name
-        part = trust.part_of(path.with_name(f".{name}"))
+        part = trusted_files.part_of(path.with_name(f".{name}"))
         try:
-            with trust.create(part) as stream:
+            with trusted_files.create(part) as stream:
                 np.savez(stream, name=np.array(name), **arrays)  # type: ignore[arg-type]
             os.replace(part, path)
         except OSError as problem:
@@ -223,7 +225,7 @@ def versions() -> dict[str, str]:
 @cache
 def machine() -> dict[str, str]:
     """What times depend on."""
-    from mbdsl import jit
+    from mbdsl.compilation import code_cache
 
     processor = platform.processor() or platform.machine()
     try:
@@ -235,7 +237,7 @@ def machine() -> dict[str, str]:
         "processor": processor,
         "cores": str(os.cpu_count()),
         "system": f"{platform.system()} {platform.machine()}",
-        "compiled": "yes" if jit.enabled() else "no",
+        "compiled": "yes" if code_cache.enabled() else "no",
         "host": platform.node(),
     }
 

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from mbdsl.messages import duration
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.scene import Scene
 from mbdsl.studies.convergence import BRACKETS, cell, trusted
 from mbdsl.studies.errors import Quantity
 from mbdsl.studies.report import Study, number, outcomes, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, survey
-from mbdsl.wording import duration
 
 SHOWN = ("q", "v", "reactions", "energy")
 CHOICES = 3  #: methods named for an error

@@ -13,9 +13,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any
 
-from mbdsl import cache_folder, jit
+from mbdsl.compilation import code_cache
 from mbdsl.errors import MbdslError
 from mbdsl.lang.library import imports_allowed
+from mbdsl.storage import cache_folder
 from mbdsl.studies.cases import Case, Setting, setting
 from mbdsl.studies.store import ENDED, LOST, OUT_OF_TIME, Computed, Store, key_of
 
@@ -136,7 +137,7 @@ def _job(of: Setting, store: Store, case: Case, key: str, limit: float) -> dict:
 
 def main() -> None:
     """Read a job a line, answer each with a line, until there are no more or the process that asks has ended."""
-    jit.alone()
+    code_cache.alone()
     jobs: queue.Queue[str] = queue.Queue()
 
     def read() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
-from mbdsl.saddle import least_squares
+from mbdsl.numerics.saddle_point import least_squares
 from mbdsl.system.system import System
 
 Array = NDArray[np.float64]

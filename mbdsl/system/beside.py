@@ -9,7 +9,7 @@ import importlib
 import json
 import subprocess
 
-from mbdsl import jit
+from mbdsl.compilation import code_cache
 from mbdsl.system.blocks import Block
 from mbdsl.system.emit import load
 
@@ -17,7 +17,7 @@ from mbdsl.system.emit import load
 def start(blocks: list[Block], has_tape: bool, sets: int) -> subprocess.Popen | None:
     """Begin to compile a structure; None where no process can be had."""
     roles = [[b.role, b.module.__name__, b.driven] for b in blocks]
-    return jit.beside(__name__, json.dumps([roles, has_tape, sets]))
+    return code_cache.beside(__name__, json.dumps([roles, has_tape, sets]))
 
 
 def main(structure: str) -> None:

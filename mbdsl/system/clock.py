@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl import layout
+from mbdsl.compilation import buffer_layout
 
 if TYPE_CHECKING:
     from mbdsl.system.system import Workspace
@@ -19,20 +19,23 @@ class Clock:
     """Where the gradient tape leaves what depends on time: looked up once, for ``m`` and ``p`` constraints."""
 
     def __init__(self, I: NDArray[np.int64], m: int, p: int) -> None:
-        self.size, registers = m + p, int(I[layout.REGISTERS])
-        detail = [int(I[I[layout.PAIRS] + layout.PAIR * r + 4]) for r in range(m)]
+        self.size, registers = m + p, int(I[buffer_layout.REGISTERS])
+        detail = [int(I[I[buffer_layout.PAIRS] + buffer_layout.PAIR * r + 4]) for r in range(m)]
         self.driven = np.array([r for r in range(m) if detail[r] >= 0], np.int64)
         self.drivers = np.array([registers + I[detail[r] + 2] for r in self.driven], np.int64)
         self.rows = np.arange(m, m + p)
-        self.gammas = np.array([registers + I[I[I[layout.GAMMAS] + k] + 1] for k in range(p)], np.int64)
-        records = [I[I[layout.MOVING] + layout.MOVED * k :][: layout.MOVED] for k in range(int(I[layout.N_MOVING]))]
+        self.gammas = np.array([registers + I[I[I[buffer_layout.GAMMAS] + k] + 1] for k in range(p)], np.int64)
+        records = [
+            I[I[buffer_layout.MOVING] + buffer_layout.MOVED * k :][: buffer_layout.MOVED]
+            for k in range(int(I[buffer_layout.N_MOVING]))
+        ]
         moving = {int(record[0]): registers + record[7:] for record in records}
         #: rows of the gradient table with a side on a frame that moves as a function of time
         self.carried = [
             (r, 3 * side, frame, moving[frame])
             for r in range(m if moving else 0)
             for side in range(2)
-            if (frame := int(I[I[layout.PAIRS] + layout.PAIR * r + side])) in moving
+            if (frame := int(I[I[buffer_layout.PAIRS] + buffer_layout.PAIR * r + side])) in moving
         ]
 
     def __call__(self, w: Workspace) -> Array:
@@ -41,6 +44,6 @@ class Clock:
         found[self.driven] = -w.F[self.drivers]
         found[self.rows] = w.F[self.gammas]
         for r, side, frame, accelerations in self.carried:
-            rate = w.C[r, layout.GRADIENT_RATE + side :][:3]
+            rate = w.C[r, buffer_layout.GRADIENT_RATE + side :][:3]
             found[r] += rate @ w.Z[frame, 3:6] + w.C[r, side : side + 3] @ w.F[accelerations]
         return found

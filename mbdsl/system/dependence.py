@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.messages import few
 from mbdsl.system.system import System
-from mbdsl.wording import few
 
 Array = NDArray[np.float64]
 

@@ -15,19 +15,19 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import NamedTuple
 
-from mbdsl import jit, layout
+from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.system import loops, tape
 from mbdsl.system.blocks import Block
 
 KIND_PREFIX = "mbdsl_kind_"
 #: evaluate(t, Y, Z, C, F, I)
-EVALUATE = jit.Signature(("float", "matrix", "matrix", "matrix", "vector", "ints"))
+EVALUATE = code_cache.Signature(("float", "matrix", "matrix", "matrix", "vector", "ints"))
 #: tangent(t, cM, cK, cD, cL, cP, cN, cV, cW, cA, Y, Z, C, F, I, A)
-TANGENT = jit.Signature((*["float"] * 10, "matrix", "matrix", "matrix", "vector", "ints", "vector"))
-#: inertia(task, row, target, Y, F, I): tasks of :mod:`mbdsl.layout`
-INERTIA = jit.Signature(("int", "int", "int", "matrix", "vector", "ints"))
+TANGENT = code_cache.Signature((*["float"] * 10, "matrix", "matrix", "matrix", "vector", "ints", "vector"))
+#: inertia(task, row, target, Y, F, I): tasks of :mod:`mbdsl.compilation.buffer_layout`
+INERTIA = code_cache.Signature(("int", "int", "int", "matrix", "vector", "ints"))
 #: a line of either: (count, arguments of tangent)
-REPEATED = jit.Signature(("int", *TANGENT.takes))
+REPEATED = code_cache.Signature(("int", *TANGENT.takes))
 
 
 class Line(NamedTuple):
@@ -168,7 +168,7 @@ def _names(bodies: list[tuple[int, Block]], has_tape: bool) -> list[str]:
         names += ["INERTIA_ROW", "INERTIA_ROW2", "MX", "MX2"]
     names += ["TAPE_LENGTH"] if has_tape else []
     names += ["TIMES"] if "MX" in names else []
-    return [f"from mbdsl.layout import {', '.join(names)}"] if names else []
+    return [f"from mbdsl.compilation.buffer_layout import {', '.join(names)}"] if names else []
 
 
 def emit_repeated(blocks: list[Block], has_tape: bool, sets: int) -> tuple[str, list[Line], list[Line]]:
@@ -185,7 +185,7 @@ def emit_repeated(blocks: list[Block], has_tape: bool, sets: int) -> tuple[str, 
 
 def header(block: int) -> int:
     """Where the header of a block stands in I."""
-    return layout.BLOCKS + layout.BLOCK * block
+    return buffer_layout.BLOCKS + buffer_layout.BLOCK * block
 
 
 def emit_kind(block: Block) -> str:
@@ -200,7 +200,7 @@ def curve(block, Z, C, F, I):
     return f'''"""Emitted by mbdsl: the loops of {name}."""
 
 from mbdsl.elements import {name}
-from mbdsl.kernels import rare
+from mbdsl.compilation.marks import rare
 from mbdsl.system import loops
 
 
@@ -223,13 +223,13 @@ def load(blocks: list[Block], has_tape: bool, sets: int) -> Kernels:
     """Compile the code of a structure, or find it compiled."""
     text = emit(blocks, has_tape, sets)
     signatures = {"evaluate": EVALUATE, "tangent": TANGENT, "inertia": INERTIA}
-    return Kernels(*jit.functions(module_name(text), text, signatures, lambda: _modules(blocks)))
+    return Kernels(*code_cache.functions(module_name(text), text, signatures, lambda: _modules(blocks)))
 
 
 def _modules(blocks: list[Block]) -> list[ModuleType]:
     """Where the kernels of a structure come from."""
     kinds = {b.name: b for b in blocks if b.role in ("joint", "spring", "law")}.values()
-    loops_of_kinds = [jit.import_text(KIND_PREFIX + b.name, emit_kind(b)) for b in kinds]
+    loops_of_kinds = [code_cache.import_text(KIND_PREFIX + b.name, emit_kind(b)) for b in kinds]
     return [loops, tape, *dict.fromkeys(b.module for b in blocks), *loops_of_kinds]
 
 
@@ -245,7 +245,7 @@ def load_repeated(blocks: list[Block], has_tape: bool, sets: int) -> Repeated:
     """Compile the lines of a structure one by one, or find them compiled."""
     text, evaluate, tangent = emit_repeated(blocks, has_tape, sets)
     names = [f"e{k}" for k in range(len(evaluate))] + [f"t{k}" for k in range(len(tangent))]
-    found = jit.functions(module_name(text), text, dict.fromkeys(names, REPEATED), lambda: _modules(blocks))
+    found = code_cache.functions(module_name(text), text, dict.fromkeys(names, REPEATED), lambda: _modules(blocks))
     return Repeated(list(zip(evaluate, found, strict=False)), list(zip(tangent, found[len(evaluate) :], strict=True)))
 
 

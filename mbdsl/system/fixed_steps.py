@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.lang.expressions import leaves, walk
+from mbdsl.expressions.symbolic import leaves, walk
 from mbdsl.system.on_the_way import JUMPS, SLIGHT, Functions, OnTheWay
 from mbdsl.system.unseen import passable
 
 if TYPE_CHECKING:
-    from mbdsl.lang.expressions import Expr
+    from mbdsl.expressions.symbolic import Expr
     from mbdsl.system.system import System
 
 Array = NDArray[np.float64]

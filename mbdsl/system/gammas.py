@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from mbdsl import layout
-from mbdsl.lang.expressions import COORDINATES, TIME, Expr, coordinate, diff, leaves
+from mbdsl.compilation import buffer_layout
+from mbdsl.expressions.symbolic import COORDINATES, TIME, Expr, coordinate, diff, leaves
 from mbdsl.system.blocks import frame_of
 from mbdsl.system.tape import Tape
 
@@ -40,10 +40,10 @@ def tabulate(
         later.append(_derivatives(gamma, used, rates, record, tape))
 
     def place() -> None:
-        buffers.I[layout.GAMMAS] = buffers.ints([buffers.ints(record) for record in records])
+        buffers.I[buffer_layout.GAMMAS] = buffers.ints([buffers.ints(record) for record in records])
 
     later.append(place)
-    buffers.I[layout.N_GAM] = len(gammas)
+    buffers.I[buffer_layout.N_GAM] = len(gammas)
 
 
 def _derivatives(gamma: Expr, used: list[str], rates, record: list[int], tape: Tape) -> Callable[[], None]:

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, Span
+from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.graph import MechanismGraph
-from mbdsl.lang.expressions import is_velocity_level
-from mbdsl.saddle import least_squares, row_size, scaled
+from mbdsl.numerics.saddle_point import least_squares, row_size, scaled
 from mbdsl.scene import InitialValue
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.metric import Metric

@@ -12,8 +12,7 @@ Nonholonomic constraints need no kernels of their own: Gam and its derivatives a
 
 from __future__ import annotations
 
-from mbdsl.kernels import kernel, rare, square
-from mbdsl.layout import (
+from mbdsl.compilation.buffer_layout import (
     COUPLING_VALUES,
     COUPLINGS,
     FORCE0,
@@ -56,6 +55,7 @@ from mbdsl.layout import (
     VALUE,
     WRENCH,
 )
+from mbdsl.compilation.marks import kernel, rare, square
 
 
 @kernel

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.lang.expressions import RATE, coordinate
+from mbdsl.expressions.symbolic import RATE, coordinate
 from mbdsl.system.signals import Matrix, gradients
 from mbdsl.system.system import System
 

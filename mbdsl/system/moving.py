@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from mbdsl import layout
-from mbdsl.lang.expressions import Expr, der
+from mbdsl.compilation import buffer_layout
+from mbdsl.expressions.symbolic import Expr, der
 from mbdsl.system.tape import Tape
 
 Motion = tuple[Expr, Expr, Expr]
@@ -24,10 +24,10 @@ def tabulate(motions: Mapping[int, Motion | None], buffers, tape: Tape, later: l
             later.append(_accelerations(rates, record, tape))
 
     def place() -> None:
-        buffers.I[layout.MOVING] = buffers.ints([i for record in records for i in record])
+        buffers.I[buffer_layout.MOVING] = buffers.ints([i for record in records for i in record])
 
     later.append(place)
-    buffers.I[layout.N_MOVING] = len(records)
+    buffers.I[buffer_layout.N_MOVING] = len(records)
 
 
 def _accelerations(rates: list[Expr], record: list[int], tape: Tape) -> Callable[[], None]:

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.lang.expressions import RATE, Expr, coordinate, evaluate, leaves, walk
-from mbdsl.system.intervals import CONDITIONS, FLAT, ROUNDING, Interval, Jet, constant, enclose
+from mbdsl.expressions.interval_arithmetic import CONDITIONS, FLAT, ROUNDING, Interval, Jet, constant, enclose
+from mbdsl.expressions.symbolic import RATE, Expr, coordinate, evaluate, leaves, walk
 from mbdsl.system.signals import ARRAY_OPERATIONS, table_value, values
 from mbdsl.system.unseen import Function, Zone, hiding, monotone, zones
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from mbdsl import layout
+from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import ForceKind, JointKind
-from mbdsl.lang.expressions import COORDINATES, Expr, coordinate, der, diff, expr, leaves
+from mbdsl.expressions.symbolic import COORDINATES, Expr, coordinate, der, diff, expr, leaves
 from mbdsl.system.blocks import frame_of, law_expressions
 from mbdsl.system.tape import Tape
 
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 
 def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Callable[[], None]]) -> None:
-    """Per row of the gradient table: a, b, first slot, second derivative, detail (see mbdsl.layout)."""
+    """Per row of the gradient table: a, b, first slot, second derivative, detail (see
+    mbdsl.compilation.buffer_layout)."""
     n, ints, row = tables.n, [], 0
     counts = {"joint": 0, "spring": 0, "law": 0}
     details: list[tuple[int, list[int]]] = []
@@ -24,7 +25,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
         if block.role not in counts:
             continue
         rows = block.rows
-        header = layout.BLOCKS + layout.BLOCK * k
+        header = buffer_layout.BLOCKS + buffer_layout.BLOCK * k
         own = [isinstance(c.kind, JointKind) and block.role == "law" for c in block.components]  # friction has none
         parameters = [
             () if none else tuple(c.kind.table(c.values)) for none, c in zip(own, block.components, strict=True)
@@ -64,8 +65,8 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
                 row += 1
             counts[block.role] += rows
     I = buffers.I
-    I[layout.N_SPRINGS], I[layout.N_LAWS] = counts["spring"], counts["law"]
-    I[layout.PAIRS] = offset = buffers.ints(ints)
+    I[buffer_layout.N_SPRINGS], I[buffer_layout.N_LAWS] = counts["spring"], counts["law"]
+    I[buffer_layout.PAIRS] = offset = buffers.ints(ints)
 
     def place_details() -> None:
         for position, values in details:

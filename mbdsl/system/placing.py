@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind
+from mbdsl.expressions.symbolic import Expr, expr
 from mbdsl.graph import MechanismGraph
-from mbdsl.lang.expressions import Expr, expr
 from mbdsl.scene import Component, InitialValue
 from mbdsl.system.bodies import body_pose
 from mbdsl.system.signals import values

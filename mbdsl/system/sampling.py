@@ -11,9 +11,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl import jit
-from mbdsl.kernels import kernel
-from mbdsl.layout import FP, X2, Q, V, X
+from mbdsl.compilation import code_cache
+from mbdsl.compilation.buffer_layout import FP, X2, Q, V, X
+from mbdsl.compilation.marks import kernel
 from mbdsl.system.accelerations import ACCURATE, BOUNDED, balance
 from mbdsl.system.clock import Clock
 from mbdsl.system.emit import EVALUATE, TANGENT
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 #: states from which on a compiled loop is worth its loading; numbers in the matrices that are solved together
 MANY, TOGETHER = 2000, 2**21
-SAMPLE = jit.Signature(
+SAMPLE = code_cache.Signature(
     (
         *(EVALUATE, TANGENT, "vector", "matrix", "matrix", "ints", "matrix", "ints"),
         *("matrix", "matrix", "matrix", "matrix", "matrix", "matrix", "matrix", "vector", "ints", "vector"),
@@ -72,7 +72,7 @@ from mbdsl.system import sampling
 def sample({arguments}):
     sampling.sample({arguments})
 '''
-    return jit.functions("mbdsl_sampling", text, {"sample": SAMPLE}, lambda: [sampling])[0]
+    return code_cache.functions("mbdsl_sampling", text, {"sample": SAMPLE}, lambda: [sampling])[0]
 
 
 def sampled(
@@ -83,7 +83,7 @@ def sampled(
     ``numbers`` are values (N,) by their place in the tables. None where states are few, or have to be taken one by one:
     large models, friction in joints, frames that move as a function of time.
     """
-    if len(t) < MANY or system.of_multipliers or system.unknowns > DENSE_LIMIT or not jit.enabled():
+    if len(t) < MANY or system.of_multipliers or system.unknowns > DENSE_LIMIT or not code_cache.enabled():
         return None
     w = system.workspace()
     clock = Clock(w.I, system.m, system.p)

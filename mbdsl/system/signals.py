@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.lang.expressions import OPERATIONS, RATE, Expr, der, diff, evaluate, leaves
+from mbdsl.expressions.symbolic import OPERATIONS, RATE, Expr, der, diff, evaluate, leaves
+from mbdsl.numerics.piecewise_cubic import piecewise
 from mbdsl.scene import Scene
 from mbdsl.system.bodies import POSITIONS, VELOCITIES, body_pose
-from mbdsl.system.splines import piecewise
 from mbdsl.system.system import DENSE_LIMIT, System
 
 if TYPE_CHECKING:

@@ -26,10 +26,11 @@ from typing import TYPE_CHECKING
 
 from numpy import floor
 
-from mbdsl import jit, layout
-from mbdsl.kernels import rare
-from mbdsl.lang.expressions import Expr, const, leaves, walk
-from mbdsl.layout import N_SWITCHES, REGISTERS, SWITCHES, TABLES
+from mbdsl.compilation import buffer_layout, code_cache
+from mbdsl.compilation.buffer_layout import N_SWITCHES, REGISTERS, SWITCHES, TABLES
+from mbdsl.compilation.marks import rare
+from mbdsl.expressions.symbolic import Expr, const, leaves, walk
+from mbdsl.numerics.piecewise_cubic import SMOOTHNESS
 from mbdsl.system.tape import Tape, cell_of
 
 if TYPE_CHECKING:
@@ -40,8 +41,6 @@ TRUTH, VALUE, ORDER, QUOTIENT, CELL = range(5)
 KNOTS, ENDS = 1, 2
 CONDITIONS = ("lt", "le", "eq", "ne", "and", "or", "not")
 COMPARED = ("abs", "min", "max")
-#: how often a table can be differentiated before it has corners, and before it is zero throughout
-SMOOTH = {"linear": (0, 2), "monotone": (1, 4), "cubic": (2, 4)}
 #: of the signature: prime, so that no change of a single switch goes unnoticed
 PRIME, BASE = 2147483647, 1000003
 
@@ -124,7 +123,7 @@ def _switches(node: Expr) -> bool:
 def table_events(node: Expr) -> int:
     """Whether the knots and the ends of a table's derivative are events: it has corners or jumps there."""
     table, order = node.value  # type: ignore[misc]
-    smooth, nothing = SMOOTH[table.smoothness if len(table.u) > 2 else "linear"]
+    smooth, nothing = SMOOTHNESS[table.smoothness if len(table.u) > 2 else "linear"]
     if order >= nothing:
         return 0
     knots = KNOTS if smooth <= order and len(table.u) > 2 else 0
@@ -139,8 +138,8 @@ def table_events(node: Expr) -> int:
 def tabulate(switches: list[Switch], buffers, tape: Tape) -> None:
     """Records of ``switches``, whose registers are on the tape."""
     records = [_record(switch, tape) for switch in switches]
-    buffers.I[layout.SWITCHES] = buffers.ints([buffers.ints(record) for record in records])
-    buffers.I[layout.N_SWITCHES] = len(records)
+    buffers.I[buffer_layout.SWITCHES] = buffers.ints([buffers.ints(record) for record in records])
+    buffers.I[buffer_layout.N_SWITCHES] = len(records)
 
 
 def _record(switch: Switch, tape: Tape) -> list[int]:
@@ -222,5 +221,5 @@ from mbdsl.system import switches
 def states(F, I, S):
     switches.states(F, I, S)
 '''
-    given = {"states": jit.Signature(("vector", "ints", "ints"))}
-    return jit.functions("mbdsl_switches", text, given, lambda: [switches, tape])[0]
+    given = {"states": code_cache.Signature(("vector", "ints", "ints"))}
+    return code_cache.functions("mbdsl_switches", text, given, lambda: [switches, tape])[0]

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl import layout
+from mbdsl.compilation import buffer_layout
+from mbdsl.expressions.symbolic import Expr, const, substitute
 from mbdsl.extremes import blame_extremes
 from mbdsl.graph import MechanismGraph
 from mbdsl.graph import build as build_graph
-from mbdsl.lang.expressions import Expr, const, substitute
 from mbdsl.scene import Scene
 from mbdsl.system import beside, emit, switches
 from mbdsl.system.clock import Clock
@@ -42,7 +42,7 @@ DENSE_LIMIT = 400
 
 @dataclass
 class Workspace:
-    """The buffers of one computation; see :mod:`mbdsl.layout`."""
+    """The buffers of one computation; see :mod:`mbdsl.compilation.buffer_layout`."""
 
     Y: Array
     Z: Array
@@ -113,16 +113,16 @@ class System:
         """Start to compile the kernels in another process."""
         return beside.start(self.tables.blocks, self.tables.has_tape, sets)
 
-    def workspace(self, slots: NDArray[np.int64] | None = None, rows: int = layout.ROWS) -> Workspace:
+    def workspace(self, slots: NDArray[np.int64] | None = None, rows: int = buffer_layout.ROWS) -> Workspace:
         """Fresh buffers. ``slots`` gives the position in A of every requested entry (default: one each)."""
         t = self.tables
         if slots is None:
             slots = np.arange(self.size)
         I = np.concatenate([t.I, slots.astype(np.int64)])
-        I[layout.SLOTS], I[layout.SIZE] = len(t.I), self.size
+        I[buffer_layout.SLOTS], I[buffer_layout.SIZE] = len(t.I), self.size
         Y = np.zeros((rows, max(1, self.unknowns)))
-        Y[layout.SCALE, : self.n] = t.scale
-        C = np.zeros((max(1, t.pair_rows), layout.GRADIENT_COLUMNS))
+        Y[buffer_layout.SCALE, : self.n] = t.scale
+        C = np.zeros((max(1, t.pair_rows), buffer_layout.GRADIENT_COLUMNS))
         return Workspace(Y, t.Z.copy(), C, t.F.copy(), I)
 
     # -- single quantities -----------------------------------------------------------------------------------
@@ -131,10 +131,10 @@ class System:
             self._work = self.workspace()
         w = self._work
         n = self.n
-        w.Y[layout.Q, :n] = q
-        w.Y[layout.V, :n] = 0.0 if v is None else v
-        w.Y[layout.X, n : self.unknowns] = 0.0 if lam is None else lam
-        w.Y[layout.X2, n : n + self.m] = 0.0 if mu is None else mu
+        w.Y[buffer_layout.Q, :n] = q
+        w.Y[buffer_layout.V, :n] = 0.0 if v is None else v
+        w.Y[buffer_layout.X, n : self.unknowns] = 0.0 if lam is None else lam
+        w.Y[buffer_layout.X2, n : n + self.m] = 0.0 if mu is None else mu
         self._any_kernels(2 if mu is not None else 1).evaluate(float(t), w.Y, w.Z, w.C, w.F, w.I)
         return w
 
@@ -145,7 +145,11 @@ class System:
     def evaluate(self, t: float, q, v=None, lam=None) -> tuple[Array, Array, Array]:
         """f = Q - Phi_q^T lam - Gam_v^T nu (n,), Phi (m,) and Phi_q v + Phi_t (m,)."""
         Y, n = self._at(t, q, v, lam).Y, self.n
-        return Y[layout.FP, :n].copy(), Y[layout.FP, n : n + self.m].copy(), Y[layout.GD, n : n + self.m].copy()
+        return (
+            Y[buffer_layout.FP, :n].copy(),
+            Y[buffer_layout.FP, n : n + self.m].copy(),
+            Y[buffer_layout.GD, n : n + self.m].copy(),
+        )
 
     def Q(self, t: float, q, v=None) -> Array:
         """Generalised applied force (n,), without what depends on multipliers (see ``of_multipliers``)."""
@@ -158,7 +162,7 @@ class System:
 
     def Gam(self, t: float, q, v) -> Array:
         """Nonholonomic constraints (p,)."""
-        return self._at(t, q, v).Y[layout.FP, self.n + self.m : self.unknowns].copy()
+        return self._at(t, q, v).Y[buffer_layout.FP, self.n + self.m : self.unknowns].copy()
 
     def Gam_v(self, t: float, q, v) -> Array | csr_array:
         """Their Jacobian (p, n) with respect to v."""
@@ -210,21 +214,21 @@ class System:
 
     def constraint_force(self, t: float, q, mu) -> Array:
         """Phi_q^T mu (n,)."""
-        return self._at(t, q, mu=mu).Y[layout.GD, : self.n].copy()
+        return self._at(t, q, mu=mu).Y[buffer_layout.GD, : self.n].copy()
 
     def gradient_table(self) -> Array:
-        """Rows of the gradient table (see :mod:`mbdsl.layout`) at the last state evaluated."""
+        """Rows of the gradient table (see :mod:`mbdsl.compilation.buffer_layout`) at the last state evaluated."""
         assert self._work is not None
         return self._work.C
 
     def mass(self) -> Array:
         """The constant part of the mass matrix's diagonal (n,): all of it where there are rigid bodies only."""
-        o = self.tables.I[layout.MASS]
+        o = self.tables.I[buffer_layout.MASS]
         return self.tables.F[o : o + self.n].copy()
 
     @property
     def mass_is_diagonal(self) -> bool:
-        return self.tables.I[layout.MASS_KIND] == 0
+        return self.tables.I[buffer_layout.MASS_KIND] == 0
 
     def M(self, t: float, q) -> Array | csr_array:
         """Mass matrix (n, n)."""
@@ -256,7 +260,7 @@ class System:
         D = (Gam_v^T nu - Q)_v, N = (Phi_q v)_q. Dense up to ``DENSE_LIMIT`` unknowns, sparse above.
         """
         w = self._at(t, q, v, lam)
-        w.Y[layout.X, : self.n] = 0.0 if a is None else a
+        w.Y[buffer_layout.X, : self.n] = 0.0 if a is None else a
         cA = 0.0 if a is None else cK
         return self.matrix(self.entries(t, cM=cM, cK=cK, cD=cD, cL=cL, cP=cP, cN=cN, cV=cV, cW=cW, cA=cA))
 

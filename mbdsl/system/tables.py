@@ -12,15 +12,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl import layout
+from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
-from mbdsl.lang.expressions import Expr, is_velocity_level, leaves
+from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
+from mbdsl.numerics.piecewise_cubic import piecewise
 from mbdsl.scene import Scene
 from mbdsl.system import gammas, moving, pairs, switches
 from mbdsl.system.blocks import Block, expressions, find_blocks, frame_of, law_expressions
 from mbdsl.system.bodies import Body, body_pose, model
-from mbdsl.system.splines import piecewise
 from mbdsl.system.tape import Tape
 
 
@@ -40,7 +40,7 @@ class Tables:
     models: dict[str, Body]  #: body name -> its model
     F: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     I: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
-    Z: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, layout.COLUMNS)))
+    Z: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, buffer_layout.COLUMNS)))
     size: float = 1.0  #: of the mechanism [m]
     from_start: bool = False  #: whether the size is that of initial positions, or 1 m for want of any length
     scale: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
@@ -156,14 +156,24 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
 
 def _fill(tables: Tables, size: float | None) -> None:
     scene, frames, n, m, p = tables.scene, tables.frames, tables.n, tables.m, tables.p
-    buffers = Buffers(layout.BLOCKS + layout.BLOCK * len(tables.blocks))
+    buffers = Buffers(buffer_layout.BLOCKS + buffer_layout.BLOCK * len(tables.blocks))
     I = buffers.I
-    I[layout.N_Q], I[layout.N_PHI], I[layout.N_ALL], I[layout.N_FRAMES] = n, m, n + m + p, len(frames)
-    I[layout.LAM_ROW], I[layout.MU_ROW], I[layout.LAW_ROW], I[layout.PSI_ROW] = layout.X, layout.X2, layout.X, layout.X
+    I[buffer_layout.N_Q], I[buffer_layout.N_PHI], I[buffer_layout.N_ALL], I[buffer_layout.N_FRAMES] = (
+        n,
+        m,
+        n + m + p,
+        len(frames),
+    )
+    I[buffer_layout.LAM_ROW], I[buffer_layout.MU_ROW], I[buffer_layout.LAW_ROW], I[buffer_layout.PSI_ROW] = (
+        buffer_layout.X,
+        buffer_layout.X2,
+        buffer_layout.X,
+        buffer_layout.X,
+    )
 
     # Frames: how many coordinates each depends on, and room for B and (B v)_q.
     dofs: list[tuple[int, ...]] = []
-    Z = np.zeros((max(1, len(frames)), layout.COLUMNS))
+    Z = np.zeros((max(1, len(frames)), buffer_layout.COLUMNS))
     lengths = []
     ground = 0
     for name, f in frames.items():
@@ -184,8 +194,8 @@ def _fill(tables: Tables, size: float | None) -> None:
             except ValueError as problem:
                 raise ModelError(f"frame `{name}`: {problem}", frame.span) from None
         dofs.append(own)
-    I[layout.GROUND_FRAMES] = ground
-    I[layout.FRAMES] = buffers.ints([v for d in dofs for v in (len(d), buffers.floats([0.0] * (6 * len(d))))])
+    I[buffer_layout.GROUND_FRAMES] = ground
+    I[buffer_layout.FRAMES] = buffers.ints([v for d in dofs for v in (len(d), buffers.floats([0.0] * (6 * len(d))))])
 
     g = gravity(scene)
     _fill_mass(tables, buffers, g)
@@ -211,7 +221,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     tables.switches = switches.find(forces, (x for x in dict.fromkeys(tape.roots) if x not in forces))
     switches.tabulate(tables.switches, buffers, tape)
     _fill_tape(buffers, tape, later)
-    tables.inputs = {name: I[layout.REGISTERS] + register for name, register in tape.inputs.items()}
+    tables.inputs = {name: I[buffer_layout.REGISTERS] + register for name, register in tape.inputs.items()}
 
     requests = np.array(buffers.requests, dtype=np.int64).reshape(-1, 2)
     tables.pattern = (requests[:, 0], requests[:, 1])
@@ -266,14 +276,16 @@ def _fill_mass(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None
             couplings += [d + i, d + j, buffers.slots((d + i,), (d + j,))]
             buffers.slots((d + j,), (d + i,))
             values.append(value)
-    I[layout.MASS] = buffers.floats(diagonal)
-    I[layout.FORCE0] = buffers.floats(force)
-    I[layout.COUPLINGS], I[layout.N_COUPLINGS] = buffers.ints(couplings), len(values)
-    I[layout.COUPLING_VALUES] = buffers.floats(values)
-    I[layout.MASS_KIND] = max((b.module.MASS for b in tables.blocks if b.role == "body" and b.components), default=0)
-    I[layout.MASS_ROW], I[layout.TANGENT_ROW] = layout.Q, layout.X
-    I[layout.INERTIA_ROW], I[layout.INERTIA_ROW2] = layout.X, layout.X2
-    I[layout.MASS_SLOTS] = len(buffers.requests)
+    I[buffer_layout.MASS] = buffers.floats(diagonal)
+    I[buffer_layout.FORCE0] = buffers.floats(force)
+    I[buffer_layout.COUPLINGS], I[buffer_layout.N_COUPLINGS] = buffers.ints(couplings), len(values)
+    I[buffer_layout.COUPLING_VALUES] = buffers.floats(values)
+    I[buffer_layout.MASS_KIND] = max(
+        (b.module.MASS for b in tables.blocks if b.role == "body" and b.components), default=0
+    )
+    I[buffer_layout.MASS_ROW], I[buffer_layout.TANGENT_ROW] = buffer_layout.Q, buffer_layout.X
+    I[buffer_layout.INERTIA_ROW], I[buffer_layout.INERTIA_ROW2] = buffer_layout.X, buffer_layout.X2
+    I[buffer_layout.MASS_SLOTS] = len(buffers.requests)
     for i in range(tables.n):
         buffers.slots((i,), (i,))
 
@@ -292,11 +304,14 @@ def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> No
             d, first = tables.coordinates[c.name], tables.frames[own[0]] if own else 0
             poses = [body_pose(c, tables.scene.frames[name]) for name in own]
             ints += tables.models[c.name].record(buffers, d, first, poses, g)
-        header = layout.BLOCKS + layout.BLOCK * k
+        header = buffer_layout.BLOCKS + buffer_layout.BLOCK * k
         buffers.I[header] = len(block.components)
         buffers.I[header + 1] = buffers.ints(ints)
     counters = [(body.counter, tables.coordinates[name]) for name, body in tables.models.items() if body.counter >= 0]
-    buffers.I[layout.TURNS], buffers.I[layout.N_TURNS] = buffers.ints(x for c in counters for x in c), len(counters)
+    buffers.I[buffer_layout.TURNS], buffers.I[buffer_layout.N_TURNS] = (
+        buffers.ints(x for c in counters for x in c),
+        len(counters),
+    )
 
 
 def _fill_tape(buffers: Buffers, tape: Tape, later: list[Callable[[], None]]) -> None:
@@ -305,13 +320,13 @@ def _fill_tape(buffers: Buffers, tape: Tape, later: list[Callable[[], None]]) ->
     values = len(tape.code)
     for fill in later:
         fill()
-    I[layout.TAPE] = buffers.ints(v for instruction in tape.code for v in instruction)
-    I[layout.TAPE_LENGTH], I[layout.GRADIENT_LENGTH] = values, len(tape.code) - values
-    I[layout.REGISTERS] = buffers.floats(tape.registers)
+    I[buffer_layout.TAPE] = buffers.ints(v for instruction in tape.code for v in instruction)
+    I[buffer_layout.TAPE_LENGTH], I[buffer_layout.GRADIENT_LENGTH] = values, len(tape.code) - values
+    I[buffer_layout.REGISTERS] = buffers.floats(tape.registers)
     headers = []
     for table in tape.tables:
         breaks, coefficients = piecewise(table)
         beyond = {"hold": 0, "linear": 1, "periodic": 2, "error": 3}[table.extrapolation]
         headers += [len(breaks), buffers.floats(breaks), beyond]
         buffers.floats(coefficients.ravel())
-    I[layout.TABLES] = buffers.ints(headers)
+    I[buffer_layout.TABLES] = buffers.ints(headers)

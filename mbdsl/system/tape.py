@@ -15,9 +15,9 @@ from numpy import arctan as atan
 from numpy import arctan2 as atan2
 from numpy import ceil, cos, cosh, exp, floor, hypot, log, log10, nan, sin, sinh, sqrt, tan, tanh
 
-from mbdsl.kernels import rare
-from mbdsl.lang.expressions import COORDINATES, Expr, const, walk
-from mbdsl.layout import LAW_ROW, REGISTERS, TABLES, TAPE
+from mbdsl.compilation.buffer_layout import LAW_ROW, REGISTERS, TABLES, TAPE
+from mbdsl.compilation.marks import rare
+from mbdsl.expressions.symbolic import COORDINATES, Expr, const, walk
 
 # Order matters: cheap and frequent operations first, as the interpreter compares in this order.
 _NAMES = (

@@ -13,7 +13,7 @@ from itertools import chain, pairwise
 
 import numpy as np
 
-from mbdsl.lang.expressions import Expr, evaluate, leaves, walk
+from mbdsl.expressions.symbolic import Expr, evaluate, leaves, walk
 from mbdsl.system.signals import ARRAY_OPERATIONS, table_value
 from mbdsl.system.switches import CONDITIONS, ENDS, KNOTS, Switch, table_events
 

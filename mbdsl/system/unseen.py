@@ -2,10 +2,11 @@
 
 Between two neighbouring extrema a function is monotone, and the ends of a step show its change. Within a step it can
 hide an extremum: a pulse, a window that opens and closes. The extrema of a term of a law are found by bisection:
-intervals (:mod:`mbdsl.system.intervals`) on which the bounds of its slope have one sign, or on which it changes by less
-than ``NEGLIGIBLE`` of its largest value so far, are finished; all others are halved. Around each extremum lies a
-*zone*, in which the term differs from its extreme value by less than a quarter of its difference from the next
-extremum. No step may pass over a zone: a step has to end within it, so that its error estimate contains the force.
+intervals (:mod:`mbdsl.expressions.interval_arithmetic`) on which the bounds of its slope have one sign, or on which it
+changes by less than ``NEGLIGIBLE`` of its largest value so far, are finished; all others are halved. Around each
+extremum lies a *zone*, in which the term differs from its extreme value by less than a quarter of its difference from
+the next extremum. No step may pass over a zone: a step has to end within it, so that its error estimate contains the
+force.
 
 Sums are split into terms, so that large terms do not hide small ones; products of sums become sums of products.
 """
@@ -21,8 +22,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.lang.expressions import TIME, Expr, diff, evaluate, is_const, leaves, walk
-from mbdsl.system.intervals import CONDITIONS, Jet, enclose
+from mbdsl.expressions.interval_arithmetic import CONDITIONS, Jet, enclose
+from mbdsl.expressions.symbolic import TIME, Expr, diff, evaluate, is_const, leaves, walk
 from mbdsl.system.signals import ARRAY_OPERATIONS, table_value
 from mbdsl.system.time_events import is_linear
 

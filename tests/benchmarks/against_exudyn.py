@@ -36,9 +36,9 @@ from numpy.typing import NDArray
 
 import mbdsl
 from mbdsl import graph
+from mbdsl.expressions.symbolic import Expr
 from mbdsl.integrators import state
 from mbdsl.integrators.run import Integration
-from mbdsl.lang.expressions import Expr
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
 

@@ -24,7 +24,8 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 import mbdsl
-from mbdsl import graph, jit, layout
+from mbdsl import graph
+from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.integrators import linear, sparse
 from mbdsl.integrators.run import Integration
 from mbdsl.system import build
@@ -55,10 +56,10 @@ def solve(count, A, I, Y, row):
 
 def compiled() -> list[Callable]:
     signatures = {
-        "factor": jit.Signature(("int", "vector", "vector", "ints"), gives="int"),
-        "solve": jit.Signature(("int", "vector", "ints", "matrix", "int")),
+        "factor": code_cache.Signature(("int", "vector", "vector", "ints"), gives="int"),
+        "solve": code_cache.Signature(("int", "vector", "ints", "matrix", "int")),
     }
-    return jit.functions("mbdsl_measure_sparse", TEXT, signatures, lambda: [linear, sparse])
+    return code_cache.functions("mbdsl_measure_sparse", TEXT, signatures, lambda: [linear, sparse])
 
 
 def seconds(call: Callable[[int], object], repeats: int) -> float:
@@ -107,8 +108,8 @@ def compare(model: str, n: int, repeats: int) -> list[str]:
     A, I, Y = np.zeros(pattern.length), run.I, run.Y
     factor, solve = compiled()
     assert factor(1, B, A, I) == 1
-    Y[layout.D, :N] = b
-    solve(1, A, I, Y, layout.D)
+    Y[buffer_layout.D, :N] = b
+    solve(1, A, I, Y, buffer_layout.D)
     name = f"{model} {n}" if n else model
     lines = []
 
@@ -119,8 +120,8 @@ def compare(model: str, n: int, repeats: int) -> list[str]:
     row(
         f"ours, {pattern.size} entries",
         seconds(lambda count: factor(count, B, A, I), repeats),
-        seconds(lambda count: solve(count, A, I, Y, layout.T1), repeats),
-        Y[layout.D, :N].copy(),
+        seconds(lambda count: solve(count, A, I, Y, buffer_layout.T1), repeats),
+        Y[buffer_layout.D, :N].copy(),
     )
     ordered = csc_array(M[order][:, order])
     given = {"permc_spec": "NATURAL", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}

@@ -22,9 +22,9 @@ from statistics import median
 import numpy as np
 
 import mbdsl
-from mbdsl.error_norm import distance
 from mbdsl.errors import MbdslError
 from mbdsl.integrators import methods
+from mbdsl.numerics.error_norm import distance
 from mbdsl.trajectory import Trajectory
 
 MODELS = Path(__file__).parents[2] / "models"

@@ -32,6 +32,7 @@ import against_exudyn
 import numpy as np
 from against_exudyn import JUDGED, MODELS, WAYS, Ours, Theirs
 
+from mbdsl.messages import duration
 from mbdsl.plotting.figures import Page, Series, Table
 from mbdsl.plotting.pages import write
 from mbdsl.plotting.pictures import draw
@@ -39,7 +40,6 @@ from mbdsl.studies.report import as_text, number
 from mbdsl.studies.runner import SHORT, TRIES
 from mbdsl.studies.survey import Asked, Row, measure, prepare
 from mbdsl.studies.work_precision import WorkPrecision
-from mbdsl.wording import duration
 
 CASES = ("slider_crank", "seven_body")
 PAGE = Path(__file__).parents[2] / "docs" / "work-precision.md"

@@ -78,7 +78,7 @@ METHODS = (*QUICK, FULL[0], CONTROL[0], f"{INTEGRATORS}/test_run.py", "tests/uni
 #: beginning of a file's path -> its tests, in this order; the longest beginning that fits counts
 NEAREST = {
     "mbdsl/elements/": KERNELS,
-    "mbdsl/elements/banded": ("tests/unit/elements/test_flexible_beam.py", *CABLE),
+    "mbdsl/numerics/banded": ("tests/unit/elements/test_flexible_beam.py", *CABLE),
     "mbdsl/elements/body": (
         f"{DERIVATIVES}::test_mass_and_weight",
         "tests/unit/test_builder.py",
@@ -111,18 +111,18 @@ NEAREST = {
     "mbdsl/system/": (*STARTS, "tests/unit/test_receipt.py"),
     "mbdsl/system/accelerations": STARTS,
     "mbdsl/system/blocks": (*STARTS, "tests/unit/test_emitted.py", "tests/unit/test_receipt.py"),
-    "mbdsl/system/beside": ("tests/unit/test_jit.py",),
+    "mbdsl/system/beside": ("tests/unit/test_code_cache.py",),
     "mbdsl/system/bodies": (*STARTS, f"{DERIVATIVES}::test_signals_are_what_the_kernels_compute"),
     "mbdsl/system/clock": (
         *STARTS,
         "tests/unit/test_reduction.py::test_accelerations_at_the_start_where_drivers_move_frames",
     ),
     "mbdsl/system/dependence": ("tests/unit/test_dependence.py",),
-    "mbdsl/system/emit": ("tests/unit/test_emitted.py", "tests/unit/test_receipt.py", "tests/unit/test_jit.py"),
+    "mbdsl/system/emit": ("tests/unit/test_emitted.py", "tests/unit/test_receipt.py", "tests/unit/test_code_cache.py"),
     "mbdsl/system/fixed_steps": PEAKS,
     "mbdsl/system/gammas": ("tests/unit/test_emitted.py", "tests/unit/test_reductions.py", f"{MODES}::test_gears"),
     "mbdsl/system/index": ("tests/unit/test_reductions.py",),
-    "mbdsl/system/intervals": ("tests/unit/test_intervals.py",),
+    "mbdsl/expressions/interval_arithmetic": ("tests/unit/test_intervals.py",),
     "mbdsl/system/loops": ("tests/unit/test_reductions.py", "tests/unit/test_receipt.py", *FULL),
     "mbdsl/system/metric": ("tests/unit/test_initial.py", "tests/unit/test_reduction.py", "-k", "guess or said"),
     "mbdsl/system/on_the_way": ("tests/unit/test_intervals.py", *PEAKS),
@@ -130,7 +130,7 @@ NEAREST = {
     "mbdsl/system/tape": ("tests/unit/test_tape.py", "tests/unit/test_switches.py"),
     "mbdsl/system/time_events": ("tests/unit/test_switches.py",),
     "mbdsl/system/shapes": ("tests/unit/elements/test_flexible_beam.py", *STARTS, "tests/unit/test_eigenmodes.py"),
-    "mbdsl/system/splines": ("tests/unit/test_tape.py",),
+    "mbdsl/numerics/piecewise_cubic": ("tests/unit/test_tape.py",),
     "mbdsl/system/system": (
         *STARTS,
         "tests/unit/test_receipt.py",
@@ -306,7 +306,9 @@ def main() -> None:
     parser.add_argument("--limit", type=float, default=600.0, help="seconds for a mutant")
     parser.add_argument("--tests", nargs="*", help="tests to run in place of the nearest ones")
     parser.add_argument("--report", type=Path, help="a JSON file of all mutants, written as it goes")
-    parser.add_argument("--again", type=Path, help="a report: run what was not caught in it, on the same lines, instead")
+    parser.add_argument(
+        "--again", type=Path, help="a report: run what was not caught in it, on the same lines, instead"
+    )
     args = parser.parse_args()
     os.environ.update(NUMBA_DISABLE_JIT="1", OPENBLAS_NUM_THREADS="1", PYTHONDONTWRITEBYTECODE="1")
     load()

@@ -8,7 +8,7 @@ import pytest
 import mbdsl
 import mbdsl.builder
 from mbdsl import Builder
-from mbdsl.lang import expressions as ex
+from mbdsl.expressions import symbolic as ex
 
 MODELS = Path(__file__).parents[2] / "models"
 

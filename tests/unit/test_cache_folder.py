@@ -15,14 +15,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbdsl import cache_folder, jit, trust
+from mbdsl.compilation import code_cache
+from mbdsl.storage import cache_folder, trusted_files
 from mbdsl.studies.cases import Case
 from mbdsl.studies.store import Computed, Store
 
 OTHER = 12345  #: another user
 VERSION = "0.1.0-py311-0123456789abcdef"
 OBJECT = f"{VERSION}/mbdsl_some.o"
-needs_owners = pytest.mark.skipif(not trust.has_owners(), reason="files have no owners on this system")
+needs_owners = pytest.mark.skipif(not trusted_files.has_owners(), reason="files have no owners on this system")
 
 
 @pytest.fixture
@@ -75,7 +76,7 @@ def _lying(real, which):
 
 def planted(folder, name=OBJECT, data=b"machine code"):
     path = folder / name
-    trust.make(path.parent)
+    trusted_files.make(path.parent)
     path.write_bytes(data)
     path.chmod(0o644)
     return path
@@ -85,7 +86,7 @@ def replaced(folder, capsys):
     """Another folder is written into; one line says why the right one is not; the line."""
     own = cache_folder.own()
     assert own is not None and own != folder
-    assert stat.S_IMODE(own.stat().st_mode) == 0o700 or not trust.has_owners()
+    assert stat.S_IMODE(own.stat().st_mode) == 0o700 or not trusted_files.has_owners()
     assert cache_folder.keep("a", b"a") == own / "a" and cache_folder.read("a") == b"a"
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("note: nothing is kept for later runs: ") and line.endswith("; see `mbdsl cache`")
@@ -105,7 +106,7 @@ def test_it_is_made_for_the_user_alone(folder):
         os.umask(former)
     assert path == folder / OBJECT and cache_folder.read(OBJECT) == b"code"
     assert "kept" in cache_folder.compiling() and "cannot" not in cache_folder.compiling()
-    if trust.has_owners():
+    if trusted_files.has_owners():
         modes = [stat.S_IMODE(p.stat().st_mode) for p in (folder.parent, folder, path.parent, path)]
         assert modes == [0o700, 0o700, 0o700, 0o644]
 
@@ -229,14 +230,22 @@ def test_files_that_others_can_have_written(folder, tmp_path, give_away, kind):
 @needs_owners
 def test_machine_code_of_others_is_not_run(folder, give_away, monkeypatch):
     """Whole, of the right sources and the right text, but not written by us."""
-    body = "\n".join([jit._of_sources(["mbdsl.kernels"]), "mbdsl.kernels", jit._of_text("text"), "", ""]).encode()
-    said = jit.hashlib.sha256(body).hexdigest().encode()
-    path = planted(folder, f"{jit.version()}/planted.o", said + b"\n" + body)
-    monkeypatch.setattr(jit, "_linked", lambda name, body, signatures: ["what the object does"])
-    assert jit._kept("planted", "text", {}) == ["what the object does"]
+    body = "\n".join(
+        [
+            code_cache._of_sources(["mbdsl.compilation.marks"]),
+            "mbdsl.compilation.marks",
+            code_cache._of_text("text"),
+            "",
+            "",
+        ]
+    ).encode()
+    said = code_cache.hashlib.sha256(body).hexdigest().encode()
+    path = planted(folder, f"{code_cache.version()}/planted.o", said + b"\n" + body)
+    monkeypatch.setattr(code_cache, "_linked", lambda name, body, signatures: ["what the object does"])
+    assert code_cache._kept("planted", "text", {}) == ["what the object does"]
     give_away(path)
-    assert jit._kept("planted", "text", {}) is None
-    assert jit._body("planted") is None
+    assert code_cache._kept("planted", "text", {}) is None
+    assert code_cache._body("planted") is None
 
 
 @needs_owners
@@ -267,14 +276,14 @@ def test_a_folder_of_another_library(folder, give_away, kind):
 @pytest.fixture
 def read_only(folder, monkeypatch):
     """As in an image, or at a site; root would write all the same."""
-    real = trust.create
+    real = trusted_files.create
 
     def create(path):
         if folder in path.parents:
             raise OSError(errno.EROFS, os.strerror(errno.EROFS))
         return real(path)
 
-    monkeypatch.setattr(trust, "create", create)
+    monkeypatch.setattr(trusted_files, "create", create)
 
 
 def test_a_read_only_folder_is_read(folder, read_only, capsys):
@@ -291,7 +300,7 @@ def test_a_folder_of_root_is_read(folder, monkeypatch, capsys):
     """By any user: what is root's is as good as one's own. Another user who runs the tests stands for root."""
     monkeypatch.setattr(os, "geteuid", lambda: OTHER)
     if os.getuid() != 0:
-        monkeypatch.setattr(trust, "_is_ours", lambda owner: owner in (0, os.getuid()))
+        monkeypatch.setattr(trusted_files, "_is_ours", lambda owner: owner in (0, os.getuid()))
     planted(folder)
     assert cache_folder.read(OBJECT) == b"machine code"
     assert capsys.readouterr().err == ""
@@ -301,11 +310,13 @@ FULL = """
 import os, resource, sys
 resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))  # not a byte can be written into any file
 import numpy as np
-from mbdsl import cache_folder, jit
-(f,) = jit.functions("full", "def f(x, v):\\n    v[0] = 2.0 * x\\n", {"f": jit.Signature(("float", "vector"))}, list)
+from mbdsl.compilation import code_cache
+from mbdsl.storage import cache_folder
+signatures = {"f": code_cache.Signature(("float", "vector"))}
+(f,) = code_cache.functions("full", "def f(x, v):\\n    v[0] = 2.0 * x\\n", signatures, list)
 v = np.zeros(1)
 f(1.5, v)
-print(v[0], jit.beside("sys") is None or cache_folder.own() is not None, cache_folder.compiling())
+print(v[0], code_cache.beside("sys") is None or cache_folder.own() is not None, cache_folder.compiling())
 """
 
 
@@ -323,7 +334,7 @@ def run(code, tmp_path, *arguments, **environment):
 
 
 @needs_owners
-@pytest.mark.skipif(not jit.enabled(), reason="nothing is compiled")
+@pytest.mark.skipif(not code_cache.enabled(), reason="nothing is compiled")
 def test_a_full_disk_stops_nothing(tmp_path):
     """A limit of 0 bytes a file: the code is compiled and runs, one line says that it is not kept, nothing is left."""
     done = run(FULL, tmp_path, MBDSL_CACHE_DIR=str(tmp_path / "cache"))
@@ -342,7 +353,7 @@ def test_a_disk_that_fills_up_later(folder, monkeypatch, capsys):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with monkeypatch.context() as patch:
-        patch.setattr(trust, "create", lambda path: Full(path, "w"))
+        patch.setattr(trusted_files, "create", lambda path: Full(path, "w"))
         assert cache_folder.keep(OBJECT, b"code") is None and cache_folder.keep(OBJECT, b"code") is None
         (line,) = capsys.readouterr().err.splitlines()
         assert os.strerror(errno.ENOSPC) in line
@@ -359,7 +370,7 @@ def test_no_place_at_all(folder, monkeypatch, capsys):
     assert cache_folder.own() is None
     assert cache_folder.keep(OBJECT, b"code") is None and cache_folder.read(OBJECT) is None
     assert cache_folder.subfolder(VERSION) is None and cache_folder.environment() == {}
-    assert jit.beside("sys") is None
+    assert code_cache.beside("sys") is None
     assert len(capsys.readouterr().err.splitlines()) == 1
 
 
@@ -367,10 +378,10 @@ def test_no_place_at_all(folder, monkeypatch, capsys):
 
 HAND = """
 import subprocess, sys
-from mbdsl import cache_folder
+from mbdsl.storage import cache_folder
 own = cache_folder.own()
 cache_folder.keep("a", b"of the parent")
-code = "from mbdsl import cache_folder as c; print(c.read('a'), c.own(), c.keep('b', b'of the child'))"
+code = "from mbdsl.storage import cache_folder as c; print(c.read('a'), c.own(), c.keep('b', b'of the child'))"
 import os
 subprocess.run([sys.executable, "-c", code], env={**os.environ, **cache_folder.environment()}, check=True)
 print(cache_folder.read("b"), own, own.exists())
@@ -426,7 +437,7 @@ def test_what_was_not_used_for_longest_goes(folder, monkeypatch):
 
 def test_a_folder_that_another_process_has_just_removed(folder, monkeypatch):
     """As it was empty."""
-    real = trust.write
+    real = trusted_files.write
 
     def write(path, data):
         if not cache_folder.runs(folder):  # the first time
@@ -434,7 +445,7 @@ def test_a_folder_that_another_process_has_just_removed(folder, monkeypatch):
             path.parent.rmdir()
         real(path, data)
 
-    monkeypatch.setattr(trust, "write", write)
+    monkeypatch.setattr(trusted_files, "write", write)
     assert cache_folder.keep(OBJECT, b"code") == folder / OBJECT and cache_folder.read(OBJECT) == b"code"
 
 
@@ -565,7 +576,7 @@ def test_a_run_that_cannot_be_kept(folder, monkeypatch, capsys):
 
     store = Store()
     runner = Runner(setting(Path(__file__).parents[2] / "models" / "pendulum.mbd", 0.1), store)
-    monkeypatch.setattr(trust, "create", full)
+    monkeypatch.setattr(trusted_files, "create", full)
     monkeypatch.setattr("mbdsl.studies.runner.compute", lambda *arguments: computed())
     assert runner.compute([CASE])[CASE].done and not runner.kept
     store.put_times(KEY, "session", [1.0])

@@ -9,7 +9,7 @@ import mbdsl
 from mbdsl import Builder
 from mbdsl.elements.kind import EFFECTS
 from mbdsl.errors import ModelError, UsageError
-from mbdsl.lang.expression_text import text
+from mbdsl.expressions.printing import text
 from mbdsl.studies.effects import effects
 
 MODELS = Path(__file__).parents[2] / "models"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.error_norm import differences, distance, fastest
+from mbdsl.numerics.error_norm import differences, distance, fastest
 from mbdsl.system import build
 
 #: a mechanism of 0.1 m with one length and one angle

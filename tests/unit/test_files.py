@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbdsl import Interrupted, UsageError, files, results
-from mbdsl.files import write_text, writing
+from mbdsl import Interrupted, UsageError, results
 from mbdsl.interrupts import deferred, terminated
+from mbdsl.storage import output_files
+from mbdsl.storage.output_files import write_text, writing
 
 MODEL = """model M
   Ground g;
@@ -115,7 +116,7 @@ def test_read_only_files_and_loops_are_refused(tmp_path):
     loop.symlink_to(loop)
     for wrong, why in ((path, "read-only"), (loop, "symbolic links"), (tmp_path, "folder|directory")):
         with pytest.raises(UsageError, match=why):
-            files.check([wrong])
+            output_files.check([wrong])
         with pytest.raises(UsageError, match=why):
             write_text(wrong, "new")
     assert path.read_text(encoding="utf-8") == "old"
@@ -137,8 +138,9 @@ def test_what_fails_half_way_leaves_what_was_there(tmp_path):
 
 def test_all_files_are_written_whole():
     """By this module alone; caches and stores, which may lose what they hold, do the same on their own."""
-    package = Path(files.__file__).parent
-    own = {"files.py", "cache_folder.py", "trust.py", "jit.py", "studies/store.py", "lang/lalr.py", "lang/reference.py"}
+    package = Path(output_files.__file__).parents[1]
+    own = {f"storage/{name}.py" for name in ("output_files", "cache_folder", "trusted_files")}
+    own |= {"compilation/code_cache.py", "studies/store.py", "lang/lalr.py", "lang/reference.py"}
     ways = [r"\.write_text\(", r"\.write_bytes\(", r'(?<!archive\.)\bopen\([^)]*, "[wax]b?"', r"savefig\((?!stream)"]
     opens = re.compile("|".join(ways))
     found = {
@@ -146,7 +148,7 @@ def test_all_files_are_written_whole():
         for path in package.rglob("*.py")
         if opens.search(path.read_text(encoding="utf-8"))
     }
-    assert "files.py" in found and found <= own
+    assert "storage/output_files.py" in found and found <= own
 
 
 # -- inputs and other outputs -------------------------------------------------------------------------------------

@@ -6,9 +6,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as some
 from scipy.interpolate import BPoly, PPoly
 
-from mbdsl.lang.expressions import OPERATIONS, TIME, Expr, call, coordinate, diff, evaluate, expr, walk
+from mbdsl.expressions.interval_arithmetic import Jet, enclose
+from mbdsl.expressions.symbolic import OPERATIONS, TIME, Expr, call, coordinate, diff, evaluate, expr, walk
 from mbdsl.scene import Table
-from mbdsl.system.intervals import Jet, enclose
 from mbdsl.system.on_the_way import _along
 from mbdsl.system.signals import ARRAY_OPERATIONS, table_value
 

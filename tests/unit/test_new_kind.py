@@ -14,7 +14,8 @@ from pathlib import Path
 import pytest
 
 import mbdsl
-from mbdsl import cache_folder, jit
+from mbdsl.compilation import code_cache
+from mbdsl.storage import cache_folder
 
 ROOT = Path(mbdsl.__file__).parents[1]
 SLIDER_CRANK = Path(__file__).parents[2] / "models" / "slider_crank.mbd"
@@ -23,7 +24,7 @@ KIND = '''
 
 from mbdsl.elements.coordinates import distance, distance_hessian
 from mbdsl.elements.kind import ForceKind, Parameter
-from mbdsl.kernels import kernel
+from mbdsl.compilation.marks import kernel
 
 KIND = ForceKind(
     "Tether",
@@ -62,7 +63,9 @@ import mbdsl.elements
 if len(sys.argv) > 2:
     mbdsl.elements.__path__.append(sys.argv[2])
 import mbdsl
-from mbdsl import cache_folder, graph, jit
+from mbdsl import graph
+from mbdsl.compilation import code_cache
+from mbdsl.storage import cache_folder
 from mbdsl.system import build
 
 scene = mbdsl.load(sys.argv[1])
@@ -70,7 +73,7 @@ system = build(scene, graph.build(scene))
 names = [system.module_name(sets) for sets in (1, 2, 3)]
 said = []
 trajectory = mbdsl.simulate(scene, announce=said.append)
-cache = cache_folder.own() / jit.version()
+cache = cache_folder.own() / code_cache.version()
 texts = [path.name for path in sorted(cache.glob("*.py"))]
 json.dump({
     "kinds": len(mbdsl.elements.kinds()),
@@ -122,7 +125,7 @@ def test_a_file_more_in_the_package(tmp_path):
     shutil.copytree(ROOT / "mbdsl", tmp_path / "mbdsl", ignore=shutil.ignore_patterns("__pycache__"))
     cache, element = tmp_path / "cache", tmp_path / "mbdsl" / "elements" / f"{NAME}.py"
     before = run(SLIDER_CRANK, cache, root=tmp_path)
-    assert before["said"] != [] or not jit.enabled()  # it was compiled
+    assert before["said"] != [] or not code_cache.enabled()  # it was compiled
     element.write_text(KIND, encoding="utf-8")
     after = run(SLIDER_CRANK, cache, root=tmp_path)
     assert after["kinds"] == before["kinds"] + 1

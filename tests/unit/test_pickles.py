@@ -13,7 +13,7 @@ import mbdsl
 from mbdsl import errors
 from mbdsl.elements import kinds
 from mbdsl.errors import IntegrationError, MbdslError, Span
-from mbdsl.lang.expressions import TIME, coordinate
+from mbdsl.expressions.symbolic import TIME, coordinate
 from mbdsl.studies.fingerprint import fingerprint
 
 MODELS = Path(__file__).parents[2] / "models"

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl import jit
+from mbdsl.compilation import code_cache
 from mbdsl.system import sampling
 
 MODELS = Path(__file__).parents[2] / "models"
-compiled = pytest.mark.skipif(not jit.enabled(), reason="uncompiled, states are taken one by one")
+compiled = pytest.mark.skipif(not code_cache.enabled(), reason="uncompiled, states are taken one by one")
 
 
 @pytest.fixture

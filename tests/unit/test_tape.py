@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline, PchipInterpolator, interp1d
 
-from mbdsl import Builder, layout
-from mbdsl.lang.expressions import OPERATIONS, TIME, Expr, call, coordinate, evaluate, expr
+from mbdsl import Builder
+from mbdsl.compilation import buffer_layout
+from mbdsl.expressions.symbolic import OPERATIONS, TIME, Expr, call, coordinate, evaluate, expr
 from mbdsl.scene import Table
 from mbdsl.system import build, tape
 from mbdsl.system.signals import ARRAY_OPERATIONS, table_value, values
@@ -72,7 +73,7 @@ def system(laws):
 def results(s, t, q, v):
     """What the tape gave for each law."""
     s.evaluate(t, q, v)
-    return -s.gradient_table()[s.m :, layout.MAGNITUDE].copy()  # the table holds -sign s
+    return -s.gradient_table()[s.m :, buffer_layout.MAGNITUDE].copy()  # the table holds -sign s
 
 
 def states():

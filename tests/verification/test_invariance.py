@@ -17,7 +17,7 @@ import pytest
 
 import mbdsl
 from mbdsl.elements.kind import JointKind
-from mbdsl.lang.expressions import COORDINATES, TIME, Expr, coordinate, is_velocity_level
+from mbdsl.expressions.symbolic import COORDINATES, TIME, Expr, coordinate, is_velocity_level
 from mbdsl.lang.load import load
 from mbdsl.scene import InitialValue, Scene
 

@@ -15,9 +15,9 @@ from scipy.linalg import eigh, null_space
 from scipy.optimize import brentq
 
 import mbdsl
-from mbdsl import layout
 from mbdsl.beams.cable_body import shapes
 from mbdsl.beams.floating import discretise
+from mbdsl.compilation import buffer_layout
 from mbdsl.errors import ModelError
 from mbdsl.integrators.sparse import analyse
 from mbdsl.system import build
@@ -165,9 +165,9 @@ def test_mass_matrix():
     assert apart(M, expected) < 1e-14 and apart(model.M(q), expected) < 1e-14
     assert np.allclose(at.T @ M @ at, np.diag([1.0, 1.0, 1 / 12 + 0.03]), rtol=0, atol=1e-14)
     work, force = S.workspace(), np.random.default_rng(0).normal(size=S.n)
-    work.Y[layout.FP] = force
-    S.kernels(1).inertia(layout.INVERSE, layout.FP, layout.T1, work.Y, work.F, work.I)
-    assert apart(work.Y[layout.T1], np.linalg.solve(expected, force)) < 1e-11
+    work.Y[buffer_layout.FP] = force
+    S.kernels(1).inertia(buffer_layout.INVERSE, buffer_layout.FP, buffer_layout.T1, work.Y, work.F, work.I)
+    assert apart(work.Y[buffer_layout.T1], np.linalg.solve(expected, force)) < 1e-11
 
 
 # -- rigid motion ------------------------------------------------------------------------------------------------

@@ -7,8 +7,8 @@ import pytest
 
 import mbdsl
 from mbdsl.beams.elements import without_dust
+from mbdsl.compilation.buffer_layout import COLUMNS, GRADIENT_COLUMNS, VALUE
 from mbdsl.elements import coordinates
-from mbdsl.layout import COLUMNS, GRADIENT_COLUMNS, VALUE
 from mbdsl.system import build
 
 MODELS = Path(__file__).parents[3] / "models"

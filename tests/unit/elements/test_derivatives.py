@@ -18,11 +18,12 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl import Builder, layout
+from mbdsl import Builder
+from mbdsl.compilation import buffer_layout
 from mbdsl.elements import friction, modules
 from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, PairKind
+from mbdsl.expressions.symbolic import COORDINATES, TIME, Expr, call, coordinate, der
 from mbdsl.graph import MechanismGraph
-from mbdsl.lang.expressions import COORDINATES, TIME, Expr, call, coordinate, der
 from mbdsl.system import build
 from mbdsl.system.signals import frame_coordinate, gradients, values
 from mbdsl.system.system import System
@@ -369,15 +370,20 @@ def test_kernels_at_frames(kind, variant):
         if getattr(modules()[kind.name], "hessian", None) is None:
             second = np.zeros((kind.rows, 6, 6))
         else:
-            o = [s.tables.I[s.tables.I[layout.PAIRS] + layout.PAIR * r + 3] for r in range(row, row + kind.rows)]
+            o = [
+                s.tables.I[s.tables.I[buffer_layout.PAIRS] + buffer_layout.PAIR * r + 3]
+                for r in range(row, row + kind.rows)
+            ]
             second = np.array([s._work.F[h : h + 36].reshape(6, 6) for h in o])
             agree(
-                C[:, layout.GRADIENT_RATE : layout.GRADIENT_RATE + 6],
+                C[:, buffer_layout.GRADIENT_RATE : buffer_layout.GRADIENT_RATE + 6],
                 np.einsum("i,kij->kj", v[at], second),
                 "rate of the gradient",
             )
         if kind.name != "Force":  # its rows are directions, of no coordinate
-            agree(C[:, :6], jacobian(lambda z, t=t, q=q, v=v: moved(t, q, v, z, layout.VALUE), q[at]), "gradient")
+            agree(
+                C[:, :6], jacobian(lambda z, t=t, q=q, v=v: moved(t, q, v, z, buffer_layout.VALUE), q[at]), "gradient"
+            )
             agree(second, second.transpose(0, 2, 1), "symmetry of the hessian")
         by_z = [slope(lambda d, e=e, t=t, q=q, v=v: moved(t, q, v, q[at] + d * e, slice(6))) for e in np.eye(6)]
         agree(second, np.array(by_z).transpose(1, 2, 0), "hessian")
@@ -404,12 +410,12 @@ def test_signals_are_what_the_kernels_compute(kind, variant):
                 found = values(s, [root, der(root)], np.array([t]), q[None], v[None])
                 rate = C[start + k, :3] @ s._work.Z[a, 3:6] + C[start + k, 3:6] @ s._work.Z[b, 3:6]
                 # the same few operations in another order: a few roundings of values of some metres
-                assert found[0][0] == pytest.approx(C[start + k, layout.VALUE], abs=1e-13)
+                assert found[0][0] == pytest.approx(C[start + k, buffer_layout.VALUE], abs=1e-13)
                 assert found[1][0] == pytest.approx(rate, abs=1e-12)
             if f"{name}.force" in c.signals or f"{name}.torque" in c.signals:
                 root = c.signals.get(f"{name}.force") or c.signals[f"{name}.torque"]
                 found = values(s, [root], np.array([t]), q[None], v[None])[0][0]
-                assert found == pytest.approx(C[start, layout.MAGNITUDE], rel=1e-12, abs=1e-12)
+                assert found == pytest.approx(C[start, buffer_layout.MAGNITUDE], rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.parametrize("kind", [k for k in PAIRS if k.energy], ids=lambda k: k.name)
@@ -419,7 +425,7 @@ def test_springs_are_gradients_of_their_energy(kind):
     idle = s.scene.components
     others = [c for c in idle.values() if isinstance(c.kind, ForceKind) and c.kind is not kind]
     assert all({s.scene.frames[f].body for f in c.ports.values()} == {"ground"} for c in others)
-    weight = s.tables.F[s.tables.I[layout.FORCE0] :][: s.n]
+    weight = s.tables.F[s.tables.I[buffer_layout.FORCE0] :][: s.n]
     for t, q, v, _ in states(s, names):
         slopes = gradients(s, roots, t, q, v)[1].sum(axis=0)
         for _, at, body in flexible(s):  # the body's own energy, weight included; a complex step is exact

@@ -10,7 +10,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from mbdsl import Builder, layout
+from mbdsl import Builder
+from mbdsl.compilation import buffer_layout
 from mbdsl.system import build
 from mbdsl.system.bodies import POSITIONS, VELOCITIES
 from mbdsl.system.tables import gravity
@@ -142,9 +143,9 @@ def evaluated(s, sets=2, seed=0):
     """A workspace with the state evaluated in it, M and random vectors."""
     q, v, lam = state(s, seed)
     w = s.workspace()
-    w.Y[layout.Q, : s.n], w.Y[layout.V, : s.n] = q, v
-    w.Y[layout.X : layout.X2 + 1] = np.random.default_rng(seed + 9).normal(size=w.Y[:2].shape)
-    w.Y[layout.X, s.n : s.unknowns] = lam
+    w.Y[buffer_layout.Q, : s.n], w.Y[buffer_layout.V, : s.n] = q, v
+    w.Y[buffer_layout.X : buffer_layout.X2 + 1] = np.random.default_rng(seed + 9).normal(size=w.Y[:2].shape)
+    w.Y[buffer_layout.X, s.n : s.unknowns] = lam
     kernels = s.kernels(sets)
     kernels.evaluate(0.0, w.Y, w.Z, w.C, w.F, w.I)
     return w, kernels, q, s.M(0.0, q)
@@ -155,34 +156,34 @@ def test_evaluate_multiplies_with_what_m_has_beside_its_diagonal():
     w, _, q, M = evaluated(s)
     off, x = M - np.diag(s.mass()), w.Y[:, : s.n]
     assert not np.allclose(off, np.diag(off.diagonal())) and np.abs(off.diagonal()).max() > 1e-3
-    close(x[layout.MX], off @ x[layout.X], 1e-13)
-    close(x[layout.MX2], off @ x[layout.X2], 1e-13)
+    close(x[buffer_layout.MX], off @ x[buffer_layout.X], 1e-13)
+    close(x[buffer_layout.MX2], off @ x[buffer_layout.X2], 1e-13)
     # and the rows are those that a method names
-    w.I[layout.INERTIA_ROW], w.I[layout.INERTIA_ROW2] = layout.V, layout.X
+    w.I[buffer_layout.INERTIA_ROW], w.I[buffer_layout.INERTIA_ROW2] = buffer_layout.V, buffer_layout.X
     s.kernels(2).evaluate(0.0, w.Y, w.Z, w.C, w.F, w.I)
-    close(x[layout.MX], off @ x[layout.V], 1e-13)
-    close(x[layout.MX2], off @ x[layout.X], 1e-13)
-    assert np.array_equal(x[layout.Q], q)
+    close(x[buffer_layout.MX], off @ x[buffer_layout.V], 1e-13)
+    close(x[buffer_layout.MX2], off @ x[buffer_layout.X], 1e-13)
+    assert np.array_equal(x[buffer_layout.Q], q)
 
 
 def test_times_and_inverse():
     s = chain()
     w, kernels, _, M = evaluated(s)
     x, inertia = w.Y[:, : s.n], kernels.inertia
-    inertia(layout.TIMES, layout.X2, layout.T1, w.Y, w.F, w.I)
-    close(x[layout.T1], (M - np.diag(s.mass())) @ x[layout.X2], 1e-13)
-    inertia(layout.INVERSE, layout.X, layout.T2, w.Y, w.F, w.I)
-    close(M @ x[layout.T2], x[layout.X], 1e-10)
-    close(x[layout.T2], s.solve_mass(0.0, x[layout.Q], x[layout.X]), 1e-10)
+    inertia(buffer_layout.TIMES, buffer_layout.X2, buffer_layout.T1, w.Y, w.F, w.I)
+    close(x[buffer_layout.T1], (M - np.diag(s.mass())) @ x[buffer_layout.X2], 1e-13)
+    inertia(buffer_layout.INVERSE, buffer_layout.X, buffer_layout.T2, w.Y, w.F, w.I)
+    close(M @ x[buffer_layout.T2], x[buffer_layout.X], 1e-10)
+    close(x[buffer_layout.T2], s.solve_mass(0.0, x[buffer_layout.Q], x[buffer_layout.X]), 1e-10)
     # at other coordinates
     other = state(s, 1)[0]
-    w.Y[layout.Q, : s.n] = other
+    w.Y[buffer_layout.Q, : s.n] = other
     kernels.evaluate(0.0, w.Y, w.Z, w.C, w.F, w.I)
-    inertia(layout.INVERSE, layout.X, layout.T2, w.Y, w.F, w.I)
+    inertia(buffer_layout.INVERSE, buffer_layout.X, buffer_layout.T2, w.Y, w.F, w.I)
     there = s.M(0.0, other)
-    close(there @ x[layout.T2], x[layout.X], 1e-10)
-    assert np.abs(M @ x[layout.T2] - x[layout.X]).max() > 1e-2
-    assert np.array_equal(x[layout.Q], other)
+    close(there @ x[buffer_layout.T2], x[buffer_layout.X], 1e-10)
+    assert np.abs(M @ x[buffer_layout.T2] - x[buffer_layout.X]).max() > 1e-2
+    assert np.array_equal(x[buffer_layout.Q], other)
 
 
 def test_m_at_coordinates_of_its_own():
@@ -193,23 +194,23 @@ def test_m_at_coordinates_of_its_own():
     rows, columns = s.tables.pattern
 
     def looked_at(where, new):
-        Y[layout.Q_MASS, :n], w.I[layout.NEW_MASS] = where, new
+        Y[buffer_layout.Q_MASS, :n], w.I[buffer_layout.NEW_MASS] = where, new
         kernels.evaluate(0.0, Y, w.Z, w.C, w.F, w.I)
         kernels.tangent(0.0, 1.0, *[0.0] * 8, Y, w.Z, w.C, w.F, w.I, A)
         found = np.zeros((s.unknowns, s.unknowns))
         np.add.at(found, (rows, columns), A)
-        kernels.inertia(layout.INVERSE, layout.X, layout.T2, Y, w.F, w.I)
+        kernels.inertia(buffer_layout.INVERSE, buffer_layout.X, buffer_layout.T2, Y, w.F, w.I)
         return found[:n, :n]
 
-    w.I[layout.MASS_ROW] = layout.Q_MASS
+    w.I[buffer_layout.MASS_ROW] = buffer_layout.Q_MASS
     former, other = state(s, 1)[0], state(s, 2)[0]
     there = s.M(0.0, former)
     for where, new in ((former, 1), (other, 0)):
         close(looked_at(where, new), there, 1e-13)
-        close(Y[layout.MX, :n], (there - np.diag(s.mass())) @ Y[layout.X, :n], 1e-13)
-        close(there @ Y[layout.T2, :n], Y[layout.X, :n], 1e-10)
+        close(Y[buffer_layout.MX, :n], (there - np.diag(s.mass())) @ Y[buffer_layout.X, :n], 1e-13)
+        close(there @ Y[buffer_layout.T2, :n], Y[buffer_layout.X, :n], 1e-10)
     close(looked_at(other, 1), s.M(0.0, other), 1e-13)
-    assert np.array_equal(Y[layout.Q, :n], q) and np.abs(there - M).max() > 1e-2
+    assert np.array_equal(Y[buffer_layout.Q, :n], q) and np.abs(there - M).max() > 1e-2
 
 
 def test_reactions_of_the_start_of_a_step_are_carried_over():
@@ -218,14 +219,16 @@ def test_reactions_of_the_start_of_a_step_are_carried_over():
     w, kernels, q, M_n = evaluated(s, sets=3)
     Y, n = w.Y, s.n
     G_n = s.Phi_q(0.0, q)
-    w.I[layout.KEEP] = 1
+    w.I[buffer_layout.KEEP] = 1
     for seed in (3, 4):  # the second time nothing is kept: n is still where it was
-        Y[layout.Q, :n], Y[layout.V, :n], psi = state(s, seed)
-        Y[layout.X, n : s.unknowns] = psi
+        Y[buffer_layout.Q, :n], Y[buffer_layout.V, :n], psi = state(s, seed)
+        Y[buffer_layout.X, n : s.unknowns] = psi
         kernels.evaluate(0.0, Y, w.Z, w.C, w.F, w.I)
-        assert w.I[layout.KEEP] == 0
-        M = s.M(0.0, Y[layout.Q, :n])
+        assert w.I[buffer_layout.KEEP] == 0
+        M = s.M(0.0, Y[buffer_layout.Q, :n])
         expected = M @ np.linalg.solve(M_n, G_n.T @ psi)
-        close(Y[layout.GP, :n], expected, 1e-10)
+        close(Y[buffer_layout.GP, :n], expected, 1e-10)
         assert np.abs(G_n.T @ psi - expected).max() > 1e-2
-        close(Y[layout.GD, :n], s.Phi_q(0.0, Y[layout.Q, :n]).T @ Y[layout.X2, n : s.unknowns], 1e-12)
+        close(
+            Y[buffer_layout.GD, :n], s.Phi_q(0.0, Y[buffer_layout.Q, :n]).T @ Y[buffer_layout.X2, n : s.unknowns], 1e-12
+        )

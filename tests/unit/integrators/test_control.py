@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl import graph, layout
+from mbdsl import graph
+from mbdsl.compilation import buffer_layout
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators import methods, modules, state
 from mbdsl.integrators.run import Integration
@@ -200,7 +201,19 @@ end Gone;
 
 
 def test_rows_of_errors_are_apart():
-    assert len({layout.E_Q, layout.E_V, layout.E_X, layout.T1, layout.T2, layout.Y2}) == 6
+    assert (
+        len(
+            {
+                buffer_layout.E_Q,
+                buffer_layout.E_V,
+                buffer_layout.E_X,
+                buffer_layout.T1,
+                buffer_layout.T2,
+                buffer_layout.Y2,
+            }
+        )
+        == 6
+    )
 
 
 def test_tolerance_of_the_model():

@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl import graph, layout
+from mbdsl import graph
+from mbdsl.compilation import buffer_layout
 from mbdsl.integrators import state
 from mbdsl.integrators.run import Integration
 from mbdsl.system import System, build
@@ -280,16 +281,16 @@ def steps(model, method, done):
     n, h = system.n, run.h
     assert not done or run.advance(done) == state.RUNNING
     Y = run.Y.copy()
-    a = Y[layout.Q1 if method == "hht-add" else layout.XA]
+    a = Y[buffer_layout.Q1 if method == "hht-add" else buffer_layout.XA]
     before = Before(
-        system, done * h, h, Y[layout.Q0, :n], Y[layout.V0, :n], a[:n], Y[layout.XA, n:], Y[layout.Q1, :n],
-        Y[layout.V1, :n], method.startswith("nstiff") and run.c[1] == 1.0,
+        system, done * h, h, Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n], a[:n], Y[buffer_layout.XA, n:],
+        Y[buffer_layout.Q1, :n], Y[buffer_layout.V1, :n], method.startswith("nstiff") and run.c[1] == 1.0,
     )  # fmt: skip
     assert run.advance(1) == state.RUNNING
     Y = run.Y
-    before.near = (Y[layout.Q0, :n], Y[layout.V0, :n], Y[layout.XA, n:])
+    before.near = (Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n], Y[buffer_layout.XA, n:])
     if method in SPLIT:
-        before.near += (Y[layout.XA + layout.PAST, n:],)
+        before.near += (Y[buffer_layout.XA + buffer_layout.PAST, n:],)
     return before, before.near
 
 
@@ -299,21 +300,21 @@ def test_hht_si2_looks_at_the_mass_matrix_once_a_step(model):
     for method in ("hht-si2", "nstiff-si2"):
         S, run = integration(model, method)
         for _ in range(4):
-            q, v = run.Y[layout.Q0, : S.n].copy(), run.Y[layout.V0, : S.n].copy()
+            q, v = run.Y[buffer_layout.Q0, : S.n].copy(), run.Y[buffer_layout.V0, : S.n].copy()
             iterations = run.J[state.ITERATIONS]
             assert run.advance(1) == state.RUNNING
             assert run.J[state.ITERATIONS] > iterations + 1
-            assert run.I[layout.NEW_MASS] == 0
-            used, end = run.Y[layout.Q_MASS, : S.n], run.Y[layout.Q0, : S.n]
-            a = run.Y[layout.XA, : S.n]
+            assert run.I[buffer_layout.NEW_MASS] == 0
+            used, end = run.Y[buffer_layout.Q_MASS, : S.n], run.Y[buffer_layout.Q0, : S.n]
+            a = run.Y[buffer_layout.XA, : S.n]
             if method == "hht-si2":
                 assert np.array_equal(used, q + (1 + ALPHA) * run.h * v)
                 beside = (S.M(0.0, used) - np.diag(S.mass())) @ a
-                assert run.Y[layout.MX, : S.n] == pytest.approx(
+                assert run.Y[buffer_layout.MX, : S.n] == pytest.approx(
                     beside, rel=0, abs=1e-9 * max(1.0, np.abs(beside).max())
                 )
             else:
-                assert not used.any() and run.I[layout.MASS_ROW] == layout.Q
+                assert not used.any() and run.I[buffer_layout.MASS_ROW] == buffer_layout.Q
             assert np.abs(end - q).max() > 1e-6
 
 

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from mbdsl import layout
+from mbdsl.compilation import buffer_layout
 from mbdsl.integrators import complex_lu, linear
 
 N = 6
 
 
 def tables():
-    I = np.zeros(layout.N_ALL + 1, np.int64)
-    I[layout.N_ALL] = N
+    I = np.zeros(buffer_layout.N_ALL + 1, np.int64)
+    I[buffer_layout.N_ALL] = N
     return np.zeros(N, np.int64), I
 
 

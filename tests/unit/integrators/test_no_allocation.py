@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl import graph, jit
+from mbdsl import graph
+from mbdsl.compilation import code_cache
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import state
 from mbdsl.integrators.run import Integration
@@ -23,7 +24,7 @@ FEW, MANY = 10, 10_000
 #: model -> step: springs; laws; friction and driven frames; nonholonomic rows; drivers
 STEPS = {"slider_crank": 1e-3, "seven_body": 1e-5, "stick_slip_belt": 5e-5, "rolling_disc": 1e-3, "driven_crank": 1e-3}
 
-pytestmark = pytest.mark.skipif(not jit.enabled(), reason="uncompiled, everything is Python")
+pytestmark = pytest.mark.skipif(not code_cache.enabled(), reason="uncompiled, everything is Python")
 
 
 def running(model, method, tol=None):
@@ -105,7 +106,7 @@ MATHEMATICS = re.compile(r"(a?(sin|cos|tan)h?|atan2|exp|log|log10|sqrt|pow|hypot
 
 def symbols(name):
     """What the machine code that is kept of a module needs from outside."""
-    body = jit._body(name)
+    body = code_cache._body(name)
     assert body is not None
     return body.split(b"\n", 4)[3].decode().split()
 
@@ -128,13 +129,13 @@ def test_step_loops_call_mathematics_only(method):
 
 
 def test_what_allocates_does_not_compile():
-    from mbdsl import machine
+    from mbdsl.compilation import object_code
 
     def allocates(n):
         return np.zeros(n).size
 
-    with pytest.raises(jit.numba().TypingError):
-        machine.compile_object({"allocates": (allocates, jit.Signature(("int",), gives="int"))})
+    with pytest.raises(code_cache.numba().TypingError):
+        object_code.compile_object({"allocates": (allocates, code_cache.Signature(("int",), gives="int"))})
 
 
 def test_controlled_steps_of_radau5():

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl import graph, layout
+from mbdsl import graph
+from mbdsl.compilation import buffer_layout
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators import collocation, sparse, stages, state
 from mbdsl.integrators.run import Integration
@@ -159,12 +160,12 @@ def test_a_step(model, done):
     assert not done or run.advance(done) == state.RUNNING
     Y, n = run.Y.copy(), S.n
     assert run.advance(1) == state.RUNNING
-    q0, v0 = Y[layout.Q0, :n], Y[layout.V0, :n]
-    a = np.zeros(n) if model == "double_pendulum" else Y[layout.XA, :n]  # its start is a transient
-    q, v = full_system(S, done * h, h, q0, v0, a, Y[layout.XA, n:])
+    q0, v0 = Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n]
+    a = np.zeros(n) if model == "double_pendulum" else Y[buffer_layout.XA, :n]  # its start is a transient
+    q, v = full_system(S, done * h, h, q0, v0, a, Y[buffer_layout.XA, n:])
     eps = 1e3 * np.finfo(float).eps * max(1.0, np.abs(q0).max())
-    assert np.abs(run.Y[layout.Q0, :n] - q).max() < eps
-    assert np.abs(run.Y[layout.V0, :n] - v).max() < eps / h
+    assert np.abs(run.Y[buffer_layout.Q0, :n] - q).max() < eps
+    assert np.abs(run.Y[buffer_layout.V0, :n] - v).max() < eps / h
     moved = np.abs(q - q0).max(), np.abs(v - v0).max()
     assert moved[0] > 1e8 * eps and moved[1] > 1e6 * eps / h  # there was something to get wrong
 
@@ -178,7 +179,7 @@ def test_dense_and_sparse_elimination_agree(model):
         S, run = begun(model, STEPS[model])
         run._use(solver)
         assert run.advance(20) == state.RUNNING
-        found.append(run.Y[layout.Q0, : S.n].copy())
+        found.append(run.Y[buffer_layout.Q0, : S.n].copy())
     assert found[0] == pytest.approx(found[1], abs=1e-12)
 
 
@@ -302,4 +303,4 @@ def test_stages_do_not_overlap():
     rows += [stages.PAST, stages.PAST2, stages.DV]
     rows = [row + k for row in rows for k in range(3)]
     rows += [stages.ERROR, stages.ERROR2, stages.METRIC, stages.QB, stages.VB]
-    assert sorted(rows) == list(range(layout.ROWS, layout.ROWS + stages.OWN_ROWS))
+    assert sorted(rows) == list(range(buffer_layout.ROWS, buffer_layout.ROWS + stages.OWN_ROWS))

@@ -7,7 +7,8 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 import mbdsl
-from mbdsl import Builder, graph, jit
+from mbdsl import Builder, graph
+from mbdsl.compilation import code_cache
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import modules
@@ -235,7 +236,7 @@ def test_the_same_twice_and_in_pieces(method):
 @pytest.mark.parametrize("method", METHODS)
 def test_the_loop_allocates_nothing(method):
     """numba counts what compiled code allocates: as much in a thousand steps as in one."""
-    if not jit.enabled():
+    if not code_cache.enabled():
         pytest.skip("nothing is compiled")
     from numba.core.runtime import _nrt_python, rtsys
 

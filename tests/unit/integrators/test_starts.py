@@ -4,10 +4,10 @@ polynomials of the degree up to which a formula is exact, and a cosine where it 
 import numpy as np
 import pytest
 
+from mbdsl.compilation.buffer_layout import N_Q, Q1, ROWS, V1, XA
 from mbdsl.errors import InitialisationError
 from mbdsl.integrators import generalized_alpha_i3, hht_i3, nstiff, starting, state
 from mbdsl.integrators.method import Start
-from mbdsl.layout import N_Q, Q1, ROWS, V1, XA
 
 T0 = 0.4
 

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 import mbdsl
-from mbdsl import graph, jit, layout
+from mbdsl import graph
+from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.elements.kind import ForceKind
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import corrections, linear, modules
@@ -75,30 +76,30 @@ class Step:
         self.rows = min(2, self.method.METHOD.sets)
         rng, Y = np.random.default_rng(3), self.run.Y
         n, N = self.n, self.N
-        Y[layout.Q0, :n] += rng.uniform(-0.1, 0.1, n)
-        Y[layout.XA, :n] += rng.normal(size=n)
-        Y[layout.X] = Y[layout.XA] + rng.normal(size=N)
-        Y[layout.F0, :n] += rng.normal(size=n)
-        Y[layout.X2] = 0.0 if at_rest else 0.3 * rng.normal(size=N)
-        Y[layout.V0, :n] += rng.normal(size=n)
+        Y[buffer_layout.Q0, :n] += rng.uniform(-0.1, 0.1, n)
+        Y[buffer_layout.XA, :n] += rng.normal(size=n)
+        Y[buffer_layout.X] = Y[buffer_layout.XA] + rng.normal(size=N)
+        Y[buffer_layout.F0, :n] += rng.normal(size=n)
+        Y[buffer_layout.X2] = 0.0 if at_rest else 0.3 * rng.normal(size=N)
+        Y[buffer_layout.V0, :n] += rng.normal(size=n)
         # one step earlier
-        Y[layout.Q1, :n] = Y[layout.Q0, :n] - h * Y[layout.V0, :n]
-        Y[layout.V1, :n] = Y[layout.V0, :n] - h * rng.normal(size=n)
+        Y[buffer_layout.Q1, :n] = Y[buffer_layout.Q0, :n] - h * Y[buffer_layout.V0, :n]
+        Y[buffer_layout.V1, :n] = Y[buffer_layout.V0, :n] - h * rng.normal(size=n)
         if at_rest:
-            Y[layout.V0] = 0.0
+            Y[buffer_layout.V0] = 0.0
             if name == "hht-add":  # nor does it move: the old Phi_q is the new one
-                Y[layout.X, :n] = Y[layout.X2, :n] = 0.0
+                Y[buffer_layout.X, :n] = Y[buffer_layout.X2, :n] = 0.0
             else:  # v at the end of the step is zero
-                Y[layout.V1] = 0.0
+                Y[buffer_layout.V1] = 0.0
                 self.residual()
-                Y[layout.V0, :n] = -Y[layout.V, :n] / (4 / 3 if name.startswith("nstiff") else 1)
+                Y[buffer_layout.V0, :n] = -Y[buffer_layout.V, :n] / (4 / 3 if name.startswith("nstiff") else 1)
         if any(c.friction is not None for c in scene.components.values()):
-            for row in (layout.X, layout.X2):  # far from where a normal force changes its sign
+            for row in (buffer_layout.X, buffer_layout.X2):  # far from where a normal force changes its sign
                 Y[row, n:] += 1e5
         # the start of the step is where the past is
-        Y[layout.Q, :n], Y[layout.V, :n] = Y[layout.Q0, :n], Y[layout.V0, :n]
+        Y[buffer_layout.Q, :n], Y[buffer_layout.V, :n] = Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n]
         self.run.evaluate(0.0, *self.common()[1:])
-        self.run.I[layout.KEEP] = 1
+        self.run.I[buffer_layout.KEEP] = 1
         # unknowns that are none: the second multipliers of nonholonomic constraints
         self.active = np.ones((self.rows, N), bool)
         self.active[1:, n + system.m :] = False
@@ -112,10 +113,10 @@ class Step:
         self.method.motion(self.h, c, Y, I)
         self.run.evaluate(self.h, Y, Z, C, F, I)
         self.method.residual(self.h, c, Y, F, I)
-        return Y[layout.R : layout.R + self.rows, : self.N].ravel().copy()
+        return Y[buffer_layout.R : buffer_layout.R + self.rows, : self.N].ravel().copy()
 
     def unknowns(self):
-        return self.run.Y[layout.X : layout.X + self.rows]
+        return self.run.Y[buffer_layout.X : buffer_layout.X + self.rows]
 
     def jacobian(self):
         """d(residuals)/d(unknowns) by five-point differences."""
@@ -142,8 +143,8 @@ class Step:
         kept = x.copy()
         for k in range(x.size):
             x[:] = 0.0
-            Y[layout.R : layout.R + self.rows] = 0.0
-            Y[layout.R + k // self.N, k % self.N] = 1.0
+            Y[buffer_layout.R : buffer_layout.R + self.rows] = 0.0
+            Y[buffer_layout.R + k // self.N, k % self.N] = 1.0
             self.method.correct(0, self.h, c, Y, I, self.run.A, self.run.P)
             B[:, k] = -x.ravel()
         x[:] = kept
@@ -161,7 +162,7 @@ def contraction(path, name, h, at_rest=False):
 
 
 if __name__ == "__main__":
-    assert not jit.enabled()
+    assert not code_cache.enabled()
     corrections.EARLY = corrections.LATE = 0.0  # nothing is left to the next iteration on purpose
     found: dict[str, dict] = {"runs": runs(), "contraction": {}, "at rest": {}}
     for path in MODELS:

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 import mbdsl
-from mbdsl import graph, jit, layout
+from mbdsl import graph
+from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.integrators import linear, stages
 from mbdsl.integrators.collocation import NODES
 from mbdsl.integrators.run import Integration
@@ -38,14 +39,14 @@ class Stages:
         stages.set_metric(run.Y, run.F, run.I)
         self.h, self.n, self.m, self.N, self.spoilt = h, system.n, system.m, system.unknowns, spoilt
         rng, Y, n, N = np.random.default_rng(3), run.Y, system.n, system.unknowns
-        Y[layout.Q0, :n] += rng.uniform(-0.1, 0.1, n)
+        Y[buffer_layout.Q0, :n] += rng.uniform(-0.1, 0.1, n)
         lam = rng.normal(size=N - n)
         for k in range(3):
-            Y[stages.STAGE + k, n:] = Y[layout.XA, n:] + lam + (0.0 if at_rest else 0.1 * rng.normal(size=N - n))
+            Y[stages.STAGE + k, n:] = Y[buffer_layout.XA, n:] + lam + (0.0 if at_rest else 0.1 * rng.normal(size=N - n))
         if at_rest:
-            Y[layout.V0] = 0.0
+            Y[buffer_layout.V0] = 0.0
         else:
-            Y[layout.V0, :n] += rng.normal(size=n)
+            Y[buffer_layout.V0, :n] += rng.normal(size=n)
             Y[stages.STAGE : stages.STAGE + 3, :n] = rng.normal(size=(3, n))
             Y[stages.STAGE2 : stages.STAGE2 + 3, : n + self.m] = 0.01 * h**2 * rng.normal(size=(3, n + self.m))
         if any(c.friction is not None for c in scene.components.values()):
@@ -58,7 +59,7 @@ class Stages:
         r = self.run
         for k in (0, 2, 1):
             stages.motion(k, self.h, r.Y, r.I)
-            r.I[layout.NEW_MASS] = 1
+            r.I[buffer_layout.NEW_MASS] = 1
             r.evaluate(NODES[k] * self.h, r.Y, r.Z, r.C, r.F, r.I)
             stages.residual(k, r.Y, r.F, r.I)
         return r.Y[stages.RESIDUAL : stages.RESIDUAL + 6].ravel().copy()
@@ -110,7 +111,7 @@ def contraction(path, h, **how):
 
 
 if __name__ == "__main__":
-    assert not jit.enabled()
+    assert not code_cache.enabled()
     found: dict[str, dict] = {"moving": {}, "at rest": {}, "spoilt": {}}
     for path in MODELS:
         h = STEPS.get(path.stem, 1e-3)

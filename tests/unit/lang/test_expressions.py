@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from mbdsl.lang import expressions as ex
-from mbdsl.lang.expression_text import text
-from mbdsl.lang.expressions import OPERATIONS, Expr, call, const, coordinate, der, diff, evaluate
+from mbdsl.expressions import symbolic as ex
+from mbdsl.expressions.printing import text
+from mbdsl.expressions.symbolic import OPERATIONS, Expr, call, const, coordinate, der, diff, evaluate
 from mbdsl.scene import Table
 
 X, Y, Z = coordinate("f", "x"), coordinate("f", "y"), coordinate("f", "phi")

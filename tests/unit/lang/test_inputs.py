@@ -5,7 +5,7 @@ import math
 import pytest
 
 from mbdsl import Builder
-from mbdsl.lang import expressions as ex
+from mbdsl.expressions import symbolic as ex
 from mbdsl.lang.load import parse_text
 from mbdsl.scene import Input
 

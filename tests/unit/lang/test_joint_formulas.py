@@ -6,12 +6,12 @@ from importlib import import_module
 import numpy as np
 import pytest
 
+from mbdsl.compilation.buffer_layout import VALUE
 from mbdsl.elements import modules
 from mbdsl.elements.kind import JointKind
-from mbdsl.lang import expressions as ex
-from mbdsl.lang.expressions import COORDINATES
+from mbdsl.expressions import symbolic as ex
+from mbdsl.expressions.symbolic import COORDINATES
 from mbdsl.lang.load import parse_text
-from mbdsl.layout import VALUE
 
 BEFORE = "model M Ground ground; Rod a(m = 1, length = 1); Rod b(m = 1, length = 1); "
 JOINTS = {name: m for name, m in modules().items() if isinstance(m.KIND, JointKind)}

@@ -7,8 +7,8 @@ import math
 import pytest
 
 from mbdsl.errors import ModelError, UsageError
-from mbdsl.lang import expression_text as et
-from mbdsl.lang import expressions as ex
+from mbdsl.expressions import printing as et
+from mbdsl.expressions import symbolic as ex
 from mbdsl.lang.load import load, parse_text
 from mbdsl.lang.parser import parse
 from mbdsl.lang.write import dump

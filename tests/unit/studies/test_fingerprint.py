@@ -12,7 +12,7 @@ import pytest
 import mbdsl
 from mbdsl import Builder
 from mbdsl.elements.kind import Kind
-from mbdsl.lang.expressions import Expr, walk
+from mbdsl.expressions.symbolic import Expr, walk
 from mbdsl.lang.load import parse_text
 from mbdsl.scene import Component, Experiment
 from mbdsl.studies.fingerprint import fingerprint

@@ -10,9 +10,9 @@ from mbdsl import parse
 from mbdsl.cli import main
 from mbdsl.cli._progress import Display
 from mbdsl.errors import MbdslError, Span
+from mbdsl.messages import visible
 from mbdsl.plotting.figures import Figure, Page, Series, Table
 from mbdsl.plotting.pages import html
-from mbdsl.visible import visible
 
 ESCAPE, BIDI = "\x1b]0;owned\x07\x1b[2J", "\u202e"
 #: categories of The Unicode Standard, table 4-4, that steer or hide: control, format, surrogates, separators of lines

@@ -128,7 +128,7 @@ class Expr:
         return expr(other) ** self
 
     def __repr__(self) -> str:
-        from mbdsl.lang.expression_text import text
+        from mbdsl.expressions.printing import text
 
         return f"Expr({text(self)})"
 

@@ -2,7 +2,7 @@
 
 numba optimises every function by itself, writes machine code for it, and does so again for whatever calls it. Here a
 function is only a container of its unoptimised code; what is called from outside is linked with everything it needs,
-optimised once, and becomes one object, which llvmlite alone can load (:mod:`mbdsl.jit`).
+optimised once, and becomes one object, which llvmlite alone can load (:mod:`mbdsl.compilation.code_cache`).
 
 Seen from outside the functions are C functions. An array is handed over piece by piece, as numba's own ``cfunc`` does.
 Checked with numba 0.60 and 0.68; where anything of it fails, ``cfunc`` takes over.
@@ -22,8 +22,8 @@ from numba.core.registry import cpu_target
 from numba.core.typed_passes import NativeLowering
 from numba.np.arrayobj import populate_array
 
-from mbdsl.native import ARRAYS, Signature
-from mbdsl.ordinary import numba_signature
+from mbdsl.compilation.native_call import ARRAYS, Signature
+from mbdsl.compilation.numba_cfunc import numba_signature
 
 #: without numba's runtime nothing can be allocated, and no time goes into counting references
 OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}

@@ -1,9 +1,9 @@
 """The folder of what can be made again: machine code, and runs of studies.
 
 ``MBDSL_CACHE_DIR`` names it; without that it is ``mbdsl`` in ``XDG_CACHE_HOME`` or ``~/.cache``. It is used if its path
-is absolute and :mod:`mbdsl.trust` finds no fault. If it cannot be used, or not be written into, a private temporary
-folder takes its place for writing, which is removed when the process ends, and one line on standard error says so. If
-there is no place for that either, nothing is kept. What cannot be kept stops no run.
+is absolute and :mod:`mbdsl.storage.trusted_files` finds no fault. If it cannot be used, or not be written into, a
+private temporary folder takes its place for writing, which is removed when the process ends, and one line on standard
+error says so. If there is no place for that either, nothing is kept. What cannot be kept stops no run.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from mbdsl import trust
+from mbdsl.storage import trusted_files
 
 LARGEST = 500_000_000  #: bytes of machine code that are kept; what was not used for longest goes first
 ABANDONED = 600.0  #: seconds after which a file that is not whole yet has no writer any more
@@ -65,7 +65,7 @@ def _chosen(given: str | None, xdg: str | None, home: str) -> Choice:
     path = Path(given or os.path.join(base, "mbdsl"))
     if not path.is_absolute():
         return Choice(path, "there is no home folder (HOME is not set, or not absolute); try: set MBDSL_CACHE_DIR")
-    return Choice(path, trust.fault_of(path))
+    return Choice(path, trusted_files.fault_of(path))
 
 
 def own() -> Path | None:
@@ -80,7 +80,7 @@ def _own(choice: Choice, handed: str | None) -> Path | None:
     problem = choice.fault or unwritable(choice.path)
     if not problem:
         return choice.path
-    if handed and not trust.fault_of(handed):
+    if handed and not trusted_files.fault_of(handed):
         return Path(handed)
     folder = _temporary()
     say(problem)
@@ -90,16 +90,16 @@ def _own(choice: Choice, handed: str | None) -> Path | None:
 def unwritable(folder: Path) -> str:
     """Why ("" if it can) no object can be written into a folder, which is made if need be; found out by doing it."""
     try:
-        trust.make(folder)
-        probe = trust.part_of(folder / "probe")
+        trusted_files.make(folder)
+        probe = trusted_files.part_of(folder / "probe")
         try:
-            with trust.create(probe) as stream:
+            with trusted_files.create(probe) as stream:
                 stream.write(bytes(PROBE))
         finally:
             probe.unlink(missing_ok=True)
     except OSError as problem:
         return f"cannot write into `{folder}` ({problem.strerror or problem})"
-    return trust.fault_of(folder)
+    return trusted_files.fault_of(folder)
 
 
 def _temporary() -> Path | None:
@@ -110,7 +110,7 @@ def _temporary() -> Path | None:
     except OSError:
         return None
     atexit.register(_remove, folder, os.getpid())
-    return None if trust.fault_of(folder) else folder
+    return None if trusted_files.fault_of(folder) else folder
 
 
 def _remove(folder: Path, process: int) -> None:
@@ -124,7 +124,7 @@ def _sweep_temporary(parent: Path) -> None:
         with suppress(OSError):
             process, status = int(TEMPORARY.fullmatch(folder.name)[1]), folder.lstat()  # type: ignore[index]
             old = status.st_mtime < time.time() - FORGOTTEN
-            if old and trust.has_owners() and status.st_uid == os.geteuid() and not _runs(process):
+            if old and trusted_files.has_owners() and status.st_uid == os.geteuid() and not _runs(process):
                 clear(folder)
                 folder.rmdir()
 
@@ -180,7 +180,7 @@ def read(name: str) -> bytes | None:
 
 
 def _contents(path: Path) -> bytes | None:
-    stream = None if trust.fault_of(path.parent) else trust.opened(path)
+    stream = None if trusted_files.fault_of(path.parent) else trusted_files.opened(path)
     if stream is None:
         return None
     with stream, suppress(OSError):
@@ -214,12 +214,12 @@ def keep(name: str, data: bytes) -> Path | None:
 
 
 def _write(path: Path, data: bytes, again: bool = True) -> str:
-    trust.make(path.parent)
-    if fault := trust.fault_of(path.parent):
+    trusted_files.make(path.parent)
+    if fault := trusted_files.fault_of(path.parent):
         return fault
     try:
         if _contents(path) != data:  # others look at the time of writing
-            trust.write(path, data)
+            trusted_files.write(path, data)
     except FileNotFoundError:  # another process has removed the folder, which was empty
         if not again:
             raise
@@ -234,9 +234,9 @@ def subfolder(name: str) -> Path | None:
         return None
     path = folder / name
     try:
-        trust.make(path)
-        fault = trust.fault_of(path)
-        if not all(trust.is_believed(inner.lstat()) for inner in path.rglob("*")):
+        trusted_files.make(path)
+        fault = trusted_files.fault_of(path)
+        if not all(trusted_files.is_believed(inner.lstat()) for inner in path.rglob("*")):
             fault = fault or f"others can have written what is in `{path}`; try: mbdsl cache --clear"
     except OSError as problem:
         fault = f"cannot write into `{path}` ({problem.strerror or problem})"
@@ -249,7 +249,7 @@ def close(folder: Path) -> None:
     """Take from others what a lax umask has given them in a folder that another library wrote into."""
     for path in folder.rglob("*"):
         with suppress(OSError):
-            path.chmod(stat.S_IMODE(path.lstat().st_mode) & ~trust.OTHERS)
+            path.chmod(stat.S_IMODE(path.lstat().st_mode) & ~trusted_files.OTHERS)
 
 
 # -- contents --------------------------------------------------------------------------------------------------------
@@ -352,7 +352,7 @@ def _folders(root: Path, name: re.Pattern) -> Iterator[Path]:
         for path in list(root.iterdir()):
             with suppress(OSError):
                 status = path.lstat()
-                if name.fullmatch(path.name) and stat.S_ISDIR(status.st_mode) and trust.is_believed(status):
+                if name.fullmatch(path.name) and stat.S_ISDIR(status.st_mode) and trusted_files.is_believed(status):
                     yield path
 
 

@@ -1,6 +1,7 @@
-"""Linear systems with banded matrices that were factorised when tables were filled (:mod:`mbdsl.beams.banded`)."""
+"""Linear systems with banded matrices that were factorised when tables were filled
+(:mod:`mbdsl.numerics.banded_cholesky`)."""
 
-from mbdsl.kernels import kernel
+from mbdsl.compilation.marks import kernel
 
 
 @kernel

@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+#: how often a table can be differentiated before it has corners, and before it is zero throughout
+SMOOTHNESS = {"linear": (0, 2), "monotone": (1, 4), "cubic": (2, 4)}
+
 
 def piecewise(table) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Breaks (k,) and coefficients (k, 4), ascending powers of (u - break); the last row is for the end point."""

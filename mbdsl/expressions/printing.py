@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mbdsl.lang.expressions import Expr, walk
+from mbdsl.expressions.symbolic import Expr, walk
 
 _INFIX = {"add": " + ", "sub": " - ", "mul": "*", "div": "/", "lt": " < ", "le": " <= ", "eq": " == ", "ne": " <> "}
 

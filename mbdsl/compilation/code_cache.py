@@ -1,6 +1,6 @@
 """Compilation: marked kernels become machine code, and stay plain Python where numba is absent or switched off.
 
-Element files only mark their kernels (:mod:`mbdsl.kernels`), because ``mbdsl check`` reads the files
+Element files only mark their kernels (:mod:`mbdsl.compilation.marks`), because ``mbdsl check`` reads the files
 without numerics. :func:`functions` makes one object of an emitted module and all the kernels that it calls.
 
 Objects are kept on disk, with a digest of the sources that they come from, under a folder named by the digest of the
@@ -11,22 +11,23 @@ most models take to simulate.
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import importlib
 import importlib.util
 import os
-import re
 import subprocess
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-from mbdsl import __version__, cache_folder
-from mbdsl.native import Native, Signature
+from mbdsl.compilation.native_call import Native, Signature
+from mbdsl.storage import cache_folder
+from mbdsl.version import __version__
 
 _kernels: dict[Callable, Callable] = {}
 _functions: dict[str, list[Callable]] = {}
@@ -81,14 +82,13 @@ def enabled() -> bool:
 
 @cache
 def version() -> str:
-    """Name of the folder, within :mod:`mbdsl.cache_folder`, of objects and emitted modules for this process."""
+    """Name of the folder, within :mod:`mbdsl.storage.cache_folder`, of objects and emitted modules for this process."""
     return f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{_digest()[:16]}"
 
 
 def _digest() -> str:
     """Of what all machine code depends on: how it is compiled, the compiler with its settings, the processor."""
-    package = Path(__file__).parent
-    files = [package / f"{name}.py" for name in ("layout", "kernels", "jit", "native", "machine", "ordinary")]
+    files = list(Path(__file__).parent.glob("*.py"))
     for name in ("numba", "llvmlite"):
         spec = importlib.util.find_spec(name)
         if spec is not None and spec.origin is not None:
@@ -164,10 +164,10 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
     head = [_of_sources(sources) or "", " ".join(sources)]
     if not _is_ordinary(name):
         try:
-            from mbdsl import machine
+            from mbdsl.compilation import object_code
 
-            activate(*called, wrap=machine.compile_kernel)
-            made = machine.compile_object({f"{name}.{f}": (given[f], signatures[f]) for f in given})
+            activate(*called, wrap=object_code.compile_kernel)
+            made = object_code.compile_object({f"{name}.{f}": (given[f], signatures[f]) for f in given})
             body = "\n".join([*head, _of_text(text), " ".join(made.needs), ""]).encode() + made.code
             linked = _linked(name, body, signatures)
             if linked is None:
@@ -179,12 +179,12 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
             told = f"{type(error).__name__}: {error}".splitlines()[0]
             warnings.warn(f"compiling in the ordinary way: {told}", stacklevel=2)
             cache_folder.keep(_ordinary(name), "\n".join([*head, told]).encode())
-    from mbdsl import ordinary
+    from mbdsl.compilation import numba_cfunc
 
     _kernels.clear()
-    activate(*called, wrap=ordinary.compile_kernel)
+    activate(*called, wrap=numba_cfunc.compile_kernel)
     folder = cache_folder.subfolder(f"{version()}/{head[0][:16]}")  # numba would look at the emitted file only
-    found: list[Callable] = [ordinary.compile_function(given[f], signatures[f], folder) for f in given]
+    found: list[Callable] = [numba_cfunc.compile_function(given[f], signatures[f], folder) for f in given]
     if folder is not None:
         cache_folder.close(folder)
     return found
@@ -265,7 +265,8 @@ def _body(name: str) -> bytes | None:
     return body
 
 
-_FROM = re.compile(r"^from (mbdsl\.(?:elements|system|integrators)[\w.]*) import ([\w, ]+)", re.MULTILINE)
+#: rooms whose modules hold kernels, or constants that kernels read
+_ROOMS = ("elements", "integrators", "numerics", "system")
 #: what element and method files take their declarations from, which no kernel reads
 _DECLARATIONS = ("mbdsl.elements.kind", "mbdsl.integrators.method")
 
@@ -280,15 +281,23 @@ def _sources(modules: Iterable[ModuleType]) -> list[str]:
         if name in found or name in _DECLARATIONS or path is None:
             continue
         found.add(name)
-        for package, names in _FROM.findall(path.read_text()):
-            pending += [package, *(f"{package}.{n.split()[0]}" for n in names.split(",") if n.split())]
+        pending += _imported_kernels(path.read_text(encoding="utf-8"))
     return sorted(found)
+
+
+def _imported_kernels(text: str) -> Iterator[str]:
+    """Names of modules, and of what may be modules, that ``from ... import`` at the head of a source names."""
+    for node in ast.parse(text).body:
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[:1] == ["mbdsl"]:
+            if node.module.split(".")[1:2] in [[room] for room in _ROOMS]:
+                yield node.module
+                yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
 def _source(name: str) -> Path | None:
     """The file of a module; None for packages, and for modules that were emitted."""
     if name.startswith("mbdsl."):
-        path = Path(__file__).parent.joinpath(*name.split(".")[1:]).with_suffix(".py")
+        path = Path(__file__).parents[1].joinpath(*name.split(".")[1:]).with_suffix(".py")
         if path.exists():
             return path
     file = getattr(sys.modules.get(name), "__file__", None)

@@ -20,8 +20,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.lang.expressions import Expr, walk
-from mbdsl.system.splines import piecewise
+from mbdsl.expressions.symbolic import Expr, walk
+from mbdsl.numerics.piecewise_cubic import SMOOTHNESS, piecewise
 
 Array = NDArray[np.float64]
 Interval = tuple[Array, Array]
@@ -413,9 +413,7 @@ def _range(table, order: int, lo: Array, hi: Array) -> Interval:
 
 
 def _table(table, order: int, u: Jet) -> Jet:
-    from mbdsl.system.switches import SMOOTH as DIFFERENTIABLE
-
-    smooth, _ = DIFFERENTIABLE[table.smoothness if len(table.u) > 2 else "linear"]
+    smooth, _ = SMOOTHNESS[table.smoothness if len(table.u) > 2 else "linear"]
     value = _range(table, order, u.lo, u.hi)
     lo, hi = mul(_range(table, order + 1, u.lo, u.hi), (u.d_lo, u.d_hi))
     knots = np.array(table.u, float)

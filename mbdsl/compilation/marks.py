@@ -1,4 +1,4 @@
-"""Marks for kernels: array-only functions that :mod:`mbdsl.jit` compiles when numerics start.
+"""Marks for kernels: array-only functions that :mod:`mbdsl.compilation.code_cache` compiles when numerics start.
 
 Files that hold kernels are also read where no numerics may be loaded; therefore they only mark them.
 """

@@ -1,6 +1,6 @@
 """Compilation with what numba promises: slower, and numba is imported in every run.
 
-Where :mod:`mbdsl.machine` fails, this takes over; it gives functions of the same kind.
+Where :mod:`mbdsl.compilation.object_code` fails, this takes over; it gives functions of the same kind.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from numba import cfunc, config, njit, types
 from numba.extending import lower_builtin, type_callable
 from numba.np.arrayobj import populate_array
 
-from mbdsl import kernels
-from mbdsl.native import ARRAYS, Native, Signature
+from mbdsl.compilation import marks
+from mbdsl.compilation.native_call import ARRAYS, Native, Signature
 
 TYPES = {
     "none": types.void,
@@ -37,12 +37,12 @@ def numba_type(kind: str | Signature):
     return TYPES[kind] if isinstance(kind, str) else types.ExternalFunctionPointer(numba_signature(kind), None)
 
 
-@type_callable(kernels.square)
+@type_callable(marks.square)
 def _type_square(context):
     return lambda F, at: TYPES["matrix"]
 
 
-@lower_builtin(kernels.square, types.Array, types.Integer)
+@lower_builtin(marks.square, types.Array, types.Integer)
 def _square(context, builder, signature, arguments):
     """Only the view: reshape would call a function that comes with numba."""
     F = context.make_array(signature.args[0])(context, builder, arguments[0])

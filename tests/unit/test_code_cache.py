@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbdsl import cache_folder, jit
+from mbdsl.compilation import code_cache
+from mbdsl.storage import cache_folder
 
 MODEL = Path(__file__).parents[2] / "models" / "pendulum.mbd"
-VECTOR = jit.Signature(("float", "vector", "ints"))
+VECTOR = code_cache.Signature(("float", "vector", "ints"))
 TEXT = """
 from math import hypot
 
@@ -29,9 +30,9 @@ def twice(scale, count, x, v, k, M, N):
 """
 SIGNATURES = {
     "scale": VECTOR,
-    "twice": jit.Signature((VECTOR, "int", "float", "vector", "ints", "matrix", "int matrix"), "int"),
+    "twice": code_cache.Signature((VECTOR, "int", "float", "vector", "ints", "matrix", "int matrix"), "int"),
 }
-needs_numba = pytest.mark.skipif(not jit.enabled(), reason="nothing is compiled")
+needs_numba = pytest.mark.skipif(not code_cache.enabled(), reason="nothing is compiled")
 
 
 @pytest.fixture
@@ -39,17 +40,17 @@ def fresh(tmp_path, monkeypatch):
     """Nothing is kept, and nothing loaded; the folder where objects will be."""
     monkeypatch.setenv("MBDSL_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(cache_folder, "_said", [])
-    monkeypatch.setattr(jit, "_functions", {})
+    monkeypatch.setattr(code_cache, "_functions", {})
     monkeypatch.delitem(sys.modules, "scales", raising=False)
-    yield tmp_path / "cache" / jit.version()
+    yield tmp_path / "cache" / code_cache.version()
     sys.modules.pop("scales", None)
 
 
 def functions():
     """The functions of TEXT, as if nothing had been loaded before."""
-    jit._functions.clear()
+    code_cache._functions.clear()
     sys.modules.pop("scales", None)
-    return jit.functions("scales", TEXT, SIGNATURES, list)
+    return code_cache.functions("scales", TEXT, SIGNATURES, list)
 
 
 def check(scale, twice):
@@ -63,14 +64,14 @@ def check(scale, twice):
 
 
 def no_compiler(monkeypatch):
-    monkeypatch.setattr(jit, "_compiled", lambda *arguments: pytest.fail("compiled again"))
+    monkeypatch.setattr(code_cache, "_compiled", lambda *arguments: pytest.fail("compiled again"))
 
 
 @needs_numba
 def test_compiled_and_kept(fresh, monkeypatch):
-    assert not jit.is_compiled("scales")
+    assert not code_cache.is_compiled("scales")
     check(*functions())
-    assert jit.is_compiled("scales")
+    assert code_cache.is_compiled("scales")
     assert [path.name for path in fresh.glob("*.part")] == []
     no_compiler(monkeypatch)
     check(*functions())
@@ -94,19 +95,19 @@ def test_a_damaged_object_is_compiled_again(fresh, damage):
 @needs_numba
 def test_an_object_that_needs_what_is_not_there_is_not_linked(fresh):
     functions()
-    *head, needs, code = jit._body("scales").split(b"\n", 4)
+    *head, needs, code = code_cache._body("scales").split(b"\n", 4)
     assert b"hypot" in needs
-    assert jit._linked("scales", b"\n".join([*head, needs, code]), SIGNATURES) is not None
-    assert jit._linked("scales", b"\n".join([*head, b"no_such_function_anywhere", code]), SIGNATURES) is None
+    assert code_cache._linked("scales", b"\n".join([*head, needs, code]), SIGNATURES) is not None
+    assert code_cache._linked("scales", b"\n".join([*head, b"no_such_function_anywhere", code]), SIGNATURES) is None
 
 
 @needs_numba
 def test_another_text_of_the_same_name_is_compiled_again(fresh):
-    signatures = {"scaled": jit.Signature(("int",), gives="int")}
+    signatures = {"scaled": code_cache.Signature(("int",), gives="int")}
     for factor in (3, 4, 4):
-        jit._functions.clear()
+        code_cache._functions.clear()
         sys.modules.pop("scaled", None)
-        (scaled,) = jit.functions("scaled", f"def scaled(x):\n    return {factor} * x\n", signatures, list)
+        (scaled,) = code_cache.functions("scaled", f"def scaled(x):\n    return {factor} * x\n", signatures, list)
         assert scaled(2) == 2 * factor
 
 
@@ -116,33 +117,33 @@ def test_an_object_whose_sources_have_changed_is_compiled_again(fresh, tmp_path,
     library = tmp_path / "library"
     library.mkdir()
     source = library / "threefold.py"
-    source.write_text("from mbdsl.kernels import kernel\n@kernel\ndef scale(x):\n    return 3 * x\n")
+    source.write_text("from mbdsl.compilation.marks import kernel\n@kernel\ndef scale(x):\n    return 3 * x\n")
     monkeypatch.syspath_prepend(library)
     import threefold
 
     text = "import threefold\ndef scaled(x):\n    return threefold.scale(x)\n"
-    signatures = {"scaled": jit.Signature(("int",), gives="int")}
-    (scaled,) = jit.functions("scaled", text, signatures, lambda: [threefold])
+    signatures = {"scaled": code_cache.Signature(("int",), gives="int")}
+    (scaled,) = code_cache.functions("scaled", text, signatures, lambda: [threefold])
     assert scaled(2) == 6
-    assert jit.is_compiled("scaled")
+    assert code_cache.is_compiled("scaled")
     (library / "another.py").write_text("x = 1\n")
-    assert jit.is_compiled("scaled")
+    assert code_cache.is_compiled("scaled")
     source.write_text(source.read_text().replace("3", "4"))
-    assert not jit.is_compiled("scaled")
+    assert not code_cache.is_compiled("scaled")
 
 
 @needs_numba
 def test_where_numba_has_changed_inside_its_surface_will_do(fresh, monkeypatch):
-    from mbdsl import machine
+    from mbdsl.compilation import object_code
 
     def fail(wanted):
         raise AttributeError("not what it was")
 
-    monkeypatch.setattr(machine, "compile_object", fail)
+    monkeypatch.setattr(object_code, "compile_object", fail)
     with pytest.warns(UserWarning, match="in the ordinary way: AttributeError: not what it was"):
         check(*functions())
     assert (fresh / "scales.ordinary").read_text().endswith("\nAttributeError: not what it was")
-    assert jit.is_compiled("scales")
+    assert code_cache.is_compiled("scales")
     check(*functions())
 
 
@@ -173,8 +174,8 @@ def test_other_arrays_are_not_taken_for_the_last_ones(fresh):
 
 
 def test_plain_python_without_numba(fresh, monkeypatch):
-    monkeypatch.setattr(jit, "enabled", lambda: False)
-    assert jit.is_compiled("scales")
+    monkeypatch.setattr(code_cache, "enabled", lambda: False)
+    assert code_cache.is_compiled("scales")
     check(*functions())
     assert not (fresh / "scales.o").exists()
 
@@ -211,16 +212,16 @@ def test_a_broken_numba_leaves_plain_python(tmp_path):
 
 
 def test_settings_of_numba_and_the_processor_are_part_of_the_digest(monkeypatch):
-    before = jit._digest()
-    assert jit._digest() == before
+    before = code_cache._digest()
+    assert code_cache._digest() == before
     monkeypatch.setenv("NUMBA_OPT", "1")
-    assert jit._digest() != before
+    assert code_cache._digest() != before
 
 
 THREADS = """
 import sys, threading, time
 import numpy as np
-from mbdsl import jit
+from mbdsl.compilation import code_cache
 
 failures = []
 
@@ -228,8 +229,8 @@ def work(k):
     while k and "numba" not in sys.modules:  # until the first thread has begun to import it
         time.sleep(1e-3)
     try:
-        text, signatures = f"def f(v):\\n    v[0] = {k}\\n", {"f": jit.Signature(("vector",))}
-        (f,), v = jit.functions(f"thread{k}", text, signatures, list), np.full(1, np.nan)
+        text, signatures = f"def f(v):\\n    v[0] = {k}\\n", {"f": code_cache.Signature(("vector",))}
+        (f,), v = code_cache.functions(f"thread{k}", text, signatures, list), np.full(1, np.nan)
         f(v)
         assert v[0] == k
     except BaseException as problem:

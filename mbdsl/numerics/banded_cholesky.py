@@ -1,4 +1,4 @@
-"""Cholesky factors as :mod:`mbdsl.elements.banded` reads them."""
+"""Cholesky factors as :mod:`mbdsl.numerics.banded` reads them."""
 
 from __future__ import annotations
 

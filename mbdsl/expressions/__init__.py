@@ -1,0 +1,1 @@
+"""Symbolic expressions of the language, with exact derivatives."""

@@ -1,0 +1,3 @@
+"""The version of mbdsl."""
+
+__version__ = "0.1.0"
