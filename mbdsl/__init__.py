@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from mbdsl.errors import MbdslError as MbdslError
     from mbdsl.lang.load import load as load
     from mbdsl.lang.load import parse_text as parse  # noqa: F401
+    from mbdsl.mechanism.scene import Scene as Scene
     from mbdsl.receipt import explain as explain
-    from mbdsl.scene import Scene as Scene
     from mbdsl.simulation import simulate as simulate
     from mbdsl.stepping import Simulation as Simulation
     from mbdsl.trajectory import Trajectory as Trajectory
@@ -26,7 +26,7 @@ _PUBLIC = {
     "load": ("mbdsl.lang.load", "load"),
     "parse": ("mbdsl.lang.load", "parse_text"),
     "Builder": ("mbdsl.builder", "Builder"),
-    "Scene": ("mbdsl.scene", "Scene"),
+    "Scene": ("mbdsl.mechanism.scene", "Scene"),
     "static": ("mbdsl.equilibrium", "static"),
     "eigen": ("mbdsl.eigenmodes", "eigen"),
     "simulate": ("mbdsl.simulation", "simulate"),

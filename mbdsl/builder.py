@@ -31,8 +31,8 @@ from mbdsl.lang.members import Namespace
 from mbdsl.lang.parser import parse_expression
 from mbdsl.lang.parts import Part
 from mbdsl.lang.values import Quantity, Value
+from mbdsl.mechanism.scene import Experiment, Scene
 from mbdsl.messages import did_you_mean
-from mbdsl.scene import Experiment, Scene
 
 #: what may be given as a value: a number in SI, a text of the language, an array, an expression
 Given = Any
@@ -68,7 +68,7 @@ class Handle:
 
 
 class Builder:
-    """Collects components and makes a :class:`~mbdsl.scene.Scene` of them.
+    """Collects components and makes a :class:`~mbdsl.mechanism.scene.Scene` of them.
 
     Every kind of the language is a method: ``b.Rod("rod", m=1.0, length=0.5)`` is ``b.add("Rod", "rod", ...)``.
     Values are numbers in SI, texts in the language's own syntax (``"30 deg"``, ``"100 N/m*(s - 0.2 m)"``), sequences

@@ -24,8 +24,8 @@ import numpy as np
 from mbdsl.errors import UsageError
 from mbdsl.integrators import backend, linear
 from mbdsl.integrators.run import Integration
+from mbdsl.mechanism.scene import Scene
 from mbdsl.motion import Motion
-from mbdsl.scene import Scene
 from mbdsl.storage.output_files import check, writing
 
 if TYPE_CHECKING:
@@ -225,7 +225,7 @@ def resume(
 
 def digest(scene: Scene) -> str:
     """A digest of a scene's complete content."""
-    from mbdsl.studies.fingerprint import fingerprint
+    from mbdsl.mechanism.fingerprint import fingerprint
 
     return hashlib.sha256(fingerprint(scene).encode()).hexdigest()
 

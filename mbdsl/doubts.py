@@ -21,8 +21,8 @@ from mbdsl.integrators.backends import External
 from mbdsl.integrators.lookout import LONGEST
 from mbdsl.integrators.overlooked import Peak
 from mbdsl.integrators.run import Integration
+from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.motion import KINEMATIC, Motion, Moving
-from mbdsl.scene import Component, Scene
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.blocks import by_law, law_expressions

@@ -31,10 +31,10 @@ from mbdsl.bases import Moving, Still, of_positions
 from mbdsl.eigenvalues import lowest, normalised, one_of_each, reduced
 from mbdsl.equilibrium import prepare, settle
 from mbdsl.errors import UsageError
-from mbdsl.extremes import blame_extremes
+from mbdsl.lang.model_argument import blame_model
+from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
 from mbdsl.numerics.saddle_point import Array, dense
-from mbdsl.scene import Scene
 from mbdsl.simulation import simulate
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
@@ -187,7 +187,7 @@ class Modes(Sequence[Mode]):
         return "\n".join([*lines, *(f"note: {text}" for text in self.notes)])
 
 
-@blame_extremes
+@blame_model
 def eigen(
     model: Scene | Builder | str | PathLike,
     at: str | float = "static",

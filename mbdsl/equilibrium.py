@@ -20,17 +20,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbdsl import graph as mechanism_graph
 from mbdsl.compilation import code_cache
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import EquilibriumError, UsageError
 from mbdsl.expressions.symbolic import is_velocity_level
-from mbdsl.extremes import blame_extremes
+from mbdsl.lang.model_argument import as_scene, blame_model
+from mbdsl.mechanism import graph as mechanism_graph
+from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, few
 from mbdsl.numerics.saddle_point import Array, dense
 from mbdsl.overdamped import Search, movers
-from mbdsl.scene import Scene
-from mbdsl.simulation import as_scene
 from mbdsl.storage import cache_folder
 from mbdsl.system import System, build
 from mbdsl.system.bodies import LARGEST_BEND
@@ -172,7 +171,7 @@ def prepare(
     return system, mechanism
 
 
-@blame_extremes
+@blame_model
 def static(
     model: Scene | Builder | str | PathLike,
     *,

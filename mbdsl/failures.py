@@ -12,8 +12,8 @@ from mbdsl.integrators import declared, state
 from mbdsl.integrators.backends import External
 from mbdsl.integrators.events import SLIDING, SLIDING_HINT
 from mbdsl.integrators.run import Integration
+from mbdsl.mechanism.scene import Component
 from mbdsl.motion import Motion
-from mbdsl.scene import Component
 from mbdsl.system import System
 from mbdsl.system.bodies import LARGEST_BEND, Rigid
 from mbdsl.system.dependence import singular

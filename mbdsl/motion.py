@@ -1,6 +1,7 @@
 """Motion: a scene on its way, the parts that it falls into stepped side by side.
 
-What is solved for is the reduced scene (:mod:`mbdsl.reduction`); what comes out is about the scene as written.
+What is solved for is the reduced scene (:mod:`mbdsl.mechanism.reduction`); what comes out is about the scene as
+written.
 """
 
 from __future__ import annotations
@@ -12,16 +13,16 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl import graph
 from mbdsl.compilation import code_cache
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import coordinate
 from mbdsl.integrators import Run, backend, declared, state
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.step_loop import loop_name
+from mbdsl.mechanism import graph
+from mbdsl.mechanism.reduction import Note, Part, Reduction, reduce
+from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.hermite import between
-from mbdsl.reduction import Note, Part, Reduction, reduce
-from mbdsl.scene import Scene
 from mbdsl.starts import check_bending, check_loose
 from mbdsl.system import System, build
 from mbdsl.system.bodies import LARGEST_BEND, Rigid

@@ -19,13 +19,13 @@ from mbdsl.elements import modules as element_modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import Span
 from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
-from mbdsl.extremes import blame_extremes
 from mbdsl.integrators import backend, declared
+from mbdsl.lang.model_argument import as_scene, blame_model
+from mbdsl.mechanism.reduction import Note
+from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.messages import count, few
 from mbdsl.motion import Motion, Moving, Plan
-from mbdsl.reduction import Note
-from mbdsl.scene import Component, Scene
-from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, as_scene, plan
+from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, plan
 from mbdsl.storage import cache_folder
 from mbdsl.system.blocks import by_law
 from mbdsl.system.emit import evaluate_lines, tangent_lines
@@ -68,7 +68,7 @@ class Receipt:
         return _text(self)
 
 
-@blame_extremes
+@blame_model
 def explain(
     model: Scene | Builder | str | PathLike,
     *,

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,16 +15,16 @@ from mbdsl.calibration import Found, calibrated
 from mbdsl.checkpoint import Checkpoint, Keeper, of_run
 from mbdsl.doubts import doubts
 from mbdsl.errors import Interrupted, UsageError
-from mbdsl.extremes import blame_extremes
 from mbdsl.failures import check_bending, check_left_out, failure, inaccurate
 from mbdsl.integrators import declared, state
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import MOST_OUTPUT
 from mbdsl.integrators.step_loop import controls_locally
 from mbdsl.interrupts import deferred
+from mbdsl.lang.model_argument import as_scene, blame_model
+from mbdsl.mechanism.scene import Scene
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.numerics.tolerance import misfit, rounding
-from mbdsl.scene import Scene
 from mbdsl.storage import cache_folder
 from mbdsl.system.dependence import repeated
 from mbdsl.trajectory import Trajectory
@@ -50,24 +50,6 @@ class Progress:
     steps: int
     iterations: int
     seconds: float
-
-
-def as_scene(
-    model: Scene | Builder | str | PathLike, parameters: Mapping | None = None, without: Sequence[str] = ()
-) -> Scene:
-    """A Scene from whatever stands for a model: itself, a Builder, or the path of a ``.mbd`` file."""
-    if (parameters or without) and not isinstance(model, (str, PathLike)):
-        what = "parameters" if parameters else "effects to leave out"
-        raise UsageError(f"only a model given by its path takes {what}", hint="give them to load or Builder")
-    if isinstance(model, Scene):
-        return model
-    if isinstance(model, (str, PathLike)):
-        from mbdsl.lang.load import load
-
-        return load(cast("str | PathLike[str]", model), parameters or {}, without=without)
-    if not hasattr(model, "scene"):
-        raise UsageError(f"a model is a path, a Scene or a Builder, not {type(model).__name__}")
-    return model.scene()
 
 
 def simulate(
@@ -159,7 +141,7 @@ def simulate(
     return found
 
 
-@blame_extremes
+@blame_model
 def simulated(
     model: Scene | Builder | str | PathLike,
     *,

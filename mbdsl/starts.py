@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbdsl.errors import InitialisationError
-from mbdsl.reduction import Reduction
+from mbdsl.mechanism.reduction import Reduction
 from mbdsl.system import System
 from mbdsl.system.bodies import LARGEST_BEND
 from mbdsl.system.initial import InitialState

@@ -19,13 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
-from mbdsl.extremes import blame_extremes
 from mbdsl.failures import check_bending, failure
 from mbdsl.integrators import backend, declared, state
 from mbdsl.integrators.options import check_options
+from mbdsl.lang.model_argument import as_scene, blame_model
+from mbdsl.mechanism.scene import Scene
 from mbdsl.motion import Motion, Plan, constrained
-from mbdsl.scene import Scene
-from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, as_scene
+from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP
 from mbdsl.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ class Simulation:
         As :func:`mbdsl.simulate` does.
     """
 
-    @blame_extremes
+    @blame_model
     def __init__(
         self,
         model: Scene | Builder | str | PathLike,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.expressions.symbolic import Expr, const, coordinate, leaves
-from mbdsl.scene import ENERGIES, Scene
+from mbdsl.mechanism.scene import ENERGIES, Scene
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.bodies import Rigid
 from mbdsl.system.initial import Moved

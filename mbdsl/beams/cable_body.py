@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.beams.stations import on_axis
+from mbdsl.mechanism.scene import Component
 from mbdsl.numerics.banded_cholesky import cholesky
-from mbdsl.scene import Component
 from mbdsl.system.bodies import Pose
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from mbdsl.beams.floating import Floating, discretise
 from mbdsl.beams.stations import on_axis
 from mbdsl.elements import floating_frames as kernels
+from mbdsl.mechanism.scene import Component
 from mbdsl.numerics.banded_cholesky import cholesky
-from mbdsl.scene import Component
 from mbdsl.system.bodies import Pose
 
 Array = NDArray[np.float64]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from mbdsl.expressions.printing import text
 from mbdsl.expressions.symbolic import Expr
+from mbdsl.mechanism.scene import Scene, Table
 from mbdsl.messages import visible
-from mbdsl.scene import Scene, Table
 
 
 def describe(scene: Scene) -> str:

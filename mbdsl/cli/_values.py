@@ -13,7 +13,7 @@ from mbdsl.errors import UsageError
 from mbdsl.numerics.tolerance import misfit
 
 if TYPE_CHECKING:
-    from mbdsl.scene import Scene
+    from mbdsl.mechanism.scene import Scene
 
 
 def quantity(text: str, unit: str) -> float:

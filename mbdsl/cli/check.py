@@ -19,7 +19,7 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
-    from mbdsl.graph import build
+    from mbdsl.mechanism.graph import build
 
     graph = build(load_model(args))
     for warning in graph.warnings:

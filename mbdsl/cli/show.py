@@ -10,7 +10,7 @@ from mbdsl.cli._values import add_model, load_model
 from mbdsl.errors import UsageError
 
 if TYPE_CHECKING:
-    from mbdsl.reduction import Reduction
+    from mbdsl.mechanism.reduction import Reduction
     from mbdsl.system import System
 
 STAGES = ("syntax", "scene", "graph", "system", "code")
@@ -52,7 +52,7 @@ def _scene(args: argparse.Namespace) -> str:
 
 
 def _graph(args: argparse.Namespace) -> str:
-    from mbdsl.graph import build
+    from mbdsl.mechanism.graph import build
 
     return build(load_model(args)).describe()
 
@@ -71,8 +71,8 @@ def _code(args: argparse.Namespace) -> str:
 
 
 def _reduction(args: argparse.Namespace) -> Reduction:
-    from mbdsl import graph
-    from mbdsl.reduction import reduce
+    from mbdsl.mechanism import graph
+    from mbdsl.mechanism.reduction import reduce
 
     return reduce(graph.build(load_model(args)))
 

@@ -24,7 +24,7 @@ from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.lang.write import write
-from mbdsl.scene import ENERGIES, Component, Experiment, Frame, Input, ParameterValue, Scene
+from mbdsl.mechanism.scene import ENERGIES, Component, Experiment, Frame, Input, ParameterValue, Scene
 
 _COORDINATE_UNIT = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
 _COORDINATE_DIMENSION = {key: units.dimension(unit) for key, unit in _COORDINATE_UNIT.items()}

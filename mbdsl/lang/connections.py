@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mbdsl.errors import ModelError
 from mbdsl.lang.source import At, span_of
-from mbdsl.scene import Frame
+from mbdsl.mechanism.scene import Frame
 
 
 class Node:

@@ -13,9 +13,9 @@ from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import span_of
 from mbdsl.lang.write import write
+from mbdsl.mechanism.scene import Experiment
 from mbdsl.messages import did_you_mean
 from mbdsl.numerics.tolerance import misfit
-from mbdsl.scene import Experiment
 
 #: key -> (field of Experiment, unit; "" for a text)
 KEYS = {

@@ -15,7 +15,7 @@ from mbdsl.lang.parts import Part, is_body
 from mbdsl.lang.scope import as_frame
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.write import write
-from mbdsl.scene import Frame
+from mbdsl.mechanism.scene import Frame
 
 
 def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Contexts, at: At) -> Frame:

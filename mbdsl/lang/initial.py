@@ -14,7 +14,7 @@ from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.lang.write import write
-from mbdsl.scene import InitialValue
+from mbdsl.mechanism.scene import InitialValue
 
 
 class InitialValues:

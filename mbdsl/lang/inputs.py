@@ -9,7 +9,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.scene import Input
+from mbdsl.mechanism.scene import Input
 
 
 def refuse_other_inputs(d: s.Declaration, kind: object) -> None:

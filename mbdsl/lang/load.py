@@ -16,8 +16,8 @@ from mbdsl.lang.library import Allowed, Library, Unit, read
 from mbdsl.lang.members import Namespace
 from mbdsl.lang.overrides import read_overrides
 from mbdsl.lang.source import span_of
+from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean
-from mbdsl.scene import Scene
 
 
 def load(

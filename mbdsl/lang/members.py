@@ -13,7 +13,7 @@ from mbdsl.lang.connections import Node
 from mbdsl.lang.modifiers import Contexts, Modifiers
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.scene import Frame, Input, Table
+from mbdsl.mechanism.scene import Frame, Input, Table
 
 if TYPE_CHECKING:
     from mbdsl.lang.assembly import Assembly

@@ -20,8 +20,8 @@ from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
 from mbdsl.lang.signals import Formula, Signals, formula
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
+from mbdsl.mechanism.scene import Component, Frame
 from mbdsl.messages import did_you_mean
-from mbdsl.scene import Component, Frame
 
 if TYPE_CHECKING:
     from mbdsl.lang.assembly import Assembly

@@ -16,8 +16,8 @@ from mbdsl.lang.parts import ACCELERATIONS, Part, is_body
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.lang.write import write
+from mbdsl.mechanism.scene import Frame
 from mbdsl.messages import did_you_mean
-from mbdsl.scene import Frame
 
 if TYPE_CHECKING:
     from mbdsl.lang.members import Entity

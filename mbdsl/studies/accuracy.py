@@ -13,9 +13,9 @@ from typing import Any
 
 from mbdsl.errors import IntegrationError, MbdslError, UsageError
 from mbdsl.integrators import methods
+from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, once, together
 from mbdsl.numerics.tolerance import misfit
-from mbdsl.scene import Scene
 from mbdsl.simulation import DEFAULT_METHOD, Progress
 from mbdsl.studies.cases import Case, own_step, setting
 from mbdsl.studies.families import precise

@@ -8,9 +8,9 @@ from os import PathLike
 from typing import Any
 
 from mbdsl.integrators import methods
+from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import duration
 from mbdsl.plotting.figures import Figure, Series, Table
-from mbdsl.scene import Scene
 from mbdsl.studies.errors import Quantity
 from mbdsl.studies.report import Study, number, outcomes, size, troubles
 from mbdsl.studies.slopes import Fit, fit, verdict

@@ -6,8 +6,8 @@ from os import PathLike
 from typing import Any
 
 from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.mechanism.scene import Scene
 from mbdsl.plotting.figures import Figure, Series, Table
-from mbdsl.scene import Scene
 from mbdsl.studies.convergence import error_figures
 from mbdsl.studies.errors import error, over_time, quantities
 from mbdsl.studies.reference import Reference

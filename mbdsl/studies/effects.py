@@ -14,7 +14,7 @@ from mbdsl.elements.kind import EFFECTS
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang.load import load
 from mbdsl.lang.units import measure
-from mbdsl.scene import Scene
+from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation import DEFAULT_STEP, simulated
 from mbdsl.trajectory import Trajectory
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
+from mbdsl.mechanism.scene import Scene
 from mbdsl.plotting.figures import Figure, Series, Table
-from mbdsl.scene import Scene
 from mbdsl.studies.convergence import trusted
 from mbdsl.studies.errors import matching
 from mbdsl.studies.report import Study, number, outcomes, size, troubles

@@ -12,9 +12,9 @@ from typing import Any
 
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import methods
+from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import duration, together
 from mbdsl.plotting.figures import Table
-from mbdsl.scene import Scene
 from mbdsl.studies.cases import Case, assemble, chosen, own_step, setting
 from mbdsl.studies.effects import tolerance
 from mbdsl.studies.errors import Quantity, error, quantities

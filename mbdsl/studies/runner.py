@@ -11,8 +11,8 @@ from uuid import uuid4
 
 import numpy as np
 
-from mbdsl import graph
 from mbdsl.errors import MbdslError
+from mbdsl.mechanism import graph
 from mbdsl.simulation import Progress, simulated
 from mbdsl.studies.cases import ENDS, Case, Setting, output_interval
 from mbdsl.studies.store import OUT_OF_MEMORY, OUT_OF_TIME, Computed, Store, key_of

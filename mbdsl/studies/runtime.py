@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, duration
 from mbdsl.plotting.figures import Figure, Series, Table
-from mbdsl.scene import Scene
 from mbdsl.studies.reference import Reference
 from mbdsl.studies.report import Study, outcomes, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, begin

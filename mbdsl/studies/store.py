@@ -26,9 +26,9 @@ import mbdsl
 from mbdsl import elements
 from mbdsl.errors import UsageError
 from mbdsl.integrators import backend, modules
+from mbdsl.mechanism.fingerprint import fingerprint
 from mbdsl.storage import cache_folder, trusted_files
 from mbdsl.studies.cases import Case, Setting
-from mbdsl.studies.fingerprint import fingerprint
 
 Array = NDArray[np.float64]
 T = TypeVar("T")

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbdsl.errors import UsageError
 from mbdsl.integrators import methods
-from mbdsl.scene import Scene
+from mbdsl.mechanism.scene import Scene
 from mbdsl.studies.cases import (
     POINTS,
     TOLS,

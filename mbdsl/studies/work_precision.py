@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import duration
 from mbdsl.plotting.figures import Figure, Series, Table
-from mbdsl.scene import Scene
 from mbdsl.studies.convergence import BRACKETS, cell, trusted
 from mbdsl.studies.errors import Quantity
 from mbdsl.studies.report import Study, number, outcomes, size, troubles

@@ -9,7 +9,7 @@ from types import ModuleType
 from mbdsl.elements import modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.expressions.symbolic import Expr, expr
-from mbdsl.scene import Component, Scene
+from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.system.bodies import motion_module, motion_modules
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from mbdsl.elements import modules
 from mbdsl.elements.kind import BodyKind
-from mbdsl.scene import Component
+from mbdsl.mechanism.scene import Component
 
 Array = NDArray[np.float64]
 Pose = tuple[float, float, float]

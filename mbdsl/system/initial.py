@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.expressions.symbolic import is_velocity_level
-from mbdsl.graph import MechanismGraph
+from mbdsl.mechanism.graph import MechanismGraph
+from mbdsl.mechanism.scene import InitialValue
 from mbdsl.numerics.saddle_point import least_squares, row_size, scaled
-from mbdsl.scene import InitialValue
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.metric import Metric
 from mbdsl.system.placing import place

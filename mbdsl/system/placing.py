@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import Expr, expr
-from mbdsl.graph import MechanismGraph
-from mbdsl.scene import Component, InitialValue
+from mbdsl.mechanism.graph import MechanismGraph
+from mbdsl.mechanism.scene import Component, InitialValue
 from mbdsl.system.bodies import body_pose
 from mbdsl.system.signals import values
 from mbdsl.system.system import System

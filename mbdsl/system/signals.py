@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import OPERATIONS, RATE, Expr, der, diff, evaluate, leaves
+from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.piecewise_cubic import piecewise
-from mbdsl.scene import Scene
 from mbdsl.system.bodies import POSITIONS, VELOCITIES, body_pose
 from mbdsl.system.system import DENSE_LIMIT, System
 

@@ -34,7 +34,7 @@ from mbdsl.numerics.piecewise_cubic import SMOOTHNESS
 from mbdsl.system.tape import Tape, cell_of
 
 if TYPE_CHECKING:
-    from mbdsl.scene import Component, Scene
+    from mbdsl.mechanism.scene import Component, Scene
 
 TRUTH, VALUE, ORDER, QUOTIENT, CELL = range(5)
 #: what of a table is an event

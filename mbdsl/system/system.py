@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.symbolic import Expr, const, substitute
-from mbdsl.extremes import blame_extremes
-from mbdsl.graph import MechanismGraph
-from mbdsl.graph import build as build_graph
-from mbdsl.scene import Scene
+from mbdsl.mechanism.extreme_numbers import blame_extremes
+from mbdsl.mechanism.graph import MechanismGraph
+from mbdsl.mechanism.graph import build as build_graph
+from mbdsl.mechanism.scene import Scene
 from mbdsl.system import beside, emit, switches
 from mbdsl.system.clock import Clock
 from mbdsl.system.emit import Kernels

@@ -16,8 +16,8 @@ from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
+from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.piecewise_cubic import piecewise
-from mbdsl.scene import Scene
 from mbdsl.system import gammas, moving, pairs, switches
 from mbdsl.system.blocks import Block, expressions, find_blocks, frame_of, law_expressions
 from mbdsl.system.bodies import Body, body_pose, model

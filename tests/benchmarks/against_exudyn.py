@@ -35,10 +35,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mbdsl
-from mbdsl import graph
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.integrators import state
 from mbdsl.integrators.run import Integration
+from mbdsl.mechanism import graph
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
 

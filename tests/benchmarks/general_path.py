@@ -20,8 +20,8 @@ from statistics import median
 
 import mbdsl
 from mbdsl.integrators import state
+from mbdsl.mechanism.scene import Scene
 from mbdsl.motion import Motion
-from mbdsl.scene import Scene
 from mbdsl.simulation import plan
 
 MODELS = Path(__file__).parents[2] / "models"

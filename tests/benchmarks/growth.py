@@ -28,9 +28,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads go on spinning
 import numpy as np
 
 import mbdsl
-from mbdsl import graph
 from mbdsl.integrators import state
 from mbdsl.integrators.run import Integration
+from mbdsl.mechanism import graph
 from mbdsl.system import System, build
 from mbdsl.system.initial import InitialState, initial_state
 

@@ -19,10 +19,10 @@ from statistics import median
 import numpy as np
 
 import mbdsl
-from mbdsl import graph
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import state
 from mbdsl.integrators.run import Integration
+from mbdsl.mechanism import graph
 from mbdsl.system import System, build
 from mbdsl.system.initial import InitialState, initial_state
 

@@ -24,10 +24,10 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 import mbdsl
-from mbdsl import graph
 from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.integrators import linear, sparse
 from mbdsl.integrators.run import Integration
+from mbdsl.mechanism import graph
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
 

@@ -14,7 +14,7 @@ import mbdsl
 from mbdsl import cli, results
 from mbdsl.cli import _progress, _values
 from mbdsl.errors import InitialisationError, IntegrationError, ModelError, Span
-from mbdsl.scene import Scene
+from mbdsl.mechanism.scene import Scene
 
 
 class Trajectory:

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import mbdsl
-from mbdsl import graph
 from mbdsl.integrators import modules as methods
-from mbdsl.reduction import reduce
+from mbdsl.mechanism import graph
+from mbdsl.mechanism.reduction import reduce
 from mbdsl.system import build, emit
 
 MODELS = Path(__file__).parents[2] / "models"

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from mbdsl.elements import kinds
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions.symbolic import coordinate
-from mbdsl.graph import GROUND, build
 from mbdsl.lang.load import parse_text
-from mbdsl.scene import Component, Frame, Scene
+from mbdsl.mechanism.graph import GROUND, build
+from mbdsl.mechanism.scene import Component, Frame, Scene
 
 
 class Mechanism:

@@ -13,30 +13,44 @@ PACKAGE = Path(mbdsl.__file__).parent
 NUMERICS = ("numpy", "scipy", "numba", "matplotlib", "networkx", "pandas", "xarray")
 #: part of the package -> what none of its files imports, not even inside a function
 FORBIDDEN = {
-    "elements": ("mbdsl.lang", "mbdsl.graph", "mbdsl.integrators", "mbdsl.system", "mbdsl.cli", *NUMERICS),
+    "elements": ("mbdsl.lang", "mbdsl.mechanism.graph", "mbdsl.integrators", "mbdsl.system", "mbdsl.cli", *NUMERICS),
     "beams": (
         "mbdsl.lang",
-        "mbdsl.graph",
+        "mbdsl.mechanism.graph",
         "mbdsl.integrators",
-        "mbdsl.reduction",
+        "mbdsl.mechanism.reduction",
         "mbdsl.compilation.code_cache",
         "mbdsl.cli",
     ),
     "lang": (
-        "mbdsl.graph",
+        "mbdsl.mechanism.graph",
         "mbdsl.system",
         "mbdsl.integrators",
         "mbdsl.compilation.code_cache",
         "mbdsl.cli",
         *NUMERICS,
     ),
-    "reduction": ("mbdsl.system", "mbdsl.integrators", "mbdsl.compilation.code_cache", "mbdsl.cli", *NUMERICS),
-    "integrators": ("mbdsl.elements", "mbdsl.lang", "mbdsl.graph", "mbdsl.cli"),
-    "plotting": ("mbdsl.lang", "mbdsl.elements", "mbdsl.graph", "mbdsl.system", "mbdsl.integrators", "mbdsl.cli"),
-    "results": ("mbdsl.lang", "mbdsl.elements", "mbdsl.graph", "mbdsl.system", "mbdsl.integrators", "mbdsl.cli"),
+    "mechanism/reduction": ("mbdsl.system", "mbdsl.integrators", "mbdsl.compilation.code_cache", "mbdsl.cli", *NUMERICS),
+    "integrators": ("mbdsl.elements", "mbdsl.lang", "mbdsl.mechanism.graph", "mbdsl.cli"),
+    "plotting": (
+        "mbdsl.lang",
+        "mbdsl.elements",
+        "mbdsl.mechanism.graph",
+        "mbdsl.system",
+        "mbdsl.integrators",
+        "mbdsl.cli",
+    ),
+    "results": (
+        "mbdsl.lang",
+        "mbdsl.elements",
+        "mbdsl.mechanism.graph",
+        "mbdsl.system",
+        "mbdsl.integrators",
+        "mbdsl.cli",
+    ),
 }
 #: what none may import while it is itself imported: extras, and what is slow to load
-LATE = {"graph.py": NUMERICS, "cli": NUMERICS, "results": NUMERICS, ".": ("matplotlib", "pandas", "xarray")}
+LATE = {"mechanism/graph.py": NUMERICS, "cli": NUMERICS, "results": NUMERICS, ".": ("matplotlib", "pandas", "xarray")}
 
 
 def imports(tree, inside_functions):

@@ -7,8 +7,9 @@ import pytest
 from scipy.sparse import csr_array
 
 import mbdsl
-from mbdsl import Builder, graph
+from mbdsl import Builder
 from mbdsl.errors import InitialisationError
+from mbdsl.mechanism import graph
 from mbdsl.system import build
 from mbdsl.system.accelerations import balance
 from mbdsl.system.initial import _constrained, _damped, initial_state

@@ -8,7 +8,7 @@ from scipy.interpolate import BPoly, PPoly
 
 from mbdsl.expressions.interval_arithmetic import Jet, enclose
 from mbdsl.expressions.symbolic import OPERATIONS, TIME, Expr, call, coordinate, diff, evaluate, expr, walk
-from mbdsl.scene import Table
+from mbdsl.mechanism.scene import Table
 from mbdsl.system.on_the_way import _along
 from mbdsl.system.signals import ARRAY_OPERATIONS, table_value
 

@@ -63,7 +63,7 @@ import mbdsl.elements
 if len(sys.argv) > 2:
     mbdsl.elements.__path__.append(sys.argv[2])
 import mbdsl
-from mbdsl import graph
+from mbdsl.mechanism import graph
 from mbdsl.compilation import code_cache
 from mbdsl.storage import cache_folder
 from mbdsl.system import build

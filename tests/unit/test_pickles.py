@@ -14,7 +14,7 @@ from mbdsl import errors
 from mbdsl.elements import kinds
 from mbdsl.errors import IntegrationError, MbdslError, Span
 from mbdsl.expressions.symbolic import TIME, coordinate
-from mbdsl.studies.fingerprint import fingerprint
+from mbdsl.mechanism.fingerprint import fingerprint
 
 MODELS = Path(__file__).parents[2] / "models"
 SHIPPED = sorted(path for path in MODELS.glob("*.mbd"))

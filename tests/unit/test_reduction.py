@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl import graph
 from mbdsl.errors import InitialisationError, IntegrationError
-from mbdsl.reduction import reduce
-from mbdsl.reduction.poses import compose, invert
+from mbdsl.mechanism import graph
+from mbdsl.mechanism.reduction import reduce
+from mbdsl.mechanism.reduction.poses import compose, invert
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array
 
-from mbdsl import graph
-from mbdsl.reduction import reduce
-from mbdsl.simulation import as_scene
+from mbdsl.lang.model_argument import as_scene
+from mbdsl.mechanism import graph
+from mbdsl.mechanism.reduction import reduce
 from mbdsl.system import build
 from mbdsl.system import system as system_module
 from mbdsl.system.accelerations import accelerations

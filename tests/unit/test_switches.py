@@ -13,7 +13,7 @@ import mbdsl
 from mbdsl import Builder
 from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.symbolic import TIME, Expr, call, coordinate, der, input_signal, multiplier
-from mbdsl.scene import Table
+from mbdsl.mechanism.scene import Table
 from mbdsl.system import build
 from mbdsl.system.switches import combined, signature
 

@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator, interp1d
 from mbdsl import Builder
 from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.symbolic import OPERATIONS, TIME, Expr, call, coordinate, evaluate, expr
-from mbdsl.scene import Table
+from mbdsl.mechanism.scene import Table
 from mbdsl.system import build, tape
 from mbdsl.system.signals import ARRAY_OPERATIONS, table_value, values
 

@@ -11,9 +11,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mbdsl
-from mbdsl import graph
 from mbdsl.integrators import linear, modules, state
 from mbdsl.integrators.run import Integration
+from mbdsl.mechanism import graph
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
 

@@ -19,7 +19,7 @@ import mbdsl
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import COORDINATES, TIME, Expr, coordinate, is_velocity_level
 from mbdsl.lang.load import load
-from mbdsl.scene import InitialValue, Scene
+from mbdsl.mechanism.scene import InitialValue, Scene
 
 MODELS = Path(__file__).parents[2] / "models"
 EPS = np.finfo(float).eps

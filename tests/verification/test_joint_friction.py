@@ -83,7 +83,7 @@ def test_it_resists(method):
 
 
 def test_without_friction_there_is_none_of_it():
-    from mbdsl import graph
+    from mbdsl.mechanism import graph
     from mbdsl.system import build
 
     plain = mbdsl.parse(MODEL.replace(f"mu = {MU}, radius = {R}, w_s = {W_S}", "mu = 0"))

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl import graph
 from mbdsl.integrators import declared, state
 from mbdsl.integrators.run import Integration
+from mbdsl.mechanism import graph
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
 

@@ -137,7 +137,7 @@ def test_undamped_end_state(model, reference, order):
 
 def test_reactions_by_hand_agree_with_accelerations(model, exact, reference):
     """The hand-written equations against the system's own, at the reference state: no integration involved."""
-    from mbdsl import graph
+    from mbdsl.mechanism import graph
     from mbdsl.system import build
     from mbdsl.system.accelerations import accelerations
 

@@ -23,7 +23,7 @@ from mbdsl.compilation import buffer_layout
 from mbdsl.elements import friction, modules
 from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, PairKind
 from mbdsl.expressions.symbolic import COORDINATES, TIME, Expr, call, coordinate, der
-from mbdsl.graph import MechanismGraph
+from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.system import build
 from mbdsl.system.signals import frame_coordinate, gradients, values
 from mbdsl.system.system import System

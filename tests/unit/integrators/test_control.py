@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl import graph
 from mbdsl.compilation import buffer_layout
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators import methods, modules, state
 from mbdsl.integrators.run import Integration
+from mbdsl.mechanism import graph
 from mbdsl.system import build
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.initial import initial_state

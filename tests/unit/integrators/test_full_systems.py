@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl import graph
 from mbdsl.compilation import buffer_layout
 from mbdsl.integrators import state
 from mbdsl.integrators.run import Integration
+from mbdsl.mechanism import graph
 from mbdsl.system import System, build
 from mbdsl.system.initial import initial_state
 

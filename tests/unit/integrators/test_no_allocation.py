@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl import graph
 from mbdsl.compilation import code_cache
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import state
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.step_loop import loop_name
+from mbdsl.mechanism import graph
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
 

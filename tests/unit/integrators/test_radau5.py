@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl import graph
 from mbdsl.compilation import buffer_layout
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators import collocation, sparse, stages, state
 from mbdsl.integrators.run import Integration
+from mbdsl.mechanism import graph
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
 

@@ -7,13 +7,14 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 import mbdsl
-from mbdsl import Builder, graph
+from mbdsl import Builder
 from mbdsl.compilation import code_cache
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import modules
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import Integration
+from mbdsl.mechanism import graph
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
 

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 
 import mbdsl
-from mbdsl import graph
 from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.elements.kind import ForceKind
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import corrections, linear, modules
 from mbdsl.integrators.run import Integration
+from mbdsl.mechanism import graph
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
 

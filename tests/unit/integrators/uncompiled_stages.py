@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 
 import mbdsl
-from mbdsl import graph
 from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.integrators import linear, stages
 from mbdsl.integrators.collocation import NODES
 from mbdsl.integrators.run import Integration
+from mbdsl.mechanism import graph
 from mbdsl.system import build
 from mbdsl.system.initial import initial_state
 

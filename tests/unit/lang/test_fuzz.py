@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from mbdsl.errors import MbdslError
 from mbdsl.lang.load import load, parse_text
 from mbdsl.lang.parser import parse_expression
-from mbdsl.scene import Scene
+from mbdsl.mechanism.scene import Scene
 
 ROOT = Path(__file__).parents[3]
 VALID = [p.read_text(encoding="utf-8") for p in sorted((ROOT / "models").glob("*.mbd"))]

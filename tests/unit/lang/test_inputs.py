@@ -7,7 +7,7 @@ import pytest
 from mbdsl import Builder
 from mbdsl.expressions import symbolic as ex
 from mbdsl.lang.load import parse_text
-from mbdsl.scene import Input
+from mbdsl.mechanism.scene import Input
 
 ARM = (
     'model Arm input Torque u(start = 2) "drive"; Frame root; Rod rod(m = 1, length = 1); Revolute pin(root, rod.a);'

@@ -14,8 +14,8 @@ from mbdsl import Builder
 from mbdsl.elements.kind import Kind
 from mbdsl.expressions.symbolic import Expr, walk
 from mbdsl.lang.load import parse_text
-from mbdsl.scene import Component, Experiment
-from mbdsl.studies.fingerprint import fingerprint
+from mbdsl.mechanism.fingerprint import fingerprint
+from mbdsl.mechanism.scene import Component, Experiment
 
 ROOT = Path(__file__).parents[3]
 MODELS = sorted((ROOT / "models").glob("*.mbd"))
@@ -100,7 +100,7 @@ def test_builder_and_text():
 def test_other_processes_come_to_the_same():
     code = f"""
 from mbdsl import load
-from mbdsl.studies.fingerprint import fingerprint
+from mbdsl.mechanism.fingerprint import fingerprint
 print("\\n".join(fingerprint(load(path)) for path in {[str(p) for p in MODELS]!r}), end="")
 """
     own = "\n".join(fingerprint(mbdsl.load(path)) for path in MODELS)

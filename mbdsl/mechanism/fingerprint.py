@@ -13,7 +13,7 @@ from numbers import Real
 
 from mbdsl.elements.kind import Kind
 from mbdsl.expressions.symbolic import Expr, walk
-from mbdsl.scene import Component, Experiment, Scene
+from mbdsl.mechanism.scene import Component, Experiment, Scene
 
 LEFT_OUT = {"span", "doc", "files", "parameters"}  #: fields that do not change the motion
 GIVEN = {"start", "stop", "interval", "method"}  #: fields of an experiment that the arguments of a run replace

@@ -10,14 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from mbdsl import graph as mechanism
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import Expr, leaves
-from mbdsl.graph import Edge, MechanismGraph
-from mbdsl.reduction import drivers, welds
-from mbdsl.reduction.note import Note
-from mbdsl.scene import Component, Frame, InitialValue, Scene
+from mbdsl.mechanism import graph as mechanism
+from mbdsl.mechanism.graph import Edge, MechanismGraph
+from mbdsl.mechanism.reduction import drivers, welds
+from mbdsl.mechanism.reduction.note import Note
+from mbdsl.mechanism.scene import Component, Frame, InitialValue, Scene
 
 __all__ = ["Note", "Part", "Reduction", "reduce"]
 

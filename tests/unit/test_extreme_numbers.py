@@ -6,7 +6,7 @@ import pytest
 from mbdsl import eigen, explain, parse, simulate, static
 from mbdsl.cli import main
 from mbdsl.errors import ModelError
-from mbdsl.extremes import blame_extremes
+from mbdsl.mechanism.extreme_numbers import blame_extremes
 
 MODEL = """\
 model A

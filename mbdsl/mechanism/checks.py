@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 from mbdsl.elements.kind import BodyKind, ForceKind
 from mbdsl.errors import ModelError, ModelWarning
+from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.messages import count, few
-from mbdsl.scene import Component, Scene
 
 if TYPE_CHECKING:
-    from mbdsl.graph import Edge
+    from mbdsl.mechanism.graph import Edge
 
 
 def ground_and_bodies(scene: Scene, grounds: Sequence[Component]) -> None:

@@ -11,10 +11,10 @@ from dataclasses import replace
 
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import BodyKind, JointKind
-from mbdsl.graph import GROUND, Edge, MechanismGraph
-from mbdsl.reduction.note import Note
-from mbdsl.reduction.poses import Pose, compose, invert
-from mbdsl.scene import Component, Frame, Scene
+from mbdsl.mechanism.graph import GROUND, Edge, MechanismGraph
+from mbdsl.mechanism.reduction.note import Note
+from mbdsl.mechanism.reduction.poses import Pose, compose, invert
+from mbdsl.mechanism.scene import Component, Frame, Scene
 
 RIGID = ("x", "y", "phi")  #: coordinates of a rigid body
 

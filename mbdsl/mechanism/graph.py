@@ -14,13 +14,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
-from mbdsl import graph_checks
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import ModelWarning
 from mbdsl.expressions.symbolic import Expr, leaves
+from mbdsl.mechanism import checks
+from mbdsl.mechanism.elimination_order import minimum_degree
+from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.messages import count, few
-from mbdsl.ordering import minimum_degree
-from mbdsl.scene import Component, Scene
 
 if TYPE_CHECKING:
     import networkx
@@ -82,7 +82,7 @@ class SubMechanism(NamedTuple):
 
 @dataclass(frozen=True)
 class MechanismGraph:
-    """Structure of a :class:`~mbdsl.scene.Scene`. Bodies, joints and forces keep the scene's order.
+    """Structure of a :class:`~mbdsl.mechanism.scene.Scene`. Bodies, joints and forces keep the scene's order.
 
     Attributes
     ----------
@@ -290,16 +290,16 @@ def build(scene: Scene) -> MechanismGraph:
         No ground, no body, a joint between two frames of one body, bodies that nothing holds.
     """
     grounds = [c for c in scene.components.values() if isinstance(c.kind, BodyKind) and not c.kind.coordinates]
-    graph_checks.ground_and_bodies(scene, grounds)
+    checks.ground_and_bodies(scene, grounds)
     bodies = {c.name: c for c in scene.bodies()}
     joints = tuple(_edge(scene, bodies, c) for c in scene.components.values() if isinstance(c.kind, JointKind))
     forces = tuple(_edge(scene, bodies, c) for c in scene.components.values() if isinstance(c.kind, ForceKind))
     # Who writes a law of a body's velocity means it to move: such a body does not float by accident.
     meant = ((GROUND, *e.also) for e in joints if not e.component.ports)
     held = connected((GROUND, *bodies), (*((e.body_i, e.body_j) for e in (*joints, *forces)), *meant))
-    graph_checks.joints_join(joints, grounds[0])
-    graph_checks.all_held(bodies, [group for group in held if GROUND not in group], grounds[0])
-    return MechanismGraph(scene, grounds[0], bodies, joints, forces, graph_checks.warnings(joints, forces))
+    checks.joints_join(joints, grounds[0])
+    checks.all_held(bodies, [group for group in held if GROUND not in group], grounds[0])
+    return MechanismGraph(scene, grounds[0], bodies, joints, forces, checks.warnings(joints, forces))
 
 
 def _edge(scene: Scene, bodies: Mapping[str, Component], component: Component) -> Edge:

@@ -15,7 +15,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions.symbolic import Expr, walk
-from mbdsl.scene import Scene, Table
+from mbdsl.mechanism.scene import Scene, Table
 
 #: sizes in SI units beyond which a number of a mechanism is suspected; its square is still a double
 LARGE, SMALL = 1e25, 1e-25
@@ -24,10 +24,11 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def blame_extremes(function: Callable[P, R]) -> Callable[P, R]:
+def blame_extremes(function: Callable[P, R], scene_of: Callable[..., Scene] | None = None) -> Callable[P, R]:
     """Decorate a function of a model: failing arithmetic is blamed on extreme numbers of that model, if there are any.
 
-    The first argument that is a Scene or is called ``model`` is the model.
+    The first argument that is a Scene is the model. Without any, it is ``scene_of(model, parameters, without)`` of the
+    arguments with these names.
 
     Raises
     ------
@@ -41,7 +42,7 @@ def blame_extremes(function: Callable[P, R]) -> Callable[P, R]:
         try:
             return function(*args, **named)
         except (ArithmeticError, ValueError, RuntimeWarning) as problem:  # warnings, where they are set to be errors
-            told = _blamed(signature.bind(*args, **named).arguments, problem)
+            told = _blamed(signature.bind(*args, **named).arguments, problem, scene_of)
             if told is None:
                 raise
             raise told from problem
@@ -49,12 +50,10 @@ def blame_extremes(function: Callable[P, R]) -> Callable[P, R]:
     return blaming
 
 
-def _blamed(arguments: dict[str, Any], problem: Exception) -> ModelError | None:
-    from mbdsl.simulation import as_scene
-
+def _blamed(arguments: dict[str, Any], problem: Exception, scene_of: Callable[..., Scene] | None) -> ModelError | None:
     scene = next((value for value in arguments.values() if isinstance(value, Scene)), None)
-    if scene is None and "model" in arguments:
-        scene = as_scene(arguments["model"], arguments.get("parameters"), arguments.get("without", ()))
+    if scene is None and scene_of is not None:
+        scene = scene_of(arguments["model"], arguments.get("parameters"), arguments.get("without", ()))
     found = [entry for entry in _numbers(scene) if _extreme(entry[1])] if scene is not None else []
     if not found:
         return None

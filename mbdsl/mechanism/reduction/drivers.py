@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import RATE, Expr, der, expr, leaves, substitute
-from mbdsl.graph import GROUND, Edge, MechanismGraph
-from mbdsl.reduction.note import Note
-from mbdsl.reduction.poses import Pose, compose, invert
-from mbdsl.reduction.welds import RIGID
-from mbdsl.scene import Component, Frame, Scene
+from mbdsl.mechanism.graph import GROUND, Edge, MechanismGraph
+from mbdsl.mechanism.reduction.note import Note
+from mbdsl.mechanism.reduction.poses import Pose, compose, invert
+from mbdsl.mechanism.reduction.welds import RIGID
+from mbdsl.mechanism.scene import Component, Frame, Scene
 
 
 class Drive(NamedTuple):

@@ -1,0 +1,40 @@
+"""The argument ``model`` of public functions: a Scene, a Builder, or the path of a ``.mbd`` file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from os import PathLike
+from typing import TYPE_CHECKING, ParamSpec, TypeVar, cast
+
+from mbdsl.errors import UsageError
+from mbdsl.mechanism.extreme_numbers import blame_extremes
+from mbdsl.mechanism.scene import Scene
+
+if TYPE_CHECKING:
+    from mbdsl.builder import Builder
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def as_scene(
+    model: Scene | Builder | str | PathLike, parameters: Mapping | None = None, without: Sequence[str] = ()
+) -> Scene:
+    """A Scene from whatever stands for a model: itself, a Builder, or the path of a ``.mbd`` file."""
+    if (parameters or without) and not isinstance(model, (str, PathLike)):
+        what = "parameters" if parameters else "effects to leave out"
+        raise UsageError(f"only a model given by its path takes {what}", hint="give them to load or Builder")
+    if isinstance(model, Scene):
+        return model
+    if isinstance(model, (str, PathLike)):
+        from mbdsl.lang.load import load
+
+        return load(cast("str | PathLike[str]", model), parameters or {}, without=without)
+    if not hasattr(model, "scene"):
+        raise UsageError(f"a model is a path, a Scene or a Builder, not {type(model).__name__}")
+    return model.scene()
+
+
+def blame_model(function: Callable[P, R]) -> Callable[P, R]:
+    """Decorate a function with an argument ``model``: see :func:`mbdsl.mechanism.extreme_numbers.blame_extremes`."""
+    return blame_extremes(function, as_scene)
