@@ -10,12 +10,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.bodies.contract import POSITIONS, Pose
+from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr, coordinate, is_velocity_level, leaves
 from mbdsl.numerics.saddle_point import RANK, Array, dense, null_space, row_size, scaled
 from mbdsl.system import System
-from mbdsl.system.bodies import POSITIONS, Pose, Rigid
 from mbdsl.system.signals import gradients
 
 Complex = NDArray[np.complex128]

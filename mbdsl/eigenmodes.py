@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.bases import Moving, Still, of_positions
+from mbdsl.bodies.contract import Pose
 from mbdsl.eigenvalues import lowest, normalised, one_of_each, reduced
 from mbdsl.equilibrium import prepare, settle
 from mbdsl.errors import UsageError
@@ -38,7 +39,6 @@ from mbdsl.numerics.saddle_point import Array, dense
 from mbdsl.simulation import simulate
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
-from mbdsl.system.bodies import Pose
 from mbdsl.system.initial import initial_position, initial_state
 from mbdsl.system.signals import gradients
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.bases import Moving, Still
+from mbdsl.bodies.contract import Pose
 from mbdsl.errors import UsageError
 from mbdsl.numerics.saddle_point import Array, Matrix, Saddle, largest, null_space, row_size, scaled
 from mbdsl.system import System
-from mbdsl.system.bodies import Pose
 
 Complex = NDArray[np.complex128]
 CENTRE: Pose = (0.0, 0.0, 0.0)  #: of a beam: its frame c

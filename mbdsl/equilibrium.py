@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbdsl.bodies.contract import LARGEST_BEND
 from mbdsl.compilation import code_cache
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import EquilibriumError, UsageError
@@ -32,7 +33,6 @@ from mbdsl.numerics.saddle_point import Array, dense
 from mbdsl.overdamped import Search, movers
 from mbdsl.storage import cache_folder
 from mbdsl.system import System, build
-from mbdsl.system.bodies import LARGEST_BEND
 from mbdsl.system.initial import initial_position, redundant_rows
 from mbdsl.trajectory import Trajectory
 

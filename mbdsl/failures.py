@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from mbdsl.bodies.contract import LARGEST_BEND
+from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import IntegrationError
@@ -15,7 +17,6 @@ from mbdsl.integrators.run import Integration
 from mbdsl.mechanism.scene import Component
 from mbdsl.motion import Motion
 from mbdsl.system import System
-from mbdsl.system.bodies import LARGEST_BEND, Rigid
 from mbdsl.system.dependence import singular
 from mbdsl.system.signals import values
 from mbdsl.system.switches import law_of

@@ -13,6 +13,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.bodies.contract import LARGEST_BEND
+from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.compilation import code_cache
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import coordinate
@@ -25,7 +27,6 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.hermite import between
 from mbdsl.starts import check_bending, check_loose
 from mbdsl.system import System, build
-from mbdsl.system.bodies import LARGEST_BEND, Rigid
 from mbdsl.system.initial import InitialState, Moved, determined, initial_state
 from mbdsl.system.signals import values
 from mbdsl.system.tables import gravity

@@ -11,11 +11,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.numerics.saddle_point import Array, dense, null_space, row_size
 from mbdsl.overdamped import Search
 from mbdsl.system import System
-from mbdsl.system.bodies import Rigid
 from mbdsl.system.shapes import Undeformed
 from mbdsl.system.signals import gradients
 

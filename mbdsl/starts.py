@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from mbdsl.bodies.contract import LARGEST_BEND
 from mbdsl.errors import InitialisationError
 from mbdsl.mechanism.reduction import Reduction
 from mbdsl.system import System
-from mbdsl.system.bodies import LARGEST_BEND
 from mbdsl.system.initial import InitialState
 from mbdsl.system.signals import values
 

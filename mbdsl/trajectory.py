@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.expressions.symbolic import Expr, const, coordinate, leaves
 from mbdsl.mechanism.scene import ENERGIES, Scene
 from mbdsl.system.accelerations import accelerations
-from mbdsl.system.bodies import Rigid
 from mbdsl.system.initial import Moved
 from mbdsl.system.sampling import sampled
 from mbdsl.system.signals import values

@@ -266,7 +266,7 @@ def _body(name: str) -> bytes | None:
 
 
 #: rooms whose modules hold kernels, or constants that kernels read
-_ROOMS = ("elements", "integrators", "numerics", "system")
+_ROOMS = ("bodies", "elements", "integrators", "numerics", "system")
 #: what element and method files take their declarations from, which no kernel reads
 _DECLARATIONS = ("mbdsl.elements.kind", "mbdsl.integrators.method")
 

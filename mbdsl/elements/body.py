@@ -1,12 +1,12 @@
 """Body: a planar rigid body with any number of frames.
 
 Coordinates are x, y of the centre of mass and the angle phi, so that M = diag(m, m, I) is constant and there are no
-velocity-dependent inertia forces. How frames move with these coordinates: :mod:`mbdsl.elements.rigid_frames`.
+velocity-dependent inertia forces. How frames move with these coordinates: :mod:`mbdsl.bodies.rigid_body_kernels`.
 """
 
 from collections.abc import Mapping
 
-from mbdsl.elements import rigid_frames as motion
+from mbdsl.bodies import rigid_body_kernels as motion
 from mbdsl.elements.kind import BodyKind, Parameter, Signal
 
 SIGNALS = (

@@ -1,17 +1,18 @@
 """FlexibleBeam: a uniform straight beam that bends and stretches, jointed like any other body.
 
 Euler-Bernoulli, in the plane. ``formulation = "floating"`` takes deformation as small in a frame that moves with the
-beam (:mod:`mbdsl.elements.floating_frames`), by finite elements or by the modes of them that are asked for;
+beam (:mod:`mbdsl.bodies.floating_beam_kernels`), by finite elements or by the modes of them that are asked for;
 ``"ancf"`` takes it as large, with absolute positions and slopes of nodes as coordinates
-(:mod:`mbdsl.elements.cable_frames`). Without modes (``modes = 0``) it is a rigid rod, whatever the formulation.
+(:mod:`mbdsl.bodies.ancf_cable_kernels`). Without modes (``modes = 0``) it is a rigid rod, whatever the formulation.
 """
 
 from collections.abc import Mapping
 
-from mbdsl.elements import body, cable_frames, floating_frames, rigid_frames
+from mbdsl.bodies import ancf_cable_kernels, floating_beam_kernels, rigid_body_kernels
+from mbdsl.elements import body
 from mbdsl.elements.kind import BodyKind, Parameter, zero
 
-MOTIONS = (rigid_frames, floating_frames, cable_frames)
+MOTIONS = (rigid_body_kernels, floating_beam_kernels, ancf_cable_kernels)
 FLOATING, ANCF = "floating", "ancf"
 #: their matrices are full while they are made
 MOST_ELEMENTS, MOST_MODES = {FLOATING: 256, ANCF: 2000}, 256
@@ -20,8 +21,8 @@ MOST_ELEMENTS, MOST_MODES = {FLOATING: 256, ANCF: 2000}, 256
 def motion(values: Mapping):
     """How frames on a beam with these values move."""
     if values["modes"] == 0:
-        return rigid_frames
-    return cable_frames if values["formulation"] == ANCF else floating_frames
+        return rigid_body_kernels
+    return ancf_cable_kernels if values["formulation"] == ANCF else floating_beam_kernels
 
 
 def coordinates(values: Mapping) -> tuple[str, ...]:

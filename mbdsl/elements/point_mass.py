@@ -1,7 +1,7 @@
 """PointMass: a mass without extent; two coordinates, no rotation."""
 
+from mbdsl.bodies import point_mass_kernels as motion
 from mbdsl.elements import body
-from mbdsl.elements import point_frames as motion
 from mbdsl.elements.kind import BodyKind, Parameter
 
 KIND = BodyKind(

@@ -1,7 +1,7 @@
 """Rod: a uniform bar with frames a and b at its ends; a Body whose inertia follows from mass and length."""
 
+from mbdsl.bodies import rigid_body_kernels as motion
 from mbdsl.elements import body
-from mbdsl.elements import rigid_frames as motion
 from mbdsl.elements.kind import BodyKind, Parameter
 
 KIND = BodyKind(

@@ -1,7 +1,7 @@
 """Turns of what has angles but no coordinate that holds them: they are counted from step to step.
 
 Evaluations take such an angle next to what it was when a step was accepted last, whatever has been tried since; see
-:mod:`mbdsl.elements.cable_frames`.
+:mod:`mbdsl.bodies.ancf_cable_kernels`.
 """
 
 from math import atan2, floor, pi

@@ -10,7 +10,7 @@ from mbdsl.elements import modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.expressions.symbolic import Expr, expr
 from mbdsl.mechanism.scene import Component, Scene
-from mbdsl.system.bodies import motion_module, motion_modules
+from mbdsl.system.body_models import motion_module, motion_modules
 
 
 @dataclass(frozen=True)

@@ -153,7 +153,7 @@ def _head(blocks: list[Block], has_tape: bool, title: str) -> list[str]:
         "",
         *dict.fromkeys(f"import {KIND_PREFIX}{b.name} as {b.name}" for _, b in pairs),
         "",
-        *(f"from mbdsl.elements import {b.name}" for _, b in bodies),
+        *(f"from mbdsl.bodies import {b.name}" for _, b in bodies),
         *_names(bodies, has_tape),
         f"from mbdsl.system import loops{', tape' if has_tape else ''}",
         "",

@@ -11,7 +11,7 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import Expr, expr
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import Component, InitialValue
-from mbdsl.system.bodies import body_pose
+from mbdsl.system.body_models import body_pose
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.system.bodies import POSITIONS, Body, Rigid
+from mbdsl.bodies.contract import POSITIONS, Body
+from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.system.system import DENSE_LIMIT, System
 
 if TYPE_CHECKING:

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.bodies.contract import POSITIONS, VELOCITIES
 from mbdsl.expressions.symbolic import OPERATIONS, RATE, Expr, der, diff, evaluate, leaves
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.piecewise_cubic import piecewise
-from mbdsl.system.bodies import POSITIONS, VELOCITIES, body_pose
+from mbdsl.system.body_models import body_pose
 from mbdsl.system.system import DENSE_LIMIT, System
 
 if TYPE_CHECKING:

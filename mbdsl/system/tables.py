@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.bodies.contract import Body
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import ModelError
@@ -20,7 +21,7 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.piecewise_cubic import piecewise
 from mbdsl.system import gammas, moving, pairs, switches
 from mbdsl.system.blocks import Block, expressions, find_blocks, frame_of, law_expressions
-from mbdsl.system.bodies import Body, body_pose, model
+from mbdsl.system.body_models import body_pose, model
 from mbdsl.system.tape import Tape
 
 

@@ -3,7 +3,7 @@
 Run by hand::
 
     python tests/mutation/mutate.py                        # five mutants of every file, seed 1
-    python tests/mutation/mutate.py mbdsl/beams --each 20 --seed 7 --report beams.json
+    python tests/mutation/mutate.py mbdsl/bodies --each 20 --seed 7 --report bodies.json
 
 A mutant is a copy of one file in which a sign is flipped, ``+`` and ``-`` are swapped, a constant is 1 % larger, an
 index is one larger, or a comparison goes the other way. It runs uncompiled (``NUMBA_DISABLE_JIT=1``), as compiling
@@ -35,7 +35,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-FOLDERS = ("mbdsl/elements", "mbdsl/beams", "mbdsl/system", "mbdsl/integrators")
+FOLDERS = ("mbdsl/elements", "mbdsl/bodies", "mbdsl/numerics", "mbdsl/system", "mbdsl/integrators")
 #: what an element computes at frames, its signals and its corners; derivatives of the whole system take longest
 FORMULAS = "tests/unit/lang/test_joint_formulas.py", "tests/unit/elements/test_corners.py"
 DERIVATIVES = "tests/unit/elements/test_derivatives.py"
@@ -50,7 +50,7 @@ KERNELS = (
 )
 #: without those that solve for shapes or integrate
 CABLE = (
-    "tests/unit/beams/test_cable.py",
+    "tests/unit/bodies/test_cable.py",
     "-k",
     "not tip and not circle and not small_loads and not swings and not agree and not turns and not winds and not cost",
 )
@@ -84,17 +84,17 @@ NEAREST = {
         "tests/unit/test_builder.py",
         "tests/unit/test_initial.py",
     ),
-    "mbdsl/elements/cable_frames": CABLE,
-    "mbdsl/elements/floating_frames": (
+    "mbdsl/bodies/ancf_cable_kernels": CABLE,
+    "mbdsl/bodies/floating_beam_kernels": (
         "tests/unit/elements/test_flexible_beam.py",
-        "tests/unit/beams/test_floating.py",
+        "tests/unit/bodies/test_floating.py",
     ),
-    "mbdsl/elements/flexible_beam": ("tests/unit/elements/test_flexible_beam.py", "tests/unit/beams/test_floating.py"),
+    "mbdsl/elements/flexible_beam": ("tests/unit/elements/test_flexible_beam.py", "tests/unit/bodies/test_floating.py"),
     "mbdsl/elements/ground": ("tests/unit/test_graph.py", "tests/unit/test_initial.py"),
     "mbdsl/elements/kind": (*KERNELS, "tests/unit/test_graph.py", "tests/unit/test_receipt.py"),
-    "mbdsl/elements/point_frames": STARTS,
+    "mbdsl/bodies/point_mass_kernels": STARTS,
     "mbdsl/elements/point_mass": (f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/test_graph.py"),
-    "mbdsl/elements/rigid_frames": (
+    "mbdsl/bodies/rigid_body_kernels": (
         *KERNELS,
         FULL[0],
         "-k",
@@ -102,17 +102,17 @@ NEAREST = {
     ),
     "mbdsl/elements/rod": (f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/test_graph.py"),
     "mbdsl/elements/velocity_constraint": (*FORMULAS, "tests/unit/test_graph.py"),
-    "mbdsl/beams/": ("tests/unit/beams/test_floating.py", *CABLE),
-    "mbdsl/beams/cable_body": CABLE,
-    "mbdsl/beams/floating_body": (
+    "mbdsl/bodies/": ("tests/unit/bodies/test_floating.py", *CABLE),
+    "mbdsl/bodies/ancf_cable": CABLE,
+    "mbdsl/bodies/floating_beam": (
         "tests/unit/elements/test_flexible_beam.py",
-        "tests/unit/beams/test_floating.py",
+        "tests/unit/bodies/test_floating.py",
     ),
     "mbdsl/system/": (*STARTS, "tests/unit/test_receipt.py"),
     "mbdsl/system/accelerations": STARTS,
     "mbdsl/system/blocks": (*STARTS, "tests/unit/test_emitted.py", "tests/unit/test_receipt.py"),
     "mbdsl/system/beside": ("tests/unit/test_code_cache.py",),
-    "mbdsl/system/bodies": (*STARTS, f"{DERIVATIVES}::test_signals_are_what_the_kernels_compute"),
+    "mbdsl/system/body_models": (*STARTS, f"{DERIVATIVES}::test_signals_are_what_the_kernels_compute"),
     "mbdsl/system/clock": (
         *STARTS,
         "tests/unit/test_reduction.py::test_accelerations_at_the_start_where_drivers_move_frames",
@@ -169,7 +169,7 @@ NEAREST = {
     "mbdsl/integrators/sparse": ("tests/unit/test_reductions.py", *FULL),
     "mbdsl/integrators/stages": RADAU5,
     "mbdsl/integrators/switching": ("tests/unit/test_switches.py", "tests/unit/integrators/test_events.py"),
-    "mbdsl/integrators/turns": ("tests/unit/beams/test_turns.py",),
+    "mbdsl/integrators/turns": ("tests/unit/bodies/test_turns.py",),
 }
 #: subscripts of these are types
 GENERIC = {"tuple", "list", "dict", "Callable", "NDArray", "Mapping", "Sequence"}

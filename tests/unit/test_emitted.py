@@ -29,57 +29,60 @@ TRACES = {
 ALWAYS = {"loops.start", "loops.begin_matrix", "loops.inertia"}
 #: model -> its effects, the modules that its code takes kernels from
 EXPECTED = {
-    "chain": ("joints", "rigid_frames revolute"),
-    "chaplygin_sleigh": ("velocity rows, expressions", "rigid_frames"),
+    "chain": ("joints", "rigid_body_kernels revolute"),
+    "chaplygin_sleigh": ("velocity rows, expressions", "rigid_body_kernels"),
     "crank_ivp": (
         "joints, moving, expressions, mass matrix",
-        "point_frames floating_frames revolute point_on_line",
+        "point_mass_kernels floating_beam_kernels revolute point_on_line",
     ),
-    "double_pendulum": ("joints, springs", "rigid_frames revolute rotational_spring_damper"),
-    "driven_crank": ("joints, moving, expressions", "rigid_frames point_frames revolute point_on_line"),
-    "flexible_pendulum": ("joints, mass matrix", "cable_frames revolute"),
-    "flexible_slider_crank": ("joints, mass matrix", "rigid_frames floating_frames revolute point_on_line"),
-    "four_bar": ("joints", "rigid_frames revolute"),
-    "pendulum": ("joints", "point_frames distance"),
-    "rolling_disc": ("joints, velocity rows, springs, expressions", "rigid_frames rolling_disc spring_damper"),
-    "seven_body": ("joints, springs, laws, expressions", "rigid_frames revolute spring_damper torque"),
-    "slider_crank": ("joints, springs", "rigid_frames revolute point_on_line spring_damper"),
-    "spin_up_beam": ("joints, moving, expressions, mass matrix", "floating_frames fixed"),
-    "spring_mass": ("joints, springs", "rigid_frames prismatic translational_spring_damper"),
+    "double_pendulum": ("joints, springs", "rigid_body_kernels revolute rotational_spring_damper"),
+    "driven_crank": ("joints, moving, expressions", "rigid_body_kernels point_mass_kernels revolute point_on_line"),
+    "flexible_pendulum": ("joints, mass matrix", "ancf_cable_kernels revolute"),
+    "flexible_slider_crank": ("joints, mass matrix", "rigid_body_kernels floating_beam_kernels revolute point_on_line"),
+    "four_bar": ("joints", "rigid_body_kernels revolute"),
+    "pendulum": ("joints", "point_mass_kernels distance"),
+    "rolling_disc": ("joints, velocity rows, springs, expressions", "rigid_body_kernels rolling_disc spring_damper"),
+    "seven_body": ("joints, springs, laws, expressions", "rigid_body_kernels revolute spring_damper torque"),
+    "slider_crank": ("joints, springs", "rigid_body_kernels revolute point_on_line spring_damper"),
+    "spin_up_beam": ("joints, moving, expressions, mass matrix", "floating_beam_kernels fixed"),
+    "spring_mass": ("joints, springs", "rigid_body_kernels prismatic translational_spring_damper"),
     # its block's friction acts along what a translational spring and damper measures
     "stick_slip_belt": (
         "joints, moving, springs, laws, expressions",
-        "rigid_frames prismatic spring_damper translational_spring_damper",
+        "rigid_body_kernels prismatic spring_damper translational_spring_damper",
     ),
 }
 ROD = "Ground ground; Rod rod(m = 1 kg, length = 1 m); Rod tip(m = 1 kg, length = 1 m);"
 JOINED = f"{ROD} Revolute pin(ground, rod.a); Revolute knee(rod.b, tip.a);"
 #: small scenes, each with one thing more than JOINED
 SCENES = {
-    "": ("joints", "rigid_frames revolute"),
+    "": ("joints", "rigid_body_kernels revolute"),
     # not of the joint's own coordinate from the ground on: it remains a constraint
     "RotationalDriver d(ground, tip.c, phi = 1 rad/s*time);": (
         "joints, drivers, expressions",
-        "rigid_frames revolute rotational_driver",
+        "rigid_body_kernels revolute rotational_driver",
     ),
-    "RotationalDriver d(pin, phi = 1 rad/s*time);": ("joints, moving, expressions", "rigid_frames revolute"),
-    "RotationalVelocityDriver d(knee, w = 1 rad/s);": ("joints, velocity rows, expressions", "rigid_frames revolute"),
-    "KnifeEdge k(ground, tip.b);": ("joints, velocity rows, expressions", "rigid_frames revolute"),
+    "RotationalDriver d(pin, phi = 1 rad/s*time);": ("joints, moving, expressions", "rigid_body_kernels revolute"),
+    "RotationalVelocityDriver d(knee, w = 1 rad/s);": (
+        "joints, velocity rows, expressions",
+        "rigid_body_kernels revolute",
+    ),
+    "KnifeEdge k(ground, tip.b);": ("joints, velocity rows, expressions", "rigid_body_kernels revolute"),
     "RotationalSpringDamper s(rod.b, tip.a, k = 1 N.m/rad);": (
         "joints, springs",
-        "rigid_frames revolute rotational_spring_damper",
+        "rigid_body_kernels revolute rotational_spring_damper",
     ),
     "RotationalSpringDamper s(rod.b, tip.a, torque = 1 N.m*phi^3);": (
         "joints, laws, expressions",
-        "rigid_frames revolute rotational_spring_damper",
+        "rigid_body_kernels revolute rotational_spring_damper",
     ),
-    "Force f(tip.b, fx = 1 N);": ("joints, laws, expressions", "rigid_frames revolute force"),
-    "Bushing b(ground, tip.b, k = {1 N/m, 1 N/m});": ("joints, springs", "rigid_frames revolute bushing"),
+    "Force f(tip.b, fx = 1 N);": ("joints, laws, expressions", "rigid_body_kernels revolute force"),
+    "Bushing b(ground, tip.b, k = {1 N/m, 1 N/m});": ("joints, springs", "rigid_body_kernels revolute bushing"),
     "PointMass p(m = 1 kg); Distance link(tip.b, p, length = 1 m);": (
         "joints",
-        "rigid_frames point_frames revolute distance",
+        "rigid_body_kernels point_mass_kernels revolute distance",
     ),
-    "Body lump(m = 1 kg, I = 1 kg.m2); Fixed f(tip.b, lump.c);": ("joints", "rigid_frames revolute"),  # merged
+    "Body lump(m = 1 kg, I = 1 kg.m2); Fixed f(tip.b, lump.c);": ("joints", "rigid_body_kernels revolute"),  # merged
 }
 
 
@@ -98,7 +101,7 @@ def names(code):
     """Functions of loops and tape, and modules of kernels, that the code names anywhere below its title."""
     text = code.split('"""', 2)[2]
     found = set(re.findall(r"\b(?:loops|tape)\.\w+|\b(?:[A-Z]+_LENGTH|INERTIA_ROW|TIMES)\b", text)) - ALWAYS
-    modules = set(re.findall(r"import mbdsl_kind_(\w+)|from mbdsl\.elements import (\w+)", text))
+    modules = set(re.findall(r"import mbdsl_kind_(\w+)|from mbdsl\.bodies import (\w+)", text))
     called = set(re.findall(r"^    (\w+)\.\w+\(", text, re.MULTILINE)) - {"loops", "tape"}
     imported = {a or b for a, b in modules}
     assert called == imported  # nothing is imported in vain
@@ -182,7 +185,7 @@ def test_what_does_not_bend_leaves_no_trace():
     path = MODELS / "flexible_slider_crank.mbd"
     rigid = codes(mbdsl.load(path, {"modes": 0}))
     assert rigid == codes(mbdsl.load(path, without=("flexibility",)))
-    assert names(rigid[0]) == (TRACES["joints"], {"rigid_frames", "revolute", "point_on_line"})
+    assert names(rigid[0]) == (TRACES["joints"], {"rigid_body_kernels", "revolute", "point_on_line"})
 
 
 # -- structure, not numbers ----------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ NUMERICS = ("numpy", "scipy", "numba", "matplotlib", "networkx", "pandas", "xarr
 #: part of the package -> what none of its files imports, not even inside a function
 FORBIDDEN = {
     "elements": ("mbdsl.lang", "mbdsl.mechanism.graph", "mbdsl.integrators", "mbdsl.system", "mbdsl.cli", *NUMERICS),
-    "beams": (
+    "bodies": (
         "mbdsl.lang",
         "mbdsl.mechanism.graph",
         "mbdsl.integrators",
@@ -30,7 +30,13 @@ FORBIDDEN = {
         "mbdsl.cli",
         *NUMERICS,
     ),
-    "mechanism/reduction": ("mbdsl.system", "mbdsl.integrators", "mbdsl.compilation.code_cache", "mbdsl.cli", *NUMERICS),
+    "mechanism/reduction": (
+        "mbdsl.system",
+        "mbdsl.integrators",
+        "mbdsl.compilation.code_cache",
+        "mbdsl.cli",
+        *NUMERICS,
+    ),
     "integrators": ("mbdsl.elements", "mbdsl.lang", "mbdsl.mechanism.graph", "mbdsl.cli"),
     "plotting": (
         "mbdsl.lang",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.beams.elements import without_dust
+from mbdsl.bodies.beam_elements import without_dust
 from mbdsl.compilation.buffer_layout import COLUMNS, GRADIENT_COLUMNS, VALUE
 from mbdsl.elements import coordinates
 from mbdsl.system import build

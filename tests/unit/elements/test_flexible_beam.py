@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from mbdsl import Builder
+from mbdsl.bodies.contract import POSITIONS, VELOCITIES
 from mbdsl.compilation import buffer_layout
 from mbdsl.system import build
-from mbdsl.system.bodies import POSITIONS, VELOCITIES
 from mbdsl.system.tables import gravity
 
 H, TOLERANCE = 1e-3, 1e-9

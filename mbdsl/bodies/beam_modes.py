@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from mbdsl.beams.elements import (
+from mbdsl.bodies.beam_elements import (
     HELD,
     Array,
     cubic,

@@ -21,7 +21,7 @@ Stretch and material curvature, and their energy, with damping after Kelvin and 
 With u = r'/|r'|^2: eps_r' = r'/|r'|, eps_r'r' = (1 - eps_r' eps_r'^T)/|r'|, K_r'' = p, K_r' = -J r''/|r'|^2 - 2 K u,
 K_r''r' = J/|r'|^2 - 2 p u^T, K_r'r' = 2 (J r'' u^T + u (J r'')^T)/|r'|^2 + 8 K u u^T - 2 K/|r'|^2.
 
-Where eps and K are taken is a table (:mod:`mbdsl.beams.cable_body`). Source: J. Gerstmayr, H. Irschik, On the correct
+Where eps and K are taken is a table (:mod:`mbdsl.bodies.ancf_cable`). Source: J. Gerstmayr, H. Irschik, On the correct
 representation of bending and axial deformation in the absolute nodal coordinate formulation with an elastic line
 approach, J. Sound Vib. 318 (2008) 461-487. Record of a body in I: see ``RECORD``; of a frame: number of its shape
 functions (4, or 2 at a node), first of its coordinates, offset in F of phi0, S, S', first slot.
@@ -49,7 +49,7 @@ from mbdsl.numerics.banded import cholesky_solve_pairs
 
 MASS = 1  #: the mass matrix is constant, but not diagonal
 #: the model that fills the tables
-MODEL = "mbdsl.beams.cable_body"
+MODEL = "mbdsl.bodies.ancf_cable"
 
 # -- record of a body: first coordinate, first frame, number of frames, of elements -----------------------------------
 FIRST, FRAME, N_FRAME, ELEMENTS = 0, 1, 2, 3

@@ -1,4 +1,4 @@
-"""A beam in its floating frame of reference, as the system sees it: see :mod:`mbdsl.elements.floating_frames`."""
+"""A beam in its floating frame of reference, as the system sees it: see :mod:`mbdsl.bodies.floating_beam_kernels`."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.beams.floating import Floating, discretise
-from mbdsl.beams.stations import on_axis
-from mbdsl.elements import floating_frames as kernels
-from mbdsl.mechanism.scene import Component
+from mbdsl.bodies import floating_beam_kernels as kernels
+from mbdsl.bodies.beam_stations import on_axis
+from mbdsl.bodies.contract import Described, Pose
+from mbdsl.bodies.floating_beam_integrals import Floating, discretise
 from mbdsl.numerics.banded_cholesky import cholesky
-from mbdsl.system.bodies import Pose
 
 Array = NDArray[np.float64]
 E_X = np.array([1.0, 0.0])
@@ -32,7 +31,7 @@ class FloatingBody:
 
     turn, counter = 0.0, -1
 
-    def __init__(self, component: Component) -> None:
+    def __init__(self, component: Described) -> None:
         v = component.values
         self.length = float(v["length"])
         self.beam: Floating = discretise(

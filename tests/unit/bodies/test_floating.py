@@ -12,7 +12,7 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from mbdsl.beams.floating import discretise
+from mbdsl.bodies.floating_beam_integrals import discretise
 
 REFERENCE = Path(__file__).parents[2] / "data" / "reference"
 L, RHOA, EA, EI, J = 0.7, 2.3, 4.1e5, 37.0, 0.011

@@ -1,4 +1,4 @@
-"""A beam in absolute nodal coordinates, as the system sees it: see :mod:`mbdsl.elements.cable_frames`.
+"""A beam in absolute nodal coordinates, as the system sees it: see :mod:`mbdsl.bodies.ancf_cable_kernels`.
 
 Stretch is summed at three Lobatto points an element, curvature at three Gauss points. A cubic r that bends cannot keep
 |r'| = 1 throughout: where eps is asked to vanish at Gauss points, whatever their number, bending is paid for with
@@ -14,10 +14,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.beams.stations import on_axis
-from mbdsl.mechanism.scene import Component
+from mbdsl.bodies.beam_stations import on_axis
+from mbdsl.bodies.contract import Described, Pose
 from mbdsl.numerics.banded_cholesky import cholesky
-from mbdsl.system.bodies import Pose
 
 Array = NDArray[np.float64]
 
@@ -48,7 +47,7 @@ class CableBody:
     Turns are counted from the angle ``turn`` of end a; kernels have theirs in F at ``counter``.
     """
 
-    def __init__(self, component: Component) -> None:
+    def __init__(self, component: Described) -> None:
         v = component.values
         self.length, self.elements = float(v["length"]), int(v["elements"])
         self.EA, self.EI, self.T = v["E"] * v["S"], v["E"] * v["I"], float(v["beta"])

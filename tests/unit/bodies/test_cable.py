@@ -15,8 +15,8 @@ from scipy.linalg import eigh, null_space
 from scipy.optimize import brentq
 
 import mbdsl
-from mbdsl.beams.cable_body import shapes
-from mbdsl.beams.floating import discretise
+from mbdsl.bodies.ancf_cable import shapes
+from mbdsl.bodies.floating_beam_integrals import discretise
 from mbdsl.compilation import buffer_layout
 from mbdsl.errors import ModelError
 from mbdsl.integrators.sparse import analyse

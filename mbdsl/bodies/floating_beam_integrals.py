@@ -22,8 +22,8 @@ from typing import get_args
 
 import numpy as np
 
-from mbdsl.beams.elements import Array, Reference, cubic, element, free, gauss, gram, quadratic, without_dust
-from mbdsl.beams.modes import Basis, modal_shapes, shifted
+from mbdsl.bodies.beam_elements import Array, Reference, cubic, element, free, gauss, gram, quadratic, without_dust
+from mbdsl.bodies.beam_modes import Basis, modal_shapes, shifted
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,7 +53,7 @@ from mbdsl.numerics.banded import cholesky_solve
 
 MASS = 2  #: the mass matrix depends on q
 #: the model that fills the tables
-MODEL = "mbdsl.beams.floating_body"
+MODEL = "mbdsl.bodies.floating_beam"
 
 # -- record of a body: first coordinate, first frame, number of frames, k; offsets in F of m, I0, g, S_bar, h1, g0
 FIRST, FRAME, N_FRAME, SIZE, CONSTANTS = 0, 1, 2, 3, 4

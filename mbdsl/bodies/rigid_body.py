@@ -1,0 +1,87 @@
+"""The model of a rigid body, or of a point mass: see :mod:`mbdsl.bodies.rigid_body_kernels`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mbdsl.bodies.contract import POSITIONS, VELOCITIES, Array, Described, Pose
+
+
+class Rigid:
+    """A rigid body by x, y of its centre of mass and, unless it is a point mass, its angle."""
+
+    turn, counter = 0.0, -1
+
+    def __init__(self, component: Described) -> None:
+        self._mass = np.array(component.kind.table(component.values), float)
+        self.n = len(self._mass)
+
+    def mass(self) -> Array:
+        return self._mass
+
+    def couplings(self) -> list[tuple[int, int, float]]:
+        return []
+
+    def M(self, q: Array) -> Array:
+        return np.diag(self._mass)
+
+    def weight(self, g: Array) -> Array:
+        return np.concatenate([self._mass[:2] * g, np.zeros(self.n - 2)])
+
+    def scale(self, size: float) -> Array:
+        return np.array([1.0 / size, 1.0 / size, 1.0])[: self.n]
+
+    def eliminate(self) -> Sequence[int]:
+        return range(self.n)
+
+    def dofs(self, pose: Pose) -> tuple[int, ...]:
+        return tuple(range(self.n))
+
+    def record(self, buffers, d: int, first: int, poses: Sequence[Pose], g: Array) -> list[int]:
+        """First coordinate, first frame, number of frames, offset of their poses, slot of the last coordinate."""
+        last = d + self.n - 1
+        offset = buffers.floats(value for pose in poses for value in pose)
+        return [d, first, len(poses), offset, buffers.slots((last,), (last,))]
+
+    def _lever(self, pose: Pose, phi):
+        c, s = np.cos(phi), np.sin(phi)
+        return c * pose[0] - s * pose[1], s * pose[0] + c * pose[1]
+
+    def frame(self, pose: Pose, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
+        if self.n < 3:
+            k = (POSITIONS if key in POSITIONS else VELOCITIES).index(key)
+            constant = np.full(len(q), pose[2] if key == "phi" else 0.0)
+            return constant if k == 2 else (q if key in POSITIONS else v)[:, k]
+        if key in ("phi", "w"):
+            return q[:, 2] + pose[2] if key == "phi" else v[:, 2]
+        if pose[0] == 0.0 and pose[1] == 0.0:
+            return {"x": q[:, 0], "y": q[:, 1], "vx": v[:, 0], "vy": v[:, 1]}[key]
+        lx, ly = self._lever(pose, q[:, 2])
+        w = v[:, 2]
+        if key in ("x", "y"):
+            return q[:, 0] + lx if key == "x" else q[:, 1] + ly
+        return v[:, 0] - ly * w if key == "vx" else v[:, 1] + lx * w
+
+    def gradient(self, pose: Pose, q: Array, v: Array) -> tuple[Array, Array]:
+        B, rate = np.eye(3)[:, : self.n], np.zeros((3, self.n))
+        if self.n == 3:
+            lx, ly = self._lever(pose, q[2])
+            B[:2, 2], rate[:2, 2] = (-ly, lx), (-lx * v[2], -ly * v[2])
+        return B, rate
+
+    def placed(self, pose: Pose) -> tuple[Array, Array]:
+        return np.array(pose)[: self.n], np.eye(self.n, 3)
+
+    def turned(self, turn: float, q: Array, v: Array, t: Array | None = None) -> Array:
+        raise NotImplementedError
+
+    def rigid(self, q: Array) -> Array:
+        return np.eye(self.n, 3)
+
+    def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
+        return 0.5 * v**2 @ self._mass, -self._mass[0] * (q[:, :2] @ g)
+
+    def bend(self, q: Array) -> Array:
+        return np.zeros(len(q))

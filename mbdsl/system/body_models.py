@@ -1,0 +1,37 @@
+"""The model and the kernels of each body of a scene, by its kind and its values."""
+
+from __future__ import annotations
+
+import importlib
+from types import ModuleType
+
+from mbdsl.bodies.contract import Body, Pose
+from mbdsl.bodies.rigid_body import Rigid
+from mbdsl.elements import modules
+from mbdsl.elements.kind import BodyKind
+from mbdsl.mechanism.scene import Component
+
+
+def motion_module(component: Component) -> ModuleType:
+    """The module whose kernels move a body's frames; of kinds with several it depends on the values."""
+    found = modules()[component.kind.name].motion
+    return found(component.values) if callable(found) else found
+
+
+def motion_modules(module: ModuleType) -> list[ModuleType]:
+    """All that bodies of a kind may be moved by."""
+    return list(getattr(module, "MOTIONS", [module.motion]))
+
+
+def model(component: Component) -> Body:
+    """The model of a body with coordinates."""
+    where = getattr(motion_module(component), "MODEL", None)
+    if where is None:
+        return Rigid(component)
+    return importlib.import_module(where).MODEL(component)
+
+
+def body_pose(component: Component, frame) -> Pose:
+    """A frame's (x, y, phi) from the centre of mass (of a beam: from its middle), in the body's axes."""
+    cx, cy = component.kind.com(component.values) if isinstance(component.kind, BodyKind) else (0.0, 0.0)
+    return frame.x - cx, frame.y - cy, frame.phi
