@@ -25,9 +25,9 @@ from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.motion import KINEMATIC, Motion, Moving
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
-from mbdsl.system.blocks import by_law, law_expressions
-from mbdsl.system.fixed_steps import InFixedSteps
+from mbdsl.system.peaks_in_fixed_steps import InFixedSteps
 from mbdsl.system.signals import values
+from mbdsl.system.structure import by_law, law_expressions
 from mbdsl.trajectory import Trajectory
 
 Array = NDArray[np.float64]

@@ -32,6 +32,7 @@ from mbdsl.bodies.contract import Pose
 from mbdsl.eigenvalues import lowest, normalised, one_of_each, reduced
 from mbdsl.equilibrium import prepare, settle
 from mbdsl.errors import UsageError
+from mbdsl.initial.consistent import initial_position, initial_state
 from mbdsl.lang.model_argument import blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
@@ -39,7 +40,6 @@ from mbdsl.numerics.saddle_point import Array, dense
 from mbdsl.simulation import simulate
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
-from mbdsl.system.initial import initial_position, initial_state
 from mbdsl.system.signals import gradients
 
 if TYPE_CHECKING:

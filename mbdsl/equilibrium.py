@@ -2,8 +2,8 @@
 
     v = 0,   Q(t, q, 0, lam) - Phi_q^T lam - Gam_v^T nu = 0,   Phi(q, t) = 0
 
-found by following the overdamped motion from the assembled positions on (:mod:`mbdsl.overdamped`). Where it ends on a
-saddle, it is pushed off along the most unstable direction.
+found by following the overdamped motion from the assembled positions on (:mod:`mbdsl.statics.pseudo_transient`). Where
+it ends on a saddle, it is pushed off along the most unstable direction.
 
 Nonholonomic constraints hold as they do at rest: positions only move along directions that they allow, and their
 forces are among the reactions. For gears and rolling this is what they mean for positions; for a knife edge the
@@ -25,15 +25,15 @@ from mbdsl.compilation import code_cache
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import EquilibriumError, UsageError
 from mbdsl.expressions.symbolic import is_velocity_level
+from mbdsl.initial.consistent import initial_position, redundant_rows
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism import graph as mechanism_graph
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, few
 from mbdsl.numerics.saddle_point import Array, dense
-from mbdsl.overdamped import Search, movers
+from mbdsl.statics.pseudo_transient import Search, movers
 from mbdsl.storage import cache_folder
 from mbdsl.system import System, build
-from mbdsl.system.initial import initial_position, redundant_rows
 from mbdsl.trajectory import Trajectory
 
 if TYPE_CHECKING:

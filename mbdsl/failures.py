@@ -10,6 +10,7 @@ from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import IntegrationError
 from mbdsl.expressions.symbolic import Expr, diff, leaves
+from mbdsl.initial.redundancy import singular
 from mbdsl.integrators import declared, state
 from mbdsl.integrators.backends import External
 from mbdsl.integrators.events import SLIDING, SLIDING_HINT
@@ -17,7 +18,6 @@ from mbdsl.integrators.run import Integration
 from mbdsl.mechanism.scene import Component
 from mbdsl.motion import Motion
 from mbdsl.system import System
-from mbdsl.system.dependence import singular
 from mbdsl.system.signals import values
 from mbdsl.system.switches import law_of
 from mbdsl.trajectory import Trajectory

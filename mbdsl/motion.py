@@ -18,6 +18,8 @@ from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.compilation import code_cache
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import coordinate
+from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
+from mbdsl.initial.start_conditions import check_bending, check_loose
 from mbdsl.integrators import Run, backend, declared, state
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.step_loop import loop_name
@@ -25,9 +27,7 @@ from mbdsl.mechanism import graph
 from mbdsl.mechanism.reduction import Note, Part, Reduction, reduce
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.hermite import between
-from mbdsl.starts import check_bending, check_loose
 from mbdsl.system import System, build
-from mbdsl.system.initial import InitialState, Moved, determined, initial_state
 from mbdsl.system.signals import values
 from mbdsl.system.tables import gravity
 
@@ -183,7 +183,7 @@ class Motion:
         static = [c.name for c in flexible if c.values["shape"] == "static"]
         relax = None
         if flexible:
-            from mbdsl.shaping import relaxed
+            from mbdsl.statics.static_shape import relaxed
 
             relax = partial(relaxed, system, plan.start, static)
         initial = initial_state(system, part.graph, plan.start, members, relax, bool(static))

@@ -27,8 +27,8 @@ from mbdsl.messages import count, few
 from mbdsl.motion import Motion, Moving, Plan
 from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, plan
 from mbdsl.storage import cache_folder
-from mbdsl.system.blocks import by_law
 from mbdsl.system.emit import evaluate_lines, tangent_lines
+from mbdsl.system.structure import by_law
 from mbdsl.trajectory import ACCELERATIONS, Trajectory
 
 if TYPE_CHECKING:

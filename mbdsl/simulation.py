@@ -16,6 +16,7 @@ from mbdsl.checkpoint import Checkpoint, Keeper, of_run
 from mbdsl.doubts import doubts
 from mbdsl.errors import Interrupted, UsageError
 from mbdsl.failures import check_bending, check_left_out, failure, inaccurate
+from mbdsl.initial.redundancy import repeated
 from mbdsl.integrators import declared, state
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import MOST_OUTPUT
@@ -26,7 +27,6 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.motion import Motion, Plan, constrained
 from mbdsl.numerics.tolerance import misfit, rounding
 from mbdsl.storage import cache_folder
-from mbdsl.system.dependence import repeated
 from mbdsl.trajectory import Trajectory
 
 if TYPE_CHECKING:

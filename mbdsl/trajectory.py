@@ -15,10 +15,10 @@ from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.expressions.symbolic import Expr, const, coordinate, leaves
+from mbdsl.initial.consistent import Moved
 from mbdsl.mechanism.scene import ENERGIES, Scene
 from mbdsl.system.accelerations import accelerations
-from mbdsl.system.initial import Moved
-from mbdsl.system.sampling import sampled
+from mbdsl.system.batch_accelerations import sampled
 from mbdsl.system.signals import values
 from mbdsl.system.system import System
 from mbdsl.system.tables import gravity

@@ -23,8 +23,8 @@ from mbdsl.storage.output_files import write_text
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from mbdsl.initial.consistent import Moved
     from mbdsl.studies.verify import Verification
-    from mbdsl.system.initial import Moved
     from mbdsl.trajectory import Trajectory
 
 OPTIONS = ("alpha", "gamma", "beta", "b", "rho")

@@ -27,7 +27,7 @@ from mbdsl.integrators.options import check_options
 from mbdsl.system import System
 
 if TYPE_CHECKING:
-    from mbdsl.system.unseen import Zone
+    from mbdsl.system.peaks_in_time import Zone
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ class Problem:
     ----------
     system : System
         The equations: single quantities of it, or by its reductions :class:`mbdsl.system.index1.Index1` and
-        :class:`mbdsl.system.index2.StabilisedIndex2`.
+        :class:`mbdsl.system.stabilised_index2.StabilisedIndex2`.
     start, stop : float [s]
     times : (outputs,) [s]
         Where states are wanted, after the start; the last is ``stop``.
@@ -152,7 +152,7 @@ class External:
     def begin(self, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...] = ()) -> None:
         """Set the consistent state at the start, and the redundant constraints that are not solved for."""
         span = self._given["start"], self._given["stop"]
-        from mbdsl.system.unseen import Kept
+        from mbdsl.system.peaks_in_time import Kept
 
         zones = self.system.time_zones(*span, longest=span[1] - span[0])
         given = {**self._given, "breaks": Kept(self.system.time_events(*span)), "zones": zones}

@@ -1,12 +1,12 @@
 """Steps that end in the zones around peaks of laws, so that no step passes over a peak.
 
-Zones are defined in :mod:`mbdsl.system.unseen`. Those of functions of time are generated as the run proceeds; the
-compiled loop holds the next ones. A zone is not an event: the integration is not restarted there, a step only ends in
-it, so that its error estimate contains the force.
+Zones are defined in :mod:`mbdsl.system.peaks_in_time`. Those of functions of time are generated as the run proceeds;
+the compiled loop holds the next ones. A zone is not an event: the integration is not restarted there, a step only ends
+in it, so that its error estimate contains the force.
 
-Peaks of laws of the state within a step (:mod:`mbdsl.system.on_the_way`) are searched after a number of steps, for all
-of them at once. If a step has passed over a peak, the run returns to the state of the last search, with the new zone
-added.
+Peaks of laws of the state within a step (:mod:`mbdsl.system.peaks_along_motion`) are searched after a number of steps,
+for all of them at once. If a step has passed over a peak, the run returns to the state of the last search, with the new
+zone added.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ from mbdsl.system.switches import within
 
 if TYPE_CHECKING:
     from mbdsl.integrators.run import Integration
+    from mbdsl.system.peaks_in_time import Zone
     from mbdsl.system.switches import Switch
-    from mbdsl.system.unseen import Zone
 
 #: longest controlled step, relative to the run
 LONGEST = 0.02

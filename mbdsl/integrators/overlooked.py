@@ -1,8 +1,8 @@
 """Peaks of laws that fixed steps have passed over: a pulse, or a window of position, between the ends of a step.
 
 The compiled loop records the states at the ends of steps. Many steps are searched at a time, as controlled steps are
-(:mod:`mbdsl.system.on_the_way`), but for peaks of functions of time as well. The steps do not change: the first peak
-that the ends of its step do not show is kept for a warning, and ends the search.
+(:mod:`mbdsl.system.peaks_along_motion`), but for peaks of functions of time as well. The steps do not change: the first
+peak that the ends of its step do not show is kept for a warning, and ends the search.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from mbdsl.compilation.buffer_layout import Q0, V0, XA
 from mbdsl.integrators.state import K_SIZE, NOTED, NOTES, RUNNING
-from mbdsl.system.fixed_steps import InFixedSteps
+from mbdsl.system.peaks_in_fixed_steps import InFixedSteps
 
 if TYPE_CHECKING:
     from mbdsl.expressions.symbolic import Expr

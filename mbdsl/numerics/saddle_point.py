@@ -1,6 +1,6 @@
 """Saddle-point systems [[A, U], [J, 0]] [x; mu] = [b; c], as statics and eigenmodes solve them.
 
-Coordinates are scaled as in :mod:`mbdsl.system.initial`, the rows of J and columns of U divided by their largest
+Coordinates are scaled as in :mod:`mbdsl.initial.consistent`, the rows of J and columns of U divided by their largest
 entries, and A by its own, so that lengths, units and stiffnesses say nothing about rank. Rows of J may depend on each
 other: a tiny block -EPS I keeps the matrix regular, and refinement takes its effect back.
 """

@@ -16,8 +16,8 @@ from types import ModuleType
 from typing import NamedTuple
 
 from mbdsl.compilation import buffer_layout, code_cache
-from mbdsl.system import loops, tape
-from mbdsl.system.blocks import Block
+from mbdsl.system import expression_tape, loops
+from mbdsl.system.structure import Block
 
 KIND_PREFIX = "mbdsl_kind_"
 #: evaluate(t, Y, Z, C, F, I)
@@ -46,7 +46,7 @@ def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]
         lines.append(Line("bodies", "loops.keep(Y, Z, C, I)"))
     lines += [Line("bodies", f"{b.name}.move({h}, Y, Z, F, I)") for h, b in bodies]
     if has_tape:
-        lines.append(Line("expressions", "tape.run(t, 0, I[TAPE_LENGTH], Y, Z, F, I)"))
+        lines.append(Line("expressions", "expression_tape.run(t, 0, I[TAPE_LENGTH], Y, Z, F, I)"))
     if "moving" in roles:
         lines.append(Line("moving frames", "loops.carry(Z, F, I)"))
     lines += [Line(_effect(b), f"{b.name}.fill({h}, Z, C, F, I)") for h, b in pairs]
@@ -100,7 +100,7 @@ def tangent_lines(blocks: list[Block], has_tape: bool) -> list[Line]:
         lines.append(Line("mass matrix", "loops.coupling_matrix(cM, F, I, A)"))
     lines += [Line("bodies", f"{b.name}.jacobians({h}, Y, Z, F, I)") for h, b in bodies]
     if has_tape:
-        lines.append(Line("expressions", "tape.run(t, I[TAPE_LENGTH], I[GRADIENT_LENGTH], Y, Z, F, I)"))
+        lines.append(Line("expressions", "expression_tape.run(t, I[TAPE_LENGTH], I[GRADIENT_LENGTH], Y, Z, F, I)"))
     lines += [Line(_effect(b), f"{b.name}.curve({h}, Z, C, F, I)") for h, b in pairs if b.curved]
     if "joint" in roles:
         lines.append(Line("joints", "loops.constraint_tangents(cK, cP, cN, Y, C, F, I, A)"))
@@ -155,7 +155,7 @@ def _head(blocks: list[Block], has_tape: bool, title: str) -> list[str]:
         "",
         *(f"from mbdsl.bodies import {b.name}" for _, b in bodies),
         *_names(bodies, has_tape),
-        f"from mbdsl.system import loops{', tape' if has_tape else ''}",
+        f"from mbdsl.system import {'expression_tape, ' if has_tape else ''}loops",
         "",
         "",
     ]
@@ -230,7 +230,7 @@ def _modules(blocks: list[Block]) -> list[ModuleType]:
     """Where the kernels of a structure come from."""
     kinds = {b.name: b for b in blocks if b.role in ("joint", "spring", "law")}.values()
     loops_of_kinds = [code_cache.import_text(KIND_PREFIX + b.name, emit_kind(b)) for b in kinds]
-    return [loops, tape, *dict.fromkeys(b.module for b in blocks), *loops_of_kinds]
+    return [loops, expression_tape, *dict.fromkeys(b.module for b in blocks), *loops_of_kinds]
 
 
 @dataclass(frozen=True)

@@ -202,7 +202,7 @@ def remember(Y, Z, C, I):
 
 @kernel
 def gammas(Y, Z, F, I):
-    """Gam, and the constraint forces -Gam_v^T nu on the frames. Records: see :mod:`mbdsl.system.gammas`."""
+    """Gam, and the constraint forces -Gam_v^T nu on the frames. Records: see :mod:`mbdsl.system.nonholonomic`."""
     first = I[N_Q] + I[N_PHI]
     for k in range(I[N_GAM]):
         o = I[I[GAMMAS] + k]

@@ -31,7 +31,7 @@ from mbdsl.compilation.buffer_layout import N_SWITCHES, REGISTERS, SWITCHES, TAB
 from mbdsl.compilation.marks import rare
 from mbdsl.expressions.symbolic import Expr, const, leaves, walk
 from mbdsl.numerics.piecewise_cubic import SMOOTHNESS
-from mbdsl.system.tape import Tape, cell_of
+from mbdsl.system.expression_tape import Tape, cell_of
 
 if TYPE_CHECKING:
     from mbdsl.mechanism.scene import Component, Scene
@@ -211,7 +211,7 @@ def combined(S: Iterable[int]) -> int:
 @cache
 def compiled() -> Callable:
     """``states`` compiled."""
-    from mbdsl.system import switches, tape
+    from mbdsl.system import expression_tape, switches
 
     text = '''"""Emitted by mbdsl: the states of switches."""
 
@@ -222,4 +222,4 @@ def states(F, I, S):
     switches.states(F, I, S)
 '''
     given = {"states": code_cache.Signature(("vector", "ints", "ints"))}
-    return code_cache.functions("mbdsl_switches", text, given, lambda: [switches, tape])[0]
+    return code_cache.functions("mbdsl_switches", text, given, lambda: [switches, expression_tape])[0]

@@ -23,16 +23,16 @@ from mbdsl.mechanism.extreme_numbers import blame_extremes
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.graph import build as build_graph
 from mbdsl.mechanism.scene import Scene
-from mbdsl.system import beside, emit, switches
-from mbdsl.system.clock import Clock
+from mbdsl.system import background_compilation, emit, switches
 from mbdsl.system.emit import Kernels
 from mbdsl.system.tables import Tables, build_tables
+from mbdsl.system.time_derivatives import Clock
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-    from mbdsl.system.on_the_way import OnTheWay
-    from mbdsl.system.unseen import Kept, Zone
+    from mbdsl.system.peaks_along_motion import OnTheWay
+    from mbdsl.system.peaks_in_time import Kept, Zone
 
 Array = NDArray[np.float64]
 
@@ -111,7 +111,7 @@ class System:
 
     def compile_beside(self, sets: int = 1) -> subprocess.Popen | None:
         """Start to compile the kernels in another process."""
-        return beside.start(self.tables.blocks, self.tables.has_tape, sets)
+        return background_compilation.start(self.tables.blocks, self.tables.has_tape, sets)
 
     def workspace(self, slots: NDArray[np.int64] | None = None, rows: int = buffer_layout.ROWS) -> Workspace:
         """Fresh buffers. ``slots`` gives the position in A of every requested entry (default: one each)."""
@@ -361,10 +361,10 @@ class System:
         """Zones between t0 and t1 [s] in which steps have to end because of functions of time; generated lazily.
 
         Each zone lies around a pulse, a window or another extremum of a law, driver, table or condition that depends on
-        time alone, and holds all but a quarter of its height; see :mod:`mbdsl.system.unseen`. Left out is what
+        time alone, and holds all but a quarter of its height; see :mod:`mbdsl.system.peaks_in_time`. Left out is what
         steps up to the ``longest`` [s] cannot pass over by its form.
         """
-        from mbdsl.system.unseen import Kept, time_zones
+        from mbdsl.system.peaks_in_time import Kept, time_zones
 
         key = t0, t1, longest
         if key not in self._zones:
@@ -392,7 +392,7 @@ class System:
     @cached_property
     def on_the_way(self) -> OnTheWay:
         """The search for peaks of laws between two states."""
-        from mbdsl.system.on_the_way import OnTheWay
+        from mbdsl.system.peaks_along_motion import OnTheWay
 
         return OnTheWay(self)
 

@@ -19,10 +19,10 @@ from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.piecewise_cubic import piecewise
-from mbdsl.system import gammas, moving, pairs, switches
-from mbdsl.system.blocks import Block, expressions, find_blocks, frame_of, law_expressions
+from mbdsl.system import gradient_rows, moving_frames, nonholonomic, switches
 from mbdsl.system.body_models import body_pose, model
-from mbdsl.system.tape import Tape
+from mbdsl.system.expression_tape import Tape
+from mbdsl.system.structure import Block, expressions, find_blocks, frame_of, law_expressions
 
 
 @dataclass
@@ -129,7 +129,7 @@ def build_tables(scene: Scene, general: bool = False, size: float | None = None)
                 p += len(c.velocity_constraints)
     frames = _used_frames(scene, blocks)
     if general or any(scene.frames[name].motion for name in frames):
-        blocks.append(Block("moving", moving))
+        blocks.append(Block("moving", moving_frames))
     models = {body.name: model(body) for body in bodies}
     tables = Tables(scene, blocks, n, m, p, coordinates, rows, velocity_rows, frames, models)
     _fill(tables, size)
@@ -210,10 +210,10 @@ def _fill(tables: Tables, size: float | None) -> None:
     tape = Tape(frames, tables.multipliers, starts)
     later: list[Callable[[], None]] = []
     _fill_bodies(tables, buffers, g)
-    pairs.tabulate(tables, buffers, dofs, tape, later)
+    gradient_rows.tabulate(tables, buffers, dofs, tape, later)
     found = [g for b in tables.blocks if b.role == "gamma" for c in b.components for g in c.velocity_constraints]
-    gammas.tabulate(found, frames, dofs, n + m, buffers, tape, later)
-    moving.tabulate({f: scene.frames[name].motion for name, f in frames.items()}, buffers, tape, later)
+    nonholonomic.tabulate(found, frames, dofs, n + m, buffers, tape, later)
+    moving_frames.tabulate({f: scene.frames[name].motion for name, f in frames.items()}, buffers, tape, later)
     # Values are complete: what switches in them. What only derivatives are made of switches with them.
     forces = dict.fromkeys(
         x for b in tables.blocks if b.role == "law" for c in b.components for x in law_expressions(c)

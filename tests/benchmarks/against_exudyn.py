@@ -36,11 +36,11 @@ from numpy.typing import NDArray
 
 import mbdsl
 from mbdsl.expressions.symbolic import Expr
+from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
-from mbdsl.system.initial import initial_state
 
 Array = NDArray[np.float64]
 

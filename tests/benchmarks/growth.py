@@ -28,11 +28,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads go on spinning
 import numpy as np
 
 import mbdsl
+from mbdsl.initial.consistent import InitialState, initial_state
 from mbdsl.integrators import state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import System, build
-from mbdsl.system.initial import InitialState, initial_state
 
 MODELS = Path(__file__).parents[2] / "models"
 METHODS = ("hht-i3", "hht-si2")

@@ -19,12 +19,12 @@ from statistics import median
 import numpy as np
 
 import mbdsl
+from mbdsl.initial.consistent import InitialState, initial_state
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import System, build
-from mbdsl.system.initial import InitialState, initial_state
 
 MODELS = Path(__file__).parents[2] / "models"
 BASE = "hht-i3"

@@ -25,11 +25,11 @@ from scipy.sparse.linalg import splu
 
 import mbdsl
 from mbdsl.compilation import buffer_layout, code_cache
+from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import linear, sparse
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
-from mbdsl.system.initial import initial_state
 
 MODELS = Path(__file__).parents[2] / "models"
 CASES = (("slider_crank", 0), ("seven_body", 0), ("four_bar", 2), ("four_bar", 40), ("four_bar", 400))

@@ -23,7 +23,7 @@ TRACES = {
     "velocity rows": {"loops.gammas", "loops.gamma_tangents"},
     "springs": {"loops.springs", "loops.spring_tangents"},
     "laws": {"loops.laws", "loops.law_tangents"},
-    "expressions": {"tape.run", "TAPE_LENGTH", "GRADIENT_LENGTH"},
+    "expressions": {"expression_tape.run", "TAPE_LENGTH", "GRADIENT_LENGTH"},
     "mass matrix": {"loops.coupling_matrix", "INERTIA_ROW", "TIMES"},
 }
 ALWAYS = {"loops.start", "loops.begin_matrix", "loops.inertia"}
@@ -100,9 +100,9 @@ def codes(scene, sets=1):
 def names(code):
     """Functions of loops and tape, and modules of kernels, that the code names anywhere below its title."""
     text = code.split('"""', 2)[2]
-    found = set(re.findall(r"\b(?:loops|tape)\.\w+|\b(?:[A-Z]+_LENGTH|INERTIA_ROW|TIMES)\b", text)) - ALWAYS
+    found = set(re.findall(r"\b(?:loops|expression_tape)\.\w+|\b(?:[A-Z]+_LENGTH|INERTIA_ROW|TIMES)\b", text)) - ALWAYS
     modules = set(re.findall(r"import mbdsl_kind_(\w+)|from mbdsl\.bodies import (\w+)", text))
-    called = set(re.findall(r"^    (\w+)\.\w+\(", text, re.MULTILINE)) - {"loops", "tape"}
+    called = set(re.findall(r"^    (\w+)\.\w+\(", text, re.MULTILINE)) - {"loops", "expression_tape"}
     imported = {a or b for a, b in modules}
     assert called == imported  # nothing is imported in vain
     return found, imported

@@ -106,7 +106,7 @@ def test_a_hanging_chain(N):
 def test_the_sparse_way_is_the_dense_one(monkeypatch):
     text = CHAIN.format(N=90, half=45, span=27)
     sparse = found(text)
-    for name in ("mbdsl.system.system", "mbdsl.overdamped", "mbdsl.system.signals"):
+    for name in ("mbdsl.system.system", "mbdsl.statics.pseudo_transient", "mbdsl.system.signals"):
         monkeypatch.setattr(f"{name}.DENSE_LIMIT", 10_000)
     full = found(text)
     assert system_module.DENSE_LIMIT == 10_000

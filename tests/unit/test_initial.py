@@ -9,11 +9,11 @@ from scipy.sparse import csr_array
 import mbdsl
 from mbdsl import Builder
 from mbdsl.errors import InitialisationError
+from mbdsl.initial.consistent import _constrained, _damped, initial_state
+from mbdsl.initial.placement import place
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 from mbdsl.system.accelerations import balance
-from mbdsl.system.initial import _constrained, _damped, initial_state
-from mbdsl.system.placing import place
 from mbdsl.system.system import DENSE_LIMIT
 
 #: assembly ends where constraints hold to 1e-13 of the mechanism's size; solves lose two digits more

@@ -9,7 +9,7 @@ from scipy.interpolate import BPoly, PPoly
 from mbdsl.expressions.interval_arithmetic import Jet, enclose
 from mbdsl.expressions.symbolic import OPERATIONS, TIME, Expr, call, coordinate, diff, evaluate, expr, walk
 from mbdsl.mechanism.scene import Table
-from mbdsl.system.on_the_way import _along
+from mbdsl.system.peaks_along_motion import _along
 from mbdsl.system.signals import ARRAY_OPERATIONS, table_value
 
 U, Y = (-1.0, 0.0, 0.5, 2.0), (0.0, 1.0, -1.0, 0.0)

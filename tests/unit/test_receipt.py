@@ -79,8 +79,10 @@ def test_places_are_those_of_the_text():
 def test_kernels_are_those_of_the_emitted_code():
     found = explain(MODELS / "stick_slip_belt.mbd", measured=False)
     assert "prismatic.fill" in entry(found, "joints").kernels
-    assert {"loops.laws", "tape.run", "translational_spring_damper.curve"} <= set(entry(found, "friction").kernels)
-    assert set(entry(found, "moving frames").kernels) == {"loops.carry", "tape.run"}
+    assert {"loops.laws", "expression_tape.run", "translational_spring_damper.curve"} <= set(
+        entry(found, "friction").kernels
+    )
+    assert set(entry(found, "moving frames").kernels) == {"loops.carry", "expression_tape.run"}
     every = {kernel for e in found.entries for kernel in e.kernels if "." in kernel}
     assert not any(kernel.startswith(("loops.drive", "loops.gammas", "revolute")) for kernel in every)
 
@@ -121,7 +123,7 @@ def test_driven_by_itself():
     b.experiment(stop=1.0)
     found = explain(b, measured=False)
     assert [e.effect for e in found.entries if e.present] == ["bodies", "joints", "gravity"]
-    assert not any(kernel.startswith("tape") for e in found.entries for kernel in e.kernels)
+    assert not any(kernel.startswith("expression_tape") for e in found.entries for kernel in e.kernels)
 
 
 def test_nothing_to_solve():

@@ -7,11 +7,11 @@ import pytest
 
 import mbdsl
 from mbdsl.errors import InitialisationError, IntegrationError
+from mbdsl.initial.consistent import initial_state
 from mbdsl.mechanism import graph
 from mbdsl.mechanism.reduction import reduce
 from mbdsl.mechanism.reduction.poses import compose, invert
 from mbdsl.system import build
-from mbdsl.system.initial import initial_state
 
 MODELS = Path(__file__).parents[2] / "models"
 

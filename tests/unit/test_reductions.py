@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array
 
+from mbdsl.initial.consistent import initial_state
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.mechanism import graph
 from mbdsl.mechanism.reduction import reduce
@@ -13,8 +14,7 @@ from mbdsl.system import build
 from mbdsl.system import system as system_module
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.index1 import Index1
-from mbdsl.system.index2 import StabilisedIndex2
-from mbdsl.system.initial import initial_state
+from mbdsl.system.stabilised_index2 import StabilisedIndex2
 
 MODELS = sorted((Path(__file__).parents[2] / "models").glob("*.mbd"))
 T = 0.0123

@@ -7,7 +7,7 @@ import pytest
 
 import mbdsl
 from mbdsl.compilation import code_cache
-from mbdsl.system import sampling
+from mbdsl.system import batch_accelerations
 
 MODELS = Path(__file__).parents[2] / "models"
 compiled = pytest.mark.skipif(not code_cache.enabled(), reason="uncompiled, states are taken one by one")
@@ -20,7 +20,7 @@ def both(monkeypatch):
     def find(run):
         found = []
         for many in (1, 10**9):
-            monkeypatch.setattr(sampling, "MANY", many)
+            monkeypatch.setattr(batch_accelerations, "MANY", many)
             run.__dict__.pop("_motion", None)
             found.append(run._motion)
         return found
@@ -53,8 +53,8 @@ def test_reaction_of_a_pendulum():
       Ground g(g = 9.81 m/s2); PointMass mass(m = 2 kg); Distance rod(g, mass, length = 0.5 m);
     initial equation guess mass.x = 0.5 m; mass.y = 0 m; mass.vy = 0 m/s;
       annotation(experiment(StopTime = 2 s)); end P;"""
-    run = mbdsl.simulate(mbdsl.parse(text), tol=1e-6, interval=2.0 / sampling.MANY)
-    assert len(run.t) > sampling.MANY
+    run = mbdsl.simulate(mbdsl.parse(text), tol=1e-6, interval=2.0 / batch_accelerations.MANY)
+    assert len(run.t) > batch_accelerations.MANY
     x, y, vx, vy = (run[f"mass.{key}"] for key in ("x", "y", "vx", "vy"))
     pull = 2.0 * (vx**2 + vy**2) / 0.5 - 2.0 * 9.81 * y / 0.5
     np.testing.assert_allclose(run["mass.ax"], -pull * x / 0.5 / 2.0, rtol=0.0, atol=1e-5)

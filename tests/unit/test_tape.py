@@ -16,7 +16,7 @@ from mbdsl import Builder
 from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.symbolic import OPERATIONS, TIME, Expr, call, coordinate, evaluate, expr
 from mbdsl.mechanism.scene import Table
-from mbdsl.system import build, tape
+from mbdsl.system import build, expression_tape
 from mbdsl.system.signals import ARRAY_OPERATIONS, table_value, values
 
 #: operations whose arguments must stay in an interval; all others take any
@@ -91,9 +91,13 @@ def ulps(x):
 
 
 def test_every_operation_has_its_code_and_its_array_form():
-    assert set(tape.OPCODE) - {"load", "multiplier", "table"} == set(OPERATIONS) == set(ARRAY_OPERATIONS)
-    numbers = [tape.OPCODE[name] for name in tape._NAMES]
-    assert [getattr(tape, name.upper()) for name in tape._NAMES if hasattr(tape, name.upper())] == numbers
+    assert set(expression_tape.OPCODE) - {"load", "multiplier", "table"} == set(OPERATIONS) == set(ARRAY_OPERATIONS)
+    numbers = [expression_tape.OPCODE[name] for name in expression_tape._NAMES]
+    assert [
+        getattr(expression_tape, name.upper())
+        for name in expression_tape._NAMES
+        if hasattr(expression_tape, name.upper())
+    ] == numbers
 
 
 @pytest.mark.parametrize("op", OPERATIONS)
@@ -234,9 +238,9 @@ def test_driver_by_table_has_exact_rates():
 def test_shared_subexpressions_are_computed_once():
     phi = coordinate("wheel.c", "phi")
     twice = call("sin", phi * TIME) + call("sin", phi * TIME) * expr(2.0)
-    t = tape.Tape({"wheel.c": 0})
+    t = expression_tape.Tape({"wheel.c": 0})
     t.add(twice)
-    assert [tape._NAMES[op] for op, *_ in t.code].count("sin") == 1
+    assert [expression_tape._NAMES[op] for op, *_ in t.code].count("sin") == 1
     before = len(t.code)
     t.add(twice)
     assert len(t.code) == before

@@ -11,11 +11,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mbdsl
+from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import linear, modules, state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
-from mbdsl.system.initial import initial_state
 
 EPS = np.finfo(float).eps
 STEPS = [10.0**-k for k in range(2, 9)]

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import mbdsl
+from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import declared, state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
-from mbdsl.system.initial import initial_state
 
 M, K = 2.0, 50.0
 #: pushed along a guide by a step, which begins and ends, and by a sawtooth; across it by the same step

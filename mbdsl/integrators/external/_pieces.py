@@ -24,8 +24,8 @@ from mbdsl.integrators.backends import Problem
 from mbdsl.integrators.events import CROWD, HARDLY, MANY, SLIDING, SLIDING_HINT, STANDSTILL
 from mbdsl.integrators.switching import JUMP
 from mbdsl.system.index1 import Index1
+from mbdsl.system.peaks_in_time import Zone
 from mbdsl.system.switches import law_of
-from mbdsl.system.unseen import Zone
 
 Array = NDArray[np.float64]
 State = tuple[float, Array, Array]
@@ -170,7 +170,7 @@ def _walk(
 
 
 class _Peaks:
-    """The zones in which steps have to end: :mod:`mbdsl.system.unseen`."""
+    """The zones in which steps have to end: :mod:`mbdsl.system.peaks_in_time`."""
 
     def __init__(self, problem: Problem) -> None:
         self._system, self._f = problem.system, Index1(problem.system, problem.left_out)

@@ -21,7 +21,7 @@ from mbdsl.integrators.backends import Problem, require
 from mbdsl.integrators.external import _pieces
 from mbdsl.integrators.method import Method
 from mbdsl.system.index1 import Index1
-from mbdsl.system.index2 import StabilisedIndex2
+from mbdsl.system.stabilised_index2 import StabilisedIndex2
 
 Array = NDArray[np.float64]
 

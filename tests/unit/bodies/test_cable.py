@@ -19,9 +19,9 @@ from mbdsl.bodies.ancf_cable import shapes
 from mbdsl.bodies.floating_beam_integrals import discretise
 from mbdsl.compilation import buffer_layout
 from mbdsl.errors import ModelError
+from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.sparse import analyse
 from mbdsl.system import build
-from mbdsl.system.initial import initial_state
 
 H, TOLERANCE = 2e-4, 1e-8
 DATA = Path(__file__).parents[2] / "data" / "reference" / "elastica.json"

@@ -13,11 +13,11 @@ import pytest
 import mbdsl
 from mbdsl import Builder, cli, integrators
 from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import Method, Option, compiled, declared, methods, problems, register
 from mbdsl.integrators.backends import Problem
 from mbdsl.receipt import explain
 from mbdsl.system import build
-from mbdsl.system.initial import initial_state
 
 ROOT = Path(__file__).parents[3]
 MODEL = ROOT / "models" / "slider_crank.mbd"

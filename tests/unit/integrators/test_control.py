@@ -8,12 +8,12 @@ import pytest
 import mbdsl
 from mbdsl.compilation import buffer_layout
 from mbdsl.errors import IntegrationError
+from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import methods, modules, state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 from mbdsl.system.accelerations import accelerations
-from mbdsl.system.initial import initial_state
 
 MODELS = Path(__file__).parents[3] / "models"
 METHODS = (

@@ -17,11 +17,11 @@ import pytest
 
 import mbdsl
 from mbdsl.compilation import buffer_layout
+from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import System, build
-from mbdsl.system.initial import initial_state
 
 MODELS = Path(__file__).parents[3] / "models"
 #: a soft beam that stiffens, by elements, with rotary inertia and damping, in a loop with a modal one

@@ -11,13 +11,13 @@ import pytest
 
 import mbdsl
 from mbdsl.compilation import code_cache
+from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import state
 from mbdsl.integrators.run import Integration
 from mbdsl.integrators.step_loop import loop_name
 from mbdsl.mechanism import graph
 from mbdsl.system import build
-from mbdsl.system.initial import initial_state
 
 MODELS = Path(__file__).parents[3] / "models"
 FEW, MANY = 10, 10_000

@@ -15,11 +15,11 @@ import pytest
 import mbdsl
 from mbdsl.compilation import buffer_layout
 from mbdsl.errors import IntegrationError
+from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import collocation, sparse, stages, state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
-from mbdsl.system.initial import initial_state
 
 MODELS = Path(__file__).parents[3] / "models"
 SCRIPT = Path(__file__).with_name("uncompiled_stages.py")

@@ -10,13 +10,13 @@ import mbdsl
 from mbdsl import Builder
 from mbdsl.compilation import code_cache
 from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import modules
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
-from mbdsl.system.initial import initial_state
 
 METHODS = sorted(methods())
 #: slopes of errors over steps that are accepted

@@ -13,12 +13,12 @@ import numpy as np
 import mbdsl
 from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.elements.kind import ForceKind
+from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import corrections, linear, modules
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
-from mbdsl.system.initial import initial_state
 
 #: those that the step loop of the driver is for; what brings its own has tests of its own
 NAMES = [name for name in methods() if not hasattr(modules()[name], "advance")]

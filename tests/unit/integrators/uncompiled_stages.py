@@ -12,12 +12,12 @@ import numpy as np
 
 import mbdsl
 from mbdsl.compilation import buffer_layout, code_cache
+from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import linear, stages
 from mbdsl.integrators.collocation import NODES
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
-from mbdsl.system.initial import initial_state
 
 MODELS = sorted((Path(__file__).parents[3] / "models").glob("*.mbd"))
 #: steps of a model that is too fast for 1 ms

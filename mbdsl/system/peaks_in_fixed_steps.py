@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import leaves, walk
-from mbdsl.system.on_the_way import JUMPS, SLIGHT, Functions, OnTheWay
-from mbdsl.system.unseen import passable
+from mbdsl.system.peaks_along_motion import JUMPS, SLIGHT, Functions, OnTheWay
+from mbdsl.system.peaks_in_time import passable
 
 if TYPE_CHECKING:
     from mbdsl.expressions.symbolic import Expr

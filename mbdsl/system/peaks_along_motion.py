@@ -2,8 +2,8 @@
 
 Between two states, the coordinates of frames are interpolated by the cubic polynomials through positions and velocities
 at both ends; reactions and time are linear. Along this path a law is a function of one variable, and its peaks are
-found like those of functions of time (:mod:`mbdsl.system.unseen`): narrow springs, windows of position or speed. Only
-terms that are not polynomials of low degree are searched.
+found like those of functions of time (:mod:`mbdsl.system.peaks_in_time`): narrow springs, windows of position or speed.
+Only terms that are not polynomials of low degree are searched.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from mbdsl.expressions.interval_arithmetic import CONDITIONS, FLAT, ROUNDING, Interval, Jet, constant, enclose
 from mbdsl.expressions.symbolic import RATE, Expr, coordinate, evaluate, leaves, walk
+from mbdsl.system.peaks_in_time import Function, Zone, hiding, monotone, zones
 from mbdsl.system.signals import ARRAY_OPERATIONS, table_value, values
-from mbdsl.system.unseen import Function, Zone, hiding, monotone, zones
 
 if TYPE_CHECKING:
     from mbdsl.system.system import System
@@ -169,7 +169,7 @@ def _columns(*c: Array) -> Array:
 
 
 class Functions(NamedTuple):
-    """As :class:`mbdsl.system.unseen.Function`, of several terms."""
+    """As :class:`mbdsl.system.peaks_in_time.Function`, of several terms."""
 
     jet: Callable[[NDArray, Array, Array], list[Jet]]
     values: Callable[[NDArray, Array, Array], list[Jet]]  #: the same, without bounds on slopes

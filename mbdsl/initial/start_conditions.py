@@ -6,9 +6,9 @@ import numpy as np
 
 from mbdsl.bodies.contract import LARGEST_BEND
 from mbdsl.errors import InitialisationError
+from mbdsl.initial.consistent import InitialState
 from mbdsl.mechanism.reduction import Reduction
 from mbdsl.system import System
-from mbdsl.system.initial import InitialState
 from mbdsl.system.signals import values
 
 

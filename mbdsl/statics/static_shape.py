@@ -13,10 +13,10 @@ import numpy as np
 
 from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.expressions.symbolic import is_velocity_level
+from mbdsl.initial.undeformed import Undeformed
 from mbdsl.numerics.saddle_point import Array, dense, null_space, row_size
-from mbdsl.overdamped import Search
+from mbdsl.statics.pseudo_transient import Search
 from mbdsl.system import System
-from mbdsl.system.shapes import Undeformed
 from mbdsl.system.signals import gradients
 
 

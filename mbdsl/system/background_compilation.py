@@ -10,8 +10,8 @@ import json
 import subprocess
 
 from mbdsl.compilation import code_cache
-from mbdsl.system.blocks import Block
 from mbdsl.system.emit import load
+from mbdsl.system.structure import Block
 
 
 def start(blocks: list[Block], has_tape: bool, sets: int) -> subprocess.Popen | None:

@@ -11,8 +11,8 @@ from collections.abc import Callable
 
 from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.symbolic import COORDINATES, TIME, Expr, coordinate, diff, leaves
-from mbdsl.system.blocks import frame_of
-from mbdsl.system.tape import Tape
+from mbdsl.system.expression_tape import Tape
+from mbdsl.system.structure import frame_of
 
 POSITIONS, VELOCITIES = COORDINATES[:3], COORDINATES[3:]
 

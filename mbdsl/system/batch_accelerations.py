@@ -15,9 +15,9 @@ from mbdsl.compilation import code_cache
 from mbdsl.compilation.buffer_layout import FP, X2, Q, V, X
 from mbdsl.compilation.marks import kernel
 from mbdsl.system.accelerations import ACCURATE, BOUNDED, balance
-from mbdsl.system.clock import Clock
 from mbdsl.system.emit import EVALUATE, TANGENT
 from mbdsl.system.system import DENSE_LIMIT, System
+from mbdsl.system.time_derivatives import Clock
 
 Array = NDArray[np.float64]
 
@@ -61,18 +61,18 @@ def sample(evaluate, tangent, T, QS, VS, numbers, U, read, f, K, N, R, Y, Z, C, 
 @cache
 def compiled() -> Callable:
     """``sample`` compiled, once for all models."""
-    from mbdsl.system import sampling
+    from mbdsl.system import batch_accelerations
 
     arguments = "evaluate, tangent, T, QS, VS, numbers, U, read, f, K, N, R, Y, Z, C, F, I, A"
     text = f'''"""Emitted by mbdsl: the equations of motion at many states."""
 
-from mbdsl.system import sampling
+from mbdsl.system import batch_accelerations
 
 
 def sample({arguments}):
-    sampling.sample({arguments})
+    batch_accelerations.sample({arguments})
 '''
-    return code_cache.functions("mbdsl_sampling", text, {"sample": SAMPLE}, lambda: [sampling])[0]
+    return code_cache.functions("mbdsl_sampling", text, {"sample": SAMPLE}, lambda: [batch_accelerations])[0]
 
 
 def sampled(

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 
 from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.symbolic import Expr, der
-from mbdsl.system.tape import Tape
+from mbdsl.system.expression_tape import Tape
 
 Motion = tuple[Expr, Expr, Expr]
 

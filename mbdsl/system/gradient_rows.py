@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.expressions.symbolic import COORDINATES, Expr, coordinate, der, diff, expr, leaves
-from mbdsl.system.blocks import frame_of, law_expressions
-from mbdsl.system.tape import Tape
+from mbdsl.system.expression_tape import Tape
+from mbdsl.system.structure import frame_of, law_expressions
 
 if TYPE_CHECKING:
     from mbdsl.system.tables import Buffers, Tables

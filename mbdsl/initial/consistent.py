@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.expressions.symbolic import is_velocity_level
+from mbdsl.initial.placement import place
+from mbdsl.initial.undeformed import AsIs, Undeformed
+from mbdsl.initial.weights import Metric
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import InitialValue
 from mbdsl.numerics.saddle_point import least_squares, row_size, scaled
 from mbdsl.system.accelerations import accelerations
-from mbdsl.system.metric import Metric
-from mbdsl.system.placing import place
-from mbdsl.system.shapes import AsIs, Undeformed
 from mbdsl.system.signals import Matrix, gradients, values
 from mbdsl.system.system import System
 

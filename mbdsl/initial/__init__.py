@@ -1,0 +1,1 @@
+"""Consistent initial values: placement, positions, velocities, accelerations, and redundant constraints."""

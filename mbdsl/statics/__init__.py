@@ -1,0 +1,1 @@
+"""Static equilibrium: pseudo-transient continuation to it, and static shapes of flexible bodies."""
