@@ -1,9 +1,10 @@
 """Calibration runs, which estimate the global error of controlled steps and bring it below the tolerance.
 
-The tolerance of a method, eps, limits the local error of its steps (:mod:`mbdsl.integrators.control`). The global error
-depends on the model as well: a damped model forgets local errors, a chaotic one amplifies them. Therefore the model is
-run several times with decreasing eps. The error estimate of a run, the *claim*, follows from its difference from the
-run before, whose eps is about 8 times as large, and from the order p in eps that the last three runs show:
+The tolerance of a method, eps, limits the local error of its steps (:mod:`mbdsl.integrators.loop.step_control`). The
+global error depends on the model as well: a damped model forgets local errors, a chaotic one amplifies them. Therefore
+the model is run several times with decreasing eps. The error estimate of a run, the *claim*, follows from its
+difference from the run before, whose eps is about 8 times as large, and from the order p in eps that the last three
+runs show:
 
     error = difference/(8^p - 1),   1/3 <= p <= 1,
 
@@ -26,7 +27,8 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError
 from mbdsl.failures import TOO_MANY_STEPS
 from mbdsl.growth import SAMPLES, Growth, growth
-from mbdsl.integrators import declared, state
+from mbdsl.integrators import declared
+from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import LONGEST
 from mbdsl.motion import Kept, Motion, Plan
 from mbdsl.numerics import error_norm
@@ -83,7 +85,7 @@ class Trial:
 
     @property
     def done(self) -> bool:
-        return self.status == state.DONE
+        return self.status == loop_state.DONE
 
     @property
     def error(self) -> float:
@@ -140,7 +142,7 @@ class _Ladder:
         eps: float | None = self.first
         while eps is not None:
             last = self._run(eps)
-            if last.status == state.RUNNING and not self.motion.bent():
+            if last.status == loop_state.RUNNING and not self.motion.bent():
                 return self._interrupted()
             if self.motion.outgrown():
                 self.lost += self.trials.pop().steps
@@ -153,7 +155,7 @@ class _Ladder:
     def _interrupted(self) -> tuple[int, Found]:
         last = self.trials[-1]
         self.motion.trial_steps = self.lost + sum(x.steps for x in [*self.trials[:-1], *self.failed])
-        return state.RUNNING, Found(last.error if np.isfinite(last.error) else None)
+        return loop_state.RUNNING, Found(last.error if np.isfinite(last.error) else None)
 
     # -- runs --------------------------------------------------------------------------------------------------
     def _held_to(self, eps: float) -> Plan:
@@ -308,11 +310,11 @@ class _Ladder:
         present, held = motion.keep(), self._held_to(last.eps)
         motion.restart(replace(held, times=self.plan.times, every=True, longest=min(held.longest, self.span / SAMPLES)))
         status = self.integrate()
-        self.interrupted = status == state.RUNNING and not motion.bent()
+        self.interrupted = status == loop_state.RUNNING and not motion.bent()
         steps, kept, before = motion.steps, motion.keep(), coarse.log[-1]
         self.lost += steps
         motion.recall(present)
-        for finer in FINER if status == state.DONE else ():
+        for finer in FINER if status == loop_state.DONE else ():
             fine, examined = self._growth(last, kept, finer)
             if examined < known:
                 return  # at some steps there are no tangent equations
@@ -354,9 +356,9 @@ class _Ladder:
 
     def _why(self, failed: Trial) -> str | None:
         """Why the tolerance is not reached, if a run failed because of short steps; None if because of the model."""
-        if failed.status == state.TOO_SMALL:
+        if failed.status == loop_state.TOO_SMALL:
             return "with shorter steps rounding dominates the error of a step"
-        if failed.status == state.DIVERGED and any(x is failed for x in self.failed):
+        if failed.status == loop_state.DIVERGED and any(x is failed for x in self.failed):
             return f"with shorter steps Newton's iteration does not converge at t = {failed.t[-1]:.6g} s"
         return None
 
@@ -385,7 +387,7 @@ class _Ladder:
             lost = self.lost
             self._hopeless(best)
             motion.trial_steps += self.lost - lost
-            status = state.RUNNING if self.interrupted else status
+            status = loop_state.RUNNING if self.interrupted else status
         n = min(len(best.claim), len(best.t))
         claim = np.maximum(best.claim[:n], self._rounding(best)[:n])
         if claim[-1] <= self.tol:

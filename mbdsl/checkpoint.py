@@ -22,7 +22,8 @@ from zipfile import ZIP_STORED, ZipFile, is_zipfile
 import numpy as np
 
 from mbdsl.errors import UsageError
-from mbdsl.integrators import backend, linear
+from mbdsl.integrators import backend
+from mbdsl.integrators.loop import linear_solve
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism.scene import Scene
 from mbdsl.motion import Motion
@@ -309,7 +310,7 @@ def _restore(motion: Motion, known: Snapshot) -> None:
         made = dict(kept["run"])
         out = made.pop("out")
         if made["solver"] != run.solver:
-            run._use(linear.DENSE)
+            run._use(linear_solve.DENSE)
         for key, value in made.items():
             before = getattr(run, key)
             if isinstance(before, np.ndarray):

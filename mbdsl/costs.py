@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from time import perf_counter
 
-from mbdsl.integrators import modules, state
+from mbdsl.integrators import modules
+from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.motion import Motion, Moving
 from mbdsl.system.emit import Line, load_repeated
@@ -34,18 +35,18 @@ def _run(p: Moving) -> tuple[float, float, float]:
     p.integration.advance(4)  # what is slow only once
     start, least = J.copy(), float("inf")
     while spent < RUN_PATIENCE:
-        before, begun = int(J[state.STEP]), perf_counter()
+        before, begun = int(J[loop_state.STEP]), perf_counter()
         status = p.integration.advance(slice_)
         now = perf_counter() - begun
         spent += now
         # the quickest stretch: other work on the machine slows down the rest
-        least = min(least, now / max(1, int(J[state.STEP]) - before))
-        if status != state.RUNNING:
+        least = min(least, now / max(1, int(J[loop_state.STEP]) - before))
+        if status != loop_state.RUNNING:
             break
     done = J - start
-    steps = max(1, int(done[state.STEP]))
-    matrices = int(done[state.MATRICES]) * modules()[p.method].METHOD.matrices
-    return least, int(done[state.ITERATIONS]) / steps, matrices / steps
+    steps = max(1, int(done[loop_state.STEP]))
+    matrices = int(done[loop_state.MATRICES]) * modules()[p.method].METHOD.matrices
+    return least, int(done[loop_state.ITERATIONS]) / steps, matrices / steps
 
 
 def _lines(p: Moving) -> Iterator[tuple[Line, float, bool]]:

@@ -1,7 +1,7 @@
 """Warnings about runs with fixed steps: peaks of laws within a step, growing energy, contacts that are not resolved.
 
 Fixed steps have no error estimate. Three symptoms are looked for. During the run, all steps are searched for peaks of
-laws between their ends (:mod:`mbdsl.integrators.overlooked`). After the run, its outputs are searched for growing
+laws between their ends (:mod:`mbdsl.integrators.missed_peaks`). After the run, its outputs are searched for growing
 energy in models without a source of energy, and for unresolved contacts in models whose laws have conditions.
 """
 
@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.errors import MbdslError
 from mbdsl.expressions.symbolic import Expr, leaves, walk
-from mbdsl.integrators import backend, state
+from mbdsl.integrators import backend
 from mbdsl.integrators.backends import External
-from mbdsl.integrators.lookout import LONGEST
-from mbdsl.integrators.overlooked import Peak
+from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.missed_peaks import Peak
+from mbdsl.integrators.peak_zones import LONGEST
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.motion import KINEMATIC, Motion, Moving
@@ -230,7 +231,7 @@ def _kicked(motion: Motion, p: Moving, t: Array, q: Array, v: Array) -> str | No
             due[-1] = stop
             again = Integration(p.system, p.method, h, t[first], stop, due, plan.options)
             again.begin(q[first], v[first], a, lam, p.initial.redundant)
-            if again.advance() != state.DONE:
+            if again.advance() != loop_state.DONE:
                 continue
             if (told := _short(p.system, due, again.out, h)) is not None:
                 return told

@@ -11,9 +11,10 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.errors import IntegrationError
 from mbdsl.expressions.symbolic import Expr, diff, leaves
 from mbdsl.initial.redundancy import singular
-from mbdsl.integrators import declared, state
+from mbdsl.integrators import declared
 from mbdsl.integrators.backends import External
 from mbdsl.integrators.events import SLIDING, SLIDING_HINT
+from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism.scene import Component
 from mbdsl.motion import Motion
@@ -132,19 +133,19 @@ def _inextensible(system: System) -> str | None:
 
 
 REASONS = {
-    state.SINGULAR: "the iteration matrix is singular",
-    state.DIVERGED: "Newton's iteration does not converge",
-    state.NOT_FINITE: "the equations give values that are not finite",
-    state.TOO_LARGE: "the step is so large that the result means nothing",
-    state.TOO_SMALL: "no step is small enough for the tolerance",
-    state.SLIDING: SLIDING,
+    loop_state.SINGULAR: "the iteration matrix is singular",
+    loop_state.DIVERGED: "Newton's iteration does not converge",
+    loop_state.NOT_FINITE: "the equations give values that are not finite",
+    loop_state.TOO_LARGE: "the step is so large that the result means nothing",
+    loop_state.TOO_SMALL: "no step is small enough for the tolerance",
+    loop_state.SLIDING: SLIDING,
 }
 
 
 def _broken_law(integration: Integration) -> Component | None:
     """The first component whose law, or a derivative of it, is not a finite number at the last iterate."""
     system, Y, n = integration.system, integration.Y, integration.system.n
-    t = np.array([integration.K[state.T]])
+    t = np.array([integration.K[loop_state.T]])
     for q, v in ((Y[buffer_layout.Q, :n], Y[buffer_layout.V, :n]), (Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n])):
         for c in system.scene.components.values():
             laws = [c.values[p.name] for p in c.kind.parameters if p.law and isinstance(c.values[p.name], Expr)]
@@ -181,7 +182,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     residual = np.abs(Y[buffer_layout.R, : len(names)])
     bad = np.flatnonzero(~np.isfinite(residual))
     worst = bad[:3] if len(bad) else np.argsort(-residual)[:3]
-    t = integration.K[state.T]
+    t = integration.K[loop_state.T]
     where = ", ".join(names[k] if k >= n else f"equation of motion of {names[k]}" for k in worst)
     row = next((int(k) - n for k in worst if k >= n), None)
     span = None
@@ -190,23 +191,24 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         owner = max((r, j) for j, r in every.items() if r <= row)[1]
         span = system.scene.components[owner].span
     hint = {
-        state.SINGULAR: "redundant constraints, a singular pose, or a body without mass that moves freely",
-        state.DIVERGED: "try a smaller step; near a singular pose, another initial value",
-        state.NOT_FINITE: "an expression or its derivative leaves its domain (as sqrt at 0), or the step is too large",
-        state.TOO_LARGE: "try a smaller step",
-        state.SLIDING: SLIDING_HINT,
-        state.TOO_SMALL: "a jump of forces, or more digits than rounding leaves, as near a singular pose: "
+        loop_state.SINGULAR: "redundant constraints, a singular pose, or a body without mass that moves freely",
+        loop_state.DIVERGED: "try a smaller step; near a singular pose, another initial value",
+        loop_state.NOT_FINITE: "an expression or its derivative leaves its domain (as sqrt at 0), "
+        "or the step is too large",
+        loop_state.TOO_LARGE: "try a smaller step",
+        loop_state.SLIDING: SLIDING_HINT,
+        loop_state.TOO_SMALL: "a jump of forces, or more digits than rounding leaves, as near a singular pose: "
         "try a larger tolerance",
     }[status]
-    if status == state.DIVERGED and integration.method == "hht-add" and system.m:
+    if status == loop_state.DIVERGED and integration.method == "hht-add" and system.m:
         hint += (
             "; hht-add does not pass all singular poses: its iteration diverges where a singular value of Phi_q falls "
             "by more than half within a step; hht-si2 or hht-i3 may pass"
         )
-    law = _broken_law(integration) if status == state.NOT_FINITE else None
-    if status == state.SLIDING:
+    law = _broken_law(integration) if status == loop_state.NOT_FINITE else None
+    if status == loop_state.SLIDING:
         law = law_of(system.scene, [switch.node for switch in integration.events.changing])
-    if status == state.TOO_SMALL:
+    if status == loop_state.TOO_SMALL:
         where, span = "", None  # what Newton's iteration has left says nothing of errors
     if law is not None:
         where, span = f"the law of {law.kind.name} {law.name}", law.span
@@ -216,7 +218,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         singular(system, t, Y[q, :n], Y[v, :n])
         for q, v in ((buffer_layout.Q0, buffer_layout.V0), (buffer_layout.Q, buffer_layout.V))
     ]
-    if status != state.SLIDING and law is None and any(poses):  # at the start of the step, or where it got to
+    if status != loop_state.SLIDING and law is None and any(poses):  # at the start of the step, or where it got to
         message += f"; {poses[0] or poses[1]}"
     if (bent := bending(trajectory)) is not None:
         told, hint = _too_bent(trajectory, *bent)

@@ -20,9 +20,10 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import coordinate
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
 from mbdsl.initial.start_conditions import check_bending, check_loose
-from mbdsl.integrators import Run, backend, declared, state
+from mbdsl.integrators import Run, backend, declared
+from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop.compiled_loop import loop_name
 from mbdsl.integrators.run import Integration
-from mbdsl.integrators.step_loop import loop_name
 from mbdsl.mechanism import graph
 from mbdsl.mechanism.reduction import Note, Part, Reduction, reduce
 from mbdsl.mechanism.scene import Scene
@@ -120,7 +121,7 @@ class Motion:
         self.parts: list[Moving] = []
         self.trial_steps = 0
         self.failed: Moving | None = None
-        self._failure = state.DONE
+        self._failure = loop_state.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
         self._own_steps = plan.tol is not None or backend(plan.method) is not None  # that parts do not have in common
         self._taken = 0
@@ -300,7 +301,7 @@ class Motion:
         return sum(p.integration.count(what) for p in self.parts)
 
     def advance(self, steps: int) -> int:
-        """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.state`.
+        """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.loop.loop_state`.
 
         Where a part fails, all end with the last step that all of them have done, and once failed, it stays so.
         """
@@ -309,30 +310,30 @@ class Motion:
         status, most = self._failure, self.steps + steps
         for p in self.parts if self.failed is None else ():
             found = p.integration.advance(max(0, most - p.integration.steps))
-            if found not in (state.RUNNING, state.DONE):
+            if found not in (loop_state.RUNNING, loop_state.DONE):
                 self.failed, self._failure = p, found
                 most = p.integration.steps  # for those behind it
             status = found if self.failed is None else self._failure
         if not self.parts:
             self._taken = min(self._taken + steps, self._steps)
-            status = state.DONE if self._taken == self._steps else state.RUNNING
+            status = loop_state.DONE if self._taken == self._steps else loop_state.RUNNING
         return status
 
     def _advance_each(self, steps: int) -> int:
         """The same where every part has steps of its own: the part that is furthest behind goes first."""
         if self.failed is not None:
             return self._failure
-        status = state.DONE
+        status = loop_state.DONE
         for p in sorted(self.parts, key=lambda p: p.integration.time):
             found = self._glanced(p, steps) if self._widens else p.integration.advance(steps)
-            if found not in (state.RUNNING, state.DONE):
+            if found not in (loop_state.RUNNING, loop_state.DONE):
                 self.failed, self._failure = p, found
                 for other in self.parts:  # those behind come as far: results go no further than the last of them
                     while other.integration.time < p.integration.time:
-                        if other.integration.advance(1) != state.RUNNING:
+                        if other.integration.advance(1) != loop_state.RUNNING:
                             break
                 return found
-            status = state.RUNNING if found == state.RUNNING else status
+            status = loop_state.RUNNING if found == loop_state.RUNNING else status
         return status
 
     def _glanced(self, p: Moving, steps: int) -> int:
@@ -341,7 +342,7 @@ class Motion:
         if not isinstance(run, Integration):
             return run.advance(steps)
         status = run.advance(min(steps, GLANCE - run.steps % GLANCE))
-        if status == state.RUNNING and run.steps % GLANCE == 0:
+        if status == loop_state.RUNNING and run.steps % GLANCE == 0:
             run.widen(p.initial.q, FAR)
         return status
 

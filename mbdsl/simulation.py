@@ -17,10 +17,11 @@ from mbdsl.doubts import doubts
 from mbdsl.errors import Interrupted, UsageError
 from mbdsl.failures import check_bending, check_left_out, failure, inaccurate
 from mbdsl.initial.redundancy import repeated
-from mbdsl.integrators import declared, state
+from mbdsl.integrators import declared
+from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import MOST_OUTPUT
-from mbdsl.integrators.step_loop import controls_locally
 from mbdsl.interrupts import deferred
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
@@ -230,18 +231,18 @@ def simulated(
             status, found = calibrated(motion, run.tol, lambda: _integrate(motion, progress, keeper, heard))
         lap("integrate")
         trajectory, states = _collect(motion, run.tol, found, status, seconds)
-        if status not in (state.DONE, state.RUNNING):
+        if status not in (loop_state.DONE, loop_state.RUNNING):
             raise failure(motion, trajectory, status)
         check_left_out(motion, trajectory, states)
         check_bending(trajectory)
-        trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == state.DONE else []
+        trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == loop_state.DONE else []
         if keeper is not None and keeper.problem:
             trajectory.stats["warnings"].append(f"the last checkpoint is missing: {keeper.problem}")
-        if found.horizon is not None and status == state.DONE:
+        if found.horizon is not None and status == loop_state.DONE:
             error = inaccurate(trajectory, found.reason)
             if run.asked:
                 raise error
-    if heard and status == state.DONE:
+    if heard and status == loop_state.DONE:
         raise Interrupted(trajectory)
     return trajectory
 
@@ -368,8 +369,8 @@ def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: S
                 began = perf_counter()
                 status = motion.advance(slice_)
                 now = perf_counter()
-                if status != state.RUNNING or motion.bent():
-                    if keeper is not None and status == state.DONE:
+                if status != loop_state.RUNNING or motion.bent():
+                    if keeper is not None and status == loop_state.DONE:
                         keeper.end(motion, status)
                     return status
                 if keeper is not None:
@@ -385,20 +386,20 @@ def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: S
         pass
     if keeper is not None:
         keeper.write(motion)
-    return state.RUNNING
+    return loop_state.RUNNING
 
 
 def _collect(motion: Motion, tol: float | None, found: Found, status: int, seconds: dict) -> tuple[Trajectory, list]:
     """The trajectory, and q and v of every part."""
     plan, system = motion.plan, motion.system
-    t, q, v, lam, states = motion.output(status != state.DONE)
+    t, q, v, lam, states = motion.output(status != loop_state.DONE)
     stats = {
         "method": plan.method,
         "h": plan.h if plan.tol is None else None,
         "tol": tol,
         "error": found.error,
         "horizon": found.horizon,
-        "status": {state.DONE: "done", state.RUNNING: "interrupted"}.get(status, "failed"),
+        "status": {loop_state.DONE: "done", loop_state.RUNNING: "interrupted"}.get(status, "failed"),
         "n": system.n,
         "m": system.m,
         "p": system.p,

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
 from mbdsl.failures import check_bending, failure
-from mbdsl.integrators import backend, declared, state
+from mbdsl.integrators import backend, declared
+from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.options import check_options
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
@@ -181,7 +182,7 @@ class Simulation:
             self._in_force = dict(self.inputs)
         for _ in range(count):
             status = self._motion.advance(1)
-            if status not in (state.RUNNING, state.DONE):
+            if status not in (loop_state.RUNNING, loop_state.DONE):
                 trajectory = self.trajectory()
                 trajectory.stats["status"] = "failed"
                 raise failure(self._motion, trajectory, status)

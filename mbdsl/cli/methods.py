@@ -15,10 +15,10 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     from mbdsl.cli.simulate import OPTIONS
-    from mbdsl.integrators import methods, problems
+    from mbdsl.integrators import available, problems
 
-    width = max(map(len, methods())) + 2
-    for name, method in methods().items():
+    width = max(map(len, available())) + 2
+    for name, method in available().items():
         enforces = " and ".join(method.enforces) or "nothing"
         print(f"{name:{width}}order {method.order}, index {method.index}, enforces {enforces}")
         print(f"    {method.doc}")

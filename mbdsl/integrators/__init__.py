@@ -1,8 +1,9 @@
 """Integration methods, found by looking, never listed: one file each.
 
-A method of our own is a module of this package with a ``METHOD`` and kernels. A backend has a ``METHOD`` and a function
-``solve`` (see :mod:`mbdsl.integrators.backends`); it is a module of :mod:`mbdsl.integrators.external`, or belongs to
-another distribution, which registers it by an entry point of the group "mbdsl.integrators":
+A method of our own is a module of :mod:`mbdsl.integrators.methods` with a ``METHOD`` and kernels. A backend has a
+``METHOD`` and a function ``solve`` (see :mod:`mbdsl.integrators.backends`); it is a module of
+:mod:`mbdsl.integrators.external`, or belongs to another distribution, which registers it by an entry point of the group
+"mbdsl.integrators":
 
     [project.entry-points."mbdsl.integrators"]
     name = "package.module"
@@ -22,7 +23,7 @@ from mbdsl.errors import UsageError
 from mbdsl.integrators.method import Method, Option, Run
 from mbdsl.messages import did_you_mean
 
-__all__ = ["Method", "Option", "Run", "backend", "compiled", "declared", "methods", "modules", "problems", "register"]
+__all__ = ["Method", "Option", "Run", "available", "backend", "compiled", "declared", "modules", "problems", "register"]
 
 GROUP = "mbdsl.integrators"
 _given: dict[str, object] = {}  # by ``register``
@@ -39,8 +40,10 @@ def _found(package: str, path) -> dict[str, ModuleType]:
 
 @cache
 def modules() -> dict[str, ModuleType]:
-    """Method name -> the module that implements it, of the compiled methods of this package."""
-    return _found(__name__, __path__)
+    """Method name -> the module that implements it, of compiled methods."""
+    from mbdsl.integrators import methods
+
+    return _found(methods.__name__, methods.__path__)
 
 
 @cache
@@ -108,7 +111,7 @@ def compiled() -> dict[str, Method]:
     return {name: module.METHOD for name, module in modules().items() if module.METHOD.chosen}
 
 
-def methods() -> dict[str, Method]:
+def available() -> dict[str, Method]:
     """Method name -> declaration of all that can be chosen: our own, then backends."""
     others: dict[str, object] = {**_external(), **_registered()[0], **_given}
     return {**compiled(), **{name: found.METHOD for name, found in others.items()}}  # type: ignore[attr-defined]
@@ -130,6 +133,6 @@ def declared(name: str) -> Method:
     found = modules().get(name) or backend(name)
     if found is None:
         wrong = [f"{who}: {why}" for who, why in problems().items() if who.startswith(f"{name} (")]
-        hint = "; ".join(wrong) or did_you_mean(name, methods(), "methods")
+        hint = "; ".join(wrong) or did_you_mean(name, available(), "methods")
         raise UsageError(f"there is no method `{name}`", hint=hint)
     return found.METHOD

@@ -22,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import MbdslError, UsageError
-from mbdsl.integrators import backend, state
+from mbdsl.integrators import backend
+from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.options import check_options
 from mbdsl.system import System
 
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: status beside those of :mod:`mbdsl.integrators.state`: ``External.reason`` says why
+#: status beside those of :mod:`mbdsl.integrators.loop.loop_state`: ``External.reason`` says why
 FAILED = -1
 
 
@@ -163,10 +164,11 @@ class External:
         self._states: Iterator[tuple] = iter(self._backend.solve(problem))
 
     def advance(self, steps: int) -> int:
-        """Take at most so many states from the backend; a status of :mod:`mbdsl.integrators.state`, or FAILED."""
+        """Take at most so many states from the backend; a status of :mod:`mbdsl.integrators.loop.loop_state`, or
+        FAILED."""
         for _ in range(steps):
             if self._done:
-                return state.DONE
+                return loop_state.DONE
             try:
                 self._keep(*next(self._states))
             except StopIteration:
@@ -176,7 +178,7 @@ class External:
                 return self._fail(problem.message, problem)
             except Exception as problem:
                 return self._fail(f"{type(problem).__name__}: {problem}", problem)
-        return state.DONE if self._done else state.RUNNING
+        return loop_state.DONE if self._done else loop_state.RUNNING
 
     @property
     def _done(self) -> bool:

@@ -1,7 +1,7 @@
 """Events: the exact time at which a switch changes, and the new beginning behind it.
 
-A step has ended shortly before (:mod:`mbdsl.integrators.switching`), or at a time that was known beforehand. The little
-that is left goes with the acceleration there: q + s v + s^2/2 a, v + s a. What its third power leaves of the
+A step has ended shortly before (:mod:`mbdsl.integrators.loop.switch_location`), or at a time that was known beforehand.
+The little that is left goes with the acceleration there: q + s v + s^2/2 a, v + s a. What its third power leaves of the
 constraints is taken out, in the metric of M. Behind the switch a and lam are found anew; q and v go on.
 
 Where forces drive the motion back from both sides of a switch, as sign(v) does at rest, events follow one another and
@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
-from mbdsl.integrators import declared, state
-from mbdsl.integrators.starting import onto_constraints
+from mbdsl.integrators import declared
+from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.switches import Switch, combined
@@ -75,22 +76,22 @@ class Events:
         """At the start of the run."""
         run, K, J, switches = self.run, self.run.K, self.run.J, self.system.tables.switches
         if switches:
-            J[state.WATCHING] = True
-            J[state.CORNERS] = all(switch.of_force for switch in switches)
-            J[state.SIGNATURE] = combined(self.system.switches(t, q, v, lam))
+            J[loop_state.WATCHING] = True
+            J[loop_state.CORNERS] = all(switch.of_force for switch in switches)
+            J[loop_state.SIGNATURE] = combined(self.system.switches(t, q, v, lam))
             self._known = self.system.time_events(t, run.stop, corners=declared(run.method).order > 2)
             self._next(t)
-            K[state.H] = run.h = min(run.h, K[state.NEXT_EVENT] - t)
+            K[loop_state.H] = run.h = min(run.h, K[loop_state.NEXT_EVENT] - t)
 
     def _next(self, t: float) -> None:
         """Steps are to end before the next event that is known: as far before as rounding may matter."""
-        before = self.run.K[state.LEAST_H]
+        before = self.run.K[loop_state.LEAST_H]
         later = (x - before for x in self._known)
-        self.run.K[state.NEXT_EVENT] = next((x for x in later if x > t + before), np.inf)
+        self.run.K[loop_state.NEXT_EVENT] = next((x for x in later if x > t + before), np.inf)
 
     def rejoin(self) -> None:
         """Find the times of events still to come, after the run was restored from a checkpoint."""
-        run, before, due = self.run, self.run.K[state.LEAST_H], self.run.K[state.NEXT_EVENT]
+        run, before, due = self.run, self.run.K[loop_state.LEAST_H], self.run.K[loop_state.NEXT_EVENT]
         if due < np.inf:
             known = self.system.time_events(run.start, run.stop, corners=declared(run.method).order > 2)
             self._known = dropwhile(lambda x: x - before <= due, known)
@@ -99,20 +100,20 @@ class Events:
         """After inputs have changed."""
         run = self.run
         q, v, lam = run.state()
-        run.J[state.SIGNATURE] = combined(self.system.switches(run.time, q, v, lam))
+        run.J[loop_state.SIGNATURE] = combined(self.system.switches(run.time, q, v, lam))
 
     def come(self) -> int:
         """A step was cut short, or ended at a known time: begin anew if a switch changes here; a status."""
         run, K, J, system = self.run, self.run.K, self.run.J, self.system
         t, (q, v, lam) = run.time, run.state()
-        least, known, cut = K[state.LEAST_H], run.time >= K[state.NEXT_EVENT], J[state.CUT] > 0
+        least, known, cut = K[loop_state.LEAST_H], run.time >= K[loop_state.NEXT_EVENT], J[loop_state.CUT] > 0
         at_once = not (known or cut)  # there was no room for a step
-        h, J[state.CUT] = K[state.H] if known else K[state.UNCUT], 0
+        h, J[loop_state.CUT] = K[loop_state.H] if known else K[loop_state.UNCUT], 0
         if not known:  # without an event, too: a step may be cut short again and again
             self._cut = [*self._cut[1 - 2 * MANY :], t]
             if len(self._cut) == 2 * MANY and t - self._cut[0] < HARDLY * (run.stop - run.start):
                 self._recent = self._recent or [(t, system.switches(t, q, v, lam))]
-                return state.SLIDING
+                return loop_state.SLIDING
         run.synchronise()
         old, s = system.switches(t, q, v, lam), 2 * least  # over what a known time may be off by
         if known:
@@ -120,26 +121,26 @@ class Events:
         try:
             a, lam = accelerations(system, t, q, v, run.left_out)
             if not known:
-                most = 4 * least if at_once else LEFT * K[state.LAST_H]
+                most = 4 * least if at_once else LEFT * K[loop_state.LAST_H]
                 found = self._distance(t, q, v, a, lam, old, most)
                 if found is None:
-                    return self._progress(t, old) if at_once else state.RUNNING
+                    return self._progress(t, old) if at_once else loop_state.RUNNING
                 s = found
             t, q, v = t + s, q + s * (v + s / 2 * a), v + s * a
             q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
             new = system.switches(t, q, v, lam)
-            J[state.SIGNATURE] = combined(new)
-            J[state.EVENTS] += 1
+            J[loop_state.SIGNATURE] = combined(new)
+            J[loop_state.EVENTS] += 1
             self.times.append(t)
-            run.begin(q, v, a, lam, run.left_out, t=t, longest=min(h, min(run.stop, K[state.NEXT_EVENT]) - t))
+            run.begin(q, v, a, lam, run.left_out, t=t, longest=min(h, min(run.stop, K[loop_state.NEXT_EVENT]) - t))
             return self._progress(t, new)
         except InitialisationError:
-            return state.NOT_FINITE if not np.isfinite(system.Q(t, q, v)).all() else state.SINGULAR
+            return loop_state.NOT_FINITE if not np.isfinite(system.Q(t, q, v)).all() else loop_state.SINGULAR
 
     def _distance(self, t: float, q: Array, v: Array, a: Array, lam: Array, old: States, most: float) -> float | None:
         """The time to where a switch has just changed, if that is not further than ``most``."""
-        if combined(old) != self.run.J[state.SIGNATURE]:
+        if combined(old) != self.run.J[loop_state.SIGNATURE]:
             return 0.0  # by what Newton's last correction did
 
         def same(s: float) -> bool:
@@ -148,7 +149,7 @@ class Events:
         if same(most):
             return None
         low, high = 0.0, most
-        while high - low > max(1e-9 * high, 0.01 * self.run.K[state.LEAST_H]):
+        while high - low > max(1e-9 * high, 0.01 * self.run.K[loop_state.LEAST_H]):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if same(middle) else (low, middle)
         return high
@@ -160,8 +161,8 @@ class Events:
         self._recent.append((t, states))
         span = self.run.stop - self.run.start
         if len(self.times) > MANY and t - self.times[-MANY] < HARDLY * span:
-            return state.SLIDING
-        return state.SLIDING if len(self._recent) > CROWD else state.RUNNING
+            return loop_state.SLIDING
+        return loop_state.SLIDING if len(self._recent) > CROWD else loop_state.RUNNING
 
 
 def _changed(system: System, old: States, new: States) -> list[Switch]:

@@ -137,7 +137,7 @@ class Run(Protocol):
         """Set the consistent state at the start, and the redundant constraints that are not solved for."""
 
     def advance(self, steps: int) -> int:
-        """Take at most so many steps; a status of :mod:`mbdsl.integrators.state`."""
+        """Take at most so many steps; a status of :mod:`mbdsl.integrators.loop.loop_state`."""
 
     def state(self) -> tuple[Array, Array, Array]:
         """q, v (n,) and lam (m + p,) as they are now; views."""

@@ -13,15 +13,16 @@ from numpy.typing import NDArray
 
 from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.errors import InitialisationError, UsageError
-from mbdsl.integrators import control, linear, modules, sparse, state
+from mbdsl.integrators import modules
 from mbdsl.integrators.events import Events
-from mbdsl.integrators.jumps import Jumps
-from mbdsl.integrators.lookout import Landings
+from mbdsl.integrators.loop import linear_solve, loop_state, sparse_lu, step_control
+from mbdsl.integrators.loop.compiled_loop import compiled, controls_locally, loop_name
 from mbdsl.integrators.method import Method, Start
+from mbdsl.integrators.missed_peaks import Overlooked
 from mbdsl.integrators.options import check_options
-from mbdsl.integrators.overlooked import Overlooked
-from mbdsl.integrators.starting import applied, check_stiffness, first_step, normal_part, rates
-from mbdsl.integrators.step_loop import compiled, controls_locally, loop_name
+from mbdsl.integrators.peak_zones import Landings
+from mbdsl.integrators.scheduled_jumps import Jumps
+from mbdsl.integrators.start_values import applied, check_stiffness, first_step, normal_part, rates
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 
@@ -88,34 +89,34 @@ class Integration:
         """The buffers."""
         declaration = modules()[self.method].METHOD
         self.matrices = declaration.matrices + 2 * self.controlled
-        self._use(linear.SPARSE_LU)
+        self._use(linear_solve.SPARSE_LU)
         options = check_options(self.method, self.options, force=True)
         self.c = np.array(declaration.coefficients(options), float)
-        self.K = np.zeros(state.K_SIZE)
-        self.J = np.zeros(state.J_SIZE, np.int64)
+        self.K = np.zeros(loop_state.K_SIZE)
+        self.J = np.zeros(loop_state.J_SIZE, np.int64)
         self.out = np.zeros((len(self.times), self.system.n + self.system.unknowns))
         steps = round((self.stop - self.start) / self.h)
-        self.K[state.START], self.K[state.STOP], self.K[state.H] = self.start, self.stop, self.h
-        self.K[state.T] = self.K[state.NOW] = self.start
-        self.K[state.TOL] = self.tol or 0.0
-        self.K[state.CONTRACTION] = 0.1
+        self.K[loop_state.START], self.K[loop_state.STOP], self.K[loop_state.H] = self.start, self.stop, self.h
+        self.K[loop_state.T] = self.K[loop_state.NOW] = self.start
+        self.K[loop_state.TOL] = self.tol or 0.0
+        self.K[loop_state.CONTRACTION] = 0.1
         # parts of h times the speed, of the local error, and of the size: where a rings, its differences say nothing
         # (All but the stabilised index-2 methods find reactions from what 1/h^2 magnifies.)
-        self.K[state.VELOCITY_TOL : state.LOOSEST + 1] = 8e-12, 1e-5 if declaration.sets == 2 else 1e-6, 1e-11
+        self.K[loop_state.VELOCITY_TOL : loop_state.LOOSEST + 1] = 8e-12, 1e-5 if declaration.sets == 2 else 1e-6, 1e-11
         # What turns unknowns and residuals into positions; the largest change of an unknown from step to step, as a
         # position, that means anything: of an acceleration, no motion worth following has it.
-        self.K[state.UNIT], self.K[state.WILD] = self.h**2, 25.0
+        self.K[loop_state.UNIT], self.K[loop_state.WILD] = self.h**2, 25.0
         if declaration.order == 0:
             # There is no local error, and nothing that is left adds up over steps; but there are other assemblies, and
             # who makes steps so large may end up in one.
-            self.K[state.RELATIVE_TOL : state.WILD + 1] = 1e300, 4e-15, 1.0, 0.5
-        self.J[state.LAST_STEP], self.J[state.SAME] = steps, control.LONG_AGO
-        self.K[state.NEXT_EVENT] = np.inf
+            self.K[loop_state.RELATIVE_TOL : loop_state.WILD + 1] = 1e300, 4e-15, 1.0, 0.5
+        self.J[loop_state.LAST_STEP], self.J[loop_state.SAME] = steps, step_control.LONG_AGO
+        self.K[loop_state.NEXT_EVENT] = np.inf
         if self.tol is not None:
             self._stop_at_events()
         if self.controlled:
             self._control(declaration)
-        self.J[state.STABILISED] = declaration.sets > 1
+        self.J[loop_state.STABILISED] = declaration.sets > 1
 
     def _load(self) -> None:
         """The compiled functions."""
@@ -137,26 +138,30 @@ class Integration:
         self.events, self.landings = Events(self), Landings(self)
         self.seen = np.zeros(len(self.system.on_the_way.terms))  # how large these have been
         K, J, span = self.K, self.J, self.stop - self.start
-        J[state.EVERY], K[state.NEXT_EVENT], K[state.MOST_H] = self.every, np.inf, min(self.longest, LONGEST * span)
-        K[state.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
+        J[loop_state.EVERY], K[loop_state.NEXT_EVENT], K[loop_state.MOST_H] = (
+            self.every,
+            np.inf,
+            min(self.longest, LONGEST * span),
+        )
+        K[loop_state.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
 
     def _control(self, method: Method) -> None:
-        K, J, span, tol = self.K, self.J, self.stop - self.start, self.K[state.TOL]
-        J[state.CONTROLLED], J[state.LANDING] = True, method.order == 0 and not self.every
-        K[state.SPEED] = 1.0 / span if span > 0.0 else 1.0
+        K, J, span, tol = self.K, self.J, self.stop - self.start, self.K[loop_state.TOL]
+        J[loop_state.CONTROLLED], J[loop_state.LANDING] = True, method.order == 0 and not self.every
+        K[loop_state.SPEED] = 1.0 / span if span > 0.0 else 1.0
         between = self.times[0] - self.start if len(self.times) and not self.every else span
-        K[state.FORGOTTEN] = min(span / POINTS, between)
-        K[state.EXPONENT] = 1.0 / (method.order + 1)
-        K[state.LARGEST] = min(LARGEST, (100.0 * tol) ** 0.25)  # q between outputs is of order 4
-        K[state.NODE], K[state.MASS_WEIGHT] = method.node(self.c), method.mass_weight(self.c)
-        K[state.DAMPING] = method.damping_weight(self.c)
+        K[loop_state.FORGOTTEN] = min(span / POINTS, between)
+        K[loop_state.EXPONENT] = 1.0 / (method.order + 1)
+        K[loop_state.LARGEST] = min(LARGEST, (100.0 * tol) ** 0.25)  # q between outputs is of order 4
+        K[loop_state.NODE], K[loop_state.MASS_WEIGHT] = method.node(self.c), method.mass_weight(self.c)
+        K[loop_state.DAMPING] = method.damping_weight(self.c)
 
     def _use(self, solver: int) -> None:
         """Lay out the buffers for a solver; the vectors keep their content."""
         system, N = self.system, self.system.unknowns
         rows, columns = system.tables.pattern
-        if solver == linear.SPARSE_LU:
-            pattern = sparse.analyse(N, rows, columns, system.elimination_order())
+        if solver == linear_solve.SPARSE_LU:
+            pattern = sparse_lu.analyse(N, rows, columns, system.elimination_order())
             slots, size, length, table = pattern.slots, pattern.size, pattern.length, pattern.table
         else:
             slots, size, table = rows * N + columns, N * N, np.empty(0, np.int64)
@@ -230,7 +235,7 @@ class Integration:
 
         if controlled:
             self.c[:] = method.coefficients(check_options(self.method, self.options, force=True))
-            left = max(self.stop - t0, self.K[state.LEAST_H])
+            left = max(self.stop - t0, self.K[loop_state.LEAST_H])
             self.h = 1e-2 / max(1.0 / left, largest(v), largest(a) ** 0.5)
         key = t0, self.h, q.tobytes(), v.tobytes(), a.tobytes()
         if self._rates is None or self._rates[0] != key:
@@ -266,7 +271,7 @@ class Integration:
         # what the start's own evaluation finds is the past of the first step
         self.evaluate(t0, Y, self.Z, self.C, self.F, self.I)
         self.I[buffer_layout.KEEP] = 1
-        self.J[state.HISTORY] = 1
+        self.J[loop_state.HISTORY] = 1
 
     def watch(self) -> None:
         """Search fixed steps for peaks of laws that they pass over; called before the first step."""
@@ -276,26 +281,28 @@ class Integration:
     def _first_step(self, v: Array, a: Array, jerk: Array) -> float:
         module, K, scale = modules()[self.method], self.K, self.Y[buffer_layout.SCALE, : self.system.n]
         span = self.stop - self.start
-        h = min(0.01 * span, K[state.MOST_H], 10.0 * self.h)
-        speed = max(K[state.SPEED], float(np.abs(v * scale).max(initial=0.0)))
+        h = min(0.01 * span, K[loop_state.MOST_H], 10.0 * self.h)
+        speed = max(K[loop_state.SPEED], float(np.abs(v * scale).max(initial=0.0)))
         if module.METHOD.order == 0:
-            return min(h, 0.5 * K[state.LARGEST] / speed, *self.times[:1] - self.start)
-        allowed = control.AIM * control.SHARE * K[state.TOL]
-        return first_step(module.local_error, self.c, h, allowed, K[state.EXPONENT], scale, speed, span, a, jerk)
+            return min(h, 0.5 * K[loop_state.LARGEST] / speed, *self.times[:1] - self.start)
+        allowed = step_control.AIM * step_control.SHARE * K[loop_state.TOL]
+        return first_step(module.local_error, self.c, h, allowed, K[loop_state.EXPONENT], scale, speed, span, a, jerk)
 
     def _begin_control(self, t: float, q: Array, v: Array, jerk: Array) -> None:
         """No steps yet, but the accelerations of one that might have been."""
         system, K, J, h, n = self.system, self.K, self.J, self.h, self.system.n
-        K[state.NOW], K[state.H], K[state.LAST_H] = t, h, h
-        if K[state.EXPONENT] < 1.0:
-            K[state.UNIT] = h * h
-        J[state.SAME] = J[state.SINCE] = J[state.IN_A_ROW] = J[state.FRESH] = J[state.ORDER] = 0
+        K[loop_state.NOW], K[loop_state.H], K[loop_state.LAST_H] = t, h, h
+        if K[loop_state.EXPONENT] < 1.0:
+            K[loop_state.UNIT] = h * h
+        J[loop_state.SAME] = J[loop_state.SINCE] = J[loop_state.IN_A_ROW] = J[loop_state.FRESH] = J[
+            loop_state.ORDER
+        ] = 0
         method = modules()[self.method].METHOD
         a = buffer_layout.XA + buffer_layout.PAST * (method.acceleration_row - buffer_layout.X)
         self.Y[a + 1, :n] = self.Y[a, :n] - h * jerk
-        first = t + (K[state.NODE] - 1.0) * h
-        K[state.NODES : state.NODES + 2] = first, first - h
-        K[state.TIMES : state.TIMES + 2] = t, t - h
+        first = t + (K[loop_state.NODE] - 1.0) * h
+        K[loop_state.NODES : loop_state.NODES + 2] = first, first - h
+        K[loop_state.TIMES : loop_state.TIMES + 2] = t, t - h
         velocity_error = getattr(modules()[self.method], "velocity_error", None)
         if velocity_error is not None:
             error = getattr(velocity_error, "py_func", velocity_error)(h, h, self.c) * normal_part(
@@ -307,10 +314,10 @@ class Integration:
     def _begin_own(self, t: float, longest: float, jerk: Array) -> None:
         """No steps yet, of a method that finds the first one itself, up to the ``longest``."""
         K, n, d = self.K, self.system.n, 1e-3 * self.h
-        K[state.NOW], K[state.H], K[state.LAST_H], K[state.UNCUT] = t, longest, longest, longest
-        self.J[state.FRESH] = 0
+        K[loop_state.NOW], K[loop_state.H], K[loop_state.LAST_H], K[loop_state.UNCUT] = t, longest, longest, longest
+        self.J[loop_state.FRESH] = 0
         self.Y[buffer_layout.XA + 1, :n] = self.Y[buffer_layout.XA, :n] - d * jerk
-        K[state.NODES : state.NODES + 2] = t, t - d
+        K[loop_state.NODES : loop_state.NODES + 2] = t, t - d
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
         """From here on the inputs have other values; accelerations and forces jump by what that makes of them.
@@ -360,7 +367,7 @@ class Integration:
         longest = float(np.abs(way[lengths]).max(initial=0.0))
         if longest > far:
             Y[buffer_layout.SCALE, : self.system.n][lengths] /= longest
-            K[state.SPEED] = max(K[state.SPEED] / longest, 1.0 / (self.stop - self.start))
+            K[loop_state.SPEED] = max(K[loop_state.SPEED] / longest, 1.0 / (self.stop - self.start))
 
     def synchronise(self) -> None:
         """The system's numbers become those of the run: whoever looked at another time has left others there."""
@@ -379,27 +386,27 @@ class Integration:
     def time(self) -> float:
         """The time reached [s]."""
         if self.tol is not None:
-            return float(self.K[state.NOW])
-        return float(self.K[state.START] + self.J[state.STEP] * self.h)
+            return float(self.K[loop_state.NOW])
+        return float(self.K[loop_state.START] + self.J[loop_state.STEP] * self.h)
 
     @property
     def step(self) -> float:
         """The length of the next step [s]."""
-        return float(self.K[state.H])
+        return float(self.K[loop_state.H])
 
     @property
     def steps(self) -> int:
         """Steps taken."""
-        return int(self.J[state.STEP])
+        return int(self.J[loop_state.STEP])
 
     @property
     def written(self) -> int:
         """Outputs written to ``out``."""
-        return int(self.J[state.OUTPUT])
+        return int(self.J[loop_state.OUTPUT])
 
     def count(self, what: str) -> int:
         """How many "rejected", "iterations", "matrix_evaluations" or "factorisations"."""
-        return int(self.J[state.COUNTERS[what]]) if what in state.COUNTERS else 0
+        return int(self.J[loop_state.COUNTERS[what]]) if what in loop_state.COUNTERS else 0
 
     def state(self) -> tuple[Array, Array, Array]:
         """q, v (n,) and lam (m + p,) as they are now; views."""
@@ -407,10 +414,10 @@ class Integration:
         return Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n], Y[buffer_layout.XA, n : self.system.unknowns]
 
     def advance(self, steps: int = sys.maxsize) -> int:
-        """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.state`."""
+        """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.loop.loop_state`."""
         if self.every:
-            status = state.RUNNING
-            while steps > 0 and status == state.RUNNING:
+            status = loop_state.RUNNING
+            while steps > 0 and status == loop_state.RUNNING:
                 self._make_room()
                 if self.out.size > MOST_OUTPUT:
                     raise UsageError(
@@ -436,18 +443,22 @@ class Integration:
         if self.tol is None:
             call = self._call if self.overlooked is None else partial(self.overlooked.advance, call=self._call)
             status = call(steps)
-            while status == state.EVENT:
+            while status == loop_state.EVENT:
                 self.jumps.come()
                 status = call(most - self.steps)
         else:
             status = self.landings.advance(steps, self._call)
-        if status == state.EVENT:
+        if status == loop_state.EVENT:
             return self.events.come()
-        if status == state.SINGULAR and self.solver == linear.SPARSE_LU and self.system.unknowns <= PIVOTING_LIMIT:
+        if (
+            status == loop_state.SINGULAR
+            and self.solver == linear_solve.SPARSE_LU
+            and self.system.unknowns <= PIVOTING_LIMIT
+        ):
             # The order from the graph gave no usable pivots here: go on with a solver that searches for them.
-            self._use(linear.DENSE)
+            self._use(linear_solve.DENSE)
             self.pivoting_from = self.time
-            self.J[state.FRESH] = 0
+            self.J[loop_state.FRESH] = 0
             status = self._advance_by(most - self.steps)
         return status
 

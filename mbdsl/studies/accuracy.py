@@ -12,7 +12,7 @@ from time import perf_counter
 from typing import Any
 
 from mbdsl.errors import IntegrationError, MbdslError, UsageError
-from mbdsl.integrators import methods
+from mbdsl.integrators import available
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, once, together
 from mbdsl.numerics.tolerance import misfit
@@ -215,13 +215,13 @@ def _ladders(scene: Scene, accuracy: float, method: str | None, given: dict) -> 
     """What is tried: the method asked for, or the default one and the best of high order, in all ways they can."""
     names = [method] if method else list(dict.fromkeys([scene.experiment.method or DEFAULT_METHOD, *precise()[:1]]))
     for name in names:
-        if name not in methods():
-            raise UsageError(f"there is no method `{name}`", hint=did_you_mean(name, methods(), "methods"))
+        if name not in available():
+            raise UsageError(f"there is no method `{name}`", hint=did_you_mean(name, available(), "methods"))
     step = 2.0 * own_step(setting(scene, given.get("stop")))
     tol = min(1e-3, 100.0 * accuracy)
     found = []
     for name in names:
-        for kind in methods()[name].steps:
+        for kind in available()[name].steps:
             sizes = [step, step / 2.0] if kind == "fixed" else [tol, tol / 10.0]
             found.append(Ladder(name, kind == "fixed", sizes))
     return found

@@ -10,7 +10,7 @@ from os import PathLike
 import numpy as np
 
 from mbdsl.errors import UsageError
-from mbdsl.integrators import methods
+from mbdsl.integrators import available
 from mbdsl.lang.library import Allowed, allowed_now
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.mechanism.scene import Scene
@@ -38,7 +38,7 @@ class Case:
     def series(self) -> str:
         """The name that all cases of one line in a figure share."""
         given = "".join(f" --{name} {value:g}" for name, value in self.options)
-        both = self.tol is not None and "fixed" in methods()[self.method].steps
+        both = self.tol is not None and "fixed" in available()[self.method].steps
         return f"{self.method}{given}{' --tol' if both else ''}"
 
     @property
@@ -118,12 +118,12 @@ def assemble(of: Setting, announce: Callable[[str], None] | None = None) -> None
 
 def chosen(names: Iterable[str] | None) -> list[str]:
     """Names of methods, checked; all that there are where None is given."""
-    found = list(names) if names is not None else list(methods())
+    found = list(names) if names is not None else list(available())
     for name in found:
-        if name not in methods():
-            raise UsageError(f"there is no method `{name}`", hint=did_you_mean(name, methods(), "methods"))
+        if name not in available():
+            raise UsageError(f"there is no method `{name}`", hint=did_you_mean(name, available(), "methods"))
     if not found:
-        raise UsageError("a study needs a method", hint=f"methods: {', '.join(methods())}")
+        raise UsageError("a study needs a method", hint=f"methods: {', '.join(available())}")
     return list(dict.fromkeys(found))
 
 
@@ -190,7 +190,7 @@ def cases(
     found: list[Case] = []
     refused: list[tuple[str, str]] = []
     for name in names:
-        can = methods()[name].steps
+        can = available()[name].steps
         own = [Case(name, step=h) for h in sorted(steps or (), reverse=True) if "fixed" in can]
         if tols and "controlled" in can and (both or not own):
             own += [Case(name, tol=tol) for tol in sorted(tols, reverse=True)]

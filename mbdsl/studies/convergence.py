@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import Any
 
-from mbdsl.integrators import methods
+from mbdsl.integrators import available
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import duration
 from mbdsl.plotting.figures import Figure, Series, Table
@@ -42,7 +42,7 @@ class Convergence(Study):
         rows, q = self.survey.series()[series], self.survey.quantity(key)
         assert q is not None
         errors = [row.errors[key].scaled for row in rows if row.run.done]
-        order = methods()[rows[0].case.method].order
+        order = available()[rows[0].case.method].order
         return verdict(self.fits[series][key], order, errors, self.survey.reference.floor(q).scaled)
 
     def summary(self) -> list[str]:
@@ -70,7 +70,7 @@ class Convergence(Study):
         shown = [q for q in self.survey.quantities if not q.itself]
         for name, series in self.survey.series().items():
             controlled = series[0].case.tol is not None
-            order = "" if controlled else str(methods()[series[0].case.method].order)
+            order = "" if controlled else str(available()[series[0].case.method].order)
             slopes = [self.fits[name][q.key] for q in shown]
             says = {} if controlled else {q.key: self.verdict(name, q.key) for q in shown if q.key in FITTED}
             told = dict.fromkeys(f"{key} {verdict}" for key, verdict in says.items() if verdict)
@@ -155,7 +155,7 @@ def error_figures(s: Survey, q: Quantity, scaled: bool = True) -> list[Figure]:
             sizes = sorted({row.case.size for rows in of_kind.values() for row in rows})
             series.append(Series("error = tolerance", sizes, sizes, style="guide"))
         elif q.key in FITTED:
-            series += _orders(series, {name: methods()[rows[0].case.method].order for name, rows in of_kind.items()})
+            series += _orders(series, {name: available()[rows[0].case.method].order for name, rows in of_kind.items()})
         floors = [(floor, "the references differ")] if floor > 0.0 else []
         what = q.label if q.itself else f"error in {q.label}"
         problems = outcomes(row for rows in of_kind.values() for row in rows)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import IntegrationError, MbdslError, UsageError
-from mbdsl.integrators import methods
+from mbdsl.integrators import available
 from mbdsl.lang.load import load
 from mbdsl.simulation import simulated
 from mbdsl.studies.hard_page import Suite
@@ -143,7 +143,7 @@ def _cases(file: Path) -> Iterator[Case]:
 def measure(case: Case, method: str, tol: bool = False, budget: float = BUDGET) -> Cell | None:
     """Run a case by a method, at its step or with its tolerance; None where it has none, or the method cannot."""
     size = case.tol if tol else case.step
-    if size is None or ("controlled" if tol else "fixed") not in methods()[method].steps:
+    if size is None or ("controlled" if tol else "fixed") not in available()[method].steps:
         return None
     try:
         found = _run(case, method, size, tol, budget)

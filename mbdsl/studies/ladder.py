@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from mbdsl.errors import IntegrationError, MbdslError
-from mbdsl.integrators import methods
+from mbdsl.integrators import available
 from mbdsl.studies.cases import Case
 from mbdsl.studies.errors import error, quantities
 from mbdsl.studies.limits import TooLong
@@ -44,7 +44,7 @@ class Ladder:
     @property
     def declared(self) -> float:
         """The order with which errors should fall: with the step, or with the tolerance."""
-        return float(methods()[self.method].order) if self.fixed else 1.0
+        return float(available()[self.method].order) if self.fixed else 1.0
 
     @property
     def order(self) -> float | None:
@@ -120,7 +120,7 @@ class Ladder:
 
     def price(self, target: float) -> float:
         """The expected time to reach ``target`` [s]."""
-        power = 1.0 / self.declared if self.fixed else 1.0 / (methods()[self.method].order + 1.0)
+        power = 1.0 / self.declared if self.fixed else 1.0 / (available()[self.method].order + 1.0)
         return self.seconds * max(1.0, self.estimate / (AIM * target)) ** power
 
     def start(self, run: Run, may_fail: bool) -> None:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from mbdsl.errors import MbdslError
-from mbdsl.integrators import methods
+from mbdsl.integrators import available
 from mbdsl.simulation import DEFAULT_STEP
 from mbdsl.studies.cases import Case
 from mbdsl.studies.families import EXTRAPOLATED, family, precise
@@ -150,5 +150,5 @@ def _others(ladder: Ladder, accuracy: float) -> Iterator[Ladder]:
     experiment = ladder.last.scene.experiment
     h = ladder.case().step or (experiment.step or DEFAULT_STEP) / 4.0
     for name in EXTRAPOLATED:
-        if name in methods() and family(name) != family(ladder.method):
+        if name in available() and family(name) != family(ladder.method):
             yield Ladder(name, True, [2.0 * h, h])

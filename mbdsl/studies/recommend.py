@@ -11,7 +11,7 @@ from statistics import median
 from typing import Any
 
 from mbdsl.errors import IntegrationError, UsageError
-from mbdsl.integrators import methods
+from mbdsl.integrators import available
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import duration, together
 from mbdsl.plotting.figures import Table
@@ -186,7 +186,7 @@ class Search:
         ended.
         """
         fixed = kind == "fixed"
-        order = float(methods()[name].order) if fixed else 1.0
+        order = float(available()[name].order) if fixed else 1.0
         at = 4.0 * own_step(self.runner.setting) if fixed else min(1e-3, 10.0 * self.target_part)
         tried: list[tuple[float, float]] = []
         best: Choice | None = None
@@ -238,7 +238,7 @@ def _promising(names: Sequence[str]) -> list[tuple[str, str]]:
     """Methods with the kind of their steps, those of high order first: where these are quick, others need no time."""
     high = precise()
     ordered = sorted(names, key=lambda name: high.index(name) if name in high else len(high))
-    return [(name, kind) for name in ordered for kind in methods()[name].steps]
+    return [(name, kind) for name in ordered for kind in available()[name].steps]
 
 
 def _search(

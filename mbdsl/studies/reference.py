@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from mbdsl import results
 from mbdsl.errors import IntegrationError, UsageError
-from mbdsl.integrators import methods
+from mbdsl.integrators import available
 from mbdsl.messages import duration, few, together
 from mbdsl.studies.cases import POINTS, Case, Setting, own_step
 from mbdsl.studies.errors import Error, Quantity, Solution, error, matching, quantities, reactions
@@ -189,7 +189,7 @@ def automatic(runner: Runner, studied: Sequence[str], finest: float | None) -> R
     best = _closest(found)
     h = 2.0 * finest if finest else own_step(runner.setting) / 4.0
     h = h if best is not None and best[0] < GOOD else _affordable(runner, h)
-    low = [name for name in EXTRAPOLATED if name in methods() and family(name) not in {family(x[0]) for x in found}]
+    low = [name for name in EXTRAPOLATED if name in available() and family(name) not in {family(x[0]) for x in found}]
     for _ in range(FINER):
         if (best is not None and best[0] < GOOD) or not low:
             break

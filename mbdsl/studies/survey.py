@@ -10,7 +10,7 @@ from os import PathLike
 import numpy as np
 
 from mbdsl.errors import UsageError
-from mbdsl.integrators import methods
+from mbdsl.integrators import available
 from mbdsl.mechanism.scene import Scene
 from mbdsl.studies.cases import (
     POINTS,
@@ -188,7 +188,7 @@ def begin(
         each = max(1, round(of.interval / (parts[0] * own_step(of))))  # of the longest: all reach the output times
         return runner, *cases(names, [of.interval / each * part / parts[0] for part in parts], few[1])
     steps = step_ladder(of)
-    fixed = [name for name in names if "fixed" in methods()[name].steps]
+    fixed = [name for name in names if "fixed" in available()[name].steps]
     if fixed:
         steps = steps[: _affordable(runner, fixed, steps)]
     return runner, *cases(names, steps, TOLS, both)

@@ -29,7 +29,7 @@ import numpy as np
 
 import mbdsl
 from mbdsl.initial.consistent import InitialState, initial_state
-from mbdsl.integrators import state
+from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import System, build
@@ -54,7 +54,7 @@ class Cost:
     us: list[float] = field(default_factory=list)  #: a step, in each round
     iterations: float = 0.0  #: a step
     matrices: float = 0.0
-    status: int = state.DONE
+    status: int = loop_state.DONE
 
 
 def assembled(model: str, n: int) -> tuple[System, InitialState]:
@@ -81,8 +81,8 @@ def measure(model: str, sizes: Iterable[int], repeats: int) -> dict[str, dict[in
                 clock = time.process_time()
                 cost.status = run.advance()
                 seconds = time.process_time() - clock
-                done = max(1, run.J[state.STEP])
-                cost.iterations, cost.matrices = run.J[state.ITERATIONS] / done, run.J[state.MATRICES] / done
+                done = max(1, run.J[loop_state.STEP])
+                cost.iterations, cost.matrices = run.J[loop_state.ITERATIONS] / done, run.J[loop_state.MATRICES] / done
                 if k > 0:  # the first round loads what is compiled
                     cost.us.append(1e6 * seconds / done)
     return costs
@@ -102,7 +102,7 @@ def rows(model: str, costs: dict[str, dict[int, Cost]]) -> list[str]:
     lines = []
     for method, sizes in costs.items():
         for n, cost in sizes.items():
-            failed = "" if cost.status == state.DONE else "   VOID: stopped early"
+            failed = "" if cost.status == loop_state.DONE else "   VOID: stopped early"
             lines.append(
                 f"{model:9} {n:6d} {method:8} {min(cost.us):10.1f} {median(cost.us):10.1f} {min(cost.us) / n:8.3f}"
                 f" {cost.iterations:10.2f} {cost.matrices:8.2f}{failed}"
@@ -134,7 +134,7 @@ def one(n: int, method: str) -> None:
     run.advance(1)
     seconds = time.process_time() - clock
     run.advance()
-    print(json.dumps([seconds, peak(), int(run.J[state.STEP])]))
+    print(json.dumps([seconds, peak(), int(run.J[loop_state.STEP])]))
 
 
 def processes(sizes: Iterable[int], repeats: int) -> list[str]:

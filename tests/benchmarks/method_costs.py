@@ -21,7 +21,7 @@ import numpy as np
 import mbdsl
 from mbdsl.initial.consistent import InitialState, initial_state
 from mbdsl.integrators import compiled as methods
-from mbdsl.integrators import state
+from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import System, build
@@ -77,7 +77,7 @@ class Cost:
     us: list[float] = field(default_factory=list)  #: a step, in each round
     iterations: float = 0.0  #: a step
     matrices: float = 0.0
-    status: int = state.DONE
+    status: int = loop_state.DONE
 
 
 def assembled(model: str) -> tuple[System, InitialState]:
@@ -99,9 +99,9 @@ def measure(case: Case, repeats: int, steps: int | None = None) -> dict[str, Cos
             begun = time.perf_counter()
             status = run.advance()
             seconds = time.perf_counter() - begun
-            done = max(1, run.J[state.STEP])
+            done = max(1, run.J[loop_state.STEP])
             cost = costs[name]
-            cost.iterations, cost.matrices = run.J[state.ITERATIONS] / done, run.J[state.MATRICES] / done
+            cost.iterations, cost.matrices = run.J[loop_state.ITERATIONS] / done, run.J[loop_state.MATRICES] / done
             cost.status = status
             if k > 0:  # the first round loads what is compiled
                 cost.us.append(1e6 * seconds / done)
@@ -125,7 +125,7 @@ def rows(case: Case, costs: dict[str, Cost]) -> list[str]:
         cost, (low, middle) = costs[name], ratios(costs, name)
         target = case.targets.get(name)
         aim = "" if target is None else f"   {target:4.2f} {'met' if middle <= target else 'MISSED'}"
-        failed = "" if cost.status == state.DONE else "   VOID: stopped early"
+        failed = "" if cost.status == loop_state.DONE else "   VOID: stopped early"
         lines.append(
             f"  {name:11} {min(cost.us):8.3f} {median(cost.us):8.3f}   {low:5.2f} {middle:6.2f}"
             f" {cost.iterations:10.2f} {cost.matrices:8.3f}{aim}{failed}"

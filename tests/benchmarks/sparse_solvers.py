@@ -26,7 +26,7 @@ from scipy.sparse.linalg import splu
 import mbdsl
 from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.initial.consistent import initial_state
-from mbdsl.integrators import linear, sparse
+from mbdsl.integrators.loop import linear_solve, sparse_lu
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -59,7 +59,7 @@ def compiled() -> list[Callable]:
         "factor": code_cache.Signature(("int", "vector", "vector", "ints"), gives="int"),
         "solve": code_cache.Signature(("int", "vector", "ints", "matrix", "int")),
     }
-    return code_cache.functions("mbdsl_measure_sparse", TEXT, signatures, lambda: [linear, sparse])
+    return code_cache.functions("mbdsl_measure_sparse", TEXT, signatures, lambda: [linear_solve, sparse_lu])
 
 
 def seconds(call: Callable[[int], object], repeats: int) -> float:
@@ -98,7 +98,7 @@ def compare(model: str, n: int, repeats: int) -> list[str]:
     b = np.random.default_rng(0).normal(size=N)
     order = system.elimination_order()
     rows, columns = system.tables.pattern
-    pattern = sparse.analyse(N, rows, columns, order)
+    pattern = sparse_lu.analyse(N, rows, columns, order)
     run = Integration(system, "hht-i3", h, 0.0, h, np.array([]))
     entries = M.tocoo()
     at = dict(zip(zip(rows.tolist(), columns.tolist(), strict=True), pattern.slots.tolist(), strict=True))

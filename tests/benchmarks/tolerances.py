@@ -23,7 +23,7 @@ import numpy as np
 
 import mbdsl
 from mbdsl.errors import MbdslError
-from mbdsl.integrators import methods
+from mbdsl.integrators import available
 from mbdsl.numerics.error_norm import distance
 from mbdsl.trajectory import Trajectory
 
@@ -85,7 +85,7 @@ def table(names: Sequence[str], chosen: Sequence[str], tolerances: Sequence[floa
             cells, steps, expected = [], [], 0.0
             for tol in tolerances:
                 run = None
-                if expected <= MOST and not (methods()[method].order == 1 and tol < 0.99e-5):
+                if expected <= MOST and not (available()[method].order == 1 and tol < 0.99e-5):
                     try:
                         run = mbdsl.simulate(MODELS / f"{name}.mbd", method=method, tol=tol)
                     except MbdslError:
@@ -96,7 +96,7 @@ def table(names: Sequence[str], chosen: Sequence[str], tolerances: Sequence[floa
                     continue
                 cells.append(f"{exact.error(run) / tol:9.2g}")
                 steps.append(run.stats["steps"])
-                expected = 10.0 ** (1.0 / methods()[method].order) * steps[-1]
+                expected = 10.0 ** (1.0 / available()[method].order) * steps[-1]
             lines.append(f"{name:22}{method:12}{exact.wrong:8.0e}{''.join(cells)}   {', '.join(map(str, steps))}")
     return "\n".join(lines)
 
@@ -114,7 +114,7 @@ def beside_fixed(method: str, tolerances: Sequence[float], repeats: int = 7) -> 
         exact = reference(name, 4e-6, parameters)
         errors = [exact.error(seconds(path, parameters, method=method, step=h)[1]) for h in fixed]
         for tol in tolerances:
-            if methods()[method].order == 1 and tol < 0.99e-5:
+            if available()[method].order == 1 and tol < 0.99e-5:
                 continue
             error = exact.error(seconds(path, parameters, method=method, tol=tol)[1])
             if not errors[-1] <= error <= errors[0]:

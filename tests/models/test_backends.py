@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.integrators import external, methods
+from mbdsl.integrators import available, external
 
 MODELS = Path(__file__).parents[2] / "models"
 BACKENDS = ("scipy-dop853", "scipy-radau", "scipy-lsoda", "ida")
@@ -53,7 +53,7 @@ def own():
 def test_all_are_here():
     assert set(RUNS) == {path.stem for path in MODELS.glob("*.mbd")}
     folder = Path(external.__file__).parent
-    assert {path.stem.replace("_", "-") for path in folder.glob("[a-z]*.py")} == set(BACKENDS) <= set(methods())
+    assert {path.stem.replace("_", "-") for path in folder.glob("[a-z]*.py")} == set(BACKENDS) <= set(available())
 
 
 @pytest.mark.parametrize("method", BACKENDS)

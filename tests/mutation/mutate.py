@@ -145,14 +145,15 @@ NEAREST = {
     "mbdsl/system/switches": ("tests/unit/test_switches.py",),
     "mbdsl/system/peaks_in_time": ("tests/unit/test_intervals.py", *PEAKS),
     "mbdsl/integrators/": (*QUICK, *FULL),
+    "mbdsl/integrators/methods/": (*QUICK, *FULL),
     "mbdsl/integrators/__init__": (BACKENDS, "-k", "registered or process"),
     "mbdsl/integrators/backends": (BACKENDS, "-k", "registered or told or output or tolerances_of"),
-    "mbdsl/integrators/collocation": RADAU5,
-    "mbdsl/integrators/complex_lu": (f"{INTEGRATORS}/test_linear.py", *RADAU5),
-    "mbdsl/integrators/linear": (f"{INTEGRATORS}/test_linear.py", *FULL),
-    "mbdsl/integrators/control": CONTROL,
-    "mbdsl/integrators/corrections": FULL,
-    "mbdsl/integrators/driver": STEPS,
+    "mbdsl/integrators/methods/radau5_coefficients": RADAU5,
+    "mbdsl/integrators/loop/complex_lu": (f"{INTEGRATORS}/test_linear.py", *RADAU5),
+    "mbdsl/integrators/loop/linear_solve": (f"{INTEGRATORS}/test_linear.py", *FULL),
+    "mbdsl/integrators/loop/step_control": CONTROL,
+    "mbdsl/integrators/loop/split_correction": FULL,
+    "mbdsl/integrators/loop/driver": STEPS,
     "mbdsl/integrators/events": ("tests/unit/test_switches.py", "tests/unit/integrators/test_events.py"),
     "mbdsl/integrators/external/": (
         BACKENDS,
@@ -160,20 +161,20 @@ NEAREST = {
         "-k",
         "reactions or peak or domain or see_it",
     ),
-    "mbdsl/integrators/jumps": ("tests/unit/test_stepping.py::test_reaction_behind_a_jump", JUMPS),
-    "mbdsl/integrators/kinematic": (
+    "mbdsl/integrators/scheduled_jumps": ("tests/unit/test_stepping.py::test_reaction_behind_a_jump", JUMPS),
+    "mbdsl/integrators/methods/kinematic": (
         "tests/unit/test_reduction.py",
         "-k",
         "everything_driven or kinematics or without_reactions",
     ),
-    "mbdsl/integrators/landing": PEAKS,
-    "mbdsl/integrators/lookout": (UNSEEN, "-k", "nested and hht-si2-0.001"),
-    "mbdsl/integrators/overlooked": PEAKS,
-    "mbdsl/integrators/radau5": RADAU5,
-    "mbdsl/integrators/sparse": ("tests/unit/test_reductions.py", *FULL),
-    "mbdsl/integrators/stages": RADAU5,
-    "mbdsl/integrators/switching": ("tests/unit/test_switches.py", "tests/unit/integrators/test_events.py"),
-    "mbdsl/integrators/turns": ("tests/unit/bodies/test_turns.py",),
+    "mbdsl/integrators/loop/zone_landing": PEAKS,
+    "mbdsl/integrators/peak_zones": (UNSEEN, "-k", "nested and hht-si2-0.001"),
+    "mbdsl/integrators/missed_peaks": PEAKS,
+    "mbdsl/integrators/methods/radau5": RADAU5,
+    "mbdsl/integrators/loop/sparse_lu": ("tests/unit/test_reductions.py", *FULL),
+    "mbdsl/integrators/methods/radau5_stages": RADAU5,
+    "mbdsl/integrators/loop/switch_location": ("tests/unit/test_switches.py", "tests/unit/integrators/test_events.py"),
+    "mbdsl/integrators/loop/turn_counting": ("tests/unit/bodies/test_turns.py",),
 }
 #: subscripts of these are types
 GENERIC = {"tuple", "list", "dict", "Callable", "NDArray", "Mapping", "Sequence"}
@@ -235,7 +236,7 @@ def tests_of(path: str) -> tuple[str, ...]:
     if start == "mbdsl/elements/" and pair:
         kind = "".join(word.capitalize() for word in stem.split("_"))
         return (*KERNELS, f"{DERIVATIVES}::test_derivatives_of_the_system", "-k", f"[{kind}")
-    if start == "mbdsl/integrators/" and re.search("^METHOD = ", text, re.MULTILINE):
+    if start == "mbdsl/integrators/methods/" and re.search("^METHOD = ", text, re.MULTILINE):
         name = stem.replace("_", "-")
         return (*METHODS, "-k", f"({name} or {stem}) and not seven_body and not soft and not flexible and not order")
     return NEAREST[start]

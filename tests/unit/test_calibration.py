@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbdsl.calibration import calibrated
-from mbdsl.integrators import state
+from mbdsl.integrators.loop import loop_state
 from mbdsl.motion import Plan
 
 T, TOL = np.linspace(0.0, 1.0, 201), 1e-4
@@ -15,7 +15,7 @@ T, TOL = np.linspace(0.0, 1.0, 201), 1e-4
 class Sine:
     """q = sin t, with the ``error(eps)`` times t in q and v; where it ``fails``, at 0.3 or 0.4 s in turn."""
 
-    def __init__(self, fails, steps=10, error=lambda eps: 0.1 * eps, status=state.TOO_SMALL):
+    def __init__(self, fails, steps=10, error=lambda eps: 0.1 * eps, status=loop_state.TOO_SMALL):
         self.plan = Plan("hht-si2", 1.0, 0.0, 1.0, T[1:], {}, tol=TOL)
         self.system = SimpleNamespace(tables=SimpleNamespace(scale=np.ones(1)))
         self.fails, self.steps, self.trial_steps, self.failed = fails, steps, 0, 0
@@ -26,7 +26,7 @@ class Sine:
 
     def run(self):
         self.tried.append(self.eps)
-        return self.status if self.fails(self.eps) else state.DONE
+        return self.status if self.fails(self.eps) else loop_state.DONE
 
     def states(self):
         t = T
@@ -59,16 +59,16 @@ def test_trial_runs_that_fail(fails):
     motion = Sine(lambda eps: fails[0] < eps < fails[1])
     status, found = calibrated(motion, TOL, motion.run)
     true = 0.1 * motion.eps
-    assert status == state.DONE
+    assert status == loop_state.DONE
     assert true <= found.error <= 10.0 * true
     assert (found.horizon is None) == (found.error <= TOL)
 
 
-@pytest.mark.parametrize("status", [state.TOO_SMALL, state.DIVERGED])
+@pytest.mark.parametrize("status", [loop_state.TOO_SMALL, loop_state.DIVERGED])
 def test_the_best_run_is_looked_for_behind_a_failure(status):
     """Runs pass down to an eps of 2e-6, and err by 100 eps: 5e-7 would be needed."""
     motion = Sine(lambda eps: eps < 2e-6, error=lambda eps: 100.0 * eps, status=status)
-    assert calibrated(motion, TOL, motion.run)[0] == state.DONE
+    assert calibrated(motion, TOL, motion.run)[0] == loop_state.DONE
     assert 2e-6 < motion.eps < 8e-6
     motion.tried.clear()
     found = calibrated(motion, TOL, motion.run)[1]
@@ -84,7 +84,7 @@ def test_a_failure_behind_a_leap_is_made_up_for():
     status, found = calibrated(motion, TOL, motion.run)
     true = motion.error(motion.eps)
     assert any(motion.fails(eps) for eps in motion.tried)
-    assert status == state.DONE and found.horizon is None
+    assert status == loop_state.DONE and found.horizon is None
     assert true <= found.error <= TOL
 
 
@@ -101,6 +101,6 @@ def test_nothing_is_claimed_of_times_that_one_run_has_come_to():
     """One run comes to its end, and there are too many steps to make another."""
     motion = Sine(lambda eps: eps > 1e-5, steps=15_000_000)
     status, found = calibrated(motion, TOL, motion.run)
-    assert status == state.DONE
+    assert status == loop_state.DONE
     assert found.error is None
     assert found.horizon <= 0.4

@@ -106,14 +106,14 @@ def test_every_step_and_a_body_that_deforms(tmp_path, monkeypatch):
 
 def test_where_pivots_are_searched_for(model, monkeypatch):
     """The other solver has other buffers."""
-    from mbdsl.integrators import linear
+    from mbdsl.integrators.loop import linear_solve
     from mbdsl.integrators.run import Integration
 
     begin = Integration.begin
 
     def pivoting(self, *given, **named):
         if named.get("t") is None:
-            self._use(linear.DENSE)
+            self._use(linear_solve.DENSE)
         begin(self, *given, **named)
 
     with monkeypatch.context() as other:

@@ -353,11 +353,11 @@ def test_progress_before_the_first_step():
 
 # -- methods ----------------------------------------------------------------------------------------------------
 def test_methods_are_listed_with_their_source(say):
-    from mbdsl.integrators import methods
+    from mbdsl.integrators import available
 
     code, out, _ = say("methods")
     assert code == 0
-    for method in methods().values():
+    for method in available().values():
         lines = out.splitlines()
         (at,) = (k for k, line in enumerate(lines) if line.startswith(f"{method.name} "))
         first, rest = lines[at], lines[at + 1 :]

@@ -12,7 +12,8 @@ from scipy.integrate import solve_ivp
 
 import mbdsl
 from mbdsl.initial.consistent import initial_state
-from mbdsl.integrators import linear, modules, state
+from mbdsl.integrators import modules
+from mbdsl.integrators.loop import linear_solve, loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -55,12 +56,12 @@ def matrices(crank, method, h):
     """Those of the fourth step, in dense form; A[0], and A[1] where the method has two systems."""
     _scene, system, start = crank
     run = Integration(system, method, h, 0.0, 10 * h, np.array([]))
-    run._use(linear.DENSE)
+    run._use(linear_solve.DENSE)
     run.begin(start.q, start.v, start.a, start.lam)
-    assert run.advance(3) == state.RUNNING
-    run.J[state.FRESH] = 0
-    assert run.advance(1) == state.RUNNING
-    assert run.J[state.MATRICES] >= 2
+    assert run.advance(3) == loop_state.RUNNING
+    run.J[loop_state.FRESH] = 0
+    assert run.advance(1) == loop_state.RUNNING
+    assert run.J[loop_state.MATRICES] >= 2
     return [factorised(run, k) for k in range(len(POWERS[method]))]
 
 

@@ -17,7 +17,7 @@ from scipy.special import ellipj, ellipk
 import mbdsl
 from mbdsl import calibration, simulation
 from mbdsl.errors import IntegrationError
-from mbdsl.integrators import state
+from mbdsl.integrators.loop import loop_state
 from mbdsl.motion import Motion
 
 BLOCK = """
@@ -186,7 +186,9 @@ def test_growth_is_refined_only_where_it_would_end_the_run(monkeypatch, text, to
 def test_interrupted_while_growth_is_refined(monkeypatch):
     integrate = simulation._integrate
     monkeypatch.setattr(
-        simulation, "_integrate", lambda motion, *rest: state.RUNNING if motion.plan.every else integrate(motion, *rest)
+        simulation,
+        "_integrate",
+        lambda motion, *rest: loop_state.RUNNING if motion.plan.every else integrate(motion, *rest),
     )
     with pytest.raises(mbdsl.Interrupted):
         run(mbdsl.parse(ORBIT), "hht-si2", 1e-4, interval=0.1)

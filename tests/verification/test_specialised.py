@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.integrators import methods
+from mbdsl.integrators import available
 
 MODELS = Path(__file__).parents[2] / "models"
 #: models whose drivers became functions of time
@@ -127,7 +127,7 @@ def test_driven_crank(method):
     slopes = np.log2(np.array(gaps[:-1]) / gaps[1:])
     if method not in STABILISED:
         assert np.all(slopes[:, 0] > order - 0.15), slopes
-    if methods()[method].own_reactions:
+    if available()[method].own_reactions:
         assert np.all(slopes[:, 1] > order - 0.15), slopes
     else:  # found from q and v, by both
         assert max(lam for _, lam in gaps) < 1e-10

@@ -12,7 +12,7 @@ import pytest
 
 import mbdsl
 from mbdsl.integrators.external import _pieces
-from mbdsl.integrators.lookout import Landings
+from mbdsl.integrators.peak_zones import Landings
 from mbdsl.system import build
 
 TEXT = """
@@ -272,7 +272,7 @@ initial equation mass.x = 0.5; mass.y = 0; mass.vx = 1; mass.vy = 0; end Growing
 
 def test_what_is_seen_does_not_depend_on_pauses_nor_on_runs_before():
     """Peaks that are weighed against the largest so far, looked at behind so many steps at once: the same bits."""
-    from mbdsl.integrators import state
+    from mbdsl.integrators.loop import loop_state
     from mbdsl.motion import Motion
     from mbdsl.simulation import plan
 
@@ -282,9 +282,9 @@ def test_what_is_seen_does_not_depend_on_pauses_nor_on_runs_before():
     motion.prepare()
     for steps in (10**6, 10**6, 7):
         motion.restart(run)
-        while (status := motion.advance(steps)) == state.RUNNING:
+        while (status := motion.advance(steps)) == loop_state.RUNNING:
             pass
-        assert status == state.DONE
+        assert status == loop_state.DONE
         found.append((motion.steps, motion.states()[1]))
     assert found[0][0] == found[1][0] == found[2][0]
     assert np.array_equal(found[0][1], found[1][1])

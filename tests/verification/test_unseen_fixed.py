@@ -11,7 +11,7 @@ import pytest
 
 from mbdsl import cli, resume, simulate
 from mbdsl.checkpoint import Checkpoint
-from mbdsl.integrators.overlooked import BATCH
+from mbdsl.integrators.missed_peaks import BATCH
 from mbdsl.lang.load import parse_text
 
 STEP = 0.05
@@ -161,7 +161,7 @@ def test_what_was_found_before_a_checkpoint_is_said_after_it(tmp_path, monkeypat
 
 
 def test_without_such_laws_nothing_is_recorded():
-    from mbdsl.integrators.state import NOTES
+    from mbdsl.integrators.loop.loop_state import NOTES
     from mbdsl.motion import Motion
     from mbdsl.simulation import plan
 

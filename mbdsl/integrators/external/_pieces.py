@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators.backends import Problem
 from mbdsl.integrators.events import CROWD, HARDLY, MANY, SLIDING, SLIDING_HINT, STANDSTILL
-from mbdsl.integrators.switching import JUMP
+from mbdsl.integrators.loop.switch_location import JUMP
 from mbdsl.system.index1 import Index1
 from mbdsl.system.peaks_in_time import Zone
 from mbdsl.system.switches import law_of

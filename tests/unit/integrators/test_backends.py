@@ -14,7 +14,7 @@ import mbdsl
 from mbdsl import Builder, cli, integrators
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.initial.consistent import initial_state
-from mbdsl.integrators import Method, Option, compiled, declared, methods, problems, register
+from mbdsl.integrators import Method, Option, available, compiled, declared, problems, register
 from mbdsl.integrators.backends import Problem
 from mbdsl.receipt import explain
 from mbdsl.system import build
@@ -144,7 +144,7 @@ def test_nothing_of_theirs_is_loaded_without_them(tmp_path):
         f"mbdsl.simulate({str(MODEL)!r}, method='hht-si2', stop=0.01)\n"
         "loaded = {'scipy', 'sksundae', 'importlib.metadata', 'mbdsl.integrators.external.ida'} & set(sys.modules)\n"
         "import mbdsl.integrators\n"
-        "mbdsl.integrators.methods()\n"
+        "mbdsl.integrators.available()\n"
         "print(sorted(loaded), sorted({'scipy', 'sksundae'} & set(sys.modules)))"
     )
     for _ in range(2):  # the first compiles what is not kept yet, which takes numba, and that takes scipy
@@ -187,7 +187,7 @@ def test_another_package_registers_one(tmp_path, monkeypatch, capsys):
         other=("their_other", wrong),
         ida=("their_ida", wrong.replace("'x'", "'ida'")),
     )
-    assert declared("rk4").order == 4 and "rk4" in methods() and "rk4" not in compiled()
+    assert declared("rk4").order == 4 and "rk4" in available() and "rk4" not in compiled()
     found = mbdsl.simulate(MODEL, method="rk4", step=1e-3, stop=0.1)
     own = mbdsl.simulate(MODEL, method="scipy-dop853", tol=1e-10, stop=0.1)
     assert found.stats["steps"] == 500 and np.abs(found.q - own.q).max() < 1e-9  # a step for each output

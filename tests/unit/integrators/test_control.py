@@ -9,7 +9,8 @@ import mbdsl
 from mbdsl.compilation import buffer_layout
 from mbdsl.errors import IntegrationError
 from mbdsl.initial.consistent import initial_state
-from mbdsl.integrators import methods, modules, state
+from mbdsl.integrators import available, modules
+from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -49,7 +50,7 @@ def test_local_errors_add_up_to_the_error_attained(method):
     local_error = getattr(module.local_error, "py_func", module.local_error)
     for h in (2e-2, 1e-2, 5e-3):
         system, run = started(oscillator(), method, h, 2.0)
-        assert run.advance() == state.DONE
+        assert run.advance() == loop_state.DONE
         k = system.names().index("body.x")
         t = np.arange(h, 2.0 + h / 2, h)
         e_q, e_v = (
@@ -71,10 +72,10 @@ def prescribed(scene, method, steps):
     system, run = started(scene, method, 1.0, 1e3, tol=ANY)
     first = initial_state(system, graph.build(scene), 0.0)
     run.begin(first.q, first.v, first.a, first.lam, h=float(steps[0]))
-    run.K[state.TOL] = 1e9
+    run.K[loop_state.TOL] = 1e9
     for h in [*steps[1:], steps[-1]]:
-        run.K[state.MOST_H] = h
-        assert run.advance(1) == state.RUNNING
+        run.K[loop_state.MOST_H] = h
+        assert run.advance(1) == loop_state.RUNNING
     assert run.count("rejected") == 0 and run.steps == len(steps)
     return system, run
 
@@ -100,15 +101,15 @@ def test_order_is_kept_whatever_the_steps(method, sequence):
         found = run.out, run.state()
         lam = accelerations(system, T, q, v)[1]
         parts = [np.abs(a - b).max() for a, b in zip(found[1], (q, v, lam), strict=True)]
-        errors.append(parts if methods()[method].own_reactions else parts[:2])
+        errors.append(parts if available()[method].own_reactions else parts[:2])
     slopes = -np.polyfit(np.log(sizes), np.log(errors), 1)[0]
-    order = methods()[method].order
+    order = available()[method].order
     assert (slopes > order - 0.25).all() and (slopes < order + 0.5).all(), slopes
 
 
 @pytest.mark.parametrize("ratio", [0.2, 0.7, 1.0, 2.0])
 def test_bdf2_is_exact_for_quadratics(ratio):
-    from mbdsl.integrators import nstiff
+    from mbdsl.integrators.methods import nstiff
 
     c = np.zeros(4)
     getattr(nstiff.set_ratio, "py_func", nstiff.set_ratio)(ratio, c)
@@ -173,12 +174,12 @@ def test_begin_anew_at_a_later_time():
     """As behind a jump: the same motion, from another time on, with a history of its own."""
     system, run = started(oscillator(), "hht-si2", 1.0, 2.0, tol=1e-6)
     while run.time < 1.0:
-        assert run.advance(1) == state.RUNNING
+        assert run.advance(1) == loop_state.RUNNING
     t, (q, v, _) = run.time, (x.copy() for x in run.state())
     a, lam = accelerations(system, t, q, v)
     run.begin(q, v, a, lam, t=t)
     assert run.time == t
-    while run.advance(1000) == state.RUNNING:
+    while run.advance(1000) == loop_state.RUNNING:
         pass
     assert run.time == 2.0
     assert run.state()[0][system.names().index("body.x")] == pytest.approx(np.cos(2.0), abs=2e-6)

@@ -8,10 +8,10 @@ from scipy.integrate import solve_ivp
 
 import mbdsl
 from mbdsl.errors import IntegrationError
-from mbdsl.integrators import methods
+from mbdsl.integrators import available
 from mbdsl.integrators.events import Events
 
-METHODS = [name for name, method in methods().items() if "controlled" in method.steps and "fixed" in method.steps]
+METHODS = [name for name, method in available().items() if "controlled" in method.steps and "fixed" in method.steps]
 SLIDE = """
 model Slide
   Ground ground(g = 0);

@@ -18,7 +18,7 @@ import pytest
 import mbdsl
 from mbdsl.compilation import buffer_layout
 from mbdsl.initial.consistent import initial_state
-from mbdsl.integrators import state
+from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import System, build
@@ -270,7 +270,7 @@ def integration(model, method):
     system, h = build(scene, mechanism), STEPS[model]
     start = initial_state(system, mechanism, 0.0)
     run = Integration(system, method, h, 0.0, 1000 * h, np.array([]))
-    run.K[state.VELOCITY_TOL] = run.K[state.RELATIVE_TOL] = 0.0
+    run.K[loop_state.VELOCITY_TOL] = run.K[loop_state.RELATIVE_TOL] = 0.0
     run.begin(start.q, start.v, start.a, start.lam)
     return system, run
 
@@ -279,14 +279,14 @@ def steps(model, method, done):
     """A run after ``done`` steps, as the state before the next one; and q, v and multipliers after that."""
     system, run = integration(model, method)
     n, h = system.n, run.h
-    assert not done or run.advance(done) == state.RUNNING
+    assert not done or run.advance(done) == loop_state.RUNNING
     Y = run.Y.copy()
     a = Y[buffer_layout.Q1 if method == "hht-add" else buffer_layout.XA]
     before = Before(
         system, done * h, h, Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n], a[:n], Y[buffer_layout.XA, n:],
         Y[buffer_layout.Q1, :n], Y[buffer_layout.V1, :n], method.startswith("nstiff") and run.c[1] == 1.0,
     )  # fmt: skip
-    assert run.advance(1) == state.RUNNING
+    assert run.advance(1) == loop_state.RUNNING
     Y = run.Y
     before.near = (Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n], Y[buffer_layout.XA, n:])
     if method in SPLIT:
@@ -301,9 +301,9 @@ def test_hht_si2_looks_at_the_mass_matrix_once_a_step(model):
         S, run = integration(model, method)
         for _ in range(4):
             q, v = run.Y[buffer_layout.Q0, : S.n].copy(), run.Y[buffer_layout.V0, : S.n].copy()
-            iterations = run.J[state.ITERATIONS]
-            assert run.advance(1) == state.RUNNING
-            assert run.J[state.ITERATIONS] > iterations + 1
+            iterations = run.J[loop_state.ITERATIONS]
+            assert run.advance(1) == loop_state.RUNNING
+            assert run.J[loop_state.ITERATIONS] > iterations + 1
             assert run.I[buffer_layout.NEW_MASS] == 0
             used, end = run.Y[buffer_layout.Q_MASS, : S.n], run.Y[buffer_layout.Q0, : S.n]
             a = run.Y[buffer_layout.XA, : S.n]

@@ -8,7 +8,7 @@ import pytest
 
 import mbdsl
 from mbdsl.errors import UsageError
-from mbdsl.integrators.generalized_alpha_i3 import weights
+from mbdsl.integrators.methods.generalized_alpha_i3 import weights
 
 METHODS = ("generalized-alpha", "generalized-alpha-i3")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mbdsl.compilation import buffer_layout
-from mbdsl.integrators import complex_lu, linear
+from mbdsl.integrators.loop import complex_lu, linear_solve
 
 N = 6
 
@@ -32,9 +32,9 @@ def test_real_systems(singular, plain):
         A, Y = np.zeros(N * N + 2 * N), rng.normal(size=(1, N))
         A[: N * N] = (rows[:, None] * M * columns).ravel()
         expected = None if singular else np.linalg.solve(M, Y[0] / rows) / columns
-        assert plain(linear.dense_factor)(A, P, I) != singular
+        assert plain(linear_solve.dense_factor)(A, P, I) != singular
         if not singular:
-            plain(linear.dense_solve)(A, P, I, Y, 0)
+            plain(linear_solve.dense_solve)(A, P, I, Y, 0)
             assert Y[0] * columns == pytest.approx(expected * columns, rel=1e-9)
 
 

@@ -13,9 +13,9 @@ import mbdsl
 from mbdsl.compilation import code_cache
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import compiled as methods
-from mbdsl.integrators import state
+from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop.compiled_loop import loop_name
 from mbdsl.integrators.run import Integration
-from mbdsl.integrators.step_loop import loop_name
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 
@@ -43,13 +43,13 @@ def running(model, method, tol=None):
 def calls(run, steps):
     """Calls that Python makes and hears of while the loop takes so many steps."""
     found = []
-    before, former = int(run.J[state.STEP]), sys.getprofile()
+    before, former = int(run.J[loop_state.STEP]), sys.getprofile()
     sys.setprofile(lambda frame, event, argument: found.append(event))
     try:
         status = run.advance(steps)
     finally:
         sys.setprofile(former)
-    assert status == state.RUNNING and run.J[state.STEP] - before == steps
+    assert status == loop_state.RUNNING and run.J[loop_state.STEP] - before == steps
     return found
 
 

@@ -16,14 +16,15 @@ import mbdsl
 from mbdsl.compilation import buffer_layout
 from mbdsl.errors import IntegrationError
 from mbdsl.initial.consistent import initial_state
-from mbdsl.integrators import collocation, sparse, stages, state
+from mbdsl.integrators.loop import loop_state, sparse_lu
+from mbdsl.integrators.methods import radau5_coefficients, radau5_stages
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 
 MODELS = Path(__file__).parents[3] / "models"
 SCRIPT = Path(__file__).with_name("uncompiled_stages.py")
-A, C = np.array(collocation.A), np.array(collocation.NODES)
+A, C = np.array(radau5_coefficients.A), np.array(radau5_coefficients.NODES)
 
 # -- coefficients ----------------------------------------------------------------------------------------------------
 
@@ -38,22 +39,22 @@ def test_collocation():
 
 
 def test_what_diagonalises_it():
-    s, z = collocation.REAL, complex(collocation.RE, collocation.IM)
-    L = np.array(collocation.L_RE) + 1j * np.array(collocation.L_IM)
-    R = np.array(collocation.R_RE) + 1j * np.array(collocation.R_IM)
-    l, r = np.array(collocation.L_REAL), np.array(collocation.R_REAL)
+    s, z = radau5_coefficients.REAL, complex(radau5_coefficients.RE, radau5_coefficients.IM)
+    L = np.array(radau5_coefficients.L_RE) + 1j * np.array(radau5_coefficients.L_IM)
+    R = np.array(radau5_coefficients.R_RE) + 1j * np.array(radau5_coefficients.R_IM)
+    l, r = np.array(radau5_coefficients.L_REAL), np.array(radau5_coefficients.R_REAL)
     assert s * np.outer(r, l) + 2 * (z * np.outer(R, L)).real == pytest.approx(A, abs=1e-14)
     assert np.outer(r, l) + 2 * np.outer(R, L).real == pytest.approx(np.eye(3), abs=1e-14)
-    assert np.array(collocation.INVERSE) @ A == pytest.approx(np.eye(3), abs=1e-14)
-    assert np.array(collocation.SQUARE) == pytest.approx(A @ A, abs=1e-15)
+    assert np.array(radau5_coefficients.INVERSE) @ A == pytest.approx(np.eye(3), abs=1e-14)
+    assert np.array(radau5_coefficients.SQUARE) == pytest.approx(A @ A, abs=1e-15)
 
 
 def test_the_embedded_formula_is_of_order_three():
     """With f of the start, the difference to the formula of order 5 vanishes for f of degree 2, not for that of 3."""
-    errors = [collocation.REAL * (k == 0) + np.array(collocation.E1) @ C**k for k in range(4)]
+    errors = [radau5_coefficients.REAL * (k == 0) + np.array(radau5_coefficients.E1) @ C**k for k in range(4)]
     assert errors[:3] == pytest.approx([0, 0, 0], abs=1e-15)
     assert abs(errors[3]) > 0.01
-    assert np.array(collocation.E2) == pytest.approx(np.array(collocation.E1) @ A, abs=1e-15)
+    assert np.array(radau5_coefficients.E2) == pytest.approx(np.array(radau5_coefficients.E1) @ A, abs=1e-15)
 
 
 # -- Newton's corrections --------------------------------------------------------------------------------------------
@@ -157,9 +158,9 @@ def full_system(S, t, h, q0, v0, a, lam):
 def test_a_step(model, done):
     h = STEPS[model]
     S, run = begun(model, h)
-    assert not done or run.advance(done) == state.RUNNING
+    assert not done or run.advance(done) == loop_state.RUNNING
     Y, n = run.Y.copy(), S.n
-    assert run.advance(1) == state.RUNNING
+    assert run.advance(1) == loop_state.RUNNING
     q0, v0 = Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n]
     a = np.zeros(n) if model == "double_pendulum" else Y[buffer_layout.XA, :n]  # its start is a transient
     q, v = full_system(S, done * h, h, q0, v0, a, Y[buffer_layout.XA, n:])
@@ -172,13 +173,13 @@ def test_a_step(model, done):
 
 @pytest.mark.parametrize("model", ["slider_crank", "soft"])
 def test_dense_and_sparse_elimination_agree(model):
-    from mbdsl.integrators import linear
+    from mbdsl.integrators.loop import linear_solve
 
     found = []
-    for solver in (linear.SPARSE_LU, linear.DENSE):
+    for solver in (linear_solve.SPARSE_LU, linear_solve.DENSE):
         S, run = begun(model, STEPS[model])
         run._use(solver)
-        assert run.advance(20) == state.RUNNING
+        assert run.advance(20) == loop_state.RUNNING
         found.append(run.Y[buffer_layout.Q0, : S.n].copy())
     assert found[0] == pytest.approx(found[1], abs=1e-12)
 
@@ -186,12 +187,12 @@ def test_dense_and_sparse_elimination_agree(model):
 def test_updates_that_are_not_listed(monkeypatch):
     """Large mechanisms look for what a pivot changes."""
     listed = begun("seven_body", 1e-4)[1]
-    assert listed.advance(5) == state.RUNNING
-    analyse = sparse.analyse
-    monkeypatch.setattr(sparse, "analyse", lambda *a: analyse(*a, most=0))
+    assert listed.advance(5) == loop_state.RUNNING
+    analyse = sparse_lu.analyse
+    monkeypatch.setattr(sparse_lu, "analyse", lambda *a: analyse(*a, most=0))
     other = begun("seven_body", 1e-4)[1]
     assert len(other.I) < len(listed.I)
-    assert other.advance(5) == state.RUNNING
+    assert other.advance(5) == loop_state.RUNNING
     assert np.array_equal(other.Y, listed.Y)
 
 
@@ -200,9 +201,9 @@ def test_updates_that_are_not_listed(monkeypatch):
 
 def test_the_same_in_pieces_with_controlled_steps():
     runs = [begun("slider_crank", 0.0, stop=2.0, tol=1e-7, times=np.arange(1, 21) / 10)[1] for _ in range(2)]
-    while runs[0].advance(1000) == state.RUNNING:
+    while runs[0].advance(1000) == loop_state.RUNNING:
         pass
-    while runs[1].advance(3) == state.RUNNING:
+    while runs[1].advance(3) == loop_state.RUNNING:
         pass
     assert np.array_equal(runs[0].Y, runs[1].Y)
     assert np.array_equal(runs[0].J, runs[1].J)
@@ -212,8 +213,8 @@ def test_the_same_in_pieces_with_controlled_steps():
 def test_the_stop_time_is_hit():
     """And no step before it is much shorter than the others."""
     _, run = begun("slider_crank", 0.0, stop=1.7321, tol=1e-6)
-    lengths, status, before = [], state.RUNNING, 0.0
-    while status == state.RUNNING:
+    lengths, status, before = [], loop_state.RUNNING, 0.0
+    while status == loop_state.RUNNING:
         status = run.advance(1)
         lengths.append(run.time - before)
         before = run.time
@@ -236,7 +237,7 @@ def test_a_transient_is_resolved_and_then_left_behind():
     """The knee of the stiff pendulum is pulled to its creep within 10 us; steps grow ten thousandfold after it."""
     _, run = begun("double_pendulum", 0.0, stop=2.0, tol=1e-6)
     lengths, before = [], 0.0
-    while run.advance(1) == state.RUNNING:
+    while run.advance(1) == loop_state.RUNNING:
         lengths.append(run.time - before)
         before = run.time
     assert min(lengths) < 1e-5
@@ -299,8 +300,14 @@ def test_singular_poses_are_passed():
 
 
 def test_stages_do_not_overlap():
-    rows = [stages.STAGE, stages.STAGE2, stages.RESIDUAL, stages.RESIDUAL2, stages.CHANGE]
-    rows += [stages.PAST, stages.PAST2, stages.DV]
+    rows = [
+        radau5_stages.STAGE,
+        radau5_stages.STAGE2,
+        radau5_stages.RESIDUAL,
+        radau5_stages.RESIDUAL2,
+        radau5_stages.CHANGE,
+    ]
+    rows += [radau5_stages.PAST, radau5_stages.PAST2, radau5_stages.DV]
     rows = [row + k for row in rows for k in range(3)]
-    rows += [stages.ERROR, stages.ERROR2, stages.METRIC, stages.QB, stages.VB]
-    assert sorted(rows) == list(range(buffer_layout.ROWS, buffer_layout.ROWS + stages.OWN_ROWS))
+    rows += [radau5_stages.ERROR, radau5_stages.ERROR2, radau5_stages.METRIC, radau5_stages.QB, radau5_stages.VB]
+    assert sorted(rows) == list(range(buffer_layout.ROWS, buffer_layout.ROWS + radau5_stages.OWN_ROWS))

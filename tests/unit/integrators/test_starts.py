@@ -6,8 +6,10 @@ import pytest
 
 from mbdsl.compilation.buffer_layout import N_Q, Q1, ROWS, V1, XA
 from mbdsl.errors import InitialisationError
-from mbdsl.integrators import generalized_alpha_i3, hht_i3, nstiff, starting, state
+from mbdsl.integrators import start_values
+from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.method import Start
+from mbdsl.integrators.methods import generalized_alpha_i3, hht_i3, nstiff
 
 T0 = 0.4
 
@@ -49,8 +51,8 @@ def test_generalized_alpha_i3_carries_the_acceleration_at_its_node(rho):
     rows = generalized_alpha_i3.begin(c, start(h, *of_polynomial(0.3, -1.0, 0.7, 1.9)))
     (carried,) = rows[generalized_alpha_i3.CARRIED]
     assert carried == pytest.approx(a(T0 + node * h), rel=1e-14)
-    K, Y, I = np.zeros(state.K_SIZE), np.zeros((ROWS, 1)), np.zeros(N_Q + 1, int)
-    I[N_Q], K[state.H], K[state.NODES], K[state.NODES + 1] = 1, h, T0, T0 - before
+    K, Y, I = np.zeros(loop_state.K_SIZE), np.zeros((ROWS, 1)), np.zeros(N_Q + 1, int)
+    I[N_Q], K[loop_state.H], K[loop_state.NODES], K[loop_state.NODES + 1] = 1, h, T0, T0 - before
     Y[XA, 0], Y[XA + 1, 0], Y[generalized_alpha_i3.CARRIED, 0] = a(T0), a(T0 - before), carried
     plain(generalized_alpha_i3.shift)(other, c, K, Y, I)
     assert Y[generalized_alpha_i3.CARRIED, 0] == pytest.approx(a(T0 + node * other), rel=1e-13)
@@ -67,10 +69,10 @@ def test_nstiff_begins_with_the_step_before():
 def test_rates_at_the_start_are_of_order_two():
     """A one-sided difference of three points is exact for a parabola; of a sine it errs by e^2/3 and some e^3."""
     p = np.polynomial.Polynomial([0.3, -1.0, 0.7])
-    found = starting.rate(lambda s: np.array([p(s)]), np.array([p(0.0)]), 0.05)
+    found = start_values.rate(lambda s: np.array([p(s)]), np.array([p(0.0)]), 0.05)
     assert found == pytest.approx(p.deriv()(0.0), rel=1e-13)
     for e in (0.1, 0.01):
-        (found,) = starting.rate(lambda s: np.array([np.sin(T0 + s)]), np.array([np.sin(T0)]), e)
+        (found,) = start_values.rate(lambda s: np.array([np.sin(T0 + s)]), np.array([np.sin(T0)]), e)
         assert abs(found - np.cos(T0)) < 0.5 * e**2
 
 
@@ -96,6 +98,6 @@ class Stiff:
 def test_what_is_stiff_beyond_300_is_refused(h):
     """docs/methods.md promises h omega = 300: M^-1 Q is 1e5 times what moves, and five digits less."""
     at = (0.0, h, np.zeros(1), np.zeros(1), np.zeros(0))
-    starting.check_stiffness(Stiff(299.0 / h), "hht-add", *at)
+    start_values.check_stiffness(Stiff(299.0 / h), "hht-add", *at)
     with pytest.raises(InitialisationError, match=r"lump.x with .* 301 times 1/h"):
-        starting.check_stiffness(Stiff(301.0 / h), "hht-add", *at)
+        start_values.check_stiffness(Stiff(301.0 / h), "hht-add", *at)

@@ -15,7 +15,8 @@ from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.elements.kind import ForceKind
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import compiled as methods
-from mbdsl.integrators import corrections, linear, modules
+from mbdsl.integrators import modules
+from mbdsl.integrators.loop import linear_solve, split_correction
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -70,7 +71,7 @@ class Step:
         system = build(scene, mechanism)
         start = initial_state(system, mechanism, 0.0)
         self.run = Integration(system, name, h, 0.0, 1.0, np.array([1.0]))
-        self.run._use(linear.DENSE)  # which finds a pivot wherever there is one
+        self.run._use(linear_solve.DENSE)  # which finds a pivot wherever there is one
         self.run.begin(start.q, start.v, start.a, start.lam)
         self.method, self.h, self.n, self.N = modules()[name], h, system.n, system.unknowns
         self.rows = min(2, self.method.METHOD.sets)
@@ -163,7 +164,7 @@ def contraction(path, name, h, at_rest=False):
 
 if __name__ == "__main__":
     assert not code_cache.enabled()
-    corrections.EARLY = corrections.LATE = 0.0  # nothing is left to the next iteration on purpose
+    split_correction.EARLY = split_correction.LATE = 0.0  # nothing is left to the next iteration on purpose
     found: dict[str, dict] = {"runs": runs(), "contraction": {}, "at rest": {}}
     for path in MODELS:
         for name in NAMES:

@@ -13,8 +13,9 @@ import numpy as np
 import mbdsl
 from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.initial.consistent import initial_state
-from mbdsl.integrators import linear, stages
-from mbdsl.integrators.collocation import NODES
+from mbdsl.integrators.loop import linear_solve
+from mbdsl.integrators.methods import radau5_stages
+from mbdsl.integrators.methods.radau5_coefficients import NODES
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -34,23 +35,29 @@ class Stages:
         system = build(scene, mechanism)
         start = initial_state(system, mechanism, 0.0)
         self.run = run = Integration(system, "radau5", h, 0.0, 1.0, np.array([1.0]))
-        run._use(linear.DENSE)  # which finds a pivot wherever there is one
+        run._use(linear_solve.DENSE)  # which finds a pivot wherever there is one
         run.begin(start.q, start.v, start.a, start.lam)
-        stages.set_metric(run.Y, run.F, run.I)
+        radau5_stages.set_metric(run.Y, run.F, run.I)
         self.h, self.n, self.m, self.N, self.spoilt = h, system.n, system.m, system.unknowns, spoilt
         rng, Y, n, N = np.random.default_rng(3), run.Y, system.n, system.unknowns
         Y[buffer_layout.Q0, :n] += rng.uniform(-0.1, 0.1, n)
         lam = rng.normal(size=N - n)
         for k in range(3):
-            Y[stages.STAGE + k, n:] = Y[buffer_layout.XA, n:] + lam + (0.0 if at_rest else 0.1 * rng.normal(size=N - n))
+            Y[radau5_stages.STAGE + k, n:] = (
+                Y[buffer_layout.XA, n:] + lam + (0.0 if at_rest else 0.1 * rng.normal(size=N - n))
+            )
         if at_rest:
             Y[buffer_layout.V0] = 0.0
         else:
             Y[buffer_layout.V0, :n] += rng.normal(size=n)
-            Y[stages.STAGE : stages.STAGE + 3, :n] = rng.normal(size=(3, n))
-            Y[stages.STAGE2 : stages.STAGE2 + 3, : n + self.m] = 0.01 * h**2 * rng.normal(size=(3, n + self.m))
+            Y[radau5_stages.STAGE : radau5_stages.STAGE + 3, :n] = rng.normal(size=(3, n))
+            Y[radau5_stages.STAGE2 : radau5_stages.STAGE2 + 3, : n + self.m] = (
+                0.01 * h**2 * rng.normal(size=(3, n + self.m))
+            )
         if any(c.friction is not None for c in scene.components.values()):
-            Y[stages.STAGE : stages.STAGE + 3, n:] += 1e5  # far from where a normal force changes its sign
+            Y[radau5_stages.STAGE : radau5_stages.STAGE + 3, n:] += (
+                1e5  # far from where a normal force changes its sign
+            )
         # unknowns that are none: the second multipliers of nonholonomic constraints
         self.active = np.ones((6, N), bool)
         self.active[3:, n + self.m :] = False
@@ -58,14 +65,14 @@ class Stages:
     def residual(self):
         r = self.run
         for k in (0, 2, 1):
-            stages.motion(k, self.h, r.Y, r.I)
+            radau5_stages.motion(k, self.h, r.Y, r.I)
             r.I[buffer_layout.NEW_MASS] = 1
             r.evaluate(NODES[k] * self.h, r.Y, r.Z, r.C, r.F, r.I)
-            stages.residual(k, r.Y, r.F, r.I)
-        return r.Y[stages.RESIDUAL : stages.RESIDUAL + 6].ravel().copy()
+            radau5_stages.residual(k, r.Y, r.F, r.I)
+        return r.Y[radau5_stages.RESIDUAL : radau5_stages.RESIDUAL + 6].ravel().copy()
 
     def unknowns(self):
-        return self.run.Y[stages.STAGE : stages.STAGE + 6]
+        return self.run.Y[radau5_stages.STAGE : radau5_stages.STAGE + 6]
 
     def jacobian(self):
         """d(residuals)/d(unknowns) by five-point differences."""
@@ -89,14 +96,14 @@ class Stages:
         def tangent(t, cM, cK, *more):
             r.tangent(t, cM, (1.01 if self.spoilt else 1.0) * cK, *more)
 
-        assert stages.matrices(tangent, NODES[1] * self.h, self.h, 1e-12, r.Y, r.Z, r.C, r.F, r.I, r.A, r.P)
+        assert radau5_stages.matrices(tangent, NODES[1] * self.h, self.h, 1e-12, r.Y, r.Z, r.C, r.F, r.I, r.A, r.P)
         x = self.unknowns()
         B, kept = np.zeros((x.size, x.size)), x.copy()
         for k in range(x.size):
             x[:] = 0.0
-            r.Y[stages.RESIDUAL : stages.RESIDUAL + 6] = 0.0
-            r.Y[stages.RESIDUAL + k // self.N, k % self.N] = 1.0
-            stages.correct(self.h, self.h, r.Y, r.I, r.A, r.P)
+            r.Y[radau5_stages.RESIDUAL : radau5_stages.RESIDUAL + 6] = 0.0
+            r.Y[radau5_stages.RESIDUAL + k // self.N, k % self.N] = 1.0
+            radau5_stages.correct(self.h, self.h, r.Y, r.I, r.A, r.P)
             B[:, k] = -x.ravel()
         x[:] = kept
         return B

@@ -4,7 +4,7 @@ from itertools import combinations
 
 import pytest
 
-from mbdsl.integrators import methods
+from mbdsl.integrators import available
 from mbdsl.plotting.looks import DARK_PAPER, LIGHT_PAPER, MARKS, METHODS, NEUTRAL, OTHERS, looks
 
 
@@ -39,7 +39,7 @@ def test_every_method_has_a_mark_of_its_own():
 def test_a_method_looks_the_same_whoever_is_beside_it():
     alone = looks(["hht-si2"])["hht-si2"]
     assert looks(["q", "newmark", "hht-si2", "zeta"])["hht-si2"] == alone
-    assert set(methods()) <= set(METHODS)
+    assert set(available()) <= set(METHODS)
 
 
 def test_what_begins_with_a_method_keeps_its_mark_and_differs():

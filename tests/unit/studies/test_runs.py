@@ -220,7 +220,7 @@ def test_a_worker_ends_with_its_parent(store):
 def test_the_code_that_makes_a_run_is_in_its_key():
     package = Path(running.__file__).parents[1]
     names = {path.relative_to(package).as_posix() for path in _sources()}
-    assert {"simulation.py", "integrators/driver.py", "studies/runner.py", "studies/cases.py"} <= names
+    assert {"simulation.py", "integrators/loop/driver.py", "studies/runner.py", "studies/cases.py"} <= names
     assert not {"cli/study.py", "studies/report.py", "plotting/pages.py"} & names
 
 

@@ -53,11 +53,11 @@ from mbdsl.compilation.buffer_layout import (
     X,
 )
 from mbdsl.compilation.marks import kernel
-from mbdsl.integrators.corrections import couple, couples, solve_two
-from mbdsl.integrators.linear import factor, larger
+from mbdsl.integrators.loop.linear_solve import factor, larger
+from mbdsl.integrators.loop.loop_state import LAST_H, H
+from mbdsl.integrators.loop.split_correction import couple, couples, solve_two
 from mbdsl.integrators.method import Method
-from mbdsl.integrators.nstiff import BDF2, begin, finish, local_error, set_ratio
-from mbdsl.integrators.state import LAST_H, H
+from mbdsl.integrators.methods.nstiff import BDF2, begin, finish, local_error, set_ratio
 
 __all__ = ["begin", "finish", "local_error"]
 

@@ -70,13 +70,13 @@ from mbdsl.compilation.buffer_layout import (
 from mbdsl.compilation.buffer_layout import Q1 as A0  # the row that keeps a_n
 from mbdsl.compilation.buffer_layout import V1 as FA  # the row that keeps fa_n
 from mbdsl.compilation.marks import kernel
-from mbdsl.integrators import hht_i3
-from mbdsl.integrators.corrections import couple, couples, solve_two, stiff
-from mbdsl.integrators.hht_i3 import local_error
-from mbdsl.integrators.linear import compress, factor, larger, multiply
+from mbdsl.integrators.loop.linear_solve import compress, factor, larger, multiply
+from mbdsl.integrators.loop.loop_state import H
+from mbdsl.integrators.loop.split_correction import couple, couples, solve_two, stiff
 from mbdsl.integrators.method import Method, Option
-from mbdsl.integrators.newmark import settle, start_stiff
-from mbdsl.integrators.state import H
+from mbdsl.integrators.methods import hht_i3
+from mbdsl.integrators.methods.hht_i3 import local_error
+from mbdsl.integrators.methods.newmark import settle, start_stiff
 
 __all__ = ["local_error"]
 

@@ -1,7 +1,8 @@
 """RADAU5: Radau IIA with three stages on the stabilised index-2 equations, order 5, with error-controlled steps.
 
-The equations and how they are solved: :mod:`mbdsl.integrators.stages`. The end of a step is its third stage, where both
-levels of constraints hold. Lengths of steps follow from an embedded formula of order 3, and a digital filter.
+The equations and how they are solved: :mod:`mbdsl.integrators.methods.radau5_stages`. The end of a step is its third
+stage, where both levels of constraints hold. Lengths of steps follow from an embedded formula of order 3, and a digital
+filter.
 
 Source: Hairer, Wanner, Solving Ordinary Differential Equations II (1996), section IV.8, on the equations of Gear,
 Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90; controller: Soederlind, ACM Trans. Math. Softw. 29
@@ -10,34 +11,8 @@ Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90; controller: Soed
 
 from mbdsl.compilation.buffer_layout import F0, FP, N_ALL, N_PHI, N_Q, NEW_MASS, Q0, SCALE, SOLVER, V0, XA, Q, V
 from mbdsl.compilation.marks import kernel, rare
-from mbdsl.integrators.landing import note, until_zone
-from mbdsl.integrators.linear import SPARSE_LU
-from mbdsl.integrators.method import Method
-from mbdsl.integrators.newton import EPS, SINGULAR_NOISE, finite
-from mbdsl.integrators.stages import (
-    MATRICES as MATRIX_COUNT,
-)
-from mbdsl.integrators.stages import (
-    NODES as STAGES,
-)
-from mbdsl.integrators.stages import (
-    OWN_ROWS,
-    PAST,
-    PAST2,
-    QB,
-    RESIDUAL,
-    STAGE,
-    STAGE2,
-    VB,
-    correct,
-    estimate,
-    matrices,
-    motion,
-    predict,
-    residual,
-    set_metric,
-)
-from mbdsl.integrators.state import (
+from mbdsl.integrators.loop.linear_solve import SPARSE_LU
+from mbdsl.integrators.loop.loop_state import (
     CUT,
     DIVERGED,
     DONE,
@@ -75,8 +50,34 @@ from mbdsl.integrators.state import (
     H,
     T,
 )
-from mbdsl.integrators.switching import SHORT_OF, until_switch
-from mbdsl.integrators.turns import count_turns
+from mbdsl.integrators.loop.newton import EPS, SINGULAR_NOISE, finite
+from mbdsl.integrators.loop.switch_location import SHORT_OF, until_switch
+from mbdsl.integrators.loop.turn_counting import count_turns
+from mbdsl.integrators.loop.zone_landing import note, until_zone
+from mbdsl.integrators.method import Method
+from mbdsl.integrators.methods.radau5_stages import (
+    MATRICES as MATRIX_COUNT,
+)
+from mbdsl.integrators.methods.radau5_stages import (
+    NODES as STAGES,
+)
+from mbdsl.integrators.methods.radau5_stages import (
+    OWN_ROWS,
+    PAST,
+    PAST2,
+    QB,
+    RESIDUAL,
+    STAGE,
+    STAGE2,
+    VB,
+    correct,
+    estimate,
+    matrices,
+    motion,
+    predict,
+    residual,
+    set_metric,
+)
 from mbdsl.system.switches import signature
 
 # -- c: floats that the steps hand on: the last step, and its error; the one of the matrices; the contraction last seen;

@@ -31,11 +31,11 @@ for constrained mechanical systems, Multibody Syst. Dyn. 18 (2007) 185-202.
 from mbdsl.compilation.buffer_layout import FP, MASS, MX, N_ALL, N_PHI, N_Q, Q0, V0, XA, Q, R, V, X
 from mbdsl.compilation.buffer_layout import Q1 as CARRIED
 from mbdsl.compilation.marks import kernel
-from mbdsl.integrators.control import set_velocity
-from mbdsl.integrators.corrections import correct_one as correct
-from mbdsl.integrators.linear import factor
+from mbdsl.integrators.loop.linear_solve import factor
+from mbdsl.integrators.loop.loop_state import NODES, H
+from mbdsl.integrators.loop.split_correction import correct_one as correct
+from mbdsl.integrators.loop.step_control import set_velocity
 from mbdsl.integrators.method import Method, Option
-from mbdsl.integrators.state import NODES, H
 
 __all__ = ["correct"]
 

@@ -25,8 +25,11 @@ projection is here the one of Negrut, Jay, Khude (2009), eq. (12), with masses.
 
 from mbdsl.compilation.buffer_layout import FP, GD, MASS, MX, MX2, N_ALL, N_PHI, N_Q, PAST, R2, X2, XA, Q, R, X
 from mbdsl.compilation.marks import kernel
-from mbdsl.integrators.corrections import couple, couples
-from mbdsl.integrators.generalized_alpha_i3 import (
+from mbdsl.integrators.loop.linear_solve import factor
+from mbdsl.integrators.loop.loop_state import H
+from mbdsl.integrators.loop.split_correction import couple, couples
+from mbdsl.integrators.method import Method
+from mbdsl.integrators.methods.generalized_alpha_i3 import (
     RHO,
     begin,
     check_constrained,
@@ -35,11 +38,8 @@ from mbdsl.integrators.generalized_alpha_i3 import (
     local_error,
     shift,
 )
-from mbdsl.integrators.generalized_alpha_i3 import motion as index_3_motion
-from mbdsl.integrators.hht_si2 import correct
-from mbdsl.integrators.linear import factor
-from mbdsl.integrators.method import Method
-from mbdsl.integrators.state import H
+from mbdsl.integrators.methods.generalized_alpha_i3 import motion as index_3_motion
+from mbdsl.integrators.methods.hht_si2 import correct
 
 __all__ = ["correct", "finish", "local_error"]
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from mbdsl.compilation.buffer_layout import BEFORE, N_ALL, N_GAM, N_Q, NEW_MASS, Q0, SCALE, V0, XA, R, X
 from mbdsl.compilation.marks import kernel, rare
-from mbdsl.integrators.control import allowed, bend_uneven, even, other_matrices
-from mbdsl.integrators.state import (
+from mbdsl.integrators.loop.loop_state import (
     CONTRACTION,
     CONTROLLED,
     DIVERGED,
@@ -26,6 +25,7 @@ from mbdsl.integrators.state import (
     UNSEEN,
     VELOCITY_TOL,
 )
+from mbdsl.integrators.loop.step_control import allowed, bend_uneven, even, other_matrices
 
 MAX_ITERATIONS = 25
 #: smallest part of a correction that is taken where whole ones do not get anywhere

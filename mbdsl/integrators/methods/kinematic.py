@@ -12,9 +12,9 @@ Where steps are controlled, they end at outputs, and none moves a coordinate by 
 
 from mbdsl.compilation.buffer_layout import D2, FP, GD, N_ALL, N_Q, PAST, Q0, R2, SCALE, X2, XA, D, Q, R, V, X
 from mbdsl.compilation.marks import kernel
-from mbdsl.integrators.linear import factor, larger, solve
+from mbdsl.integrators.loop.linear_solve import factor, larger, solve
+from mbdsl.integrators.loop.loop_state import LARGEST, H
 from mbdsl.integrators.method import Method
-from mbdsl.integrators.state import LARGEST, H
 
 METHOD = Method(
     "kinematic",

@@ -1,4 +1,5 @@
-"""The linear algebra of :mod:`mbdsl.integrators.linear` for a complex matrix, its real part in A, its imaginary in B.
+"""The linear algebra of :mod:`mbdsl.integrators.loop.linear_solve` for a complex matrix, its real part in A, its
+imaginary in B.
 
 Pattern, order and tables are those of the real matrices. Parts are kept apart, so that the buffers stay what they are.
 """
@@ -7,8 +8,8 @@ from __future__ import annotations
 
 from mbdsl.compilation.buffer_layout import N_ALL, SOLVER, SPARSE
 from mbdsl.compilation.marks import kernel, rare
-from mbdsl.integrators.linear import SPARSE_LU
-from mbdsl.integrators.sparse import LOST, place
+from mbdsl.integrators.loop.linear_solve import SPARSE_LU
+from mbdsl.integrators.loop.sparse_lu import LOST, place
 
 
 @kernel

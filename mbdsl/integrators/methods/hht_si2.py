@@ -55,11 +55,11 @@ from mbdsl.compilation.buffer_layout import (
     X,
 )
 from mbdsl.compilation.marks import kernel
-from mbdsl.integrators.corrections import couple, couples, solve_two
-from mbdsl.integrators.hht_i3 import ALPHA, begin, coefficients, finish, hold_mass, local_error
-from mbdsl.integrators.linear import factor, larger
+from mbdsl.integrators.loop.linear_solve import factor, larger
+from mbdsl.integrators.loop.loop_state import H
+from mbdsl.integrators.loop.split_correction import couple, couples, solve_two
 from mbdsl.integrators.method import Method
-from mbdsl.integrators.state import H
+from mbdsl.integrators.methods.hht_i3 import ALPHA, begin, coefficients, finish, hold_mass, local_error
 
 __all__ = ["finish", "local_error"]
 

@@ -48,9 +48,8 @@ from mbdsl.compilation.buffer_layout import (
 )
 from mbdsl.compilation.buffer_layout import TIMES as TIMES_TASK
 from mbdsl.compilation.marks import kernel, rare
-from mbdsl.integrators.corrections import stiff
-from mbdsl.integrators.linear import compress, factor, larger, multiply, solve
-from mbdsl.integrators.state import (
+from mbdsl.integrators.loop.linear_solve import compress, factor, larger, multiply, solve
+from mbdsl.integrators.loop.loop_state import (
     DAMPED,
     DAMPING,
     EXPONENT,
@@ -80,6 +79,7 @@ from mbdsl.integrators.state import (
     UNSEEN,
     H,
 )
+from mbdsl.integrators.loop.split_correction import stiff
 
 #: what steps since the start may err in addition, as a part of tol, all that differ by a factor e in number
 SHARE = 0.05

@@ -34,7 +34,7 @@ from mbdsl.compilation.buffer_layout import (
     X,
 )
 from mbdsl.compilation.marks import rare
-from mbdsl.integrators.state import CORNERS, LEAST_H, NODES, NOW, RUNNING, SIGNATURE
+from mbdsl.integrators.loop.loop_state import CORNERS, LEAST_H, NODES, NOW, RUNNING, SIGNATURE
 from mbdsl.system.switches import signature
 
 #: how much of the way to a switch is left at the first attempt; at each further one ten times as much

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from mbdsl.compilation.buffer_layout import Q0, V0, XA
-from mbdsl.integrators.state import K_SIZE, NOTED, NOTES, RUNNING
+from mbdsl.integrators.loop.loop_state import K_SIZE, NOTED, NOTES, RUNNING
 from mbdsl.system.peaks_in_fixed_steps import InFixedSteps
 
 if TYPE_CHECKING:

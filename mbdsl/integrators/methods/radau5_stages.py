@@ -56,7 +56,10 @@ from mbdsl.compilation.buffer_layout import (
     X,
 )
 from mbdsl.compilation.marks import kernel, rare
-from mbdsl.integrators.collocation import (
+from mbdsl.integrators.loop.complex_lu import complex_factor, complex_solve
+from mbdsl.integrators.loop.linear_solve import compress, factor, larger, multiply, solve
+from mbdsl.integrators.loop.newton import EPS
+from mbdsl.integrators.methods.radau5_coefficients import (
     E1,
     E2,
     IM,
@@ -72,10 +75,7 @@ from mbdsl.integrators.collocation import (
     REAL,
     SQUARE,
 )
-from mbdsl.integrators.collocation import A as W
-from mbdsl.integrators.complex_lu import complex_factor, complex_solve
-from mbdsl.integrators.linear import compress, factor, larger, multiply, solve
-from mbdsl.integrators.newton import EPS
+from mbdsl.integrators.methods.radau5_coefficients import A as W
 
 #: rows of Y behind the common ones, three each: stages [a; lam; nu] and [w; mu; 0], their residuals [R1; R3; R5] and
 #: [R2; R4; 0], corrections, and the stages of the last step

@@ -1,14 +1,14 @@
 """Linear algebra of the iteration matrix behind two names, ``factor`` and ``solve``.
 
-Normally the sparse LU of :mod:`mbdsl.integrators.sparse`; where that loses a pivot (massless coordinates, redundant
-constraints, singular poses), a dense LU with partial pivoting.
+Normally the sparse LU of :mod:`mbdsl.integrators.loop.sparse_lu`; where that loses a pivot (massless coordinates,
+redundant constraints, singular poses), a dense LU with partial pivoting.
 """
 
 from __future__ import annotations
 
 from mbdsl.compilation.buffer_layout import D2, N_ALL, N_Q, SIZE, SOLVER, SPARSE, D
 from mbdsl.compilation.marks import kernel, rare
-from mbdsl.integrators.sparse import sparse_factor, sparse_solve, sparse_solve_both
+from mbdsl.integrators.loop.sparse_lu import sparse_factor, sparse_solve, sparse_solve_both
 
 DENSE, SPARSE_LU = 0, 1  #: values of I[SOLVER]
 

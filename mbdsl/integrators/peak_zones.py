@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbdsl.integrators.state import (
+from mbdsl.integrators.loop.loop_state import (
     DONE,
     K_SIZE,
     LEAST_H,

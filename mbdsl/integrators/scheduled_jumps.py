@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbdsl.errors import InitialisationError
-from mbdsl.integrators import state
-from mbdsl.integrators.step_loop import controls_locally
+from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.loop.compiled_loop import controls_locally
 
 if TYPE_CHECKING:
     from mbdsl.integrators.run import Integration
@@ -50,11 +50,11 @@ class Jumps:
 
     def _go_on(self) -> None:
         self._next = next(self._known, (np.inf, np.inf))
-        self.run.K[state.NEXT_EVENT] = self._next[0]
+        self.run.K[loop_state.NEXT_EVENT] = self._next[0]
 
     def rejoin(self) -> None:
         """Find the jumps still to come, after the run was restored from a checkpoint."""
-        due = self.run.K[state.NEXT_EVENT]
+        due = self.run.K[loop_state.NEXT_EVENT]
         self._known = dropwhile(lambda times: times[0] < due, self._at_ends())
         self._go_on()
 
@@ -64,7 +64,7 @@ class Jumps:
         if run.time < run.stop:
             with suppress(InitialisationError):  # no accelerations, as in a singular pose: steps go on as they can
                 run.jump(*self._next)
-            run.J[state.FRESH] = 0
+            run.J[loop_state.FRESH] = 0
             if not controls_locally(run.method):
-                run.J[state.HISTORY] = 1
+                run.J[loop_state.HISTORY] = 1
         self._go_on()

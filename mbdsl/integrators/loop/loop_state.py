@@ -14,7 +14,7 @@ NOW, TOL, SPEED, LAST_H, LEAST_H, MOST_H, EXPONENT, NODE, MASS_WEIGHT, LARGEST, 
 NODES, TIMES = 22, 26  #: times that the unknowns of the last four steps belong to: accelerations, multipliers
 # of switches: the next time that is known beforehand; the step before it was cut short
 NEXT_EVENT, UNCUT = 30, 31
-#: zones in which a step has to end: start and end of each, so many at once (:mod:`mbdsl.integrators.landing`)
+#: zones in which a step has to end: start and end of each, so many at once (:mod:`mbdsl.integrators.loop.zone_landing`)
 ZONE, ROOM = 32, 32
 K_SIZE = ZONE + 2 * ROOM
 

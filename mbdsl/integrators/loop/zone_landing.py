@@ -1,10 +1,11 @@
-"""Steps that end in zones around peaks of laws, and notes of where they ended: see :mod:`mbdsl.integrators.lookout`."""
+"""Steps that end in zones around peaks of laws, and notes of where they ended: see
+:mod:`mbdsl.integrators.peak_zones`."""
 
 from __future__ import annotations
 
 from mbdsl.compilation.buffer_layout import N_ALL, N_Q, Q0, V0, XA
 from mbdsl.compilation.marks import rare
-from mbdsl.integrators.state import K_SIZE, NEXT_ZONE, NOTED, NOW, ZONE, ZONES, T
+from mbdsl.integrators.loop.loop_state import K_SIZE, NEXT_ZONE, NOTED, NOW, ZONE, ZONES, T
 
 
 @rare

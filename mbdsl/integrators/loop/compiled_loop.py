@@ -6,7 +6,8 @@ from collections.abc import Callable
 from types import ModuleType
 
 from mbdsl.compilation import code_cache
-from mbdsl.integrators import control, driver, modules
+from mbdsl.integrators import modules
+from mbdsl.integrators.loop import driver, step_control
 from mbdsl.system.emit import EVALUATE, INERTIA, TANGENT
 
 #: advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out)
@@ -27,7 +28,7 @@ def loop_name(method: str) -> str:
 
 
 def controls_locally(method: str) -> bool:
-    """Whether controlled steps of a method are those of :mod:`mbdsl.integrators.control`, and not its own."""
+    """Whether controlled steps of a method are those of :mod:`mbdsl.integrators.loop.step_control`, and not its own."""
     return method in modules() and not hasattr(modules()[method], "advance")
 
 
@@ -37,7 +38,7 @@ def compiled(name: str, module: ModuleType) -> Callable:
     if hasattr(module, "advance"):  # it brings a step loop of its own
         text = f'''"""Emitted by mbdsl: the step loop of {name}."""
 
-from mbdsl.integrators import {short} as method
+from mbdsl.integrators.methods import {short} as method
 
 
 def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
@@ -46,15 +47,15 @@ def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, tim
         return code_cache.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [module])[0]
     text = f'''"""Emitted by mbdsl: the step loop of {name}."""
 
-from mbdsl.integrators import control, driver
-from mbdsl.integrators import {short} as method
+from mbdsl.integrators.loop import driver, step_control
+from mbdsl.integrators.methods import {short} as method
 
 
 def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
     return driver.advance(
         method.motion, method.residual, method.matrix, method.correct, method.finish,
-        {", ".join(f"{'method' if hasattr(module, f) else 'control'}.{f}" for f in CONTROL)},
+        {", ".join(f"{'method' if hasattr(module, f) else 'step_control'}.{f}" for f in CONTROL)},
         evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out,
     )
 '''
-    return code_cache.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [driver, control, module])[0]
+    return code_cache.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [driver, step_control, module])[0]

@@ -15,20 +15,8 @@ from __future__ import annotations
 
 from mbdsl.compilation.buffer_layout import F0, FP, N_ALL, N_Q, PAST, Q0, SCALE, SOLVER, V0, XA, Q, V, X
 from mbdsl.compilation.marks import kernel, rare
-from mbdsl.integrators.control import (
-    after,
-    best_order_uneven,
-    change,
-    even,
-    is_short,
-    next_trial,
-    predict_uneven,
-    remember,
-)
-from mbdsl.integrators.landing import note, until_zone
-from mbdsl.integrators.linear import DENSE
-from mbdsl.integrators.newton import newton
-from mbdsl.integrators.state import (
+from mbdsl.integrators.loop.linear_solve import DENSE
+from mbdsl.integrators.loop.loop_state import (
     CONTROLLED,
     CUT,
     DIVERGED,
@@ -65,8 +53,20 @@ from mbdsl.integrators.state import (
     H,
     T,
 )
-from mbdsl.integrators.switching import SHORT_OF, until_switch
-from mbdsl.integrators.turns import count_turns
+from mbdsl.integrators.loop.newton import newton
+from mbdsl.integrators.loop.step_control import (
+    after,
+    best_order_uneven,
+    change,
+    even,
+    is_short,
+    next_trial,
+    predict_uneven,
+    remember,
+)
+from mbdsl.integrators.loop.switch_location import SHORT_OF, until_switch
+from mbdsl.integrators.loop.turn_counting import count_turns
+from mbdsl.integrators.loop.zone_landing import note, until_zone
 
 #: steps after which it is asked again which extrapolation is best: which does not change from one step to the next
 RECONSIDER = 4

@@ -19,7 +19,7 @@ from mbdsl.compilation.buffer_layout import (
     X,
 )
 from mbdsl.compilation.marks import kernel, rare
-from mbdsl.integrators.linear import compress, larger, multiply, solve, solve_both
+from mbdsl.integrators.loop.linear_solve import compress, larger, multiply, solve, solve_both
 
 #: how large the effect of the second system's solution on the first's may be, relative to that, to be taken into
 #: account an iteration late: in the first two iterations of a step, and afterwards

@@ -26,11 +26,11 @@ integrator in ADAMS. The start is ours.
 
 from mbdsl.compilation.buffer_layout import E_Q, FP, MASS, MX, N_ALL, N_PHI, N_Q, Q0, Q1, V0, V1, XA, Q, R, V, X
 from mbdsl.compilation.marks import kernel
-from mbdsl.integrators.control import set_velocity
-from mbdsl.integrators.corrections import correct_one as correct
-from mbdsl.integrators.linear import factor
+from mbdsl.integrators.loop.linear_solve import factor
+from mbdsl.integrators.loop.loop_state import LAST_H
+from mbdsl.integrators.loop.split_correction import correct_one as correct
+from mbdsl.integrators.loop.step_control import set_velocity
 from mbdsl.integrators.method import Method
-from mbdsl.integrators.state import LAST_H
 
 __all__ = ["correct"]
 

@@ -39,13 +39,13 @@ from mbdsl.compilation.buffer_layout import (
     X,
 )
 from mbdsl.compilation.marks import kernel
-from mbdsl.integrators.control import set_velocity
-from mbdsl.integrators.corrections import correct_one as correct
-from mbdsl.integrators.linear import factor
+from mbdsl.integrators.loop.linear_solve import factor
+from mbdsl.integrators.loop.loop_state import H
+from mbdsl.integrators.loop.split_correction import correct_one as correct
+from mbdsl.integrators.loop.step_control import set_velocity
 from mbdsl.integrators.method import Method, Option
-from mbdsl.integrators.newmark import carried, settle, start_stiff
-from mbdsl.integrators.newmark import motion as newmark_motion
-from mbdsl.integrators.state import H
+from mbdsl.integrators.methods.newmark import carried, settle, start_stiff
+from mbdsl.integrators.methods.newmark import motion as newmark_motion
 
 __all__ = ["correct"]
 

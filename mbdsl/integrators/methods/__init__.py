@@ -1,0 +1,1 @@
+"""Compiled integration methods, one file each; see :func:`mbdsl.integrators.modules`."""
