@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mbdsl.builder import Builder as Builder
     from mbdsl.checkpoint import Checkpoint as Checkpoint
     from mbdsl.checkpoint import resume as resume
     from mbdsl.eigenmodes import eigen as eigen
     from mbdsl.equilibrium import static as static
     from mbdsl.errors import MbdslError as MbdslError
+    from mbdsl.lang.builder import Builder as Builder
     from mbdsl.lang.load import load as load
     from mbdsl.lang.load import parse_text as parse  # noqa: F401
     from mbdsl.mechanism.scene import Scene as Scene
@@ -25,7 +25,7 @@ _PUBLIC = {
     "__version__": ("mbdsl.version", "__version__"),
     "load": ("mbdsl.lang.load", "load"),
     "parse": ("mbdsl.lang.load", "parse_text"),
-    "Builder": ("mbdsl.builder", "Builder"),
+    "Builder": ("mbdsl.lang.builder", "Builder"),
     "Scene": ("mbdsl.mechanism.scene", "Scene"),
     "static": ("mbdsl.equilibrium", "static"),
     "eigen": ("mbdsl.eigenmodes", "eigen"),

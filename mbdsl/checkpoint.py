@@ -30,7 +30,7 @@ from mbdsl.motion import Motion
 from mbdsl.storage.output_files import check, writing
 
 if TYPE_CHECKING:
-    from mbdsl.builder import Builder
+    from mbdsl.lang.builder import Builder
     from mbdsl.simulation import Progress
     from mbdsl.trajectory import Trajectory
 

@@ -43,7 +43,7 @@ from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import gradients
 
 if TYPE_CHECKING:
-    from mbdsl.builder import Builder
+    from mbdsl.lang.builder import Builder
 
 Complex = NDArray[np.complex128]
 

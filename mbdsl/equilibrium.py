@@ -37,7 +37,7 @@ from mbdsl.system import System, build
 from mbdsl.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from mbdsl.builder import Builder
+    from mbdsl.lang.builder import Builder
 
 PUSHES = 20  #: how often a saddle is left
 

@@ -32,7 +32,7 @@ from mbdsl.system.structure import by_law
 from mbdsl.trajectory import ACCELERATIONS, Trajectory
 
 if TYPE_CHECKING:
-    from mbdsl.builder import Builder
+    from mbdsl.lang.builder import Builder
 
 
 @dataclass

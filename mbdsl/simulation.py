@@ -31,7 +31,7 @@ from mbdsl.storage import cache_folder
 from mbdsl.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from mbdsl.builder import Builder
+    from mbdsl.lang.builder import Builder
 
 SLICE = 64  #: steps before their time is first measured
 DEFAULT_METHOD = "hht-si2"

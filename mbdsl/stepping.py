@@ -30,7 +30,7 @@ from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP
 from mbdsl.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from mbdsl.builder import Builder
+    from mbdsl.lang.builder import Builder
 
 Array = NDArray[np.float64]
 

@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
 def _syntax(args: argparse.Namespace) -> str:
     from mbdsl.lang.library import read
     from mbdsl.lang.parser import parse
-    from mbdsl.lang.write import dump
+    from mbdsl.lang.unparse import dump
 
     for option in ("set", "without"):
         if getattr(args, option):

@@ -7,12 +7,12 @@ from typing import Protocol
 
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
-from mbdsl.lang import functions, readings, values
+from mbdsl.lang import functions, unit_readings, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.limits import ARRAY, NODES
 from mbdsl.lang.source import At, span_of
+from mbdsl.lang.unparse import write, write_argument
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.lang.write import write, write_argument
 
 
 class Budget:
@@ -67,7 +67,7 @@ def _evaluate(e: s.Expression, scope: Scope) -> Value:
         case s.Number():
             if e.unit is None:
                 return Quantity(e.value, None, True)
-            readings.check(e.unit, scope.declared)
+            unit_readings.check(e.unit, scope.declared)
             return Quantity(e.value * e.unit.factor, e.unit.dimension)
         case s.Reference():
             return scope.value(e)
@@ -83,7 +83,7 @@ def _evaluate(e: s.Expression, scope: Scope) -> Value:
         case s.Array(items, unit):
             found: Value = tuple(evaluate(item, scope) for item in items)
             if unit:
-                readings.check(unit, scope.declared)
+                unit_readings.check(unit, scope.declared)
             return _rectangular(values.with_unit(found, unit) if unit else found)
         case s.Boolean(value):
             return values.boolean(value)

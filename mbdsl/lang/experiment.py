@@ -7,12 +7,12 @@ from typing import Any
 
 from mbdsl.elements.kind import EFFECTS
 from mbdsl.errors import ModelError
-from mbdsl.lang import check, functions, units, values
+from mbdsl.lang import argument_checks, functions, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import span_of
-from mbdsl.lang.write import write
+from mbdsl.lang.unparse import write
 from mbdsl.mechanism.scene import Experiment
 from mbdsl.messages import did_you_mean
 from mbdsl.numerics.tolerance import misfit
@@ -92,7 +92,7 @@ def setting(name: str, field: str, unit: str, value: values.Value) -> Any:
     if not field:
         number: float = functions.count(value, what)
     else:
-        fitted = check.floats(check.fit(value, units.dimension(unit), what, unit), what)
+        fitted = argument_checks.floats(argument_checks.fit(value, units.dimension(unit), what, unit), what)
         if isinstance(fitted, tuple):
             raise ModelError(f"{what}: found {values.describe(value)}, expected a single value")
         number = fitted

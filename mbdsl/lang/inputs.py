@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import input_signal
-from mbdsl.lang import check, functions, quantities, units, values
+from mbdsl.lang import argument_checks, functions, quantities, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.units import Dimension
@@ -45,7 +45,7 @@ def make_inputs(name: str, start: Value, unit: str, doc: str, at: At) -> tuple[V
             make_inputs(f"{name.removesuffix(']')}{separator}{i}]", x, unit, doc, at) for i, x in enumerate(start, 1)
         ]
         return tuple(value for value, _ in made), tuple(x for _, inner in made for x in inner)
-    number = check.number(start, f"the start of `{name}`")
+    number = argument_checks.number(start, f"the start of `{name}`")
     if not unit and start.dimension not in (None, units.NUMBER):
         unit = quantities.unit_text(start.dimension)
     return Quantity(input_signal(name), start.dimension), (Input(name, number, unit, doc, span_of(at)),)

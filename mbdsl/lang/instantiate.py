@@ -10,21 +10,21 @@ from mbdsl.elements import kinds
 from mbdsl.errors import ModelError
 from mbdsl.lang import functions, limits, values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.assembly import Assembly, Positional
-from mbdsl.lang.bases import Content, Member, circle, declarations, declared_names
 from mbdsl.lang.classify import FRAME_TYPES, classify, no_type
 from mbdsl.lang.connections import Node
+from mbdsl.lang.entities import Array, Disabled, Entity, FrameMember, Namespace, TableMember
 from mbdsl.lang.evaluate import evaluate, loop, place
-from mbdsl.lang.frames import alias, fixed_frame
+from mbdsl.lang.flat_component import Part, Template
+from mbdsl.lang.flat_model import Assembly, Positional
+from mbdsl.lang.frame_declarations import alias, fixed_frame
+from mbdsl.lang.inheritance import Content, Member, circle, declarations, declared_names
 from mbdsl.lang.inputs import refuse_other_inputs
 from mbdsl.lang.library import Unit
-from mbdsl.lang.members import Array, Disabled, Entity, FrameMember, Namespace, TableMember
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, bind, merge, refuse_inner
 from mbdsl.lang.parameters import make_slot
-from mbdsl.lang.parts import Part, Template
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
-from mbdsl.lang.write import write
+from mbdsl.lang.unparse import write
 from mbdsl.messages import did_you_mean
 
 

@@ -9,11 +9,11 @@ from contextlib import contextmanager
 
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import syntax as s
-from mbdsl.lang.assembly import Assembly
+from mbdsl.lang.entities import Namespace
 from mbdsl.lang.experiment import check_effects, read_experiment
+from mbdsl.lang.flat_model import Assembly
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.library import Allowed, Library, Unit, read
-from mbdsl.lang.members import Namespace
 from mbdsl.lang.overrides import read_overrides
 from mbdsl.lang.source import span_of
 from mbdsl.mechanism.scene import Scene

@@ -11,7 +11,7 @@ from mbdsl.mechanism.extreme_numbers import blame_extremes
 from mbdsl.mechanism.scene import Scene
 
 if TYPE_CHECKING:
-    from mbdsl.builder import Builder
+    from mbdsl.lang.builder import Builder
 
 P = ParamSpec("P")
 R = TypeVar("R")

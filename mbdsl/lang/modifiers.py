@@ -10,8 +10,8 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang import values
 from mbdsl.lang.evaluate import evaluate
 from mbdsl.lang.source import At, span_of
+from mbdsl.lang.unparse import write, write_argument
 from mbdsl.lang.values import Value
-from mbdsl.lang.write import write, write_argument
 
 if TYPE_CHECKING:
     from mbdsl.lang.scope import Scope

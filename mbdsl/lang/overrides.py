@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang import syntax as s
-from mbdsl.lang.bases import declared_names
+from mbdsl.lang.inheritance import declared_names
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.modifiers import Modifier, Modifiers
 from mbdsl.lang.parser import parse_expression

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from mbdsl.errors import ModelError
-from mbdsl.lang import check, functions, quantities, units, values
+from mbdsl.lang import argument_checks, functions, quantities, units, values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.assembly import Assembly
+from mbdsl.lang.entities import Namespace, Slot
 from mbdsl.lang.evaluate import evaluate, place
+from mbdsl.lang.flat_model import Assembly
 from mbdsl.lang.inputs import make_inputs, starts
-from mbdsl.lang.members import Namespace, Slot
 from mbdsl.lang.modifiers import Modifier, Modifiers, bind, merge, refuse_inner
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import span_of
 from mbdsl.lang.units import Dimension
+from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.lang.write import write
 from mbdsl.messages import did_you_mean
 
 ATTRIBUTES = ("unit", "min", "max", "quantity", "displayUnit", "start", "fixed", "nominal")
@@ -147,14 +147,14 @@ def _check(
             hint = f"an array is declared `{d.name}[{', '.join(map(str, shape))}]`"
         elif sizes and not shape:
             hint = f"write `fill(..., {', '.join(map(str, sizes))})` for equal values"
-        expected = check.shape_words(tuple(sizes)) if -1 not in sizes else "an array"
-        raise ModelError(f"{what}: found {check.shape_words(shape)}, expected {expected}", None, hint)
+        expected = argument_checks.shape_words(tuple(sizes)) if -1 not in sizes else "an array"
+        raise ModelError(f"{what}: found {argument_checks.shape_words(shape)}, expected {expected}", None, hint)
     if unit:
         factor = units.parse(unit)
         if factor is not None and factor.factor != 1.0 and "unit" in attributes:
             value = _scaled(value, factor)
     if d.type not in ("", "Boolean", "String", "Integer") or dimension is not None:
-        value = check.fit(value, dimension, what, unit)
+        value = argument_checks.fit(value, dimension, what, unit)
     value = _typed(value, d.type, what)
     for name in ("min", "max"):
         bound = attributes.get(name)

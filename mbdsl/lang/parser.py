@@ -12,7 +12,7 @@ from mbdsl.lang.lexer import NUMBER, Token, tokenize
 from mbdsl.lang.mbdyn import refuse_mbdyn
 from mbdsl.lang.source import At, Source, cover, span_of
 from mbdsl.lang.syntax_errors import explain
-from mbdsl.lang.write import write
+from mbdsl.lang.unparse import write
 
 
 def parse(text: str, file: str = "<text>") -> s.File:

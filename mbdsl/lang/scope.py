@@ -10,17 +10,17 @@ from mbdsl.expressions.symbolic import COORDINATES, TIME
 from mbdsl.lang import functions, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node
+from mbdsl.lang.entities import Array, Disabled, FrameMember, Many, Namespace, Slot, TableMember
 from mbdsl.lang.evaluate import evaluate
-from mbdsl.lang.members import Array, Disabled, FrameMember, Many, Namespace, Slot, TableMember
-from mbdsl.lang.parts import ACCELERATIONS, Part, is_body
+from mbdsl.lang.flat_component import ACCELERATIONS, Part, is_body
 from mbdsl.lang.source import At, span_of
+from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.lang.write import write
 from mbdsl.mechanism.scene import Frame
 from mbdsl.messages import did_you_mean
 
 if TYPE_CHECKING:
-    from mbdsl.lang.members import Entity
+    from mbdsl.lang.entities import Entity
 
 
 class Signal:

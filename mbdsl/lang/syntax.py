@@ -1,6 +1,6 @@
 """The syntax tree: what was written, before any name means anything.
 
-Every node knows its place (``at``), which plays no part in comparisons. :mod:`mbdsl.lang.write` prints trees.
+Every node knows its place (``at``), which plays no part in comparisons. :mod:`mbdsl.lang.unparse` prints trees.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The Scene: a flat list of components with numbers resolved to SI and source places kept.
 
-Text (:mod:`mbdsl.lang`) and the library API (:class:`mbdsl.builder.Builder`) both end here; everything
+Text (:mod:`mbdsl.lang`) and the library API (:class:`mbdsl.lang.builder.Builder`) both end here; everything
 downstream reads only this.
 """
 

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from mbdsl.plotting import svg
 from mbdsl.plotting.escaping import escape, seen
+from mbdsl.plotting.figure_layout import Frame, lay_out, names
 from mbdsl.plotting.figures import Figure, Page, Table
-from mbdsl.plotting.frames import Frame, lay_out, names
-from mbdsl.plotting.looks import NEUTRAL, Look, looks
+from mbdsl.plotting.series_styles import NEUTRAL, Look, looks
 from mbdsl.storage.output_files import write_text
 
 HERE = Path(__file__).parent

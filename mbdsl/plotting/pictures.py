@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbdsl.errors import UsageError
+from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out, names
 from mbdsl.plotting.figures import Figure
-from mbdsl.plotting.frames import Drawn, Frame, lay_out, names
-from mbdsl.plotting.looks import LIGHT_PAPER, MARKS, Look, looks
+from mbdsl.plotting.series_styles import LIGHT_PAPER, MARKS, Look, looks
 from mbdsl.storage.output_files import writing
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import Any
 
 from mbdsl.plotting.axes import number
 from mbdsl.plotting.escaping import escape
-from mbdsl.plotting.frames import Drawn, Frame
-from mbdsl.plotting.looks import MARKS
+from mbdsl.plotting.figure_layout import Drawn, Frame
+from mbdsl.plotting.series_styles import MARKS
 
 WIDTH = 860.0  #: of the picture [px]; the page may scale it
 RIGHT, BOTTOM, ROW, HEAD = 22.0, 46.0, 19.0, 26.0

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import mbdsl
-import mbdsl.builder
+import mbdsl.lang.builder
 from mbdsl import Builder
 from mbdsl.expressions import symbolic as ex
 
@@ -143,7 +143,7 @@ def test_scene_can_be_asked_for_again():
 
 
 def test_doc_examples():
-    assert doctest.testmod(mbdsl.builder).failed == 0
+    assert doctest.testmod(mbdsl.lang.builder).failed == 0
 
 
 def test_public_names():

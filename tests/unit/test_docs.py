@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from mbdsl.lang.kind_reference import reference
 from mbdsl.lang.load import parse_text
 from mbdsl.lang.quantities import TYPES
-from mbdsl.lang.reference import reference
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -43,7 +43,7 @@ def test_there_are_snippets():
 
 
 def test_reference_of_kinds_is_up_to_date():
-    """Run ``python -m mbdsl.lang.reference docs/language.md``."""
+    """Run ``python -m mbdsl.lang.kind_reference docs/language.md``."""
     assert reference() in (ROOT / "docs" / "language.md").read_text(encoding="utf-8")
 
 

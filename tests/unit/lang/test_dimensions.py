@@ -6,10 +6,10 @@ import pytest
 
 from mbdsl.errors import ModelError
 from mbdsl.lang import units
-from mbdsl.lang.assembly import Assembly
+from mbdsl.lang.entities import Namespace
 from mbdsl.lang.evaluate import evaluate
+from mbdsl.lang.flat_model import Assembly
 from mbdsl.lang.instantiate import Instance  # noqa: F401  (completes the imports of scope)
-from mbdsl.lang.members import Namespace
 from mbdsl.lang.parser import parse_expression
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.values import Quantity

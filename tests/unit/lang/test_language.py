@@ -11,7 +11,7 @@ from mbdsl.expressions import printing as et
 from mbdsl.expressions import symbolic as ex
 from mbdsl.lang.load import load, parse_text
 from mbdsl.lang.parser import parse
-from mbdsl.lang.write import dump
+from mbdsl.lang.unparse import dump
 
 ROD = "Rod rod(m = 1 kg, length = 1 m);"
 
@@ -358,10 +358,10 @@ def test_every_signal_of_every_kind_has_the_dimension_it_declares():
     from mbdsl.elements import kinds
     from mbdsl.elements.kind import REQUIRED, PairKind
     from mbdsl.lang import units
-    from mbdsl.lang.assembly import Assembly
     from mbdsl.lang.evaluate import evaluate
-    from mbdsl.lang.parts import Part, Template
-    from mbdsl.lang.signals import Formula, formula
+    from mbdsl.lang.flat_component import Part, Template
+    from mbdsl.lang.flat_model import Assembly
+    from mbdsl.lang.signal_formulas import Formula, formula
     from mbdsl.lang.values import Quantity
 
     b = scene(f"{ROD}").frames
@@ -490,7 +490,7 @@ def test_dump():
 
 def test_expressions_written_are_read_back_the_same():
     from mbdsl.lang.parser import parse_expression
-    from mbdsl.lang.write import write
+    from mbdsl.lang.unparse import write
 
     for text in ("a - b - c", "a - (b - c)", "-a^2", "(-a)^2", "a^b^c", "(a^b)^c", "a/b*c", "a/(b*c)", "not (a and b)",
                  "1:2:3", "if a then b else c", "{1, 2} m", "f(x, g(y))", 'f("a\\"b")', "a[1, :].b", "{i for i in 1:3}"):  # fmt: skip

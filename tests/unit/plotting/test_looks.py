@@ -5,7 +5,7 @@ from itertools import combinations
 import pytest
 
 from mbdsl.integrators import available
-from mbdsl.plotting.looks import DARK_PAPER, LIGHT_PAPER, MARKS, METHODS, NEUTRAL, OTHERS, looks
+from mbdsl.plotting.series_styles import DARK_PAPER, LIGHT_PAPER, MARKS, METHODS, NEUTRAL, OTHERS, looks
 
 
 def luminance(colour):

@@ -12,8 +12,8 @@ import pytest
 
 from mbdsl.errors import UsageError
 from mbdsl.plotting import pages
+from mbdsl.plotting.figure_layout import lay_out
 from mbdsl.plotting.figures import Figure, Outcome, Page, Series, Table
-from mbdsl.plotting.frames import lay_out
 
 VOID = {"meta", "br", "link", "img"}
 EVIL = "</script><script>alert(1)</script><b>\"'&"

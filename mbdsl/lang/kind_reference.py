@@ -1,6 +1,6 @@
 """The reference of all kinds as Markdown, from their declarations; docs/language.md holds it.
 
-``python -m mbdsl.lang.reference docs/language.md`` writes it into the page, between its two markers.
+``python -m mbdsl.lang.kind_reference docs/language.md`` writes it into the page, between its two markers.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter
 
-BEGIN = "<!-- kinds: made by `python -m mbdsl.lang.reference docs/language.md` -->"
+BEGIN = "<!-- kinds: made by `python -m mbdsl.lang.kind_reference docs/language.md` -->"
 END = "<!-- end of kinds -->"
 _TITLES = (("Bodies", BodyKind), ("Joints and drivers", JointKind), ("Forces", ForceKind))
 

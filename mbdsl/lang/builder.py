@@ -20,16 +20,16 @@ from mbdsl.elements import kinds
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.expressions.symbolic import COORDINATES, Expr
 from mbdsl.lang import syntax as s
-from mbdsl.lang.assembly import Assembly
-from mbdsl.lang.bases import Member
 from mbdsl.lang.classify import ALIASES
+from mbdsl.lang.entities import Namespace
 from mbdsl.lang.experiment import KEYS, check_effects, setting
+from mbdsl.lang.flat_component import Part
+from mbdsl.lang.flat_model import Assembly
+from mbdsl.lang.inheritance import Member
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.library import Unit
 from mbdsl.lang.load import deep
-from mbdsl.lang.members import Namespace
 from mbdsl.lang.parser import parse_expression
-from mbdsl.lang.parts import Part
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.scene import Experiment, Scene
 from mbdsl.messages import did_you_mean

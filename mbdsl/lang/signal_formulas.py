@@ -13,7 +13,7 @@ from mbdsl.lang.parser import parse_expression
 from mbdsl.lang.values import Quantity, Value
 
 if TYPE_CHECKING:
-    from mbdsl.lang.parts import Part
+    from mbdsl.lang.flat_component import Part
 
 
 class Signals(Mapping[str, Expr]):

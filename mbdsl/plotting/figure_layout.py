@@ -12,7 +12,7 @@ from itertools import chain
 
 from mbdsl.plotting.axes import Axis, axis, coordinate, limits, number
 from mbdsl.plotting.figures import Figure, Outcome, Series
-from mbdsl.plotting.looks import DASHES, NEUTRAL, Look, looks
+from mbdsl.plotting.series_styles import DASHES, NEUTRAL, Look, looks
 
 FLATTEST = 0.4  #: height over width of the frame of equal axes, at least
 USUAL = 0.56  #: height over width of all other frames

@@ -13,18 +13,18 @@ from mbdsl.elements.kind import REQUIRED, BodyKind, JointKind, Kind, Parameter, 
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr
-from mbdsl.lang import check, demands, units
+from mbdsl.lang import argument_checks, joint_law_checks, units
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
-from mbdsl.lang.signals import Formula, Signals, formula
+from mbdsl.lang.signal_formulas import Formula, Signals, formula
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.scene import Component, Frame
 from mbdsl.messages import did_you_mean
 
 if TYPE_CHECKING:
-    from mbdsl.lang.assembly import Assembly
+    from mbdsl.lang.flat_model import Assembly
 
 #: quantities that are results of a simulation, and no variables of its equations
 ACCELERATIONS = ("ax", "ay", "alpha")
@@ -144,7 +144,7 @@ class Part:
             value = modifier.evaluate()
             try:
                 picked = modifier.pick(value, len(parameter.shape), self.contexts)
-                found[parameter.name] = check.argument(parameter, picked, self.name)
+                found[parameter.name] = argument_checks.argument(parameter, picked, self.name)
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None  # type: ignore[union-attr]
             same = same and picked is value
@@ -191,7 +191,7 @@ class Part:
             value = modifier.evaluate()
             try:
                 picked = modifier.pick(value, 1, self.contexts)
-                found.append((name, check.pose(picked, what)))
+                found.append((name, argument_checks.pose(picked, what)))
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None
             same = same and picked is value
@@ -212,14 +212,14 @@ class Part:
             value = evaluate(modifier.value, modifier.scope.for_law(self, name))
             try:
                 picked = modifier.pick(value, 0, self.contexts)
-                law = check.law(parameter, picked, self.name)
+                law = argument_checks.law(parameter, picked, self.name)
                 if "damping" in self.assembly.without and "damping" in self.kind.effects:
                     if symbolic.is_velocity_level(law):
                         self.lacks.add("damping")
                     law = symbolic.substitute(law, _at_rest)
                 self._laws[name] = law
                 if isinstance(self.kind, JointKind):
-                    demands.check_law(name, self._laws[name], self.kind, self.name)
+                    joint_law_checks.check_law(name, self._laws[name], self.kind, self.name)
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None
         return self._laws[name]
@@ -372,7 +372,7 @@ class Part:
             modifier = self._modifier(name)
             for row in found:
                 try:
-                    demands.check_row(name, row, self.kind, self.name)
+                    joint_law_checks.check_row(name, row, self.kind, self.name)
                 except ModelError as problem:
                     raise place(problem, modifier.value.at if modifier and modifier.value else self.at) from None
         return found

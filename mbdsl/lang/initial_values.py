@@ -6,14 +6,14 @@ from collections.abc import Iterable, Iterator
 
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
-from mbdsl.lang import check, values
+from mbdsl.lang import argument_checks, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate, place
-from mbdsl.lang.parts import Part
+from mbdsl.lang.flat_component import Part
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
+from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.lang.write import write
 from mbdsl.mechanism.scene import InitialValue
 
 
@@ -126,5 +126,5 @@ class InitialValues:
                 f"`{name}` depends on time; only positions and velocities have initial values", span_of(at)
             )
         what = f"the initial value of `{name}`"
-        number = check.number(check.fit(value, target.dimension, what), what)  # type: ignore[arg-type]
+        number = argument_checks.number(argument_checks.fit(value, target.dimension, what), what)  # type: ignore[arg-type]
         return InitialValue(name, target.value, number, fixed, span_of(at))  # type: ignore[arg-type]

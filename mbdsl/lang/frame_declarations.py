@@ -5,16 +5,16 @@ from __future__ import annotations
 from math import cos, sin
 
 from mbdsl.errors import ModelError
-from mbdsl.lang import check, units, values
+from mbdsl.lang import argument_checks, units, values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.assembly import Positional
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import place
+from mbdsl.lang.flat_component import Part, is_body
+from mbdsl.lang.flat_model import Positional
 from mbdsl.lang.modifiers import Contexts, Modifiers
-from mbdsl.lang.parts import Part, is_body
 from mbdsl.lang.scope import as_frame
 from mbdsl.lang.source import At, span_of
-from mbdsl.lang.write import write
+from mbdsl.lang.unparse import write
 from mbdsl.mechanism.scene import Frame
 
 
@@ -38,14 +38,14 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
             picked = r.pick(r.evaluate(), 1, contexts)
             if values.shape(picked) != (2,):
                 raise ModelError(f"`r` of `{name}`: found {values.describe(picked)}, expected a position {{x, y}}")
-            x, y, _ = check.pose(picked, f"`r` of `{name}`")
+            x, y, _ = argument_checks.pose(picked, f"`r` of `{name}`")
         except ModelError as problem:
             raise place(problem, r.value.at) from None
     if (angle := modifiers.get("phi")) is not None and angle.value is not None:
         try:
             what = f"`phi` of `{name}`"
-            q = check.fit(angle.pick(angle.evaluate(), 0, contexts), units.NUMBER, what, "rad")
-            phi = check.floats(q, what)  # type: ignore[assignment]
+            q = argument_checks.fit(angle.pick(angle.evaluate(), 0, contexts), units.NUMBER, what, "rad")
+            phi = argument_checks.floats(q, what)  # type: ignore[assignment]
             if isinstance(phi, tuple):
                 raise ModelError(f"{what}: found an array, expected a single angle")
         except ModelError as problem:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Union
 
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
-from mbdsl.lang import check, units, values
+from mbdsl.lang import argument_checks, units, values
 from mbdsl.lang.connections import Node
 from mbdsl.lang.modifiers import Contexts, Modifiers
 from mbdsl.lang.source import At, span_of
@@ -16,8 +16,8 @@ from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.scene import Frame, Input, Table
 
 if TYPE_CHECKING:
-    from mbdsl.lang.assembly import Assembly
-    from mbdsl.lang.parts import Part
+    from mbdsl.lang.flat_component import Part
+    from mbdsl.lang.flat_model import Assembly
     from mbdsl.lang.scope import Signal
 
 _SMOOTHNESS = ("linear", "cubic", "monotone")
@@ -190,7 +190,7 @@ class TableMember:
         found = values.shape(rows)
         if len(found) != 2 or found[1] != 2:
             raise ModelError(
-                f"{what}: found {check.shape_words(found)}, expected rows of two values `[u, y; ...]`", span
+                f"{what}: found {argument_checks.shape_words(found)}, expected rows of two values `[u, y; ...]`", span
             )
         if found[0] < 2:
             raise ModelError(f"{what} has {found[0]} row, it needs at least 2", span)
@@ -217,7 +217,7 @@ class TableMember:
         for row in rows:
             q = values.numeric(row[k], what)
             dimension = values.common(Quantity(0, dimension), q, what)
-            numbers.append(check.number(q, what))
+            numbers.append(argument_checks.number(q, what))
         return tuple(numbers), dimension
 
     def _choice(self, name: str, choices: tuple[str, ...]) -> str:
@@ -227,7 +227,7 @@ class TableMember:
         if modifier is None or modifier.value is None:
             return choices[0]
         try:
-            return check.argument(Parameter(name, "", choices=choices), modifier.evaluate(), self.name)  # type: ignore[return-value]
+            return argument_checks.argument(Parameter(name, "", choices=choices), modifier.evaluate(), self.name)  # type: ignore[return-value]
         except ModelError as problem:
             problem.span = problem.span or modifier.value_span()
             raise
@@ -236,7 +236,7 @@ class TableMember:
         table, u_dimension, y_dimension = self.made()
         q = values.numeric(argument, f"`{self.name}`")
         if u_dimension is not None:
-            check.fit(q, u_dimension, f"the argument of `{self.name}`")
+            argument_checks.fit(q, u_dimension, f"the argument of `{self.name}`")
         if not varying:
             raise ModelError(f"the table `{self.name}` is used in laws only; this value must be known before the start")
         node = symbolic.Expr("table", (symbolic.expr(q.value),), (table, 0))  # type: ignore[arg-type]

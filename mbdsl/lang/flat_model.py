@@ -1,6 +1,6 @@
 """The flat model in the making: parts, connections and initial values are collected, then become a Scene.
 
-Both front-ends end here, the text (:mod:`mbdsl.lang.instantiate`) and the library (:mod:`mbdsl.builder`).
+Both front-ends end here, the text (:mod:`mbdsl.lang.instantiate`) and the library (:mod:`mbdsl.lang.builder`).
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from mbdsl.expressions import symbolic
 from mbdsl.lang import limits, quantities, units
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node, connect
+from mbdsl.lang.entities import Disabled, FrameMember, Many, Namespace, Slot
 from mbdsl.lang.evaluate import Budget, place
-from mbdsl.lang.initial import InitialValues
-from mbdsl.lang.members import Disabled, FrameMember, Many, Namespace, Slot
+from mbdsl.lang.flat_component import Part, is_body
+from mbdsl.lang.initial_values import InitialValues
 from mbdsl.lang.modifiers import Contexts
-from mbdsl.lang.parts import Part, is_body
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
+from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.lang.write import write
 from mbdsl.mechanism.scene import ENERGIES, Component, Experiment, Frame, Input, ParameterValue, Scene
 
 _COORDINATE_UNIT = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
