@@ -5,19 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mbdsl.checkpoint import Checkpoint as Checkpoint
-    from mbdsl.checkpoint import resume as resume
-    from mbdsl.eigenmodes import eigen as eigen
-    from mbdsl.equilibrium import static as static
+    from mbdsl.analysis.eigenmodes import eigen as eigen
+    from mbdsl.analysis.equilibria import static as static
+    from mbdsl.api import simulate as simulate
     from mbdsl.errors import MbdslError as MbdslError
+    from mbdsl.explanation.receipt import explain as explain
     from mbdsl.lang.builder import Builder as Builder
     from mbdsl.lang.load import load as load
     from mbdsl.lang.load import parse_text as parse  # noqa: F401
     from mbdsl.mechanism.scene import Scene as Scene
-    from mbdsl.receipt import explain as explain
-    from mbdsl.simulation import simulate as simulate
-    from mbdsl.stepping import Simulation as Simulation
-    from mbdsl.trajectory import Trajectory as Trajectory
+    from mbdsl.simulation.checkpoint import Checkpoint as Checkpoint
+    from mbdsl.simulation.interactive import Simulation as Simulation
+    from mbdsl.simulation.resume import resume as resume
+    from mbdsl.simulation.trajectory import Trajectory as Trajectory
     from mbdsl.version import __version__ as __version__
 
 #: public name -> (module, its name there); loaded when first used, so that `import mbdsl` is quick
@@ -27,14 +27,14 @@ _PUBLIC = {
     "parse": ("mbdsl.lang.load", "parse_text"),
     "Builder": ("mbdsl.lang.builder", "Builder"),
     "Scene": ("mbdsl.mechanism.scene", "Scene"),
-    "static": ("mbdsl.equilibrium", "static"),
-    "eigen": ("mbdsl.eigenmodes", "eigen"),
-    "simulate": ("mbdsl.simulation", "simulate"),
-    "resume": ("mbdsl.checkpoint", "resume"),
-    "Checkpoint": ("mbdsl.checkpoint", "Checkpoint"),
-    "explain": ("mbdsl.receipt", "explain"),
-    "Simulation": ("mbdsl.stepping", "Simulation"),
-    "Trajectory": ("mbdsl.trajectory", "Trajectory"),
+    "static": ("mbdsl.analysis.equilibria", "static"),
+    "eigen": ("mbdsl.analysis.eigenmodes", "eigen"),
+    "simulate": ("mbdsl.api", "simulate"),
+    "resume": ("mbdsl.simulation.resume", "resume"),
+    "Checkpoint": ("mbdsl.simulation.checkpoint", "Checkpoint"),
+    "explain": ("mbdsl.explanation.receipt", "explain"),
+    "Simulation": ("mbdsl.simulation.interactive", "Simulation"),
+    "Trajectory": ("mbdsl.simulation.trajectory", "Trajectory"),
     "MbdslError": ("mbdsl.errors", "MbdslError"),
     "SyntaxProblem": ("mbdsl.errors", "SyntaxProblem"),
     "ModelError": ("mbdsl.errors", "ModelError"),

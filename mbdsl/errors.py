@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from mbdsl.messages import visible, width
 
 if TYPE_CHECKING:
-    from mbdsl.trajectory import Trajectory
+    from mbdsl.simulation.trajectory import Trajectory
 
 
 @dataclass(frozen=True, slots=True)

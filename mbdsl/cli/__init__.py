@@ -22,8 +22,8 @@ import mbdsl
 from mbdsl.cli._streams import BROKEN_PIPE as BROKEN_PIPE
 from mbdsl.cli._streams import Streams
 from mbdsl.errors import MbdslError, UsageError
-from mbdsl.interrupts import terminated
 from mbdsl.messages import did_you_mean
+from mbdsl.simulation.interrupts import terminated
 
 #: the start of a negative value, such as -1ms
 NEGATIVE = re.compile(r"-\.?\d")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TextIO
 from mbdsl.messages import visible
 
 if TYPE_CHECKING:
-    from mbdsl.simulation import Progress
+    from mbdsl.simulation.progress import Progress
     from mbdsl.studies.runner import Told
 
 PATIENCE = 1.0  #: seconds of work before anything is shown

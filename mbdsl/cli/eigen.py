@@ -14,7 +14,7 @@ from mbdsl.storage import output_files
 from mbdsl.storage.output_files import write_text
 
 if TYPE_CHECKING:
-    from mbdsl.eigenmodes import Modes
+    from mbdsl.analysis.eigenmodes import Modes
 
 SUFFIXES = (".csv", ".json")
 
@@ -58,8 +58,8 @@ def run(args: argparse.Namespace) -> int:
     scene = values.load_model(args)
     output_files.check([args.output], scene.files)
 
+    from mbdsl.analysis.eigenmodes import eigen
     from mbdsl.compilation import code_cache
-    from mbdsl.eigenmodes import eigen
 
     code_cache.alone()
     modes = eigen(scene, args.at, args.count, announce=lambda text: print(text, file=sys.stderr))

@@ -28,7 +28,7 @@ def register(subparsers) -> argparse.ArgumentParser:
 def run(args: argparse.Namespace) -> int:
     scene = values.load_model(args)
 
-    from mbdsl.receipt import explain
+    from mbdsl.explanation.receipt import explain
 
     say = (lambda text: print(text, file=sys.stderr)) if sys.stderr.isatty() else None
     signals = values.patterns(args.signals) if args.signals else None

@@ -39,7 +39,7 @@ def register(subparsers) -> argparse.ArgumentParser:
 def run(args: argparse.Namespace) -> int:
     from mbdsl.cli._progress import Counter
     from mbdsl.compilation import code_cache
-    from mbdsl.studies.recommend import recommend
+    from mbdsl.studies.recommendation import recommend
 
     code_cache.alone()
     counter = Counter(sys.stderr)

@@ -25,7 +25,7 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
-    from mbdsl.checkpoint import about
+    from mbdsl.simulation.checkpoint import about
 
     said = about(args.checkpoint).get("command")
     if not isinstance(said, dict):

@@ -15,8 +15,8 @@ from mbdsl import results
 from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, Interrupted, UsageError
-from mbdsl.interrupts import deferred
 from mbdsl.messages import once, visible
+from mbdsl.simulation.interrupts import deferred
 from mbdsl.storage import output_files
 from mbdsl.storage.output_files import write_text
 
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from mbdsl.initial.consistent import Moved
+    from mbdsl.simulation.trajectory import Trajectory
     from mbdsl.studies.verify import Verification
-    from mbdsl.trajectory import Trajectory
 
 OPTIONS = ("alpha", "gamma", "beta", "b", "rho")
 
@@ -129,8 +129,8 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
     output_files.check(outputs, scene.files)
     parse = perf_counter() - begun
 
+    from mbdsl.api import simulated
     from mbdsl.compilation import code_cache
-    from mbdsl.simulation import simulated
 
     code_cache.alone()
     display = None if args.quiet else Display(sys.stderr)
@@ -206,7 +206,7 @@ def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:
     """The additional arguments of a simulation with checkpoints."""
     if not args.checkpoint:
         return {}
-    from mbdsl.checkpoint import Checkpoint
+    from mbdsl.simulation.checkpoint import Checkpoint
 
     apart = ("run", "command", "debug", "quiet", "verbose", "checkpoint")
     command = {name: value for name, value in vars(args).items() if name not in apart}
@@ -337,7 +337,7 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
 
 def error(stats: dict) -> str:
     """The error estimate of a run, as a text."""
-    from mbdsl.failures import LITTLE_KNOWN
+    from mbdsl.simulation.failure_messages import LITTLE_KNOWN
 
     if found := stats.get("accuracy"):
         return f"error {found['estimated']:.1e}"

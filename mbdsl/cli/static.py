@@ -34,9 +34,9 @@ def run(args: argparse.Namespace) -> int:
     scene = values.load_model(args)
     output_files.check([args.output], scene.files)
 
+    from mbdsl.analysis.equilibria import listed, static
     from mbdsl.cli.simulate import about
     from mbdsl.compilation import code_cache
-    from mbdsl.equilibrium import listed, static
 
     code_cache.alone()
     found = static(scene, start=args.start, announce=lambda text: print(text, file=sys.stderr))

@@ -16,13 +16,14 @@ from mbdsl.integrators import available
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, once, together
 from mbdsl.numerics.tolerance import misfit
-from mbdsl.simulation import DEFAULT_METHOD, Progress
+from mbdsl.simulation.progress import Progress
+from mbdsl.simulation.simulate import DEFAULT_METHOD
+from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case, own_step, setting
+from mbdsl.studies.cross_check import Verdict, ask
 from mbdsl.studies.families import precise
 from mbdsl.studies.ladder import Ladder
-from mbdsl.studies.limits import allowance, limited
-from mbdsl.studies.opinion import Verdict, ask
-from mbdsl.trajectory import Trajectory
+from mbdsl.studies.time_limits import allowance, limited
 
 PATIENCE = 20.0  #: most time of a first run, relative to all runs before it, or in tenths of a second
 HINT = "the motion may be chaotic or jump (see `mbdsl study convergence`), or the check needs more time (--budget)"

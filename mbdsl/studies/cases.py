@@ -15,7 +15,7 @@ from mbdsl.lang.library import Allowed, allowed_now
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean
-from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, simulate
+from mbdsl.simulation.simulate import DEFAULT_METHOD, DEFAULT_STEP, simulate
 
 POINTS = 100  #: of output at which runs are compared, where the steps allow it
 LEVELS = 9  #: steps of a ladder, each half of the one before

@@ -11,7 +11,7 @@ from mbdsl.integrators import available
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import duration
 from mbdsl.plotting.figures import Figure, Series, Table
-from mbdsl.studies.errors import Quantity
+from mbdsl.studies.error_measures import Quantity
 from mbdsl.studies.report import Study, number, outcomes, size, troubles
 from mbdsl.studies.slopes import Fit, fit, verdict
 from mbdsl.studies.survey import Asked, Row, Survey, survey

@@ -9,8 +9,8 @@ from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.mechanism.scene import Scene
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.studies.convergence import error_figures
-from mbdsl.studies.errors import error, over_time, quantities
-from mbdsl.studies.reference import Reference
+from mbdsl.studies.error_measures import error, over_time, quantities
+from mbdsl.studies.reference_solution import Reference
 from mbdsl.studies.report import Study, number, size, troubles
 from mbdsl.studies.slopes import fit
 from mbdsl.studies.survey import Asked, Survey, begin, finite, rows_of

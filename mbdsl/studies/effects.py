@@ -15,8 +15,8 @@ from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang.load import load
 from mbdsl.lang.units import measure
 from mbdsl.mechanism.scene import Scene
-from mbdsl.simulation import DEFAULT_STEP, simulated
-from mbdsl.trajectory import Trajectory
+from mbdsl.simulation.simulate import DEFAULT_STEP, simulated
+from mbdsl.simulation.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 

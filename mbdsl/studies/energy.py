@@ -15,7 +15,7 @@ from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import Scene
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.studies.convergence import trusted
-from mbdsl.studies.errors import matching
+from mbdsl.studies.error_measures import matching
 from mbdsl.studies.report import Study, number, outcomes, size, troubles
 from mbdsl.studies.slopes import Fit, fit
 from mbdsl.studies.survey import Asked, Row, Survey, finite, measure, prepare

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from mbdsl.errors import IntegrationError, MbdslError, UsageError
 from mbdsl.integrators import available
 from mbdsl.lang.load import load
-from mbdsl.simulation import simulated
+from mbdsl.simulation.simulate import simulated
+from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.hard_page import Suite
-from mbdsl.trajectory import Trajectory
 
 BUDGET = 20.0  #: default time limit of a run [s]
 POINTS = 100  #: times at which constants are compared

@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 
 from mbdsl.errors import IntegrationError, MbdslError
 from mbdsl.integrators import available
+from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case
-from mbdsl.studies.errors import error, quantities
-from mbdsl.studies.limits import TooLong
-from mbdsl.trajectory import Trajectory
+from mbdsl.studies.error_measures import error, quantities
+from mbdsl.studies.time_limits import TooLong
 
 AIM = 0.5  #: target of the error, relative to the accuracy
 MOST, BLIND = 12, 6  #: most runs of one method, and of one whose runs are all identical

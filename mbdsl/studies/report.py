@@ -19,9 +19,9 @@ from mbdsl.errors import UsageError
 from mbdsl.mechanism.fingerprint import fingerprint
 from mbdsl.messages import duration
 from mbdsl.plotting.figures import Figure, Outcome, Page, Table
+from mbdsl.simulation.provenance import machine, versions
 from mbdsl.storage.output_files import write_text
 from mbdsl.studies.cases import reaches
-from mbdsl.studies.store import machine, versions
 from mbdsl.studies.survey import Row, Survey
 
 PICTURES = ("png", "svg")

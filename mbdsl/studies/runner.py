@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
@@ -11,13 +11,12 @@ from uuid import uuid4
 
 import numpy as np
 
-from mbdsl.errors import MbdslError
 from mbdsl.mechanism import graph
-from mbdsl.simulation import Progress, simulated
-from mbdsl.studies.cases import ENDS, Case, Setting, output_interval
-from mbdsl.studies.store import OUT_OF_MEMORY, OUT_OF_TIME, Computed, Store, key_of
+from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.studies.cases import Case, Setting
+from mbdsl.studies.compute import compute, simulate_case
+from mbdsl.studies.store import Computed, Store, key_of
 from mbdsl.system import System, build
-from mbdsl.trajectory import Trajectory
 
 #: seconds of work after which other processes are called for help: they take half a second to begin
 ALONE = 1.0
@@ -130,7 +129,7 @@ class Runner:
                 self._tell(done, total, f"timing {case}")
                 tries = []
                 while len(tries) < TRIES and (not tries or sum(tries) < SHORT):
-                    found = _simulate(self.setting, case)
+                    found = simulate_case(self.setting, case)
                     if found.status == "interrupted":
                         raise KeyboardInterrupt
                     tries.append(found.stats["seconds"]["integrate"])
@@ -159,63 +158,3 @@ class Runner:
         """One of no run, to ask for names and units."""
         nothing = np.zeros((0, self._system.n))
         return Trajectory(self._system, np.zeros(0), nothing, nothing, None, {"status": "done"})
-
-
-def _simulate(of: Setting, case: Case, progress=None, announce=None) -> Trajectory:
-    return simulated(
-        of.scene,
-        method=case.method,
-        step=case.step,
-        tol=case.tol,
-        start=of.start,
-        stop=of.stop,
-        interval=output_interval(of, case),
-        options=dict(case.options),
-        progress=progress,
-        announce=announce,
-    )
-
-
-def compute(of: Setting, case: Case, limit: float = math.inf, announce=None) -> Computed:
-    """One run, whatever comes of it.
-
-    Raises
-    ------
-    KeyboardInterrupt
-    """
-    if limit <= 0.0:
-        return Computed(case, problem=OUT_OF_TIME)
-    begun, late = 0.0, False
-
-    def watch(progress: Progress) -> None:
-        nonlocal begun, late
-        begun = begun or perf_counter() - progress.seconds  # progress starts from zero in every calibration run
-        if perf_counter() - begun > limit:
-            late = True
-            raise KeyboardInterrupt
-
-    try:
-        found = _simulate(of, case, watch, announce)
-    except MbdslError as problem:
-        return Computed(case, problem=problem.message)
-    except MemoryError:
-        return Computed(case, problem=OUT_OF_MEMORY)
-    except (ArithmeticError, ValueError) as problem:  # of a third party's code
-        return Computed(case, problem=f"{type(problem).__name__}: {problem}")
-    if found.status == "interrupted":
-        if not late:
-            raise KeyboardInterrupt
-        return Computed(case, problem=OUT_OF_TIME)
-    if case.ends:
-        last = len(found.t) - 1
-        rows = np.linspace(0, last, min(last, ENDS) + 1).astype(int)
-        # multipliers that are no numbers are found when somebody asks for them; here nobody does
-        lam = np.full((len(rows), found.system.m + found.system.p), np.nan)
-        return Computed(case, found.t[rows], found.q[rows], found.v[rows], lam, _plain(found.stats))
-    return Computed(case, found.t, found.q, found.v, found.lam, _plain(found.stats))
-
-
-def _plain(stats: Mapping) -> dict:
-    """What of the stats can be written as JSON."""
-    kept = ("method", "h", "tol", "steps", "rejected", "iterations", "matrix_evaluations", "factorisations", "seconds")
-    return {key: stats[key] for key in kept if key in stats}

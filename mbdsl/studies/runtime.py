@@ -11,7 +11,7 @@ import numpy as np
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, duration
 from mbdsl.plotting.figures import Figure, Series, Table
-from mbdsl.studies.reference import Reference
+from mbdsl.studies.reference_solution import Reference
 from mbdsl.studies.report import Study, outcomes, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, begin
 from mbdsl.studies.work_precision import quartiles, rounds, time_rows

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbdsl.numerics.error_norm import fastest
+from mbdsl.simulation.trajectory import ENERGIES, Trajectory
 from mbdsl.system.tables import gravity
-from mbdsl.trajectory import ENERGIES, Trajectory
 
 ULPS = 64.0  #: units in the last place that a position may be off by
 

@@ -10,23 +10,20 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import platform
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-import mbdsl
-from mbdsl import elements
 from mbdsl.errors import UsageError
 from mbdsl.integrators import backend, modules
 from mbdsl.mechanism.fingerprint import fingerprint
+from mbdsl.simulation.provenance import code, machine
 from mbdsl.storage import cache_folder, trusted_files
 from mbdsl.studies.cases import Case, Setting
 
@@ -183,63 +180,12 @@ def key_of(of: Setting, case: Case) -> str:
     return hashlib.sha256("\0".join(said).encode()).hexdigest()[:32]
 
 
-@cache
-def code() -> str:
-    """Digest of all of mbdsl that has to do with a result, and of what it computes with."""
-    digest = hashlib.sha256(f"{sorted(versions().items())} {sys.version}".encode())
-    for path in _sources():
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-def _sources() -> list[Path]:
-    package = Path(mbdsl.__file__).parent
-    about = [package / "studies" / name for name in ("cases.py", "runner.py")]  # these say what a run is
-    apart = ("cli", "plotting", "results", "studies")
-    own = [p for p in sorted(package.rglob("*.py")) if p.relative_to(package).parts[0] not in apart]
-    kinds = (Path(str(module.__file__)) for module in elements.modules().values())
-    return about + own + sorted(p for p in kinds if package not in p.parents)  # a kind may come from elsewhere
-
-
 def _method_code(name: str) -> str:
     """Digest of the file of a method, which may come from elsewhere."""
     owner = modules().get(name) or backend(name)
     module = owner if hasattr(owner, "__file__") else sys.modules.get(type(owner).__module__)
     file = getattr(module, "__file__", None)
     return hashlib.sha256(Path(file).read_bytes()).hexdigest() if file and Path(file).exists() else name
-
-
-def versions() -> dict[str, str]:
-    """Of what results depend on."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    found = {"mbdsl": mbdsl.__version__, "python": platform.python_version(), "numpy": np.__version__}
-    for name in ("scipy", "numba", "llvmlite", "scikit-sundae"):
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return found
-
-
-@cache
-def machine() -> dict[str, str]:
-    """What times depend on."""
-    from mbdsl.compilation import code_cache
-
-    processor = platform.processor() or platform.machine()
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        processor = next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        pass
-    return {
-        "processor": processor,
-        "cores": str(os.cpu_count()),
-        "system": f"{platform.system()} {platform.machine()}",
-        "compiled": "yes" if code_cache.enabled() else "no",
-        "host": platform.node(),
-    }
 
 
 def _machine_digest() -> str:

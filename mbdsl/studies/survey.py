@@ -12,6 +12,7 @@ import numpy as np
 from mbdsl.errors import UsageError
 from mbdsl.integrators import available
 from mbdsl.mechanism.scene import Scene
+from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import (
     POINTS,
     TOLS,
@@ -27,11 +28,10 @@ from mbdsl.studies.cases import (
     step_ladder,
     taken,
 )
-from mbdsl.studies.errors import Error, Quantity, error, quantities
-from mbdsl.studies.reference import Columns, Reference, automatic, file_points, from_file
+from mbdsl.studies.error_measures import Error, Quantity, error, quantities
+from mbdsl.studies.reference_solution import Columns, Reference, automatic, file_points, from_file
 from mbdsl.studies.runner import Runner, Told
 from mbdsl.studies.store import Computed, Store
-from mbdsl.trajectory import Trajectory
 
 BUDGET = 120.0  #: seconds
 CONSERVED = 1e-9  #: part of what is exchanged between kinds of energy: more is not conserved

@@ -9,12 +9,12 @@ import numpy as np
 
 from mbdsl.errors import MbdslError
 from mbdsl.plotting.figures import Table
-from mbdsl.simulation import Progress
+from mbdsl.simulation.progress import Progress
+from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.families import of_another_family
-from mbdsl.studies.limits import TooLong, allowance, limited
 from mbdsl.studies.report import as_text, number
 from mbdsl.studies.scales import Scales, scales
-from mbdsl.trajectory import Trajectory
+from mbdsl.studies.time_limits import TooLong, allowance, limited
 
 FEW = 3.0  #: digits: who agrees to fewer does not agree
 SHOWN = 12  #: signals in a text, the worst ones

@@ -18,6 +18,7 @@ from mbdsl.errors import MbdslError
 from mbdsl.lang.library import imports_allowed
 from mbdsl.storage import cache_folder
 from mbdsl.studies.cases import Case, Setting, setting
+from mbdsl.studies.compute import compute
 from mbdsl.studies.store import ENDED, LOST, OUT_OF_TIME, Computed, Store, key_of
 
 #: what a process answers that would not run what it was asked to
@@ -158,8 +159,6 @@ def main() -> None:
 
 def _answer(job: Mapping[str, Any], known: dict[str, Setting]) -> dict:
     """Run a job; ``kept`` where the store has it now."""
-    from mbdsl.studies.runner import compute
-
     case = _case(job["case"])
     try:
         of = _setting(job, known)

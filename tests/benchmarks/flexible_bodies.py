@@ -22,8 +22,8 @@ from dataclasses import dataclass
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads go on spinning for a while, and count as our time
 
 import mbdsl
-from mbdsl.motion import Motion
-from mbdsl.simulation import plan
+from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.simulate import plan
 
 H = 1e-4
 METHODS = ("hht-i3", "hht-si2")

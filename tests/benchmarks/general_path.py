@@ -21,8 +21,8 @@ from statistics import median
 import mbdsl
 from mbdsl.integrators.loop import loop_state
 from mbdsl.mechanism.scene import Scene
-from mbdsl.motion import Motion
-from mbdsl.simulation import plan
+from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.simulate import plan
 
 MODELS = Path(__file__).parents[2] / "models"
 PATHS = {"specialised": False, "general": True}

@@ -25,7 +25,7 @@ import mbdsl
 from mbdsl.errors import MbdslError
 from mbdsl.integrators import available
 from mbdsl.numerics.error_norm import distance
-from mbdsl.trajectory import Trajectory
+from mbdsl.simulation.trajectory import Trajectory
 
 MODELS = Path(__file__).parents[2] / "models"
 #: longer step of the two references

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mbdsl.calibration import calibrated
 from mbdsl.integrators.loop import loop_state
-from mbdsl.motion import Plan
+from mbdsl.simulation.mechanism_run import Plan
+from mbdsl.simulation.tolerance_calibration import calibrated
 
 T, TOL = np.linspace(0.0, 1.0, 201), 1e-4
 

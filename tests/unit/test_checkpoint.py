@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from mbdsl import Builder, Interrupted, UsageError, results, simulate
-from mbdsl.checkpoint import Checkpoint, about, resume
 from mbdsl.cli import simulate as command
 from mbdsl.integrators import compiled
+from mbdsl.simulation.checkpoint import Checkpoint, about
+from mbdsl.simulation.resume import resume
 
 # A switch in the state, corners in time, friction, a part whose motion is a function of time, and one of its own.
 TEXT = """model Stops
@@ -35,7 +36,7 @@ end Stops;
 @pytest.fixture
 def model(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("mbdsl.simulation.SLICE", 7)
+    monkeypatch.setattr("mbdsl.simulation.simulate.SLICE", 7)
     (tmp_path / "stops.mbd").write_text(TEXT)
     return "stops.mbd"
 
@@ -211,7 +212,7 @@ def test_a_full_disk_ends_no_run(model, monkeypatch, capsys):
     def full(path):
         raise UsageError(f"cannot write `{path}`: No space left on device")
 
-    monkeypatch.setattr("mbdsl.checkpoint.writing", full)
+    monkeypatch.setattr("mbdsl.simulation.checkpoint.writing", full)
     found = simulate(model, step=0.01, checkpoint=Checkpoint("run.cp", 0.0))
     assert found.status == "done" and np.array_equal(found.q, whole.q)
     told = "the last checkpoint is missing: cannot write `run.cp`: No space left on device"

@@ -18,7 +18,7 @@ from mbdsl.mechanism.scene import Scene
 
 
 class Trajectory:
-    """As :class:`mbdsl.trajectory.Trajectory`, of a crank that turns once."""
+    """As :class:`mbdsl.simulation.trajectory.Trajectory`, of a crank that turns once."""
 
     default_names = ("crank.x", "crank.phi")
     names = (*default_names, "energy.total")
@@ -52,7 +52,7 @@ def simulation(monkeypatch, tmp_path):
         double.given = given
         return double.act(**given)
 
-    monkeypatch.setitem(sys.modules, "mbdsl.simulation", types.SimpleNamespace(simulated=simulated))
+    monkeypatch.setitem(sys.modules, "mbdsl.api", types.SimpleNamespace(simulated=simulated))
     monkeypatch.setattr(_values, "load_model", lambda args: Scene("Crank", {}, {}))
     monkeypatch.chdir(tmp_path)
     return double

@@ -8,8 +8,8 @@ import pytest
 
 import mbdsl
 from mbdsl import cli
-from mbdsl.eigenmodes import _solve, eigen
-from mbdsl.equilibrium import prepare
+from mbdsl.analysis.eigenmodes import _solve, eigen
+from mbdsl.analysis.equilibria import prepare
 from mbdsl.errors import EquilibriumError, ModelError, UsageError
 from mbdsl.system.accelerations import accelerations
 
@@ -436,7 +436,7 @@ def test_arguments():
 
 
 def test_large_motions_are_refused(monkeypatch):
-    monkeypatch.setattr("mbdsl.eigenmodes.LARGEST_MOVING", 450)
+    monkeypatch.setattr("mbdsl.analysis.eigenmodes.LARGEST_MOVING", 450)
     text = CHAIN.format(N=100, one="", more="").replace("link[i].phi = -90 deg", "link[i].phi = 0 deg")
     with pytest.raises(UsageError, match="500 unknowns are too many"):
         modes(text, "start")

@@ -8,7 +8,7 @@ import pytest
 
 import mbdsl
 from mbdsl import cli, results
-from mbdsl.equilibrium import static
+from mbdsl.analysis.equilibria import static
 from mbdsl.errors import EquilibriumError, InitialisationError, UsageError
 from mbdsl.system import system as system_module
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from mbdsl import Interrupted, UsageError, results
-from mbdsl.interrupts import deferred, terminated
+from mbdsl.simulation.interrupts import deferred, terminated
 from mbdsl.storage import output_files
 from mbdsl.storage.output_files import write_text, writing
 
@@ -243,20 +243,20 @@ def test_one_interruption_while_results_are_written(say, model, monkeypatch):
 @pytest.mark.parametrize("where", ["_collect", "doubts"])
 def test_one_interruption_after_the_last_step(say, model, monkeypatch, where):
     """Between the step loop and the writing."""
-    from mbdsl import simulation
+    from mbdsl.simulation import simulate
 
-    known = getattr(simulation, where)
+    known = getattr(simulate, where)
 
     def interrupted(*given):
         os.kill(os.getpid(), signal.SIGINT)
         return known(*given)
 
-    monkeypatch.setattr(simulation, where, interrupted)
+    monkeypatch.setattr(simulate, where, interrupted)
     former = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         code, _, err = say("simulate", "m.mbd", "--quiet")
         with pytest.raises(Interrupted) as caught:
-            simulation.simulate("m.mbd")
+            simulate.simulate("m.mbd")
     finally:
         signal.signal(signal.SIGINT, former)
     columns, about = results.read("m.csv")

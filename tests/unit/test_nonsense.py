@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mbdsl import Builder, InitialisationError, Simulation, UsageError, simulate
-from mbdsl.failures import inaccurate
 from mbdsl.lang.load import parse_text
 from mbdsl.messages import once
+from mbdsl.simulation.failure_messages import inaccurate
 
 PENDULUM = """model Pendulum Ground g0; Rod rod(m = 1 kg, length = 1 m); Revolute pin(g0, rod.a); {}
   annotation(experiment({})); end Pendulum;"""

@@ -7,7 +7,7 @@ import pytest
 
 from mbdsl import Builder, cli
 from mbdsl.errors import UsageError
-from mbdsl.receipt import explain
+from mbdsl.explanation.receipt import explain
 
 MODELS = Path(__file__).parents[2] / "models"
 #: model -> what is in, beside bodies; coordinates, constraints and nonholonomic ones: as written, as solved

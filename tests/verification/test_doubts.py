@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mbdsl import cli, load, simulate
-from mbdsl.doubts import passive
 from mbdsl.lang.load import parse_text
+from mbdsl.simulation.fixed_step_warnings import passive
 
 MODELS = Path(__file__).parents[2] / "models"
 SHIPPED = sorted(path.stem for path in MODELS.glob("*.mbd"))

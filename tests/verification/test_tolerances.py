@@ -1,8 +1,8 @@
 """The error attained is the tolerance: between a tenth of it, where no cheaper run was made, and all of it, or nearly.
 
 Half of the tolerance is aimed at, with a factor between eps and the error that two runs of larger errors have told; it
-changes from there on by a fifth or so. Errors are measured as :mod:`mbdsl.calibration` does, against closed forms and
-reference data.
+changes from there on by a fifth or so. Errors are measured as :mod:`mbdsl.simulation.tolerance_calibration` does,
+against closed forms and reference data.
 """
 
 import numpy as np

@@ -273,8 +273,8 @@ initial equation mass.x = 0.5; mass.y = 0; mass.vx = 1; mass.vy = 0; end Growing
 def test_what_is_seen_does_not_depend_on_pauses_nor_on_runs_before():
     """Peaks that are weighed against the largest so far, looked at behind so many steps at once: the same bits."""
     from mbdsl.integrators.loop import loop_state
-    from mbdsl.motion import Motion
-    from mbdsl.simulation import plan
+    from mbdsl.simulation.mechanism_run import Motion
+    from mbdsl.simulation.simulate import plan
 
     scene = mbdsl.parse(GROWING)
     run = plan(scene, method="radau5", tol=3e-2, stop=4.0)

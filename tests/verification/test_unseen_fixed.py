@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from mbdsl import cli, resume, simulate
-from mbdsl.checkpoint import Checkpoint
 from mbdsl.integrators.missed_peaks import BATCH
 from mbdsl.lang.load import parse_text
+from mbdsl.simulation.checkpoint import Checkpoint
 
 STEP = 0.05
 TEXT = """model Unseen
@@ -138,7 +138,7 @@ initial equation p.x = 2 m; p.y = 0 m; p.vx = 0 m/s; p.vy = 0 m/s;
 
 def test_what_was_found_before_a_checkpoint_is_said_after_it(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("mbdsl.simulation.SLICE", 1000)
+    monkeypatch.setattr("mbdsl.simulation.simulate.SLICE", 1000)
     tables, force, _, v0, _, _ = CASES["window of position"]
     (tmp_path / "unseen.mbd").write_text(
         TEXT.format(tables=tables, force=force.replace("1.012", "0.4121").replace("1.032", "0.4122"), v=v0)
@@ -162,8 +162,8 @@ def test_what_was_found_before_a_checkpoint_is_said_after_it(tmp_path, monkeypat
 
 def test_without_such_laws_nothing_is_recorded():
     from mbdsl.integrators.loop.loop_state import NOTES
-    from mbdsl.motion import Motion
-    from mbdsl.simulation import plan
+    from mbdsl.simulation.mechanism_run import Motion
+    from mbdsl.simulation.simulate import plan
 
     for force, records in (("100*s.s + 3*sin(6*time)", False), ("-3*tanh(s.v/0.01)", True)):
         scene = parse_text(TEXT.format(tables="", force=force, v=1.0))

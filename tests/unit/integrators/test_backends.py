@@ -13,10 +13,10 @@ import pytest
 import mbdsl
 from mbdsl import Builder, cli, integrators
 from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.explanation.receipt import explain
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import Method, Option, available, compiled, declared, problems, register
 from mbdsl.integrators.backends import Problem
-from mbdsl.receipt import explain
 from mbdsl.system import build
 
 ROOT = Path(__file__).parents[3]
@@ -113,7 +113,7 @@ def test_parts_and_kinematics_go_their_own_ways():
 
 
 def test_tolerance_by_default_and_no_steps(tmp_path, capsys):
-    assert mbdsl.simulate(MODEL, method="scipy-dop853", stop=0.1).stats["tol"] == mbdsl.simulation.DEFAULT_TOL
+    assert mbdsl.simulate(MODEL, method="scipy-dop853", stop=0.1).stats["tol"] == mbdsl.simulation.simulate.DEFAULT_TOL
     arguments = ["simulate", str(MODEL), "--method", "scipy-dop853", "--output", str(tmp_path / "x.csv")]
     assert cli.main([*arguments, "--step", "1ms"]) == 2
     assert "no fixed steps" in (told := capsys.readouterr().err) and "tolerance" in told

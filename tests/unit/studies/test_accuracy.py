@@ -9,11 +9,11 @@ import pytest
 import mbdsl
 from mbdsl import cli, results
 from mbdsl.errors import InitialisationError, IntegrationError, ModelError, UsageError
-from mbdsl.simulation import simulated
+from mbdsl.simulation.simulate import simulated
+from mbdsl.studies import cross_check, time_limits
 from mbdsl.studies import ladder as ladders
-from mbdsl.studies import limits, opinion
 from mbdsl.studies.ladder import Ladder, difference, observed
-from mbdsl.studies.recommend import _rounded, recommend
+from mbdsl.studies.recommendation import _rounded, recommend
 from mbdsl.studies.verify import Verification, agree, verify
 
 MODELS = Path(__file__).parents[3] / "models"
@@ -93,8 +93,10 @@ def judged(monkeypatch):
                 found.q = found.q + off(method, count[method])
             return found
 
-        monkeypatch.setattr(limits, "simulated", simulate)
-        monkeypatch.setattr(opinion, "precise", lambda: ["radau5", "scipy-dop853"])  # others are of order 2, and quick
+        monkeypatch.setattr(time_limits, "simulated", simulate)
+        monkeypatch.setattr(
+            cross_check, "precise", lambda: ["radau5", "scipy-dop853"]
+        )  # others are of order 2, and quick
         return mbdsl.simulate(CRANK, accuracy=1e-4, method="radau5", stop=0.1, **{"budget": 1e3, **given})
 
     return reach

@@ -12,8 +12,8 @@ from mbdsl.studies.cases import setting
 from mbdsl.studies.convergence import convergence
 from mbdsl.studies.drift import drift
 from mbdsl.studies.energy import energy
-from mbdsl.studies.errors import Quantity, error
-from mbdsl.studies.reference import Reference, automatic, file_points, from_file
+from mbdsl.studies.error_measures import Quantity, error
+from mbdsl.studies.reference_solution import Reference, automatic, file_points, from_file
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.runtime import runtime
 from mbdsl.studies.store import OUT_OF_TIME, Computed, Store

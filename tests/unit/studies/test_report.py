@@ -11,8 +11,8 @@ from mbdsl import load, results, simulate
 from mbdsl.studies import runner as running
 from mbdsl.studies.cases import Case
 from mbdsl.studies.drift import drift
-from mbdsl.studies.recommend import Choice, Recommendation, recommend
-from mbdsl.studies.reference import Reference
+from mbdsl.studies.recommendation import Choice, Recommendation, recommend
+from mbdsl.studies.reference_solution import Reference
 from mbdsl.studies.runtime import runtime
 
 MODELS = Path(__file__).parents[3] / "models"
@@ -157,7 +157,7 @@ def test_an_interrupted_study_tells_how_to_go_on(more, command, after, runs, say
 
 def test_times_are_no_runs_that_are_kept(say, empty, monkeypatch):
     argv = ("study", "runtime", CRANK, "--stop", "0.02s", "--methods", "hht-i3,hht-si2")
-    real, calls = running._simulate, []
+    real, calls = running.simulate_case, []
 
     def interrupted(*given):
         calls.append(1)
@@ -165,6 +165,7 @@ def test_times_are_no_runs_that_are_kept(say, empty, monkeypatch):
             raise KeyboardInterrupt
         return real(*given)
 
-    monkeypatch.setattr(running, "_simulate", interrupted)
+    for module in ("runner", "compute"):
+        monkeypatch.setattr(f"mbdsl.studies.{module}.simulate_case", interrupted)
     code, _, err = say(*argv)
     assert code == 130 and "2 runs are kept; the same command goes on" in err

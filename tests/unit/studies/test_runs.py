@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from mbdsl.errors import UsageError
+from mbdsl.simulation.provenance import _sources, code, versions
 from mbdsl.studies import runner as running
 from mbdsl.studies import workers
 from mbdsl.studies.cases import Case, cases, common_points, setting, step_ladder
 from mbdsl.studies.runner import Runner
-from mbdsl.studies.store import OUT_OF_TIME, Computed, Store, _sources, code, key_of, versions
+from mbdsl.studies.store import OUT_OF_TIME, Computed, Store, key_of
 
 MODELS = Path(__file__).parents[3] / "models"
 CRANK = MODELS / "slider_crank.mbd"
@@ -79,7 +80,7 @@ def test_what_a_run_is_computed_with_is_in_its_key(name, monkeypatch):
     base, case = setting(CRANK, 0.2), CASES[0]
     before = key_of(base, case)
     of = {**versions(), name: "0.0.0"}
-    monkeypatch.setattr("mbdsl.studies.store.versions", lambda: of)
+    monkeypatch.setattr("mbdsl.simulation.provenance.versions", lambda: of)
     code.cache_clear()
     try:
         assert key_of(base, case) != before
@@ -142,7 +143,7 @@ def test_what_passes_is_not_kept(store, monkeypatch):
         raise MemoryError("Unable to allocate 8 GiB")
 
     with monkeypatch.context() as patch:
-        patch.setattr(running, "simulated", full)
+        patch.setattr("mbdsl.studies.compute.simulated", full)
         short = runner(store)
         assert "not enough memory" in short.compute(CASES)[CASES[0]].problem
     assert not list(store.folder.iterdir()) and not short.kept
@@ -220,7 +221,7 @@ def test_a_worker_ends_with_its_parent(store):
 def test_the_code_that_makes_a_run_is_in_its_key():
     package = Path(running.__file__).parents[1]
     names = {path.relative_to(package).as_posix() for path in _sources()}
-    assert {"simulation.py", "integrators/loop/driver.py", "studies/runner.py", "studies/cases.py"} <= names
+    assert {"simulation/simulate.py", "integrators/loop/driver.py", "studies/compute.py", "studies/cases.py"} <= names
     assert not {"cli/study.py", "studies/report.py", "plotting/pages.py"} & names
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mbdsl.studies.reference import POWERS, extrapolation
+from mbdsl.studies.reference_solution import POWERS, extrapolation
 from mbdsl.studies.slopes import fit, verdict
 
 H = 2.0 ** -np.arange(10.0)

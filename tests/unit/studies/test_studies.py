@@ -16,7 +16,7 @@ from mbdsl.studies.cases import Case
 from mbdsl.studies.convergence import convergence
 from mbdsl.studies.drift import drift
 from mbdsl.studies.energy import energy
-from mbdsl.studies.errors import Error, error, quantities
+from mbdsl.studies.error_measures import Error, error, quantities
 from mbdsl.studies.runtime import runtime
 from mbdsl.studies.store import Computed
 from mbdsl.studies.survey import Row

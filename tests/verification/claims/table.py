@@ -147,7 +147,7 @@ def verified(claim, scene, method, asked, common):
 def recommended(scene, asked, common):
     """The run that is recommended, and the error that it is said to have."""
     import mbdsl
-    from mbdsl.studies.recommend import recommend
+    from mbdsl.studies.recommendation import recommend
 
     with tempfile.TemporaryDirectory() as store:
         best = recommend(scene, asked, store=store, budget=15.0, repeats=1).best

@@ -1,8 +1,8 @@
 """Checkpoints: the state of an unfinished run in a file, from which the run continues bit for bit.
 
 The state of a run is in flat buffers (:mod:`mbdsl.integrators.run`); a checkpoint is a copy of them. A run with a
-tolerance consists of several calibration runs (:mod:`mbdsl.calibration`); the checkpoint holds the final states of
-those that are done, so that they are not repeated.
+tolerance consists of several calibration runs (:mod:`mbdsl.simulation.tolerance_calibration`); the checkpoint holds the
+final states of those that are done, so that they are not repeated.
 
 The file is an archive of plain NumPy arrays, with JSON for the rest: reading it executes no code. It is written to a
 temporary file that is then renamed, so that a checkpoint is always complete.
@@ -13,7 +13,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -26,13 +26,11 @@ from mbdsl.integrators import backend
 from mbdsl.integrators.loop import linear_solve
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism.scene import Scene
-from mbdsl.motion import Motion
+from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.storage.output_files import check, writing
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
-    from mbdsl.simulation import Progress
-    from mbdsl.trajectory import Trajectory
 
     Model: TypeAlias = Scene | Builder | str | os.PathLike
 
@@ -67,7 +65,7 @@ class Checkpoint:
 
 
 def of_run(given: Checkpoint | str | os.PathLike, model: object, asked: dict[str, Any]) -> Checkpoint:
-    """The checkpoint of a run, with the arguments that :func:`resume` needs to repeat the call."""
+    """The checkpoint of a run, with the arguments that :func:`mbdsl.resume` needs to repeat the call."""
     found = given if isinstance(given, Checkpoint) else Checkpoint(given)
     path = os.path.abspath(model) if isinstance(model, str | os.PathLike) else None
     said = {"given": asked, "model": path, "every": found.every}
@@ -110,7 +108,7 @@ class Keeper:
         try:
             _restore(motion, known)
         except (KeyError, TypeError, ValueError, AttributeError) as problem:
-            raise _damaged(self.checkpoint.path, str(problem)) from problem
+            raise damaged(self.checkpoint.path, str(problem)) from problem
         if known["status"] is None:
             return None
         self.done.append(known)
@@ -167,7 +165,7 @@ class Keeper:
         try:
             return [_arrays(x, arrays) for x in about["runs"]]
         except (KeyError, TypeError) as problem:
-            raise _damaged(path, str(problem)) from problem
+            raise damaged(path, str(problem)) from problem
 
 
 def about(path: str | os.PathLike) -> dict[str, Any]:
@@ -180,48 +178,8 @@ def about(path: str | os.PathLike) -> dict[str, Any]:
     """
     found = _load(path)[0]["about"]
     if not isinstance(found, dict):
-        raise _damaged(path, "it does not describe its run")
+        raise damaged(path, "it does not describe its run")
     return found
-
-
-def resume(
-    path: str | os.PathLike,
-    model: Model | None = None,
-    *,
-    progress: Callable[[Progress], None] | None = None,
-    announce: Callable[[str], None] | None = None,
-) -> Trajectory:
-    """Continue a run from its checkpoint; the result equals that of an uninterrupted run, bit for bit.
-
-    Parameters
-    ----------
-    path : path
-        The checkpoint; further checkpoints are written to the same file.
-    model : Scene, Builder or path, optional
-        The same model again; required if :func:`mbdsl.simulate` was not given a path.
-    progress, announce : callables, optional
-        As for :func:`mbdsl.simulate`.
-
-    Raises
-    ------
-    UsageError
-        If the file is not a checkpoint, is damaged, or was made with a different model, settings, versions or machine.
-    MbdslError
-        As :func:`mbdsl.simulate` does.
-    """
-    from mbdsl.simulation import simulate
-
-    said = about(path)
-    try:
-        given, every, known = dict(said["given"]), float(said["every"]), said["model"]
-    except (KeyError, TypeError, ValueError) as problem:
-        raise _damaged(path, str(problem)) from problem
-    if model is None and known is None:
-        raise UsageError(f"`{path!s}` does not name the file of its model", hint="give the model to resume")
-    if model is not None and not isinstance(model, str | os.PathLike):
-        del given["parameters"], given["without"]
-    on = Checkpoint(path, every, said, resumed=True)
-    return simulate(model if model is not None else known, **given, progress=progress, announce=announce, checkpoint=on)
 
 
 def digest(scene: Scene) -> str:
@@ -249,17 +207,17 @@ def _load(path: str | os.PathLike) -> tuple[dict[str, Any], dict[str, np.ndarray
             except OSError:
                 raise
             except Exception as problem:  # zipfile, zlib, numpy and json each raise their own errors at damaged bytes
-                raise _damaged(path, str(problem)) from problem
+                raise damaged(path, str(problem)) from problem
     except OSError as problem:
         raise UsageError(f"cannot read `{path!s}`: {problem.strerror or problem}") from problem
 
 
-def _damaged(path: str | os.PathLike, why: str) -> UsageError:
+def damaged(path: str | os.PathLike, why: str) -> UsageError:
     return UsageError(f"`{path!s}` is not a checkpoint of mbdsl, or is damaged: {' '.join(why.split())[:200]}")
 
 
 def _versions() -> dict[str, Any]:
-    from mbdsl.studies.store import code, machine, versions
+    from mbdsl.simulation.provenance import code, machine, versions
 
     there = [machine()[key] for key in ("processor", "system", "compiled")]
     return {"versions": versions(), "machine": there, "code": code()}

@@ -9,7 +9,7 @@ runs show:
     error = difference/(8^p - 1),   1/3 <= p <= 1,
 
 or is the difference itself while there are fewer than three runs. The claim is at least the rounding error as the
-motion amplifies it (:mod:`mbdsl.growth`), because runs may agree although the motion is sensitive.
+motion amplifies it (:mod:`mbdsl.simulation.error_growth`), because runs may agree although the motion is sensitive.
 
 The first runs have a large eps and are cheap; they show which eps is needed. The run whose claim is within the
 tolerance is the result. If runs with a small eps fail, values of eps between those of the failed runs and of the last
@@ -25,14 +25,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
-from mbdsl.failures import TOO_MANY_STEPS
-from mbdsl.growth import SAMPLES, Growth, growth
 from mbdsl.integrators import declared
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import LONGEST
-from mbdsl.motion import Kept, Motion, Plan
 from mbdsl.numerics import error_norm
 from mbdsl.numerics.tolerance import rounding
+from mbdsl.simulation.error_growth import SAMPLES, Growth, growth
+from mbdsl.simulation.failure_messages import TOO_MANY_STEPS
+from mbdsl.simulation.mechanism_run import Kept, Motion, Plan
 
 Array = NDArray[np.float64]
 

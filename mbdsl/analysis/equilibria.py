@@ -31,10 +31,10 @@ from mbdsl.mechanism import graph as mechanism_graph
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, few
 from mbdsl.numerics.saddle_point import Array, dense
+from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.statics.pseudo_transient import Search, movers
 from mbdsl.storage import cache_folder
 from mbdsl.system import System, build
-from mbdsl.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
@@ -103,7 +103,7 @@ class Equilibrium:
         return float(self.trajectory[name][0])
 
     def select(self, patterns: Sequence[str]) -> list[str]:
-        """Names of signals that match; see :meth:`mbdsl.trajectory.Trajectory.select`."""
+        """Names of signals that match; see :meth:`mbdsl.simulation.trajectory.Trajectory.select`."""
         return self.trajectory.select(patterns)
 
     @property

@@ -9,8 +9,9 @@ from typing import Any
 
 from mbdsl.errors import IntegrationError
 from mbdsl.messages import duration
-from mbdsl.simulation import Progress, simulated
-from mbdsl.trajectory import Trajectory
+from mbdsl.simulation.progress import Progress
+from mbdsl.simulation.simulate import simulated
+from mbdsl.simulation.trajectory import Trajectory
 
 SHORTEST = 1e-6  #: seconds in which nothing can be run
 LEAST, TIMES = 10.0, 10.0  #: default limit of a check: at least so many seconds, and relative to the run it checks

@@ -23,13 +23,13 @@ from mbdsl.integrators.missed_peaks import Peak
 from mbdsl.integrators.peak_zones import LONGEST
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism.scene import Component, Scene
-from mbdsl.motion import KINEMATIC, Motion, Moving
+from mbdsl.simulation.mechanism_run import KINEMATIC, Motion, Moving
+from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.peaks_in_fixed_steps import InFixedSteps
 from mbdsl.system.signals import values
 from mbdsl.system.structure import by_law, law_expressions
-from mbdsl.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 

@@ -20,12 +20,12 @@ from mbdsl import results
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import available
 from mbdsl.messages import duration, few, together
+from mbdsl.simulation.trajectory import ENERGIES, Trajectory
 from mbdsl.studies.cases import POINTS, Case, Setting, own_step
-from mbdsl.studies.errors import Error, Quantity, Solution, error, matching, quantities, reactions
+from mbdsl.studies.error_measures import Error, Quantity, Solution, error, matching, quantities, reactions
 from mbdsl.studies.families import EXTRAPOLATED, family, precise
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.store import OUT_OF_TIME, Computed
-from mbdsl.trajectory import ENERGIES, Trajectory
 
 Array = NDArray[np.float64]
 TIGHT = (1e-12, 1e-10, 1e-8)  #: tolerances of a reference; the first with which it runs is taken

@@ -19,15 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
-from mbdsl.failures import check_bending, failure
 from mbdsl.integrators import backend, declared
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.options import check_options
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
-from mbdsl.motion import Motion, Plan, constrained
-from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP
-from mbdsl.trajectory import Trajectory
+from mbdsl.simulation.failure_messages import check_bending, failure
+from mbdsl.simulation.mechanism_run import Motion, Plan, constrained
+from mbdsl.simulation.simulate import DEFAULT_METHOD, DEFAULT_STEP
+from mbdsl.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder

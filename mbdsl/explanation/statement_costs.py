@@ -8,7 +8,7 @@ from time import perf_counter
 from mbdsl.integrators import modules
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
-from mbdsl.motion import Motion, Moving
+from mbdsl.simulation.mechanism_run import Motion, Moving
 from mbdsl.system.emit import Line, load_repeated
 
 #: seconds that one statement, and one run, is measured for

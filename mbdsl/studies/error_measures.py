@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.elements.kind import JointKind
-from mbdsl.trajectory import Trajectory
+from mbdsl.simulation.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 

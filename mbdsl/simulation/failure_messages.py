@@ -17,11 +17,11 @@ from mbdsl.integrators.events import SLIDING, SLIDING_HINT
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism.scene import Component
-from mbdsl.motion import Motion
+from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
 from mbdsl.system.signals import values
 from mbdsl.system.switches import law_of
-from mbdsl.trajectory import Trajectory
 
 #: a reason why a tolerance is not reached; another method may reach it
 TOO_MANY_STEPS = "it would take too many steps"

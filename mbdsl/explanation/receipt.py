@@ -24,12 +24,12 @@ from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.reduction import Note
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.messages import count, few
-from mbdsl.motion import Motion, Moving, Plan
-from mbdsl.simulation import DEFAULT_METHOD, DEFAULT_STEP, plan
+from mbdsl.simulation.mechanism_run import Motion, Moving, Plan
+from mbdsl.simulation.simulate import DEFAULT_METHOD, DEFAULT_STEP, plan
+from mbdsl.simulation.trajectory import ACCELERATIONS, Trajectory
 from mbdsl.storage import cache_folder
 from mbdsl.system.emit import evaluate_lines, tangent_lines
 from mbdsl.system.structure import by_law
-from mbdsl.trajectory import ACCELERATIONS, Trajectory
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
@@ -329,7 +329,7 @@ def _takes(motion: Motion, name: str) -> str:
 
 def _share(motion: Motion, receipt: Receipt) -> None:
     """Fill in the shares of a step's time."""
-    from mbdsl.costs import measure
+    from mbdsl.explanation.statement_costs import measure
 
     total, spent = measure(motion)
     of: dict[str, float] = {}

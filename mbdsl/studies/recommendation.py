@@ -15,17 +15,17 @@ from mbdsl.integrators import available
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import duration, together
 from mbdsl.plotting.figures import Table
+from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case, assemble, chosen, own_step, setting
 from mbdsl.studies.effects import tolerance
-from mbdsl.studies.errors import Quantity, error, quantities
+from mbdsl.studies.error_measures import Quantity, error, quantities
 from mbdsl.studies.families import precise
-from mbdsl.studies.reference import Reference, automatic, file_points, from_file
+from mbdsl.studies.reference_solution import Reference, automatic, file_points, from_file
 from mbdsl.studies.report import as_text, number, size
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.slopes import CLEAR
 from mbdsl.studies.store import Store
 from mbdsl.studies.survey import Asked
-from mbdsl.trajectory import Trajectory
 
 AIM = 0.8  #: part of the error that is aimed at: a step is not tried for every per cent
 RUNS = 8  #: of one method, at most

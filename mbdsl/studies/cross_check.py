@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 
 from mbdsl.errors import MbdslError
 from mbdsl.integrators import available
-from mbdsl.simulation import DEFAULT_STEP
+from mbdsl.simulation.simulate import DEFAULT_STEP
+from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case
 from mbdsl.studies.families import EXTRAPOLATED, family, precise
 from mbdsl.studies.ladder import Ladder, difference
-from mbdsl.trajectory import Trajectory
 
 FINER = 3.0  #: a difference this many times one method's error measures the error of the other
 ROUNDS = 10  #: most runs of both methods in one check

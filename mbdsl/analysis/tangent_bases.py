@@ -1,6 +1,6 @@
 """Coordinates of small motions: bases of what constraints leave free, at rest and along a motion.
 
-See :mod:`mbdsl.eigenmodes` for Z, T and S and what is made of them.
+See :mod:`mbdsl.analysis.eigenmodes` for Z, T and S and what is made of them.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.bases import Moving, Still
+from mbdsl.analysis.tangent_bases import Moving, Still
 from mbdsl.bodies.contract import Pose
 from mbdsl.errors import UsageError
 from mbdsl.numerics.saddle_point import Array, Matrix, Saddle, largest, null_space, row_size, scaled

@@ -27,17 +27,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.bases import Moving, Still, of_positions
+from mbdsl.analysis.eigenvalues import lowest, normalised, one_of_each, reduced
+from mbdsl.analysis.equilibria import prepare, settle
+from mbdsl.analysis.tangent_bases import Moving, Still, of_positions
 from mbdsl.bodies.contract import Pose
-from mbdsl.eigenvalues import lowest, normalised, one_of_each, reduced
-from mbdsl.equilibrium import prepare, settle
 from mbdsl.errors import UsageError
 from mbdsl.initial.consistent import initial_position, initial_state
 from mbdsl.lang.model_argument import blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
 from mbdsl.numerics.saddle_point import Array, dense
-from mbdsl.simulation import simulate
+from mbdsl.simulation.simulate import simulate
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import gradients

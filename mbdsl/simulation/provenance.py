@@ -1,0 +1,67 @@
+"""Which code, versions and machine a result was computed with."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+import mbdsl
+from mbdsl import elements
+from mbdsl.version import __version__
+
+
+@cache
+def code() -> str:
+    """Digest of all of mbdsl that has to do with a result, and of what it computes with."""
+    digest = hashlib.sha256(f"{sorted(versions().items())} {sys.version}".encode())
+    for path in _sources():
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _sources() -> list[Path]:
+    package = Path(mbdsl.__file__).parent
+    about = [package / "studies" / name for name in ("cases.py", "compute.py")]  # these say what a run is
+    apart = ("cli", "plotting", "results", "studies")
+    own = [p for p in sorted(package.rglob("*.py")) if p.relative_to(package).parts[0] not in apart]
+    kinds = (Path(str(module.__file__)) for module in elements.modules().values())
+    return about + own + sorted(p for p in kinds if package not in p.parents)  # a kind may come from elsewhere
+
+
+def versions() -> dict[str, str]:
+    """Of what results depend on."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    found = {"mbdsl": __version__, "python": platform.python_version(), "numpy": np.__version__}
+    for name in ("scipy", "numba", "llvmlite", "scikit-sundae"):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+@cache
+def machine() -> dict[str, str]:
+    """What times depend on."""
+    from mbdsl.compilation import code_cache
+
+    processor = platform.processor() or platform.machine()
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        processor = next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        pass
+    return {
+        "processor": processor,
+        "cores": str(os.cpu_count()),
+        "system": f"{platform.system()} {platform.machine()}",
+        "compiled": "yes" if code_cache.enabled() else "no",
+        "host": platform.node(),
+    }

@@ -1,0 +1,57 @@
+"""Continuing a run from its checkpoint."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeAlias
+
+from mbdsl.errors import UsageError
+from mbdsl.mechanism.scene import Scene
+from mbdsl.simulation.checkpoint import Checkpoint, about, damaged
+from mbdsl.simulation.progress import Progress
+from mbdsl.simulation.simulate import simulate
+from mbdsl.simulation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from mbdsl.lang.builder import Builder
+
+    Model: TypeAlias = Scene | Builder | str | os.PathLike
+
+
+def resume(
+    path: str | os.PathLike,
+    model: Model | None = None,
+    *,
+    progress: Callable[[Progress], None] | None = None,
+    announce: Callable[[str], None] | None = None,
+) -> Trajectory:
+    """Continue a run from its checkpoint; the result equals that of an uninterrupted run, bit for bit.
+
+    Parameters
+    ----------
+    path : path
+        The checkpoint; further checkpoints are written to the same file.
+    model : Scene, Builder or path, optional
+        The same model again; required if :func:`mbdsl.simulate` was not given a path.
+    progress, announce : callables, optional
+        As for :func:`mbdsl.simulate`.
+
+    Raises
+    ------
+    UsageError
+        If the file is not a checkpoint, is damaged, or was made with a different model, settings, versions or machine.
+    MbdslError
+        As :func:`mbdsl.simulate` does.
+    """
+    said = about(path)
+    try:
+        given, every, known = dict(said["given"]), float(said["every"]), said["model"]
+    except (KeyError, TypeError, ValueError) as problem:
+        raise damaged(path, str(problem)) from problem
+    if model is None and known is None:
+        raise UsageError(f"`{path!s}` does not name the file of its model", hint="give the model to resume")
+    if model is not None and not isinstance(model, str | os.PathLike):
+        del given["parameters"], given["without"]
+    on = Checkpoint(path, every, said, resumed=True)
+    return simulate(model if model is not None else known, **given, progress=progress, announce=announce, checkpoint=on)
