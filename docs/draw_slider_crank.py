@@ -5,7 +5,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mbdsl.simulation.simulate import simulate
+from mbdsl import simulate
 
 HERE = Path(__file__).resolve().parent
 SHOWN = np.linspace(0.0, 0.35, 8)  #: times at which the mechanism is drawn [s]
