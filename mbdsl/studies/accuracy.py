@@ -12,6 +12,7 @@ from time import perf_counter
 from typing import Any
 
 from mbdsl.errors import IntegrationError, MbdslError, UsageError
+from mbdsl.growth import rounding_error
 from mbdsl.integrators import methods
 from mbdsl.scene import Scene
 from mbdsl.simulation import DEFAULT_METHOD, Progress
@@ -24,6 +25,7 @@ from mbdsl.tolerance import misfit
 from mbdsl.trajectory import Trajectory
 from mbdsl.wording import did_you_mean, once, together
 
+FINER = 32  #: so many times as many samples of the growth of errors, of a run with every step as output
 PATIENCE = 20.0  #: most time of a first run, relative to all runs before it, or in tenths of a second
 HINT = "the motion may be chaotic or jump (see `mbdsl study convergence`), or the check needs more time (--budget)"
 
@@ -61,6 +63,7 @@ def reach(
     search = _Search(scene, accuracy, {**given, "interval": interval or None}, progress, once(announce, set()))
     try:
         ladder = search.descend(_ladders(scene, accuracy, method, given))
+        search.amplify(ladder)
         verdict = search.check(ladder, budget)
         if interval == 0.0:
             search.result = search.run(ladder.case(), interval=0.0)
@@ -89,6 +92,7 @@ class _Search:
         self.runs: list[str] = []
         self.result: Trajectory | None = None
         self.estimate, self.by = math.inf, ""
+        self.rounding = 0.0  #: the error that amplified rounding causes, which all runs may have in common
 
     def run(self, case: Case, limit: float = math.inf, **other: Any) -> Trajectory:
         """One run, of at most ``limit`` seconds."""
@@ -137,6 +141,25 @@ class _Search:
         raise self.failure(
             f"an accuracy of {self.accuracy:g} cannot be reached: {told}", "try a larger one" if able else None
         )
+
+    def amplify(self, ladder: Ladder) -> None:
+        """Find what rounding, amplified by the motion, makes of the last run.
+
+        Raises
+        ------
+        IntegrationError
+            If that exceeds the accuracy.
+        """
+        self.rounding = rounding_error(ladder.last)
+        if self.rounding > self.accuracy:  # between outputs, rates may be large for a short time, as in a contact
+            self.rounding = min(self.rounding, rounding_error(self.run(ladder.case(), interval=0.0), FINER))
+        if self.rounding > self.accuracy:
+            self.tell(self.estimate, "it was not reached")
+            raise self.failure(
+                f"an accuracy of {self.accuracy:g} cannot be reached: the motion amplifies rounding to an error of "
+                f"about {self.rounding:.1e}",
+                "ask for a shorter time, or a larger error",
+            )
 
     def check(self, ladder: Ladder, budget: float | None) -> Verdict:
         """The verdict of methods of other families; if none can check, runs of the ladder itself have to agree."""
@@ -194,7 +217,7 @@ class _Search:
         assert self.result is not None
         self.result.stats["accuracy"] = {
             "asked": self.accuracy,
-            "estimated": estimate,
+            "estimated": max(estimate, self.rounding),
             "by": self.by,
             "checked by": checked,
             "not checked": unchecked,
