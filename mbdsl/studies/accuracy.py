@@ -25,7 +25,8 @@ from mbdsl.tolerance import misfit
 from mbdsl.trajectory import Trajectory
 from mbdsl.wording import did_you_mean, once, together
 
-FINER = 32  #: so many times as many samples of the growth of errors, of a run with every step as output
+#: how many times as many samples of the growth of errors are taken of a run with every step as output, in turn
+FINER = (4, 32)
 PATIENCE = 20.0  #: most time of a first run, relative to all runs before it, or in tenths of a second
 HINT = "the motion may be chaotic or jump (see `mbdsl study convergence`), or the check needs more time (--budget)"
 
@@ -152,7 +153,10 @@ class _Search:
         """
         self.rounding = rounding_error(ladder.last)
         if self.rounding > self.accuracy:  # between outputs, rates may be large for a short time, as in a contact
-            self.rounding = min(self.rounding, rounding_error(self.run(ladder.case(), interval=0.0), FINER))
+            every = self.run(ladder.case(), interval=0.0)
+            for finer in FINER:
+                if self.rounding > self.accuracy:
+                    self.rounding = min(self.rounding, rounding_error(every, finer))
         if self.rounding > self.accuracy:
             self.tell(self.estimate, "it was not reached")
             raise self.failure(
