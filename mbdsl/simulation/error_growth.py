@@ -27,13 +27,20 @@ that mixes their momenta, and what is an error of the heavy link is large for th
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.errors import InitialisationError
+from mbdsl.numerics import error_norm
 from mbdsl.numerics.saddle_point import RANK, row_size
+from mbdsl.numerics.tolerance import rounding
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
+
+if TYPE_CHECKING:
+    from mbdsl.simulation.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
@@ -114,6 +121,22 @@ def growth(
     if max(np.linalg.cond(p.mass) for p in points) > MOST_CONDITION:
         return None
     return _carried(t, points, speed)
+
+
+def rounding_error(found: Trajectory, finer: int = 1) -> float:
+    """The error of a run that rounding causes, amplified by the motion where that is known; in the error norm.
+
+    ``finer``: as for :func:`growth`, for a run with every step as output.
+    """
+    system, t = found.system, found.t
+    unit, lam = rounding(1.0), np.full((len(t), system.m + system.p), np.nan)
+    speed = error_norm.fastest(system.tables.scale, found.v, float(t[-1] - t[0]))
+    try:
+        with np.errstate(all="ignore"):
+            grown = growth(system, t, found.q, found.v, lam, found.left_out, speed, finer)
+    except (InitialisationError, np.linalg.LinAlgError):  # there are no tangent equations
+        return unit
+    return unit if grown is None else unit * float(np.exp(min(grown.log.max(), 700.0)))
 
 
 def _samples(count: int, system: System, finer: int) -> NDArray[np.int64]:

@@ -124,6 +124,7 @@ def simulated(
     with deferred(1) as heard:
         if run.tol is None or not motion.parts or run.stop == run.start:
             status, found = _integrate(motion, progress, keeper, heard), Found()
+            motion.outgrown()  # errors of the run count in the same size as with a tolerance
         else:
             status, found = calibrated(motion, run.tol, lambda: _integrate(motion, progress, keeper, heard))
         lap("integrate")

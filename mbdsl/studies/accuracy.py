@@ -16,6 +16,7 @@ from mbdsl.integrators import available
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, once, together
 from mbdsl.numerics.tolerance import misfit
+from mbdsl.simulation.error_growth import rounding_error
 from mbdsl.simulation.progress import Progress
 from mbdsl.simulation.simulate import DEFAULT_METHOD
 from mbdsl.simulation.trajectory import Trajectory
@@ -25,6 +26,8 @@ from mbdsl.studies.families import precise
 from mbdsl.studies.ladder import Ladder
 from mbdsl.studies.time_limits import allowance, limited
 
+#: how many times as many samples of the growth of errors are taken of a run with every step as output, in turn
+FINER = (4, 32)
 PATIENCE = 20.0  #: most time of a first run, relative to all runs before it, or in tenths of a second
 HINT = "the motion may be chaotic or jump (see `mbdsl study convergence`), or the check needs more time (--budget)"
 
@@ -62,6 +65,7 @@ def reach(
     search = _Search(scene, accuracy, {**given, "interval": interval or None}, progress, once(announce, set()))
     try:
         ladder = search.descend(_ladders(scene, accuracy, method, given))
+        search.amplify(ladder)
         verdict = search.check(ladder, budget)
         if interval == 0.0:
             search.result = search.run(ladder.case(), interval=0.0)
@@ -90,6 +94,7 @@ class _Search:
         self.runs: list[str] = []
         self.result: Trajectory | None = None
         self.estimate, self.by = math.inf, ""
+        self.rounding = 0.0  #: the error that amplified rounding causes, which all runs may have in common
 
     def run(self, case: Case, limit: float = math.inf, **other: Any) -> Trajectory:
         """One run, of at most ``limit`` seconds."""
@@ -138,6 +143,28 @@ class _Search:
         raise self.failure(
             f"an accuracy of {self.accuracy:g} cannot be reached: {told}", "try a larger one" if able else None
         )
+
+    def amplify(self, ladder: Ladder) -> None:
+        """Find what rounding, amplified by the motion, makes of the last run.
+
+        Raises
+        ------
+        IntegrationError
+            If that exceeds the accuracy.
+        """
+        self.rounding = rounding_error(ladder.last)
+        if self.rounding > self.accuracy:  # between outputs, rates may be large for a short time, as in a contact
+            every = self.run(ladder.case(), interval=0.0)
+            for finer in FINER:
+                if self.rounding > self.accuracy:
+                    self.rounding = min(self.rounding, rounding_error(every, finer))
+        if self.rounding > self.accuracy:
+            self.tell(self.estimate, "it was not reached")
+            raise self.failure(
+                f"an accuracy of {self.accuracy:g} cannot be reached: the motion amplifies rounding to an error of "
+                f"about {self.rounding:.1e}",
+                "ask for a shorter time, or a larger error",
+            )
 
     def check(self, ladder: Ladder, budget: float | None) -> Verdict:
         """The verdict of methods of other families; if none can check, runs of the ladder itself have to agree."""
@@ -195,7 +222,7 @@ class _Search:
         assert self.result is not None
         self.result.stats["accuracy"] = {
             "asked": self.accuracy,
-            "estimated": estimate,
+            "estimated": max(estimate, self.rounding),
             "by": self.by,
             "checked by": checked,
             "not checked": unchecked,

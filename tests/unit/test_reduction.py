@@ -257,23 +257,29 @@ def test_what_drivers_move_is_a_function_of_time():
 
 
 def test_driven_arm():
-    a = simulate(mbdsl.parse(ARM))
+    """What time alone moves is as exact as sin and cos. The tip is solved for, and so is all of the general scene: in
+    each of 1000 steps the iteration leaves up to 1e-11 of the size in positions, 8e-12 of the largest velocity, and
+    1e-5 h^2 of the second difference of accelerations, which is 4e-5 of that in reactions (docs/methods.md)."""
+    a = simulate(mbdsl.parse(ARM), interval=0)
+    rounding = 16.0 * np.finfo(float).eps
     first = 0.5 * np.sin(3 * a.t) - 1.0
     second = first - a.t**2  # the elbow counts from the lower arm to the upper one
     elbow = 0.5 * np.exp(1j * first)
     wrist = elbow + 0.4 * np.exp(1j * second)
-    assert np.abs(a["upper.b.x"] + 1j * a["upper.b.y"] - elbow).max() < 1e-14
-    assert np.abs(a["lower.b.x"] + 1j * a["lower.b.y"] - wrist).max() < 1e-14
-    assert np.abs(a["lower.w"] - (1.5 * np.cos(3 * a.t) - 2 * a.t)).max() < 1e-14
-    assert np.abs(a["tip.a.x"] + 1j * a["tip.a.y"] - wrist).max() < 1e-12
-    b = simulate(mbdsl.parse(ARM), general=True)
+    assert np.abs(a["upper.b.x"] + 1j * a["upper.b.y"] - elbow).max() < rounding
+    assert np.abs(a["lower.b.x"] + 1j * a["lower.b.y"] - wrist).max() < rounding
+    assert np.abs(a["lower.w"] - (1.5 * np.cos(3 * a.t) - 2 * a.t)).max() < 2.0 * rounding
+    assert np.abs(a["tip.a.x"] + 1j * a["tip.a.y"] - wrist).max() < 1e-11
+    b = simulate(mbdsl.parse(ARM), general=True, interval=0)
     assert b.stats["solved"]["n"] == 9
-    for name in ("tip.phi", "tip.w", "wrist.fx"):
-        assert np.abs(a[name] - b[name]).max() < 1e-8 * np.abs(b[name]).max(), name
+    left = {"tip.phi": 1e-8, "tip.w": 8e-9 * np.abs(b["tip.w"]).max()}
+    left |= {f"wrist.{key}": 4e-5 * np.abs(np.diff(b[f"wrist.{key}"], 2)).max() for key in ("fx", "fy")}
+    for name, most in left.items():
+        assert np.abs(a[name] - b[name]).max() < most, name
     # mu R N tanh(w/w_s): where it turns round, at w_s = 0.01 rad/s, it follows what is left of w
-    slope = 0.1 * 0.01 * np.hypot(b["wrist.fx"], b["wrist.fy"]).max() / 0.01
-    left = slope * 1e-8 * np.abs(b["tip.w"]).max() + 1e-8 * np.abs(b["wrist.friction"]).max()
-    assert np.abs(a["wrist.friction"] - b["wrist.friction"]).max() < left
+    normal = np.hypot(b["wrist.fx"], b["wrist.fy"]).max()
+    most = 0.1 * 0.01 * (normal * left["tip.w"] / 0.01 + np.hypot(left["wrist.fx"], left["wrist.fy"]))
+    assert np.abs(a["wrist.friction"] - b["wrist.friction"]).max() < most
 
 
 CARRIED = """

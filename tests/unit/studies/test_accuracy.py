@@ -79,6 +79,46 @@ def test_options_of_one_method_are_not_those_of_its_check():
     assert found.stats["accuracy"]["checked by"].startswith("radau5 --tol, tol = 0.0001: differs by ")
 
 
+def test_rounding_that_the_motion_amplifies_counts():
+    """At rest on top: all methods agree that nothing moves, but an error eps in the position grows to eps cosh(5 T)."""
+    scene = mbdsl.parse("""
+    model Top
+      Ground ground(g = 0);
+      Body b(m = 1 kg, I = 1 kg.m2);
+      Prismatic rail(ground, b.c);
+      TranslationalSpringDamper law(rail, k = -25 N/m);
+    initial equation
+      rail.s = 0 m;
+      rail.v = 0 m/s;
+      annotation(experiment(StopTime = 4 s));
+    end Top;
+    """)
+    least = np.finfo(float).eps * np.cosh(5.0 * 4.0)
+    found = mbdsl.simulate(scene, accuracy=1e-4)
+    assert least < found.stats["accuracy"]["estimated"] < 1e3 * least
+    with pytest.raises(IntegrationError, match="the motion amplifies rounding to an error of about") as no:
+        mbdsl.simulate(scene, accuracy=1e-9)
+    assert no.value.exit_code == 4 and no.value.trajectory.status == "failed"
+
+
+def test_a_motion_that_goes_far_is_as_large_as_its_way():
+    """From 1 nm to 0.24 m in 4 s: errors with fixed steps count relative to the way, as those with a tolerance."""
+    scene = mbdsl.parse("""
+    model Away
+      Ground ground(g = 0);
+      Body b(m = 1 kg, I = 1 kg.m2);
+      Prismatic rail(ground, b.c);
+      TranslationalSpringDamper law(rail, k = -25 N/m);
+    initial equation
+      rail.s = 1 nm;
+      rail.v = 0 m/s;
+      annotation(experiment(StopTime = 4 s));
+    end Away;
+    """)
+    found = mbdsl.simulate(scene, method="radau5", step=1e-2)
+    assert found.system.tables.size == pytest.approx(1e-9 * np.cosh(5.0 * 4.0), rel=1e-4)
+
+
 @pytest.fixture
 def judged(monkeypatch):
     """``judged(off)``: radau5 is asked for 1e-4, others are off by ``off(method, k)`` rad in their run number k."""
@@ -94,9 +134,8 @@ def judged(monkeypatch):
             return found
 
         monkeypatch.setattr(time_limits, "simulated", simulate)
-        monkeypatch.setattr(
-            cross_check, "precise", lambda: ["radau5", "scipy-dop853"]
-        )  # others are of order 2, and quick
+        precise = ["radau5", "scipy-dop853"]
+        monkeypatch.setattr(cross_check, "precise", lambda: precise)  # others are of order 2, and quick
         return mbdsl.simulate(CRANK, accuracy=1e-4, method="radau5", stop=0.1, **{"budget": 1e3, **given})
 
     return reach
