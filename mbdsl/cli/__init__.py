@@ -18,12 +18,12 @@ from collections.abc import Sequence
 from types import ModuleType
 from typing import NoReturn
 
-import mbdsl
 from mbdsl.cli._streams import BROKEN_PIPE as BROKEN_PIPE
 from mbdsl.cli._streams import Streams
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.messages import did_you_mean
 from mbdsl.simulation.interrupts import terminated
+from mbdsl.version import __version__
 
 #: the start of a negative value, such as -1ms
 NEGATIVE = re.compile(r"-\.?\d")
@@ -66,7 +66,7 @@ def make_parser() -> Parser:
         formatter_class=Help,
         allow_abbrev=False,
     )
-    parser.add_argument("--version", action="version", version=f"mbdsl {mbdsl.__version__}")
+    parser.add_argument("--version", action="version", version=f"mbdsl {__version__}")
     debug = {"action": "store_true", "default": argparse.SUPPRESS, "help": "show a traceback where something fails"}
     parser.add_argument("--debug", **debug)  # type: ignore[arg-type]
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", dest="command", required=True)

@@ -10,7 +10,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-import mbdsl
 from mbdsl import results
 from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Display
@@ -19,6 +18,7 @@ from mbdsl.messages import once, visible
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.storage import output_files
 from mbdsl.storage.output_files import write_text
+from mbdsl.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -297,7 +297,7 @@ def about(trajectory: Trajectory) -> dict[str, str | float | bool]:
         "complete": trajectory.status == "done",
         **{key: value for key, value in said.items() if value is not None},
         "status": trajectory.status,
-        "version": mbdsl.__version__,
+        "version": __version__,
     }
 
 

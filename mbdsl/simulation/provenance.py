@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 
-import mbdsl
 from mbdsl import elements
 from mbdsl.version import __version__
 
@@ -26,7 +25,7 @@ def code() -> str:
 
 
 def _sources() -> list[Path]:
-    package = Path(mbdsl.__file__).parent
+    package = Path(__file__).parents[1]
     about = [package / "studies" / name for name in ("cases.py", "compute.py")]  # these say what a run is
     apart = ("cli", "plotting", "results", "studies")
     own = [p for p in sorted(package.rglob("*.py")) if p.relative_to(package).parts[0] not in apart]

@@ -11,98 +11,235 @@ import mbdsl
 
 PACKAGE = Path(mbdsl.__file__).parent
 NUMERICS = ("numpy", "scipy", "numba", "matplotlib", "networkx", "pandas", "xarray")
-#: part of the package -> what none of its files imports, not even inside a function
-FORBIDDEN = {
-    "elements": ("mbdsl.lang", "mbdsl.mechanism.graph", "mbdsl.integrators", "mbdsl.system", "mbdsl.cli", *NUMERICS),
-    "bodies": (
-        "mbdsl.lang",
-        "mbdsl.mechanism.graph",
-        "mbdsl.integrators",
-        "mbdsl.mechanism.reduction",
-        "mbdsl.compilation.code_cache",
-        "mbdsl.cli",
-    ),
-    "lang": (
-        "mbdsl.mechanism.graph",
-        "mbdsl.system",
-        "mbdsl.integrators",
-        "mbdsl.compilation.code_cache",
-        "mbdsl.cli",
-        *NUMERICS,
-    ),
-    "mechanism/reduction": (
-        "mbdsl.system",
-        "mbdsl.integrators",
-        "mbdsl.compilation.code_cache",
-        "mbdsl.cli",
-        *NUMERICS,
-    ),
-    "integrators": ("mbdsl.elements", "mbdsl.lang", "mbdsl.mechanism.graph", "mbdsl.cli"),
-    "plotting": (
-        "mbdsl.lang",
-        "mbdsl.elements",
-        "mbdsl.mechanism.graph",
-        "mbdsl.system",
-        "mbdsl.integrators",
-        "mbdsl.cli",
-    ),
-    "results": (
-        "mbdsl.lang",
-        "mbdsl.elements",
-        "mbdsl.mechanism.graph",
-        "mbdsl.system",
-        "mbdsl.integrators",
-        "mbdsl.cli",
-    ),
+AT_IMPORT, IN_FUNCTION, FOR_TYPES = "at import", "in a function", "for the type checker"
+#: from the top floor down: what is in a room imports from its own room and from those after it, and nothing else
+ROOMS = (
+    *("__init__", "__main__", "cli", "api", "studies", "analysis", "explanation", "simulation", "statics", "initial"),
+    *("integrators", "lang", "system", "mechanism", "elements", "bodies", "plotting", "results"),
+    *("expressions", "numerics", "compilation", "storage", "errors", "messages", "version"),
+)
+#: the imports that run up, and why
+UPWARD = {
+    ("mbdsl.errors", "mbdsl.simulation.trajectory"): "for type checkers: the results that an error brings with it",
 }
-#: what none may import while it is itself imported: extras, and what is slow to load
-LATE = {"mechanism/graph.py": NUMERICS, "cli": NUMERICS, "results": NUMERICS, ".": ("matplotlib", "pandas", "xarray")}
+#: the imports that close circles, and why; none of them is made while a module is imported
+CIRCLES = {
+    ("mbdsl.elements.kind", "mbdsl.elements"): "a kind is pickled by its name, and found again among all kinds",
+    ("mbdsl.expressions.symbolic", "mbdsl.expressions.printing"): "an expression prints itself as text",
+    ("mbdsl.mechanism.checks", "mbdsl.mechanism.graph"): "type of the graph, which calls the checks when it is built",
+    ("mbdsl.system.gradient_rows", "mbdsl.system.tables"): "type of the tables, which gradient_rows fills in part",
+    ("mbdsl.system.time_derivatives", "mbdsl.system.system"): "type of the System, which calls it",
+    ("mbdsl.system.peaks_along_motion", "mbdsl.system.system"): "type of the System, which calls it",
+    ("mbdsl.system.system", "mbdsl.system.peaks_along_motion"): "a System resolves signals; see below",
+    ("mbdsl.system.system", "mbdsl.system.peaks_in_time"): "a System resolves signals; see below",
+    ("mbdsl.system.system", "mbdsl.system.time_events"): "a System resolves signals; see below",
+    ("mbdsl.system.system", "mbdsl.system.signals"): "signals are resolved by a System until a Scene can do it",
+    ("mbdsl.lang.signal_formulas", "mbdsl.lang.flat_component"): "a component and its signals hold each other",
+    ("mbdsl.lang.entities", "mbdsl.lang.flat_component"): "type: what a name stands for may be a component",
+    ("mbdsl.lang.entities", "mbdsl.lang.flat_model"): "type: a namespace belongs to a flat model",
+    ("mbdsl.lang.entities", "mbdsl.lang.scope"): "type: an entity's modifiers are read in a scope",
+    ("mbdsl.lang.flat_component", "mbdsl.lang.flat_model"): "type: a component belongs to a flat model",
+    ("mbdsl.lang.modifiers", "mbdsl.lang.scope"): "type: modifiers are read in the scope that they were written in",
+    ("mbdsl.integrators.events", "mbdsl.integrators.run"): "type of the run, which they restart",
+    ("mbdsl.integrators.scheduled_jumps", "mbdsl.integrators.run"): "type of the run, whose buffers they change",
+    ("mbdsl.integrators.peak_zones", "mbdsl.integrators.run"): "type of the run, whose buffers they fill",
+    ("mbdsl.integrators.missed_peaks", "mbdsl.integrators.run"): "type of the run, whose states they read",
+    ("mbdsl.studies.hard_page", "mbdsl.studies.hard"): "type of the results that the page shows",
+}
+#: part of the package -> what it reaches by no number of imports, not even inside functions
+FORBIDDEN = {
+    "elements": ("mbdsl.errors", "mbdsl.storage", *NUMERICS),
+    "bodies": ("mbdsl.errors", "mbdsl.storage", "mbdsl.expressions"),
+    "lang": ("mbdsl.compilation", *NUMERICS),
+    "mechanism": ("mbdsl.compilation", "mbdsl.numerics", *(name for name in NUMERICS if name != "networkx")),
+    "mechanism/reduction": ("mbdsl.storage",),
+    "system": ("mbdsl.lang",),
+    "integrators": ("mbdsl.lang", "mbdsl.initial"),
+    "simulation": ("mbdsl.studies", "mbdsl.results", "mbdsl.plotting", "matplotlib"),
+    "analysis": ("mbdsl.studies", "mbdsl.explanation"),
+    "plotting": ("mbdsl.expressions", "mbdsl.elements"),
+    "results": ("mbdsl.expressions", "mbdsl.elements"),
+}
+#: part -> what its own files do not import: an integrator sees a System, and not what it is made from
+UNSEEN = {"integrators": ("mbdsl.elements", "mbdsl.bodies", "mbdsl.mechanism", "mbdsl.compilation.object_code")}
+#: what is not loaded, by any number of imports, while a part is imported: extras, and what is slow to load
+LATE = {
+    "mechanism": NUMERICS,
+    "lang": NUMERICS,
+    "cli": NUMERICS,
+    "results": NUMERICS,
+    "errors.py": NUMERICS,
+    "__init__.py": ("mbdsl", *NUMERICS),
+    ".": ("matplotlib", "pandas", "xarray"),
+}
 
 
-def imports(tree, inside_functions):
-    """Names of the modules that a file imports; blocks for the type checker do not count."""
-    for node in tree.body:
-        yield from _imports(node, inside_functions)
-
-
-def _imports(node, inside):
+def imports(node, when=AT_IMPORT):
+    """(Name, when it is imported) of what a syntax tree imports."""
     if isinstance(node, ast.Import):
-        yield from (alias.name for alias in node.names)
+        yield from ((alias.name, when) for alias in node.names)
     elif isinstance(node, ast.ImportFrom):
         assert node.level == 0, "imports are absolute"
-        yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        yield from ((f"{node.module}.{alias.name}", when) for alias in node.names)
     elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-        return
-    elif inside or not isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+        for child in node.body:
+            yield from imports(child, FOR_TYPES)
+    else:
+        inside = isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and when == AT_IMPORT
         for child in ast.iter_child_nodes(node):
-            yield from _imports(child, inside)
+            yield from imports(child, IN_FUNCTION if inside else when)
 
 
-def offences(part, forbidden, inside_functions):
+def name_of(file):
+    parts = (PACKAGE.name, *file.relative_to(PACKAGE).with_suffix("").parts)
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+FILES = {name_of(file): file for file in sorted(PACKAGE.rglob("*.py"))}
+
+
+def _arrows():
+    """Module -> {module, or name of another package: when it is imported, the first of the three}."""
+    found = {}
+    for name, file in FILES.items():
+        found[name] = {}
+        for target, when in imports(ast.parse(file.read_text(encoding="utf-8"))):
+            while target.startswith("mbdsl.") and target not in FILES:
+                target = target.rpartition(".")[0]
+            target = target if target in FILES else target.partition(".")[0]
+            known = found[name].get(target, FOR_TYPES)
+            order = (AT_IMPORT, IN_FUNCTION, FOR_TYPES)
+            if target != name:
+                found[name][target] = min(known, when, key=order.index)
+    return found
+
+
+ARROWS = _arrows()
+
+
+def closure(names, kinds):
+    """What modules reach by imports of these kinds -> the way there; importing a module imports its packages."""
+    ways = {name: (name,) for name in names}
+    pending = list(ways)
+    while pending:
+        name = pending.pop()
+        following = [target for target, when in ARROWS.get(name, {}).items() if when in kinds]
+        if name in FILES and "." in name:
+            following.append(name.rpartition(".")[0])
+        for target in following:
+            if target not in ways and target != "mbdsl":
+                ways[target] = (*ways[name], target)
+                pending.append(target)
+    return ways
+
+
+def modules(part):
     root = PACKAGE / part
-    for file in sorted(root.rglob("*.py")) if root.is_dir() else [root]:
-        for name in imports(ast.parse(file.read_text(encoding="utf-8")), inside_functions):
-            if any(name == f or name.startswith(f + ".") for f in forbidden):
-                yield f"{file.relative_to(PACKAGE)} imports {name}"
+    assert root.exists()
+    return [name for name, file in FILES.items() if root in (file, *file.parents)]
+
+
+def room(name):
+    return name.split(".")[1] if "." in name else "__init__"
+
+
+def reached(part, forbidden, kinds):
+    ways = closure(modules(part), kinds)
+    return [
+        " -> ".join(way)
+        for name, way in ways.items()
+        if len(way) > 1 and any(name == f or name.startswith(f + ".") for f in forbidden)
+    ]
+
+
+def test_every_file_is_in_a_room():
+    assert {room(name) for name in FILES} == set(ROOMS)
+    assert {path.name for path in PACKAGE.iterdir() if path.is_file()} == {
+        *("__init__.py", "__main__.py", "api.py", "errors.py", "messages.py", "version.py", "py.typed")
+    }
+
+
+def test_no_import_runs_up():
+    """Imports for the type checker are counted. As none runs up, none does by any number of imports."""
+    floor = {name: k for k, name in enumerate(ROOMS)}
+    up = {
+        (name, target)
+        for name, targets in ARROWS.items()
+        for target in targets
+        if target in FILES and floor[room(target)] < floor[room(name)]
+    }
+    assert up == set(UPWARD)
+
+
+def test_no_imports_go_round_in_circles():
+    arrows = {(a, b): when for a, targets in ARROWS.items() for b, when in targets.items() if b in FILES}
+    assert {arrow for arrow in CIRCLES if arrows.get(arrow, AT_IMPORT) == AT_IMPORT} == set()
+    left = {name: {b for a, b in arrows if a == name} for name in FILES}
+    for a, b in {**CIRCLES, **UPWARD}:
+        left[a].discard(b)
+    assert len(_without_circles(left)) == len(FILES)
+    back = {(a, b) for a, b in CIRCLES if a in _reach(b, arrows, UPWARD)}
+    assert back == set(CIRCLES), "these close no circle any more: nothing is left to explain"
+
+
+def _without_circles(left):
+    """Modules in an order in which each comes after what it imports."""
+    left, done = {name: set(targets) for name, targets in left.items()}, []
+    while ready := [name for name, targets in left.items() if targets <= set(done)]:
+        done += ready
+        for name in ready:
+            del left[name]
+    assert left == {}, "circles, or what leads into them"
+    return done
+
+
+def _reach(start, arrows, but):
+    found, pending = {start}, [start]
+    while pending:
+        name = pending.pop()
+        new = {b for a, b in arrows if a == name and (a, b) not in but} - found
+        found |= new
+        pending += new
+    return found
 
 
 @pytest.mark.parametrize("part", FORBIDDEN)
 def test_no_part_reaches_where_it_must_not(part):
-    assert list(offences(part, FORBIDDEN[part], True)) == []
+    assert reached(part, FORBIDDEN[part], (AT_IMPORT, IN_FUNCTION)) == []
+
+
+@pytest.mark.parametrize("part", UNSEEN)
+def test_no_part_imports_what_it_need_not_see(part):
+    wrong = [
+        f"{name} imports {target}"
+        for name in modules(part)
+        for target in ARROWS[name]
+        if any(target == f or target.startswith(f + ".") for f in UNSEEN[part])
+    ]
+    assert wrong == []
 
 
 @pytest.mark.parametrize("part", LATE)
 def test_what_is_slow_or_optional_is_imported_where_it_is_used(part):
-    assert list(offences(part, LATE[part], False)) == []
+    assert reached(part, LATE[part], (AT_IMPORT,)) == []
 
 
 def test_the_reader_of_imports_sees_them():
     tree = ast.parse(
         "import a.b\nfrom c import d\nif TYPE_CHECKING:\n    import e\n"
         "class F:\n    def g(self):\n        import h\ntry:\n    import i\nexcept ImportError:\n    pass\n"
+        "from j import (\n    k,\n)\n"
     )
-    assert list(imports(tree, True)) == ["a.b", "c.d", "h", "i"]
-    assert list(imports(tree, False)) == ["a.b", "c.d", "i"]
+    found = {when: [name for name, w in imports(tree) if w == when] for when in (AT_IMPORT, IN_FUNCTION, FOR_TYPES)}
+    assert found == {AT_IMPORT: ["a.b", "c.d", "i", "j.k"], IN_FUNCTION: ["h"], FOR_TYPES: ["e"]}
+
+
+def test_the_closure_sees_far():
+    """From the command line, by way of functions, to the kernels' marks; at import, not even to numpy."""
+    ways = closure(["mbdsl.cli.simulate"], (AT_IMPORT, IN_FUNCTION))
+    assert {"mbdsl.compilation.marks", "mbdsl.studies.ladder", "numpy"} <= set(ways)
+    assert len(ways["mbdsl.compilation.marks"]) > 3
+    assert "numpy" not in closure(["mbdsl.cli.simulate"], (AT_IMPORT,))
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["simulate", "--help"], ["check", "MODEL"]])
