@@ -266,7 +266,7 @@ def _body(name: str) -> bytes | None:
 
 
 #: rooms whose modules hold kernels, or constants that kernels read
-_ROOMS = ("bodies", "elements", "integrators", "numerics", "system")
+_ROOMS = tuple(f"mbdsl.{room}." for room in ("bodies", "elements", "integrators", "numerics", "system"))
 #: what element and method files take their declarations from, which no kernel reads
 _DECLARATIONS = ("mbdsl.elements.kind", "mbdsl.integrators.method")
 
@@ -286,12 +286,14 @@ def _sources(modules: Iterable[ModuleType]) -> list[str]:
 
 
 def _imported_kernels(text: str) -> Iterator[str]:
-    """Names of modules, and of what may be modules, that ``from ... import`` at the head of a source names."""
+    """Names of modules, and of what may be modules, that the imports at the head of a source name."""
     for node in ast.parse(text).body:
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[:1] == ["mbdsl"]:
-            if node.module.split(".")[1:2] in [[room] for room in _ROOMS]:
-                yield node.module
-                yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        names: list[str] = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+        yield from (name for name in names if name.startswith(_ROOMS))
 
 
 def _source(name: str) -> Path | None:

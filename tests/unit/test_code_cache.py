@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -130,6 +131,39 @@ def test_an_object_whose_sources_have_changed_is_compiled_again(fresh, tmp_path,
     assert code_cache.is_compiled("scaled")
     source.write_text(source.read_text().replace("3", "4"))
     assert not code_cache.is_compiled("scaled")
+
+
+def test_kernels_are_found_however_they_are_imported():
+    text = """
+import math
+import mbdsl.system.loops as loops
+from mbdsl.integrators.loop import linear_solve as linear, newton
+from mbdsl.numerics.banded import (  # with a comment
+    cholesky_solve,
+    cholesky_solve_pairs as pairs,
+)
+from mbdsl.errors import UsageError
+text = "from mbdsl.system import emit"
+"""
+    found = {name for name in code_cache._imported_kernels(text) if code_cache._source(name)}
+    loop = {f"mbdsl.integrators.loop.{name}" for name in ("linear_solve", "newton")}
+    assert found == {"mbdsl.system.loops", "mbdsl.numerics.banded"} | loop
+
+
+@pytest.mark.parametrize(
+    ("of", "imported"),
+    [
+        ("mbdsl.integrators.loop.driver", "mbdsl.integrators.loop.loop_state"),
+        ("mbdsl.integrators.methods.radau5", "mbdsl.integrators.methods.radau5_coefficients"),
+        ("mbdsl.integrators.methods.hht_si2", "mbdsl.integrators.loop.sparse_lu"),
+        ("mbdsl.bodies.ancf_cable_kernels", "mbdsl.numerics.banded"),
+    ],
+)
+def test_sources_of_machine_code(of, imported):
+    """Also those that are imported by the imported, within parentheses or not; but no declarations."""
+    found = code_cache._sources([import_module(of)])
+    assert of in found and imported in found
+    assert not {"mbdsl.elements.kind", "mbdsl.integrators.method"} & set(found)
 
 
 @needs_numba
