@@ -35,7 +35,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-FOLDERS = ("mbdsl/elements", "mbdsl/bodies", "mbdsl/numerics", "mbdsl/system", "mbdsl/integrators")
+FOLDERS = (
+    *("mbdsl/elements", "mbdsl/bodies", "mbdsl/numerics", "mbdsl/expressions", "mbdsl/system", "mbdsl/initial"),
+    "mbdsl/integrators",
+)
 #: what an element computes at frames, its signals and its corners; derivatives of the whole system take longest
 FORMULAS = "tests/unit/lang/test_joint_formulas.py", "tests/unit/elements/test_corners.py"
 DERIVATIVES = "tests/unit/elements/test_derivatives.py"
@@ -78,6 +81,12 @@ METHODS = (*QUICK, FULL[0], CONTROL[0], f"{INTEGRATORS}/test_run.py", "tests/uni
 #: beginning of a file's path -> its tests, in this order; the longest beginning that fits counts
 NEAREST = {
     "mbdsl/elements/": KERNELS,
+    "mbdsl/numerics/": STARTS,
+    "mbdsl/numerics/error_norm": ("tests/unit/test_error_norm.py",),
+    "mbdsl/numerics/tolerance": ("tests/verification/test_tolerances.py",),
+    "mbdsl/numerics/hermite": ("tests/unit/test_stepping.py",),
+    "mbdsl/expressions/": FORMULAS,
+    "mbdsl/initial/": (*STARTS, "tests/unit/test_receipt.py"),
     "mbdsl/numerics/banded": ("tests/unit/elements/test_flexible_beam.py", *CABLE),
     "mbdsl/elements/body": (
         f"{DERIVATIVES}::test_mass_and_weight",
@@ -94,6 +103,7 @@ NEAREST = {
     "mbdsl/elements/kind": (*KERNELS, "tests/unit/test_graph.py", "tests/unit/test_receipt.py"),
     "mbdsl/bodies/point_mass_kernels": STARTS,
     "mbdsl/elements/point_mass": (f"{DERIVATIVES}::test_mass_and_weight", "tests/unit/test_graph.py"),
+    "mbdsl/bodies/rigid_body": (*STARTS, f"{DERIVATIVES}::test_signals_are_what_the_kernels_compute"),
     "mbdsl/bodies/rigid_body_kernels": (
         *KERNELS,
         FULL[0],
@@ -112,7 +122,7 @@ NEAREST = {
     "mbdsl/system/accelerations": STARTS,
     "mbdsl/system/structure": (*STARTS, "tests/unit/test_emitted.py", "tests/unit/test_receipt.py"),
     "mbdsl/system/background_compilation": ("tests/unit/test_code_cache.py",),
-    "mbdsl/system/body_models": (*STARTS, f"{DERIVATIVES}::test_signals_are_what_the_kernels_compute"),
+    "mbdsl/system/body_models": STARTS,
     "mbdsl/system/time_derivatives": (
         *STARTS,
         "tests/unit/test_reduction.py::test_accelerations_at_the_start_where_drivers_move_frames",
@@ -125,7 +135,8 @@ NEAREST = {
         "tests/unit/test_reductions.py",
         f"{MODES}::test_gears",
     ),
-    "mbdsl/system/index": ("tests/unit/test_reductions.py",),
+    "mbdsl/system/index1": ("tests/unit/test_reductions.py",),
+    "mbdsl/system/stabilised_index2": ("tests/unit/test_reductions.py",),
     "mbdsl/expressions/interval_arithmetic": ("tests/unit/test_intervals.py",),
     "mbdsl/system/loops": ("tests/unit/test_reductions.py", "tests/unit/test_receipt.py", *FULL),
     "mbdsl/initial/weights": ("tests/unit/test_initial.py", "tests/unit/test_reduction.py", "-k", "guess or said"),
