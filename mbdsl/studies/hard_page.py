@@ -19,10 +19,11 @@ answers without mbdsl.
 
 A cell shows the largest error, scaled: angles in radians, lengths relative to the mechanism's size, velocities relative
 to the largest one. `E` is the change of the total energy relative to the energy exchanged. An error in parentheses is
-above 1e-3 (1e-2 for energy) because the step is too long: a run with half the step differs by a tenth of the error or
-more. `exit 4 at 1 s` is a run that stopped at that time; the number refers to the reason below the table. `not done`
-gives the time that a run reached within its time limit. `WRONG` is a run that reported no error although it was off by
-more than three times its tolerance or by more than its step explains, or one that stopped for the wrong reason.
+above 1e-3 (1e-2 for energy) because the step is too long: a run with half the step, or with a 64th, differs by a tenth
+of the error or more. `exit 4 at 1 s` is a run that stopped at that time; the number refers to the reason below the
+table. `not done` gives the time that a run reached within its time limit. `WRONG` is a run that reported no error
+although it was off by more than three times its tolerance or by more than its step explains, or one that stopped for
+the wrong reason.
 """
 
 
