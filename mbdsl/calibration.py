@@ -24,9 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl import error_norm
-from mbdsl.errors import InitialisationError
 from mbdsl.failures import TOO_MANY_STEPS
-from mbdsl.growth import SAMPLES, Growth, growth
+from mbdsl.growth import SAMPLES, Growth, along
 from mbdsl.integrators import declared, state
 from mbdsl.integrators.run import LONGEST
 from mbdsl.motion import Kept, Motion, Plan
@@ -328,17 +327,7 @@ class _Ladder:
         """The growth at the times of a run, from the states in ``kept``, and how many parts are known to the end."""
         motion, t = self.motion, last.t
         speed = error_norm.fastest(motion.system.tables.scale, last.v, self.span)
-        found, rate, known = np.zeros(len(t)), 0.0, 0
-        for system, own_t, q, v, lam, left_out in motion.parts_of(kept):
-            try:
-                with np.errstate(all="ignore"):
-                    own = growth(system, own_t, q, v, lam, left_out, speed, finer)
-            except (InitialisationError, np.linalg.LinAlgError):
-                continue  # there are no tangent equations here; the difference between runs remains
-            if own is not None:
-                found, rate = np.maximum(found, own.at(t)), max(rate, own.rate)
-                known += own.t[-1] == own_t[-1]
-        return Growth(t, found, rate), known
+        return along(motion.parts_of(kept), t, speed, finer)
 
     def _rounding(self, trial: Trial) -> Array:
         """The rounding error (N,) along a run, amplified by the growth where that is known."""
