@@ -15,8 +15,8 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
 import mbdsl
-from mbdsl import simulation
 from mbdsl import growth as perturbations
+from mbdsl import simulation
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators import state
 from mbdsl.motion import Motion
