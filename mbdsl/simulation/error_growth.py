@@ -26,23 +26,19 @@ that mixes their momenta, and what is an error of the heavy link is large for th
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
-from mbdsl.numerics import error_norm
 from mbdsl.numerics.saddle_point import RANK, row_size
-from mbdsl.numerics.tolerance import rounding
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 
-if TYPE_CHECKING:
-    from mbdsl.simulation.trajectory import Trajectory
-
 Array = NDArray[np.float64]
+Part = tuple[System, Array, Array, Array, Array, tuple[int, ...]]
 
 #: most unknowns for which the growth is computed: the matrices are dense
 MOST = 400
@@ -123,20 +119,23 @@ def growth(
     return _carried(t, points, speed)
 
 
-def rounding_error(found: Trajectory, finer: int = 1) -> float:
-    """The error of a run that rounding causes, amplified by the motion where that is known; in the error norm.
+def along(parts: Iterable[Part], t: Array, speed: float, finer: int = 1) -> tuple[Growth, int]:
+    """The growth at times t (N,) along a motion of several parts, and for how many of them it is known to the end.
 
-    ``finer``: as for :func:`growth`, for a run with every step as output.
+    ``parts`` are the system of each, its times, q, v and lam there, and its redundant constraints, as from
+    ``Motion.parts_of``; ``speed`` and ``finer`` as for :func:`growth`. Parts that cannot be examined do not count.
     """
-    system, t = found.system, found.t
-    unit, lam = rounding(1.0), np.full((len(t), system.m + system.p), np.nan)
-    speed = error_norm.fastest(system.tables.scale, found.v, float(t[-1] - t[0]))
-    try:
-        with np.errstate(all="ignore"):
-            grown = growth(system, t, found.q, found.v, lam, found.left_out, speed, finer)
-    except (InitialisationError, np.linalg.LinAlgError):  # there are no tangent equations
-        return unit
-    return unit if grown is None else unit * float(np.exp(min(grown.log.max(), 700.0)))
+    found, rate, known = np.zeros(len(t)), 0.0, 0
+    for system, own_t, q, v, lam, left_out in parts:
+        try:
+            with np.errstate(all="ignore"):
+                own = growth(system, own_t, q, v, lam, left_out, speed, finer)
+        except (InitialisationError, np.linalg.LinAlgError):
+            continue  # there are no tangent equations here
+        if own is not None:
+            found, rate = np.fmax(found, own.at(t)), max(rate, own.rate)
+            known += own.t[-1] == own_t[-1]
+    return Growth(t, found, rate), known
 
 
 def _samples(count: int, system: System, finer: int) -> NDArray[np.int64]:

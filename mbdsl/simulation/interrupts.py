@@ -8,7 +8,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-#: what a system that shuts down sends, and a terminal that is closed
+#: sent at a shutdown (SIGTERM), and when the terminal is closed (SIGHUP)
 ENDS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 SIGNALS = (signal.SIGINT, *ENDS)
 
@@ -36,7 +36,7 @@ def deferred(most: int | None = None, note: str = "") -> Iterator[list[int]]:
     former = {}
     for number in SIGNALS:
         present = signal.getsignal(number)
-        # what is ignored remains so; the others end a program that has not asked to hear of them
+        # signals that are ignored stay ignored; those without a handler keep their default action
         if present not in (None, signal.SIG_IGN, signal.SIG_DFL):
             former[number] = signal.signal(number, hear)
     try:
@@ -48,7 +48,7 @@ def deferred(most: int | None = None, note: str = "") -> Iterator[list[int]]:
 
 @contextmanager
 def terminated() -> Iterator[None]:
-    """SIGTERM and SIGHUP are as Ctrl-C, unless the program handles or ignores them itself."""
+    """SIGTERM and SIGHUP act like Ctrl-C, unless the program handles or ignores them itself."""
     former = {}
     if threading.current_thread() is threading.main_thread():
         for number in ENDS:

@@ -73,8 +73,11 @@ def simulated(
     progress: Callable[[Progress], None] | None = None,
     announce: Callable[[str], None] | None = None,
     checkpoint: Checkpoint | str | PathLike | None = None,
+    inspect: Callable[[Motion], None] | None = None,
 ) -> Trajectory:
     """As :func:`mbdsl.simulate` without an accuracy, but a run that is interrupted between steps is a result.
+
+    ``inspect`` gets the motion, run to its end.
 
     Raises
     ------
@@ -124,7 +127,6 @@ def simulated(
     with deferred(1) as heard:
         if run.tol is None or not motion.parts or run.stop == run.start:
             status, found = _integrate(motion, progress, keeper, heard), Found()
-            motion.outgrown()  # errors of the run count in the same size as with a tolerance
         else:
             status, found = calibrated(motion, run.tol, lambda: _integrate(motion, progress, keeper, heard))
         lap("integrate")
@@ -134,6 +136,10 @@ def simulated(
         check_left_out(motion, trajectory, states)
         check_bending(trajectory)
         trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == loop_state.DONE else []
+        if run.tol is None and status == loop_state.DONE:
+            motion.outgrown()  # errors are relative to the same size as in a run with a tolerance
+        if inspect is not None:
+            inspect(motion)
         if keeper is not None and keeper.problem:
             trajectory.stats["warnings"].append(f"the last checkpoint is missing: {keeper.problem}")
         if found.horizon is not None and status == loop_state.DONE:

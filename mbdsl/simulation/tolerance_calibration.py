@@ -24,13 +24,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.errors import InitialisationError
 from mbdsl.integrators import declared
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import LONGEST
 from mbdsl.numerics import error_norm
 from mbdsl.numerics.tolerance import rounding
-from mbdsl.simulation.error_growth import SAMPLES, Growth, growth
+from mbdsl.simulation.error_growth import SAMPLES, Growth, along
 from mbdsl.simulation.failure_messages import TOO_MANY_STEPS
 from mbdsl.simulation.mechanism_run import Kept, Motion, Plan
 
@@ -330,17 +329,7 @@ class _Ladder:
         """The growth at the times of a run, from the states in ``kept``, and how many parts are known to the end."""
         motion, t = self.motion, last.t
         speed = error_norm.fastest(motion.system.tables.scale, last.v, self.span)
-        found, rate, known = np.zeros(len(t)), 0.0, 0
-        for system, own_t, q, v, lam, left_out in motion.parts_of(kept):
-            try:
-                with np.errstate(all="ignore"):
-                    own = growth(system, own_t, q, v, lam, left_out, speed, finer)
-            except (InitialisationError, np.linalg.LinAlgError):
-                continue  # there are no tangent equations here; the difference between runs remains
-            if own is not None:
-                found, rate = np.maximum(found, own.at(t)), max(rate, own.rate)
-                known += own.t[-1] == own_t[-1]
-        return Growth(t, found, rate), known
+        return along(motion.parts_of(kept), t, speed, finer)
 
     def _rounding(self, trial: Trial) -> Array:
         """The rounding error (N,) along a run, amplified by the growth where that is known."""

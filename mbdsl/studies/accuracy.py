@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from numbers import Real
 from time import perf_counter
@@ -15,10 +16,13 @@ from mbdsl.errors import IntegrationError, MbdslError, UsageError
 from mbdsl.integrators import available
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, once, together
-from mbdsl.numerics.tolerance import misfit
-from mbdsl.simulation.error_growth import rounding_error
+from mbdsl.numerics.error_norm import fastest
+from mbdsl.numerics.tolerance import misfit, rounding
+from mbdsl.simulation.error_growth import along
+from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.progress import Progress
 from mbdsl.simulation.simulate import DEFAULT_METHOD
+from mbdsl.simulation.tolerance_calibration import FINER, MOST_NUMBERS
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case, own_step, setting
 from mbdsl.studies.cross_check import Verdict, ask
@@ -26,8 +30,6 @@ from mbdsl.studies.families import precise
 from mbdsl.studies.ladder import Ladder
 from mbdsl.studies.time_limits import allowance, limited
 
-#: how many times as many samples of the growth of errors are taken of a run with every step as output, in turn
-FINER = (4, 32)
 PATIENCE = 20.0  #: most time of a first run, relative to all runs before it, or in tenths of a second
 HINT = "the motion may be chaotic or jump (see `mbdsl study convergence`), or the check needs more time (--budget)"
 
@@ -94,12 +96,14 @@ class _Search:
         self.runs: list[str] = []
         self.result: Trajectory | None = None
         self.estimate, self.by = math.inf, ""
+        self.motions: dict[tuple[str, bool], Motion] = {}  #: newest, by method and whether its steps are fixed
         self.rounding = 0.0  #: the error that amplified rounding causes, which all runs may have in common
 
     def run(self, case: Case, limit: float = math.inf, **other: Any) -> Trajectory:
         """One run, of at most ``limit`` seconds."""
         how = {"method": case.method, "step": case.step, "tol": case.tol}
-        given = {**self.given, **how, **other}
+        inspect = partial(self.motions.__setitem__, (case.method, case.tol is None))
+        given = {**self.given, **how, **other, "inspect": inspect}
         begun = perf_counter()
         try:
             found = limited(self.scene, limit, self.progress, announce=self.announce, **given)
@@ -139,32 +143,46 @@ class _Search:
                 return ladder
         told = together((x.method, x.problem) for x in ladders)
         if self.result is not None:
-            self.tell(self.estimate, "it was not reached")
+            self.tell(self.estimate, "the accuracy was not reached")
         raise self.failure(
             f"an accuracy of {self.accuracy:g} cannot be reached: {told}", "try a larger one" if able else None
         )
 
     def amplify(self, ladder: Ladder) -> None:
-        """Find what rounding, amplified by the motion, makes of the last run.
+        """Estimate the error that amplified rounding causes in the last run.
 
         Raises
         ------
         IntegrationError
             If that exceeds the accuracy.
         """
-        self.rounding = rounding_error(ladder.last)
+        self.rounding, known = self._amplified(ladder)
         if self.rounding > self.accuracy:  # between outputs, rates may be large for a short time, as in a contact
-            every = self.run(ladder.case(), interval=0.0)
-            for finer in FINER:
-                if self.rounding > self.accuracy:
-                    self.rounding = min(self.rounding, rounding_error(every, finer))
+            motion = self.motions[ladder.method, ladder.fixed]
+            numbers = motion.steps * sum(p.system.n + p.system.unknowns for p in motion.parts)
+            with suppress(MbdslError):
+                if numbers <= MOST_NUMBERS:
+                    self.run(ladder.case(), interval=0.0)
+                    for finer in FINER:
+                        found, examined = self._amplified(ladder, finer)
+                        if examined < known or self.rounding <= self.accuracy:
+                            break  # at some steps there are no tangent equations; or they tell enough
+                        self.rounding = min(self.rounding, found)
         if self.rounding > self.accuracy:
-            self.tell(self.estimate, "it was not reached")
+            self.tell(self.estimate, "the accuracy was not reached")
             raise self.failure(
                 f"an accuracy of {self.accuracy:g} cannot be reached: the motion amplifies rounding to an error of "
                 f"about {self.rounding:.1e}",
-                "ask for a shorter time, or a larger error",
+                "try a shorter run (--stop), or a larger accuracy",
             )
+
+    def _amplified(self, ladder: Ladder, finer: int = 1) -> tuple[float, int]:
+        """Amplified rounding at the end of the ladder's newest run, and how many parts of the scene it is known of."""
+        motion = self.motions[ladder.method, ladder.fixed]
+        t, _, v = motion.states()
+        speed = fastest(motion.system.tables.scale, v, float(t[-1] - t[0]))
+        grown, known = along(motion.parts_of(motion.keep()), t, speed, finer)
+        return rounding(1.0) * math.exp(min(grown.log.max(), 700.0)), known
 
     def check(self, ladder: Ladder, budget: float | None) -> Verdict:
         """The verdict of methods of other families; if none can check, runs of the ladder itself have to agree."""
@@ -223,7 +241,7 @@ class _Search:
         self.result.stats["accuracy"] = {
             "asked": self.accuracy,
             "estimated": max(estimate, self.rounding),
-            "by": self.by,
+            "by": self.by if estimate >= self.rounding else "rounding, as the motion amplifies it",
             "checked by": checked,
             "not checked": unchecked,
             "runs": self.runs,

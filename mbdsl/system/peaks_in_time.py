@@ -3,10 +3,10 @@
 Between two neighbouring extrema a function is monotone, and the ends of a step show its change. Within a step it can
 hide an extremum: a pulse, a window that opens and closes. The extrema of a term of a law are found by bisection:
 intervals (:mod:`mbdsl.expressions.interval_arithmetic`) on which the bounds of its slope have one sign, or on which it
-changes by less than ``NEGLIGIBLE`` of its largest value so far, are finished; all others are halved. Around each
-extremum lies a *zone*, in which the term differs from its extreme value by less than a quarter of its difference from
-the next extremum. No step may pass over a zone: a step has to end within it, so that its error estimate contains the
-force.
+changes by less than ``NEGLIGIBLE`` of its size (its largest value so far, or its bound), are finished; all others are
+halved. Around each extremum lies a *zone*, in which the term differs from its extreme value by less than a quarter of
+its difference from the next extremum. No step may pass over a zone: a step has to end within it, so that its error
+estimate contains the force.
 
 Sums are split into terms, so that large terms do not hide small ones; products of sums become sums of products.
 """
@@ -49,7 +49,7 @@ MOST = 2048
 SAMPLES = 65
 #: most terms of a sum; larger products are not expanded
 TERMS = 64
-#: largest cancellation that is accounted for: summands, relative to their sum
+#: the size of a term is at most this many times its largest sample, even if its bounds are larger
 CANCELLED = 1e6
 #: operations that sums consist of
 SUMS = ("add", "sub", "mul", "neg")
@@ -303,6 +303,8 @@ def zones(f: Function, points: Points, path: int, least: float, edges: bool = Fa
     on = points.k == path
     s, y = points.s[on], points.y[on]
     at = turns(y, least)
+    if not at:  # it is finite nowhere
+        return np.empty((2, 0))
     before, behind = [at[0], *at[:-1]], [*at[1:], at[-1]]
     ways = [
         (i, p, n)
@@ -358,8 +360,8 @@ def _of_term(term: Expr, t0: float, t1: float) -> Iterator[Zone]:
         samples = f.at(path, np.linspace(t0, t1, SAMPLES))
         lo, hi, *_ = f.jet(path, np.array([t0]), np.array([t1]))
     largest = np.abs(samples[np.isfinite(samples)]).max(initial=0.0)
-    summands = float(np.maximum(-lo, hi)[0])  # if they cancel, their sum is smaller
-    size = np.array([max(largest, min(summands, CANCELLED * largest)) if np.isfinite(summands) else largest])
+    bound = float(np.maximum(-lo, hi)[0])  # much larger than the term's values where its summands cancel
+    size = np.array([max(largest, min(bound, CANCELLED * largest)) if np.isfinite(bound) else largest])
     least = max(SHORTEST * (t1 - t0), 4.0 * float(np.spacing(max(abs(t0), abs(t1)))))
     shortest = np.full(1, least)
     rest, width = [(t0, t1)], t1 - t0

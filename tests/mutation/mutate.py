@@ -322,7 +322,7 @@ def main() -> None:
     parser.add_argument("--limit", type=float, default=600.0, help="seconds for a mutant")
     parser.add_argument("--tests", nargs="*", help="tests to run in place of the nearest ones")
     parser.add_argument("--report", type=Path, help="a JSON file of all mutants, written as it goes")
-    parser.add_argument("--again", type=Path, help="a report: run what it did not catch, on the same lines")
+    parser.add_argument("--again", type=Path, help="an earlier report: try again what was not caught")
     args = parser.parse_args()
     os.environ.update(NUMBA_DISABLE_JIT="1", OPENBLAS_NUM_THREADS="1", PYTHONDONTWRITEBYTECODE="1")
     load()

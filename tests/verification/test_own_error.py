@@ -17,7 +17,8 @@ from scipy.special import ellipj, ellipk
 import mbdsl
 from mbdsl.errors import IntegrationError
 from mbdsl.integrators.loop import loop_state
-from mbdsl.simulation import simulate, tolerance_calibration
+from mbdsl.simulation import error_growth as perturbations
+from mbdsl.simulation import simulate
 from mbdsl.simulation.mechanism_run import Motion
 
 BLOCK = """
@@ -174,9 +175,9 @@ def test_before_that_all_is_well():
 @pytest.mark.parametrize(("text", "tol", "needed"), [(PENDULUM.format(phi=1e-3, stop=3), 1e-5, 0), (ORBIT, 1e-4, 1)])
 def test_growth_is_refined_only_where_it_would_end_the_run(monkeypatch, text, tol, needed):
     runs, growths = [], []
-    restart, growth = Motion.restart, tolerance_calibration.growth
+    restart, growth = Motion.restart, perturbations.growth
     monkeypatch.setattr(Motion, "restart", lambda self, plan: (runs.append(plan.every), restart(self, plan))[1])
-    monkeypatch.setattr(tolerance_calibration, "growth", lambda *given: (growths.append(given[-1]), growth(*given))[1])
+    monkeypatch.setattr(perturbations, "growth", lambda *given: (growths.append(given[-1]), growth(*given))[1])
     found, reached = run(mbdsl.parse(text), "hht-si2", tol, interval=0.1)
     assert reached
     assert sum(runs) == needed and growths == [1, 4][: 1 + needed]
@@ -198,8 +199,8 @@ def test_growth_past_a_periapsis(monkeypatch):
     """At least the largest factor from one sample to a later one, by the variational equations and DOP853, and at most
     so many times that as there are samples, at each of which as much is added; e^2 for rates that are frozen."""
     seen = []
-    growth = tolerance_calibration.growth
-    monkeypatch.setattr(tolerance_calibration, "growth", lambda *given: seen.append(growth(*given)) or seen[-1])
+    growth = perturbations.growth
+    monkeypatch.setattr(perturbations, "growth", lambda *given: seen.append(growth(*given)) or seen[-1])
     run(mbdsl.parse(ORBIT), "hht-si2", 1e-4, interval=0.1)
     coarse, fine = seen
 

@@ -150,6 +150,12 @@ def test_summands_that_cancel_have_no_peaks(law):
     assert len(list(islice(build(mbdsl.parse(text)).time_zones(0.0, 0.05), 1000))) < 100
 
 
+def test_a_law_without_values_has_no_peaks():
+    """The root of a negative number, which an if leaves out."""
+    text = TEXT.format(tables="", force="sqrt(time/1 s - 9)*1 N*(if time > 9 s then 1 else 0)", v=0.0, stop=4.0)
+    assert list(build(mbdsl.parse(text)).time_zones(0.0, 4.0)) == []
+
+
 # -- on the way --------------------------------------------------------------------------------------------------------
 
 #: force [N], speed at the start, and v and s after 2 s: 1 J is done on 10 um or 10 nm of the way, or the speed rises by
