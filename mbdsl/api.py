@@ -41,66 +41,75 @@ def simulate(
     announce: Callable[[str], None] | None = None,
     checkpoint: Checkpoint | str | PathLike | None = None,
 ) -> Trajectory:
-    """Integrate ``model`` and return its trajectory.
+    """Integrate the equations of motion of a model.
 
     Parameters
     ----------
     model : Scene, Builder or path
+        The mechanism; a path is that of a ``.mbd`` file.
     method : str, optional
-        Name of an integrator; default the model's, else "hht-si2".
+        Name of an integration method (`mbdsl methods` lists them). Default: the model's Method, else "hht-si2".
     step : float, optional [s]
-        Fixed step, not longer than the run; default the model's. Where it does not divide the time, all steps are a
-        little shorter, so that the last ends at ``stop``. Methods that control their steps by default, such as
-        "radau5", ignore the model's Step. The default of methods that have fixed steps only is 1 ms.
+        Fixed step size, at most the duration of the run. Default: the model's Step. If the duration is no multiple of
+        it, all steps are shortened equally, so that the last one ends at ``stop``. Methods with error-controlled steps
+        by default, such as "radau5", ignore the model's Step. Methods with fixed steps only default to 1 ms.
     tol : float, optional
-        Instead of a step: the limit of the global error, with error-controlled steps. The error is the largest over all
-        outputs and coordinates: positions relative to the mechanism's size, angles in radians, velocities relative to
-        the largest one of the run (at least the mechanism's size, or a radian, per duration of the run). Default, if
-        neither caller nor model gives a step: the model's Tolerance, else 1e-4; with "radau5" and backends, the model's
-        Tolerance, else 1e-6, even if the model has a Step. Calibration runs with larger tolerances come first;
-        ``stats["error"]`` is the error estimate from them, and ``stats["horizon"]`` the time until which the tolerance
-        is kept (None: to the end).
+        Limit of the global error, for error-controlled steps; excludes ``step``. The error is the maximum over all
+        output times and coordinates: positions relative to the size of the mechanism, angles in radians, velocities
+        relative to the largest velocity of the run (at least the size of the mechanism, or one radian, per duration
+        of the run). Default, if neither the caller nor the model gives a step: the model's Tolerance, else 1e-4. With
+        "radau5" and third-party integrators: the model's Tolerance, else 1e-6, even if the model has a Step.
+        Calibration runs with larger tolerances come first. ``stats["error"]`` is the error estimate that they give;
+        ``stats["horizon"]`` is the time up to which the tolerance holds (None: up to the end).
     accuracy : float, optional
-        In place of a step or tolerance: the largest error in positions, as part of the mechanism's size, and in
-        velocities, as part of the largest. Method (where none is given) and step are found by several runs;
-        ``stats["accuracy"]`` says what came of it (:mod:`mbdsl.studies.accuracy`).
+        Limit of the error of positions, relative to the size of the mechanism, and of velocities, relative to the
+        largest velocity; excludes ``step`` and ``tol``. Several runs determine the step and, unless it is given, the
+        method. ``stats["accuracy"]`` describes the result (``mbdsl.studies.accuracy``).
     budget : float, optional [s]
-        Time for the check of an accuracy by another method; default twenty times that of the runs before it, and at
-        least 20 s.
+        Time limit of the check of an ``accuracy`` by another method. Default: twenty times the duration of the runs
+        before it, and at least 20 s.
     start, stop : float, optional [s]
-        Default the model's.
+        Start and stop time. Default: those of the model.
     interval : float, optional [s]
-        Output interval; default (stop - start)/500; 0 stores every step.
+        Output interval. Default: (stop - start)/500; 0 stores every step.
     times : (N,) array, optional [s]
-        Instead, the times of output after the start, in order; the last is ``stop``.
+        Output times after the start, ascending; the last is ``stop``. Excludes ``interval``.
     options : mapping, optional
         Parameters of the method, such as {"alpha": -0.1}.
     force : bool, optional
-        Allow what is known to fail, such as the trapezoidal rule on constrained models.
+        Allow combinations that are known to fail, such as the trapezoidal rule on constrained models.
     general : bool, optional
-        Solve the equations as they are, with the code for every kind of element that there is and nothing merged, split
-        or solved beforehand: what specialisation is compared with.
+        Solve the unreduced equations with code that contains every kind of element: no bodies are merged, no parts are
+        split off or solved beforehand. For comparison with the specialised code.
     without : sequence of str, optional
-        Effects to leave out, of "friction", "damping", "flexibility", "gravity", for a model given by path.
+        Effects to leave out ("friction", "damping", "flexibility", "gravity"), for a model given by its path.
     parameters : mapping, optional
-        Overrides of the model's parameters, as numbers or texts with units ("120 N/mm"), for a model given by path.
-    progress, announce : callables, optional
-        Told how far it is, and what takes long before it starts.
+        Values that replace those of the model's parameters, as numbers in SI units or as texts with units
+        ("120 N/mm"), for a model given by its path.
+    progress : callable, optional
+        Called about ten times a second with a ``Progress``.
+    announce : callable, optional
+        Called with a text before a phase that takes long, such as compilation.
     checkpoint : path or Checkpoint, optional
-        File for checkpoints, written every minute and when the run is interrupted; :func:`mbdsl.resume` continues from
-        it. It is kept when the run is done. Not available with an ``accuracy``, nor with backends.
+        Checkpoint file, written every minute and when the run is interrupted; ``mbdsl.resume`` continues from it.
+        The file remains after the run. Not available with ``accuracy`` or with third-party integrators.
+
+    Returns
+    -------
+    Trajectory
+        The states at the output times, and all signals by name.
 
     Raises
     ------
     ModelError, UsageError
-        If model or arguments make no sense.
+        If the model or the arguments are invalid.
     InitialisationError
         If no consistent initial state is found.
     IntegrationError
-        If the integration fails, or does not reach a tolerance that caller or model gives; its ``trajectory`` holds the
-        results so far, or the complete results of the best run.
+        If the integration fails or misses the requested tolerance. Its ``trajectory`` holds the results so far, or
+        the complete results of the best run.
     Interrupted
-        On Ctrl-C: a KeyboardInterrupt whose ``trajectory`` holds the results so far.
+        On Ctrl-C. It is a KeyboardInterrupt whose ``trajectory`` holds the results so far.
     """
     given = locals()
     found = simulated(**given)
@@ -118,12 +127,14 @@ def simulated(
     without: Sequence[str] = (),
     **given: Any,
 ) -> Trajectory:
-    """As :func:`simulate`, but a run that is interrupted between steps is a result: its status says so.
+    """As :func:`simulate`, but return the trajectory of a run that is interrupted between steps.
+
+    The ``status`` of that trajectory is "interrupted".
 
     Raises
     ------
     Interrupted
-        On Ctrl-C after the last step: the results are complete.
+        On Ctrl-C after the last step; the results are complete.
     """
     if accuracy is None:
         return simulation.simulated(model, parameters=parameters, without=without, **given)

@@ -1,8 +1,8 @@
-"""What can go wrong, one class per stage, and how it is told.
+"""Exceptions, one class per stage, and the text of their messages.
 
-Every error that a user can cause derives from :class:`MbdslError`. It carries the place in the model that
-caused it (if there is one) and the process exit code that belongs to its stage; ``render()`` gives the text
-that a person reads: ``file:line:column: error: ...``, the line, a caret, and what would be right.
+Every error that a user can cause derives from ``MbdslError``. It holds the place in the model that caused it, if
+any, and the exit code of its stage. ``render()`` returns the message: ``file:line:column: error: ...``, the source
+line, a caret, and a remedy.
 """
 
 from __future__ import annotations
@@ -18,7 +18,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A place in a source text: 1-based line and column, the length marked, and the line itself."""
+    """A place in a source text.
+
+    Attributes
+    ----------
+    file : str
+        Name of the file.
+    line, column : int
+        Counted from 1.
+    length : int
+        Number of characters to mark.
+    text : str
+        The whole line.
+    """
 
     file: str
     line: int
@@ -31,18 +43,18 @@ class Span:
 
 
 class MbdslError(Exception):
-    """An error to show to a user, never a traceback.
+    """Base class of all errors that a user can cause; the command line prints them without a traceback.
 
     Parameters
     ----------
     message : str
         What was found and what was expected, in one or two sentences.
     span : Span, optional
-        Where; models built by library have none.
+        Place in the source text; models from a ``Builder`` have none.
     hint : str, optional
-        What to try.
+        A remedy.
     notes : sequence of (str, Span or None)
-        Other places that belong to the problem, each with its own line.
+        Texts about further places that are involved.
     """
 
     exit_code = 2
@@ -62,7 +74,13 @@ class MbdslError(Exception):
         self.notes = tuple(notes)
 
     def render(self) -> str:
-        """The whole message as a person reads it, several lines."""
+        """Return the message with its places, source lines and remedy.
+
+        Returns
+        -------
+        str
+            Several lines, without a newline at the end.
+        """
         lines = [_line(f"{_where(self.span)}{self.severity}: {self.message}"), *_excerpt(self.span)]
         for text, span in self.notes:
             lines += [_line(f"{_where(span)}note: {text}"), *_excerpt(span)]
@@ -79,14 +97,14 @@ def _where(span: Span | None) -> str:
 
 
 def _line(text: str) -> str:
-    """One line, whatever names and values it quotes."""
+    """``text`` on one line, with control characters escaped."""
     return visible(text, line=True)
 
 
 def _excerpt(span: Span | None) -> list[str]:
     if span is None or not span.text:
         return []
-    # A very long line is cut around the caret, so that the caret stays under its word.
+    # A long line is cut around the marked word, so that the caret stays below it.
     text, start = span.text.rstrip("\n"), span.column - 1
     left = max(0, start - 80)
     shown = text[left : left + 160]
@@ -96,21 +114,27 @@ def _excerpt(span: Span | None) -> list[str]:
 
 
 class SyntaxProblem(MbdslError):
-    """The text is not of the language."""
+    """The text violates the grammar of the language."""
 
 
 class ModelError(MbdslError):
-    """The text is of the language, but the model it describes makes no sense (names, units, structure)."""
+    """The text is grammatical, but its model is invalid: unknown names, wrong units, wrong structure."""
 
 
 class ModelWarning(MbdslError):
-    """A model that makes sense but is hardly what was meant. Collected and shown, not raised."""
+    """The model is valid but probably not as intended. Warnings are collected and shown, not raised."""
 
     severity = "warning"
 
 
 class Interrupted(KeyboardInterrupt):
-    """A run was interrupted; ``trajectory`` holds the results up to there."""
+    """A run was interrupted.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        The results up to the interruption.
+    """
 
     def __init__(self, trajectory: Trajectory) -> None:
         super().__init__(trajectory)
@@ -122,23 +146,23 @@ class Interrupted(KeyboardInterrupt):
 
 
 class UsageError(MbdslError):
-    """A command or function was called with arguments that do not fit."""
+    """A command or a function was called with invalid arguments."""
 
 
 class InitialisationError(MbdslError):
-    """No consistent initial state exists, or it was not found."""
+    """No consistent initial state exists, or none was found."""
 
     exit_code = 3
 
 
 class EquilibriumError(MbdslError):
-    """No static equilibrium exists, or it was not found."""
+    """No static equilibrium exists, or none was found."""
 
     exit_code = 3
 
 
 class IntegrationError(MbdslError):
-    """The integration could not go on; ``trajectory`` holds the results up to there."""
+    """The integration failed; ``trajectory`` holds the results up to the failure."""
 
     exit_code = 4
     trajectory: Trajectory | None = None

@@ -11,10 +11,10 @@ in coordinates y of what the holonomic constraints leave free, and speeds u of w
     L^T M Z T u' + L^T (M Z (T' + S T) + (2 M Z' + D Z) T) u
                  + L^T (M Z (S' + S S) + (2 M Z' + D Z) S + M Z'' + D Z' + (K + (M a)_q) Z) y = 0.
 
-At rest Z, T and S do not change, S = 0, and everything is exact. Where the mechanism moves, y are variations of the
-joints' own coordinates, of elastic ones in axes that turn with the beam, and of bodies', where joints have none, so
-that what turns as a whole is seen by those who turn with it, and Z', Z'', T', S' are differences along the motion.
-Eigenvalues of a motion that is not steady hold for the moment only.
+At rest Z, T and S are constant, S = 0, and the equations are exact. If the mechanism moves, y are variations of joint
+coordinates, of elastic coordinates in axes that rotate with the beam, and, at joints without a coordinate, of body
+coordinates: a mechanism that rotates as a whole is described in rotating axes. Z', Z'', T', S' are then differences
+along the motion. Eigenvalues of an unsteady motion hold at that instant only.
 """
 
 from __future__ import annotations
@@ -47,24 +47,24 @@ if TYPE_CHECKING:
 
 Complex = NDArray[np.complex128]
 
-COUNT = 10  #: modes that are told unless somebody says more
+COUNT = 10  #: default number of modes
 CENTRE: Pose = (0.0, 0.0, 0.0)  #: of a beam: its frame c
-LARGEST_MOVING = 3000  #: unknowns up to which a state that moves is linearised: with dense matrices
+LARGEST_MOVING = 3000  #: largest number of unknowns for modes about a motion, which use dense matrices
 
 
 @dataclass(frozen=True)
 class Mode:
-    """One eigenvalue, or a pair of complex ones, and how the mechanism moves with it.
+    """An eigenvalue, or a complex conjugate pair, and its mode shape.
 
     Attributes
     ----------
     eigenvalue : complex [1/s]
-        With an imaginary part of zero or more. Zero: what moves so neither returns nor runs away faster than evenly.
+        The eigenvalue with an imaginary part >= 0; zero for a rigid-body mode.
     shape : (n,) complex [m, rad]
-        Displacements of the coordinates, in the order of ``system.names()``. The largest, with lengths measured in the
-        mechanism's size, is 1. Times the eigenvalue, they are velocities.
+        Displacements of the coordinates, in the order of ``system.names()``. The largest is 1, with lengths relative
+        to the size of the mechanism. Multiplied by the eigenvalue, they are velocities.
     bodies : dict
-        Body -> its part of the kinetic energy, the largest first.
+        Body -> its share of the kinetic energy, 0 to 1, the largest first.
     """
 
     eigenvalue: complex
@@ -83,37 +83,45 @@ class Mode:
 
     @property
     def damped_frequency(self) -> float:
-        """Frequency of what is seen [Hz]; 0 of what does not oscillate."""
+        """Frequency of the damped oscillation [Hz]; 0 if the mode does not oscillate."""
         return self.eigenvalue.imag / (2.0 * np.pi)
 
     @property
     def damping(self) -> float:
-        """Damping ratio: -Re/abs of the eigenvalue; 1 of what decays without oscillation, below zero if unstable."""
+        """Damping ratio, -Re/abs of the eigenvalue: 1 for decay without oscillation, negative for unstable modes."""
         return -self.eigenvalue.real / self.omega + 0.0 if self.omega else 0.0
 
     @property
     def unstable(self) -> bool:
+        """Whether the mode grows."""
         return self.eigenvalue.real > 1e-9 * self.omega
 
 
 @dataclass
 class Modes(Sequence[Mode]):
-    """The modes of a mechanism about a state, from low to high frequency.
+    """The modes of a mechanism about a state, by ascending frequency; a sequence of ``Mode``.
 
     Attributes
     ----------
     system : System
+        The equations of motion of the model as written.
     at : str
-        What was linearised about: "static", "start" or "t = 1.5 s".
-    t, q, v : float [s], (n,), (n,)
+        State of the linearisation: "static", "start" or "t = 1.5 s".
+    t : float [s]
+        Time of the state.
+    q, v : (n,) [m, rad; m/s, rad/s]
+        Coordinates and velocities of the state.
     modes : list of Mode
+        The modes.
     notes : list of str
+        Remarks, such as that the state is no equilibrium.
     total : int or None
-        Number of modes that there are; None where not all were looked for.
+        Number of modes of the mechanism; None if only the lowest were computed.
 
     Examples
     --------
-    ``[mode.frequency for mode in modes]``; ``modes.displacement(0, "rod.b.y")`` is how far a signal goes in the first.
+    ``[mode.frequency for mode in modes]`` are the undamped frequencies in Hz; ``modes.displacement(0, "rod.b.y")`` is
+    the amplitude of a signal in the first mode.
     """
 
     system: System
@@ -133,19 +141,34 @@ class Modes(Sequence[Mode]):
 
     @property
     def scene(self) -> Scene:
+        """The model."""
         return self.system.scene
 
     @property
     def unstable(self) -> list[Mode]:
+        """The modes that grow."""
         return [mode for mode in self.modes if mode.unstable]
 
     def displacement(self, k: int, signal: str) -> complex:
-        """The variation of a signal of positions (of a frame: ``rod.b.y``, of a joint: ``pin.phi``) in mode ``k``.
+        """Return the complex amplitude of a position signal in a mode.
+
+        Parameters
+        ----------
+        k : int
+            Index of the mode, from 0.
+        signal : str
+            Name of a signal of a frame (``rod.b.y``) or a joint (``pin.phi``) that depends on positions only.
+
+        Returns
+        -------
+        complex [SI unit of the signal]
 
         Raises
         ------
-        ModelError, UsageError
-            There is no such signal, or it depends on more than positions.
+        ModelError
+            If there is no such signal.
+        UsageError
+            If the signal depends on more than positions.
         """
         expression = self.scene.signal(signal)
         if not of_positions(expression):
@@ -153,7 +176,14 @@ class Modes(Sequence[Mode]):
         return complex((gradients(self.system, [expression], self.t, self.q, self.v)[1] @ self.modes[k].shape)[0])
 
     def to_dict(self) -> dict[str, Array]:
-        """Columns over modes: number, frequencies, damping, eigenvalues, and shapes as amplitude and phase [rad]."""
+        """Return the modes as columns.
+
+        Returns
+        -------
+        dict of (number of modes,)
+            Number from 1, frequencies [Hz], damping ratio, eigenvalue [1/s], and for every coordinate the amplitude
+            [m, rad] and the phase [rad] of its displacement.
+        """
 
         def column(of: Callable[[Mode], float]) -> Array:
             return np.array([of(mode) for mode in self.modes], float)
@@ -197,25 +227,30 @@ def eigen(
     parameters: Mapping[str, str | float] | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Modes:
-    """Eigenmodes of ``model`` about a state.
+    """Compute the eigenmodes of a model about a state.
 
     Parameters
     ----------
     model : Scene, Builder or path
+        The mechanism.
     at : str or float, optional
-        "static", about the equilibrium that :func:`mbdsl.static` finds; "start", about the initial state with its
-        velocities; or a time [s] up to which the model is simulated, as it says itself.
+        "static": the equilibrium that ``mbdsl.static`` finds. "start": the initial state with its velocities.
+        A time [s]: the state at that time of a simulation with the model's settings.
     count : int, optional
-        So many modes of the lowest frequencies; None for all.
+        Number of modes, from the lowest frequency; None computes all.
     without, parameters, announce : optional
-        As for :func:`mbdsl.simulate`.
+        As for ``mbdsl.simulate``.
+
+    Returns
+    -------
+    Modes
 
     Raises
     ------
     ModelError, UsageError
-        If model or arguments make no sense.
+        If the model or the arguments are invalid.
     EquilibriumError, InitialisationError, IntegrationError
-        If there is no such state.
+        If the state is not found.
     """
     if count is not None and (not isinstance(count, (int, np.integer)) or count < 1):
         raise UsageError(f"count = {count!r}: the number of modes is 1 or more")
@@ -255,7 +290,7 @@ def eigen(
 
 
 def _shares(system: System, t: float, q: Array, shape: Complex) -> dict[str, float]:
-    """Each body's part of the kinetic energy of a shape; of its displacements, where nothing that moves has mass."""
+    """Share of each body in the kinetic energy of a shape; in the squared displacements if only massless parts move."""
     energy = (shape.conj() * (system.M(t, q) @ shape)).real
     if not energy.sum() > 0.0:
         energy = np.abs(shape * system.tables.scale) ** 2
@@ -273,7 +308,7 @@ def _shares(system: System, t: float, q: Array, shape: Complex) -> dict[str, flo
 def _solve(
     system: System, t: float, q: Array, v: Array, a: Array, lam: Array, moving: bool, count: int | None
 ) -> tuple[list[complex], list[Complex], int | None]:
-    """Eigenvalues, one of each pair, shapes (n,), and how many there are."""
+    """Eigenvalues (one of each pair), shapes (n,), and the total number of modes."""
     n = system.n
     A = system.tangent(t, q, v, lam, cL=1.0, cP=1.0, cV=1.0)
     U, J, M = A[:n, n:], A[n:, :n], system.M(t, q)

@@ -1,13 +1,14 @@
-"""Static equilibria: where a mechanism stays when it is at rest.
+"""Static equilibria of a mechanism.
 
     v = 0,   Q(t, q, 0, lam) - Phi_q^T lam - Gam_v^T nu = 0,   Phi(q, t) = 0
 
-found by following the overdamped motion from the assembled positions on (:mod:`mbdsl.statics.pseudo_transient`). Where
-it ends on a saddle, it is pushed off along the most unstable direction.
+An equilibrium is found by following the overdamped motion from the assembled positions
+(:mod:`mbdsl.statics.pseudo_transient`). If the motion ends at a saddle point, it is continued from a position displaced
+along the most unstable direction.
 
-Nonholonomic constraints hold as they do at rest: positions only move along directions that they allow, and their
-forces are among the reactions. For gears and rolling this is what they mean for positions; for a knife edge the
-equilibrium depends on where the motion started.
+Positions only change along directions that the nonholonomic constraints allow, and the forces of these constraints are
+among the reactions. For gears and rolling this is equivalent to a constraint of positions; for a knife edge the
+equilibrium depends on the initial position.
 """
 
 from __future__ import annotations
@@ -39,36 +40,38 @@ from mbdsl.system import System, build
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
 
-PUSHES = 20  #: how often a saddle is left
+PUSHES = 20  #: greatest number of saddle points to leave
 
 
 @dataclass
 class Equilibrium:
-    """Where a mechanism stays.
+    """A static equilibrium.
+
+    ``equilibrium["pin.fy"]`` is the value of a signal in SI units.
 
     Attributes
     ----------
     system : System
-        Of the scene as written.
+        The equations of motion of the model as written.
     t : float [s]
+        Time at which drivers and forces are evaluated.
     q : (n,) [m, rad]
+        Generalised coordinates, in the order of ``system.names()``.
     lam : (m + p,)
         Multipliers; the constraint force is -Phi_q^T lam - Gam_v^T nu. Zero in redundant rows.
     iterations : int
-        Steps of the overdamped motion and Newton's.
+        Number of steps of the overdamped motion and of Newton iterations.
     stability : str
-        "stable", "indifferent" (some motion meets neither resistance nor help), "unstable", or "held" (the constraints
-        leave nothing free).
+        "stable", "indifferent" (zero stiffness in some direction), "unstable", or "held" (no degree of freedom).
     stiffness : float or None [J]
         The smallest eigenvalue of the stiffness (Phi_q^T lam - Q)_q on the directions that the constraints allow, in
-        coordinates scaled by the size of the mechanism: only its sign means something. None where nothing is free.
+        coordinates scaled by the size of the mechanism; only its sign is significant. None without degrees of freedom.
     redundant : list of str
         Constraints that follow from the others.
     notes : list of str
-
-    Examples
-    --------
-    ``equilibrium["pin.fy"]`` is a number; ``equilibrium.trajectory`` is a Trajectory of one point.
+        Remarks, such as which bodies can move without resistance.
+    left_out : tuple of int
+        Indices of the redundant constraint rows.
     """
 
     system: System
@@ -84,16 +87,17 @@ class Equilibrium:
 
     @property
     def scene(self) -> Scene:
+        """The model."""
         return self.system.scene
 
     @property
     def stable(self) -> bool:
-        """Whether all that can move returns, or nothing can."""
+        """Whether the stiffness is positive in all directions, or there is no degree of freedom."""
         return self.stability in ("stable", "held")
 
     @cached_property
     def trajectory(self) -> Trajectory:
-        """The equilibrium as a trajectory of one point: every signal by name, to be written as any other."""
+        """The equilibrium as a trajectory of one point, with all signals by name."""
         stats: dict = {"method": "static", "h": None, "tol": None, "status": "done", "iterations": self.iterations}
         stats |= {"stability": self.stability, "redundant": self.redundant}
         q, lam = self.q[None], self.lam[None]
@@ -103,12 +107,27 @@ class Equilibrium:
         return float(self.trajectory[name][0])
 
     def select(self, patterns: Sequence[str]) -> list[str]:
-        """Names of signals that match; see :meth:`mbdsl.simulation.trajectory.Trajectory.select`."""
+        """Select signals by their names; see ``mbdsl.Trajectory.select``.
+
+        Parameters
+        ----------
+        patterns : sequence of str
+            Names and glob patterns.
+
+        Returns
+        -------
+        list of str
+
+        Raises
+        ------
+        UsageError
+            If a pattern matches no name.
+        """
         return self.trajectory.select(patterns)
 
     @property
     def poses(self) -> list[str]:
-        """Names of the positions of all bodies; of those that deform, of their ends as well."""
+        """Names of the position signals of all bodies, and of both ends of flexible bodies."""
         names = []
         for c in self.scene.bodies():
             names += [f"{c.name}.{key}" for key in c.kind.coordinates]
@@ -118,7 +137,7 @@ class Equilibrium:
 
     @property
     def reactions(self) -> list[str]:
-        """Names of the reactions of all joints."""
+        """Names of the reaction signals of all joints."""
         names = []
         for c in self.scene.components.values():
             if isinstance(c.kind, JointKind):
@@ -134,7 +153,7 @@ class Equilibrium:
 
 
 class AtRest(Trajectory):
-    """A trajectory whose points are not left: without accelerations."""
+    """A trajectory of points at rest, with zero accelerations."""
 
     @property
     def _motion(self) -> tuple[Array, Array]:  # type: ignore[override]
@@ -142,12 +161,12 @@ class AtRest(Trajectory):
 
 
 def listed(rows: Sequence[tuple[str, float, str]], most: int = 120) -> list[str]:
-    """Lines ``name value unit`` of what may be thousands."""
+    """Lines ``name value unit``, at most ``most``."""
     width = max((len(name) for name, *_ in rows), default=0)
     size = dict[str, float]()
     for _, value, unit in rows:
         size[unit] = max(size.get(unit, 0.0), abs(value))
-    # what is but rounding of others in the same unit is told as nothing; files have all digits
+    # values at the rounding level of the largest in the same unit are shown as zero; files have all digits
     rows = [(name, value if abs(value) > 1e-13 * size[unit] else 0.0, unit) for name, value, unit in rows]
     lines = [f"  {name:{width}} {value:13.6g} {unit}".rstrip() for name, value, unit in rows[:most]]
     return lines + ([f"  ... ({len(rows)} in all)"] if len(rows) > most else [])
@@ -163,7 +182,7 @@ def prepare(
     scene = as_scene(model, parameters, without)
     mechanism = mechanism_graph.build(scene)
     system = build(scene, mechanism)
-    # what a simulation has left in the cache serves here as well
+    # code that a simulation has compiled is used if it is in the cache
     sets = 2 if code_cache.is_compiled(system.module_name(2)) else 1
     if announce is not None and not code_cache.is_compiled(system.module_name(sets)):
         announce(cache_folder.compiling())
@@ -180,28 +199,29 @@ def static(
     parameters: Mapping[str, str | float] | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Equilibrium:
-    """The equilibrium that ``model`` comes to from its initial positions, were it overdamped.
+    """Find the static equilibrium that overdamped motion reaches from the initial positions of a model.
 
     Parameters
     ----------
     model : Scene, Builder or path
+        The mechanism.
     start : float, optional [s]
-        The time at which drivers and forces are taken; default the model's start time.
-    without : sequence of str, optional
-        Effects to leave out, for a model given by path.
-    parameters : mapping, optional
-        Overrides of the model's parameters, for a model given by path.
-    announce : callable, optional
-        Told what takes long before it starts.
+        Time at which drivers and forces are evaluated. Default: the model's start time.
+    without, parameters, announce : optional
+        As for ``mbdsl.simulate``.
+
+    Returns
+    -------
+    Equilibrium
 
     Raises
     ------
     ModelError, UsageError
-        If model or arguments make no sense.
+        If the model or the arguments are invalid.
     InitialisationError
         If the mechanism cannot be assembled.
     EquilibriumError
-        If something keeps moving; the message names it.
+        If no equilibrium is reached; the message names the bodies that keep moving.
     """
     system, mechanism = prepare(model, parameters, without, announce)
     t = float(system.scene.experiment.start if start is None else start)
@@ -211,7 +231,7 @@ def static(
 
 
 def settle(system: System, t: float, q: Array) -> Equilibrium:
-    """The equilibrium of ``system`` at time ``t`` that overdamped motion from ``q`` leads to."""
+    """The equilibrium of ``system`` at time ``t`` that overdamped motion reaches from ``q``."""
     notes = _at_rest(system, t, q)
     search = Search(system, t, q)
     pushes = 0
@@ -260,7 +280,7 @@ def settle(system: System, t: float, q: Array) -> Equilibrium:
 
 
 def _at_rest(system: System, t: float, q: Array) -> list[str]:
-    """Notes on what moves at the start, or cannot be told by positions."""
+    """Notes on initial velocities that are ignored, and on nonholonomic constraints."""
     notes = []
     moving = [x.name for x in system.scene.initial if is_velocity_level(x.target) and x.value != 0.0]
     names = system.constraint_names()

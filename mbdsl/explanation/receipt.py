@@ -1,7 +1,7 @@
-"""The receipt of a scene: the effects that it calls for, what each costs, and what was done so that the rest is free.
+"""The receipt of a scene: the effects that it contains, the cost of each, and the reductions that avoid further costs.
 
-``explain`` looks at what is solved (the reduced parts) and at what the scene says, and measures: every statement of
-the emitted code by itself, and a run as a whole.
+``explain`` compares the reduced parts, which are solved, with the scene, and measures the run time of every statement
+of the emitted code and of a whole run.
 """
 
 from __future__ import annotations
@@ -37,20 +37,64 @@ if TYPE_CHECKING:
 
 @dataclass
 class Entry:
-    """One effect on the receipt."""
+    """One effect on the receipt.
+
+    Attributes
+    ----------
+    effect : str
+        Name, such as "friction".
+    present : bool
+        Whether the model contains the effect.
+    why : str
+        Components that require the effect, or a statement that none does.
+    span : Span or None
+        Place of the first of them in the source text.
+    unknowns : int
+        Number of coordinates or multipliers due to the effect.
+    kernels : tuple of str
+        Compiled functions due to the effect.
+    share : float or None
+        Part of the time of a step, 0 to 1; None if it was not measured.
+    """
 
     effect: str
     present: bool
-    why: str  #: what calls for it, or that nothing does
-    span: Span | None = None  #: where it is called for
-    unknowns: int = 0  #: coordinates or multipliers that it brings
-    kernels: tuple[str, ...] = ()  #: compiled functions that are there for it
-    share: float | None = None  #: of the time of a step
+    why: str
+    span: Span | None = None
+    unknowns: int = 0
+    kernels: tuple[str, ...] = ()
+    share: float | None = None
 
 
 @dataclass
 class Receipt:
-    """All of them; ``sizes`` are (n, m, p) as written and as solved."""
+    """The effects of a model and their costs; ``str()`` returns the text that ``mbdsl explain`` prints.
+
+    Attributes
+    ----------
+    scene : Scene
+        The model.
+    plan : Plan
+        Settings of the run.
+    entries : list of Entry
+        The effects.
+    notes : tuple of Note
+        Reductions: bodies that were merged, moved by drivers, or split off.
+    sizes : dict
+        "n", "m", "p" -> (number as written, number as solved).
+    parts : int
+        Number of independent parts.
+    methods : tuple of str
+        Methods by which the parts are solved.
+    hoisted : list of str
+        Computations that are done once, before the first step.
+    outputs : list of (str, str)
+        Requested signals, and the computation that each requires.
+    step : float or None [s]
+        Measured run time of a step of all parts.
+    remainder : float or None
+        Share of the method and its linear algebra, 0 to 1; None if it cannot be measured.
+    """
 
     scene: Scene
     plan: Plan
@@ -58,11 +102,11 @@ class Receipt:
     notes: tuple[Note, ...]
     sizes: Mapping[str, tuple[int, int]]
     parts: int
-    methods: tuple[str, ...] = ()  #: by which the parts are solved: the plan's, or kinematics
+    methods: tuple[str, ...] = ()
     hoisted: list[str] = field(default_factory=list)
-    outputs: list[tuple[str, str]] = field(default_factory=list)  #: signals asked for, and what they take
-    step: float | None = None  #: measured seconds of a step, of all parts
-    remainder: float | None = None  #: share of the method and its linear algebra; None where it cannot be measured
+    outputs: list[tuple[str, str]] = field(default_factory=list)
+    step: float | None = None
+    remainder: float | None = None
 
     def __str__(self) -> str:
         return _text(self)
@@ -80,23 +124,31 @@ def explain(
     without: Sequence[str] = (),
     announce: Callable[[str], None] | None = None,
 ) -> Receipt:
-    """The receipt of ``model``; ``str()`` of it is what ``mbdsl explain`` prints.
+    """List the effects that a model contains, and what each of them costs.
 
     Parameters
     ----------
-    model, method, parameters, without, announce
-        As for :func:`mbdsl.simulate`.
+    model : Scene, Builder or path
+        The mechanism.
+    method, parameters, without, announce : optional
+        As for ``mbdsl.simulate``.
     step : float, optional [s]
-        Length of the steps that are timed; default the model's, else 1 ms.
+        Size of the steps that are timed. Default: the model's Step, else 1 ms.
     signals : sequence of str, optional
-        Patterns of outputs to account for as well.
+        Names and patterns of output signals to include.
     measured : bool, optional
-        Run the model for some tenths of a second and time every statement of its code.
+        Whether to run the model for some tenths of a second and time every statement of its code.
+
+    Returns
+    -------
+    Receipt
 
     Raises
     ------
-    ModelError, UsageError, InitialisationError
-        As :func:`mbdsl.simulate` does.
+    ModelError, UsageError
+        If the model or the arguments are invalid.
+    InitialisationError
+        If no consistent initial state is found.
     """
     scene = as_scene(model, parameters, without)
     stop = scene.experiment.stop if scene.experiment.stop is not None else scene.experiment.start + 1.0
@@ -353,11 +405,11 @@ def _share(motion: Motion, receipt: Receipt) -> None:
             found = of.get(_module(members[0]), 0.0) + of.get("springs", 0.0) * part
         e.share = found / total if found is not None else None
     receipt.step = total
-    told = sum(e.share for e in receipt.entries if e.share is not None)
-    receipt.remainder = 1.0 - told if told <= 1.0 else None
-    if told > 1.0:  # statements took longer alone than within a step: the machine was slowed down by other work
+    shares = sum(e.share for e in receipt.entries if e.share is not None)
+    receipt.remainder = 1.0 - shares if shares <= 1.0 else None
+    if shares > 1.0:  # statements took longer alone than within a step: the machine was slowed down by other work
         for e in receipt.entries:
-            e.share = e.share / told if e.share is not None else None
+            e.share = e.share / shares if e.share is not None else None
 
 
 def _rows(motion: Motion) -> dict[str, int]:

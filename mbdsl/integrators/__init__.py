@@ -93,12 +93,19 @@ def backend(name: str) -> Any:
 
 
 def register(backend: object) -> None:
-    """Make a backend known in this process, by the name that it declares; again, in place of the former.
+    """Register a third-party integrator in this process, by the name in its ``METHOD``.
+
+    Registering it again replaces the former one.
+
+    Parameters
+    ----------
+    backend : object
+        A module or object with ``METHOD`` (a ``Method``) and a function ``solve``.
 
     Raises
     ------
     UsageError
-        If it lacks METHOD or solve, or there is another method of that name.
+        If it lacks ``METHOD`` or ``solve``, or another method has the same name.
     """
     name = getattr(getattr(backend, "METHOD", None), "name", "")
     if (problem := _misfit(name, backend)) is not None:
@@ -112,7 +119,13 @@ def compiled() -> dict[str, Method]:
 
 
 def available() -> dict[str, Method]:
-    """Method name -> declaration of all that can be chosen: our own, then backends."""
+    """List the integration methods that can be chosen.
+
+    Returns
+    -------
+    dict
+        Name -> ``Method``, mbdsl's own methods first, then third-party integrators.
+    """
     others: dict[str, object] = {**_external(), **_registered()[0], **_given}
     return {**compiled(), **{name: found.METHOD for name, found in others.items()}}  # type: ignore[attr-defined]
 

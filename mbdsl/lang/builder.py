@@ -1,13 +1,4 @@
-"""A model built from Python: the same names, the same checks and the same Scene as by text.
-
->>> b = Builder("Pendulum")
->>> ground = b.Ground("ground")
->>> rod = b.Rod("rod", m="2 kg", length="50 cm")
->>> pin = b.Revolute("pin", ground, rod.a)
->>> b.initial(rod.phi, "-30 deg")
->>> b.scene().frames["rod.a"].x
--0.25
-"""
+"""Models built from Python, with the names, checks and Scene of a model written as text."""
 
 from __future__ import annotations
 
@@ -40,9 +31,19 @@ _NAME = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(?:\[([0-9]+(?:, ?[0-9]+)*)\])?")
 
 
 class Handle:
-    """A component, frame or signal of a model under construction; ``str()`` gives its full name.
+    """A component, frame or signal of a model under construction.
 
-    Its attributes are the frames, ports and signals that it has: ``rod.b``, ``rod.b.x``, ``pin.phi``.
+    Its attributes are its frames, ports and signals: ``rod.b``, ``rod.b.x``, ``pin.phi``. ``str()`` returns its full
+    name. Handles are made by the methods of ``Builder``.
+
+    Parameters
+    ----------
+    builder : Builder
+        The model.
+    name : str
+        Full name.
+    known : callable
+        Returns the names of the attributes.
     """
 
     def __init__(self, builder: Builder, name: str, known: Callable[[], Sequence[str]]) -> None:
@@ -68,18 +69,30 @@ class Handle:
 
 
 class Builder:
-    """Collects components and makes a :class:`~mbdsl.mechanism.scene.Scene` of them.
+    """Collects components and makes a ``Scene`` of them.
 
-    Every kind of the language is a method: ``b.Rod("rod", m=1.0, length=0.5)`` is ``b.add("Rod", "rod", ...)``.
-    Values are numbers in SI, texts in the language's own syntax (``"30 deg"``, ``"100 N/m*(s - 0.2 m)"``), sequences
-    for arrays, or :class:`~mbdsl.expressions.symbolic.Expr` for laws.
+    Every component kind of the language is a method: ``b.Rod("rod", m=1.0, length=0.5)`` is
+    ``b.add("Rod", "rod", m=1.0, length=0.5)``. A value is a number in SI units, a text in the syntax of the language
+    (``"30 deg"``, ``"100 N/m*(s - 0.2 m)"``), a sequence for an array, or an
+    ``Expr`` for a force law. Methods raise
+    ``ModelError`` or ``UsageError`` if the names or values are invalid.
 
     Parameters
     ----------
     name : str
         Name of the model.
-    doc : str
-        One line about it.
+    doc : str, optional
+        Description, one line.
+
+    Examples
+    --------
+    >>> b = Builder("Pendulum")
+    >>> ground = b.Ground("ground")
+    >>> rod = b.Rod("rod", m="2 kg", length="50 cm")
+    >>> pin = b.Revolute("pin", ground, rod.a)
+    >>> b.initial(rod.phi, "-30 deg")
+    >>> b.scene().frames["rod.a"].x
+    -0.25
     """
 
     def __init__(self, name: str, doc: str = "") -> None:
@@ -100,7 +113,7 @@ class Builder:
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *kinds()]
 
-    # -- what a model is made of -------------------------------------------------------------------------------
+    # -- declarations ------------------------------------------------------------------------------------------
 
     def add(self, kind: str, name: str, *frames: Handle | str, doc: str = "", **values: Given) -> Handle:
         """Add a component.
@@ -108,19 +121,26 @@ class Builder:
         Parameters
         ----------
         kind : str
-            One of the language's kinds, e.g. ``"Revolute"``.
+            A component kind of the language, e.g. ``"Revolute"``.
         name : str
-            Its name; ``"link[3]"`` makes it an element of an array.
+            Name of the component; ``"link[3]"`` makes it an element of an array.
         *frames : Handle or str
-            What it is attached to, in the order of its ports; a joint stands for its two frames.
+            Frames that the component is attached to, in the order of its ports; a joint stands for its two frames.
+        doc : str, optional
+            Description, one line.
         **values
-            Its parameters. ``frames={"tip": (0.3, 0)}`` gives a body more frames, ``phi={"start": 0.1, "fixed":
-            True}`` an initial value.
+            Parameters of the component. ``frames={"tip": (0.3, 0)}`` adds frames to a body, ``phi={"start": 0.1,
+            "fixed": True}`` sets an initial value.
 
         Returns
         -------
         Handle
-            Its attributes are its frames and signals.
+            Its attributes are the frames and signals of the component.
+
+        Raises
+        ------
+        ModelError
+            If there is no such kind, the name is in use, or a frame or value is invalid.
         """
         if kind not in kinds() and kind not in ALIASES:
             raise ModelError(f"there is no kind of component called `{kind}`", hint=did_you_mean(kind, kinds()))
@@ -129,13 +149,43 @@ class Builder:
         return Handle(self, name, part.known_names)
 
     def parameter(self, name: str, value: Given, doc: str = "", type: str = "") -> Handle:
-        """Give a value a name, for use in texts; ``type`` may be a quantity such as "Mass"."""
+        """Declare a parameter, a named constant for use in texts.
+
+        Parameters
+        ----------
+        name : str
+        value : number or str
+            Number in SI units, or text.
+        doc : str, optional
+            Description, one line.
+        type : str, optional
+            A quantity of the language, such as "Mass"; the unit of the value is checked against it.
+
+        Returns
+        -------
+        Handle
+        """
         declaration = s.Declaration(frozenset({"parameter"}), type, name, value=self._node(value, name), doc=doc)
         self._enter(declaration)
         return Handle(self, name, tuple)
 
     def input(self, name: str, start: Given = 0.0, unit: str = "", doc: str = "") -> Handle:
-        """A value that comes from outside while the simulation runs, for use in laws; it is ``start`` until then."""
+        """Declare an input, a value that the caller sets between the steps of a ``mbdsl.Simulation``.
+
+        Parameters
+        ----------
+        name : str
+        start : number or str, optional
+            Value until the input is set.
+        unit : str, optional
+            Unit of the signal, such as "N.m".
+        doc : str, optional
+            Description, one line.
+
+        Returns
+        -------
+        Handle
+        """
         arguments = [s.Argument("start", self._node(start, f"{name}.start"))]
         if unit:
             arguments.append(s.Argument("unit", s.String(unit)))
@@ -143,29 +193,88 @@ class Builder:
         return Handle(self, name, tuple)
 
     def variable(self, name: str, value: Given, doc: str = "") -> Handle:
-        """Give an expression of time and signals a name; it becomes a signal of the model."""
+        """Declare a variable, a named expression of time and signals; it becomes a signal of the model.
+
+        Parameters
+        ----------
+        name : str
+        value : str, number or Expr
+            The expression.
+        doc : str, optional
+            Description, one line.
+
+        Returns
+        -------
+        Handle
+        """
         self._enter(s.Declaration(frozenset(), "Real", name, value=self._node(value, name), doc=doc))
         return Handle(self, name, tuple)
 
     def frame(self, name: str, base: Handle | str, r: Given = (0.0, 0.0), phi: Given = 0.0) -> Handle:
-        """A frame fixed to the body ``base``, or relative to another frame."""
+        """Add a frame that is fixed to a body.
+
+        Parameters
+        ----------
+        name : str
+        base : Handle or str
+            A body or a frame of a body.
+        r : (2,) [m], optional
+            Position of the origin, in the axes of ``base``.
+        phi : number or str, optional [rad]
+            Angle relative to ``base``.
+
+        Returns
+        -------
+        Handle
+        """
         self._declare(name, "Frame", "", [self._reference(base)], {"r": r, "phi": phi})
         return Handle(self, name, lambda: COORDINATES)
 
     def table(
         self, name: str, table: Given, smoothness: str = "linear", extrapolation: str = "hold", doc: str = ""
     ) -> Handle:
-        """A function given by points, rows of two values or a text ``"[0 s, 0 N; 1 s, 2 N]"``."""
+        """Declare a function of one variable by its points.
+
+        Parameters
+        ----------
+        name : str
+        table : sequence of (number, number), or str
+            Points (u, y), in SI units or as a text ``"[0 s, 0 N; 1 s, 2 N]"``.
+        smoothness : {"linear", "cubic", "monotone"}, optional
+            Interpolation: piecewise linear, twice continuously differentiable spline, or shape-preserving cubic.
+        extrapolation : {"hold", "linear", "periodic", "error"}, optional
+        doc : str, optional
+            Description, one line.
+
+        Returns
+        -------
+        Handle
+        """
         values = {"table": table, "smoothness": s.String(smoothness), "extrapolation": s.String(extrapolation)}
         self._declare(name, "Table", doc, [], values)
         return Handle(self, name, tuple)
 
     def connect(self, first: Handle | str, second: Handle | str) -> None:
-        """Say that two ports, or a port and a frame, are the same."""
+        """Connect two ports, or a port and a frame.
+
+        Parameters
+        ----------
+        first, second : Handle or str
+        """
         self._assembly.connect(self._reference(first), self._reference(second), self._instance.scope, None)
 
     def initial(self, target: Handle | str, value: Given, fixed: bool = True) -> None:
-        """Give a position or velocity its value at the start, exactly or (``fixed=False``) as a guess."""
+        """Set the initial value of a position or a velocity.
+
+        Parameters
+        ----------
+        target : Handle or str
+            A signal at position or velocity level.
+        value : number or str
+            Number in SI units, or text.
+        fixed : bool, optional
+            True: the value is kept exactly. False: it is a guess, which the assembly may change.
+        """
         mode = "fixed" if fixed else "guess"
         item = s.Initial(mode, parse_expression(self._name(target), "<initial>"), self._node(value, str(target)))
         self._assembly.initial(item, self._instance.scope)
@@ -180,7 +289,19 @@ class Builder:
         step: Given = None,
         without: Sequence[str] = (),
     ) -> None:
-        """What to simulate unless the caller says otherwise; times in seconds or with a unit, effects to leave out."""
+        """Set the defaults of a simulation of the model.
+
+        Parameters
+        ----------
+        stop, start, interval, step : number or str, optional [s]
+            Stop time, start time, output interval and fixed step size.
+        tolerance : number, optional
+            Limit of the global error.
+        method : str, optional
+            Name of an integration method.
+        without : sequence of str, optional
+            Effects to leave out: "friction", "damping", "flexibility", "gravity".
+        """
         given = {"stop": stop, "start": start, "interval": interval, "tolerance": tolerance, "step": step}
         for key, (field, unit) in KEYS.items():
             if given.get(field) is not None:
@@ -191,11 +312,21 @@ class Builder:
             self._experiment["without"] = check_effects(without)
 
     def scene(self) -> Scene:
-        """The model as a Scene; everything is checked."""
+        """Check the model and return it as a value.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        ModelError
+            If the model is invalid.
+        """
         with deep():
             return self._assembly.scene(self._root, self.name, self.doc, Experiment(**self._experiment))
 
-    # -- how ---------------------------------------------------------------------------------------------------
+    # -- conversion to syntax ----------------------------------------------------------------------------------
 
     def _declare(
         self, name: str, type_name: str, doc: str, frames: list[s.Expression], values: Mapping[str, Given]

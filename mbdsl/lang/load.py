@@ -31,22 +31,28 @@ def load(
 
     Parameters
     ----------
-    path : path-like
+    path : path
         The ``.mbd`` file.
-    overrides : mapping
-        Values for parameters in place of the model's own: ``{"k": "120 N/mm", "crank.m": 4.0}``, numbers in SI.
+    overrides : mapping, optional
+        Values that replace those of the model's parameters, as numbers in SI units or as texts with units:
+        ``{"k": "120 N/mm", "crank.m": 4.0}``.
     model : str, optional
-        Which model of the file; default is the one named like the file, else the last.
-    without : iterable of str
+        Name of the model to read. Default: the model with the name of the file, else the last one in the file.
+    without : iterable of str, optional
         Effects to leave out: "friction", "damping", "flexibility", "gravity".
-    allow_imports : bool or path-like, optional
-        Imports may lead out of the folder that the file is in: True, anywhere; a folder, as far as that one. Default
-        is False, unless the command line says otherwise. Only for models that can be trusted.
+    allow_imports : bool or path, optional
+        Whether the file may import files from outside its own folder: True allows all folders, a path allows that
+        folder. Default: False, unless the command line has ``--allow-imports``. Only for models that you trust.
+
+    Returns
+    -------
+    Scene
+        The checked model.
 
     Raises
     ------
     MbdslError
-        If there is anything wrong with the file or the model.
+        If the file cannot be read or the model is invalid.
     """
     file = os.fspath(path)
     return parse_text(read(file), file, overrides, model, without, allow_imports)
@@ -60,9 +66,26 @@ def parse_text(
     without: Iterable[str] = (),
     allow_imports: Allowed | None = None,
 ) -> Scene:
-    """Read a model from a text; ``file`` is its name in messages, and imports are relative to it.
+    """Read a model from a text.
 
-    Other arguments are those of :func:`load`.
+    Parameters
+    ----------
+    text : str
+        The content of a ``.mbd`` file.
+    file : str, optional
+        Name of the text in messages; imports are relative to its folder.
+    overrides, model, without, allow_imports : optional
+        As for ``mbdsl.load``.
+
+    Returns
+    -------
+    Scene
+        The checked model.
+
+    Raises
+    ------
+    MbdslError
+        If the model is invalid.
     """
     with deep():
         library = Library(allow_imports)
@@ -110,9 +133,9 @@ def _flatten(
 
 @contextmanager
 def deep() -> Iterator[None]:
-    """Room for models that are nested as deep as the limits allow."""
+    """Raise the recursion limit for deeply nested models; a RecursionError becomes a ModelError."""
     before = sys.getrecursionlimit()
-    # Since 3.11 calls of Python functions take no room on the stack of C, which is what really is limited.
+    # Since 3.11 calls of Python functions do not use the C stack, whose size is the actual limit.
     sys.setrecursionlimit(max(before, 10_000 if sys.version_info >= (3, 11) else 4_000))
     try:
         yield

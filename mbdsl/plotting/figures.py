@@ -1,4 +1,4 @@
-"""What a page shows, as data: figures, tables and text. Nothing here draws."""
+"""Pages, figures and tables as data."""
 
 from __future__ import annotations
 
@@ -8,10 +8,20 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Series:
-    """Points with one name, in order: a line with marks, or only one of both.
+    """A sequence of points with one name.
 
-    ``low`` and ``high`` are the spread of y, point by point. ``hover`` says more about each point. A point that is not
-    a finite number is a gap.
+    Attributes
+    ----------
+    name : str
+        Name in the legend.
+    x, y : (N,)
+        Coordinates; a point with a value that is not finite is a gap.
+    low, high : (N,) or None
+        Range of y at each point.
+    hover : sequence of str or None
+        A text for each point.
+    style : {"both", "line", "marks", "guide", "front"}
+        A line with marks, only one of them, a thin line without texts, or a thick pale line behind all others.
     """
 
     name: str
@@ -20,26 +30,52 @@ class Series:
     low: Sequence[float] | None = None
     high: Sequence[float] | None = None
     hover: Sequence[str] | None = None
-    style: str = "both"  #: "both", "line", "marks"; "guide": a thin line, no hover; "front": thick, pale, behind
+    style: str = "both"
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What has no point because it failed, or was refused: shown at its x, at the edge of the figure."""
+    """A case without a point because it failed or was refused; shown above the frame of the figure.
 
-    name: str  #: of the series that it belongs to
+    Attributes
+    ----------
+    name : str
+        Name of its series.
+    x : float or None
+    text : str
+        The reason.
+    """
+
+    name: str
     x: float | None
     text: str
 
 
 @dataclass(frozen=True)
 class Figure:
-    """Axes and what is in them.
+    """A diagram.
 
-    ``floors`` are (y, what is not to be told below it); what is far below is told in words.
+    Attributes
+    ----------
+    key : str
+        File name of its picture, without suffix.
+    title, x_label, y_label : str
+        Texts; labels contain the unit.
+    series : sequence of Series
+        Points.
+    x_log, y_log : bool
+        Whether an axis is logarithmic.
+    outcomes : sequence of Outcome
+        Cases without a point.
+    floors : sequence of (float, str)
+        Values of y below which points are not significant, and their labels.
+    equal : bool
+        Whether both axes have one scale.
+    note : str
+        Its statement, in one or two sentences.
     """
 
-    key: str  #: file name of its picture, without suffix
+    key: str
     title: str
     x_label: str
     y_label: str
@@ -48,13 +84,24 @@ class Figure:
     y_log: bool = True
     outcomes: Sequence[Outcome] = ()
     floors: Sequence[tuple[float, str]] = ()
-    equal: bool = False  #: one scale for both axes
-    note: str = ""  #: what it says, in a sentence or two
+    equal: bool = False
+    note: str = ""
 
 
 @dataclass(frozen=True)
 class Table:
-    """Cells as they are to be read; columns of numbers are set to the right."""
+    """A table of texts; columns of numbers are aligned to the right.
+
+    Attributes
+    ----------
+    title : str
+    columns : sequence of str
+        Headings.
+    rows : sequence of sequence of str
+        Cells.
+    note : str
+        A remark below the table.
+    """
 
     title: str
     columns: Sequence[str]
@@ -64,9 +111,20 @@ class Table:
 
 @dataclass(frozen=True)
 class Page:
-    """A title, paragraphs, and the figures and tables in their order."""
+    """A page of text, figures and tables.
+
+    Attributes
+    ----------
+    title : str
+    paragraphs : sequence of str
+        Text before the items.
+    items : sequence of Figure or Table
+        In their order on the page.
+    fine_print : sequence of (str, str)
+        Names and values that describe the runs, as required to repeat them.
+    """
 
     title: str
     paragraphs: Sequence[str] = ()
     items: Sequence[Figure | Table] = field(default_factory=tuple)
-    fine_print: Sequence[tuple[str, str]] = ()  #: what a run can be repeated by: (name, value)
+    fine_print: Sequence[tuple[str, str]] = ()

@@ -28,12 +28,19 @@ _NUMBER = re.compile(
 
 
 def write(page: Page, path: str | os.PathLike) -> None:
-    """Write the page to a file.
+    """Write a page as one HTML file without external resources.
+
+    Parameters
+    ----------
+    page : Page
+        The page.
+    path : path
+        The file.
 
     Raises
     ------
     UsageError
-        The file cannot be written.
+        If the file cannot be written.
     """
     write_text(path, html(page))
 

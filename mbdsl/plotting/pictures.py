@@ -51,21 +51,25 @@ def draw(
     dpi: float = 150.0,
     known: Iterable[str] = (),
 ) -> None:
-    """Write a figure as PNG or SVG, as the suffix of ``path`` says.
+    """Draw a figure to a PNG or SVG file.
 
     Parameters
     ----------
-    size : (float, float)
-        Width and height [inch].
-    dpi : float
+    figure : Figure
+        The figure.
+    path : path
+        The file; its suffix chooses the format.
+    size : (float, float), optional [inch]
+        Width and height.
+    dpi : float, optional
         Pixels per inch of a PNG.
-    known : iterable of str
-        Names of series of other figures, so that a series has one look in all of them.
+    known : iterable of str, optional
+        Names of series of other figures. A series with such a name has the same colour and mark as there.
 
     Raises
     ------
     UsageError
-        Another suffix, the file cannot be written, or matplotlib is not installed.
+        If the suffix is unknown, the file cannot be written, or matplotlib is not installed.
     """
     path = Path(path)
     suffix = path.suffix.lower()

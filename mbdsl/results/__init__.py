@@ -1,6 +1,6 @@
-"""Result files: one module per format, found by looking; the suffix of a file's name chooses.
+"""Result files. The suffix of a file's name selects the format; each format is a module of this package.
 
-A format is a module of this package with ``SUFFIX``, ``write(stream, columns, units, meta)`` and ``read(path)``.
+A format has ``SUFFIX``, ``write(stream, columns, units, meta)`` and ``read(path)``.
 ``columns`` maps signal names to arrays of one length, ``time`` first; ``units`` maps them to unit texts; ``meta`` are
 plain values (``complete``, ``model``, ``method``, ``step``, ``version``, ...).
 """
@@ -43,13 +43,13 @@ def format_of(path: str | os.PathLike) -> ModuleType:
     Raises
     ------
     UsageError
-        The suffix is none of the known ones.
+        If the suffix is unknown.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in formats():
         known = ", ".join(formats())
-        told = f"unknown suffix `{suffix}` of" if suffix else "no suffix on"
-        raise UsageError(f"{told} result file `{path!s}`", hint=f"known are {known}")
+        problem = f"unknown suffix `{suffix}` of" if suffix else "no suffix on"
+        raise UsageError(f"{problem} result file `{path!s}`", hint=f"known are {known}")
     return formats()[suffix]
 
 
@@ -59,12 +59,23 @@ def write(
     units: Mapping[str, str] | None = None,
     meta: Meta | None = None,
 ) -> None:
-    """Write a result file, all or nothing: it gets its name once it is whole.
+    """Write a result file atomically: the file gets its name when it is complete.
+
+    Parameters
+    ----------
+    path : path
+        The file; its suffix (.csv, .npz, .mat, .nc) selects the format.
+    columns : dict of (N,)
+        Signal name -> values, "time" first.
+    units : mapping, optional
+        Signal name -> unit.
+    meta : mapping, optional
+        Texts and numbers that describe the run ("complete", "model", "method", ...).
 
     Raises
     ------
     UsageError
-        Unknown suffix, or the file cannot be written.
+        If the suffix is unknown or the file cannot be written.
     """
     module = format_of(path)
     target = Path(os.path.realpath(path))
@@ -78,18 +89,30 @@ def write(
 
 
 def read(path: str | os.PathLike) -> tuple[dict[str, np.ndarray], dict[str, str | float | bool]]:
-    """Columns and meta of a result file.
+    """Read a result file.
+
+    Parameters
+    ----------
+    path : path
+        The file; its suffix selects the format.
+
+    Returns
+    -------
+    columns : dict of (N,)
+        Signal name -> values.
+    meta : dict
+        Texts and numbers that describe the run.
 
     Raises
     ------
     UsageError
-        Unknown suffix, or the file cannot be read, or it is not of its suffix's format.
+        If the suffix is unknown, or the file cannot be read or has another format.
     """
     module = format_of(path)
     try:
         return module.read(Path(path))
     except OSError as problem:
         raise UsageError(f"cannot read `{path!s}`: {problem.strerror or problem}") from problem
-    except Exception as problem:  # damaged bytes make zipfile, zlib, json, numpy and scipy raise what each of them has
+    except Exception as problem:  # zipfile, zlib, json, numpy and scipy each raise their own errors at damaged bytes
         why = " ".join(str(problem).split())[:200] or type(problem).__name__
         raise UsageError(f"`{path!s}` is not a {module.SUFFIX} result file, or is damaged: {why}") from problem

@@ -50,10 +50,11 @@ class Checkpoint:
     Parameters
     ----------
     path : path
+        Name of the file.
     every : float, optional [s]
         Wall-clock time between two checkpoints.
     about : mapping, optional
-        Further data to store in the file; it must be serialisable as JSON.
+        Further data to store in the file, serialisable as JSON.
     resumed : bool, optional
         Whether to continue from the state in the file.
     """
@@ -65,7 +66,7 @@ class Checkpoint:
 
 
 def of_run(given: Checkpoint | str | os.PathLike, model: object, asked: dict[str, Any]) -> Checkpoint:
-    """The checkpoint of a run, with the arguments that :func:`mbdsl.resume` needs to repeat the call."""
+    """The checkpoint of a run, with the arguments that ``mbdsl.resume`` needs to repeat the call."""
     found = given if isinstance(given, Checkpoint) else Checkpoint(given)
     path = os.path.abspath(model) if isinstance(model, str | os.PathLike) else None
     said = {"given": asked, "model": path, "every": found.every}
@@ -153,7 +154,7 @@ class Keeper:
     def _read(self) -> list[Snapshot]:
         path = self.checkpoint.path
         about, arrays = _load(path)
-        for what, told in (
+        for what, reason in (
             ("model", "the model is a different one, or has changed"),
             ("plan", "it was made with different settings"),
             ("versions", "it was made with different versions of mbdsl or its dependencies"),
@@ -161,7 +162,7 @@ class Keeper:
             ("machine", "it was made on a different kind of machine"),
         ):
             if about.get(what) != self.identity[what]:
-                raise UsageError(f"cannot resume from `{path!s}`: {told}", hint="repeat the whole run")
+                raise UsageError(f"cannot resume from `{path!s}`: {reason}", hint="repeat the whole run")
         try:
             return [_arrays(x, arrays) for x in about["runs"]]
         except (KeyError, TypeError) as problem:
@@ -293,7 +294,7 @@ def _restore(motion: Motion, known: Snapshot) -> None:
 
 
 def _plain(x: Any, name: str, arrays: dict[str, np.ndarray]) -> Any:
-    """A value as JSON can hold it; arrays are moved to ``arrays``."""
+    """A value as a JSON document; arrays are moved to ``arrays``."""
     if isinstance(x, np.ndarray):
         arrays[name] = x
         return {"array": name}

@@ -1,6 +1,6 @@
-"""Simulation: a run that its caller takes step by step, setting inputs and reading signals on the way.
+"""Simulation: a run that the caller advances step by step, setting inputs and reading signals between the steps.
 
-The hook for controllers and optimisers::
+For controllers and optimisers::
 
     sim = mbdsl.Simulation("arm.mbd", step=1e-3)
     while sim.time < 2.0:
@@ -36,7 +36,13 @@ Array = NDArray[np.float64]
 
 
 class Inputs(MutableMapping[str, float]):
-    """The model's inputs by name, in SI units; a change holds from the next step on."""
+    """The inputs of a model by name, in SI units; a change takes effect in the next step.
+
+    Parameters
+    ----------
+    scene : Scene
+        The model.
+    """
 
     def __init__(self, scene: Scene) -> None:
         self._values = {name: x.start for name, x in scene.inputs.items()}
@@ -70,32 +76,38 @@ class Inputs(MutableMapping[str, float]):
 
 
 class Simulation:
-    """A model in motion, one call of ``step`` at a time.
+    """A run with fixed steps that the caller advances by ``step``.
+
+    ``simulation["pin.phi"]`` is the present value of a signal in SI units.
 
     Parameters
     ----------
     model : Scene, Builder or path
-    method, start, options, force, general, without, parameters
-        As for :func:`mbdsl.simulate`.
+        The mechanism.
     step : float, optional [s]
-        Fixed step; default the model's Step, else 1 ms. The model's Tolerance is not used.
-    record : bool
-        Keep every state reached, for ``trajectory``; else only the present one.
+        Fixed step size. Default: the model's Step, else 1 ms. The model's Tolerance is not used.
+    record : bool, optional
+        Whether to store every state for ``trajectory``. Otherwise only the present state is stored.
+    method, start, options, force, general, without, parameters : optional
+        As for ``mbdsl.simulate``; the method has to support fixed steps.
 
     Attributes
     ----------
-    time : float [s]
-    q, v : (n,) [m, rad; m/s, rad/s]
-        Present state, in the order of ``system.names()``; copies.
-    lam : (m + p,)
-        Multipliers.
-    inputs : mapping
-        Values of the model's inputs; between two steps they are constant.
+    system : System
+        The equations of motion of the model as written.
+    method : str
+        Name of the integration method.
+    h : float [s]
+        Step size.
+    inputs : Inputs
+        Values of the model's inputs; constant during a step.
 
     Raises
     ------
-    ModelError, UsageError, InitialisationError
-        As :func:`mbdsl.simulate` does.
+    ModelError, UsageError
+        If the model or the arguments are invalid.
+    InitialisationError
+        If no consistent initial state is found.
     """
 
     @blame_model
@@ -117,14 +129,14 @@ class Simulation:
         said = scene.experiment
         self.method = method or said.method or DEFAULT_METHOD
         if "fixed" not in declared(self.method).steps or backend(self.method) is not None:
-            hint = f"methods with fixed steps of our own can, as {DEFAULT_METHOD}"
-            raise UsageError(f"{self.method} cannot be taken step by step", hint=hint)
+            hint = f"take one of mbdsl's own methods with fixed steps, such as {DEFAULT_METHOD}"
+            raise UsageError(f"{self.method} cannot be run step by step", hint=hint)
         self.h = float(step if step is not None else said.step if said.step is not None else DEFAULT_STEP)
         if not 0.0 < self.h < np.inf:
             raise UsageError(f"the step must be above zero, not {self.h:g} s")
         begin = float(said.start if start is None else start)
         given = check_options(self.method, options or {}, constrained(scene), force)
-        # no end: steps are counted, and 2^52 of them are never reached
+        # no stop time: it lies 2^52 steps ahead
         plan = Plan(self.method, self.h, begin, begin + self.h * 2.0**52, np.array([]), given, general)
         self._motion = Motion(scene, plan)
         self._motion.prepare()
@@ -143,22 +155,27 @@ class Simulation:
 
     @property
     def scene(self) -> Scene:
+        """The model."""
         return self.system.scene
 
     @property
     def time(self) -> float:
+        """Time reached [s]."""
         return self._motion.time
 
     @property
     def q(self) -> Array:
+        """Present generalised coordinates (n,) [m, rad], in the order of ``system.names()``; a copy."""
         return self._motion.present()[0]
 
     @property
     def v(self) -> Array:
+        """Present generalised velocities (n,) [m/s, rad/s]; a copy."""
         return self._motion.present()[1]
 
     @property
     def lam(self) -> Array:
+        """Present multipliers (m + p,), in the order of ``system.constraint_names()``."""
         return self._now().lam[0].copy()
 
     def __getitem__(self, name: str) -> float:
@@ -166,14 +183,24 @@ class Simulation:
         return float(self._now()[name][0])
 
     def step(self, count: int = 1) -> float:
-        """Take ``count`` steps, 1 or more, with the present inputs; return the time reached.
+        """Advance by a number of steps with the present inputs.
+
+        Parameters
+        ----------
+        count : int, optional
+            Number of steps, at least 1.
+
+        Returns
+        -------
+        float [s]
+            Time reached.
 
         Raises
         ------
         UsageError
             If ``count`` is not a positive integer.
         IntegrationError
-            If it cannot go on; its ``trajectory`` holds what was recorded.
+            If the integration fails; its ``trajectory`` holds the stored states.
         """
         if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
             raise UsageError(f"found {count!r} steps, expected an integer of 1 or more")
@@ -192,7 +219,13 @@ class Simulation:
         return self.time
 
     def trajectory(self) -> Trajectory:
-        """All that was recorded: the start, and every step."""
+        """Return the stored states.
+
+        Returns
+        -------
+        Trajectory
+            The initial state and the state after every step; only the present state if ``record`` is False.
+        """
         t = np.array([s[0] for s in self._states])
         q, v, lam = (np.array([s[k] for s in self._states]) for k in (1, 2, 3))
         inputs = {name: np.array([s[4][name] for s in self._states]) for name in self.inputs}

@@ -1,4 +1,4 @@
-"""How far an integration is."""
+"""Progress of an integration."""
 
 from __future__ import annotations
 
@@ -7,7 +7,21 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Progress:
-    """How far an integration is; given to the callback some ten times a second."""
+    """Progress of an integration, passed to the callback ``progress`` about ten times a second.
+
+    Attributes
+    ----------
+    t : float [s]
+        Time reached.
+    start, stop : float [s]
+        Interval of integration.
+    h : float [s]
+        Present step size.
+    steps, iterations : int
+        Numbers of steps and of Newton iterations so far.
+    seconds : float [s]
+        Elapsed wall-clock time.
+    """
 
     t: float
     start: float

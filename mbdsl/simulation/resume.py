@@ -26,23 +26,28 @@ def resume(
     progress: Callable[[Progress], None] | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Trajectory:
-    """Continue a run from its checkpoint; the result equals that of an uninterrupted run, bit for bit.
+    """Continue a run from its checkpoint.
 
     Parameters
     ----------
     path : path
-        The checkpoint; further checkpoints are written to the same file.
+        The checkpoint file; further checkpoints are written to it.
     model : Scene, Builder or path, optional
-        The same model again; required if :func:`mbdsl.simulate` was not given a path.
-    progress, announce : callables, optional
-        As for :func:`mbdsl.simulate`.
+        The model of the run; required unless ``mbdsl.simulate`` was called with a path.
+    progress, announce : callable, optional
+        As for ``mbdsl.simulate``.
+
+    Returns
+    -------
+    Trajectory
+        Equal to that of an uninterrupted run, bit for bit.
 
     Raises
     ------
     UsageError
         If the file is not a checkpoint, is damaged, or was made with a different model, settings, versions or machine.
     MbdslError
-        As :func:`mbdsl.simulate` does.
+        As ``mbdsl.simulate`` does.
     """
     said = about(path)
     try:

@@ -1,4 +1,4 @@
-"""Trajectory: what came out of a simulation, as named signals computed when somebody asks for them."""
+"""Trajectory: the results of a simulation, as named signals that are computed on first access."""
 
 from __future__ import annotations
 
@@ -36,30 +36,31 @@ ACCELERATIONS = {"ax": "m/s2", "ay": "m/s2", "alpha": "rad/s2"}
 class Trajectory:
     """States over time, and every signal of the model by name.
 
+    ``trajectory["crank.phi"]`` is the (N,) array of a signal in SI units, ``trajectory["time"]`` that of the times;
+    ``trajectory.names`` lists the signals.
+
     Attributes
     ----------
+    system : System
+        The equations of motion of the model as written.
     t : (N,) [s]
+        Times.
     q, v : (N, n) [m, rad; m/s, rad/s]
         Generalised coordinates and velocities, in the order of ``system.names()``.
     lam : (N, m + p)
-        Multipliers of the constraints, in the order of ``system.constraint_names()``; the constraint force is
-        -Phi_q^T lam - Gam_v^T nu. Where a method's own multipliers are of lower order than q and v, or there are none
-        (of welds, which nothing is solved for), those that follow from q and v by the equations of motion, found when
-        first asked for.
+        Multipliers.
     inputs : dict of (N,)
         Values of the model's inputs.
-    status : str
-        "done", "interrupted", "failed", or "inaccurate" where a tolerance is not reached; ``message`` says why.
+    message : str
+        Reason for a ``status`` other than "done".
     stats : dict
-        Counts and phase times.
-    undetermined : list of float
-        Times at which accelerations and reactions were asked for, but have no value: it is not a number.
+        Settings, counts, times of the phases, and error estimates.
+    undetermined : list of float [s]
+        Times at which accelerations and reactions are not unique (singular poses); their values there are nan.
     moved : tuple of Moved
-        Guesses of initial values and where assembly left them.
-
-    Examples
-    --------
-    ``trajectory["crank.phi"]`` is an (N,) array; ``trajectory.select(["*.w"])`` lists names that match.
+        Guesses of initial values, and the values after assembly.
+    left_out : tuple of int
+        Redundant constraint rows, whose multipliers are zero.
     """
 
     def __init__(
@@ -84,10 +85,12 @@ class Trajectory:
 
     @property
     def scene(self) -> Scene:
+        """The model."""
         return self.system.scene
 
     @property
     def status(self) -> str:
+        """One of "done", "interrupted", "failed", or "inaccurate" if the tolerance was not reached."""
         return self.stats["status"]
 
     def __repr__(self) -> str:
@@ -98,14 +101,14 @@ class Trajectory:
         return len(self.t)
 
     def __getstate__(self) -> dict:
-        """Without what was computed from the rest and can be again."""
+        """The state without signals, which are computed again on access."""
         found = {k: x for k, x in vars(self).items() if not isinstance(getattr(type(self), k, None), cached_property)}
         return {**found, "_known": {}}
 
     # -- names -------------------------------------------------------------------------------------------------
     @cached_property
     def _expressions(self) -> dict[str, tuple[Expr, str]]:
-        """Signal name -> (expression, unit) of all that follows from q, v and t."""
+        """Signal name -> (expression, unit), of signals that are functions of q, v, lam and t."""
         scene = self.scene
         found: dict[str, tuple[Expr, str]] = {}
         for c in scene.components.values():
@@ -132,7 +135,7 @@ class Trajectory:
 
     @cached_property
     def _computed(self) -> dict[str, str]:
-        """Name -> unit of what is no expression: accelerations, residuals of constraints."""
+        """Signal name -> unit, of signals without an expression: accelerations and residuals of constraints."""
         found = {}
         for c in self.scene.components.values():
             if isinstance(c.kind, BodyKind) and c.kind.coordinates:
@@ -152,24 +155,34 @@ class Trajectory:
 
     @property
     def names(self) -> list[str]:
-        """Every signal, "time" first."""
+        """Names of all signals, "time" first."""
         return ["time", *self._expressions, *self._computed]
 
     @property
     def default_names(self) -> list[str]:
-        """Every body's coordinates and velocities."""
+        """Names of the coordinates and velocities of all bodies."""
         keys = {"x": "vx", "y": "vy", "phi": "w"}
         bodies = self.scene.bodies()
         found = [f"{b.name}.{key}" for b in bodies for key in b.kind.coordinates]
         return found + [f"{b.name}.{keys[key]}" for b in bodies for key in b.kind.coordinates]
 
     def select(self, patterns: Iterable[str]) -> list[str]:
-        """Names that match any of ``patterns`` (globs; a name with brackets also matches itself).
+        """Select signals by their names.
+
+        Parameters
+        ----------
+        patterns : iterable of str
+            Names and glob patterns such as "crank.*"; in ``q[1]`` the brackets are an index.
+
+        Returns
+        -------
+        list of str
+            Names that match at least one pattern, without duplicates.
 
         Raises
         ------
         UsageError
-            If a pattern matches nothing.
+            If a pattern matches no name.
         """
         names, chosen = self.names, {}
         known = set(names)
@@ -177,7 +190,7 @@ class Trajectory:
             if pattern in known:
                 chosen[pattern] = None
                 continue
-            # [1] is an index here far more often than a set of characters
+            # brackets are read as an index first, and as a set of characters if no name matches
             literal = pattern.replace("[", "[[]")
             found = fnmatch.filter(names, literal) or fnmatch.filter(names, pattern)
             if not found:
@@ -191,7 +204,18 @@ class Trajectory:
         return UsageError(f"there is no signal `{name}` in {self.scene.name}", hint=hint)
 
     def unit(self, name: str) -> str:
-        """The SI unit of a signal, "" where it is a pure number or unknown."""
+        """Return the SI unit of a signal.
+
+        Parameters
+        ----------
+        name : str
+            Name of a signal.
+
+        Returns
+        -------
+        str
+            "" if the signal is a pure number or its unit is unknown.
+        """
         if name == "time":
             return "s"
         unit = self._expressions[name][1] if name in self._expressions else self._computed.get(name, "")
@@ -244,7 +268,7 @@ class Trajectory:
             self._known[f"{owner}.Gam[{k + 1}]"] = Gam[:, tables.velocity_rows[owner] - self.system.m + k]
 
     def _of_middle(self, owner: str, a: Array) -> Array:
-        """Accelerations (N, 3) of the frame in a flexible body's middle from those of its coordinates (N, n)."""
+        """Accelerations (N, 3) of a flexible body's centre frame, from those of its coordinates (N, n)."""
         d, body = self.system.tables.coordinates[owner], self.system.tables.models[owner]
         found = np.zeros((len(a), 3))
         for i, (q, v) in enumerate(zip(self.q[:, d : d + body.n], self.v[:, d : d + body.n], strict=True)):
@@ -278,14 +302,14 @@ class Trajectory:
             t = self.t[i]
             try:
                 a[i], lam[i] = accelerations(system, t, self.q[i], self.v[i], self.left_out)
-            except InitialisationError:  # at a singular pose there are none, or not only one
+            except InitialisationError:  # singular pose: no solution, or more than one
                 a[i], lam[i] = np.nan, np.nan
                 self.undetermined.append(float(t))
         return a, lam
 
     @cached_property
     def _numbers(self) -> dict[int, Array]:
-        """What else equations depend on, (N,) by its place in the tables: inputs, and turns that q does not hold."""
+        """Inputs and reference angles (N,) that the equations depend on, by their index in the table F."""
         tables = self.system.tables
         found = {tables.inputs[name]: value for name, value in self.inputs.items() if name in tables.inputs}
         return found | {tables.models[body].counter: angle for body, angle in self.turns.items()}
@@ -307,17 +331,24 @@ class Trajectory:
 
     @property
     def a(self) -> Array:
+        """Generalised accelerations (N, n) [m/s2, rad/s2], from the equations of motion at each (t, q, v)."""
         return self._motion[0]
 
     @cached_property
     def lam(self) -> Array:
+        """Multipliers (N, m + p), in the order of ``system.constraint_names()``.
+
+        The constraint force is -Phi_q^T lam - Gam_v^T nu, where lam and nu are the first m and the last p columns.
+        Multipliers that the method does not compute (those of welds), or computes at a lower order than q and v, are
+        found from the equations of motion at (t, q, v) on first access.
+        """
         if self._lam is None:
             return self._motion[1]
         missing = np.isnan(self._lam).all(axis=0)
         return np.where(missing, self._motion[1], self._lam) if missing.any() else self._lam
 
     def _multipliers(self, needed: list) -> Array | None:
-        """``lam``, or what of it came with the solution where no more is needed; None where nothing is."""
+        """``lam``, or the method's own multipliers if these contain all that are ``needed``; None if none is needed."""
         if not needed or self._lam is None or not len(self.t):
             return self.lam if needed else None
         own = self._lam[0, [self.system.tables.multipliers[key] - self.system.n for key in needed]]
@@ -336,24 +367,84 @@ class Trajectory:
         return Phi, dPhi, Gam
 
     def state(self, time: float) -> tuple[Array, Array]:
-        """q and v (n,) at the stored point nearest to ``time``."""
+        """Return the stored state nearest to a time.
+
+        Parameters
+        ----------
+        time : float [s]
+
+        Returns
+        -------
+        q : (n,) [m, rad]
+            Coordinates.
+        v : (n,) [m/s, rad/s]
+            Velocities.
+        """
         k = int(np.abs(self.t - time).argmin())
         return self.q[k], self.v[k]
 
     def to_dict(self, patterns: Iterable[str] | None = None) -> dict[str, Array]:
-        """Signals by name, time first; those that match ``patterns`` or the default ones."""
+        """Return signals as arrays.
+
+        Parameters
+        ----------
+        patterns : iterable of str, optional
+            As for ``select``. Default: coordinates and velocities of all bodies.
+
+        Returns
+        -------
+        dict of (N,)
+            Name -> values in SI units, "time" first.
+
+        Raises
+        ------
+        UsageError
+            If a pattern matches no name.
+        """
         chosen = self.select(patterns) if patterns is not None else self.default_names
         return {"time": self.t, **{name: self[name] for name in chosen if name != "time"}}
 
     def to_pandas(self, patterns: Iterable[str] | None = None) -> pandas.DataFrame:
-        """The same as a data frame indexed by time (needs pandas)."""
+        """Return signals as a data frame; requires pandas.
+
+        Parameters
+        ----------
+        patterns : iterable of str, optional
+            As for ``to_dict``.
+
+        Returns
+        -------
+        pandas.DataFrame
+            One column a signal, indexed by time.
+
+        Raises
+        ------
+        UsageError
+            If a pattern matches no name.
+        """
         import pandas
 
         data = self.to_dict(patterns)
         return pandas.DataFrame({k: v for k, v in data.items() if k != "time"}, index=pandas.Index(self.t, name="time"))
 
     def to_xarray(self, patterns: Iterable[str] | None = None) -> xarray.Dataset:
-        """The same as a data set over time, units as attributes (needs xarray)."""
+        """Return signals as a data set; requires xarray.
+
+        Parameters
+        ----------
+        patterns : iterable of str, optional
+            As for ``to_dict``.
+
+        Returns
+        -------
+        xarray.Dataset
+            One variable a signal over the dimension "time", with the attribute "units".
+
+        Raises
+        ------
+        UsageError
+            If a pattern matches no name.
+        """
         import xarray
 
         data = self.to_dict(patterns)
@@ -361,14 +452,17 @@ class Trajectory:
         return xarray.Dataset(variables, coords={"time": ("time", self.t, {"units": "s"})})
 
 
-def _energies(scene: Scene, beside: Collection[str] = ()) -> tuple[Expr, Expr, Expr]:
-    """Kinetic and potential energy and their sum, without the bodies ``beside``. Potential: gravity (zero at the
-    ground's origin) and linear springs; forces given by expressions have none."""
+def _energies(scene: Scene, excluded: Collection[str] = ()) -> tuple[Expr, Expr, Expr]:
+    """Kinetic energy, potential energy and their sum, without the ``excluded`` bodies.
+
+    The potential energy is that of gravity (zero at the origin of the ground) and of linear springs; forces given by
+    expressions have none.
+    """
     kinetic, potential = const(0.0), const(0.0)
     g = gravity(scene)
     for c in scene.components.values():
         if isinstance(c.kind, BodyKind) and c.kind.coordinates:
-            if c.name in beside:
+            if c.name in excluded:
                 continue
             masses = c.kind.table(dict(c.values))
             for key, rate, mass in zip(("x", "y", "phi"), ("vx", "vy", "w"), masses, strict=False):

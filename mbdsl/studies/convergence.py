@@ -90,18 +90,23 @@ class Convergence(Study):
 
 
 def convergence(model: Scene | str | PathLike, **asked: Any) -> Convergence:
-    """Errors of methods over their steps or tolerances.
+    """Measure the errors of methods as functions of the step size or the tolerance.
 
     Parameters
     ----------
-    model : path or Scene
+    model : Scene or path
+        The mechanism.
     **asked
-        What of :class:`mbdsl.studies.survey.Asked` is to be other than its default: methods, steps, tols, signals, ...
+        Fields of ``Asked``: methods, steps, tols, signals, ...
+
+    Returns
+    -------
+    Convergence
 
     Raises
     ------
     MbdslError
-        If model or arguments make no sense, or there is no reference.
+        If the model or the arguments are invalid, or no reference solution is found.
     """
     return Convergence(survey(model, Asked(**asked)))
 

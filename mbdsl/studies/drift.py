@@ -69,13 +69,29 @@ class Drift(Study):
 
 
 def drift(model: Scene | str | PathLike, **asked: Any) -> Drift:
-    """Violation of constraints by methods at a few steps around the model's own; arguments as for
-    :func:`mbdsl.studies.convergence.convergence`. It needs no reference.
+    """Measure the constraint violations of methods, by default at a few steps around the model's own.
+
+    No reference solution is computed.
+
+    Parameters
+    ----------
+    model : Scene or path
+        The mechanism.
+    **asked
+        Fields of ``Asked``: methods, steps, tols, signals, ...
+
+    Returns
+    -------
+    Drift
 
     Raises
     ------
     MbdslError
-        If model or arguments make no sense, the model has no constraints, or no run comes to its end.
+        If the model or the arguments are invalid.
+    UsageError
+        If the model has no constraints.
+    IntegrationError
+        If no run reaches its end.
     """
     given = Asked(**asked)
     runner, every, refused = begin(model, given, few=(PARTS, TOLS))

@@ -1,4 +1,4 @@
-"""Which effects a scene calls for: it is run without each of them, and a signal tells what that changes."""
+"""The influence of each effect of a scene on a signal, measured by runs without the effect."""
 
 from __future__ import annotations
 
@@ -23,21 +23,39 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Without:
-    """The scene without some effects: how far the signal is off, and the time of a run over that of the whole scene."""
+    """The scene without some effects."""
 
     effects: tuple[str, ...]
-    change: float | None  #: in the signal's unit; None where the run failed
-    time: float | None
+    change: float | None  #: largest change of the signal, in its unit; None if the run failed
+    time: float | None  #: run time relative to that of the complete scene
     problem: str = ""
 
 
 @dataclass(frozen=True)
 class EffectsStudy:
-    """What leaving out each effect does to a signal.
+    """The change of a signal when effects are left out; ``str()`` returns a table.
 
-    ``error`` is how far the signal is off in the whole scene because steps are not infinitely short (from a run with
-    half the step); a change below that says nothing. ``dispensable`` are the effects that can be left out together
-    within ``tol``; None where no tolerance was asked for.
+    Attributes
+    ----------
+    scene : Scene
+        The complete model.
+    signal, unit : str
+        Name and unit of the signal.
+    low, high : float
+        Range of the signal.
+    error : float
+        Discretisation error of the signal in the complete model, from a run with half the step. Smaller changes are
+        not significant.
+    seconds : float [s]
+        Time of the step loop of a run of the complete model.
+    rows : tuple of Without
+        The model without each of its effects.
+    absent : tuple of str
+        Effects that the model does not contain.
+    tol : float or None
+        Allowed change of the signal.
+    together : Without or None
+        The model without all effects that can be left out within ``tol``.
     """
 
     scene: Scene
@@ -46,7 +64,7 @@ class EffectsStudy:
     low: float
     high: float
     error: float
-    seconds: float  #: of a run of the whole scene, its step loop alone
+    seconds: float
     rows: tuple[Without, ...]
     absent: tuple[str, ...]
     tol: float | None = None
@@ -54,6 +72,7 @@ class EffectsStudy:
 
     @property
     def dispensable(self) -> tuple[str, ...] | None:
+        """Effects that can be left out together within ``tol``; None without a tolerance."""
         return None if self.tol is None else () if self.together is None else self.together.effects
 
     def __str__(self) -> str:
@@ -73,24 +92,34 @@ def effects(
     repeats: int = 5,
     announce: Callable[[str], None] | None = None,
 ) -> EffectsStudy:
-    """Leave out each effect of ``EFFECTS`` in turn, and see what it does to ``signal``.
+    """Leave out each effect of a model in turn and measure the change of a signal.
 
     Parameters
     ----------
     model : path
+        A ``.mbd`` file.
     signal : str
         Name of a signal, such as "crank.phi" or "O.fx".
     tol : float or str, optional
-        How much it may change, in its unit in SI; as a text with a unit, "1 mm", or as a part of its range, "1 %".
-    method, step, stop, parameters, without
-        As for :func:`mbdsl.simulate`.
-    repeats : int
-        Runs that are timed, alternately; medians are compared.
+        Allowed change, in the signal's SI unit, or a text with a unit ("1 mm") or relative to the signal's range
+        ("1 %").
+    method, step, stop, parameters, without, announce : optional
+        As for ``mbdsl.simulate``.
+    repeats : int, optional
+        Number of timed runs of each variant, in alternation; their medians are compared.
+
+    Returns
+    -------
+    EffectsStudy
 
     Raises
     ------
+    UsageError
+        If the arguments are invalid.
     MbdslError
-        If the whole scene does not run.
+        If the complete model cannot be simulated.
+    KeyboardInterrupt
+        If a run is interrupted.
     """
     if repeats < 1:
         raise UsageError(f"repeats = {repeats}: a time needs one run or more")

@@ -157,6 +157,22 @@ class Energy(Study):
 
 
 def energy(model: Scene | str | PathLike, **asked: Any) -> Energy:
-    """Errors in energy of methods at a few steps around the model's own; arguments as for
-    :func:`mbdsl.studies.convergence.convergence`."""
+    """Measure the energy errors of methods, by default at a few steps around the model's own.
+
+    Parameters
+    ----------
+    model : Scene or path
+        The mechanism.
+    **asked
+        Fields of ``Asked``: methods, steps, tols, signals, ...
+
+    Returns
+    -------
+    Energy
+
+    Raises
+    ------
+    MbdslError
+        If the model or the arguments are invalid, or no reference solution is found.
+    """
     return Energy(measure(prepare(model, Asked(**asked), few=(PARTS, TOLS))))

@@ -1,4 +1,4 @@
-"""Which method, with which step or tolerance, reaches an error in the least time on this machine."""
+"""The method, with its step or tolerance, that reaches an error in the least time on this machine."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ JUMP = 32.0  #: from one step to the next: errors of long steps tell little of s
 
 @dataclass(frozen=True)
 class Choice:
-    """A case that reaches the error, with its own and the seconds that it takes."""
+    """A case that reaches the error, with its own error and the run times [s] that were measured."""
 
     case: Case
     error: float
@@ -51,7 +51,29 @@ class Choice:
 
 @dataclass(frozen=True)
 class Recommendation:
-    """``choices`` reach ``error`` (of ``what``, in ``unit``), the cheapest first; ``others`` do not, and why."""
+    """Methods that reach an error, with their run times; ``str()`` returns a table.
+
+    Attributes
+    ----------
+    model, path : str
+        Name of the model, and its file.
+    what : str
+        The quantity whose error is limited.
+    error : float
+        Limit of the error.
+    unit : str
+        Unit of the error; "" for a relative error.
+    choices : tuple of Choice
+        Cases that reach the error, the fastest first.
+    others : tuple of (str, str)
+        Other methods, and the reason why each is not a choice.
+    reference : Reference
+        The reference solution.
+    extra : tuple of str
+        Options of the command line that set the model's parameters and effects.
+    note : str
+        A remark on the times.
+    """
 
     model: str
     path: str
@@ -61,16 +83,17 @@ class Recommendation:
     choices: tuple[Choice, ...]
     others: tuple[tuple[str, str], ...]
     reference: Reference
-    extra: tuple[str, ...] = ()  #: arguments of the command line that the model needs
-    note: str = ""  #: what is to be known of the times
+    extra: tuple[str, ...] = ()
+    note: str = ""
 
     @property
     def best(self) -> Choice:
+        """The fastest case."""
         return self.choices[0]
 
     @property
     def command(self) -> str:
-        """What to run."""
+        """The shell command of the fastest case."""
         return shlex.join(["mbdsl", "simulate", self.path, *self.best.case.arguments.split(), *self.extra])
 
     def __str__(self) -> str:
@@ -89,23 +112,30 @@ class Recommendation:
 def recommend(
     model: Scene | str | PathLike, target: float | str, signal: str | None = None, **asked: Any
 ) -> Recommendation:
-    """The cheapest ways to an error.
+    """Find the methods that reach an error in the least time.
 
     Parameters
     ----------
-    model : path or Scene
+    model : Scene or path
+        The mechanism.
     target : float or str
-        The error that is allowed, the largest over time: of ``signal`` in its unit in SI, or as a text with a unit or
-        as part of its range ("1 mm", "1 %"); without a signal, of positions and velocities, as part of the mechanism's
-        size and of the largest speed.
+        Limit of the error, as maximum over time. With a ``signal``: in the signal's SI unit, or a text with a unit
+        ("1 mm") or relative to the signal's range ("1 %"). Without: of positions and velocities, relative to the size
+        of the mechanism and to the largest speed.
     signal : str, optional
+        Name of a signal.
     **asked
-        Of :class:`mbdsl.studies.survey.Asked`: methods, reference, stop, parameters, without, repeats, budget, ...
+        Fields of ``Asked``: methods, reference, stop, parameters, without, repeats,
+        budget, ...
+
+    Returns
+    -------
+    Recommendation
 
     Raises
     ------
     IntegrationError
-        If no method reaches it, or no reference can tell.
+        If no method reaches the error, or the reference solution is not accurate enough.
     """
     given = Asked(**{"budget": 60.0, "repeats": 3, **asked})
     names = chosen(given.methods)
@@ -130,8 +160,7 @@ def recommend(
             choices.append(found)
             quickest = min(quickest, found.time)
     if not choices:
-        told = f"no method reaches an error of {search.wording(search.target)}: {together(others)}"
-        raise IntegrationError(told)
+        raise IntegrationError(f"no method reaches an error of {search.wording(search.target)}: {together(others)}")
     near = [c for c in choices if c.time <= max(FAR * quickest, SHORT)]
     times = runner.time([c.case for c in near], given.repeats, {c.case: c.time for c in near}.__getitem__)
     note = ""

@@ -25,43 +25,80 @@ from mbdsl.studies.cases import reaches
 from mbdsl.studies.survey import Row, Survey
 
 PICTURES = ("png", "svg")
-TROUBLES = 12  #: failed cases that are told one by one
-LONG = 40  #: rows of a table that a terminal does not show
+TROUBLES = 12  #: failed cases that are listed one by one
+LONG = 40  #: largest number of rows of a table in a terminal
 WIDTH = 100  #: characters of a line in a terminal
 
 
 class Study:
-    """The base of all studies of methods. Those below say what they found by ``tables``, ``figures``, ``summary``."""
+    """Base class of the studies of methods, which define ``tables``, ``figures`` and ``summary``.
+
+    ``str()`` returns the report for a terminal.
+
+    Parameters
+    ----------
+    survey : Survey
+        The runs and their errors.
+    """
 
     kind = "study"
-    timed = False  #: whether it is asked for a number of rounds of timing
+    timed = False  #: whether the option ``repeats`` applies
 
     def __init__(self, survey: Survey) -> None:
         self.survey = survey
         self.when = datetime.now(timezone.utc).isoformat(timespec="seconds")
 
-    # -- what each study says --------------------------------------------------------------------------------
+    # -- defined by each study -------------------------------------------------------------------------------
     @property
     def title(self) -> str:
+        """Model and kind of study."""
         return f"{self.survey.scene.name}: {self.kind}"
 
     def summary(self) -> list[str]:
-        """Sentences, most important first."""
+        """Return the results in words.
+
+        Returns
+        -------
+        list of str
+            Sentences, the most important first.
+        """
         return []
 
     def tables(self) -> list[Table]:
+        """Return the results as tables.
+
+        Returns
+        -------
+        list of Table
+        """
         return []
 
     def figures(self) -> list[Figure]:
+        """Return the results as figures.
+
+        Returns
+        -------
+        list of Figure
+        """
         return []
 
-    # -- the same for all ------------------------------------------------------------------------------------
+    # -- common to all studies -------------------------------------------------------------------------------
     def records(self) -> list[dict]:
-        """A flat row for every case: what it was, what it cost, its errors."""
+        """Return one flat record a run: its settings, costs and errors.
+
+        Returns
+        -------
+        list of dict
+        """
         return [_record(row) for row in self.survey.rows]
 
     def command(self) -> str:
-        """What runs the same again from a shell: what was asked for, with the methods that there were."""
+        """Return the shell command that repeats the study with the same options and methods.
+
+        Returns
+        -------
+        str
+        """
         s, of = self.survey, self.survey.setting
         if of.path is None:
             return "none: the model is not from a file"
@@ -80,11 +117,16 @@ class Study:
         return shlex.join(said)
 
     def _methods(self) -> list[str]:
-        """Those that were asked for; all that could be run where none was."""
+        """The requested methods; without a request, all methods that were run."""
         return list(self.survey.asked.methods or dict.fromkeys(row.case.method for row in self.survey.rows))
 
     def facts(self) -> dict:
-        """Everything needed to run the study again."""
+        """Return the settings, versions and machine, as required to repeat the study.
+
+        Returns
+        -------
+        dict
+        """
         s = self.survey
         return {
             "study": self.kind,
@@ -111,18 +153,29 @@ class Study:
         }
 
     def data(self) -> dict:
-        """What is written as JSON."""
+        """Return the content of the JSON file.
+
+        Returns
+        -------
+        dict
+        """
         model = {"files": self._texts(), "scene": fingerprint(self.survey.scene)}
         return {**self.facts(), "model text": model, "summary": self.summary(), "rows": self.records()}
 
     def page(self) -> Page:
+        """Return the content of the HTML page.
+
+        Returns
+        -------
+        Page
+        """
         items: list[Figure | Table] = [*self.tables(), *self.figures()]
         small = [(name, _plain(value)) for name, value in self.facts().items()]
         small += [(f"text of {file}", text) for file, text in self._texts().items()]
         return Page(self.title, self.summary(), items, small)
 
     def _texts(self) -> dict[str, str]:
-        """The files of the model by their place beside the main one, as they were read."""
+        """The text of the model's files as read, by their path relative to the main file."""
         files = self.survey.scene.files
         folder = os.path.dirname(next(iter(files), "")) or "."
         return {Path(os.path.relpath(file, folder)).as_posix(): text for file, text in files.items()}
@@ -131,7 +184,17 @@ class Study:
         return self.text()
 
     def text(self, most: int = LONG) -> str:
-        """What a terminal shows: tables of up to ``most`` rows, and how many rows the others have."""
+        """Return the report for a terminal.
+
+        Parameters
+        ----------
+        most : int, optional
+            Largest number of rows of a table; of longer tables only the number of rows is given.
+
+        Returns
+        -------
+        str
+        """
         parts = [self.title]
         for table in self.tables():
             rest = f"{table.title}: {len(table.rows)} rows, on the page (--verbose prints them)"
@@ -140,12 +203,24 @@ class Study:
         return "\n\n".join([*parts, "\n".join(lines)])
 
     def write(self, folder: str | os.PathLike, pictures: Sequence[str] = PICTURES) -> list[Path]:
-        """Write ``KIND.csv``, ``.json``, ``.html`` and ``KIND-FIGURE.png``, ``.svg`` into a folder; their paths.
+        """Write the study into a folder: ``KIND.csv``, ``.json``, ``.html`` and ``KIND-FIGURE.png``, ``.svg``.
+
+        Parameters
+        ----------
+        folder : path
+            Made if it does not exist.
+        pictures : sequence of {"png", "svg"}, optional
+            Formats of the figures.
+
+        Returns
+        -------
+        list of Path
+            The files.
 
         Raises
         ------
         UsageError
-            If the folder cannot be written, or for ``pictures`` without matplotlib: the rest has been written then.
+            If the folder cannot be written; or, after everything else is written, if matplotlib is not installed.
         """
         return write(self, folder, pictures)
 
@@ -168,12 +243,12 @@ def write(study: Study, folder: str | os.PathLike, pictures: Sequence[str]) -> l
 
 
 def draw(study: Study, folder: str | os.PathLike, pictures: Sequence[str] = PICTURES) -> list[Path]:
-    """Write ``KIND-FIGURE.png``, ``.svg``; their paths.
+    """Write ``KIND-FIGURE.png``, ``.svg`` and return their paths.
 
     Raises
     ------
     UsageError
-        Without matplotlib.
+        If matplotlib is not installed.
     """
     paths = [Path(folder) / f"{study.kind}-{figure.key}.{suffix}" for figure in study.figures() for suffix in pictures]
     if paths:

@@ -96,8 +96,26 @@ class Runtime(Study):
 
 
 def runtime(model: Scene | str | PathLike, **asked: Any) -> Runtime:
-    """Times of methods at one step (the model's own) or several; arguments as for
-    :func:`mbdsl.studies.convergence.convergence`."""
+    """Measure the run times of methods, by default at the model's own step.
+
+    No reference solution is computed.
+
+    Parameters
+    ----------
+    model : Scene or path
+        The mechanism.
+    **asked
+        Fields of ``Asked``: methods, steps, tols, signals, ...
+
+    Returns
+    -------
+    Runtime
+
+    Raises
+    ------
+    MbdslError
+        If the model or the arguments are invalid.
+    """
     given = Asked(**asked)
     runner, every, refused = begin(model, given, few=((1.0,), TOLS))
     runs = runner.compute(every)

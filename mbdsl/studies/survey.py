@@ -41,31 +41,38 @@ MANY = 100_000  #: steps that are not all kept for a moment: so short, what inte
 
 @dataclass
 class Asked:
-    """What every study can be asked.
+    """The options of a study.
 
     Parameters
     ----------
     methods : sequence of str, optional
-        Names; default all.
-    steps, tols : sequences of float, optional
-        Fixed steps [s], and tolerances of error-controlled ones; default: ladders around the model's own step.
-    signals : sequence of str
-        Patterns of signals to look at, beside positions, velocities, reactions, energy and constraints.
-    reference : str or path
-        "auto", or a result file.
+        Names of integration methods. Default: all.
+    steps : sequence of float, optional [s]
+        Fixed step sizes. Default: a ladder around the model's own step.
+    tols : sequence of float, optional
+        Tolerances of runs with error-controlled steps. Default: a ladder.
+    signals : sequence of str, optional
+        Patterns of signals to measure, in addition to positions, velocities, reactions, energy and constraints.
+    reference : str or path, optional
+        "auto" to compute the reference solution, or a result file.
     stop : float, optional [s]
-    parameters, without
-        As for :func:`mbdsl.simulate`.
-    repeats : int
-        Runs that are timed, alternately; medians are given.
-    budget : float [s]
-        What the whole may take; what does not fit in is not run, and said.
+        Stop time. Default: the model's.
+    parameters, without : optional
+        As for ``mbdsl.simulate``.
+    repeats : int, optional
+        Number of timed runs of each case, in alternation; their median is reported.
+    budget : float, optional [s]
+        Time limit of the study. Runs beyond it are skipped and reported as such.
     workers : int, optional
-        Processes for runs that are not timed; default as many as there are cores.
+        Number of processes for runs that are not timed. Default: the number of cores.
     store : path, optional
-        Where runs are kept; default in the folder of compiled code. With ``fresh`` none is taken from there.
-    tell, announce : callables, optional
-        Told how far it is, and what takes long before it starts.
+        Folder of stored runs. Default: a subfolder of mbdsl's cache folder.
+    fresh : bool, optional
+        Whether to ignore stored runs.
+    tell : callable, optional
+        Called with the progress of the study.
+    announce : callable, optional
+        Called with a text before a phase that takes long.
     """
 
     methods: Sequence[str] | None = None

@@ -1,4 +1,4 @@
-"""A second opinion on a run: another family of methods, at half the step or a tenth of the tolerance."""
+"""Verification of a run by a method of another family, at half the step or a tenth of the tolerance."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from mbdsl.studies.report import as_text, number
 from mbdsl.studies.scales import Scales, scales
 from mbdsl.studies.time_limits import TooLong, allowance, limited
 
-FEW = 3.0  #: digits: who agrees to fewer does not agree
-SHOWN = 12  #: signals in a text, the worst ones
-SMALL = 1e-5  #: a signal's range, relative to the largest value of its unit, below which it is no scale
+FEW = 3.0  #: signals that agree to fewer digits are doubtful
+SHOWN = 12  #: number of signals in a text, those with the fewest digits
+SMALL = 1e-5  #: smallest range of a signal, relative to the largest value of its unit, that serves as its scale
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """Digits to which a signal agrees, relative to its range, and the largest difference.
+    """Number of digits to which a signal agrees, relative to its range, and the largest difference.
 
-    Where only one run has a value the difference is infinite, where there is none to compare it is nan; no digits then.
+    The difference is infinite if only one run has a value, and nan if none has; the number of digits is then 0.
     """
 
     signal: str
@@ -36,8 +36,24 @@ class Agreement:
 
 @dataclass(frozen=True)
 class Verification:
-    """``agreements`` of every signal, the worst first; if the second run did not reach its end, ``problem`` is the
-    reason and ``until`` the time up to which the runs were compared."""
+    """Comparison of a run with a second one; ``str()`` returns a table.
+
+    Attributes
+    ----------
+    method : str
+        Method of the second run.
+    step : float or None [s]
+    tol : float or None
+        Step size or tolerance of the second run.
+    agreements : tuple of Agreement
+        One for each signal, that with the fewest digits first.
+    problem : str
+        The reason if the second run did not reach its end, else "".
+    stats : dict
+        Settings and counts of the second run.
+    until : float or None [s]
+        Time up to which the runs were compared.
+    """
 
     method: str
     step: float | None
@@ -49,14 +65,21 @@ class Verification:
 
     @property
     def doubtful(self) -> list[Agreement]:
+        """Signals that agree to fewer than three digits."""
         return [a for a in self.agreements if a.digits < FEW]
 
     @property
     def how(self) -> str:
+        """Method and step or tolerance of the second run."""
         return f"{self.method}, {f'h = {self.step:g} s' if self.tol is None else f'tol = {self.tol:g}'}"
 
     def facts(self) -> dict:
-        """For the stats of a run."""
+        """Return a summary for the ``stats`` of the run.
+
+        Returns
+        -------
+        dict
+        """
         digits = {a.signal: round(a.digits, 2) for a in self.agreements}
         return {"problem": self.problem or None, "until": self.until, "run": self.stats, "digits": digits}
 
@@ -78,15 +101,28 @@ def verify(
     announce: Callable[[str], None] | None = None,
     budget: float | None = None,
 ) -> Verification:
-    """Run the model of ``trajectory`` again, otherwise, and compare the signals ``names`` at the times of its output.
+    """Repeat a run with another method and compare signals at the output times.
 
-    ``budget`` [s] limits the time of the second run; the default is ten times that of the first, and at least 10 s. If
-    the limit is reached, the part that fixed steps have completed is compared.
+    Parameters
+    ----------
+    trajectory : Trajectory
+        The run to verify.
+    names : sequence of str
+        Names of signals.
+    general, progress, announce : optional
+        As for ``mbdsl.simulate``.
+    budget : float, optional [s]
+        Time limit of the second run. Default: ten times that of the first, and at least 10 s. A run with fixed steps
+        that reaches the limit is compared up to there.
+
+    Returns
+    -------
+    Verification
 
     Raises
     ------
     KeyboardInterrupt
-        If it is interrupted.
+        If the second run is interrupted.
     """
     stats = trajectory.stats
     h, tol = stats["h"], stats["tol"]

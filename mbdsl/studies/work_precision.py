@@ -139,8 +139,24 @@ class WorkPrecision(Study):
 
 
 def work_precision(model: Scene | str | PathLike, **asked: Any) -> WorkPrecision:
-    """Errors and times of methods over their steps and tolerances; arguments as for
-    :func:`mbdsl.studies.convergence.convergence`."""
+    """Measure the errors and run times of methods as functions of the step size and the tolerance.
+
+    Parameters
+    ----------
+    model : Scene or path
+        The mechanism.
+    **asked
+        Fields of ``Asked``: methods, steps, tols, signals, ...
+
+    Returns
+    -------
+    WorkPrecision
+
+    Raises
+    ------
+    MbdslError
+        If the model or the arguments are invalid, or no reference solution is found.
+    """
     found = survey(model, Asked(**asked), both=True)
     time_rows(found)
     return WorkPrecision(found)
