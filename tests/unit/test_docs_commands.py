@@ -77,7 +77,7 @@ def test_page(page, tmp_path, monkeypatch):
 
 def test_the_picture_can_be_drawn(tmp_path, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "Agg")
-    runpy.run_path(str(ROOT / "docs" / "draw_slider_crank.py"))["main"](tmp_path / "picture.png")
+    runpy.run_path(str(ROOT / "docs" / "draw_seven_body.py"))["main"](tmp_path / "picture.png")
     assert (tmp_path / "picture.png").stat().st_size > 10_000
 
 
