@@ -82,9 +82,9 @@ class Moving:
         own = [
             e
             for c in joints
-            for key, e in c.signals.items()
-            if e is not None and of_positions(e)
-            if not (c.kind.name == "FreeMotion" and key.rsplit(".", 1)[-1] in ("x", "y") and self._of_a_beam(e))
+            for key, e in scene.signals_of(c).items()
+            if of_positions(e)
+            if not (c.kind.name == "FreeMotion" and key in ("x", "y") and self._of_a_beam(e))
         ]
         bodies = [coordinate(f"{b.name}.c", key) for b in scene.bodies() for key in b.kind.coordinates]
         bodies = [e for e in bodies if not self._of_a_beam(e)]

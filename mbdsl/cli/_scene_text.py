@@ -19,7 +19,7 @@ def describe(scene: Scene) -> str:
             f"{c.kind.name} {c.name}" + (f"({ports})" if ports else "") + (f"  // {c.span}" if c.span else ""),
             [f"{name} = {_with_unit(c.kind, name, v)}" for name, v in c.values.items() if v not in (None, ())],
             [f"frame {f.name} = {value((f.x, f.y, f.phi))}" for f in scene.frames.values() if f.body == c.name],
-            [f"signal {name} = {text(e)}" for name, e in c.signals.items()],
+            [f"signal {c.name}.{key} = {text(e)}" for key, e in scene.signals_of(c).items()],
             [f"0 = {text(e)}" for e in c.velocity_constraints],
         )
     section(

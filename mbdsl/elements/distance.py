@@ -17,7 +17,7 @@ KIND = JointKind(
         Signal("s", "m", "hypot(frame_b.x - frame_a.x, frame_b.y - frame_a.y)", "distance of the frames"),
         Signal("v", "m/s", "der(s)", "its rate"),
     ),
-    reactions=wrench("-lam[1]*(frame_b.x - frame_a.x)/s", "-lam[1]*(frame_b.y - frame_a.y)/s"),
+    reactions=wrench("-(lam[1]*(frame_b.x - frame_a.x)/s)", "-(lam[1]*(frame_b.y - frame_a.y)/s)"),
     table=lambda v: (v["length"],),
 )
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 #: what can be left out of a scene as a whole (its fidelity is a switch), and what a scene without it lacks
 EFFECTS = {
@@ -45,10 +46,10 @@ class Parameter:
 class Signal:
     """A named quantity of a component.
 
-    ``formula`` is an expression of the mbdsl language over the ports' coordinates (``frame_a.x``, ``.y``, ``.phi``,
-    ``.vx``, ``.vy``, ``.w``), the component's own numeric parameters and signals declared before it; ``der(s)`` is
-    the time derivative of a position-level signal. The same formula serves outputs, force laws (with exact
-    derivatives) and initial values.
+    ``formula`` (:mod:`mbdsl.expressions.formulas`) is an expression over the ports' coordinates (``frame_a.x``,
+    ``.y``, ``.phi``, ``.vx``, ``.vy``, ``.w``), the component's own numeric parameters and its other signals;
+    ``der(s)`` is the time derivative of a position-level signal. The same formula serves outputs, force laws (with
+    exact derivatives) and initial values.
     """
 
     name: str
@@ -92,6 +93,16 @@ class Kind:
 
     def parameter(self, name: str) -> Parameter | None:
         return next((p for p in self.parameters if p.name == name), None)
+
+    @cached_property
+    def formulas(self) -> Mapping[str, str]:
+        """Signal -> its formula, of everything that its components may have."""
+        return {x.name: x.formula for x in self.signals}
+
+    @cached_property
+    def law_parameters(self) -> tuple[str, ...]:
+        """Names of the parameters that take expressions."""
+        return tuple(p.name for p in self.parameters if p.law)
 
     def unit_of(self, name: str) -> str | None:
         """The unit of a signal of its components; None if they have none of this name."""
@@ -157,6 +168,11 @@ class JointKind(PairKind):
     #: None where a joint leaves more open than one coordinate, or can be met in several ways
     pose: Callable | None = None
     free: str = ""
+
+    @cached_property
+    def formulas(self) -> Mapping[str, str]:
+        friction = {"friction": self.friction} if self.friction else {}
+        return {x.name: x.formula for x in (*self.signals, *self.reactions)} | friction
 
     @property
     def reaction(self) -> tuple[str, ...]:

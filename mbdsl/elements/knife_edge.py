@@ -20,5 +20,5 @@ KIND = JointKind(
         Signal("w", "rad/s", "der(phi)", "relative angular velocity"),
     ),
     velocity_rows=(f"cos(frame_b.phi)*{_SIDEWARD} - sin(frame_b.phi)*{_FORWARD}",),
-    reactions=wrench("sin(frame_b.phi)*lam[1]", "-cos(frame_b.phi)*lam[1]"),
+    reactions=wrench("sin(frame_b.phi)*lam[1]", "-(cos(frame_b.phi)*lam[1])"),
 )

@@ -20,7 +20,7 @@ KIND = JointKind(
         Signal("phi", "rad", "frame_b.phi - frame_a.phi", "angle of frame_b relative to frame_a"),
         Signal("w", "rad/s", "der(phi)", "relative angular velocity"),
     ),
-    reactions=wrench("sin(frame_a.phi)*lam[1]", "-cos(frame_a.phi)*lam[1]"),
+    reactions=wrench("sin(frame_a.phi)*lam[1]", "-(cos(frame_a.phi)*lam[1])"),
     friction=friction.formula("abs(lam[1])", "v"),
     friction_along="translational_spring_damper",
     check=friction.check,

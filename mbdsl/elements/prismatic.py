@@ -29,7 +29,7 @@ KIND = JointKind(
         ),
         Signal("v", "m/s", "der(s)", "sliding velocity"),
     ),
-    reactions=wrench("sin(frame_a.phi)*lam[1]", "-cos(frame_a.phi)*lam[1]", "-lam[2]"),
+    reactions=wrench("sin(frame_a.phi)*lam[1]", "-(cos(frame_a.phi)*lam[1])", "-lam[2]"),
     friction=friction.formula("abs(lam[1])", "v"),
     friction_along="translational_spring_damper",
     check=friction.check,

@@ -23,8 +23,8 @@ KIND = JointKind(
     velocity_rows=("v + radius*w",),
     reactions=wrench(
         "sin(frame_a.phi)*lam[1] - cos(frame_a.phi)*lam[2]",
-        "-cos(frame_a.phi)*lam[1] - sin(frame_a.phi)*lam[2]",
-        "-radius*lam[2]",
+        "-(cos(frame_a.phi)*lam[1]) - sin(frame_a.phi)*lam[2]",
+        "-(radius*lam[2])",
     ),
     table=lambda v: (v["radius"],),
 )

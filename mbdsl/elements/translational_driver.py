@@ -14,7 +14,7 @@ KIND = JointKind(
     rows=1,
     parameters=(Parameter("s", "m", doc="the position, an expression in time", law=True),),
     signals=prismatic.KIND.signals,
-    reactions=wrench("-cos(frame_a.phi)*lam[1]", "-sin(frame_a.phi)*lam[1]"),
+    reactions=wrench("-(cos(frame_a.phi)*lam[1])", "-(sin(frame_a.phi)*lam[1])"),
     driver="s",
 )
 

@@ -33,7 +33,7 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
         x, y, phi = 0.0, 0.0, 0.0
         if placement.joint is not None:
             x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, drivers)
-        values_said = [said.get(body.signals.get(f"{body.name}.{key}")) for key in ("x", "y", "phi")]
+        values_said = [said.get(scene.signal_of(body, key)) for key in ("x", "y", "phi")]
         cx, cy, angle = values_said
         if placement.joint is not None and angle is None and cx is not None and cy is not None:
             values_said[2] = _aimed(system, placement.joint, body.name, pose, cx, cy)
@@ -110,7 +110,7 @@ def _by_joint(system, joint, body, pose, said, drivers, angle=None) -> tuple[flo
 
     def known(key: str, otherwise: float = 0.0) -> float:
         driven = drivers.get((component.ports["frame_a"], component.ports["frame_b"], key))
-        value = said.get(component.signals.get(f"{joint}.{key}"), driven)
+        value = said.get(system.scene.signal_of(component, key), driven)
         return otherwise if value is None else value
 
     relative = known("phi", float(component.values.get("phi0") or 0.0))

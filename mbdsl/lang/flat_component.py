@@ -5,11 +5,9 @@ Everything is worked out when it is asked for, so that the order of declarations
 
 from __future__ import annotations
 
-from functools import cache
 from typing import TYPE_CHECKING
 
-from mbdsl.elements import kinds
-from mbdsl.elements.kind import REQUIRED, BodyKind, JointKind, Kind, Parameter, Signal
+from mbdsl.elements.kind import REQUIRED, BodyKind, JointKind, Kind, Parameter
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr
@@ -17,9 +15,11 @@ from mbdsl.lang import argument_checks, joint_law_checks, units
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
-from mbdsl.lang.signal_formulas import Formula, Signals, formula
 from mbdsl.lang.source import At, span_of
+from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value
+from mbdsl.mechanism import signals
+from mbdsl.mechanism.frozen_dict import FrozenDict
 from mbdsl.mechanism.scene import Component, Frame
 from mbdsl.messages import did_you_mean
 
@@ -43,11 +43,11 @@ class Template:
     def unknown(self, owner: str) -> None:
         """Complain about modifiers that the kind does not know."""
         kind = self.kind
-        signals = {signal.name for signal in kind.signals}
+        measured = {signal.name for signal in kind.signals}
         known = [*(p.name for p in kind.parameters), *kind.ports]
         for name, modifier in self.modifiers.items():
             start = bool(modifier.inner) and modifier.value is None
-            if (kind.parameter(name) and not (start and name in signals)) or name in kind.ports:
+            if (kind.parameter(name) and not (start and name in measured)) or name in kind.ports:
                 if name != "frames":
                     takes = f"{kind.name} takes: {', '.join(known)}"
                     refuse_inner(modifier, f"`{name}` of {kind.name} `{owner}`", takes)
@@ -55,14 +55,14 @@ class Template:
                     for frame, inner in modifier.inner.items():
                         refuse_inner(inner, f"frame `{frame}` of `{owner}`", f"write `{frame} = {{x, y}}`")
                 continue
-            if start and name in signals:
+            if start and name in measured:
                 for attribute, inner in modifier.inner.items():
                     if attribute not in ("start", "fixed"):
                         hint = did_you_mean(attribute, ("start", "fixed"), "attributes of a signal")
                         raise ModelError(f"a signal has no attribute `{attribute}`", span_of(inner.at), hint)
                     refuse_inner(inner, f"`{attribute}` of `{owner}.{name}`", f"write `{attribute} = ...`")
                 continue
-            if name in signals:
+            if name in measured:
                 message = f"`{name}` of `{owner}` is a signal; only its start can be given"
                 raise ModelError(message, span_of(modifier.at), f"write `{name}(start = ..., fixed = true)`")
             hint = did_you_mean(name, known, f"{kind.name} takes")
@@ -73,9 +73,9 @@ class Part:
     """One component of the flat model while it is being made."""
 
     __slots__ = (
+        "_formulas",
         "_frames",
         "_laws",
-        "_signals",
         "_values",
         "assembly",
         "at",
@@ -101,8 +101,8 @@ class Part:
         self.nodes = {port: Node(f"{name}.{port}", at) for port in template.kind.ports}
         self._values: dict | None = None
         self._frames: dict[str, Frame] | None = None
-        self._signals: dict[str, Quantity] = {}
         self._laws: dict[str, Expr] = {}
+        self._formulas: signals.Formulas | None = None
         self.lacks: set[str] = set()  #: effects that it would have, but for ``assembly.without``
 
     # -- values ------------------------------------------------------------------------------------------------
@@ -160,6 +160,7 @@ class Part:
             if effect in self.kind.effects and (changed := self.kind.effects[effect](found)):
                 found.update(changed)
                 self.lacks.add(effect)
+        found = FrozenDict(found)  # components share it
         if same:
             self.template.shared = (found, self._poses(found), self.lacks)
         return found
@@ -270,9 +271,7 @@ class Part:
     # -- signals -----------------------------------------------------------------------------------------------
 
     def signal_names(self) -> tuple[str, ...]:
-        laws = _law_names(self.kind.name)
-        given = tuple(n for n in laws if self._has_law(n)) if laws else ()
-        return _signal_names(self.kind.name, given, self._has_friction())
+        return signals.names(self.kind, filter(self._has_law, self.kind.law_parameters), self._has_friction())
 
     def _has_friction(self) -> bool:
         return isinstance(self.kind, JointKind) and self.kind.friction != "" and self.values["mu_s"] > 0.0
@@ -281,36 +280,23 @@ class Part:
         parameter = self.kind.parameter(name)
         return parameter is not None and (self._modifier(name) is not None or parameter.default not in (None, REQUIRED))
 
+    @property
+    def formulas(self) -> signals.Formulas:
+        """The formulas of its kind."""
+        if self._formulas is None:
+            self._formulas = signals.Formulas(self.kind, self.name, self._given, self._coordinate)
+        return self._formulas
+
+    def _given(self, name: str) -> object:
+        return self.law(name) if name in self.kind.law_parameters else self.values[name]
+
+    def _coordinate(self, port: str, key: str) -> Expr:
+        frame = self.frames["c"] if port == "c" else self.port_frame(port)
+        return self.assembly.coordinate(frame, key).value  # type: ignore[return-value]
+
     def signal(self, name: str) -> Quantity:
         """A signal by its own name, as an expression over frames."""
-        found = self._signals.get(name)
-        if found is not None:
-            return found
-        declared = _declared_signals(self.kind.name).get(name)
-        # The law of a force is the force; what a joint demands is not what is measured.
-        law = None if declared is not None and isinstance(self.kind, JointKind) else self.own_law(name)
-        if law is not None:
-            found = law
-        else:
-            assert declared is not None
-            if declared.formula.startswith("c.") and declared.formula[2:] in symbolic.COORDINATES:
-                return self.assembly.coordinate(self.frames["c"], declared.formula[2:])
-            found = Quantity(self._formula(declared.formula), units.dimension(declared.unit))
-        self._signals[name] = found
-        return found
-
-    def own_law(self, name: str) -> Quantity | None:
-        """What ``name`` means as a law parameter; None if it is none, or not given."""
-        parameter = self.kind.parameter(name)
-        if parameter is None or not parameter.law or not self._has_law(name):
-            return None
-        law = self.law(name)
-        return Quantity(law, units.dimension(parameter.unit) if parameter.unit else None)  # type: ignore[arg-type]
-
-    def _formula(self, text: str, laws: bool = False) -> Expr:
-        value = evaluate(formula(text), Formula(self, laws))
-        assert isinstance(value, Quantity)
-        return symbolic.expr(value.value)  # type: ignore[arg-type]
+        return Quantity(self.formulas.signal(name), _dimension(self.kind, name))
 
     def own(self, name: str) -> Value | Node | Frame | None:
         """What ``name`` means inside the component: parameter, port or frame; None for signals and strangers."""
@@ -334,7 +320,7 @@ class Part:
 
     def forget(self) -> None:
         """Values and signals are found anew: what is left out has changed."""
-        self._values, self._signals, self._laws, self.template.shared, self.lacks = None, {}, {}, None, set()
+        self._values, self._formulas, self._laws, self.template.shared, self.lacks = None, None, {}, None, set()
 
     def known_names(self) -> list[str]:
         """For "did you mean"."""
@@ -344,31 +330,28 @@ class Part:
     # -- the result --------------------------------------------------------------------------------------------
 
     def component(self) -> Component:
-        laws = {p.name: self.law(p.name) for p in self.kind.parameters if p.law}
+        kind, formulas = self.kind, self.formulas
+        laws = {name: self.law(name) for name in kind.law_parameters}
+        # forces that follow a law have no potential energy
+        energy = bool(kind.energy) and not any(map(self._has_law, kind.law_parameters))
         return Component(
             self.name,
-            self.kind,
+            kind,
             {**self.values, **laws} if laws else self.values,
             {port: self.port_frame(port).name for port in self.nodes},
-            Signals(self),
+            self.signal_names(),
             span_of(self.at),
             self.doc,
-            self._energy(),
+            formulas.energy() if energy else None,
             self._velocity_constraints(),
-            self.signal("friction").value if self._has_friction() else None,  # type: ignore[arg-type]
+            formulas.signal("friction") if self._has_friction() else None,
         )
-
-    def _energy(self) -> Expr | None:
-        """Potential energy by the kind's formula; forces that follow a law have none."""
-        if not self.kind.energy or any(self._has_law(name) for name in _law_names(self.kind.name)):
-            return None
-        return self._formula(self.kind.energy)
 
     def _velocity_constraints(self) -> tuple[Expr, ...]:
         if not isinstance(self.kind, JointKind):
             return ()
-        found = tuple(self._formula(row, laws=True) for row in self.kind.velocity_rows)
-        for name in _law_names(self.kind.name):
+        found = tuple(self.formulas.velocity_row(row) for row in self.kind.velocity_rows)
+        for name in self.kind.law_parameters:
             modifier = self._modifier(name)
             for row in found:
                 try:
@@ -384,26 +367,9 @@ def _at_rest(leaf: Expr) -> Expr | None:
     return symbolic.const(0.0) if rate else None
 
 
-@cache
-def _declared_signals(kind: str) -> dict[str, Signal]:
-    declaration = kinds()[kind]
-    found = {x.name: x for x in declaration.signals}
-    if isinstance(declaration, JointKind):
-        found |= {x.name: x for x in declaration.reactions}
-        if declaration.friction:
-            found["friction"] = Signal("friction", declaration.friction_unit, declaration.friction)
-    return found
-
-
-@cache
-def _law_names(kind: str) -> tuple[str, ...]:
-    return tuple(p.name for p in kinds()[kind].parameters if p.law)
-
-
-@cache
-def _signal_names(kind: str, laws: tuple[str, ...], friction: bool) -> tuple[str, ...]:
-    declared = [name for name in _declared_signals(kind) if friction or name != "friction"]
-    return tuple(dict.fromkeys([*declared, *laws]))
+def _dimension(kind: Kind, signal: str) -> Dimension | None:
+    unit = kind.unit_of(signal)
+    return units.dimension(unit) if unit else None
 
 
 def is_body(part: Part) -> bool:

@@ -2,17 +2,25 @@
 
 Text (:mod:`mbdsl.lang`) and the library API (:class:`mbdsl.lang.builder.Builder`) both end here; everything
 downstream reads only this.
+
+A Scene is a value. It cannot be changed (``dataclasses.replace`` makes another one), it is equal to scenes of the same
+content, it can be pickled, and nothing in it refers to the text that it was read from except positions for messages.
+Positions, documentation and source files do not count in comparisons.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any
 
-from mbdsl.elements.kind import BodyKind, Kind
+from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind
 from mbdsl.errors import ModelError, Span
-from mbdsl.expressions.symbolic import COORDINATES, Expr, const, coordinate
+from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, const, coordinate, der, substitute
+from mbdsl.mechanism.canonical_text import canonical_text
+from mbdsl.mechanism.frozen_dict import freeze
+from mbdsl.mechanism.signals import Formulas
 from mbdsl.messages import did_you_mean
 
 #: signals that every model has; no variable of a model may have one of these names
@@ -48,11 +56,11 @@ class Frame:
     x: float = 0.0
     y: float = 0.0
     phi: float = 0.0
-    span: Span | None = None
+    span: Span | None = field(default=None, compare=False)
     motion: tuple[Expr, Expr, Expr] | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Component:
     """One element of the mechanism, ``values`` complete (defaults filled in) and in SI."""
 
@@ -60,12 +68,20 @@ class Component:
     kind: Kind
     values: Mapping[str, Any]  #: of type Value
     ports: Mapping[str, str] = field(default_factory=dict)  #: port name -> frame name
-    signals: Mapping[str, Expr] = field(default_factory=dict)  #: full signal name -> expression over frames
-    span: Span | None = None
-    doc: str = ""
+    #: names of its signals, which follow from kind and values; :meth:`Scene.signal_of` evaluates their formulas
+    signals: tuple[str, ...] = field(default=(), compare=False)
+    span: Span | None = field(default=None, compare=False)
+    doc: str = field(default="", compare=False)
     energy: Expr | None = None  #: potential energy, where the kind has a formula for it
     velocity_constraints: tuple[Expr, ...] = ()  #: of joints: what vanishes at velocity level, Gamma(v, q, t) = 0
     friction: Expr | None = None  #: of joints: what resists the growth of the coordinate ``kind.friction_along``
+
+    def __post_init__(self) -> None:
+        freeze(self, "values", "ports")
+
+    def __repr__(self) -> str:
+        ports = ", ".join(f"{port} = {frame}" for port, frame in self.ports.items())
+        return f"<{self.kind.name} {self.name}{f'({ports})' if ports else ''}>"
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -82,7 +98,7 @@ class InitialValue:
     target: Expr
     value: float
     fixed: bool
-    span: Span | None = None
+    span: Span | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)
@@ -105,8 +121,8 @@ class ParameterValue:
     name: str
     value: Value
     unit: str = ""
-    doc: str = ""
-    span: Span | None = None
+    doc: str = field(default="", compare=False)
+    span: Span | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)
@@ -116,13 +132,16 @@ class Input:
     name: str
     start: float = 0.0
     unit: str = ""
-    doc: str = ""
-    span: Span | None = None
+    doc: str = field(default="", compare=False)
+    span: Span | None = field(default=None, compare=False)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Scene:
-    """A mechanism: components and frames by full name, in the order of their declaration."""
+    """A mechanism: components and frames by full name, in the order of their declaration.
+
+    Scenes are equal if their canonical texts (:mod:`mbdsl.mechanism.canonical_text`) are.
+    """
 
     name: str
     components: Mapping[str, Component]
@@ -130,8 +149,9 @@ class Scene:
     initial: tuple[InitialValue, ...] = ()
     experiment: Experiment = Experiment()
     parameters: Mapping[str, ParameterValue] = field(default_factory=dict)
-    doc: str = ""
-    files: Mapping[str, str] = field(default_factory=dict)  #: source files, the main one first -> their text as read
+    doc: str = field(default="", compare=False)
+    #: source files, the main one first -> their text as read
+    files: Mapping[str, str] = field(default_factory=dict, compare=False)
     variables: Mapping[str, Expr] = field(default_factory=dict)  #: ``Real F = 2*time;``: names for expressions
     inputs: Mapping[str, Input] = field(default_factory=dict)  #: by name, in the order of their declaration
     #: effects that were left out on purpose -> the components that would have them
@@ -139,14 +159,59 @@ class Scene:
     #: ``Frame F = rod.b;`` and connectors: other names of frames
     aliases: Mapping[str, str] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        freeze(self, *(f.name for f in fields(self) if isinstance(getattr(self, f.name), Mapping)))
+
+    def __eq__(self, other: object) -> bool:
+        return self._content == other._content if isinstance(other, Scene) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._content)
+
+    def __getstate__(self) -> dict:
+        """Without what can be computed again."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    def __repr__(self) -> str:
+        kinds = [c.kind for c in self.components.values()]
+        joints, forces = (sum(isinstance(kind, of) for kind in kinds) for of in (JointKind, ForceKind))
+        counts = {"body": len(self.bodies()), "joint": joints, "force": forces}
+        plural = {"body": "bodies"}
+        words = [f"{n} {what if n == 1 else plural.get(what, what + 's')}" for what, n in counts.items() if n]
+        return f"<Scene {self.name}: {', '.join(words) or 'empty'}>"
+
+    @cached_property
+    def _content(self) -> str:
+        return canonical_text(self)
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """The canonical text of all that determines the motion: the key of a stored run is a digest of it.
+
+        It is the text of this scene without parameters (the components that use them hold their values) and without
+        the times and the method of the experiment, which the arguments of a run replace.
+        """
+        said = self.experiment
+        experiment = Experiment(tolerance=said.tolerance, step=said.step, without=said.without)
+        return canonical_text(replace(self, parameters={}, experiment=experiment))
+
     def bodies(self) -> list[Component]:
         """Components that have coordinates, in order (the ground has none)."""
         return [c for c in self.components.values() if isinstance(c.kind, BodyKind) and c.kind.coordinates]
 
     def signals(self) -> dict[str, Expr]:
         """Every named signal that is an expression over frames and time; those of frames are not listed."""
-        found = {name: e for c in self.components.values() for name, e in c.signals.items()}
+        found = {f"{c.name}.{key}": e for c in self.components.values() for key, e in self.signals_of(c).items()}
         return found | dict(self.variables)
+
+    def signals_of(self, c: Component) -> dict[str, Expr]:
+        """All signals of a component: name, without that of the component, -> expression over frames."""
+        formulas = self._formulas(c)
+        return {key: self._moved(formulas.signal(key)) for key in c.signals}
+
+    def signal_of(self, c: Component, key: str) -> Expr | None:
+        """One signal of a component; None if it has none of this name."""
+        return self._moved(self._formulas(c).signal(key)) if key in c.signals else None
 
     def signal(self, name: str) -> Expr:
         """A signal by its full name: of a component (``spring.s``), of a frame (``rod.b.x``), or a variable.
@@ -160,20 +225,46 @@ class Scene:
             return self.variables[name]
         owner, _, key = name.rpartition(".")
         component = self.components.get(owner)
-        if component is not None and name in component.signals:
-            return component.signals[name]
+        if component is not None and key in component.signals:
+            return self._moved(self._formulas(component).signal(key))
         frame = self.frames.get(self.aliases.get(owner, owner))
         if frame is None and component is not None and isinstance(component.kind, BodyKind) and component.kind.is_frame:
             frame = self.frames.get(f"{owner}.c")
         if frame is not None and key in COORDINATES:
-            kind = self.components[frame.body].kind
-            if key in ("phi", "w") and isinstance(kind, BodyKind) and "phi" not in (kind.coordinates or ("phi",)):
-                return const(0.0)  # a point mass does not turn
-            return coordinate(frame.name, key)
+            return self._coordinate(frame.name, key)
         raise ModelError(f"there is no signal `{name}`", hint=self._closest(name, owner))
 
+    def _formulas(self, c: Component) -> Formulas:
+        def frame_coordinate(port: str, key: str) -> Expr:
+            return self._coordinate(f"{c.name}.c" if port == "c" else c.ports[port], key)
+
+        return Formulas(c.kind, c.name, c.values.__getitem__, frame_coordinate)
+
+    def _coordinate(self, frame: str, key: str) -> Expr:
+        kind = self.components[self.frames[frame].body].kind
+        if key in ("phi", "w") and isinstance(kind, BodyKind) and "phi" not in (kind.coordinates or ("phi",)):
+            return const(0.0)  # a point mass does not turn
+        return coordinate(frame, key)
+
+    def _moved(self, expression: Expr) -> Expr:
+        return substitute(expression, self.prescribed) if self._prescribed_frames else expression
+
+    @cached_property
+    def _prescribed_frames(self) -> dict[str, tuple[Expr, Expr, Expr]]:
+        return {name: frame.motion for name, frame in self.frames.items() if frame.motion is not None}
+
+    def prescribed(self, leaf: Expr) -> Expr | None:
+        """The function of time that a coordinate is where drivers move its frame; None of any other leaf."""
+        if leaf.op != "coordinate":
+            return None
+        frame, key = leaf.value  # type: ignore[misc]
+        motion = self._prescribed_frames.get(frame)
+        if motion is None:
+            return None
+        return motion[list(RATE).index(key)] if key in RATE else der(motion[list(RATE.values()).index(key)])
+
     def _closest(self, name: str, owner: str) -> str | None:
-        if owner in self.components and (own := list(self.components[owner].signals)):
+        if owner in self.components and (own := [f"{owner}.{key}" for key in self.components[owner].signals]):
             return did_you_mean(name, own, f"`{owner}` has")
         if owner in self.frames or owner in self.aliases:
             return did_you_mean(name, [f"{owner}.{key}" for key in COORDINATES], "it has")

@@ -185,9 +185,7 @@ def about(path: str | os.PathLike) -> dict[str, Any]:
 
 def digest(scene: Scene) -> str:
     """A digest of a scene's complete content."""
-    from mbdsl.mechanism.fingerprint import fingerprint
-
-    return hashlib.sha256(fingerprint(scene).encode()).hexdigest()
+    return hashlib.sha256(scene.fingerprint.encode()).hexdigest()
 
 
 def _load(path: str | os.PathLike) -> tuple[dict[str, Any], dict[str, np.ndarray]]:

@@ -182,7 +182,7 @@ def _has_potential(scene: Scene, c: Component, name: str) -> bool:
         return not law
     if law.op == "const":
         return law.value == 0.0
-    own = {c.signals[key] for key in (f"{c.name}.s", f"{c.name}.phi") if key in c.signals}
+    own = {e for key in ("s", "phi") if (e := scene.signal_of(c, key)) is not None}
     if not _leaves_without(law, own):
         return True
     found, along = leaves(law), ALONG.get(name)

@@ -112,8 +112,8 @@ class Trajectory:
         scene = self.scene
         found: dict[str, tuple[Expr, str]] = {}
         for c in scene.components.values():
-            for name, expression in c.signals.items():
-                found[name] = (expression, c.kind.unit_of(name[len(c.name) + 1 :]) or "")
+            for key, expression in scene.signals_of(c).items():
+                found[f"{c.name}.{key}"] = (expression, c.kind.unit_of(key) or "")
         for name in scene.frames:
             for key, unit in UNITS.items():
                 found.setdefault(f"{name}.{key}", (coordinate(name, key), unit))

@@ -98,7 +98,7 @@ def reactions(trajectory: Trajectory) -> list[str]:
     found = []
     for c in trajectory.scene.components.values():
         if isinstance(c.kind, JointKind):
-            found += [name for r in c.kind.reaction if (name := f"{c.name}.{r}") in c.signals]
+            found += [f"{c.name}.{r}" for r in c.kind.reaction if r in c.signals]
     return found
 
 

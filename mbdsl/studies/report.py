@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 
 from mbdsl.errors import UsageError
-from mbdsl.mechanism.fingerprint import fingerprint
 from mbdsl.messages import duration
 from mbdsl.plotting.figures import Figure, Outcome, Page, Table
 from mbdsl.simulation.provenance import machine, versions
@@ -159,7 +158,7 @@ class Study:
         -------
         dict
         """
-        model = {"files": self._texts(), "scene": fingerprint(self.survey.scene)}
+        model = {"files": self._texts(), "scene": self.survey.scene.fingerprint}
         return {**self.facts(), "model text": model, "summary": self.summary(), "rows": self.records()}
 
     def page(self) -> Page:

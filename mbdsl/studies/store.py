@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import UsageError
 from mbdsl.integrators import backend, modules
-from mbdsl.mechanism.fingerprint import fingerprint
 from mbdsl.simulation.provenance import code, machine
 from mbdsl.storage import cache_folder, trusted_files
 from mbdsl.studies.cases import Case, Setting
@@ -176,7 +175,7 @@ def key_of(of: Setting, case: Case) -> str:
     """The digest of everything that determines a run."""
     # as JSON numbers read the same whichever type of number they are, and in another process
     asked = json.dumps([asdict(case), of.start, of.stop, of.points], default=float)
-    said = [fingerprint(of.scene), code(), _method_code(case.method), asked]
+    said = [of.scene.fingerprint, code(), _method_code(case.method), asked]
     return hashlib.sha256("\0".join(said).encode()).hexdigest()[:32]
 
 

@@ -34,7 +34,6 @@ CIRCLES = {
     ("mbdsl.system.system", "mbdsl.system.peaks_in_time"): "a System resolves signals; see below",
     ("mbdsl.system.system", "mbdsl.system.time_events"): "a System resolves signals; see below",
     ("mbdsl.system.system", "mbdsl.system.signals"): "signals are resolved by a System until a Scene can do it",
-    ("mbdsl.lang.signal_formulas", "mbdsl.lang.flat_component"): "a component and its signals hold each other",
     ("mbdsl.lang.entities", "mbdsl.lang.flat_component"): "type: what a name stands for may be a component",
     ("mbdsl.lang.entities", "mbdsl.lang.flat_model"): "type: a namespace belongs to a flat model",
     ("mbdsl.lang.entities", "mbdsl.lang.scope"): "type: an entity's modifiers are read in a scope",

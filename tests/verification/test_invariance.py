@@ -116,7 +116,7 @@ class Change:
         components = {}
         for name, c in scene.components.items():
             assert c.kind.name in EVEN or c.kind.name in ODD, f"say what mirroring {c.kind.name} means"
-            values, signals = dict(c.values), dict(c.signals)
+            values = dict(c.values)
             if c.kind.name == "Ground":
                 values["n"] = replace(self, shift=(0.0, 0.0)).pose(*values["n"], 0.0)[:2]
             if values.get("com"):
@@ -126,8 +126,7 @@ class Change:
                     values[key] = self.law(value, turned)
                 if key in ODD.get(c.kind.name, ()) and value is not None:
                     values[key] = self.hand * values[key]
-                signals = {k: values[key] if e is value else e for k, e in signals.items()}
-            components[name] = replace(c, values=values, signals=signals)
+            components[name] = replace(c, values=values)
         initial = (*(replace(x, target=self.law(x.target, turned)) for x in scene.initial), *start)
         variables = {name: self.law(x, turned) for name, x in scene.variables.items()}
         return replace(scene, components=components, frames=frames, initial=initial, variables=variables)

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from mbdsl.elements.kind import JointKind
-from mbdsl.expressions.symbolic import RATE, Expr, der, expr, leaves, substitute
+from mbdsl.expressions.symbolic import Expr, expr, leaves, substitute
 from mbdsl.mechanism.graph import GROUND, Edge, MechanismGraph
 from mbdsl.mechanism.reduction.note import Note
 from mbdsl.mechanism.reduction.poses import Pose, compose, invert
@@ -40,26 +40,15 @@ def carry(graph: MechanismGraph) -> tuple[Scene, list[Note]]:
             del components[name]
         by = (drive.joint.name, drive.driver.name)
         notes.append(Note("moved", (body,), "its motion is a function of time", by, drive.driver.component.span))
-    motions: dict[str, tuple[Expr, Expr, Expr]] = {}
     for name, frame in scene.frames.items():
         if frame.body in poses:
             x, y, phi = (expr(value) for value in compose(poses[frame.body], (frame.x, frame.y, frame.phi)))
-            motions[name] = (x, y, phi)
-            frames[name] = Frame(name, graph.ground.name, span=frame.span, motion=motions[name])
-
-    def known(leaf: Expr) -> Expr | None:
-        if leaf.op != "coordinate":
-            return None
-        frame, key = leaf.value  # type: ignore[misc]
-        if frame not in motions:
-            return None
-        if key in RATE:
-            return motions[frame][RIGID.index(key)]
-        return der(motions[frame][list(RATE.values()).index(key)])
-
+            frames[name] = Frame(name, graph.ground.name, span=frame.span, motion=(x, y, phi))
+    moved = replace(scene, components=components, frames=frames)
+    known = moved.prescribed
     components = {name: _rewritten(c, known) for name, c in components.items()}
     initial = tuple(replace(x, target=substitute(x.target, known)) for x in scene.initial)
-    return replace(scene, components=components, frames=frames, initial=initial), notes
+    return replace(moved, components=components, initial=initial), notes
 
 
 def _rewritten(c: Component, known) -> Component:
@@ -67,7 +56,6 @@ def _rewritten(c: Component, known) -> Component:
     return replace(
         c,
         values=values,
-        signals={name: substitute(e, known) for name, e in c.signals.items()},
         velocity_constraints=tuple(substitute(e, known) for e in c.velocity_constraints),
         friction=substitute(c.friction, known) if c.friction is not None else None,
     )

@@ -112,7 +112,7 @@ def _groups(graph: MechanismGraph, welds: Iterable[Edge]) -> list[tuple[list[str
 def _root(scene: Scene, group: list[str]) -> str:
     """The body whose angle something is said about at the start, so that it is placed by that; else the first."""
     said = {x.target for x in scene.initial}
-    return next((b for b in group if scene.components[b].signals.get(f"{b}.phi") in said), group[0])
+    return next((b for b in group if scene.signal_of(scene.components[b], "phi") in said), group[0])
 
 
 def _poses(scene: Scene, root: str, tree: list[Edge]) -> Mapping[str, Pose]:
@@ -157,5 +157,4 @@ def _sum(root: Component, members: list[tuple[Component, Pose]]) -> Component:
     inertia = sum(I + m * ((cx - x) ** 2 + (cy - y) ** 2) for m, cx, cy, I in parts)
     values = {"m": mass, "I": inertia, "length": root.values.get("length"), "com": (x, y), "frames": ()}
     # its coordinates are those of the common centre of mass, which no signal stands for
-    signals = {name: s for name, s in root.signals.items() if name in (f"{root.name}.phi", f"{root.name}.w")}
-    return replace(root, kind=kinds()["Body"], values=values, signals=signals)
+    return replace(root, kind=kinds()["Body"], values=values, signals=("phi", "w"))

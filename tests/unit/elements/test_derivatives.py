@@ -406,14 +406,14 @@ def test_signals_are_what_the_kernels_compute(kind, variant):
             c, start = s.scene.components[name], first_row(s, name)
             a, b = (s.tables.frames[f] for f in c.ports.values())
             for k, key in enumerate(own):
-                root = c.signals[f"{name}.{key}"]
+                root = s.scene.signal_of(c, key)
                 found = values(s, [root, der(root)], np.array([t]), q[None], v[None])
                 rate = C[start + k, :3] @ s._work.Z[a, 3:6] + C[start + k, 3:6] @ s._work.Z[b, 3:6]
                 # the same few operations in another order: a few roundings of values of some metres
                 assert found[0][0] == pytest.approx(C[start + k, buffer_layout.VALUE], abs=1e-13)
                 assert found[1][0] == pytest.approx(rate, abs=1e-12)
-            if f"{name}.force" in c.signals or f"{name}.torque" in c.signals:
-                root = c.signals.get(f"{name}.force") or c.signals[f"{name}.torque"]
+            for key in {"force", "torque"} & set(c.signals):
+                root = s.scene.signal_of(c, key)
                 found = values(s, [root], np.array([t]), q[None], v[None])[0][0]
                 assert found == pytest.approx(C[start, buffer_layout.MAGNITUDE], rel=1e-12, abs=1e-12)
 
@@ -466,7 +466,7 @@ def test_dampers_take_the_power_that_their_coefficients_say(name):
     given, keys, c = DAMPERS[name]
     scene = mbdsl.parse(FLYING.format(f"{name} d(a.f, b.f, {given});"))
     s, rng = build(scene), np.random.default_rng(1)
-    rates = [der(scene.components["d"].signals[f"d.{key}"]) for key in keys]
+    rates = [der(scene.signal(f"d.{key}")) for key in keys]
     for _ in range(STATES):
         q, v = rng.uniform(-1.0, 1.0, (2, 6))
         speeds = np.array([x[0] for x in values(s, rates, np.zeros(1), q[None], v[None])])
@@ -482,7 +482,7 @@ def test_what_replaces_springs_resists_as_they_do(name, law):
     torque = law == "torque"
     scene = mbdsl.parse(FLYING.format(f"{name} d(a.f, b.f, {law} = 0.7 {'N.m' if torque else 'N'});"))
     s, (q, v) = build(scene), np.random.default_rng(1).uniform(-1.0, 1.0, (2, 6))
-    rate = der(scene.components["d"].signals["d.phi" if torque else "d.s"])
+    rate = der(scene.signal("d.phi" if torque else "d.s"))
     speed = values(s, [rate], np.zeros(1), q[None], v[None])[0][0]
     assert s.Q(0.0, q, v) @ v == pytest.approx(-0.7 * speed, rel=1e-12)
 

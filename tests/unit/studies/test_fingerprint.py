@@ -14,7 +14,6 @@ from mbdsl import Builder
 from mbdsl.elements.kind import Kind
 from mbdsl.expressions.symbolic import Expr, walk
 from mbdsl.lang.load import parse_text
-from mbdsl.mechanism.fingerprint import fingerprint
 from mbdsl.mechanism.scene import Component, Experiment
 
 ROOT = Path(__file__).parents[3]
@@ -36,7 +35,7 @@ SAID = {"y": "1", "u": "2", "smoothness": "linear", "beyond": "hold", "start": "
 
 
 def told(**changes):
-    return fingerprint(parse_text(TEXT.format(**{**SAID, "stop": "1", **changes})))
+    return parse_text(TEXT.format(**{**SAID, "stop": "1", **changes})).fingerprint
 
 
 def law(**factors):
@@ -78,7 +77,7 @@ def variants(x):
 @pytest.mark.parametrize("path", MODELS, ids=lambda p: p.stem)
 def test_every_number_of_a_shipped_model_is_in_its_key(path):
     scene = mbdsl.load(path)
-    texts = [fingerprint(scene), *map(fingerprint, variants(scene))]
+    texts = [scene.fingerprint, *(other.fingerprint for other in variants(scene))]
     assert len(set(texts)) == len(texts) > 10
 
 
@@ -94,16 +93,15 @@ def test_builder_and_text():
     b.experiment(stop=3)
     text = TEXT.format(**SAID, stop="1").replace("+ 0 N.m", "").replace("u(time)", "u(time/1 s)*1 N.m")
     read = parse_text(text.replace(" s,", ",").replace(" N.m;", ";").replace(" N.m]", "]"))
-    assert fingerprint(b.scene()) == fingerprint(read)
+    assert b.scene().fingerprint == read.fingerprint
 
 
 def test_other_processes_come_to_the_same():
     code = f"""
 from mbdsl import load
-from mbdsl.mechanism.fingerprint import fingerprint
-print("\\n".join(fingerprint(load(path)) for path in {[str(p) for p in MODELS]!r}), end="")
+print("\\n".join(load(path).fingerprint for path in {[str(p) for p in MODELS]!r}), end="")
 """
-    own = "\n".join(fingerprint(mbdsl.load(path)) for path in MODELS)
+    own = "\n".join(mbdsl.load(path).fingerprint for path in MODELS)
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": "12345"}
     run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert run.stdout == own
@@ -113,5 +111,5 @@ def test_what_is_not_known_is_no_content():
     scene = mbdsl.load(MODELS[0])
     c = next(iter(scene.components.values()))
     odd = {**scene.components, c.name: replace(c, values={**c.values, "new": object()})}
-    with pytest.raises(TypeError, match="what object holds"):
-        fingerprint(replace(scene, components=odd))
+    with pytest.raises(TypeError, match="content of object"):
+        _ = replace(scene, components=odd).fingerprint

@@ -1,0 +1,93 @@
+"""Signals of a component: formulas of its kind over the frames that it is attached to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from mbdsl.elements.kind import JointKind, Kind
+from mbdsl.expressions import formulas
+from mbdsl.expressions.symbolic import Expr, expr, multiplier
+
+
+class Formulas:
+    """The formulas of one component; every signal is evaluated once.
+
+    A law replaces the signal of its name in a force, which it is (``force``); in a joint it prescribes what the signal
+    measures (``phi`` of a driver), and both exist.
+
+    Parameters
+    ----------
+    kind : Kind
+        The kind of the component.
+    name : str
+        Its full name.
+    value : callable
+        Name of a parameter -> its value: a number in SI, a tuple of them, or an expression; None if it is not given.
+    coordinate : callable
+        (Port, or "c" for the body's own frame; key) -> the coordinate as an expression.
+    """
+
+    __slots__ = ("_found", "coordinate", "given", "kind", "name")
+
+    def __init__(
+        self,
+        kind: Kind,
+        name: str,
+        value: Callable[[str], object],
+        coordinate: Callable[[str, str], Expr],
+    ) -> None:
+        self.kind, self.name, self.given, self.coordinate = kind, name, value, coordinate
+        self._found: dict[str, Expr] = {}
+
+    def signal(self, name: str) -> Expr:
+        """The signal called ``name``, without the name of the component.
+
+        Raises
+        ------
+        KeyError
+            If the kind has no such signal.
+        """
+        found = self._found.get(name)
+        if found is None:
+            formula = self.kind.formulas.get(name)
+            law = None if formula is not None and isinstance(self.kind, JointKind) else self.law(name)
+            if law is None and formula is None:
+                raise KeyError(name)
+            found = self._found[name] = formulas.evaluate(formula, self) if law is None else law  # type: ignore[arg-type]
+        return found
+
+    def velocity_row(self, formula: str) -> Expr:
+        """One of the kind's ``velocity_rows``: a name that both a law and a signal have means the law."""
+        return formulas.evaluate(formula, _LawsFirst(self))
+
+    def energy(self) -> Expr:
+        """The potential energy of a kind that has a formula for it."""
+        return formulas.evaluate(self.kind.energy, self)
+
+    def law(self, name: str) -> Expr | None:
+        """The law given for the parameter ``name``; None if none is given, or if this is no law parameter."""
+        given = self.given(name) if name in self.kind.law_parameters else None
+        return None if given is None else expr(given)  # type: ignore[arg-type]
+
+    # -- names in formulas -------------------------------------------------------------------------------------
+
+    def value(self, name: str) -> Expr | float:
+        parameter = self.kind.parameter(name)
+        return self.signal(name) if parameter is None or parameter.law else self.given(name)  # type: ignore[return-value]
+
+    def element(self, name: str, index: int) -> Expr | float:
+        return multiplier(self.name, index - 1) if name == "lam" else self.given(name)[index - 1]  # type: ignore[index]
+
+
+class _LawsFirst:
+    def __init__(self, others: Formulas) -> None:
+        self.others, self.element, self.coordinate = others, others.element, others.coordinate
+
+    def value(self, name: str) -> Expr | float:
+        law = self.others.law(name)
+        return self.others.value(name) if law is None else law
+
+
+def names(kind: Kind, given: Iterable[str], friction: bool) -> tuple[str, ...]:
+    """Names of the signals of a component with the laws ``given``, and with or without ``friction``."""
+    return tuple(dict.fromkeys([*(name for name in kind.formulas if friction or name != "friction"), *given]))
