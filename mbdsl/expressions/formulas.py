@@ -46,6 +46,10 @@ def evaluate(formula: str, names: Names) -> Expr:
     names : Names
         Values of the names in it.
 
+    Returns
+    -------
+    Expr
+
     Raises
     ------
     ValueError

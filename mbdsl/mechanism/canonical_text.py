@@ -16,7 +16,12 @@ from mbdsl.expressions.symbolic import Expr, walk
 
 
 def canonical_text(value: object) -> str:
-    """The text of ``value``, a dataclass.
+    """The text of a dataclass.
+
+    Parameters
+    ----------
+    value : dataclass
+        A Scene, or another dataclass of numbers, texts, expressions, kinds, mappings, tuples and such dataclasses.
 
     Returns
     -------

@@ -205,12 +205,36 @@ class Scene:
         return found | dict(self.variables)
 
     def signals_of(self, c: Component) -> dict[str, Expr]:
-        """All signals of a component: name, without that of the component, -> expression over frames."""
+        """All signals of a component, which are formulas of its kind.
+
+        Parameters
+        ----------
+        c : Component
+            A component of this scene.
+
+        Returns
+        -------
+        dict
+            Name, without that of the component -> expression over frames and time, in SI.
+        """
         formulas = self._formulas(c)
         return {key: self._moved(formulas.signal(key)) for key in c.signals}
 
     def signal_of(self, c: Component, key: str) -> Expr | None:
-        """One signal of a component; None if it has none of this name."""
+        """One signal of a component.
+
+        Parameters
+        ----------
+        c : Component
+            A component of this scene.
+        key : str
+            The signal's name without that of the component.
+
+        Returns
+        -------
+        Expr or None
+            None if the component has no such signal.
+        """
         return self._moved(self._formulas(c).signal(key)) if key in c.signals else None
 
     def signal(self, name: str) -> Expr:
@@ -254,7 +278,18 @@ class Scene:
         return {name: frame.motion for name, frame in self.frames.items() if frame.motion is not None}
 
     def prescribed(self, leaf: Expr) -> Expr | None:
-        """The function of time that a coordinate is where drivers move its frame; None of any other leaf."""
+        """A coordinate of a frame that drivers move, as a function of time.
+
+        Parameters
+        ----------
+        leaf : Expr
+            A leaf of an expression.
+
+        Returns
+        -------
+        Expr or None
+            None for leaves that are not such a coordinate.
+        """
         if leaf.op != "coordinate":
             return None
         frame, key = leaf.value  # type: ignore[misc]

@@ -40,7 +40,16 @@ class Formulas:
         self._found: dict[str, Expr] = {}
 
     def signal(self, name: str) -> Expr:
-        """The signal called ``name``, without the name of the component.
+        """One signal.
+
+        Parameters
+        ----------
+        name : str
+            Its name, without that of the component.
+
+        Returns
+        -------
+        Expr
 
         Raises
         ------
