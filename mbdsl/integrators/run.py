@@ -25,6 +25,7 @@ from mbdsl.integrators.scheduled_jumps import Jumps
 from mbdsl.integrators.start_values import applied, check_stiffness, first_step, normal_part, rates
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.close_approaches import Approach
 
 Array = NDArray[np.float64]
 
@@ -68,6 +69,7 @@ class Integration:
     def __post_init__(self) -> None:
         self.overlooked: Overlooked | None = None
         self.missed: list[float] = []
+        self.approaches: list[Approach] = []
         self._rates: tuple | None = None
         self._prepare()
         self._load()
