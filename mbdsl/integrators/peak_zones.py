@@ -172,6 +172,7 @@ class Landings:
     def _note_approaches(self, states: tuple[np.ndarray, ...]) -> None:
         run = self._run
         if len(states[0]) > 1 and self._approaches.arguments:
+            run.synchronise()
             self._approaches.add(run.approaches, run.approaching, states, self._inputs)
 
 

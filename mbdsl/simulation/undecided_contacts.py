@@ -63,13 +63,17 @@ def undecided(run: Run, before: Run, left_out: tuple[int, ...], speed: float, sp
     former: Sequence[Approach] = getattr(before, "approaches", ())
     found = []
     for x in present:
-        near = [abs(x.d - y.d) for y in former if y.number == x.number and abs(y.t - x.t) <= TOGETHER * span]
+        near = [abs(x.d - y.d) for y in former if _same(x, y, span)]
         e = min(near, default=2.0 * abs(x.d)) + x.error
         if abs(x.d) <= MARGIN * e:
             found.append((x, abs(x.d) + e))
     found.sort(key=lambda pair: -pair[1] * pair[0].curvature)
     system = run.system
     return [Undecided(x.t, _effect(system, x, depth, left_out) / speed) for x, depth in found[:MOST]]
+
+
+def _same(x: Approach, y: Approach, span: float) -> bool:
+    return (x.number, x.side) == (y.number, y.side) and abs(x.t - y.t) <= TOGETHER * span
 
 
 def _effect(system: System, x: Approach, depth: float, left_out: tuple[int, ...]) -> float:

@@ -18,8 +18,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.expressions.symbolic import Expr, der, leaves, walk
-from mbdsl.system.signals import values
+from mbdsl.errors import InitialisationError
+from mbdsl.expressions.symbolic import TIME, Expr, der, diff, leaves, walk
+from mbdsl.system.accelerations import accelerations
+from mbdsl.system.signals import gradients, values
 
 if TYPE_CHECKING:
     from mbdsl.system.system import System
@@ -105,7 +107,8 @@ class Approaches:
                 bend, third = (2.0 * c2 + 6.0 * c3) / h**2, 6.0 * c3 / h**3  # at the ends of steps
                 change = np.abs(np.diff(third, prepend=past[3, k]))
                 error = h**3 / 384.0 * np.minimum(change, np.append(change[1:], np.inf))
-                ends = np.append(past[0, k], y), np.append(past[1, k], rate), np.append(past[2, k], bend)
+                value, slope = np.append(past[0, k], y[:-1]), np.append(past[1, k], rate[:-1])
+                bends, jerks = (np.concatenate([[z, z], x[:-1]]) for z, x in ((past[2, k], bend), (past[3, k], third)))
                 past[:, k] = y[-1], rate[-1], bend[-1], third[-1], max(past[4, k], float(np.abs(y).max()))
                 reach = CLOSE * past[4, k]
                 # turning points within steps that do not cross
@@ -119,18 +122,33 @@ class Approaches:
                     curvature = abs(2.0 * c2[i] + 6.0 * at * c3[i]) / h[i] ** 2
                     found.append(_approach(k, t[i] + at * h[i], side[i], d[i], curvature, error[i], state))
                 # crossings from one row to the next, from the last row of the former call on
-                value, slope, bends = ends
-                side = np.sign(value[:-1])
-                slope, bends = side * slope[:-1], side * bends
-                d = side * value[:-1] - slope**2 / (2.0 * bends)
-                crosses = (side * value[1:] < 0.0) & (slope < 0.0) & (bends > 0.0) & (np.abs(d) <= reach)
+                side = np.sign(value)
+                slope, bends = side * slope, side * bends
+                d = side * value - slope**2 / (2.0 * bends)
+                crosses = (side * y < 0.0) & (slope < 0.0) & (bends > 0.0) & (np.abs(d) <= reach)
                 for i in np.flatnonzero(crosses).tolist():
                     j = max(i - 1, 0)
-                    found.append(_approach(k, t[j], side[i], d[i], bends[i], 0.0, [*q[j], *v[j]]))
+                    curvature = side[i] * self._second(k, t[j], q[j], v[j]) if i else bends[i]
+                    if curvature > 0.0:
+                        rest = -slope[i] / curvature  # the time to the turning point
+                        d_i, off = side[i] * value[i] + 0.5 * slope[i] * rest, abs(jerks[i]) * rest**3 / 6.0
+                        found.append(_approach(k, t[j], side[i], d_i, curvature, off, [*q[j], *v[j]]))
         if len(found) > 2 * self._most:
             found.sort(key=lambda x: abs(x.d) / past[4, x.number])
             del found[self._most :]
             found.sort(key=lambda x: x.t)
+
+    def _second(self, number: int, t: float, q: Array, v: Array) -> float:
+        """The second time derivative of an argument at a state; 0 where there are no accelerations."""
+        try:
+            a, _ = accelerations(self.system, t, q, v)
+        except InitialisationError:
+            return 0.0
+        rate = self._roots[len(self.arguments) + number]
+        _, by_q, by_v = gradients(self.system, [rate], t, q, v)
+        (by_t,) = diff(rate, TIME)
+        explicit = values(self.system, [by_t], np.array([t]), q[None], v[None])[0][0]
+        return float((by_q @ v)[0] + (by_v @ a)[0] + explicit)
 
 
 def _approach(number: int, t: float, side: float, d: float, curvature: float, error: float, state: list) -> Approach:
