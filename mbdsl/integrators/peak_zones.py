@@ -40,6 +40,9 @@ if TYPE_CHECKING:
     from mbdsl.system.peaks_in_time import Zone
     from mbdsl.system.switches import Switch
 
+#: t (N,), q and v (N, n), lam (N, m + p)
+States = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
 #: longest controlled step, relative to the run
 LONGEST = 0.02
 #: most steps that are searched together, and most numbers recorded for them
@@ -153,8 +156,8 @@ class Landings:
         changes = (states[1:] != states[:-1]).sum(axis=0)
         return [x for x, count in zip(run.system.tables.switches, changes, strict=True) if count > OFTEN * len(rows)]
 
-    def _states(self, rows: np.ndarray) -> tuple[np.ndarray, ...]:
-        """t (N,), q and v (N, n), lam (N, m + p)."""
+    def _states(self, rows: np.ndarray) -> States:
+        """The columns of the records."""
         n = self._run.system.n
         return rows[:, 0], rows[:, 1 : 1 + n], rows[:, 1 + n : 1 + 2 * n], rows[:, 1 + 2 * n :]
 
@@ -163,17 +166,17 @@ class Landings:
         run = self._run
         return {name: float(run.F[at]) for name, at in run.system.tables.inputs.items()}
 
-    def _unseen(self, states: tuple[np.ndarray, ...]) -> list[Zone]:
+    def _unseen(self, states: States) -> list[Zone]:
         run = self._run
         if len(states[0]) < 2 or not self._looks.terms:
             return []
         return self._looks.first(*states, self._inputs, float(run.K[LEAST_H]), run.seen)
 
-    def _note_approaches(self, states: tuple[np.ndarray, ...]) -> None:
+    def _note_approaches(self, states: States) -> None:
         run = self._run
         if len(states[0]) > 1 and self._approaches.arguments:
             run.synchronise()
-            self._approaches.add(run.approaches, run.approaching, states, self._inputs)
+            self._approaches.add(run.approaches, run.approaching, states[:3], self._inputs)
 
 
 BUFFERS = ("c", "K", "J", "Y", "Z", "C", "F", "I", "A", "P")

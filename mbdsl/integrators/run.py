@@ -70,6 +70,7 @@ class Integration:
         self.overlooked: Overlooked | None = None
         self.missed: list[float] = []
         self.approaches: list[Approach] = []
+        self.approaching = np.zeros((5, 0))  # see Approaches.add
         self._rates: tuple | None = None
         self._prepare()
         self._load()

@@ -83,7 +83,9 @@ class Approaches:
         self._roots = [*self.arguments, *map(der, self.arguments)]
         self._most = max(16, min(MOST, NUMBERS // max(1, system.n)))
 
-    def add(self, found: list[Approach], past: Array, rows: tuple[Array, ...], inputs: Mapping[str, float]) -> None:
+    def add(
+        self, found: list[Approach], past: Array, rows: tuple[Array, Array, Array], inputs: Mapping[str, float]
+    ) -> None:
         """Add the close approaches within successive steps to ``found``.
 
         Parameters
@@ -96,7 +98,7 @@ class Approaches:
             The states at the ends of steps; the first is the start of the first step.
         inputs : values of inputs by name
         """
-        t, q, v = rows[:3]
+        t, q, v = rows
         given = {name: np.full(len(t), value) for name, value in inputs.items()}
         known = np.array(values(self.system, self._roots, t, q, v, inputs=given))
         count, h = len(self.arguments), np.diff(t)

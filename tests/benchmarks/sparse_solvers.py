@@ -36,21 +36,21 @@ CASES = (("slider_crank", 0), ("seven_body", 0), ("four_bar", 2), ("four_bar", 4
 CASES += (("chain", 8), ("chain", 64), ("chain", 512), ("chain", 4096))
 DENSE = 500  #: unknowns up to which LAPACK is tried
 TEXT = """
-from mbdsl.integrators import sparse
+from mbdsl.integrators.loop import sparse_lu
 
 
 def factor(count, B, A, I):
     for _ in range(count):
         for i in range(B.size):
             A[i] = B[i]
-        if not sparse.sparse_factor(A, I):
+        if not sparse_lu.sparse_factor(A, I):
             return 0
     return 1
 
 
 def solve(count, A, I, Y, row):
     for _ in range(count):
-        sparse.sparse_solve(A, I, Y, row)
+        sparse_lu.sparse_solve(A, I, Y, row)
 """
 
 

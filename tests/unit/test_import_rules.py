@@ -30,6 +30,8 @@ CIRCLES = {
     ("mbdsl.system.gradient_rows", "mbdsl.system.tables"): "type of the tables, which gradient_rows fills in part",
     ("mbdsl.system.time_derivatives", "mbdsl.system.system"): "type of the System, which calls it",
     ("mbdsl.system.peaks_along_motion", "mbdsl.system.system"): "type of the System, which calls it",
+    ("mbdsl.system.close_approaches", "mbdsl.system.system"): "type of the System, which calls it",
+    ("mbdsl.system.system", "mbdsl.system.close_approaches"): "a System resolves signals; see below",
     ("mbdsl.system.system", "mbdsl.system.peaks_along_motion"): "a System resolves signals; see below",
     ("mbdsl.system.system", "mbdsl.system.peaks_in_time"): "a System resolves signals; see below",
     ("mbdsl.system.system", "mbdsl.system.time_events"): "a System resolves signals; see below",
