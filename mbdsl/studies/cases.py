@@ -61,7 +61,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Setting:
-    """The scene and the times of all runs of a study; where the scene comes from, for other processes to read it."""
+    """The scene and the times of all runs of a study, and how it was loaded, for commands that repeat the study."""
 
     scene: Scene
     start: float

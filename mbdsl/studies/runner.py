@@ -89,7 +89,7 @@ class Runner:
             self.budget += run.stats.get("seconds", {}).get("compile", 0.0)
             self._tell(len(done), total, what or str(case))
 
-        helped = self.setting.path is None
+        helped = False
         while waiting:
             if perf_counter() - begun > ALONE and len(waiting) > 1 and not helped:
                 from mbdsl.studies.workers import cores, side_by_side
@@ -99,8 +99,8 @@ class Runner:
                     side_by_side(self.setting, self.store, waiting, number, lambda: min(self.left, limit), add)
                     if waiting and self.announce is not None:
                         self.announce(
-                            "other processes ended, could not hand over their results, or found that the model is not "
-                            "what it was when the study began: what is left runs here, by the model as it was"
+                            "worker processes could not start, could not write their results, or found that mbdsl or "
+                            "a method has changed since the study began: the remaining cases run in this process"
                         )
                     continue
             case = waiting.pop(0)

@@ -172,8 +172,24 @@ def _times_file(key: str) -> str:
 
 
 def key_of(of: Setting, case: Case) -> str:
-    """The digest of everything that determines a run."""
-    # as JSON numbers read the same whichever type of number they are, and in another process
+    """The digest of everything that determines a run.
+
+    These are the canonical text of the scene (:attr:`mbdsl.mechanism.scene.Scene.fingerprint`), the code of mbdsl and
+    its libraries, the code of the method, the case and the times.
+
+    Parameters
+    ----------
+    of : Setting
+        Scene and times.
+    case : Case
+        Method, and step or tolerance.
+
+    Returns
+    -------
+    str
+        32 hexadecimal digits; the same in every process.
+    """
+    # as JSON, numbers read the same whichever type they have
     asked = json.dumps([asdict(case), of.start, of.stop, of.points], default=float)
     said = [of.scene.fingerprint, code(), _method_code(case.method), asked]
     return hashlib.sha256("\0".join(said).encode()).hexdigest()[:32]

@@ -1,34 +1,58 @@
-"""Other processes that compute cases: each reads them line by line, and puts what comes of them into the store."""
+"""Workers: other processes that compute cases of a study.
+
+Each worker is a spawned process in a :class:`concurrent.futures.ProcessPoolExecutor` of its own. A pool fails as a
+whole when one of its processes dies; with one process in each, the other workers continue, and the lost case is known.
+A worker receives the Setting, with its Scene, when it starts, and then one case at a time. It writes the result into
+the store and answers with a few words: a worker that is killed while it sends a long message would block its pool.
+
+``concurrent.futures`` leaves these to its users; :class:`_Process` and :func:`_begin` take care of them:
+
+- A spawned process imports the main module of its parent again. A script without ``if __name__ == "__main__":`` would
+  run once more in every worker. Workers do not import it.
+- A worker ends with its parent, even if the parent is killed. The pool alone would wait for the next case for ever.
+- Ctrl-C and the closing of a terminal reach all processes of the terminal. Only the parent responds to them.
+- What a worker prints, or a solver in it, is discarded.
+- A worker's BLAS uses one thread, which has to be set before numpy is loaded.
+- A worker that computes is ended at once, not after its case.
+"""
 
 from __future__ import annotations
 
-import contextlib
-import json
+import multiprocessing
 import os
-import queue
-import subprocess
+import pickle
+import signal
 import sys
 import threading
-from collections.abc import Callable, Mapping
-from dataclasses import asdict
-from typing import Any
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager, suppress
+from multiprocessing.context import SpawnContext, SpawnProcess
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
 
 from mbdsl.compilation import code_cache
-from mbdsl.errors import MbdslError
-from mbdsl.lang.library import imports_allowed
 from mbdsl.storage import cache_folder
-from mbdsl.studies.cases import Case, Setting, setting
+from mbdsl.studies.cases import Case, Setting
 from mbdsl.studies.compute import compute
 from mbdsl.studies.store import ENDED, LOST, OUT_OF_TIME, Computed, Store, key_of
 
-#: what a process answers that would not run what it was asked to
-CHANGED = "the model, the method or mbdsl itself is not what it was when the study began"
-#: what it answers that has no room to write the result
+#: answer of a worker that finds another version of mbdsl, or of the method, than its parent has
+CHANGED = "mbdsl or the method has changed since the study began"
+#: answer of a worker that cannot write its result
 UNKEPT = "the result could not be written"
 
 
 def cores() -> int:
-    """Cores that this process may use."""
+    """Cores that this process may use; 1 if it must not start processes.
+
+    Returns
+    -------
+    int
+    """
+    if multiprocessing.current_process().daemon:
+        return 1
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -40,147 +64,202 @@ def side_by_side(
     left: Callable[[], float],
     add: Callable[[Case, Computed], None],
 ) -> None:
-    """Compute ``cases``, which are taken out one by one, in ``count`` processes; ``add`` gets each as it is done.
+    """Compute cases in several processes.
 
-    What is left of ``cases`` is not done: processes that have ended, or that found the model changed, take no more.
+    A worker that ends during a case is replaced, and the case is not repeated. Workers that cannot be started, or that
+    would not compute what this process computes, take no cases.
+
+    Parameters
+    ----------
+    of : Setting
+        What the cases share.
+    store : Store
+        Where workers put their results.
+    cases : list of Case
+        Taken out one by one; what remains in it has not been computed.
+    count : int
+        Number of workers.
+    left : callable
+        Gives the time limit [s] of a case that begins now.
+    add : callable
+        Called with each case and its result.
     """
-    results: queue.Queue[tuple[Case, Computed] | None] = queue.Queue()
-    lock = threading.Lock()
-    processes = [_start() for _ in range(count)]
-
-    def feed(process: subprocess.Popen) -> None:
-        assert process.stdin is not None and process.stdout is not None
-        try:
-            while True:
-                with lock:
-                    if not cases:
-                        return
-                    case = cases.pop(0)
-                limit, said, whole = left(), "", True
-                key = key_of(of, case)
-                if limit > 0.0:
-                    job = json.dumps(_job(of, store, case, key, min(limit, 1e9)), default=float)
-                    try:
-                        process.stdin.write(job + "\n")
-                        process.stdin.flush()
-                        said = process.stdout.readline()
-                    except OSError:
-                        pass
-                    whole = said.endswith("\n")
-                    answer = json.loads(said) if whole else {"problem": ENDED}
-                else:
-                    answer = {"problem": OUT_OF_TIME}
-                if answer["problem"] in (CHANGED, UNKEPT):
-                    with lock:
-                        cases.insert(0, case)
-                    return
-                if answer.get("kept"):
-                    store.claim(key)
-                kept = None if answer["problem"] else store.get(key, case)
-                results.put((case, kept or Computed(case, problem=answer["problem"] or LOST)))
-                if not whole:
-                    return
-        finally:
-            results.put(None)
-
-    threads = [threading.Thread(target=feed, args=(process,), daemon=True) for process in processes]
     try:
-        for thread in threads:
-            thread.start()
-        ended = 0
-        while ended < count:
-            try:
-                found = results.get(timeout=0.2)  # a wait without end would not hear Ctrl-C everywhere
-            except queue.Empty:
+        setting = pickle.dumps(of)
+    except (pickle.PicklingError, TypeError, AttributeError):  # e.g. a kind that only this process knows
+        return
+    workers: list[_Worker] = []
+    busy: dict[Future, tuple[_Worker, Case | None]] = {}
+
+    def start() -> None:
+        with suppress(OSError, RuntimeError, ImportError, NotImplementedError):  # a system without processes or locks
+            worker = _Worker(setting, store.folder)
+            workers.append(worker)
+            busy[worker.submit(_ready)] = worker, None
+
+    def feed(worker: _Worker) -> None:
+        while cases:
+            case, limit = cases.pop(0), left()
+            if limit <= 0.0:
+                add(case, Computed(case, problem=OUT_OF_TIME))
                 continue
-            if found is None:
-                ended += 1
-            else:
-                add(*found)
-    finally:
-        for process in processes:
-            process.terminate()
-        for process in processes:
-            process.wait()
-            for stream in (process.stdin, process.stdout):
-                if stream is not None:
-                    with contextlib.suppress(OSError):
-                        stream.close()
+            try:
+                busy[worker.submit(_compute, case, key_of(of, case), limit)] = worker, case
+            except BrokenExecutor:  # it has ended since its last answer
+                cases.insert(0, case)
+                start()
+            return
 
+    def answered(future: Future, worker: _Worker, case: Case | None) -> None:
+        problem = future.exception()
+        if case is None:
+            if problem is None:
+                feed(worker)
+            return
+        answer = _Answer(ENDED) if problem is not None else future.result()
+        if answer.problem in (CHANGED, UNKEPT):
+            cases.insert(0, case)
+            return
+        key = key_of(of, case)
+        if answer.kept:
+            store.claim(key)
+        kept = None if answer.problem else store.get(key, case)
+        add(case, kept or Computed(case, problem=answer.problem or LOST))
+        if not isinstance(problem, BrokenExecutor):
+            feed(worker)
+        elif cases:
+            start()
 
-def _start() -> subprocess.Popen:
-    """A process that imports from where this one does; Ctrl-C is for this one alone to hear."""
-    environment = {**os.environ, **cache_folder.environment(), "OPENBLAS_NUM_THREADS": "1"}
-    code = f"import sys; sys.path[:] = {sys.path!r}; from mbdsl.studies.workers import main; main()"
-    return subprocess.Popen(
-        [sys.executable, "-I", "-c", code],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        env=environment,
-        text=True,
-        start_new_session=True,
-    )
-
-
-def _job(of: Setting, store: Store, case: Case, key: str, limit: float) -> dict:
-    where = {"path": of.path, "stop": of.stop, "points": of.points, "without": of.without}
-    where["imports"] = of.allow_imports if isinstance(of.allow_imports, bool) else os.fspath(of.allow_imports)
-    return {
-        **where,
-        "parameters": dict(of.parameters),
-        "case": asdict(case),
-        "store": str(store.folder),
-        "key": key,
-        "limit": limit,
-    }
-
-
-def main() -> None:
-    """Read a job a line, answer each with a line, until there are no more or the process that asks has ended."""
-    code_cache.alone()
-    jobs: queue.Queue[str] = queue.Queue()
-
-    def read() -> None:
-        for line in sys.stdin:
-            jobs.put(line)
-        os._exit(0)  # in the midst of a job, too: nobody waits for its answer
-
-    threading.Thread(target=read, daemon=True).start()
-    # what a solver prints must not be taken for an answer
-    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)
-    known: dict[str, Setting] = {}
-    while True:
-        job = json.loads(jobs.get())
-        answers.write(json.dumps(_answer(job, known)) + "\n")
-        answers.flush()
-
-
-def _answer(job: Mapping[str, Any], known: dict[str, Setting]) -> dict:
-    """Run a job; ``kept`` where the store has it now."""
-    case = _case(job["case"])
     try:
-        of = _setting(job, known)
-        same = key_of(of, case) == job["key"]
-    except (MbdslError, OSError):  # it cannot even be read any more
-        same = False
-    if not same:  # a file was edited since: what it says now must not be taken for what it said
-        return {"problem": CHANGED}
-    run = compute(of, case, job["limit"])
-    if run.lasting and not Store(job["store"]).put(job["key"], run):
-        return {"problem": UNKEPT}
-    return {"problem": run.problem, "kept": run.lasting}
+        for _ in range(count):
+            start()
+        while busy:
+            # a wait without end would not notice Ctrl-C on every system
+            for future in wait(busy, timeout=0.2, return_when=FIRST_COMPLETED).done:
+                answered(future, *busy.pop(future))
+    finally:
+        for worker in workers:
+            worker.terminate()
+        for worker in workers:
+            worker.pool.shutdown()
 
 
-def _case(said: Mapping[str, Any]) -> Case:
-    return Case(said["method"], said["step"], said["tol"], tuple((n, x) for n, x in said["options"]), said["ends"])
+class _Answer(NamedTuple):
+    """What came of a case; ``kept`` where the store has its result."""
+
+    problem: str
+    kept: bool = False
 
 
-def _setting(job: Mapping[str, Any], known: dict[str, Setting]) -> Setting:
-    """The model is read once."""
-    arguments = (job["path"], job["stop"], job["parameters"], tuple(job["without"]), job["points"])
-    if repr(arguments) not in known:
-        with imports_allowed(job["imports"]):
-            known[repr(arguments)] = setting(*arguments)
-    return known[repr(arguments)]
+# -- in the parent -----------------------------------------------------------------------------------------------------
+
+_starting = threading.Lock()
+
+
+class _Process(SpawnProcess):
+    """A process that starts with the surroundings of a worker."""
+
+    def start(self) -> None:
+        with _starting, _worker_environment(), _no_main_module(), _signals_for_the_parent():
+            super().start()
+
+
+class _Worker(SpawnContext):
+    """A pool of one process, and the context that it makes its process in."""
+
+    def __init__(self, setting: bytes, folder: Path) -> None:
+        super().__init__()
+        self.processes: list[_Process] = []
+        self.pool = ProcessPoolExecutor(1, self, _begin, (setting, folder))
+
+    def Process(self, *args: Any, **kwargs: Any) -> _Process:  # type: ignore[override]
+        self.processes.append(_Process(*args, **kwargs))
+        return self.processes[-1]
+
+    def submit(self, function: Callable, *args: object) -> Future:
+        return self.pool.submit(function, *args)
+
+    def terminate(self) -> None:
+        for process in self.processes:
+            if process.pid is not None:
+                process.terminate()
+
+
+@contextmanager
+def _worker_environment() -> Iterator[None]:
+    """Environment variables that a process reads while it starts."""
+    # the folder of the script or the current folder is no place to import modules of Python's from
+    added = {**cache_folder.environment(), "OPENBLAS_NUM_THREADS": "1", "PYTHONSAFEPATH": "1"}
+    before = {name: os.environ.get(name) for name in added}
+    os.environ.update(added)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+@contextmanager
+def _no_main_module() -> Iterator[None]:
+    """A main module without name and file, so that the new process does not import it."""
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+
+
+@contextmanager
+def _signals_for_the_parent() -> Iterator[None]:
+    """Ctrl-C and the end of the terminal are blocked in the new process, from its first instruction on."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+# -- in the worker -----------------------------------------------------------------------------------------------------
+
+_work: tuple[Setting, Store]
+
+
+def _begin(setting: bytes, folder: Path) -> None:
+    """Make this process a worker."""
+    global _work
+    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    nothing = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, 1)
+    os.dup2(nothing, 2)
+    code_cache.alone()
+    _work = pickle.loads(setting), Store(folder)
+
+
+def _end_with_the_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(0)  # in the midst of a case, too: nobody waits for the answer
+
+
+def _ready() -> None:
+    """The first task of a worker: one that cannot begin does not answer it."""
+
+
+def _compute(case: Case, key: str, limit: float) -> _Answer:
+    """Compute a case in ``limit`` seconds and put the result into the store under ``key``."""
+    of, store = _work
+    if key_of(of, case) != key:  # of another version: it would compute something else
+        return _Answer(CHANGED)
+    run = compute(of, case, limit)
+    if run.lasting and not store.put(key, run):
+        return _Answer(UNKEPT)
+    return _Answer(run.problem, run.lasting)

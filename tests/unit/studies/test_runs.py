@@ -1,20 +1,29 @@
 """Runs of a study: kept, found again, computed side by side, interrupted, and out of time."""
 
-import json
+import multiprocessing
+import os
+import pickle
+import signal
 import subprocess
 import sys
+import threading
+import time
+from dataclasses import replace
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import mbdsl
 from mbdsl.errors import UsageError
 from mbdsl.simulation.provenance import _sources, code, versions
+from mbdsl.storage import cache_folder
 from mbdsl.studies import runner as running
 from mbdsl.studies import workers
 from mbdsl.studies.cases import Case, cases, common_points, setting, step_ladder
 from mbdsl.studies.runner import Runner
-from mbdsl.studies.store import OUT_OF_TIME, Computed, Store, key_of
+from mbdsl.studies.store import ENDED, OUT_OF_TIME, Computed, Store, key_of
 
 MODELS = Path(__file__).parents[3] / "models"
 CRANK = MODELS / "slider_crank.mbd"
@@ -70,7 +79,7 @@ def test_everything_that_determines_a_run_is_in_its_key(tmp_path, monkeypatch):
 
 
 def test_a_key_does_not_tell_types_of_numbers():
-    """Other processes get them as JSON."""
+    """Numbers of Python and of numpy determine the same run."""
     numpy = [Case("hht-si2", step=np.float64(4e-3)), Case("hht-si2", step=np.float64(4e-3), options=())]
     assert {key_of(setting(CRANK, 0.2), c) for c in numpy} == {key_of(setting(CRANK, np.float64(0.2)), CASES[0])}
 
@@ -189,33 +198,145 @@ def test_side_by_side_is_the_same(store, tmp_path, monkeypatch):
     assert runner(store).compute(CASES).keys() == set(CASES)
 
 
-def test_a_process_that_ends_is_told(store, monkeypatch):
+def forbidden(*arguments):
+    raise AssertionError("this process computes nothing")
+
+
+@pytest.mark.parametrize("kind", ["file that is edited", "builder"])
+def test_workers_get_the_scene(kind, store, tmp_path, monkeypatch):
+    """Whatever it was made from: workers read no file."""
+    if kind == "builder":
+        model = mbdsl.Builder("P")
+        model.Revolute("pin", model.Ground("ground"), model.Rod("rod", m=1.0, length=1.0).a)
+        model.Torque("motor", "rod.a", tau="1 N.m*sin(3*time) - 0.1*rod.w")
+        model = model.scene()
+    else:
+        model = tmp_path / "crank.mbd"
+        model.write_text(CRANK.read_text(encoding="utf-8"), encoding="utf-8")
+    of = setting(model, 0.2)
+    here = running.compute(of, CASES[0])
+    if kind == "file that is edited":
+        model.write_text("no model at all", encoding="utf-8")
+    with monkeypatch.context() as patch:
+        patch.setattr(running, "ALONE", -1.0)
+        patch.setattr(running, "compute", forbidden)
+        found = Runner(of, store, workers=2).compute(CASES[:2])
+    assert all(run.done for run in found.values())
+    for name in ("t", "q", "v", "lam"):
+        assert np.array_equal(getattr(found[CASES[0]], name), getattr(here, name))
+
+
+def test_a_worker_that_ends_loses_its_case_only(store):
+    """As if the system had ended it in the midst of a long run: another takes its place."""
+    long, done = Case("hht-si2", step=1e-7), {}
+
+    def left():
+        if multiprocessing.active_children() and not done:
+            threading.Timer(0.5, lambda: multiprocessing.active_children()[0].kill()).start()
+        return 1e9
+
+    waiting = [long, *CASES[:2]]
+    workers.side_by_side(setting(CRANK), store, waiting, 1, left, done.__setitem__)
+    assert waiting == [] and [done[case].problem for case in (long, *CASES[:2])] == [ENDED, "", ""]
+    assert multiprocessing.active_children() == []
+
+
+def cannot_start(self):
+    raise OSError("no more processes")
+
+
+def dies_at_once(self):
+    SpawnProcess.start(self)
+    self.kill()
+
+
+@pytest.mark.parametrize("start", [cannot_start, dies_at_once])
+def test_workers_that_cannot_begin_take_no_cases(start, store, monkeypatch):
     monkeypatch.setattr(running, "ALONE", -1.0)
-    real = workers._start
-
-    def start():
-        process = real()
-        process.kill()
-        return process
-
-    monkeypatch.setattr(workers, "_start", start)
-    many = runner(store, workers=2)
+    monkeypatch.setattr(workers._Process, "start", start)
+    said = []
+    many = runner(store, workers=2, announce=said.append)
     runs = many.compute(CASES)
-    assert [run.problem for run in runs.values()].count("the process that ran it ended") == 2
-    assert sum(run.done for run in runs.values()) == len(many.kept) == 1  # what is left runs here
+    assert all(run.done for run in runs.values()) and len(many.kept) == 3
+    assert any("could not start" in line for line in said)
 
 
-def test_a_worker_ends_with_its_parent(store):
-    """In the midst of a run of 1e8 steps: all that a worker hears when its parent is killed is the end of its input."""
-    of, case = setting(CRANK, 100.0), Case("hht-si2", step=1e-6)
-    process = workers._start()
-    process.stdin.write(json.dumps(workers._job(of, store, case, key_of(of, case), 1e9), default=float) + "\n")
-    process.stdin.close()
+def test_a_scene_that_cannot_travel_is_computed_here(store, monkeypatch):
+    monkeypatch.setattr(running, "ALONE", -1.0)
+    of = replace(setting(CRANK, 0.2), parameters={"f": lambda: None})
+    assert all(run.done for run in Runner(of, store, workers=2).compute(CASES[:2]).values())
+
+
+def test_the_surroundings_of_a_worker(store, capfd, monkeypatch, tmp_path):
+    """BLAS with one thread, no main module of ours, deaf to Ctrl-C, and silent; nothing of that is left here."""
+    monkeypatch.setattr(cache_folder, "environment", lambda: {cache_folder.HANDED: str(tmp_path)})
+    monkeypatch.setattr(sys.modules["__main__"], "__file__", str(tmp_path / "script.py"), raising=False)
+    (tmp_path / "script.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w')")
+    before, main = dict(os.environ), sys.modules["__main__"]
+    worker = workers._Worker(pickle.dumps(setting(CRANK, 0.2)), store.folder)
     try:
-        assert process.wait(timeout=60.0) == 0
+        worker.submit(os.write, 1, b"noise").result()
+        worker.submit(os.write, 2, b"noise").result()
+        names = ("OPENBLAS_NUM_THREADS", cache_folder.HANDED)
+        assert [worker.submit(os.getenv, name).result() for name in names] == ["1", str(tmp_path)]
+        assert worker.submit(signal.getsignal, signal.SIGINT).result() == signal.SIG_IGN
+        if hasattr(signal, "pthread_sigmask"):
+            blocked = worker.submit(signal.pthread_sigmask, signal.SIG_BLOCK, ()).result()
+            assert {signal.SIGINT, signal.SIGHUP} <= blocked
+            assert not {signal.SIGINT, signal.SIGHUP} & signal.pthread_sigmask(signal.SIG_BLOCK, ())
     finally:
-        process.kill()
-        process.stdout.close()
+        worker.terminate()
+        worker.pool.shutdown()
+    assert capfd.readouterr() == ("", "")
+    assert dict(os.environ) == before and sys.modules["__main__"] is main and not (tmp_path / "ran").exists()
+
+
+SCRIPT = """
+import multiprocessing, sys
+from mbdsl.studies import runner
+from mbdsl.studies.cases import Case, setting
+from mbdsl.studies.store import Store
+print("begun", flush=True)
+runner.ALONE = -1.0
+def tell(told):
+    print(told.done, *(process.pid for process in multiprocessing.active_children()), flush=True)
+cases = [Case("hht-si2", step=h) for h in (4e-3, 2e-3, 1e-7, 1e-8)]
+runner.Runner(setting({model!r}), Store({folder!r}), workers=2, tell=tell).compute(cases)
+"""
+
+
+def runs_on(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    stat = Path(f"/proc/{pid}/stat")
+    return not (stat.exists() and stat.read_text().rpartition(")")[2].split()[0] == "Z")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.parametrize("by", [signal.SIGKILL, signal.SIGINT] if sys.platform != "win32" else [])
+def test_a_worker_ends_with_its_parent(by, store, tmp_path):
+    """In the midst of long runs; killed, or by Ctrl-C, which only the parent hears. The script has no guard."""
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT.format(model=str(CRANK), folder=str(store.folder)))
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": environment}
+    with subprocess.Popen([sys.executable, script], start_new_session=True, **pipes) as process:
+        lines = [process.stdout.readline().split() for _ in range(3)]
+        assert lines[0] == ["begun"] and [line[0] for line in lines[1:]] == ["1", "2"]  # the long ones are next
+        pids = [int(pid) for pid in lines[2][1:]]
+        assert len(pids) == 2 and all(map(runs_on, pids))
+        if by == signal.SIGINT:
+            os.killpg(process.pid, by)
+        else:
+            process.kill()
+        rest, said = process.communicate(timeout=60.0)
+    assert rest == "" and said.count("Traceback") == (by == signal.SIGINT)
+    limit = time.monotonic() + 60.0
+    while any(map(runs_on, pids)) and time.monotonic() < limit:
+        time.sleep(0.05)
+    assert not any(map(runs_on, pids))
 
 
 def test_the_code_that_makes_a_run_is_in_its_key():
@@ -225,55 +346,25 @@ def test_the_code_that_makes_a_run_is_in_its_key():
     assert not {"cli/study.py", "studies/report.py", "plotting/pages.py"} & names
 
 
-@pytest.mark.parametrize("after", ["g = 3", "= no model at all"])
-def test_a_model_that_is_edited_while_it_runs(after, store, tmp_path, monkeypatch):
-    """Another process reads what the file says now: nothing of that is kept for what it said before."""
-    monkeypatch.setattr(running, "ALONE", -1.0)
-    path, text = tmp_path / "pendulum.mbd", (MODELS / "pendulum.mbd").read_text(encoding="utf-8")
-    path.write_text(text, encoding="utf-8")
-    right = running.compute(setting(path, 0.2), CASES[0])
-    told = []
-    many = Runner(setting(path, 0.2), store, workers=2, announce=told.append)
-    path.write_text(text.replace("g = 9.81", after), encoding="utf-8")
-    runs = many.compute(CASES)
-    assert all(run.done for run in runs.values()) and np.array_equal(runs[CASES[0]].q, right.q)
-    assert any("not what it was" in line for line in told)
-    path.write_text(text, encoding="utf-8")
-    later = Runner(setting(path, 0.2), store)
-    assert np.array_equal(later.compute(CASES)[CASES[0]].q, right.q) and later.found == 3
-
-
 def test_a_method_that_is_edited_while_it_runs(store, monkeypatch):
     monkeypatch.setattr(running, "ALONE", -1.0)
     monkeypatch.setattr("mbdsl.studies.store.code", lambda: "as this process knows it")
     told = []
     runs = runner(store, workers=2, announce=told.append).compute(CASES)
-    assert all(run.done for run in runs.values()) and any("not what it was" in line for line in told)
+    assert all(run.done for run in runs.values()) and any("has changed" in line for line in told)
 
 
-def test_processes_that_have_no_room_for_their_results(store, monkeypatch):
-    """What they have computed is computed here."""
-    monkeypatch.setattr(running, "ALONE", -1.0)
-    answer = json.dumps({"problem": workers.UNKEPT})
-    command = [sys.executable, "-c", f"import sys\nfor line in sys.stdin: print({answer!r}, flush=True)"]
-    pipe = subprocess.PIPE
-    monkeypatch.setattr(workers, "_start", lambda: subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True))
-    told = []
-    runs = runner(store, workers=2, announce=told.append).compute(CASES)
-    assert all(run.done for run in runs.values()) and any("could not hand over" in line for line in told)
-
-
-def test_a_process_says_that_it_has_no_room(store, monkeypatch):
+def test_a_worker_says_that_it_has_no_room(store, monkeypatch):
+    """Its parent computes the case then, as after any answer of a worker that takes no more cases."""
     of, case = setting(CRANK, 0.2), CASES[0]
-    job = json.loads(json.dumps(workers._job(of, store, case, key_of(of, case), 9.0), default=float))
+    monkeypatch.setattr(workers, "_work", (of, store), raising=False)
+    assert workers._compute(case, key_of(of, case), 9.0) == ("", True)
     monkeypatch.setattr(Store, "put", lambda self, key, run: False)
-    monkeypatch.setattr(running, "compute", lambda *arguments: Computed(case))
-    assert workers._answer(job, {}) == {"problem": workers.UNKEPT}
+    assert workers._compute(case, key_of(of, case), 9.0) == (workers.UNKEPT, False)
+    assert workers._compute(case, "another key", 9.0) == (workers.CHANGED, False)
 
 
 def test_the_oldest_runs_go(store):
-    import os
-
     runner(store).compute(CASES)
     files = sorted(store.folder.glob("*.npz"))
     for age, file in enumerate(files):
@@ -283,8 +374,6 @@ def test_the_oldest_runs_go(store):
 
 
 def test_what_a_process_left_that_was_ended_goes(store):
-    import os
-
     old, new = (store.folder / f".key.npz.{n}.{n}.part" for n in (1, 2))
     for part in (old, new):
         part.write_bytes(b"half a run")
