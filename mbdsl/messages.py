@@ -1,8 +1,8 @@
-"""Texts of messages: phrases that several files use, and characters that a terminal or a page can show safely.
+"""Common phrases of messages, and escaping of characters for terminals and pages.
 
-A model may hold escape sequences that clear a screen or write into a clipboard, overrides of the writing direction
-that make a line read as another one, and characters without a width. ``visible`` shows all of them by their escapes,
-``\\x1b`` or ``\\u202e``; everything else stays as it is.
+A model may contain escape sequences that clear a screen or write to the clipboard, overrides of the writing direction,
+which make a line read as another one, and characters without a width. ``visible`` replaces all of them by their
+escapes, ``\\x1b`` or ``\\u202e``, and keeps all other characters.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ def count(number: int, one: str, many: str = "") -> str:
 
 
 def few(names: Iterable[str], most: int = 6) -> str:
-    """The first names of what may be thousands."""
+    """The first ``most`` names, and the number of all if there are more."""
     names = list(names)
     shown = ", ".join(names[:most])
     return shown if len(names) <= most else f"{shown}, ... ({len(names)} in all)"
 
 
 def together(problems: Iterable[tuple[str, str]]) -> str:
-    """(name, problem) as ``a, b: one problem; c: another``, each problem once."""
+    """Pairs (name, problem) as ``a, b: one problem; c: another``, each problem once."""
     whose: dict[str, dict[str, None]] = {}
     for name, problem in problems:
         whose.setdefault(problem, {})[name] = None
@@ -41,7 +41,7 @@ def duration(seconds: float) -> str:
 
 
 def did_you_mean(name: str, known: Iterable[str], listed: str = "") -> str | None:
-    """A hint with the names closest to ``name``; failing that, and if they are few, all of them behind ``listed``."""
+    """A hint with the names closest to ``name``; if none is close and there are few, all of them after ``listed``."""
     names = list(dict.fromkeys(known))[:5000]
     lower = {n.lower(): n for n in reversed(names)}
     close = [lower[c] for c in difflib.get_close_matches(name.lower(), lower, 3, 0.6)]
@@ -53,10 +53,7 @@ def did_you_mean(name: str, known: Iterable[str], listed: str = "") -> str | Non
 
 
 def once(announce: Callable[[str], None] | None, said: set[str]) -> Callable[[str], None] | None:
-    """``announce``, but each line once: lines in ``said`` are left out, new ones are added to it.
-
-    For a command that consists of several runs.
-    """
+    """``announce`` for a command of several runs: it skips lines that are in ``said`` and adds new lines to it."""
     if announce is None:
         return None
 
@@ -69,7 +66,7 @@ def once(announce: Callable[[str], None] | None, said: set[str]) -> Callable[[st
 
 
 def visible(text: str, line: bool = False) -> str:
-    """``text`` with every control and format character escaped; line ends and tabs stay unless it is to be one line."""
+    """``text`` with control and format characters escaped; line ends and tabs only if ``line`` is true."""
     if text.isprintable():
         return text
     kept = "" if line else "\n\t"
@@ -77,17 +74,17 @@ def visible(text: str, line: bool = False) -> str:
 
 
 def escape(c: str) -> str:
-    """One character by its escape."""
+    """The escape of one character."""
     return c.encode("unicode_escape").decode()
 
 
 def width(text: str) -> int:
-    """Columns that a text takes on a terminal."""
+    """Number of columns of a text on a terminal."""
     if text.isascii():
         return len(text)
     return sum(0 if unicodedata.combining(c) else 2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in text)
 
 
 def _blank(c: str) -> bool:
-    """Spaces of all widths, which str.isprintable() does not count in; no line ends, no control characters."""
+    """Whether ``c`` is a space of any width; str.isprintable() is false for most of them."""
     return unicodedata.category(c) == "Zs"

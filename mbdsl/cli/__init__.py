@@ -1,8 +1,8 @@
-"""The command line. One command is one module of this package, found by looking.
+"""The command line. Each command is a module of this package; the modules are discovered.
 
 A command module has ``register(subparsers)``, which adds its parser and returns it, and ``run(args)``, which does
-the work and returns the exit code. Modules whose names begin with an underscore are shared helpers. What is slow to
-import is imported inside ``run``: ``mbdsl --help`` has to answer at once.
+the work and returns the exit code. Modules whose names begin with an underscore are shared helpers. Packages that load
+slowly are imported inside ``run``, so that ``mbdsl --help`` responds immediately.
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ NEGATIVE = re.compile(r"-\.?\d")
 INTERRUPTED = 130
 EPILOG = """\
 exit codes: 0 done, 2 wrong input, 3 no consistent initial state or no
-equilibrium, 4 the integration failed or did not reach the accuracy asked for,
+equilibrium, 4 the integration failed or did not reach the given accuracy,
 130 interrupted. See also mbdsl COMMAND --help."""
 
 
 class Parser(argparse.ArgumentParser):
-    """Argument errors are told as all others are."""
+    """Reports argument errors in the same form as all other errors."""
 
     def error(self, message: str) -> NoReturn:
         raise UsageError(message, hint=f"see {self.prog} --help")
 
 
 class Help(argparse.RawDescriptionHelpFormatter):
-    """With room for the longest command: argparse forgets that commands are indented further than options."""
+    """Wide enough for the longest command: argparse ignores that commands are indented further than options."""
 
     def __init__(self, *given, **named) -> None:
         super().__init__(*given, **named)
@@ -67,7 +67,7 @@ def make_parser() -> Parser:
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"mbdsl {__version__}")
-    debug = {"action": "store_true", "default": argparse.SUPPRESS, "help": "show a traceback where something fails"}
+    debug = {"action": "store_true", "default": argparse.SUPPRESS, "help": "show a traceback of errors"}
     parser.add_argument("--debug", **debug)  # type: ignore[arg-type]
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", dest="command", required=True)
     for module in commands().values():
@@ -78,10 +78,10 @@ def make_parser() -> Parser:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return the exit code. Errors are told in words; ``--debug`` shows tracebacks before."""
+    """Run one command and return the exit code; errors are printed as messages, with ``--debug`` after a traceback."""
     argv = sys.argv[1:] if argv is None else list(argv)
     with Streams() as streams, warnings.catch_warnings():
-        if "--debug" not in argv:  # numpy's, of overflows: what comes of them is told in words
+        if "--debug" not in argv:  # numpy's warnings of overflows; their consequences are reported as errors
             warnings.simplefilter("ignore", RuntimeWarning)
         return streams.exit_code(_answer(argv))
 
@@ -101,9 +101,9 @@ def _answer(argv: list[str]) -> int:
     except Exception as problem:
         if "--debug" in argv:
             traceback.print_exc()
-        told = " ".join(str(problem).split())
-        print(f"internal error: {type(problem).__name__}: {told}", file=sys.stderr)
-        print("  = this is a defect of mbdsl; please report it, --debug shows where it happened", file=sys.stderr)
+        reason = " ".join(str(problem).split())
+        print(f"internal error: {type(problem).__name__}: {reason}", file=sys.stderr)
+        print("  = this is a defect of mbdsl; please report it with the traceback of --debug", file=sys.stderr)
         return 1
 
 
@@ -124,7 +124,7 @@ def _run(argv: list[str]) -> int:
 
 
 def _with_values(argv: list[str]) -> list[str]:
-    """``--step -1ms`` as ``--step=-1ms``, because argparse takes ``-1ms`` for an option."""
+    """``--step -1ms`` as ``--step=-1ms``, because argparse interprets ``-1ms`` as an option."""
     joined: list[str] = []
     for word in argv:
         option = joined[-1] if joined else ""

@@ -1,4 +1,4 @@
-"""How far a simulation is: a bar on a terminal, plain lines elsewhere, nothing for work of less than a second."""
+"""Progress of a simulation: a bar on a terminal, plain lines in a file, nothing during the first second."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from mbdsl.messages import visible
 
 if TYPE_CHECKING:
     from mbdsl.simulation.progress import Progress
-    from mbdsl.studies.runner import Told
+    from mbdsl.studies.runner import StudyProgress
 
 PATIENCE = 1.0  #: seconds of work before anything is shown
 BETWEEN_LINES = 5.0  #: seconds between plain lines
 
 
 class _Line:
-    """A line that is written over on a terminal; lines below each other elsewhere."""
+    """A line that is overwritten on a terminal; separate lines in a file."""
 
     def __init__(self, stream: TextIO) -> None:
         self.stream = stream
@@ -27,7 +27,7 @@ class _Line:
         self.next = PATIENCE
 
     def show(self, seconds: float, text: Callable[[], str], whole: Callable[[str], str]) -> None:
-        """Show a text, with its bar on a terminal, unless it is too early; ``seconds`` since the work began."""
+        """Show a text, with its bar on a terminal, unless it is too early; ``seconds`` is the time since the start."""
         if seconds < self.next:
             return
         if self.terminal:
@@ -56,21 +56,22 @@ class _Line:
 
 
 class Display(_Line):
-    """Call it with every ``Progress``; ``say`` prints a line without tearing the bar; ``close`` removes it."""
+    """Callback for ``Progress``; ``say`` prints a line without damaging the bar; ``close`` removes the bar."""
 
     def __call__(self, progress: Progress) -> None:
         self.show(progress.seconds, lambda: text(progress), lambda block: bar(progress, block))
 
 
 class Counter(_Line):
-    """The same for runs that are counted: call it with every ``Told``. ``kept`` are those that are in the store."""
+    """Callback for ``StudyProgress``; ``kept`` is the number of stored runs."""
 
     kept = 0
 
-    def __call__(self, told: Told) -> None:
-        self.kept = told.kept
-        line = f"{told.done} of {told.total}  {told.what}"
-        self.show(told.seconds, lambda: line, lambda block: f"{blocks(told.done / max(1, told.total), block)} {line}")
+    def __call__(self, study: StudyProgress) -> None:
+        self.kept = study.kept
+        line = f"{study.done} of {study.total}  {study.what}"
+        part = study.done / max(1, study.total)
+        self.show(study.seconds, lambda: line, lambda block: f"{blocks(part, block)} {line}")
 
 
 def done(p: Progress) -> float:
@@ -95,7 +96,7 @@ def bar(p: Progress, block: str = "#", length: int = 20) -> str:
 
 
 def clock(seconds: float) -> str:
-    """A duration as a person says it."""
+    """A duration as seconds, minutes or hours."""
     if seconds < 60:
         return f"{seconds:.0f} s"
     minutes, seconds = divmod(round(seconds), 60)

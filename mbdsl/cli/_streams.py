@@ -1,5 +1,4 @@
-"""Standard output and error while a command runs: what a model says reaches a terminal as text only, and a stream that
-is closed or full ends no work."""
+"""Standard output and error of a command: control characters are escaped, and closed or full streams stop no run."""
 
 from __future__ import annotations
 
@@ -22,7 +21,7 @@ class Stream:
     Parameters
     ----------
     stream : text stream or None
-        Where to write; None where the descriptor was closed before the start.
+        The underlying stream; None if its descriptor was closed before the start.
     """
 
     def __init__(self, stream: TextIO | None) -> None:
@@ -34,7 +33,7 @@ class Stream:
         return len(text)
 
     def write_raw(self, text: str) -> None:
-        """As it is, for what moves the cursor; names and values in it were made visible before."""
+        """Write without escaping, to move the cursor; the caller has escaped names and values."""
         if not text or self.problem is not None:
             return
         try:
@@ -54,7 +53,7 @@ class Stream:
 
     def _fail(self, problem: Exception) -> None:
         self.problem = problem if isinstance(problem, OSError) else OSError(errno.EBADF, "it is closed")
-        # What is still buffered must go somewhere, or Python complains once more when it ends.
+        # The buffered text is discarded; otherwise Python reports the error again at exit.
         with suppress(OSError, ValueError, AttributeError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())  # type: ignore[union-attr]
             self._stream.flush()  # type: ignore[union-attr]
@@ -74,7 +73,7 @@ class Stream:
 
 
 class Streams:
-    """While the block runs, ``sys.stdout`` and ``sys.stderr`` are of this kind."""
+    """Context in which ``sys.stdout`` and ``sys.stderr`` are instances of ``Stream``."""
 
     def __enter__(self) -> Streams:
         _occupy_closed_descriptors()
@@ -91,10 +90,10 @@ class Streams:
         sys.stdout, sys.stderr = self._before
 
     def exit_code(self, code: int) -> int:
-        """That of the command, unless it succeeded and its output did not arrive. To be asked within the block."""
+        """The exit code of the command; an error code if it succeeded but its output failed. Call it in the context."""
         self.out.flush()
         problem = self.out.problem
-        if isinstance(problem, BrokenPipeError):  # the reader has left (| head) and wants no message
+        if isinstance(problem, BrokenPipeError):  # the reader has closed the pipe (| head): no message
             code = code or BROKEN_PIPE
         elif problem is not None:
             reason = problem.strerror or str(problem)
@@ -106,9 +105,9 @@ class Streams:
 
 
 def _occupy_closed_descriptors() -> None:
-    """A file opened later must not become standard output because its number was free."""
+    """Open the null device for closed standard streams, so that no other file gets their descriptors."""
     for descriptor in (0, 1, 2):
         try:
             os.fstat(descriptor)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free: this one
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest free descriptor, this one

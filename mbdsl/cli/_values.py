@@ -22,7 +22,7 @@ def quantity(text: str, unit: str) -> float:
     Raises
     ------
     argparse.ArgumentTypeError
-        No number, no unit, or a unit of another dimension.
+        If the text is no number with a unit of this dimension.
     """
     from mbdsl.lang import units
 
@@ -62,7 +62,7 @@ def number(text: str) -> float:
 
 
 def assignment(text: str) -> tuple[str, str]:
-    """NAME=VALUE, the value left as text: the language reads it."""
+    """NAME=VALUE; the value remains a text, which the language parses."""
     name, equals, value = text.partition("=")
     if not equals or not name.strip() or not value.strip():
         raise argparse.ArgumentTypeError(f"expected NAME=VALUE, found `{text}`")
@@ -70,12 +70,12 @@ def assignment(text: str) -> tuple[str, str]:
 
 
 def numbers(assignments: list[tuple[str, str]]) -> dict[str, float]:
-    """Numbers by name, of what ``assignment`` has read.
+    """Numbers by name, from results of ``assignment``.
 
     Raises
     ------
     UsageError
-        One of them is no number.
+        If a value is no number.
     """
     try:
         return {name: number(value) for name, value in assignments}
@@ -84,7 +84,7 @@ def numbers(assignments: list[tuple[str, str]]) -> dict[str, float]:
 
 
 def patterns(text: str) -> list[str]:
-    """Patterns of signals, separated by commas; one within brackets belongs to a name."""
+    """Patterns of signals, separated by commas; a comma in brackets belongs to a name."""
     return [pattern.strip() for pattern in re.split(r",(?![^\[]*\])", text)]
 
 
@@ -99,12 +99,12 @@ def list_of(parse: Callable[[str], float]) -> Callable[[str], list[float]]:
 
 
 def check_folder(path: Path) -> None:
-    """Say now that a folder cannot be written into, rather than after the work is done.
+    """Check before the work begins that a folder can be written into.
 
     Raises
     ------
     UsageError
-        It is a file, the folder around it is not there, or nothing can be written into it.
+        If it is a file, its parent folder does not exist, or it cannot be written into.
     """
     around = Path(os.path.realpath(path)).parent
     try:
@@ -121,7 +121,7 @@ def check_folder(path: Path) -> None:
 
 
 def _try_to_write(folder: Path) -> None:
-    """By a file that is gone at once: what a file system refuses, no permissions tell."""
+    """Write a temporary file, because permissions do not show all restrictions of a file system."""
     import tempfile
 
     try:
@@ -153,12 +153,12 @@ def add_model(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--allow-imports",
         action="store_true",
-        help="let the model import files from outside of its folder; for models that can be trusted",
+        help="let the model import files from outside its folder; for models that you trust",
     )
 
 
 def load_model(args: argparse.Namespace) -> Scene:
     from mbdsl.lang.load import load
 
-    allowed = getattr(args, "allow_imports", False)  # checkpoints of former versions do not say
+    allowed = getattr(args, "allow_imports", False)  # missing in checkpoints of former versions
     return load(args.model, dict(args.set), without=args.without, allow_imports=allowed)

@@ -1,4 +1,4 @@
-"""mbdsl cache: where machine code and runs of studies are kept, how much there is, and how to remove it."""
+"""mbdsl cache: show or empty the folder of machine code and stored runs."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "cache",
         help="show or empty the folder of machine code and of runs of studies",
-        description="Show the folder where machine code and runs of studies are kept, what is in it, and why it is not "
-        "used if it is not. MBDSL_CACHE_DIR names another folder; its path has to be absolute, and nobody but you (or "
-        "root) may be able to write into it.",
+        description="Show the folder of machine code and runs of studies, its content, and the reason if it is not "
+        "used. MBDSL_CACHE_DIR names another folder; its path has to be absolute, and only you and root may have "
+        "permission to write into it.",
     )
-    parser.add_argument("--clear", action="store_true", help="remove what mbdsl wrote there, and no other file")
+    parser.add_argument("--clear", action="store_true", help="remove the files that mbdsl wrote there")
     return parser
 
 

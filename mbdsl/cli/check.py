@@ -12,7 +12,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "check",
         help="parse a model and report its mobility and problems",
-        description="Parse a model, check names, units and structure, and count its freedoms, without simulating it.",
+        description="Parse a model, check names, units and structure, and count its degrees of freedom.",
     )
     add_model(parser)
     return parser

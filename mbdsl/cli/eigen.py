@@ -34,7 +34,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "eigen",
         help="eigenmodes of a model: frequencies, damping, shapes",
-        description="Linearise a model about a state, and tell frequencies, damping ratios and what moves most.",
+        description="Linearise a model about a state; print frequencies, damping ratios and the bodies that move most.",
     )
     values.add_model(parser)
     parser.add_argument(
@@ -43,7 +43,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         type=state,
         default="static",
         help="static: the equilibrium that `mbdsl static` finds (default); start: the initial state with its "
-        "velocities; a time such as 1.5s: where a simulation up to then has come",
+        "velocities; a time such as 1.5s: the state of a simulation at that time",
     )
     parser.add_argument("--count", metavar="N", type=number_of_modes, default=10, help="number of modes; default 10")
     parser.add_argument("--output", metavar="FILE", help="write frequencies, damping and shapes (.csv, .json)")

@@ -1,4 +1,4 @@
-"""mbdsl explain: which effects a scene calls for, why, what they cost, and what was left out or done beforehand."""
+"""mbdsl explain: the effects of a model, their causes and costs, and the reductions before the first step."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from mbdsl.cli import _values as values
 def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "explain",
-        help="tell which effects a model calls for, and what each costs",
-        description="Print a receipt: every effect, whether it is in and why, what it brings of unknowns and code, and "
-        "its measured share of a step; what was merged, split or eliminated before the first step.",
+        help="list the effects of a model and their costs",
+        description="Print a receipt: every effect, whether the model contains it and why, the unknowns and code that "
+        "it adds, its measured share of a step, and the bodies that were merged, split off or eliminated.",
     )
     values.add_model(parser)
     parser.add_argument("--method", metavar="NAME", help="integrator; default: the model's, else hht-si2")
     parser.add_argument(
         "--step", metavar="H", type=values.positive_seconds, help="step size; default: the model's, else 1 ms"
     )
-    parser.add_argument("--signals", metavar="PATTERN,...", help="outputs to account for as well")
+    parser.add_argument("--signals", metavar="PATTERN,...", help="output signals to include")
     parser.add_argument("--no-time", action="store_true", help="measure nothing")
     return parser
 

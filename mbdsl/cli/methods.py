@@ -1,4 +1,4 @@
-"""mbdsl methods: the integrators, with order, index, what they enforce, parameters and source."""
+"""mbdsl methods: the integrators, with order, index, enforced constraints, parameters and source."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     return subparsers.add_parser(
         "methods",
         help="list the integrators",
-        description="List the integrators: order, index of the formulation, what they enforce, parameters, source.",
+        description="List the integrators: order, index of the formulation, enforced constraints, parameters, source.",
     )
 
 

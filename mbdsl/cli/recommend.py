@@ -1,4 +1,4 @@
-"""mbdsl recommend: which method, with which step or tolerance, reaches an error in the least time."""
+"""mbdsl recommend: the method and the step or tolerance that reach an error in the least time."""
 
 from __future__ import annotations
 
@@ -11,18 +11,20 @@ from mbdsl.cli import _values as values
 def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "recommend",
-        help="find the cheapest method and step for an error",
-        description="Try every method with steps and tolerances until its error is small enough, time those that come "
-        "close to the quickest, and tell what to run on this machine.",
+        help="find the fastest method and step for an error",
+        description="Run every method with smaller steps and tolerances until its error is small enough, measure the "
+        "times of the fastest ones, and print the command for this machine.",
     )
     values.add_model(parser)
     parser.add_argument(
         "--error",
         metavar="E",
         required=True,
-        help="the error allowed: of the signal (1e-6, 1mm, 1%%), or of positions and velocities, scaled",
+        help="allowed error: of the signal (1e-6, 1mm, 1%%), or of positions and velocities, scaled",
     )
-    parser.add_argument("--signal", metavar="NAME", help="what is looked at; default: all positions and velocities")
+    parser.add_argument(
+        "--signal", metavar="NAME", help="signal with this error; default: all positions and velocities"
+    )
     parser.add_argument("--methods", metavar="NAME,...", type=values.names, help="integrators; default: all")
     parser.add_argument(
         "--reference", metavar="FILE", default="auto", help="a result file; default auto: methods of two families"

@@ -19,8 +19,8 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     parser.add_argument("checkpoint", metavar="FILE", help="the checkpoint; it is removed when the run is done")
     talk = parser.add_mutually_exclusive_group()
-    talk.add_argument("--quiet", action="store_true", help="say nothing unless something is wrong")
-    talk.add_argument("--verbose", action="store_true", help="say more about what was done")
+    talk.add_argument("--quiet", action="store_true", help="print errors and warnings only")
+    talk.add_argument("--verbose", action="store_true", help="print more details")
     return parser
 
 

@@ -21,8 +21,8 @@ def register(subparsers) -> argparse.ArgumentParser:
         "show",
         help="print any stage between text and trajectory",
         description="Print a stage of the pipeline: the syntax tree, the scene (components with all numbers in SI), "
-        "the mechanism's graph, the system of equations, or the code made for it. The last two are of what is solved: "
-        "what was merged, moved or split before is said.",
+        "the mechanism's graph, the system of equations, or the generated code. The last two are shown after the "
+        "reductions, which are listed.",
     )
     parser.add_argument("--stage", choices=STAGES, required=True, help="what to print")
     add_model(parser)
@@ -78,7 +78,7 @@ def _reduction(args: argparse.Namespace) -> Reduction:
 
 
 def _systems(reduction: Reduction) -> Iterator[tuple[str, System]]:
-    """What is solved, part by part; a title where there are more than one."""
+    """(Title, System) of each part; the title is empty if there is only one."""
     from mbdsl import system
 
     number = len(reduction.parts)

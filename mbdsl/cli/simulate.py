@@ -1,4 +1,4 @@
-"""mbdsl simulate: the main job, from a model to a result file."""
+"""mbdsl simulate: integrate a model and write a result file."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "simulate",
         help="integrate a model and write its trajectory",
-        description="Integrate a model in time and write the signals asked for. Times take units: 2, 2s, 1ms.",
+        description="Integrate a model in time and write signals to a file. Times take units: 2, 2s, 1ms.",
     )
     values.add_model(parser)
     parser.add_argument("--method", metavar="NAME", help="integrator; default: the model's, else hht-si2")
@@ -48,11 +48,11 @@ def register(subparsers) -> argparse.ArgumentParser:
         type=values.assignment,
         action="append",
         default=[],
-        help="parameter of a method from elsewhere, repeatable",
+        help="parameter of a third-party integrator, repeatable",
     )
     parser.add_argument("--force", action="store_true", help="allow parameters known to fail on constrained models")
     parser.add_argument(
-        "--general", action="store_true", help="solve without any specialisation, as a check of it or to see its worth"
+        "--general", action="store_true", help="solve the unreduced equations with general code, for comparison"
     )
     step = parser.add_mutually_exclusive_group()
     step.add_argument(
@@ -72,9 +72,11 @@ def register(subparsers) -> argparse.ArgumentParser:
         "--accuracy",
         metavar="E",
         type=values.tolerance,
-        help="find method and step for this error of positions and velocities, relative to the largest",
+        help="find method and step for this relative error of positions and velocities",
     )
-    parser.add_argument("--verify", action="store_true", help="run again by another method, print the digits agreed")
+    parser.add_argument(
+        "--verify", action="store_true", help="repeat the run with another method and print the digits that agree"
+    )
     parser.add_argument(
         "--budget",
         metavar="T",
@@ -93,7 +95,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--signals",
         metavar="PATTERN,...",
-        help="what to write (globs); default: every body's coordinates and velocities",
+        help="signals to write (globs); default: coordinates and velocities of all bodies",
     )
     suffixes = ", ".join(results.formats())
     parser.add_argument("--output", metavar="FILE", help=f"result file ({suffixes}); default: the model's name + .csv")
@@ -111,8 +113,8 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     parser.add_argument("--stats", metavar="FILE.json", help="write counts and phase times")
     talk = parser.add_mutually_exclusive_group()
-    talk.add_argument("--quiet", action="store_true", help="say nothing unless something is wrong")
-    talk.add_argument("--verbose", action="store_true", help="say more about what was done")
+    talk.add_argument("--quiet", action="store_true", help="print errors and warnings only")
+    talk.add_argument("--verbose", action="store_true", help="print more details")
     return parser
 
 
@@ -218,7 +220,7 @@ def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:
 def second_opinion(
     trajectory: Trajectory, names: list[str], args: argparse.Namespace, said: set[str]
 ) -> Verification | None:
-    """What another method says of the signals written; warns where it says otherwise."""
+    """Repeat the run with another method and print warnings about signals that differ."""
     from mbdsl.studies.verify import FEW, verify
 
     if trajectory.status != "done":
@@ -240,16 +242,16 @@ def second_opinion(
         print(f"warning: not verified{since}: {found.how}: {found.problem}", file=sys.stderr)
     if found.doubtful:
         least, some = found.doubtful[0], f"{len(found.doubtful)} of {len(names)} signals"
-        told = f"{some} agree to fewer than {FEW:g} digits, {least.signal} to {least.digits:.1f}"
-        print(f"warning: {told}", file=sys.stderr)
+        text = f"{some} agree to fewer than {FEW:g} digits, {least.signal} to {least.digits:.1f}"
+        print(f"warning: {text}", file=sys.stderr)
     return found
 
 
 def write(trajectory: Trajectory, output: str, signals: str | None) -> list[str]:
-    """Write the signals asked for; their names.
+    """Write the requested signals and return their names.
 
-    Where there is no such signal the default ones are written, and where the file cannot be written, another: a run
-    that is done is not lost.
+    If a pattern matches nothing, the default signals are written. If the file cannot be written, the results are
+    written to a temporary folder.
     """
     unknown = None
     try:
@@ -289,7 +291,7 @@ def elsewhere(output: str, write: Callable[[str], None]) -> str | None:
 
 
 def about(trajectory: Trajectory) -> dict[str, str | float | bool]:
-    """What a result file says about itself."""
+    """The meta data of a result file."""
     stats = trajectory.stats
     said = {"model": trajectory.scene.name, "method": stats["method"], "step": stats["h"], "tolerance": stats["tol"]}
     said.update(error=stats.get("error"), horizon=stats.get("horizon"))
@@ -316,7 +318,9 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         f"{visible(output, line=True)}: {len(trajectory.t)} rows, time and {len(names)} signals",
     ]
     if stats["pivoting_from"] is not None:
-        lines.append(f"from t = {stats['pivoting_from']:g} s on with a search for pivots: without it, one was lost")
+        lines.append(
+            f"from t = {stats['pivoting_from']:g} s on dense LU with pivoting (the sparse factorisation lost a pivot)"
+        )
     if found := stats.get("accuracy"):
         lines.append(
             f"accuracy {found['asked']:g}: estimated error {found['estimated']:.1e} ({found['by']}); "
@@ -326,8 +330,8 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         sizes = ", ".join(f"{key} = {stats[key]}" for key in ("n", "m", "p"))
         rejected = stats["rejected"] or (None if stats["evaluations"] else 0)  # by a backend
         counts = f"{stats['matrix_evaluations']} matrices, {stats['factorisations']} factorisations"
-        told = "rejected steps not counted" if rejected is None else f"{rejected} steps rejected"
-        lines.append(f"{sizes}; {told}, {counts}")
+        refused = "rejected steps not counted" if rejected is None else f"{rejected} steps rejected"
+        lines.append(f"{sizes}; {refused}, {counts}")
         lines.append("seconds: " + ", ".join(f"{phase} {spent:.3g}" for phase, spent in seconds.items()))
         lines += [f"initial value of {m.name}: guessed {m.guess:.9g}, found {m.value:.9g}" for m in trajectory.moved]
     elif trajectory.moved:
@@ -344,12 +348,12 @@ def error(stats: dict) -> str:
     if stats.get("error") is None:
         return "error not known (--tol controls it, --verify checks it)"
     if stats.get("status") == "inaccurate" and stats["error"] >= LITTLE_KNOWN:
-        return "error not known"  # the message says since when
+        return "error not known"  # the message gives the time
     return f"error {stats['error']:.1e}"
 
 
 def guesses(moved: Sequence[Moved]) -> str:
-    """How far guesses moved, in one line: the one that moved most stands for all."""
+    """One line about the guesses that the assembly has changed, with the largest change."""
     most = max(moved, key=lambda m: abs(m.value - m.guess))
     count = "1 guess" if len(moved) == 1 else f"{len(moved)} guesses"
     furthest = "" if len(moved) == 1 else "furthest "

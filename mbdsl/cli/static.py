@@ -1,4 +1,4 @@
-"""mbdsl static: where a model stays when it is at rest, the forces that hold it there, and whether it would stay."""
+"""mbdsl static: the static equilibrium of a model, its reactions and its stability."""
 
 from __future__ import annotations
 
@@ -14,12 +14,15 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "static",
         help="find the static equilibrium of a model",
-        description="Find the equilibrium that a model would come to from its initial positions if it moved slowly, "
-        "and tell positions, reactions and whether it is stable.",
+        description="Find the equilibrium that overdamped motion reaches from the initial positions of a model, and "
+        "print positions, reactions and stability.",
     )
     values.add_model(parser)
     parser.add_argument(
-        "--start", metavar="T0", type=values.seconds, help="time of drivers and forces; default: the model's"
+        "--start",
+        metavar="T0",
+        type=values.seconds,
+        help="time at which drivers and forces are evaluated; default: start time",
     )
     parser.add_argument("--signals", metavar="PATTERN,...", help="signals to print or write (globs)")
     suffixes = ", ".join(results.formats())
@@ -43,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
     point = found.trajectory
     default = [*found.system.names(), *found.reactions]
     names = [n for n in point.select(values.patterns(args.signals)) if n != "time"] if args.signals else default
-    told = str(found).splitlines()
+    lines = str(found).splitlines()
     if args.output:
         columns = {"time": point.t, **{name: point[name] for name in names}}
         units = {"time": "s", **{name: point.unit(name) for name in names}}
@@ -51,8 +54,8 @@ def run(args: argparse.Namespace) -> int:
     if args.output or args.signals:
         notes = [f"note: {text}" for text in found.notes]
         rows = listed([(name, found[name], point.unit(name)) for name in names]) if args.signals else []
-        told = [told[0], *rows, *notes]
+        lines = [lines[0], *rows, *notes]
     if args.output:
-        told.append(f"{args.output}: 1 row, time and {len(names)} signals")
-    print("\n".join(told))
+        lines.append(f"{args.output}: 1 row, time and {len(names)} signals")
+    print("\n".join(lines))
     return 0

@@ -1,4 +1,4 @@
-"""mbdsl study: many runs of one model, to learn what no single run tells."""
+"""mbdsl study: several runs of a model, to measure errors, run times and effects."""
 
 from __future__ import annotations
 
@@ -14,36 +14,48 @@ from mbdsl.storage import output_files
 from mbdsl.storage.output_files import write_text
 
 METHODS = {
-    "convergence": ("how errors fall with the step or the tolerance", "Errors in positions, velocities, reactions, "
-        "energy and constraints over the step or the tolerance, and their slopes beside the order of each method."),
-    "energy": ("what methods lose or gain of the energy", "The error in energy over time, and its mean over the step."),
-    "drift": ("how far methods leave the constraints", "How far positions and velocities are off their constraints, "
-        "over time and over the step."),
-    "runtime": ("what a step costs with every method", "Time of a step and of a simulated second with every method, "
-        "alone and beside hht-i3."),
-    "work-precision": ("what each error costs in time", "Errors over run times of every method, and the least time for "
-        "each error."),
-}  # fmt: skip
+    "convergence": (
+        "errors as functions of the step or the tolerance",
+        "Errors of positions, velocities, reactions, energy and constraints as functions of the step or the tolerance, "
+        "with slopes and the orders of the methods.",
+    ),
+    "energy": (
+        "energy errors of the methods",
+        "The energy error as a function of time, and its mean as a function of the step.",
+    ),
+    "drift": (
+        "constraint violations of the methods",
+        "Violation of the constraints of positions and velocities, as a function of time and of the step.",
+    ),
+    "runtime": (
+        "time of a step with every method",
+        "Time of a step and of a simulated second with every method, absolute and relative to hht-i3.",
+    ),
+    "work-precision": (
+        "error against run time",
+        "Errors of every method as functions of the run time, and the least time for each error.",
+    ),
+}
 
 
 def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "study",
-        help="run a model many times to learn about it",
-        description="Many runs of one model, and what they say.",
+        help="measure errors, run times and effects by several runs",
+        description="Studies of a model by several runs.",
     )
     kinds = parser.add_subparsers(title="studies", metavar="KIND", dest="kind", required=True)
     for kind, (help_, description) in METHODS.items():
         _add_methods(kinds.add_parser(kind, help=help_, description=description), kind)
     effects = kinds.add_parser(
         "effects",
-        help="which effects the model calls for, to an accuracy",
-        description="Run the model without each effect in turn (friction, damping, flexibility, gravity), and tell how "
-        "much a signal changes and how much time the effect costs.",
+        help="the effects that a result depends on",
+        description="Run the model without each effect in turn (friction, damping, flexibility, gravity), and print "
+        "the change of a signal and the run time of the effect.",
     )
     values.add_model(effects)
-    effects.add_argument("--signal", metavar="NAME", required=True, help="what is looked at, such as crank.phi or O.fx")
-    effects.add_argument("--tol", metavar="E", help="how much it may change: 1mm, or as a part of its range, 1%%")
+    effects.add_argument("--signal", metavar="NAME", required=True, help="name of a signal, such as crank.phi or O.fx")
+    effects.add_argument("--tol", metavar="E", help="allowed change: 1mm, or relative to its range, 1%%")
     effects.add_argument("--method", metavar="NAME", help="integrator; default: the model's, else hht-si2")
     effects.add_argument("--step", metavar="H", type=values.positive_seconds, help="step size; default: the model's")
     effects.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
@@ -76,7 +88,7 @@ def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
         "--tols", metavar="TOL,...", type=values.list_of(values.tolerance), help="tolerances of error-controlled steps"
     )
     if kind in ("convergence", "work-precision"):
-        parser.add_argument("--signals", metavar="PATTERN,...", help="signals to look at as well (globs)")
+        parser.add_argument("--signals", metavar="PATTERN,...", help="further signals (globs)")
     if kind in ("convergence", "work-precision", "energy"):
         parser.add_argument(
             "--reference", metavar="FILE", default="auto", help="a result file; default auto: methods of two families"
@@ -87,7 +99,7 @@ def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
     parser.add_argument(
         "--budget", metavar="S", type=values.positive_seconds, default=120.0, help="time budget; default 120 s"
     )
-    parser.add_argument("--output", metavar="DIR", help=f"folder of what is written; default: MODEL-{kind}")
+    parser.add_argument("--output", metavar="DIR", help=f"output folder; default: MODEL-{kind}")
     parser.add_argument("--pictures", metavar="SUFFIX,...", type=values.names,
                         help="formats of pictures; default png,svg; none: the page alone")  # fmt: skip
     parser.add_argument("--fresh", action="store_true", help="compute everything again")
@@ -134,7 +146,7 @@ def _methods(args: argparse.Namespace) -> int:
 
 
 def _kept(runs: int, fresh: bool) -> str:
-    """What an interrupted study leaves, and how to go on."""
+    """Message about the stored runs of an interrupted study."""
     if not runs:
         return "no run had come to its end: nothing is kept"
     command = "the same command without --fresh" if fresh else "the same command"
@@ -142,12 +154,12 @@ def _kept(runs: int, fresh: bool) -> str:
 
 
 def _checked(pictures: list[str] | None) -> list[str]:
-    """Suffixes of pictures that can be drawn; what was not asked for is left out where nothing draws.
+    """Suffixes of the pictures to draw; none by default if matplotlib is not installed.
 
     Raises
     ------
     UsageError
-        One of those asked for cannot be drawn.
+        If a requested suffix is unknown, or requested pictures cannot be drawn.
     """
     if pictures == ["none"]:
         return []
@@ -215,6 +227,6 @@ def _hard(args: argparse.Namespace) -> int:
         write_text(args.output, suite.page())
     else:
         print(suite)
-    for told in suite.wrong:
-        print(f"wrong without an error message: {told}", file=sys.stderr)
+    for run in suite.wrong:
+        print(f"wrong without an error message: {run}", file=sys.stderr)
     return 4 if suite.wrong else 0

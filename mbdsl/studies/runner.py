@@ -25,8 +25,8 @@ TRIES, SHORT = 3, 0.02
 
 
 @dataclass(frozen=True)
-class Told:
-    """How far a study is: runs done of all, what is on its way, and the runs that are in the store by now."""
+class StudyProgress:
+    """Progress of a study: completed runs, all runs, the present run, elapsed time [s], and stored runs."""
 
     done: int
     total: int
@@ -49,7 +49,7 @@ class Runner:
         *,
         workers: int | None = None,
         budget: float | None = None,
-        tell: Callable[[Told], None] | None = None,
+        tell: Callable[[StudyProgress], None] | None = None,
         announce: Callable[[str], None] | None = None,
     ) -> None:
         self.setting, self.store, self.workers, self.announce = setting, store, workers, announce
@@ -112,7 +112,7 @@ class Runner:
         return done
 
     def _tell(self, done: int, total: int, what: str) -> None:
-        self.tell(Told(done, total, what, perf_counter() - self.begun, len(self.kept)))
+        self.tell(StudyProgress(done, total, what, perf_counter() - self.begun, len(self.kept)))
 
     def time(self, cases: Sequence[Case], repeats: int, slowest: Callable[[Case], float]) -> dict[Case, list[float]]:
         """Seconds of the step loops, in ``repeats`` rounds as far as the budget goes: alone, alternately.

@@ -30,7 +30,7 @@ from mbdsl.studies.cases import (
 )
 from mbdsl.studies.error_measures import Error, Quantity, error, quantities
 from mbdsl.studies.reference_solution import Columns, Reference, automatic, file_points, from_file
-from mbdsl.studies.runner import Runner, Told
+from mbdsl.studies.runner import Runner, StudyProgress
 from mbdsl.studies.store import Computed, Store
 
 BUDGET = 120.0  #: seconds
@@ -88,7 +88,7 @@ class Asked:
     workers: int | None = None
     store: str | PathLike | None = None
     fresh: bool = False
-    tell: Callable[[Told], None] | None = None
+    tell: Callable[[StudyProgress], None] | None = None
     announce: Callable[[str], None] | None = None
 
     def __post_init__(self) -> None:
