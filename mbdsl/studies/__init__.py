@@ -1,1 +1,1 @@
-"""Studies: many runs of one model, to learn something about it that no single run tells. One file each."""
+"""Studies: several runs of a model, to measure errors, run times and effects. One file a study."""

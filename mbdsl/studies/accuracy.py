@@ -1,5 +1,7 @@
-"""Runs with a given accuracy: the step or tolerance of the cheapest method is reduced until the error estimate from
-successive runs is small enough and a method of another family agrees.
+"""Runs with a given accuracy.
+
+The step or tolerance of the fastest method is reduced until the error estimate from successive runs is small enough and
+a method of another family agrees.
 """
 
 from __future__ import annotations
@@ -45,20 +47,20 @@ def reach(
     budget: float | None = None,
     **given: Any,
 ) -> Trajectory:
-    """The trajectory of ``scene`` with an error of ``accuracy`` at most.
+    """The trajectory of ``scene`` with an error of at most ``accuracy``.
 
-    The error is that of positions relative to the mechanism's size (angles in radians), and of velocities relative to
-    the largest. ``stats["accuracy"]`` holds the accuracy asked for, the error estimate and its source: "checked by" is
+    The error is that of positions, relative to the mechanism's size (angles in radians), and of velocities, relative to
+    the largest. ``stats["accuracy"]`` holds the requested accuracy, the error estimate and its source: "checked by" is
     the method of another family that agrees (None if no method could check), "not checked" the reason. ``budget`` [s]
-    limits the time of the check; the default is twenty times that of all runs before, and at least 20 s. Other
-    arguments as for :func:`mbdsl.simulate`.
+    limits the time of the check; the default is twenty times that of all previous runs, and at least 20 s. The other
+    arguments are those of :func:`mbdsl.simulate`.
 
     Raises
     ------
     ModelError, UsageError, InitialisationError
-        If model or arguments make no sense, or there is no consistent initial state.
+        If the model or the arguments are invalid, or there is no consistent initial state.
     IntegrationError
-        If no method reaches the accuracy, or two contradict each other; ``trajectory`` is the best result.
+        If no method reaches the accuracy, or two methods contradict each other; ``trajectory`` is the best result.
     """
     if (wrong := misfit(accuracy, "an accuracy")) is not None:
         raise UsageError(wrong)
@@ -80,7 +82,7 @@ def reach(
 
 
 class _Search:
-    """Runs of a scene; ``result`` is the best so far, ``estimate`` its error estimate, ``by`` the runs it is from."""
+    """Runs of a scene: ``result`` is the best so far, ``estimate`` its error estimate, ``by`` the runs used."""
 
     def __init__(
         self,
@@ -96,11 +98,11 @@ class _Search:
         self.runs: list[str] = []
         self.result: Trajectory | None = None
         self.estimate, self.by = math.inf, ""
-        self.motions: dict[tuple[str, bool], Motion] = {}  #: newest, by method and whether its steps are fixed
-        self.rounding = 0.0  #: the error that amplified rounding causes, which all runs may have in common
+        self.motions: dict[tuple[str, bool], Motion] = {}  #: the newest, by method and whether its steps are fixed
+        self.rounding = 0.0  #: error due to amplified rounding, which all runs may have in common
 
     def run(self, case: Case, limit: float = math.inf, **other: Any) -> Trajectory:
-        """One run, of at most ``limit`` seconds."""
+        """One run of at most ``limit`` seconds."""
         how = {"method": case.method, "step": case.step, "tol": case.tol}
         inspect = partial(self.motions.__setitem__, (case.method, case.tol is None))
         given = {**self.given, **how, **other, "inspect": inspect}
@@ -115,12 +117,12 @@ class _Search:
         return found
 
     def keep(self, ladder: Ladder) -> None:
-        """Make the last run of a ladder the result if it is the best so far."""
+        """Take the last run of a ladder as the result if it is the best so far."""
         if ladder.runs and (self.result is None or ladder.estimate < self.estimate):
             self.result, self.estimate, self.by = ladder.last, ladder.estimate, f"{ladder.case()}, and runs before it"
 
     def descend(self, ladders: list[Ladder]) -> Ladder:
-        """The cheapest ladder that reaches the accuracy.
+        """The fastest ladder that reaches the accuracy.
 
         Raises
         ------
@@ -128,33 +130,33 @@ class _Search:
             If none does.
         """
         for k, ladder in enumerate(ladders):
-            # the first is what would have been run anyway
+            # the first run would have been made in any case
             limit = PATIENCE * max(0.1, self.spent) if k else math.inf
             ladder.start(partial(self.run, limit=limit), may_fail=bool(k))
             self.keep(ladder)
         able = sorted((x for x in ladders if not x.problem), key=lambda x: x.price(self.accuracy))
         for ladder in able:
             if self.announce is not None:
-                told = f"{ladder.method}: about {ladder.price(self.accuracy):.2g} s"
-                self.announce(f"{told} for an error of {self.accuracy:g}")
+                text = f"{ladder.method}: about {ladder.price(self.accuracy):.2g} s"
+                self.announce(f"{text} for an error of {self.accuracy:g}")
             ladder.descend(self.accuracy, self.run)
             self.keep(ladder)
             if not ladder.problem:
                 return ladder
-        told = together((x.method, x.problem) for x in ladders)
+        reasons = together((x.method, x.problem) for x in ladders)
         if self.result is not None:
             self.tell(self.estimate, "the accuracy was not reached")
         raise self.failure(
-            f"an accuracy of {self.accuracy:g} cannot be reached: {told}", "try a larger one" if able else None
+            f"an accuracy of {self.accuracy:g} cannot be reached: {reasons}", "try a larger one" if able else None
         )
 
     def amplify(self, ladder: Ladder) -> None:
-        """Estimate the error that amplified rounding causes in the last run.
+        """Estimate the error due to amplified rounding in the last run.
 
         Raises
         ------
         IntegrationError
-            If that exceeds the accuracy.
+            If it exceeds the accuracy.
         """
         self.rounding, known = self._amplified(ladder)
         if self.rounding > self.accuracy:  # between outputs, rates may be large for a short time, as in a contact
@@ -166,7 +168,7 @@ class _Search:
                     for finer in FINER:
                         found, examined = self._amplified(ladder, finer)
                         if examined < known or self.rounding <= self.accuracy:
-                            break  # at some steps there are no tangent equations; or they tell enough
+                            break  # there are no tangent equations at some steps, or their result suffices
                         self.rounding = min(self.rounding, found)
         if self.rounding > self.accuracy:
             self.tell(self.estimate, "the accuracy was not reached")
@@ -177,7 +179,7 @@ class _Search:
             )
 
     def _amplified(self, ladder: Ladder, finer: int = 1) -> tuple[float, int]:
-        """Amplified rounding at the end of the ladder's newest run, and how many parts of the scene it is known of."""
+        """Error due to amplified rounding at the end of the newest run, and the number of parts with a known one."""
         motion = self.motions[ladder.method, ladder.fixed]
         t, _, v = motion.states()
         speed = fastest(motion.system.tables.scale, v, float(t[-1] - t[0]))
@@ -186,10 +188,10 @@ class _Search:
 
     def check(self, ladder: Ladder, budget: float | None) -> Verdict:
         """The verdict of methods of other families; if none can check, runs of the ladder itself have to agree."""
-        end = self.spent + allowance(self.spent, budget, 2.0)  # compiling not counted
+        end = self.spent + allowance(self.spent, budget, 2.0)  # without compilation
 
         def judge(case: Case, limit: float) -> Trajectory:
-            # options and force are for the first method only
+            # options and force apply to the first method only
             return self.run(case, limit, options=None, force=False)
 
         verdict = ask(ladder, self.accuracy, self.run, judge, lambda: end - self.spent)
@@ -206,25 +208,25 @@ class _Search:
         return verdict
 
     def judge(self, ladder: Ladder, verdict: Verdict) -> Trajectory:
-        """The result, its stats filled in.
+        """The result, with its stats completed.
 
         Raises
         ------
         IntegrationError
-            If another method contradicts, or if the error estimate is larger than the accuracy.
+            If another method contradicts, or if the error estimate exceeds the accuracy.
         """
         checked, against = verdict.checked, verdict.against
         if checked:
-            outvoted = "".join(f"; against {x.told}" for x in against)
-            return self.tell(verdict.estimate, None, checked.told + outvoted)
+            outvoted = "".join(f"; against {x.verdict}" for x in against)
+            return self.tell(verdict.estimate, None, checked.verdict + outvoted)
         if against:
-            told = "; ".join(x.told + (f" ({x.stopped})" if x.stopped else "") for x in against)
-            self.tell(max(ladder.estimate, *(x.differs for x in against)), f"contradicted by {told}")
+            against_it = "; ".join(x.verdict + (f" ({x.stopped})" if x.stopped else "") for x in against)
+            self.tell(max(ladder.estimate, *(x.differs for x in against)), f"contradicted by {against_it}")
             what = "two methods contradict each other"
             if all(x.stopped for x in against):
                 what = f"an accuracy of {self.accuracy:g} was not reached"
             own = min(ladder.estimate, ladder.differences[-1])
-            raise self.failure(f"{what}: {ladder.case()} has an error estimate of {own:.1e}, but {told}", HINT)
+            raise self.failure(f"{what}: {ladder.case()} has an error estimate of {own:.1e}, but {against_it}", HINT)
         found = self.tell(verdict.estimate, verdict.unable)
         if verdict.estimate > self.accuracy:
             why = f"runs of {ladder.method} differ by {ladder.differences[-1]:.1e}"
@@ -258,7 +260,7 @@ class _Search:
 
 
 def _ladders(scene: Scene, accuracy: float, method: str | None, given: dict) -> list[Ladder]:
-    """What is tried: the method asked for, or the default one and the best of high order, in all ways they can."""
+    """(Method, kind of steps) to try: the given method, or the default method and the best ones of high order."""
     names = [method] if method else list(dict.fromkeys([scene.experiment.method or DEFAULT_METHOD, *precise()[:1]]))
     for name in names:
         if name not in available():

@@ -1,4 +1,4 @@
-"""What is run in a study: cases (a method with its step or tolerance), and the setting that they share."""
+"""The runs of a study: cases (a method with its step or tolerance), and their common setting."""
 
 from __future__ import annotations
 
@@ -17,16 +17,18 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean
 from mbdsl.simulation.simulate import DEFAULT_METHOD, DEFAULT_STEP, simulate
 
-POINTS = 100  #: of output at which runs are compared, where the steps allow it
-LEVELS = 9  #: steps of a ladder, each half of the one before
-ENDS = 500  #: ends of steps that are kept of a run, at most
+POINTS = 100  #: number of output points at which runs are compared, if the steps allow it
+LEVELS = 9  #: number of steps of a ladder, each half of the previous one
+ENDS = 500  #: largest number of ends of steps that are stored of a run
 TOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 
 
 @dataclass(frozen=True)
 class Case:
-    """A method with a fixed step [s], or with a tolerance. With ``ends`` its output is where steps end, not at times
-    that all cases have in common."""
+    """A method with a fixed step [s] or a tolerance.
+
+    With ``ends`` its output is at the ends of its steps, else at the times that all cases have in common.
+    """
 
     method: str
     step: float | None = None
@@ -36,21 +38,21 @@ class Case:
 
     @property
     def series(self) -> str:
-        """The name that all cases of one line in a figure share."""
+        """The common name of all cases on one line of a figure."""
         given = "".join(f" --{name} {value:g}" for name, value in self.options)
         both = self.tol is not None and "fixed" in available()[self.method].steps
         return f"{self.method}{given}{' --tol' if both else ''}"
 
     @property
     def size(self) -> float:
-        """The step, or the tolerance: what the accuracy is chosen by."""
+        """The step or the tolerance."""
         size = self.step if self.tol is None else self.tol
         assert size is not None
         return size
 
     @property
     def arguments(self) -> str:
-        """What it is chosen by on the command line."""
+        """The options of the command line that select the case."""
         given = "".join(f" --{name} {value!r}" for name, value in self.options)
         how = f"--step {self.step!r}" if self.tol is None else f"--tol {self.tol!r}"
         return f"--method {self.method}{given} {how}"
@@ -82,7 +84,7 @@ class Setting:
 
     @property
     def times(self) -> np.ndarray:
-        """Times of output (points + 1,) [s]."""
+        """Output times (points + 1,) [s]."""
         return self.start + self.interval * np.arange(self.points + 1)
 
 
@@ -93,7 +95,7 @@ def setting(
     without: Sequence[str] = (),
     points: int = POINTS,
 ) -> Setting:
-    """The setting of runs of ``model``, from its start to ``stop`` (default: the model's)."""
+    """The setting of runs of ``model``, from its start to ``stop`` (default: the stop time of the model)."""
     scene = as_scene(model, parameters, without)
     start, end = scene.experiment.start, scene.experiment.stop if stop is None else stop
     if end is None:
@@ -107,7 +109,7 @@ def setting(
 
 
 def assemble(of: Setting, announce: Callable[[str], None] | None = None) -> None:
-    """Build the model and find its initial state: what is wrong with it is told as such, not as a failure of every run.
+    """Build the model and find its initial state, so that its errors are raised once and not as failures of every run.
 
     Raises
     ------
@@ -117,7 +119,7 @@ def assemble(of: Setting, announce: Callable[[str], None] | None = None) -> None
 
 
 def chosen(names: Iterable[str] | None) -> list[str]:
-    """Names of methods, checked; all that there are where None is given."""
+    """Names of methods, checked; all methods if None is given."""
     found = list(names) if names is not None else list(available())
     for name in found:
         if name not in available():
@@ -128,37 +130,37 @@ def chosen(names: Iterable[str] | None) -> list[str]:
 
 
 def own_step(of: Setting) -> float:
-    """The model's own step [s], else 1 ms; shorter where that would be too few of them."""
+    """The step of the model [s], else 1 ms; shorter if the run would have too few steps."""
     return min(of.scene.experiment.step or DEFAULT_STEP, of.interval)
 
 
 def step_ladder(of: Setting, levels: int = LEVELS) -> list[float]:
-    """Steps [s] around the model's own (else 1 ms), from some ten times longer, each half of the one before.
+    """Steps [s] around that of the model (else 1 ms), from about ten times longer, each half of the previous one.
 
-    The output times divide all of them.
+    The output interval is a multiple of all of them.
     """
     coarsest = max(1, round(of.interval / (10.0 * own_step(of))))
     return [of.interval / (coarsest * 2**k) for k in range(levels)]
 
 
 def count(span: float, step: float) -> int:
-    """Steps that a run takes: where ``step`` does not divide the time, all are a little shorter."""
+    """Number of steps of a run: if ``step`` does not divide the duration, all steps are shortened equally."""
     return max(1, math.ceil(span / step * (1 - 1e-12) - 1e-9))
 
 
 def taken(span: float, step: float) -> float:
-    """The step [s] that a run takes where ``step`` is asked for."""
+    """The actual step [s] of a run with the requested ``step``."""
     exact = span / count(span, step)
     return step if abs(exact - step) <= 1e-9 * step else exact
 
 
 def reaches(of: Setting, case: Case) -> bool:
-    """Whether steps end at all output times; those of controlled size need not."""
+    """Whether steps end at all output times; steps of controlled size generally do not."""
     return case.step is not None and count(of.span, case.step) % of.points == 0
 
 
 def output_interval(of: Setting, case: Case) -> float:
-    """The interval [s] of a run's output; 0: every step."""
+    """The output interval of a run [s]; 0: every step."""
     if not case.ends:
         return of.interval
     if case.step is None:
@@ -168,7 +170,7 @@ def output_interval(of: Setting, case: Case) -> float:
 
 
 def common_points(span: float, steps: Sequence[float], most: int = 2 * POINTS) -> int:
-    """Output points that all steps reach, ``most`` or less; as many as usual where they have too few in common."""
+    """Number of output points that all steps reach, at most ``most``; the usual number if there are too few."""
     counts = [count(span, h) for h in steps]
     shared = math.gcd(*counts) if counts else 0
     fitting = [n for n in range(10, most + 1) if shared % n == 0] if shared else []
@@ -178,10 +180,10 @@ def common_points(span: float, steps: Sequence[float], most: int = 2 * POINTS) -
 def cases(
     names: Sequence[str], steps: Sequence[float] | None, tols: Sequence[float] | None, both: bool = False
 ) -> tuple[list[Case], list[tuple[str, str]]]:
-    """Cases of every method at every step or tolerance that it can take, coarse ones first; and who can take none.
+    """Cases of every method at every step or tolerance that it supports, coarse ones first; and methods without a case.
 
-    With neither steps nor tols given this is called with both ladders and ``both``: a method with fixed steps takes
-    these only, unless ``both`` are wanted.
+    If neither steps nor tols are given, this is called with both ladders and ``both``: a method with fixed steps then
+    has cases with fixed steps only, unless ``both`` is true.
     """
     for what, sizes in (("step", steps), ("tolerance", tols)):
         for size in sizes or ():

@@ -1,4 +1,4 @@
-"""One run of a study, in this process."""
+"""One run of a study, in the present process."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def simulate_case(of: Setting, case: Case, progress=None, announce=None) -> Traj
 
 
 def compute(of: Setting, case: Case, limit: float = math.inf, announce=None) -> Computed:
-    """One run, whatever comes of it.
+    """One run, successful or not.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def compute(of: Setting, case: Case, limit: float = math.inf, announce=None) -> 
         return Computed(case, problem=problem.message)
     except MemoryError:
         return Computed(case, problem=OUT_OF_MEMORY)
-    except (ArithmeticError, ValueError) as problem:  # of a third party's code
+    except (ArithmeticError, ValueError) as problem:  # exceptions of third-party code
         return Computed(case, problem=f"{type(problem).__name__}: {problem}")
     if found.status == "interrupted":
         if not late:
@@ -65,13 +65,13 @@ def compute(of: Setting, case: Case, limit: float = math.inf, announce=None) -> 
     if case.ends:
         last = len(found.t) - 1
         rows = np.linspace(0, last, min(last, ENDS) + 1).astype(int)
-        # multipliers that are no numbers are found when somebody asks for them; here nobody does
+        # nan multipliers are computed on access, which does not happen here
         lam = np.full((len(rows), found.system.m + found.system.p), np.nan)
         return Computed(case, found.t[rows], found.q[rows], found.v[rows], lam, _plain(found.stats))
     return Computed(case, found.t, found.q, found.v, found.lam, _plain(found.stats))
 
 
 def _plain(stats: Mapping) -> dict:
-    """What of the stats can be written as JSON."""
+    """The stats that can be written as JSON."""
     kept = ("method", "h", "tol", "steps", "rejected", "iterations", "matrix_evaluations", "factorisations", "seconds")
     return {key: stats[key] for key in kept if key in stats}

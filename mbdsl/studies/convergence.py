@@ -1,4 +1,4 @@
-"""Convergence: how errors fall with the step or the tolerance, and whether as the order of the method says."""
+"""Convergence: errors as functions of the step or the tolerance, and their slopes."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from mbdsl.studies.report import Study, number, outcomes, size, troubles
 from mbdsl.studies.slopes import Fit, fit, verdict
 from mbdsl.studies.survey import Asked, Row, Survey, survey
 
-#: what is fitted: constraints and energy may fall with other orders, or be kept exactly
+#: quantities whose slopes are fitted; constraints and energy may have other orders or no error at all
 FITTED = ("q", "v", "reactions")
-ABOVE = 0.04  #: of the picture's height, above the error at the longest step: where the line of an order begins
+ABOVE = 0.04  #: height of the line of an order above the error at the longest step, relative to the figure
 BRACKETS = "largest over time, scaled; (below what the reference is trusted to)."
 
 
 class Convergence(Study):
-    """``fits[series][quantity]`` are the slopes, None where errors do not fall along a line."""
+    """``fits[series][quantity]`` are the slopes; None if the errors do not lie on a line."""
 
     kind = "convergence"
 
@@ -38,7 +38,7 @@ class Convergence(Study):
                 self.fits[name][q.key] = fit(sizes, errors, survey.reference.floor(q).scaled)
 
     def verdict(self, series: str, key: str) -> str:
-        """What the slope says about the method: "" where it is as declared."""
+        """The verdict on a slope: "" if it agrees with the order of the method."""
         rows, q = self.survey.series()[series], self.survey.quantity(key)
         assert q is not None
         errors = [row.errors[key].scaled for row in rows if row.run.done]
@@ -47,13 +47,13 @@ class Convergence(Study):
 
     def summary(self) -> list[str]:
         s = self.survey
-        told = [trusted(s)]
+        lines = [trusted(s)]
         fixed = {name: rows for name, rows in s.series().items() if rows[0].case.tol is None}
         for name in fixed:
             wrong = {key: v for key in FITTED if s.quantity(key) and (v := self.verdict(name, key)) and "tell" not in v}
             if wrong:
-                told.append(f"{name}: " + ", ".join(f"{key} {v}" for key, v in wrong.items()))
-        return told + troubles(s)
+                lines.append(f"{name}: " + ", ".join(f"{key} {v}" for key, v in wrong.items()))
+        return lines + troubles(s)
 
     def tables(self) -> list[Table]:
         return [errors_table(self.survey), *self._slopes()]
@@ -65,7 +65,7 @@ class Convergence(Study):
         return {**super().data(), "slopes": fits}
 
     def _slopes(self) -> list[Table]:
-        """A row for every series; and one for every slope, with the range in which it holds."""
+        """A row for every series, and one for every slope, with its range."""
         short, long = [], []
         shown = [q for q in self.survey.quantities if not q.itself]
         for name, series in self.survey.series().items():
@@ -73,8 +73,8 @@ class Convergence(Study):
             order = "" if controlled else str(available()[series[0].case.method].order)
             slopes = [self.fits[name][q.key] for q in shown]
             says = {} if controlled else {q.key: self.verdict(name, q.key) for q in shown if q.key in FITTED}
-            told = dict.fromkeys(f"{key} {verdict}" for key, verdict in says.items() if verdict)
-            short.append((name, order, *(str(f) if f else "-" for f in slopes), "; ".join(told)))
+            verdicts = dict.fromkeys(f"{key} {verdict}" for key, verdict in says.items() if verdict)
+            short.append((name, order, *(str(f) if f else "-" for f in slopes), "; ".join(verdicts)))
             for q, f in zip(shown, slopes, strict=True):
                 if f is not None:
                     where = (_size(f.high, controlled), _size(f.low, controlled))
@@ -112,7 +112,7 @@ def convergence(model: Scene | str | PathLike, **asked: Any) -> Convergence:
 
 
 def trusted(s: Survey) -> str:
-    """How far the reference is to be believed, in a sentence."""
+    """A sentence on the accuracy of the reference."""
     if s.reference.check is None:
         return f"Reference: {s.reference.how}; nobody says how exact it is."
     digits = {q.key: s.reference.digits(q) for q in s.quantities if not q.itself}
@@ -121,7 +121,7 @@ def trusted(s: Survey) -> str:
 
 
 def errors_table(s: Survey) -> Table:
-    """Scaled errors of every case; in brackets what the reference does not tell."""
+    """Scaled errors of every case; those below the resolution of the reference in brackets."""
     columns = ("method", "step or tol", "steps", *(q.key for q in s.quantities))
     rows = []
     for row in s.rows:
@@ -133,15 +133,15 @@ def errors_table(s: Survey) -> Table:
 
 
 def cell(s: Survey, q: Quantity, row: Row) -> str:
-    """A scaled error as it is read, with brackets as ``BRACKETS`` says."""
+    """A scaled error as text, with brackets as ``BRACKETS`` explains."""
     e, floor = row.errors[q.key].scaled, s.reference.floor(q).scaled
     return number(e) if e >= floor or q.itself else f"({number(e)})"
 
 
 def error_figures(s: Survey, q: Quantity, scaled: bool = True) -> list[Figure]:
-    """Errors in one quantity, over the step and over the tolerance; what is below the floor is no point.
+    """Errors of a quantity as functions of the step and of the tolerance; errors below the floor are no points.
 
-    Without ``scaled`` they are in its own unit.
+    They are scaled, or else in the unit of the quantity.
     """
     found = []
     floor = s.reference.floor(q).scaled if scaled else s.reference.floor(q).largest
@@ -180,7 +180,7 @@ def error_figures(s: Survey, q: Quantity, scaled: bool = True) -> list[Figure]:
 
 
 def _orders(series: Sequence[Series], orders: Mapping[str, int]) -> list[Series]:
-    """A line for every order of the methods, above the coarsest points that it is compared with."""
+    """A line for every order of the methods, above the points with the largest steps."""
     found = []
     errors = [y for s in series for y in s.y if y > 0.0]
     above = (max(errors) / min(errors)) ** ABOVE if errors else 1.0

@@ -1,8 +1,8 @@
 """The binding check of a result by a method of another family.
 
-If the two differ by more than the accuracy, the one with the larger error estimate is refined, until they agree. A
-method that fails, takes too long or has too large an error cannot check, and the next one is tried. If an able method
-contradicts, a third family decides.
+If the two differ by more than the accuracy, the one with the larger error estimate is refined until they agree. A
+method that fails, takes too long or has too large an error cannot check, and the next one is tried. If a method that
+can check contradicts, a method of a third family decides.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from mbdsl.studies.cases import Case
 from mbdsl.studies.families import EXTRAPOLATED, family, precise
 from mbdsl.studies.ladder import Ladder, difference
 
-FINER = 3.0  #: a difference this many times one method's error measures the error of the other
-ROUNDS = 10  #: most runs of both methods in one check
+FINER = 3.0  #: a difference this many times the error of one method measures the error of the other
+ROUNDS = 10  #: largest number of runs of both methods in a check
 SAME, PERSISTS = 0.7, 2  #: a difference that stays above this part of the last one persists; how often it may
 
 
@@ -30,22 +30,22 @@ class Opinion:
 
     method: str
     agrees: bool | None
-    told: str
+    verdict: str
     differs: float = math.inf
     own: float = math.inf
-    stopped: str = ""  #: why the result was not made more exact where it differs
+    stopped: str = ""  #: reason why the result was not refined although it differs
 
 
 @dataclass
 class Verdict:
-    """The results of all checks: ``estimate`` is the error estimate of the result in their light."""
+    """The results of all checks; ``estimate`` is the error estimate of the result after them."""
 
     estimate: float
     opinions: list[Opinion] = field(default_factory=list)
 
     @property
     def checked(self) -> Opinion | None:
-        """The one that agrees."""
+        """The verdict that agrees."""
         return next((x for x in self.opinions if x.agrees), None)
 
     @property
@@ -54,18 +54,18 @@ class Verdict:
 
     @property
     def unable(self) -> str:
-        """Why no method could check."""
-        told = [f"{x.method} {x.told}" for x in self.opinions if x.agrees is None]
-        return "; ".join(told) or "there is no method of another family"
+        """Reasons why no method could check."""
+        lines = [f"{x.method} {x.verdict}" for x in self.opinions if x.agrees is None]
+        return "; ".join(lines) or "there is no method of another family"
 
 
-Limited = Callable[[Case, float], Trajectory]  #: a run of a case, of at most so many seconds
+Limited = Callable[[Case, float], Trajectory]  #: runs a case within a number of seconds
 
 
 def ask(ladder: Ladder, accuracy: float, run: Limited, judge: Limited, left: Callable[[], float]) -> Verdict:
-    """Check the result of ``ladder`` by methods of other families; the ladder is refined if necessary.
+    """Check the result of ``ladder`` by methods of other families, and refine the ladder if necessary.
 
-    ``run`` makes runs of the method itself, ``judge`` those of the others, ``left()`` is the time that there is [s].
+    ``run`` makes runs of the method itself, ``judge`` those of the other methods, ``left()`` is the remaining time [s].
     """
     verdict = Verdict(ladder.estimate)
     waiting = list(_others(ladder, accuracy))
@@ -92,7 +92,7 @@ def _confront(
     left: Callable[[], float],
     share: Callable[[], float],
 ) -> Opinion:
-    """Make both more exact until they agree, or one cannot go on; ``share`` is the time of ``other``."""
+    """Refine both until they agree or one cannot continue; ``share`` is the time of ``other`` [s]."""
     try:
         for size in list(other.sizes):
             other.add(lambda case: judge(case, share()), size)
@@ -123,13 +123,13 @@ def _confront(
             break
     differs, own = difference(other.last, ladder.last), other.estimate
     finer = own <= differs / FINER
-    told = f"{other.case()}: differs by {differs:.1e}, with an error estimate of {own:.1e}"
+    verdict = f"{other.case()}: differs by {differs:.1e}, with an error estimate of {own:.1e}"
     if differs <= accuracy and (finer or ladder.estimate <= accuracy):
-        return Opinion(other.method, True, told, differs, own)
+        return Opinion(other.method, True, verdict, differs, own)
     if finer:
-        return Opinion(other.method, False, told, differs, own, stopped)
-    told = f"differs by {differs:.1e}, but has an error of about {own:.1e}" + (f" ({stopped})" if stopped else "")
-    return Opinion(other.method, None, told, differs, own)
+        return Opinion(other.method, False, verdict, differs, own, stopped)
+    verdict = f"differs by {differs:.1e}, but has an error of about {own:.1e}" + (f" ({stopped})" if stopped else "")
+    return Opinion(other.method, None, verdict, differs, own)
 
 
 def _claim(estimate: float, accuracy: float, found: Opinion) -> float:
@@ -143,7 +143,7 @@ def _claim(estimate: float, accuracy: float, found: Opinion) -> float:
 
 
 def _others(ladder: Ladder, accuracy: float) -> Iterator[Ladder]:
-    """Methods of other families, with two tolerances or steps to tell their own errors by."""
+    """Methods of other families, each with two tolerances or steps, from which its own error is estimated."""
     for name in precise():
         if family(name) != family(ladder.method):
             yield Ladder(name, False, [10.0 * accuracy, accuracy])

@@ -1,4 +1,4 @@
-"""Drift: how far positions and velocities are off their constraints, over time and over the step."""
+"""Drift: violation of the constraints of positions and velocities, as a function of time and of the step."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from mbdsl.studies.report import Study, number, size, troubles
 from mbdsl.studies.slopes import fit
 from mbdsl.studies.survey import Asked, Survey, begin, finite, rows_of
 
-PARTS = (4.0, 2.0, 1.0, 0.5)  #: of the model's own step
+PARTS = (4.0, 2.0, 1.0, 0.5)  #: relative to the step of the model
 TOLS = (1e-4, 1e-6, 1e-8)
 
 
 class Drift(Study):
-    """Errors are those of constraints alone, where steps end."""
+    """The errors are the residuals of the constraints at the ends of steps."""
 
     kind = "drift"
 
     def summary(self) -> list[str]:
         s = self.survey
-        told = ["Largest violation of the constraints, in their own units [m, rad; m/s, rad/s]."]
-        return told + troubles(s)
+        lines = ["Largest violation of the constraints, in their own units [m, rad; m/s, rad/s]."]
+        return lines + troubles(s)
 
     def tables(self) -> list[Table]:
         s = self.survey
@@ -105,7 +105,7 @@ def drift(model: Scene | str | PathLike, **asked: Any) -> Drift:
     finest = next((row.own for row in reversed(rows) if row.own is not None), None)
     if finest is None:
         raise IntegrationError(f"no run came to its end; {rows[0].case}: {rows[0].run.problem}")
-    # its speed is what rates are scaled by
+    # the speed of the reference scales velocities
     found = Survey(runner.setting, given, runner, rows, refused, reference, [])
     found.quantities = [q for q in quantities(finest, finest) if q.itself]
     for row in rows:

@@ -127,7 +127,7 @@ def effects(
 
     def run(scene: Scene, part: float = 1.0) -> Trajectory:
         h = step or scene.experiment.step or DEFAULT_STEP
-        # where every step is output, every step of the whole scene: runs are compared at the same times
+        # if every step is output, runs are compared at the times of the complete model
         interval = h if scene.experiment.interval == 0.0 else None
         found = simulated(scene, method=method, step=h * part, stop=stop, interval=interval, announce=announce)
         if found.status == "interrupted":
@@ -137,7 +137,7 @@ def effects(
     whole = run(base)
     S = whole[signal]
     finer = run(base, 0.5)[signal]
-    error = float(np.abs(finer - S).max()) * 4.0 / 3.0  # of order 2; a bit too large for none
+    error = float(np.abs(finer - S).max()) * 4.0 / 3.0  # for order 2; slightly too large for higher orders
     allowed = None if tol is None else tolerance(tol, whole.unit(signal), float(S.max() - S.min()))
 
     out = tuple(base.without)
@@ -146,7 +146,7 @@ def effects(
     rows = [_compare(run, whole, signal, (name,), scene, repeats) for name, scene in present.items()]
     together = None
     if allowed is not None:
-        # the least important first; together they may do more than each alone
+        # the least important first; the joint change may exceed the sum of the single ones
         small = [r for r in rows if r.change is not None and r.change <= allowed]
         for k in range(len(small), 0, -1):
             names = tuple(r.effects[0] for r in sorted(small, key=lambda r: r.change or 0.0)[:k])
@@ -163,7 +163,7 @@ def effects(
 
 
 def tolerance(tol: float | str, unit: str, extent: float, name: str = "tol") -> float:
-    """A tolerance in the unit of a signal that goes over ``extent``: 1e-3, "1 mm", "1 %"; ``name`` is for messages."""
+    """A tolerance in the unit of a signal with the range ``extent``: 1e-3, "1 mm", "1 %"; ``name`` is for messages."""
     text = str(tol).strip()
     try:
         found = measure(text[:-1], "1") / 100 * extent if text.endswith("%") else measure(text, unit or "1")
@@ -184,7 +184,7 @@ def _compare(
 ) -> Without:
     ratios = []
     try:
-        found = run(scene)  # compiles
+        found = run(scene)  # with compilation
         for _ in range(repeats):
             one, other = run(scene), run(whole.scene)
             ratios.append(one.stats["seconds"]["integrate"] / max(other.stats["seconds"]["integrate"], 1e-9))

@@ -1,6 +1,6 @@
-"""Energy: what methods lose or gain of it, over time and over the step.
+"""Energy: its loss or gain with every method, as a function of time and of the step.
 
-Where the model conserves energy, its value at the start is what it is compared with; else that of the reference.
+If the model conserves energy, errors are relative to the initial value; else to the reference.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from mbdsl.studies.slopes import Fit, fit
 from mbdsl.studies.survey import Asked, Row, Survey, finite, measure, prepare
 
 Array = NDArray[np.float64]
-PARTS = (4.0, 2.0, 1.0, 0.5, 0.25)  #: of the model's own step
+PARTS = (4.0, 2.0, 1.0, 0.5, 0.25)  #: relative to the step of the model
 TOLS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 
 
 class Energy(Study):
-    """``conserved`` tells what errors are counted from."""
+    """``conserved`` decides whether errors are relative to the initial energy or to the reference."""
 
     kind = "energy"
 
@@ -42,9 +42,9 @@ class Energy(Study):
         self.floor = 0.0 if self.conserved else survey.reference.floor(q).largest
 
     def error(self, row: Row) -> tuple[Array, Array]:
-        """Times (N,) [s], and what the energy is off there (N,) [J], with its sign.
+        """Times (N,) [s] and the error of the energy there (N,) [J], with its sign.
 
-        Where it is conserved these are ends of steps, else the times that all runs have in common.
+        The times are ends of steps if the energy is conserved, else those that all runs have in common.
         """
         if self.conserved:
             assert row.own is not None
@@ -55,14 +55,14 @@ class Energy(Study):
         return other.t, E[matching(row.trajectory.t, other.t)] - other["energy.total"]
 
     def mean(self, row: Row) -> float:
-        """The mean over time of its absolute value [J]: steps may differ, so each counts by its length."""
+        """The mean over time of its absolute value [J], weighted by the step sizes."""
         t, e = self.error(row)
         if len(t) < 2:
             return float(np.abs(e).mean())
         return float(np.diff(t) @ (np.abs(e[1:]) + np.abs(e[:-1])) / (2.0 * (t[-1] - t[0])))
 
-    def told(self, error: float) -> str:
-        """An error [J] as it is read: in brackets what the reference does not tell."""
+    def shown(self, error: float) -> str:
+        """An error [J] as text; below the resolution of the reference in brackets."""
         return number(error) if error >= self.floor else f"({number(error)})"
 
     def slope(self, rows: list[Row]) -> Fit | None:
@@ -82,17 +82,17 @@ class Energy(Study):
         what = "Energy is conserved: errors are counted from its start."
         if not self.conserved:
             what = "Energy is not conserved: errors are counted from the reference."
-        told = [f"{what} Between kinds of energy, {self.exchanged:.4g} J are exchanged.", trusted(s)]
-        return told + troubles(s)
+        lines = [f"{what} Between kinds of energy, {self.exchanged:.4g} J are exchanged.", trusted(s)]
+        return lines + troubles(s)
 
     def tables(self) -> list[Table]:
         rows = []
         for name, series in self.survey.series().items():
             slope = self.slope(series)
             for row in series:
-                told = str(slope) if slope and row is series[-1] else ""
+                shown = str(slope) if slope and row is series[-1] else ""
                 if row.run.problem:
-                    rows.append((name, size(row), row.run.word, "", "", "", told))
+                    rows.append((name, size(row), row.run.word, "", "", "", shown))
                     continue
                 _, e = self.error(row)
                 largest = float(np.abs(e).max())
@@ -101,11 +101,11 @@ class Energy(Study):
                     (
                         name,
                         size(row),
-                        self.told(self.mean(row)),
-                        self.told(largest),
+                        self.shown(self.mean(row)),
+                        self.shown(largest),
                         share if largest >= self.floor else f"({share})",
                         f"{e[-1]:+.1e}".replace("e-0", "e-"),
-                        told,
+                        shown,
                     )
                 )
         columns = ("method", "step or tol", "mean [J]", "largest [J]", "of exchanged", "at end [J]", "slope of mean")

@@ -1,8 +1,8 @@
-"""Errors of a run: in positions, velocities, reactions, energy, constraints, and in any signal.
+"""Errors of a run: of positions, velocities, reactions, energy, constraints, and any signal.
 
-Every quantity stands for some signals. Its absolute error is the largest of theirs in their own units; the scaled one
-counts lengths in the mechanism's size, velocities in the largest speed, forces in the largest reaction, energy in
-what is exchanged, and a signal by its own range.
+A quantity is a group of signals. Its absolute error is the largest of theirs in their own units. In the scaled error,
+lengths are relative to the size of the mechanism, velocities to the largest speed, forces to the largest reaction,
+energy to the amount exchanged between its kinds, and a signal to its range.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 class Solution(Protocol):
-    """What errors are measured against: signals by name at times t."""
+    """A solution to compare with: signals by name at times t."""
 
     t: Array
 
@@ -32,7 +32,7 @@ class Solution(Protocol):
 
 @dataclass(frozen=True)
 class Quantity:
-    """``weights`` scale the errors of ``signals``; a quantity that is an error itself needs no reference."""
+    """``weights`` scale the errors of ``signals``; a quantity that is an error ``itself`` needs no reference."""
 
     key: str
     label: str
@@ -44,7 +44,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Error:
-    """The largest over time, and that at the end; absolute and scaled."""
+    """The largest error over time and that at the end; absolute and scaled."""
 
     largest: float
     scaled: float
@@ -53,9 +53,9 @@ class Error:
 
 
 def quantities(trajectory: Trajectory, reference: Solution, patterns: Sequence[str] = ()) -> list[Quantity]:
-    """q, v, reactions, energy, Phi and dPhi, as far as there are any, and the signals that match ``patterns``.
+    """The quantities q, v, reactions, energy, Phi and dPhi that exist, and the signals that match ``patterns``.
 
-    ``reference`` gives the scales.
+    ``reference`` determines the scales.
     """
     size = trajectory.system.tables.size
     names = [name for name in trajectory.default_names if name in reference]
@@ -94,7 +94,7 @@ def quantities(trajectory: Trajectory, reference: Solution, patterns: Sequence[s
 
 
 def reactions(trajectory: Trajectory) -> list[str]:
-    """Names of the forces and torques that joints transmit."""
+    """Names of the reaction forces and torques of all joints."""
     found = []
     for c in trajectory.scene.components.values():
         if isinstance(c.kind, JointKind):
@@ -103,7 +103,7 @@ def reactions(trajectory: Trajectory) -> list[str]:
 
 
 def _largest(reference: Solution, weights: Mapping[str, float]) -> float:
-    """The largest weighted absolute value; 1 where all vanish."""
+    """The largest weighted absolute value; 1 if all are zero."""
     sizes = (
         weight * np.abs(reference[name]).max(initial=0.0, where=np.isfinite(reference[name]))
         for name, weight in weights.items()
@@ -112,8 +112,10 @@ def _largest(reference: Solution, weights: Mapping[str, float]) -> float:
 
 
 def over_time(quantity: Quantity, found: Solution, reference: Solution, scaled: bool = True) -> Array:
-    """The error (N,) at the times of ``reference``: infinite where what is ``found`` has no value that the reference
-    has, and nan where the reference has none. A quantity that is an error itself is that at all times of ``found``.
+    """The error (N,) at the times of ``reference``.
+
+    It is infinite where only the reference has a value, and nan where the reference has none. A quantity that is an
+    error itself is evaluated at all times of ``found``.
     """
     rows = np.arange(len(found.t)) if quantity.itself else matching(found.t, reference.t)
     largest = np.full(len(rows), np.nan)
@@ -127,12 +129,12 @@ def over_time(quantity: Quantity, found: Solution, reference: Solution, scaled: 
 
 
 def matching(t: Array, times: Array) -> Array:
-    """For each of ``times`` the index of the one in ``t`` that is it."""
+    """The index in ``t`` of each of ``times``."""
     return np.minimum(np.searchsorted(t, times - 1e-9 * (np.ptp(t) or 1.0)), len(t) - 1)
 
 
 def error(quantity: Quantity, found: Solution, reference: Solution) -> Error:
-    """Of what is ``found``; infinite where nothing can be compared, as nothing is known of it then."""
+    """The error of ``found``; infinite if nothing can be compared."""
     plain, scaled = (over_time(quantity, found, reference, s) for s in (False, True))
     there = ~np.isnan(plain)
     if not there.any():

@@ -1,9 +1,9 @@
 """The suite of hard cases: models with independent answers, run by every method, and a verdict for every run.
 
-A folder holds models, ``NAME.mbd``, and the cases of each, ``NAME.json``: parameters, a step, a tolerance, and either
-the expected signals (values at times, or a constant, from a closed form or another program) or the time and the words
-of the expected error. A run is ``WRONG`` if it ends with exit code 0 and an error that is larger than its tolerance
-allows, or larger than a run with a shorter step explains.
+A folder contains models, ``NAME.mbd``, and the cases of each, ``NAME.json``: parameters, a step, a tolerance, and
+either the expected signals (values at times, or a constant, from a closed form or another program) or the time and the
+words of the expected error. A run is ``WRONG`` if it ends with exit code 0 and an error that is larger than its
+tolerance allows, or larger than a run with a shorter step explains.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ Array = NDArray[np.float64]
 class Check:
     """The expected values of a signal, ``values`` at ``times`` [s] or one constant; errors are in units of ``scale``.
 
-    Errors below ``within`` are accepted whatever the step is. ``grows`` limits the growth of an energy, which a method
-    may dissipate but not create. The tolerance does not apply to signals that are not ``controlled``: reactions.
+    Errors below ``within`` are accepted at any step. ``grows`` limits the growth of an energy, which a method may
+    dissipate but not create. The tolerance does not apply to signals that are not ``controlled``: reactions.
     """
 
     signal: str
@@ -79,12 +79,12 @@ class Stop:
 
 @dataclass(frozen=True)
 class Case:
-    """A model with parameters, a step [s] and a tolerance (either may be left out), and the expected result."""
+    """A model with parameters, an optional step [s], an optional tolerance, and the expected result."""
 
     model: Path
     name: str
     group: str
-    answer: str  #: where the answer comes from
+    answer: str  #: source of the answer
     stop: float
     step: float | None = None
     tol: float | None = None
@@ -103,19 +103,19 @@ class Cell:
 
     verdict: str
     text: str
-    reason: str = ""  #: why, where it stopped
+    reason: str = ""  #: reason why it stopped
 
     def __str__(self) -> str:
         return {"WRONG": f"WRONG {self.text}", "step": f"({self.text})"}.get(self.verdict, self.text)
 
 
 def read(folder: str | PathLike, only: str = "*") -> list[Case]:
-    """The cases of a folder, or of one model, in the order of their groups; ``only`` is a glob of their names.
+    """The cases of a folder or of one model, in the order of their groups; ``only`` is a glob of their names.
 
     Raises
     ------
     UsageError
-        There are none.
+        If there are none.
     """
     place = Path(folder)
     files = [place.with_suffix(".json")] if place.suffix else sorted(place.glob("*.json"))
@@ -134,19 +134,19 @@ def read(folder: str | PathLike, only: str = "*") -> list[Case]:
 
 
 def _cases(file: Path) -> Iterator[Case]:
-    """Those that a file of answers lists."""
+    """The cases in a file of answers."""
     said = json.loads(file.read_text(encoding="utf-8"))
     for case in said["cases"]:
         checks = tuple(Check(**check) for check in case.pop("checks", ()))
         stops = Stop(**case.pop("stops")) if "stops" in case else None
         case = {"group": said["group"], "answer": said["answer"], **case}
         made = Case(file.with_suffix(".mbd"), checks=checks, stops=stops, **case)
-        int(made.group.split(".")[0])  # by which they are sorted
+        int(made.group.split(".")[0])  # the sort key
         yield made
 
 
 def measure(case: Case, method: str, tol: bool = False, budget: float = BUDGET) -> Cell | None:
-    """Run a case by a method, at its step or with its tolerance; None where it has none, or the method cannot."""
+    """Run a case by a method, at its step or with its tolerance; None if that is impossible."""
     size = case.tol if tol else case.step
     if size is None or ("controlled" if tol else "fixed") not in available()[method].steps:
         return None
@@ -181,13 +181,13 @@ def measure(case: Case, method: str, tol: bool = False, budget: float = BUDGET) 
 
 
 def _explained(check: Check, found: Trajectory, finer: Trajectory) -> bool:
-    """Whether the shorter step shows the error, and does not have twice as much of it, as rounding has."""
+    """Whether a run with a shorter step reduces the error, unlike an error due to rounding."""
     error, shown = abs(check.error(found)), float(np.abs(check.differences(found) - check.differences(finer)).max())
     return error <= SHOWN * shown and abs(check.error(finer)) <= 2.0 * error
 
 
 def _passes(check: Check, error: float, tol: float | None) -> bool:
-    """Whether the error is small enough by itself."""
+    """Whether the error is small enough at any step."""
     if not np.isfinite(error):
         return False
     if tol is not None:
@@ -196,14 +196,14 @@ def _passes(check: Check, error: float, tol: float | None) -> bool:
 
 
 def _run(case: Case, method: str, size: float, tol: bool, budget: float) -> Trajectory:
-    # hard cases are variants of the models in the folder around theirs
+    # hard cases extend models of the parent folder
     scene = load(case.model, dict(case.parameters), allow_imports=case.model.absolute().parent.parent)
     even = np.linspace(scene.experiment.start, case.stop, POINTS + 1)[1:]
-    if not tol:  # where steps end: between them is interpolated
+    if not tol:  # at ends of steps, because output between them is interpolated
         even = np.unique(np.maximum(np.round(even / size), 1.0)) * size
         even = np.append(even[even < case.stop * (1 - 1e-9)], case.stop)
     asked = [t for check in case.checks for t in check.times if t > scene.experiment.start]
-    begun: list[float] = []  # with the first steps: what is compiled before does not count
+    begun: list[float] = []  # from the first steps on: compilation does not count
 
     def progress(_):
         begun.append(time.process_time())
@@ -222,7 +222,7 @@ def _run(case: Case, method: str, size: float, tol: bool, budget: float) -> Traj
 
 
 def _union(asked: Sequence[float], even: Array, stop: float) -> Array:
-    """Both in order; what differs by rounding only, once."""
+    """Both sequences merged in order; values that differ by rounding only once."""
     both = np.union1d(asked, even)
     both = both[np.append(np.diff(both) > 1e-9 * stop, True)]
     both[-1] = stop
@@ -230,7 +230,7 @@ def _union(asked: Sequence[float], even: Array, stop: float) -> Array:
 
 
 def _stopped(case: Case, problem: MbdslError) -> Cell:
-    """A run that stopped with a reason, and whether that was the right one."""
+    """A run that stopped with a reason, compared with the expected one."""
     trajectory = problem.trajectory if isinstance(problem, IntegrationError) else None
     t = float(trajectory.t[-1]) if trajectory is not None and len(trajectory.t) else None
     text = f"exit {problem.exit_code}" + (f" at {t:.3g} s" if t is not None else "")
@@ -249,7 +249,7 @@ def _stopped(case: Case, problem: MbdslError) -> Cell:
 
 
 def _reason(problem: MbdslError) -> str:
-    """Why a run stopped, without the times and sizes that differ from run to run."""
+    """The reason of a failed run, without times and sizes, which differ from run to run."""
     first, *rest = problem.message.split("; ")
     parts = [first.split(" in the step to")[0].split(" at t =")[0]]
     parts += [f"singular pose of {part.split('): ')[1].split(' depend')[0]}" for part in rest if "the pose is" in part]
@@ -259,11 +259,11 @@ def _reason(problem: MbdslError) -> str:
 
 
 def _told(checks: Sequence[Check], errors: Sequence[float]) -> str:
-    """The largest error of what has values, and those of energies."""
+    """The largest error of signals with values, and those of energies."""
     plain = [e for c, e in zip(checks, errors, strict=True) if c.grows is None]
     energy = [e for c, e in zip(checks, errors, strict=True) if c.grows is not None]
-    told = [f"{max(plain):.1e}"] if plain else []
-    return ", ".join(told + ([f"E {max(energy, key=abs):+.1e}"] if energy else []))
+    parts = [f"{max(plain):.1e}"] if plain else []
+    return ", ".join(parts + ([f"E {max(energy, key=abs):+.1e}"] if energy else []))
 
 
 def hard(
@@ -278,20 +278,24 @@ def hard(
     Parameters
     ----------
     folder : path
-        Of models with their cases, or of one model.
+        Folder of models with their cases, or one model.
     chosen : sequence of str
-        Methods.
-    only : str
-        A glob of cases.
-    budget : float [s]
-        What a run may take.
+        Names of methods.
+    only : str, optional
+        A glob of names of cases.
+    budget : float, optional [s]
+        Time limit of a run.
     tell : callable, optional
-        Told about each case before it runs.
+        Called with the name of each case before it runs.
+
+    Returns
+    -------
+    Suite
 
     Raises
     ------
     UsageError
-        There is no such case.
+        If there is no such case.
     """
     rows = []
     for case in read(folder, only):

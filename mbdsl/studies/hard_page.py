@@ -29,7 +29,7 @@ the wrong reason.
 
 @dataclass(frozen=True)
 class Suite:
-    """All cells: a row for a case at its step or tolerance, in the columns the methods."""
+    """All results: a row for each case at its step or tolerance, a column for each method."""
 
     methods: tuple[str, ...]
     rows: tuple[tuple[Case, str, tuple[Cell | None, ...]], ...]
@@ -45,16 +45,16 @@ class Suite:
         ]
 
     def __str__(self) -> str:
-        """A table for each group: where its answers come from, cells, reasons."""
+        """A table for each group: sources of the answers, results, reasons."""
         return "\n\n".join(part for group in self.groups() for part in self._group(group)) + "\n\n" + self.count()
 
     def groups(self) -> list[str]:
         return list(dict.fromkeys(case.group for case, *_ in self.rows))
 
     def count(self) -> str:
-        """How many runs there were, and how they ended."""
+        """Number of runs, by their results."""
         found = [cell.verdict for *_, cells in self.rows for cell in cells if cell is not None]
-        told = {
+        texts = {
             "right": "right",
             "step": "inaccurate because of the step",
             "stops": "stopped with a reason",
@@ -63,12 +63,12 @@ class Suite:
         }
         return (
             f"{len(found)} runs of {', '.join(self.methods)}: "
-            + ", ".join(f"{found.count(key)} {text}" for key, text in told.items())
+            + ", ".join(f"{found.count(key)} {text}" for key, text in texts.items())
             + "."
         )
 
     def page(self) -> str:
-        """The whole page of the documentation."""
+        """The page of the documentation."""
         return f"{HEAD}\n{self}\n"
 
     def _group(self, group: str) -> Iterator[str]:
@@ -89,7 +89,7 @@ class Suite:
 
 
 def _numbered(cell: Cell | None, notes: dict[str, int]) -> str:
-    """A cell, with the number of its reason."""
+    """A result, with the number of its reason."""
     if cell is None:
         return ""
     if not cell.reason:

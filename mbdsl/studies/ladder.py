@@ -1,6 +1,6 @@
 """Runs of one method with decreasing steps or tolerances, and the error estimate of the last.
 
-A run may have a lower order than its method: a corner in a law, friction or rounding reduce it. Therefore the estimate
+A run may have a lower order than its method because of a corner in a law, friction or rounding. Therefore the estimate
 follows from observed differences. With two runs it is their difference; with three runs the order p is observed, and
 the estimate is the difference of the last two divided by r^p - 1, where r is the ratio of their steps.
 """
@@ -19,8 +19,8 @@ from mbdsl.studies.error_measures import error, quantities
 from mbdsl.studies.time_limits import TooLong
 
 AIM = 0.5  #: target of the error, relative to the accuracy
-MOST, BLIND = 12, 6  #: most runs of one method, and of one whose runs are all identical
-CREDIT = 100.0  #: largest reduction of the error that one further run aims at
+MOST, BLIND = 12, 6  #: largest number of runs of a method, and of one whose runs are identical
+CREDIT = 100.0  #: largest reduction of the error that a further run aims at
 ROUNDING = 1e-6  #: errors below this that do not decrease any more are due to rounding
 LONGEST = 600.0  #: longest expected time of a run [s], or relative to the first run
 LARGEST = 0.05  #: estimates above this are unreliable
@@ -31,11 +31,11 @@ Run = Callable[[Case], Trajectory]
 
 @dataclass
 class Ladder:
-    """Runs of one method; ``estimates`` of their errors from the second on."""
+    """Runs of one method; ``estimates`` are their error estimates, from the second run on."""
 
     method: str
     fixed: bool
-    sizes: list[float]  #: of the runs done, and of those to be done next
+    sizes: list[float]  #: sizes of completed runs, and of those to come
     runs: list[Trajectory] = field(default_factory=list)
     differences: list[float] = field(default_factory=list)
     estimates: list[float] = field(default_factory=list)
@@ -43,18 +43,18 @@ class Ladder:
 
     @property
     def declared(self) -> float:
-        """The order with which errors should fall: with the step, or with the tolerance."""
+        """The nominal order of the errors in the step or the tolerance."""
         return float(available()[self.method].order) if self.fixed else 1.0
 
     @property
     def order(self) -> float | None:
-        """The order observed, at most the declared one; None where there are fewer than three runs."""
+        """The observed order, at most the declared one; None with fewer than three runs."""
         if len(self.differences) < 2:
             return None
         count = len(self.runs)
         if self.fixed:
             seen = observed(self.sizes[count - 3 : count], self.differences[-2:])
-        else:  # a difference is about the error of the run before
+        else:  # a difference is about the error of the previous run
             one, two = self.differences[-2:]
             ratio = math.log(self.sizes[count - 3] / self.sizes[count - 2])
             seen = math.log(max(one, 1e-300) / max(two, 1e-300)) / ratio
@@ -84,7 +84,7 @@ class Ladder:
         return not self.fixed and same and self.differences[-1] == 0.0
 
     def add(self, run: Run, size: float) -> None:
-        """A run more, and its estimate."""
+        """Add a run and its estimate."""
         self.sizes[len(self.runs) :] = [size]
         try:
             self.runs.append(run(self.case(size)))
@@ -101,11 +101,11 @@ class Ladder:
         if self.fixed:
             return differ if order is None else differ / max(ratio**order - 1.0, 1.0 / 3.0)
         before, own = (run.stats["error"] for run in self.runs[-2:])
-        if before and own:  # what runs say of themselves, and more where they differ by more than that
+        if before and own:  # the estimate of the run itself, raised if runs differ by more
             return own * max(1.0, differ / (before + own))
         if self.blind:
             return self.estimates[-1] if self.estimates else self.sizes[len(self.runs) - 1]
-        # errors follow tolerances loosely
+        # errors follow tolerances only roughly
         return differ if order is None else differ / ratio**order
 
     def next(self, target: float) -> float:
@@ -124,9 +124,9 @@ class Ladder:
         return self.seconds * max(1.0, self.estimate / (AIM * target)) ** power
 
     def start(self, run: Run, may_fail: bool) -> None:
-        """The first two runs, with shorter steps where it takes these to come to an end.
+        """The first two runs, with shorter steps if longer ones fail.
 
-        Unless it ``may_fail``, as there are others, what is wrong with model or arguments is raised as it is.
+        Errors of the model or the arguments are raised, unless the method ``may_fail`` because there are others.
         """
         sizes = list(self.sizes)
         for _ in range(4):
@@ -142,7 +142,7 @@ class Ladder:
                 if not isinstance(problem, IntegrationError) or isinstance(problem, TooLong):
                     return
                 if problem.trajectory is not None and problem.trajectory.stats.get("horizon") is not None:
-                    return  # nothing can be known of the end
+                    return  # the end is unknown
             sizes = [size / (8.0 if self.fixed else 100.0) for size in sizes]
 
     def descend(self, target: float, run: Run) -> None:
@@ -165,7 +165,7 @@ class Ladder:
 
 
 def difference(one: Trajectory, other: Trajectory) -> float:
-    """Between positions and velocities, scaled, the largest over time."""
+    """The largest scaled difference of positions and velocities over time."""
     wanted = [q for q in quantities(other, other) if q.key in ("q", "v")]
     return max((error(q, one, other).scaled for q in wanted), default=0.0)
 
@@ -173,7 +173,7 @@ def difference(one: Trajectory, other: Trajectory) -> float:
 def observed(sizes: Sequence[float], differences: Sequence[float]) -> float:
     """The order p of errors C h^p, from the differences of solutions at three sizes, by bisection; at least 0.1.
 
-    (h_1^p - h_2^p) / (h_2^p - h_3^p) grows with p.
+    (h_1^p - h_2^p) / (h_2^p - h_3^p) increases with p.
     """
     one, two = differences
     r, s = sizes[0] / sizes[1], sizes[2] / sizes[1]

@@ -27,13 +27,13 @@ from mbdsl.studies.slopes import CLEAR
 from mbdsl.studies.store import Store
 from mbdsl.studies.survey import Asked
 
-AIM = 0.8  #: part of the error that is aimed at: a step is not tried for every per cent
-RUNS = 8  #: of one method, at most
-FAR = 3.0  #: times as slow as the best so far: no more is tried
-SHORT = 0.1  #: seconds of a run that are too short to tell by one run
+AIM = 0.8  #: part of the error that is the target, to avoid trials for small improvements
+RUNS = 8  #: largest number of runs of one method
+FAR = 3.0  #: a method that is this many times as slow as the fastest one is not tried further
+SHORT = 0.1  #: duration [s] below which a single run is too short to time
 ASKED = "the error asked for"
 SHARE = 0.7  #: part of the remaining budget for finding cases; the rest is for timing them
-JUMP = 32.0  #: from one step to the next: errors of long steps tell little of short ones
+JUMP = 32.0  #: largest ratio of successive steps, because errors at long steps predict little
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def recommend(
     quickest = math.inf
     ways = _promising(names)
     for k, (name, kind) in enumerate(ways):
-        # no way may use up the time of the others
+        # no method may use up the time of the others
         share = runner.left * max(SHARE / (len(ways) - k), 0.25)
         found, why = search.reach(name, kind, quickest, share)
         if found is None:
@@ -164,7 +164,7 @@ def recommend(
     near = [c for c in choices if c.time <= max(FAR * quickest, SHORT)]
     times = runner.time([c.case for c in near], given.repeats, {c.case: c.time for c in near}.__getitem__)
     note = ""
-    if len(times) < len(near):  # the median of several runs beside a single one would tell nothing
+    if len(times) < len(near):  # medians of several runs and single runs are not comparable
         times, note = {}, f"times are of one run each, as the budget of {given.budget:g} s was spent"
     timed = [Choice(c.case, c.error, times.get(c.case, c.seconds)) for c in near]
     others += [(c.case.series, f"takes {c.time / quickest:.0f} times as long") for c in choices if c not in near]
@@ -189,7 +189,7 @@ def recommend(
 
 @dataclass
 class Search:
-    """Steps and tolerances tried until the error is small enough."""
+    """Search for the longest step or tolerance with a small enough error."""
 
     runner: Runner
     reference: Reference
@@ -209,10 +209,9 @@ class Search:
     def reach(
         self, name: str, kind: str, quickest: float = math.inf, share: float = math.inf
     ) -> tuple[Choice | None, str]:
-        """The case of a method that reaches the target with the longest step tried, or why there is none.
+        """The case of a method that reaches the target with the longest step tried, or the reason why there is none.
 
-        Runs that take far longer than the ``quickest`` that is known, or all together longer than ``share`` [s], are
-        ended.
+        Runs that take far longer than the ``quickest`` known one, or in sum longer than ``share`` [s], are stopped.
         """
         fixed = kind == "fixed"
         order = float(available()[name].order) if fixed else 1.0
@@ -223,7 +222,7 @@ class Search:
         slow, spent = max(FAR * quickest, SHORT), 0.0
         for _ in range(RUNS):
             case = _case(name, kind, _rounded(at))
-            limit = min(4.0 * slow, share - spent)  # a slow run that ends says more than one that is cut off
+            limit = min(4.0 * slow, share - spent)  # a slow complete run gives more information than a stopped one
             run = self.runner.compute([case], limit=limit)[case]
             spent += min(limit, run.stats.get("seconds", {}).get("integrate", limit if run.late else 0.0))
             if run.late and best is None and limit >= 4.0 * slow:
@@ -236,7 +235,7 @@ class Search:
                 continue
             e, seconds = self.error(self.runner.trajectory(run)), run.stats["seconds"]["integrate"]
             if e <= self.target:
-                best = Choice(case, e, [seconds])  # what follows is less exact
+                best = Choice(case, e, [seconds])  # errors increase from here on
                 if e > self.target / 4.0 or any(size <= 2.5 * at for size, _ in tried):
                     break
             elif best is not None:
@@ -250,7 +249,7 @@ class Search:
                 order = min(max(seen, 0.5), 2.0 * order)
             change = (AIM * self.target / max(e, 1e-300)) ** (1.0 / order)
             if best is None and tried and e > 0.9 * tried[-1][1]:
-                change = min(change, 0.1)  # over some range of tolerances one run may be the result for all of them
+                change = min(change, 0.1)  # over a range of tolerances a single run may be the result of all of them
             tried.append((at, e))
             at *= min(max(change, 1.0 / JUMP), 0.7 if best is None else JUMP)
             if at >= (10.0 * self.runner.setting.interval if fixed else 1e-2):
@@ -259,12 +258,12 @@ class Search:
 
     @property
     def target_part(self) -> float:
-        """The target as part of the scale."""
+        """The target relative to the scale."""
         return self.target if self.scaled else self.target * self.wanted[0].weights[0]
 
 
 def _promising(names: Sequence[str]) -> list[tuple[str, str]]:
-    """Methods with the kind of their steps, those of high order first: where these are quick, others need no time."""
+    """Methods with their kinds of steps, high orders first: if these are fast, others can be stopped early."""
     high = precise()
     ordered = sorted(names, key=lambda name: high.index(name) if name in high else len(high))
     return [(name, kind) for name in ordered for kind in available()[name].steps]
@@ -273,7 +272,7 @@ def _promising(names: Sequence[str]) -> list[tuple[str, str]]:
 def _search(
     runner: Runner, names: Sequence[str], given: Asked, target: float | str, signal: str | None
 ) -> tuple[Reference, Search]:
-    """A reference that is exact enough to tell, and the search by it."""
+    """A sufficiently accurate reference, and the search based on it."""
     if given.reference == "auto":
         reference = automatic(runner, names, None)
     else:
@@ -294,8 +293,8 @@ def _by(runner: Runner, reference: Reference, target: float | str, signal: str |
     if signal is None:
         wanted = [q for q in quantities(like, solution) if q.key in ("q", "v")]
         if not wanted:
-            told = f"{reference.how} has no positions and velocities"
-            raise UsageError(told, hint="say which of its signals is looked at: --signal NAME")
+            text = f"{reference.how} has no positions and velocities"
+            raise UsageError(text, hint="say which of its signals is looked at: --signal NAME")
         number_ = tolerance(target, "", 1.0, ASKED)
         return Search(runner, reference, wanted, number_, "", "positions and velocities, scaled", True)
     (name,) = like.select([signal]) if signal in like else [signal]
@@ -311,6 +310,6 @@ def _case(method: str, kind: str, size: float) -> Case:
 
 
 def _rounded(x: float) -> float:
-    """Two digits, downwards."""
+    """``x`` rounded down to two digits."""
     digit = 10.0 ** (math.floor(math.log10(x)) - 1)
     return float(f"{math.floor(x / digit * (1 + 1e-9)) * digit:.2g}")

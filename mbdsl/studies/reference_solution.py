@@ -1,7 +1,7 @@
-"""The reference of a study: a solution by one family of methods, and how far one of another family differs from it.
+"""The reference of a study: a solution by one family of methods, checked by a solution of another family.
 
-Preferred are methods of high order at a tight tolerance. Where there are too few, methods of order 2 at short steps
-are extrapolated: with the error as a series c_2 h^2 + c_3 h^3 + ..., solutions at h, h/2, h/4 and h/8 give that at 0.
+Methods of high order at a tight tolerance are preferred. If there are too few of them, solutions of methods of order 2
+at steps h, h/2, h/4 and h/8 are extrapolated to h = 0, with the error as a series c_2 h^2 + c_3 h^3 + ...
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from mbdsl.studies.runner import Runner
 from mbdsl.studies.store import OUT_OF_TIME, Computed
 
 Array = NDArray[np.float64]
-TIGHT = (1e-12, 1e-10, 1e-8)  #: tolerances of a reference; the first with which it runs is taken
-POWERS = (2, 3, 4)  #: of h that extrapolation removes
-GOOD = 1e-9  #: scaled difference of two references beyond which more is tried
-FINER = 3  #: times that steps are made shorter by four
-FEWEST = 20  #: output points that a file with more is looked at
+TIGHT = (1e-12, 1e-10, 1e-8)  #: tolerances of a reference; the first that succeeds is used
+POWERS = (2, 3, 4)  #: powers of h that the extrapolation removes
+GOOD = 1e-9  #: scaled difference of two references above which further ones are computed
+FINER = 3  #: how often steps are divided by four
+FEWEST = 20  #: largest number of output points used of a file
 
 
 @dataclass
 class Reference:
-    """``solution`` by ``how``, and ``check`` by ``checked_by``; None where nobody knows how exact it is."""
+    """A ``solution`` and its method ``how``, with the solution ``check`` by ``checked_by``; None without a check."""
 
     solution: Solution
     how: str
@@ -47,11 +47,11 @@ class Reference:
 
     @classmethod
     def none(cls) -> Reference:
-        """Where nothing is compared."""
+        """No reference, for studies that need none."""
         return cls(Columns(np.empty(0), {}), "none")
 
     def floor(self, quantity: Quantity) -> Error:
-        """What the reference is trusted to: errors below that cannot be told."""
+        """The resolution of the reference: smaller errors cannot be determined."""
         if quantity.itself or self.check is None:
             return Error(0.0, 0.0, 0.0, 0.0)
         if quantity.key not in self._floors:
@@ -59,7 +59,7 @@ class Reference:
         return self._floors[quantity.key]
 
     def digits(self, quantity: Quantity) -> float | None:
-        """Decimal digits that are trusted, relative to the quantity's scale; None where nobody knows."""
+        """Number of trusted decimal digits, relative to the scale of the quantity; None without a check."""
         if self.check is None or quantity.itself:
             return None
         return max(0.0, float(-np.log10(max(self.floor(quantity).scaled, 1e-17))))
@@ -70,7 +70,7 @@ class Reference:
 
 @dataclass
 class Columns:
-    """Signals out of a file, at those of its times that are output times of a study."""
+    """Signals of a file, at those of its times that are output times of the study."""
 
     t: Array
     columns: dict[str, Array]
@@ -83,17 +83,17 @@ class Columns:
 
 
 def from_file(path: str | PathLike, runner: Runner, signals: Sequence[str] = ()) -> Reference:
-    """The signals of a result file; ``signals`` are patterns of those that are asked for.
+    """The signals of a result file as reference; ``signals`` are patterns of requested signals.
 
     Raises
     ------
     UsageError
-        If it cannot be read, does not go up to the stop time of the study, has none of the signals that are looked at
-        or none that a pattern asks for, or has no numbers where it should.
+        If the file cannot be read, ends before the stop time of the study, lacks the requested signals or all signals
+        of the study, or has nan values in them.
     """
     columns, meta = results.read(path)
     file, of, like = Path(path).name, runner.setting, runner.blank()
-    told = [] if meta.get("complete", True) else ["incomplete"]
+    limits = [] if meta.get("complete", True) else ["incomplete"]
     t, times = _times(file, columns, of), of.times
     rows = matching(t, times)
     there = np.abs(t[rows] - times) <= 1e-6 * of.interval
@@ -105,15 +105,15 @@ def from_file(path: str | PathLike, runner: Runner, signals: Sequence[str] = ())
             f"the last time that it has before: --stop {before:.9g}",
         )
     if not there[1:].all():
-        told.append(f"at {there[1:].sum()} of {of.points} times")
+        limits.append(f"at {there[1:].sum()} of {of.points} times")
     kept = {name: np.asarray(x)[rows[there]] for name, x in columns.items() if np.shape(x) == t.shape}
     moving = [name for name in like.default_names if name in kept]
     if len(moving) < len(like.default_names):
-        told.append(f"{len(moving)} of {len(like.default_names)} positions and velocities")
+        limits.append(f"{len(moving)} of {len(like.default_names)} positions and velocities")
     asked = [name for name in like.select(signals) if name != "time"] if signals else []
     _check_asked(file, kept, like, signals)
     if missing := [name for name in asked if name not in kept]:
-        told.append(f"without {few(missing)}")
+        limits.append(f"without {few(missing)}")
     energies = [name for name in ENERGIES if name in kept]
     others = [name for name in (*reactions(like), *asked) if name in kept]
     if not (moving or energies or others):
@@ -121,15 +121,15 @@ def from_file(path: str | PathLike, runner: Runner, signals: Sequence[str] = ())
             f"`{file}` has no signal of {of.scene.name}: it has {few(kept)}",
             hint="a reference is a result file of the same model",
         )
-    # what is undetermined in some poses, as reactions may be, cannot be told there
+    # a signal that is undetermined in some poses, as reactions may be, is not compared there
     gaps = [name for name in others if not np.isfinite(kept[name]).all()]
     wrong = [name for name in (*moving, *energies) if not np.isfinite(kept[name]).all()]
     wrong += [name for name in gaps if not np.isfinite(kept[name]).any()]
     if wrong:
         raise UsageError(f"`{file}` has no numbers (nan) in {few(wrong)}", hint="take them out, or another file")
     if gaps:
-        told.append(f"at some times without {few(gaps)}")
-    how = f"`{file}`" + (f" ({', '.join(told)})" if told else "")
+        limits.append(f"at some times without {few(gaps)}")
+    how = f"`{file}`" + (f" ({', '.join(limits)})" if limits else "")
     return Reference(Columns(times[there], kept), how)
 
 
@@ -141,9 +141,9 @@ def _times(file: str, columns: Mapping[str, Array], of: Setting) -> Array:
     if not (np.isfinite(t).all() and (np.diff(t) >= 0.0).all()):
         raise UsageError(f"`{file}` is no result: its times do not go up")
     if t[-1] < of.stop - 1e-6 * of.interval:
-        told = f"`{file}` ends at {t[-1]:.9g} s, the study at {of.stop:.9g} s"
+        text = f"`{file}` ends at {t[-1]:.9g} s, the study at {of.stop:.9g} s"
         hint = f"compare up to there (--stop {t[-1]:.9g}), or take a reference that goes on"
-        raise UsageError(told, hint=hint if t[-1] > of.start else "take a reference that goes on")
+        raise UsageError(text, hint=hint if t[-1] > of.start else "take a reference that goes on")
     return t
 
 
@@ -154,14 +154,14 @@ def _check_asked(file: str, kept: Mapping[str, Array], like: Trajectory, signals
 
 
 def file_points(path: str | PathLike, of: Setting) -> int:
-    """Output points of a study at whose times a file has values, as far as these are evenly spaced.
+    """Number of output points of a study whose times are in the file, as far as these are evenly spaced.
 
-    They are no more than twice the usual number, unless the file's own number has no divisor that would do.
+    It is at most twice the usual number, unless the number in the file has no suitable divisor.
 
     Raises
     ------
     UsageError
-        If it cannot be read.
+        If the file cannot be read.
     """
     t = np.asarray(results.read(path)[0].get("time", ()), float)
     inside = t[(t > of.start + 1e-9 * of.span) & (t <= of.stop + 1e-9 * of.span)]
@@ -174,14 +174,14 @@ def file_points(path: str | PathLike, of: Setting) -> int:
 
 
 def automatic(runner: Runner, studied: Sequence[str], finest: float | None) -> Reference:
-    """A reference of another family than those studied where there is one, checked by a second family.
+    """A reference of a family that is not studied if there is one, checked by a second family.
 
-    ``finest`` is the shortest step studied, if there is one [s].
+    ``finest`` is the shortest step of the study [s], if it has any.
 
     Raises
     ------
     IntegrationError
-        If no reference can be had.
+        If no reference can be computed.
     """
     own = {family(name) for name in studied}
     high = sorted(precise(), key=lambda name: family(name) in own)
@@ -214,13 +214,13 @@ def automatic(runner: Runner, studied: Sequence[str], finest: float | None) -> R
     return Reference(solution, how, check, other)
 
 
-Found = tuple[str, str, Trajectory]  #: method, how it was used, and what came of it
+Found = tuple[str, str, Trajectory]  #: method, its settings, and its solution
 
 
 def _candidates(
     runner: Runner, names: Sequence[str], longest: float | None = None
 ) -> tuple[list[Found], list[tuple[str, str]]]:
-    """Solutions by at most three families, and why others gave none; extrapolated from ``longest`` [s] where given."""
+    """Solutions by at most three families, and why others failed; extrapolated from ``longest`` [s] if it is given."""
     found: list[Found] = []
     problems = []
     for name in names:
@@ -237,13 +237,13 @@ def _candidates(
 
 
 def _closest(found: Sequence[Found]) -> tuple[float, Found, Found] | None:
-    """The two that differ least, and by how much."""
+    """The two solutions that differ least, and their difference."""
     pairs = [(_difference(one[2], two[2]), one, two) for one, two in combinations(found, 2)]
     return min(pairs, key=lambda pair: pair[0], default=None)
 
 
 def _affordable(runner: Runner, h: float) -> float:
-    """The longest step [s] from which to extrapolate: ``h``, or longer, so that a third of the budget will do."""
+    """The longest step [s] from which to extrapolate: ``h``, or longer, to take at most a third of the budget."""
     first = Case(EXTRAPOLATED[0], step=4.0 * own_step(runner.setting))
     run = runner.compute([first], "how long a step takes")[first]
     if run.done and run.stats["steps"]:
@@ -260,7 +260,7 @@ def _difference(one: Trajectory, other: Trajectory) -> float:
 
 
 def _precise(runner: Runner, name: str) -> tuple[str, Computed]:
-    """By a method of high order, at the tightest tolerance that it takes."""
+    """By a method of high order, at the tightest tolerance that succeeds."""
     for tol in TIGHT:
         case = Case(name, tol=tol)
         run = runner.compute([case], f"reference by {case}", limit=runner.left / 12.0)[case]
@@ -272,9 +272,9 @@ def _precise(runner: Runner, name: str) -> tuple[str, Computed]:
 
 
 def _extrapolated(runner: Runner, name: str, longest: float) -> tuple[str, Computed]:
-    """By a method of order 2 at short steps, extrapolated to none."""
+    """By a method of order 2 at short steps, extrapolated to zero."""
     of = runner.setting
-    each = max(1, round(of.interval / longest))  # steps an output interval
+    each = max(1, round(of.interval / longest))  # steps in an output interval
     steps = [of.interval / (each * 2**k) for k in range(len(POWERS) + 1)]
     cases = [Case(name, step=h) for h in steps]
     runs = runner.compute(cases, f"reference by {name}", limit=runner.left / 3.0)
@@ -289,7 +289,7 @@ def _extrapolated(runner: Runner, name: str, longest: float) -> tuple[str, Compu
 
 
 def extrapolation(steps: Sequence[float]) -> Array:
-    """Weights of solutions at ``steps`` in that without an error of orders ``POWERS``; they sum up to one."""
+    """Weights of solutions at ``steps`` in the extrapolated one, free of errors of orders ``POWERS``; the sum is 1."""
     h = np.asarray(steps) / steps[0]
     powers = POWERS[: len(h) - 1]
     A = np.array([np.ones(len(h)), *(h**p for p in powers)])

@@ -1,4 +1,4 @@
-"""What a study leaves behind: a text, CSV, JSON, pictures and a page, with everything needed to repeat it."""
+"""The output of a study: text, CSV, JSON, figures and a page, with all data that are required to repeat it."""
 
 from __future__ import annotations
 
@@ -297,9 +297,9 @@ def as_csv(records: Sequence[dict]) -> str:
 
 
 def as_text(table: Table, width: int = WIDTH) -> str:
-    """A table as a person reads it in a terminal: numbers to the right.
+    """A table as text for a terminal, with numbers aligned to the right.
 
-    Columns that do not fit stand below, the first two again beside them.
+    Columns that do not fit are continued below, with the first two columns repeated.
     """
     rows = [list(table.columns), *map(list, table.rows)]
     widths = [max(len(row[k]) for row in rows) for k in range(len(table.columns))]
@@ -324,42 +324,42 @@ def _numbers(cells: Iterable[str]) -> bool:
 
 
 def outcomes(rows: Iterable[Row]) -> list[Outcome]:
-    """Of rows that have no point because they failed."""
+    """Rows without a point because they failed."""
     return [Outcome(r.case.series, r.case.size, r.run.problem) for r in rows if r.run.problem and not r.run.late]
 
 
 def troubles(s: Survey) -> list[str]:
-    """What did not run, in sentences."""
+    """Sentences on cases that were not run or failed."""
     late = [row for row in s.rows if row.run.late]
     failed: dict[tuple[str, str], list[Row]] = {}
     for row in s.rows:
         if row.run.problem and not row.run.late:
             failed.setdefault((row.case.series, row.run.problem), []).append(row)
-    told = [
+    lines = [
         f"{rows[0].case if len(rows) == 1 else f'{series}, {len(rows)} cases'}: {problem}"
         for (series, problem), rows in failed.items()
     ]
-    if len(told) > TROUBLES:
-        told = [*told[:TROUBLES], f"... and {len(told) - TROUBLES} more"]
+    if len(lines) > TROUBLES:
+        lines = [*lines[:TROUBLES], f"... and {len(lines) - TROUBLES} more"]
     if late:
         which = f"{len(late)} of {len(s.rows)} cases were not run, as the budget of {s.asked.budget:g} s was spent"
-        told.append(f"{which}; run it again to go on.")
+        lines.append(f"{which}; run it again to go on.")
     between = [row for row in s.rows if row.run.done and s.quantities and not reaches(s.setting, row.case)]
     if any(row.case.step is not None for row in between) and not all(q.itself for q in s.quantities):
-        told.append("Not all steps reach the output times: what is compared there is interpolated between steps.")
+        lines.append("Not all steps reach the output times: what is compared there is interpolated between steps.")
     if alike := [row for row in between if row.own is row.trajectory]:
         which = "1 case" if len(alike) == 1 else f"{len(alike)} cases"
-        told.append(f"Constraints and energy of {which} are those of output interpolated between steps.")
-    return told + [f"{name} is left out: {why}." for name, why in s.refused]
+        lines.append(f"Constraints and energy of {which} are those of output interpolated between steps.")
+    return lines + [f"{name} is left out: {why}." for name, why in s.refused]
 
 
 def number(x: float | None, digits: int = 2) -> str:
-    """An error, short."""
+    """An error with few digits."""
     return "" if x is None or not math.isfinite(x) else "0" if x == 0.0 else f"{x:.{digits - 1}e}".replace("e-0", "e-")
 
 
 def size(row_or_case) -> str:
-    """The step or tolerance of a case as it is read."""
+    """The step or tolerance of a case as text."""
     case = getattr(row_or_case, "case", row_or_case)
     return duration(case.step) if case.tol is None else f"{case.tol:.0e}".replace("e-0", "e-")
 
@@ -373,7 +373,7 @@ def _plain(value) -> str:
 
 
 def _finite(value):
-    """JSON knows no infinities and no nan."""
+    """``x`` for JSON, which has no infinities and no nan."""
     if isinstance(value, dict):
         return {k: _finite(v) for k, v in value.items()}
     if isinstance(value, (list, tuple)):

@@ -1,4 +1,4 @@
-"""Runs of a study: taken from the store, or computed on all cores; times are taken alone."""
+"""Runs of a study: taken from the store or computed on all cores; timed runs are made alone."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from mbdsl.studies.compute import compute, simulate_case
 from mbdsl.studies.store import Computed, Store, key_of
 from mbdsl.system import System, build
 
-#: seconds of work after which other processes are called for help: they take half a second to begin
+#: seconds of work after which worker processes are started, which takes half a second
 ALONE = 1.0
-#: runs of one round of timing, unless one takes long [s]
+#: number of runs in a round of timing, and duration [s] above which one run suffices
 TRIES, SHORT = 3, 0.02
 
 
@@ -36,10 +36,10 @@ class StudyProgress:
 
 
 class Runner:
-    """Computes cases of one setting.
+    """Computes the cases of one setting.
 
-    ``budget`` [s] is what may be spent from now on; what does not fit in is a problem of its case. ``tell`` is told how
-    far it is, ``announce`` what takes long before it starts.
+    ``budget`` [s] limits the time from now on; a case beyond it gets a problem. ``tell`` is called with the progress,
+    ``announce`` with a text before a phase that takes long.
     """
 
     def __init__(
@@ -54,20 +54,20 @@ class Runner:
     ) -> None:
         self.setting, self.store, self.workers, self.announce = setting, store, workers, announce
         store.prune()
-        self.tell = tell or (lambda told: None)
+        self.tell = tell or (lambda progress: None)
         self.begun = perf_counter()
         self.budget = math.inf if budget is None else budget
         self.computed = self.found = 0
         self.kept: set[str] = set()  #: keys of the runs of this study that are in the store
-        self.session = uuid4().hex  #: times are compared with each other where they are of one
+        self.session = uuid4().hex  #: only times of one session are compared with each other
 
     @property
     def left(self) -> float:
-        """Seconds of the budget that are left."""
+        """Remaining time of the budget [s]."""
         return self.budget - (perf_counter() - self.begun)
 
     def compute(self, cases: Sequence[Case], what: str = "", limit: float = math.inf) -> dict[Case, Computed]:
-        """Every case, from the store or run, coarse ones first; each in ``limit`` seconds, or not at all."""
+        """All cases, from the store or computed, coarse ones first; each within ``limit`` seconds."""
         done: dict[Case, Computed] = {}
         for case in cases:
             key = key_of(self.setting, case)
@@ -85,7 +85,7 @@ class Runner:
             key = key_of(self.setting, case)
             if run.lasting and self.store.has_claimed(key):
                 self.kept.add(key)
-            # compiling is done once and for all; it is no part of the study
+            # compilation is not part of the time of the study
             self.budget += run.stats.get("seconds", {}).get("compile", 0.0)
             self._tell(len(done), total, what or str(case))
 
@@ -115,10 +115,10 @@ class Runner:
         self.tell(StudyProgress(done, total, what, perf_counter() - self.begun, len(self.kept)))
 
     def time(self, cases: Sequence[Case], repeats: int, slowest: Callable[[Case], float]) -> dict[Case, list[float]]:
-        """Seconds of the step loops, in ``repeats`` rounds as far as the budget goes: alone, alternately.
+        """Seconds of the step loops, in ``repeats`` rounds within the budget: one run at a time, cases in alternation.
 
-        A round takes the least of up to ``TRIES`` runs of what is short, as others use the machine, too.
-        ``slowest(case)`` is about what a run takes, which has been done before.
+        For short runs a round takes the shortest of up to ``TRIES``, because the machine has other work as well.
+        ``slowest(case)`` is the approximate time of a run, known from a previous one.
         """
         seconds = self._times(cases, repeats)
         total, done = repeats * len(cases), sum(map(len, seconds.values()))
@@ -139,7 +139,7 @@ class Runner:
         return {case: found for case, found in seconds.items() if found}
 
     def _times(self, cases: Sequence[Case], repeats: int) -> dict[Case, list[float]]:
-        """Times of earlier rounds, if one session took all that are wanted: a machine is not as quick every day."""
+        """Times of earlier rounds, if one session measured all of them; the speed of a machine varies."""
         kept = {case: self.store.times(key_of(self.setting, case)) for case in cases}
         sessions = {session for session, _ in kept.values()}
         whole = len(sessions) == 1 and all(len(seconds) >= repeats for _, seconds in kept.values())
@@ -151,10 +151,10 @@ class Runner:
         return build(self.setting.scene, graph.build(self.setting.scene))
 
     def trajectory(self, run: Computed) -> Trajectory:
-        """A run as a trajectory, to ask for its signals."""
+        """A run as a trajectory, for access to its signals."""
         return Trajectory(self._system, run.t, run.q, run.v, run.lam, dict(run.stats))
 
     def blank(self) -> Trajectory:
-        """One of no run, to ask for names and units."""
+        """An empty trajectory, for names and units."""
         nothing = np.zeros((0, self._system.n))
         return Trajectory(self._system, np.zeros(0), nothing, nothing, None, {"status": "done"})

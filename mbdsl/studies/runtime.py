@@ -1,4 +1,4 @@
-"""Run time: what a step and a simulated second cost with every method, beside HHT-I3."""
+"""Run time: time of a step and of a simulated second with every method, relative to HHT-I3."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ TOLS = (1e-6,)
 
 
 class Runtime(Study):
-    """Ratios are medians over rounds, in each of which every method ran once."""
+    """Ratios are medians over rounds; in each round every method is run once."""
 
     kind = "runtime"
     timed = True
 
     def summary(self) -> list[str]:
         s = self.survey
-        told = []
+        lines = []
         if any(row.seconds for row in s.rows):
-            told.append(f"Times of the step loops alone, medians of {rounds(s.rows)} in which methods alternate.")
+            lines.append(f"Times of the step loops alone, medians of {rounds(s.rows)} in which methods alternate.")
         untimed = sum(row.run.done and not row.seconds for row in s.rows)
         if untimed:
             cases = count(untimed, "case was", "cases were")
-            told.append(f"{cases} not timed, as the budget of {s.asked.budget:g} s was spent.")
-        return told + troubles(s)
+            lines.append(f"{cases} not timed, as the budget of {s.asked.budget:g} s was spent.")
+        return lines + troubles(s)
 
     def ratios(self, row: Row) -> list[float]:
-        """Times over those of HHT-I3 at the same step, round by round; at its first where there is no such step."""
+        """Times relative to HHT-I3 at the same step, round by round; at its first step if it has no such step."""
         others = [r for r in self.survey.rows if r.case.method == BASE and r.seconds]
         base = next((r for r in others if r.case.step == row.case.step), others[0] if others else None)
         return [] if base is None else [a / b for a, b in zip(row.seconds, base.seconds, strict=False)]

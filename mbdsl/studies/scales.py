@@ -1,8 +1,9 @@
-"""The scales of a motion's quantities, and the effect of rounding on them: by unit, from the mechanics.
+"""Scales of the quantities of a motion by their units, and the effect of rounding on them.
 
 With L the size of the mechanism, w its fastest rate and J = max m_ii L^2 its largest inertia, angular accelerations are
-of the size alpha = max(w^2, g/L), energies and torques of J alpha, forces of J alpha / L. A position is known to some
-eps L. A step h makes eps L / h of that in velocities, and eps J / h^2 in what balances accelerations.
+of the order alpha = max(w^2, g/L), energies and torques of J alpha, forces of J alpha / L. The rounding error of a
+position is some eps L. At a step h it causes errors of eps L / h in velocities and of eps J / h^2 in residuals of
+accelerations.
 """
 
 from __future__ import annotations
@@ -15,14 +16,14 @@ from mbdsl.numerics.error_norm import fastest
 from mbdsl.simulation.trajectory import ENERGIES, Trajectory
 from mbdsl.system.tables import gravity
 
-ULPS = 64.0  #: units in the last place that a position may be off by
+ULPS = 64.0  #: assumed rounding error of a position, in units in the last place
 
 
 @dataclass(frozen=True)
 class Scales:
-    """Of a motion: ``size`` [m], ``rate`` and ``acceleration`` [1/s, 1/s2], ``inertia`` [kg.m2], ``step`` [s].
+    """Scales of a motion: ``size`` [m], ``rate`` and ``acceleration`` [1/s, 1/s2], ``inertia`` [kg.m2], ``step`` [s].
 
-    ``energy`` [J] is what is exchanged between its kinds.
+    ``energy`` [J] is the amount exchanged between its kinds.
     """
 
     size: float
@@ -33,7 +34,7 @@ class Scales:
     energy: float
 
     def of(self, name: str, unit: str) -> float:
-        """The order of magnitude of signals of this unit in such a mechanism; 0 if unknown."""
+        """The order of magnitude of signals with this unit; 0 if unknown."""
         return self.energy if unit == "J" else self._by_unit(name, unit, 1.0, self.rate, self.acceleration)
 
     def rounding(self, name: str, unit: str) -> float:
@@ -42,11 +43,11 @@ class Scales:
         return eps * self.energy if unit == "J" else self._by_unit(name, unit, eps, eps / h, eps / h**2)
 
     def whole(self, name: str) -> bool:
-        """Whether a signal is the residual of a balance, so that its own range is no scale."""
+        """Whether a signal is the residual of a balance, so that its range is no scale."""
         return name in ENERGIES or _unit(name, "") != ""
 
     def _by_unit(self, name: str, unit: str, angle: float, rate: float, acceleration: float) -> float:
-        """Factors from angles, their rates and accelerations to other quantities."""
+        """Factors that convert angles, their rates and accelerations to other quantities."""
         torque = self.inertia * acceleration
         return {
             "m": self.size * angle,
@@ -62,7 +63,7 @@ class Scales:
 
 
 def scales(trajectory: Trajectory, step: float) -> Scales:
-    """The scales of a run, ``step`` being the shortest step of what it is compared with [s]."""
+    """The scales of a run; ``step`` is the shortest step of the compared runs [s]."""
     tables = trajectory.system.tables
     span = float(trajectory.t[-1] - trajectory.t[0])
     rate = fastest(tables.scale, trajectory.v, span)

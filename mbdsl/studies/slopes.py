@@ -1,7 +1,7 @@
-"""Slopes of errors: a straight line through log(error) over log(size), where there is one.
+"""Slopes of errors: straight lines through log(error) as a function of log(size).
 
-At large sizes errors do not yet fall as the order says, at small ones they end in rounding or in what the reference
-is not trusted to tell. Neither is fitted: the line goes through the longest run of neighbours whose slopes agree.
+At large sizes the errors have not reached their asymptotic order; at small ones they level off in rounding or below the
+resolution of the reference. The line is fitted to the longest run of neighbours whose slopes agree.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from itertools import pairwise
 
 import numpy as np
 
-AGREE = 0.25  #: between the least and the largest slope of neighbours in a run
-LEAST = 0.15  #: errors that fall more slowly do not converge
-STAYS = 0.5  #: times the least error so far: at last errors fall no further than that
-CLEAR = 5.0  #: times what the reference is trusted to: what is closer, it changes
+AGREE = 0.25  #: largest difference between slopes of neighbours in a run
+LEAST = 0.15  #: errors with smaller slopes do not converge
+STAYS = 0.5  #: errors within this factor of the smallest one so far have levelled off
+CLEAR = 5.0  #: errors within this factor of the resolution of the reference are affected by it
 
 
 @dataclass(frozen=True)
 class Fit:
-    """error ~ size^slope for sizes from ``low`` to ``high``; ``uncertainty``: half of the 95 % interval.
+    """error ~ size^slope for sizes from ``low`` to ``high``; ``uncertainty`` is half of the 95 % interval.
 
-    ``below`` tells what was seen of smaller sizes than ``low``: "" (there are none), "levels off" (in rounding, as
-    a rule), "reference" (it does not tell them), or "irregular".
+    ``below`` describes errors at sizes smaller than ``low``: "" (there are none), "levels off" (generally because of
+    rounding), "reference" (below its resolution), or "irregular".
     """
 
     slope: float
@@ -38,9 +38,9 @@ class Fit:
 
 
 def fit(sizes: Sequence[float], errors: Sequence[float], floor: float = 0.0, agree: float = AGREE) -> Fit | None:
-    """The slope of ``errors`` over ``sizes``; None where no three of them in a row, above ``floor``, fall alike.
+    """The slope of ``errors`` over ``sizes``; None if no three in a row, above ``floor``, lie on a line.
 
-    ``floor`` is what the reference is trusted to.
+    ``floor`` is the resolution of the reference.
     """
     order = np.argsort(-np.asarray(sizes, float))
     x, e = np.asarray(sizes, float)[order], np.asarray(errors, float)[order]
@@ -54,7 +54,7 @@ def fit(sizes: Sequence[float], errors: Sequence[float], floor: float = 0.0, agr
             part = slopes[first : last + 1]
             if not usable[first : last + 2].all() or part.min() < LEAST or np.ptp(part) > agree:
                 break
-            # the longest; of two as long, that of smaller sizes
+            # the longest; of two equally long ones that with smaller sizes
             if best is None or last - first >= best[1] - best[0]:
                 best = first, last
     if best is None:
@@ -70,7 +70,7 @@ def fit(sizes: Sequence[float], errors: Sequence[float], floor: float = 0.0, agr
 
 
 def _line(X: np.ndarray, Y: np.ndarray) -> tuple[float, float]:
-    """Slope of the line of least squares, and half of its 95 % interval by Student's t."""
+    """Slope of the least-squares line, and half of its 95 % interval by Student's t."""
     from scipy.special import stdtrit
 
     dX = X - X.mean()
@@ -81,7 +81,7 @@ def _line(X: np.ndarray, Y: np.ndarray) -> tuple[float, float]:
 
 
 def verdict(found: Fit | None, order: int, errors: Sequence[float], floor: float) -> str:
-    """What a slope says about a method of ``order``: "" where it is as declared. ``errors`` are coarse to fine."""
+    """Verdict on the slope of a method of ``order``: "" if they agree. ``errors`` are from coarse to fine."""
     known = [e for e in errors if np.isfinite(e)]
     if not known or max(known) <= CLEAR * floor:
         return "the reference cannot tell"

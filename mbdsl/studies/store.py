@@ -1,8 +1,8 @@
-"""What has been computed is kept: by a digest of everything that determines a run, and of the machine for its time.
+"""The store of runs, under a digest of everything that determines a run; for times also of the machine.
 
-One file a run, written whole or not at all, in the folder of compiled code; the oldest go when they become too many.
-Files that others can have written are not read (:mod:`mbdsl.storage.trusted_files`). A run that cannot be kept is a run
-all the same.
+Each run is one file in the cache folder, written atomically; the oldest are removed when they become too many. Files
+that others can have written are not read (:mod:`mbdsl.storage.trusted_files`). A run that cannot be stored remains
+valid.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from mbdsl.studies.cases import Case, Setting
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
-LARGEST = 1_000_000_000  #: bytes that are kept
+LARGEST = 1_000_000_000  #: largest size in bytes
 OUT_OF_TIME = "not run to its end: the budget of the study was spent"
 OUT_OF_MEMORY = "not run to its end: there was not enough memory"
 ENDED, LOST = "the process that ran it ended", "its result was not kept"
-PASSING = (OUT_OF_TIME, OUT_OF_MEMORY, ENDED, LOST)  #: problems of the day, not of the case
+PASSING = (OUT_OF_TIME, OUT_OF_MEMORY, ENDED, LOST)  #: problems of the present run, not of the case
 
 
 @dataclass(frozen=True)
 class Computed:
-    """A run: t (N,), q, v (N, n), lam (N, m + p), or the ``problem`` that kept it from its end."""
+    """A run: t (N,), q, v (N, n), lam (N, m + p), or the ``problem`` that prevented its completion."""
 
     case: Case
     t: Array = field(default_factory=lambda: np.empty(0))
@@ -53,12 +53,12 @@ class Computed:
 
     @property
     def late(self) -> bool:
-        """Whether nothing is known of it but that there was no time."""
+        """Whether it is missing only for lack of time."""
         return self.problem == OUT_OF_TIME
 
     @property
     def lasting(self) -> bool:
-        """Whether the same would come of it again, so that it is worth keeping."""
+        """Whether it would be the same again, so that it is worth storing."""
         return self.problem not in PASSING
 
     @property
@@ -67,12 +67,12 @@ class Computed:
 
 
 class Store:
-    """A folder of runs. With ``fresh`` nothing is read that was there before.
+    """A folder of runs. With ``fresh`` previous runs are not read.
 
     Raises
     ------
     UsageError
-        The folder cannot be made.
+        If the folder cannot be made.
     """
 
     def __init__(self, folder: str | os.PathLike | None = None, fresh: bool = False) -> None:
@@ -82,7 +82,7 @@ class Store:
         except OSError as problem:
             raise UsageError(f"cannot make the folder `{self.folder}`: {problem.strerror or problem}") from problem
         self.fresh = fresh
-        self.own: set[str] = set()  #: files that are of now
+        self.own: set[str] = set()  #: files written in this session
 
     def get(self, key: str, case: Case) -> Computed | None:
         def run(found: Mapping[str, Array]) -> Computed:
@@ -93,7 +93,7 @@ class Store:
         return self._read(_run_file(key), run)
 
     def put(self, key: str, run: Computed) -> bool:
-        """Keep a run; whether that was possible."""
+        """Store a run; whether this succeeded."""
         meta = json.dumps({"case": str(run.case), "stats": run.stats, "problem": run.problem})
         kept = self._write(_run_file(key), t=run.t, q=run.q, v=run.v, lam=run.lam, meta=np.array(meta))
         if kept:
@@ -101,14 +101,14 @@ class Store:
         return kept
 
     def claim(self, key: str) -> None:
-        """Take a run that another process has put here for one of now."""
+        """Accept a run that another process has stored as one of this session."""
         self.own.add(_run_file(key))
 
     def has_claimed(self, key: str) -> bool:
         return _run_file(key) in self.own
 
     def times(self, key: str) -> tuple[str, list[float]]:
-        """Seconds of the runs that were timed on this machine, and the session that they are of ("" without any)."""
+        """Seconds of the runs that were timed on this machine, and their session ("" without any)."""
 
         def timed(found: Mapping[str, Array]) -> tuple[str, list[float]]:
             return str(found["session"]), [float(x) for x in found["seconds"]]
@@ -120,7 +120,7 @@ class Store:
             self.own.add(_times_file(key))
 
     def _read(self, name: str, what: Callable[[Mapping[str, Array]], T]) -> T | None:
-        """What is in a file; one that is damaged, another's, or under a name that is not its own, is none."""
+        """The content of a file; None if it is damaged, untrusted, or under the name of another run."""
         if self.fresh and name not in self.own:
             return None
         stream = trusted_files.opened(self.folder / name)
@@ -129,7 +129,7 @@ class Store:
         try:
             with stream, np.load(stream) as found:
                 return what(found) if found.zip.testzip() is None and str(found["name"]) == name else None
-        except Exception:  # damaged bytes make zipfile, zlib, numpy and json raise whatever each of them has
+        except Exception:  # zipfile, zlib, numpy and json each raise their own errors at damaged bytes
             return None
 
     def _write(self, name: str, **arrays: Array) -> bool:
@@ -148,9 +148,9 @@ class Store:
         return True
 
     def prune(self, largest: int = LARGEST) -> None:
-        """Remove the oldest where there is more than ``largest`` bytes, and what a process left that was ended.
+        """Remove the oldest runs beyond ``largest`` bytes, and unfinished files of killed processes.
 
-        What is no run is left alone.
+        Other files are not touched.
         """
         cache_folder.remove_oldest(cache_folder.runs(self.folder), largest)
         cache_folder.remove_oldest(cache_folder.parts(self.folder, cache_folder.ABANDONED), 0)

@@ -103,10 +103,10 @@ class Asked:
 
 @dataclass
 class Row:
-    """A case, what came of it, its errors by quantity, and the seconds that runs of it took.
+    """A case with its run, its errors by quantity, and the times of its timed runs [s].
 
-    ``trajectory`` is at the times that all have in common, ``own`` where steps of the run end: at the same times, where
-    these reach them.
+    ``trajectory`` is at the common times of all runs, ``own`` at the ends of steps; they are the same if the steps
+    reach the common times.
     """
 
     case: Case
@@ -119,13 +119,13 @@ class Row:
 
 @dataclass
 class Survey:
-    """Rows by method, coarse to fine, and what their errors are measured by."""
+    """Rows by method, coarse to fine, with the reference and the quantities of their errors."""
 
     setting: Setting
     asked: Asked
     runner: Runner
     rows: list[Row]
-    refused: list[tuple[str, str]]  #: methods that none of the sizes fits, and why
+    refused: list[tuple[str, str]]  #: methods without a case, and the reasons
     reference: Reference
     quantities: list[Quantity]
 
@@ -145,7 +145,7 @@ class Survey:
 
     @property
     def conserved(self) -> bool:
-        """Whether the energy of the reference stays as it is."""
+        """Whether the energy of the reference is constant."""
         q = self.quantity("energy")
         if q is None or len(self.reference.solution.t) < 3:
             return False
@@ -159,15 +159,15 @@ def begin(
     both: bool = False,
     few: tuple[Sequence[float], Sequence[float]] | None = None,
 ) -> tuple[Runner, list[Case], list]:
-    """A runner, the cases to run, and methods that can take none of them.
+    """A runner, the cases to run, and methods without a case.
 
-    Where neither steps nor tolerances are given: with ``both``, methods that can take both do; ``few`` are parts of the
-    model's own step, and tolerances, in place of whole ladders. Steps are those that are taken, each once.
+    If neither steps nor tolerances are given, ``both`` selects both kinds for methods that support them, and ``few``
+    (factors of the model's step, and tolerances) replaces the ladders. Steps are those actually taken, each once.
 
     Raises
     ------
     UsageError
-        If a step is longer than the time, or no method can take what is given.
+        If a step is longer than the run, or no method supports the given steps and tolerances.
     """
     names = chosen(asked.methods)
     of = setting(model, asked.stop, asked.parameters, asked.without)
@@ -186,13 +186,13 @@ def begin(
         steps = None if asked.steps is None else _steps(of, asked.steps)
         found, refused = cases(names, steps, None if asked.tols is None else list(dict.fromkeys(asked.tols)), both)
         if not found:
-            told = "; ".join(f"{name}: {why}" for name, why in refused)
+            reasons = "; ".join(f"{name}: {why}" for name, why in refused)
             other = "tolerances (--tols)" if asked.tols is None else "steps (--steps)"
-            raise UsageError(f"nothing to run: {told}", hint=f"give {other}, or other methods")
+            raise UsageError(f"nothing to run: {reasons}", hint=f"give {other}, or other methods")
         return runner, found, refused
     if few is not None:
         parts = few[0]
-        each = max(1, round(of.interval / (parts[0] * own_step(of))))  # of the longest: all reach the output times
+        each = max(1, round(of.interval / (parts[0] * own_step(of))))  # all steps reach the output times
         return runner, *cases(names, [of.interval / each * part / parts[0] for part in parts], few[1])
     steps = step_ladder(of)
     fixed = [name for name in names if "fixed" in available()[name].steps]
@@ -202,7 +202,7 @@ def begin(
 
 
 def _steps(of: Setting, asked: Sequence[float]) -> list[float]:
-    """Those that are taken, which may be the same for several that are asked for."""
+    """The steps actually taken, which may coincide for several requested ones."""
     for h in asked:
         if h > of.span * (1.0 + 1e-9):
             raise UsageError(
@@ -213,16 +213,16 @@ def _steps(of: Setting, asked: Sequence[float]) -> list[float]:
 
 
 def survey(model: Scene | str | PathLike, asked: Asked, both: bool = False) -> Survey:
-    """Run every case, and measure its errors.
+    """Run every case and measure its errors.
 
     Raises
     ------
     UsageError, ModelError
-        If model or arguments make no sense.
+        If the model or the arguments are invalid.
     IntegrationError
         If there is no reference.
     KeyboardInterrupt
-        What has been computed is kept.
+        If it is interrupted; completed runs are stored.
     """
     return measure(prepare(model, asked, both))
 
@@ -233,7 +233,7 @@ def prepare(
     both: bool = False,
     few: tuple[Sequence[float], Sequence[float]] | None = None,
 ) -> Survey:
-    """The same before errors are measured."""
+    """The survey before errors are measured."""
     runner, every, refused = begin(model, asked, both, few)
     of = runner.setting
     if asked.reference == "auto":
@@ -245,11 +245,11 @@ def prepare(
 
 
 def rows_of(runner: Runner, every: Sequence[Case]) -> list[Row]:
-    """Runs of all cases, at common times and where their steps end.
+    """Runs of all cases, at common times and at the ends of their steps.
 
-    Where steps do not reach the common times, these are interpolated, and what is left of the constraints there says
-    nothing about the method: such cases run once more, with other output. Without time for that, or of very short
-    steps, ``own`` is what there is.
+    If steps do not reach the common times, output there is interpolated, and its constraint residuals are not those of
+    the method. Such cases are run again with other output. Without time for this, or with very short steps, ``own`` is
+    the interpolated run.
     """
     runs = runner.compute(every)
     ends = {
@@ -257,7 +257,7 @@ def rows_of(runner: Runner, every: Sequence[Case]) -> list[Row]:
         for case, run in runs.items()
         if run.done and not reaches(runner.setting, case) and (case.tol is None or run.stats["steps"] <= MANY)
     }
-    # dear runs may have spent the budget; that is no reason to leave out what takes next to nothing
+    # if expensive runs have used up the budget, cheap second runs are still made
     took = [sum(s for phase, s in runs[case].stats["seconds"].items() if phase != "compile") for case in ends]
     runner.budget += max(0.0, 3.0 * sum(s for s in took if s < SHORT * runner.budget) - runner.left)  # times vary
     others = runner.compute(list(ends.values()), "the same where steps end")
@@ -273,7 +273,7 @@ def rows_of(runner: Runner, every: Sequence[Case]) -> list[Row]:
 
 
 def measure(found: Survey) -> Survey:
-    """Errors of all rows that came to their end."""
+    """Errors of all complete runs."""
     like = found.reference.solution
     names = like if isinstance(like, Trajectory) else found.runner.blank()
     found.quantities = quantities(names, like, found.asked.signals)
@@ -283,7 +283,7 @@ def measure(found: Survey) -> Survey:
 
 
 def _error(found: Survey, q: Quantity, row: Row) -> Error:
-    """Where steps end if nothing is needed from elsewhere, else at common times."""
+    """At the ends of steps if no reference is necessary, else at common times."""
     assert row.trajectory is not None and row.own is not None
     like = found.reference.solution
     if q.key == "energy" and found.conserved:
@@ -293,14 +293,14 @@ def _error(found: Survey, q: Quantity, row: Row) -> Error:
 
 
 def _points(of: Setting, asked: Asked) -> int:
-    """Output points that the steps reach, and those of a reference that is a file."""
+    """Number of output points that the steps reach, and of a reference file."""
     if asked.reference != "auto":
         return file_points(asked.reference, of)
     return common_points(of.span, [h for h in asked.steps if h > 0.0]) if asked.steps else POINTS
 
 
 def _affordable(runner: Runner, names: Sequence[str], steps: Sequence[float], least: int = 4) -> int:
-    """How many steps of a ladder fit into half of the budget, with a reference, after what the coarsest takes."""
+    """Number of steps of a ladder that fit into half of the budget, with a reference, from the time of the coarsest."""
     first = Case(names[0], step=steps[0])
     run = runner.compute([first])[first]
     if run.problem or not run.stats.get("steps"):
@@ -315,5 +315,5 @@ def _affordable(runner: Runner, names: Sequence[str], steps: Sequence[float], le
 
 
 def finite(values: Sequence[float]) -> list[float]:
-    """With nan for what is no point of a logarithmic axis."""
+    """With nan for values that are no points on a logarithmic axis."""
     return [x if math.isfinite(x) and x > 0.0 else math.nan for x in values]

@@ -13,8 +13,8 @@ from mbdsl.simulation.progress import Progress
 from mbdsl.simulation.simulate import simulated
 from mbdsl.simulation.trajectory import Trajectory
 
-SHORTEST = 1e-6  #: seconds in which nothing can be run
-LEAST, TIMES = 10.0, 10.0  #: default limit of a check: at least so many seconds, and relative to the run it checks
+SHORTEST = 1e-6  #: seconds below which no run is started
+LEAST, TIMES = 10.0, 10.0  #: default limit of a check: least time [s], and time relative to that of the checked run
 
 
 class TooLong(IntegrationError):
@@ -29,9 +29,9 @@ def allowance(spent: float, budget: float | None, runs: float = 1.0) -> float:
 def limited(
     model: Any, limit: float = math.inf, progress: Callable[[Progress], None] | None = None, **given: Any
 ) -> Trajectory:
-    """A run of at most ``limit`` seconds, trial runs included; assembly and compiling are not counted.
+    """A run of at most ``limit`` seconds, calibration runs included; assembly and compilation are not counted.
 
-    Arguments are those of :func:`mbdsl.simulate`.
+    The arguments are those of :func:`mbdsl.simulate`.
 
     Raises
     ------

@@ -129,7 +129,7 @@ def verify(
     method = of_another_family(stats["method"], "fixed" if tol is None else "controlled") or stats["method"]
     step, tol = (h / 2.0, None) if tol is None else (None, tol / 10.0)
     start, stop = float(trajectory.t[0]), float(trajectory.t[-1])
-    times = np.unique(trajectory.t)[1:]  # of controlled steps, too, where all of them are output
+    times = np.unique(trajectory.t)[1:]  # controlled steps may be output as well
     how = {"method": method, "step": step, "tol": tol, "general": general, "announce": announce}
     due = {"start": start, "stop": stop, "times": times if stop > start else None}
     problem, until = "", stop
@@ -138,7 +138,7 @@ def verify(
         other = limited(trajectory.scene, limit, progress, **how, **due)
     except TooLong as late:
         problem, part = f"{late.message}; more time: --budget", late.trajectory
-        if part is None or tol is not None or not len(part.t) > 1:  # a part may belong to a calibration run
+        if part is None or tol is not None or not len(part.t) > 1:  # an incomplete run may be a calibration run
             return Verification(method, step, tol, problem=problem)
         other, until = part, float(part.t[-1])
     except MbdslError as failed:
@@ -157,7 +157,7 @@ def agree(
     known: Scales | None = None,
     small: float = SMALL,
 ) -> list[Agreement]:
-    """How far two trajectories agree, the worst first; ``other`` has all times of ``one`` up to ``until``.
+    """The agreement of two trajectories by signal, the worst first; ``other`` has all times of ``one`` up to ``until``.
 
     Digits are relative to the range of a signal, but at least to ``small`` times the largest value of its unit, here
     and (with the scales ``known``) in such a mechanism. Differences that rounding can cause do not count.
@@ -185,13 +185,13 @@ def agree(
 
 
 def _step(trajectory: Trajectory) -> float:
-    """The step, or the mean one [s]."""
+    """The step, or the mean step [s]."""
     span = float(trajectory.t[-1] - trajectory.t[0])
     return trajectory.stats["h"] or span / max(1, trajectory.stats["steps"]) or 1.0
 
 
 def _difference(x: np.ndarray, y: np.ndarray) -> float:
-    """The largest over time; what has a value in neither run, such as a reaction that is undetermined, is left out."""
+    """The largest difference over time, without times at which neither run has a value."""
     there = np.isfinite(x) | np.isfinite(y)
     D = np.abs(x[there] - y[there])
     return float(np.where(np.isfinite(D), D, np.inf).max()) if len(D) else np.nan

@@ -1,4 +1,4 @@
-"""Work and precision: what each error costs in time, by every method, and the least that it costs by any."""
+"""Work and precision: error as a function of the run time for every method, and the least time for each error."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from mbdsl.studies.report import Study, number, outcomes, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, survey
 
 SHOWN = ("q", "v", "reactions", "energy")
-CHOICES = 3  #: methods named for an error
+CHOICES = 3  #: number of methods listed for an error
 
 
 class WorkPrecision(Study):
-    """``front(key)`` are the rows that no other beats in both error and time."""
+    """``front(key)`` are the rows that no other row beats in both error and time."""
 
     kind = "work-precision"
     timed = True
 
     def points(self, key: str) -> list[Row]:
-        """Rows with a time and an error. What is below all that the reference can tell has the error that it can."""
+        """Rows with a time and an error; errors below the reference's resolution are set to it."""
         q = self.survey.quantity(key)
         if q is None:
             return []
@@ -52,14 +52,14 @@ class WorkPrecision(Study):
 
     def summary(self) -> list[str]:
         s = self.survey
-        told = [
+        lines = [
             trusted(s),
             f"Times are of the step loops alone: medians of {rounds(s.rows)} in which methods alternate, "
             "in each the least of three short runs; the spread is that of the middle half.",
         ]
         untimed = sum(row.run.done and not row.seconds for row in s.rows)
-        told += [f"{untimed} cases were not timed, as the budget was spent."] if untimed else []
-        return told + troubles(s)
+        lines += [f"{untimed} cases were not timed, as the budget was spent."] if untimed else []
+        return lines + troubles(s)
 
     def tables(self) -> list[Table]:
         keys = [q.key for q in self.shown() if q.key in ("q", "reactions") or q.key == q.label]
@@ -163,7 +163,7 @@ def work_precision(model: Scene | str | PathLike, **asked: Any) -> WorkPrecision
 
 
 def time_rows(found: Survey) -> None:
-    """Time all rows that came to their end."""
+    """Measure the times of all complete runs."""
     rows = {row.case: row for row in found.rows if row.run.done}
     times = found.runner.time(
         list(rows), found.asked.repeats, lambda case: rows[case].run.stats["seconds"]["integrate"]
@@ -173,14 +173,14 @@ def time_rows(found: Survey) -> None:
 
 
 def rounds(rows: Sequence[Row]) -> str:
-    """How many rounds there are times of, in words; fewer than asked for where time was short."""
+    """The number of rounds with times as text; smaller than requested if time was short."""
     counts = {len(row.seconds) for row in rows if row.seconds} or {0}
-    told = f"{min(counts)} to {max(counts)}" if len(counts) > 1 else f"{max(counts)}"
-    return f"{told} round{'' if counts == {1} else 's'}"
+    text = f"{min(counts)} to {max(counts)}" if len(counts) > 1 else f"{max(counts)}"
+    return f"{text} round{'' if counts == {1} else 's'}"
 
 
 def front(rows: Sequence[Row], key: str) -> list[Row]:
-    """Rows that no other beats in both error and time, exact ones last."""
+    """Rows that no other row beats in both error and time, in the order of decreasing error."""
     found, least = [], math.inf
     for row in sorted(rows, key=lambda r: (median(r.seconds), r.errors[key].scaled)):
         if row.errors[key].scaled < least:
@@ -190,7 +190,7 @@ def front(rows: Sequence[Row], key: str) -> list[Row]:
 
 
 def cheapest(rows: Sequence[Row], key: str, error: float) -> list[Row]:
-    """Of each series the row that takes the least time for an error, the cheapest first."""
+    """The row of each series that takes the least time for an error, the fastest first."""
     best: dict[str, Row] = {}
     for row in rows:
         if row.errors[key].scaled <= error:
@@ -201,12 +201,12 @@ def cheapest(rows: Sequence[Row], key: str, error: float) -> list[Row]:
 
 
 def quartiles(seconds: Sequence[float]) -> tuple[float, float]:
-    """Half of the times lie between."""
+    """Lower and upper quartile."""
     low, high = np.percentile(seconds, (25, 75))
     return float(low), float(high)
 
 
 def _spread(seconds: Sequence[float]) -> str:
-    """How far apart quartiles are, of the median."""
+    """The interquartile range relative to the median."""
     low, high = quartiles(seconds)
     return f"{100 * (high - low) / median(seconds):.0f} %" if len(seconds) > 1 else ""
