@@ -282,7 +282,7 @@ def eigen(
         if speed == 0.0:
             notes.append("no equilibrium: it begins to move, and eigenvalues hold for that moment only")
         else:
-            notes.append("it moves: eigenvalues are those of a motion whose equations stay as they are at this moment")
+            notes.append("it moves: the eigenvalues are those of the equations frozen at this moment")
     moving = bool(speed > 0.0 or rate > 1e-9)
     values, shapes, total = _solve(system, t, q, v, a, lam, moving, count)
     modes = [Mode(complex(s), x, _shares(system, t, q, x)) for s, x in zip(values, shapes, strict=True)]

@@ -243,9 +243,9 @@ def settle(system: System, t: float, q: Array) -> Equilibrium:
         search.push(directions[:, 0], stiffness)
         pushes += 1
         if pushes == 1 and search.iterations == 0:
-            notes.append("the start is an unstable equilibrium, which the slightest push leaves: so was done")
+            notes.append("the initial state is an unstable equilibrium; the search starts from a displaced position")
     if pushes == PUSHES:
-        notes.append(f"pushed off {PUSHES} saddles, and came to another")
+        notes.append(f"the search left {PUSHES} saddle points and ends at another one")
     if stiffness is None:
         stability = "held"
     elif stiffness < -zero:
@@ -257,7 +257,7 @@ def settle(system: System, t: float, q: Array) -> Equilibrium:
     else:
         stability = "stable"
     if not search.symmetric:
-        notes.append("some forces have no potential: whether it oscillates away, only eigenvalues tell (mbdsl eigen)")
+        notes.append("some forces have no potential: only the eigenvalues (mbdsl eigen) decide about stability")
     q, lam, left_out = search.q, search.lam, redundant_rows(system, t, search.q, np.zeros(system.n))
     if left_out:
         lam = _without(system, t, q, lam, left_out)

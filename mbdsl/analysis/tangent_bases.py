@@ -102,7 +102,7 @@ class Moving:
                     turned += [first + k for k in which]
         if free.shape[1]:
             raise UsageError(
-                f"what moves has {free.shape[1]} more freedoms than joints and bodies have coordinates to tell of",
+                f"the mechanism has {free.shape[1]} more degrees of freedom than its joint and body coordinates",
                 hint="another state",
             )
         return chosen, turned

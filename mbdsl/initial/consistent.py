@@ -1,7 +1,7 @@
-"""Consistent initial values: positions assembled, then velocities, then accelerations and multipliers.
+"""Consistent initial values: assembled positions, then velocities, then accelerations and multipliers.
 
-What the user fixed is kept exactly; guesses move as little as they can, and coordinates about which nothing was said
-move before guesses do:
+Fixed values are kept exactly; guesses change as little as possible, and coordinates without an initial value change
+before guesses do:
 
     min 1/2 |W (q - g)|^2   subject to   Phi(q, t0) = 0,  sigma_fixed(q) = its value
 
@@ -37,7 +37,7 @@ LONGEST = 0.5  #: largest change of an angle in one iteration [rad]
 
 @dataclass(frozen=True)
 class Moved:
-    """A guess and where assembly left it."""
+    """A guess, and the value after assembly."""
 
     name: str
     guess: float
@@ -67,8 +67,8 @@ def initial_state(
 ) -> InitialState:
     """Assemble ``system`` at time ``t``; ``members`` of welded bodies: see :class:`Metric`.
 
-    ``relax`` lets bodies take the shape of an equilibrium, from positions (n,) to positions. It is asked where they
-    have to deform to be assembled at all, and always if ``static``.
+    ``relax`` maps positions (n,) to positions with bodies in elastic equilibrium. It is called if bodies have to deform
+    to be assembled, and always if ``static``.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def _assembled(
     relax: Callable[[Array], Array] | None,
     static: bool,
 ) -> tuple[Array, Array]:
-    """q and v; bodies that could deform do so only where it has to be."""
+    """q and v; flexible bodies deform only if necessary."""
     positions = [x for x in system.scene.initial if not is_velocity_level(x.target)]
     velocities = [x for x in system.scene.initial if is_velocity_level(x.target)]
     for shape in _shapes(system, graph, t, positions):
@@ -113,14 +113,14 @@ def _assembled(
 
 
 def _shapes(system: System, graph: MechanismGraph, t: float, positions: list[InitialValue]) -> list[Shape]:
-    """What assembly may move, in the order in which it is tried."""
+    """The sets of unknowns for assembly, in the order of the attempts."""
     placed = place(system, graph, t, positions)
     undeformed = Undeformed(system, placed)
     return [undeformed, AsIs(system, placed)] if undeformed.any else [AsIs(system, placed)]
 
 
 def initial_position(system: System, graph: MechanismGraph, t: float, metric: Metric | None = None) -> Array:
-    """Assembled positions q (n,) alone, whatever is said about velocities.
+    """Assembled positions q (n,) alone, without velocities.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def initial_position(system: System, graph: MechanismGraph, t: float, metric: Me
 
 
 def _positions(system: System, t: float, shape: Shape, given: list[InitialValue], metric: Metric) -> Array:
-    """The y of ``shape`` that belongs to the pose."""
+    """The y of ``shape`` for the pose."""
     fixed = [x for x in given if x.fixed]
     soft = [x for x in given if not x.fixed]
     guess, scale, angles, at_rest = shape.start, shape.scale, shape.angles, np.zeros(system.n)
@@ -149,10 +149,10 @@ def _positions(system: System, t: float, shape: Shape, given: list[InitialValue]
     tolerance = 1e-13 * (1.0 + np.abs(guess * scale).max(initial=0.0))
     best, best_violation = guess, np.inf
     members, _d = metric.positions_at(t, shape.expand(guess))
-    rng = None  # not before it is needed: numpy loads its generators only then
+    rng = None  # imported late, because numpy loads its generators on first use
     for attempt in range(6):
         y = guess
-        if attempt:  # a start at a singular pose has no direction to go: later attempts start beside it
+        if attempt:  # at a singular pose there is no direction of descent: later attempts start near it
             rng = rng or np.random.default_rng(0)
             y = guess + rng.normal(size=len(guess)) * 0.1 * attempt / scale
         shape.begin()
@@ -166,7 +166,7 @@ def _positions(system: System, t: float, shape: Shape, given: list[InitialValue]
             S, r_s = _without_units(shape.reduce(y, soft_q), r_s, scale)
             violation = np.abs(r_c).max(initial=0.0)
             if y is guess and max(violation, np.abs(r_s).max(initial=0.0)) <= tolerance:
-                return y  # placed where it was meant: nothing can be nearer
+                return y  # assembled at the initial guess: no solution is nearer
             if violation < best_violation:
                 best, best_violation = y, violation
             # Damped while the violation is large, and plain Gauss-Newton to end with: what is left then may be a
@@ -196,13 +196,13 @@ def _without_units(J: Matrix, r: Array, scale: Array) -> tuple[Matrix, Array]:
 
 
 def _damped(weight: Array, r_w: Array, S: Matrix, r_s: Array, J: Matrix, r_c: Array) -> Array:
-    """The same as ``_constrained``, but nearer to the start the larger the violation is.
+    """As ``_constrained``, with a penalty on changes that increases with the violation.
 
-    A nearly singular J, as of a mechanism close to a dead centre, cannot throw it about.
+    The penalty limits the steps for a nearly singular J, as of a mechanism close to a dead centre.
     """
     n, m = len(r_w), len(r_c)
     b = np.concatenate([-weight * r_w - S.T @ r_s, -r_c])
-    # guesses far from where they can stay must not hold the constraints open
+    # guesses far from the solution must not prevent the constraints from closing
     mu = 0.1 * np.abs(r_c).max(initial=0.0) / (1.0 + np.abs(b[:n]).max(initial=0.0))
     if isinstance(J, np.ndarray):
         H = np.diag(weight**2) + S.T @ S
@@ -280,7 +280,7 @@ def _velocities(
         r_s = soft_value - np.array([x.value for x in soft])
         r_c = np.concatenate([_velocity_residual(system, t, q, v), r_f])
         if not r_c.any() and not r_s.any():
-            return v  # at rest, and meant to be
+            return v  # at rest, as intended
         J = _stacked(system.velocity_jacobian(t, q, v), d_v)
         J, r_c = _without_units(shape.reduce(y, J, q), r_c, scale)
         S, r_s = _without_units(shape.reduce(y, soft_v, q), r_s, scale)
@@ -308,7 +308,7 @@ def _velocity_residual(system: System, t: float, q: Array, v: Array) -> Array:
 
 
 def determined(system: System, t: float, q: Array) -> bool:
-    """Whether there are as many constraints as coordinates, and independent ones."""
+    """Whether the constraints are independent and as many as the coordinates."""
     J = system.Phi_q(t, q)
     if J.shape[0] != J.shape[1]:
         return False
@@ -327,9 +327,9 @@ def determined(system: System, t: float, q: Array) -> bool:
 
 
 def redundant_rows(system: System, t: float, q: Array, v: Array) -> tuple[int, ...]:
-    """Rows of [Phi_q; Gam_v] that depend on those before them here and in a pose nearby, for systems of moderate size.
+    """Rows of [Phi_q; Gam_v] that depend on previous ones here and in a nearby pose, for systems of moderate size.
 
-    In a singular pose rows are dependent too, but only there: they are kept.
+    Rows that depend on others only in this (singular) pose are kept.
     """
     scale = system.tables.scale
 
@@ -350,7 +350,7 @@ def redundant_rows(system: System, t: float, q: Array, v: Array) -> tuple[int, .
         J, r = _without_units(system.Phi_q(t, near), system.Phi(t, near), scale)
         near = near - least_squares(J, r, 1e-9) / scale
     if np.abs(_without_units(system.Phi_q(t, near), system.Phi(t, near), scale)[1]).max() > 1e-10:
-        return ()  # no pose nearby: nothing is known of it
+        return ()  # no nearby pose: the result is unknown
     return _dependent(rows(system.velocity_jacobian(t, near, v)))
 
 
@@ -359,7 +359,7 @@ def _dependent(J: Array) -> tuple[int, ...]:
     dependent, basis = [], np.zeros((0, J.shape[1]))
     for i, row in enumerate(J):
         rest = row - basis.T @ (basis @ row)
-        rest -= basis.T @ (basis @ rest)  # twice is enough
+        rest -= basis.T @ (basis @ rest)  # two passes suffice
         size = np.linalg.norm(rest)
         if size > 1e-9 * np.linalg.norm(row):
             basis = np.vstack([basis, rest / size])
@@ -369,14 +369,14 @@ def _dependent(J: Array) -> tuple[int, ...]:
 
 
 def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue], velocity) -> InitialisationError:
-    """Which constraints and fixed values cannot hold together, with their lines."""
+    """The constraints and fixed values that contradict each other, with their places."""
     level = "positions" if velocity is None else "velocities"
     v = np.zeros(system.n) if velocity is None else velocity
     residual = system.Phi(t, q) if velocity is None else _velocity_residual(system, t, q, v)
     value, d_q, d_v = _stack(system, fixed, t, q, v)
     residual = np.concatenate([residual, value - np.array([x.value for x in fixed])])
     J = _stacked(system.Phi_q(t, q), d_q) if velocity is None else _stacked(system.velocity_jacobian(t, q, v), d_v)
-    alike = np.abs(_without_units(J, residual, system.tables.scale)[1])  # metres and radians can be compared
+    alike = np.abs(_without_units(J, residual, system.tables.scale)[1])  # metres and radians are comparable
     wrong: list[tuple[float, str, Span | None]] = []
     ranges = [(name, row, system.scene.components[name].kind.rows) for name, row in system.tables.rows.items()]  # type: ignore[attr-defined]
     if velocity is not None:

@@ -1,4 +1,4 @@
-"""A first placing of bodies, from the ground outwards: where initial values say, else where the joints put them."""
+"""Initial placement of bodies, from the ground outwards: at initial values, else as the joints require."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 def place(system: System, graph: MechanismGraph, t: float, given: list[InitialValue]) -> Array:
-    """Poses of all bodies (n,), from the ground outwards: at what was said, else where the joints put them."""
+    """Poses of all bodies (n,), from the ground outwards: at initial values, else as the joints require."""
     scene, tables = system.scene, system.tables
     said: dict[Expr | None, float] = {x.target: x.value for x in sorted(given, key=lambda x: x.fixed)}
     pose = {name: _ground_pose(system, name, t) for name in scene.frames if not _coordinates(system, name)}
@@ -38,9 +38,9 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
         if placement.joint is not None and angle is None and cx is not None and cy is not None:
             values_said[2] = _aimed(system, placement.joint, body.name, pose, cx, cy)
         if placement.joint is not None and _driven(system, placement.joint, drivers):
-            values_said = [None, None, None]  # a driver knows better than a guess
+            values_said = [None, None, None]  # a driver has priority over a guess
         if values_said[2] is not None and placement.joint is not None:
-            # turn about the joint, not about the centre of mass
+            # rotation about the joint, not about the centre of mass
             x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, drivers, values_said[2])
         x, y, phi = (new if new is not None else old for new, old in zip(values_said, (x, y, phi), strict=True))
         d, model = tables.coordinates[body.name], tables.models[body.name]
@@ -96,7 +96,7 @@ def _ends(system: System, joint: str, body: str) -> tuple[Component, bool, str, 
 
 
 def _aimed(system: System, joint: str, body: str, pose: dict, x: float, y: float) -> float | None:
-    """The angle that points a body with a known centre of mass at the joint by which it hangs."""
+    """The angle at which a body with a known centre of mass points at its joint."""
     _, _, other, own = _ends(system, joint, body)
     sx, sy, _ = _frame_pose(system, own)
     dx, dy = pose[other][0] - x, pose[other][1] - y

@@ -33,7 +33,7 @@ def _joints(system: System, rows: Sequence[int]) -> list[str]:
 
 
 def repeated(system: System, t: float, q: Array, v: Array, redundant: Sequence[int]) -> list[str]:
-    """A line for each joint with redundant constraints: its place, the joints it follows from, and its misfit."""
+    """A line for each joint with redundant constraints: its place, the joints that imply it, and its misfit."""
     J = _rows(system, t, q, v) if redundant else None
     if J is None:
         return []
@@ -44,10 +44,10 @@ def repeated(system: System, t: float, q: Array, v: Array, redundant: Sequence[i
         own = [k for k in redundant if joint in _joints(system, [k])]
         parts = np.abs(np.linalg.lstsq(J[rest].T, J[own].T, rcond=1e-9)[0]).max(axis=1)
         others = _joints(system, [rest[k] for k in np.flatnonzero(parts > PART * parts.max())])
-        told = ", ".join(_where(system, other) for other in others if other != joint)
+        names = ", ".join(_where(system, other) for other in others if other != joint)
         off = float(np.abs(violation[own]).max())
         misfit = f"; its misfit is {off:.2g}" if off > FITS * system.tables.size else ""
-        lines.append(f"{_where(system, joint)} follows from {told}{misfit}")
+        lines.append(f"{_where(system, joint)} follows from {names}{misfit}")
     return lines
 
 

@@ -1,4 +1,4 @@
-"""What a start has to satisfy beside the constraints: values that are required, and what theories bear."""
+"""Conditions on the initial state in addition to the constraints: required values, and the range of beam theories."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from mbdsl.system.signals import values
 
 
 def check_loose(reduction: Reduction, system: System, t: float) -> None:
-    """What initial values say about parts that do not move freely is so, or the model contradicts itself.
+    """Check that initial values of parts that do not move freely hold.
 
     Raises
     ------
     InitialisationError
+        If the model contradicts itself.
     """
     if not reduction.loose:
         return
@@ -34,11 +35,12 @@ def check_loose(reduction: Reduction, system: System, t: float) -> None:
 
 
 def check_bending(system: System, initial: InitialState) -> None:
-    """Where bodies had to be deformed to be assembled, that is small where their theory takes it so.
+    """Check that bodies that had to be deformed for the assembly are within the range of their theory.
 
     Raises
     ------
     InitialisationError
+        If one is not.
     """
     for name, body in system.tables.models.items():
         d = system.tables.coordinates[name]

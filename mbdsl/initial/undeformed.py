@@ -1,7 +1,7 @@
-"""What assembly may move: every coordinate, or bodies as wholes, undeformed.
+"""The unknowns of the assembly: all coordinates, or poses of undeformed bodies.
 
-Bodies that deform could meet any constraint by deforming. They are assembled undeformed, therefore, and only where that
-cannot be, as in a structure that is put together under stress, with all their coordinates.
+Flexible bodies could satisfy any constraint by deforming. Therefore they are assembled undeformed, and with all their
+coordinates only if that fails, as in a structure that is assembled under stress.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 class AsIs:
-    """Every coordinate by itself: y = q."""
+    """All coordinates: y = q."""
 
     def __init__(self, system: System, q: Array) -> None:
         self.system, self.start, self.scale = system, q, system.tables.scale
@@ -40,7 +40,7 @@ class AsIs:
         return y
 
     def reduce(self, y: Array, J: Array | csr_array, q: Array | None = None) -> Array | csr_array:
-        """J dq/dy for a Jacobian J with respect to q; of motions in the shape at ``q`` (n,) if that is given."""
+        """J dq/dy for a Jacobian J with respect to q, in the shape at ``q`` (n,) if that is given."""
         return J
 
     def rates(self, y: Array, w: Array, q: Array) -> Array:
@@ -48,12 +48,12 @@ class AsIs:
         return w
 
     def weights(self, weight: Array) -> Array:
-        """Those of y for the weights of q."""
+        """The weights of y from those of q."""
         return weight
 
 
 class Undeformed:
-    """y holds the coordinates of rigid bodies and the poses of those that could deform."""
+    """y contains the coordinates of rigid bodies and the poses of flexible ones."""
 
     def __init__(self, system: System, q: Array) -> None:
         tables = system.tables
@@ -83,7 +83,7 @@ class Undeformed:
 
     @property
     def any(self) -> bool:
-        """Whether something could deform."""
+        """Whether there are flexible bodies."""
         return bool(self.parts)
 
     def begin(self) -> None:
@@ -98,7 +98,7 @@ class Undeformed:
         return q
 
     def _directions(self, y: Array, q: Array | None = None):
-        """dq/dy (n, y.size), dense or sparse as the System's matrices are; motions in the shape at ``q`` if given."""
+        """dq/dy (n, y.size), dense or sparse like the System's matrices, in the shape at ``q`` if that is given."""
         columns = list(np.flatnonzero(self._rigid))
         rows, values = list(self._of[self._rigid]), [1.0] * len(columns)
         for d, first, model in self.parts:

@@ -1,4 +1,4 @@
-"""How far a state is from where it was meant to be, in what assembly makes least."""
+"""The objective of the assembly: the distance of a state from its initial guess."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ UNSAID = 1e-4  #: weight of a coordinate without a guess
 
 
 class Metric:
-    """How far a state is from a guess, or from rest, where nothing was said: the sum over coordinates of all bodies.
+    """The distance from a guess, or from rest, of coordinates without an initial value: a sum over all bodies.
 
-    A body that others are welded to counts for each of them by itself: ``members`` are the frames at their centres of
-    mass, by the name of the body that they have become.
+    Each body of a group of welded bodies counts: ``members`` are the frames at their centres of mass, by the name of
+    the merged body.
     """
 
     def __init__(self, system: System, members: Mapping[str, Sequence[str]]) -> None:
-        self.weight = np.full(system.n, UNSAID)  #: of coordinates that are measured in ``scale``
+        self.weight = np.full(system.n, UNSAID)  #: weight of coordinates measured in ``scale``
         size, self.positions, self.velocities = 1.0 / system.tables.size, [], []
         for body, frames in members.items():
             first = system.tables.coordinates[body]

@@ -1,1 +1,1 @@
-"""Pictures: what is to be drawn, as data; drawn to a file, or to a page that stands by itself."""
+"""Figures, tables and pages as data, drawn to picture files and HTML pages."""

@@ -1,4 +1,4 @@
-"""Axes: which part of the numbers is shown, where a number is on it, and the ticks."""
+"""Axes: their range, the place of a number on them, and their ticks."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-LARGEST = 1e300  #: beyond it a number on a linear axis is taken as infinite: differences would be
+LARGEST = 1e300  #: larger numbers are infinite on a linear axis, because differences would be
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 NAN = float("nan")
 
 
 @dataclass(frozen=True)
 class Axis:
-    """From ``low`` to ``high``, of the numbers or (``log``) of their decimal logarithms.
+    """Range from ``low`` to ``high``, of the numbers or (``log``) of their decimal logarithms.
 
-    ``ticks`` are (place, label) and ``minor`` places, both from 0 at the low end to 1 at the high end. ``scale`` is
-    what the labels are to be multiplied by, and what is to be added, as text ("" if nothing).
+    ``ticks`` are (place, label) and ``minor`` places, both from 0 at the low end to 1 at the high end. ``scale`` is a
+    text with the factor and the offset of the labels, "" if there is none.
     """
 
     low: float
@@ -27,16 +27,16 @@ class Axis:
     scale: str = ""
 
     def titled(self, label: str) -> str:
-        """The axis' label, with what its ticks leave out."""
+        """The axis' label, with the factor and the offset of its ticks."""
         return f"{label} (ticks {self.scale})" if self.scale else label
 
     def place(self, value: float) -> float:
-        """Where a number is: 0 at the low end, 1 at the high end; nan if it has no place."""
+        """Place of a number: 0 at the low end, 1 at the high end; nan if it has none."""
         return (coordinate(value, self.log) - self.low) / (self.high - self.low)
 
 
 def coordinate(value: float, log: bool) -> float:
-    """The number itself or its decimal logarithm; nan for what has none, and for what is not finite."""
+    """The number or its decimal logarithm; nan if it has none or is not finite."""
     value = float(value)
     if not abs(value) < LARGEST or (log and value <= 0.0):
         return NAN
@@ -44,13 +44,13 @@ def coordinate(value: float, log: bool) -> float:
 
 
 def limits(values: Iterable[float], log: bool, pad: float = 0.04) -> tuple[float, float]:
-    """The range of the coordinates of ``values``, with ``pad`` of it on both sides; never empty."""
+    """The range of the coordinates of ``values``, extended by ``pad`` of it on both sides; never empty."""
     found = [c for c in (coordinate(v, log) for v in values) if not math.isnan(c)]
     if not found:
         return (-1.0, 0.0) if log else (0.0, 1.0)
     low, high = min(found), max(found)
     size = max(abs(low), abs(high))
-    least = 1e-9 if log else 1e-12 * size  # below it they are one number, by rounding
+    least = 1e-9 if log else 1e-12 * size  # smaller differences are rounding
     if high - low <= least:
         half = 0.5 if log else max(0.1 * size, 1e-300) if size else 1.0
         return low - half, high + half
@@ -77,7 +77,7 @@ def axis(low: float, high: float, log: bool, wanted: int = 7) -> Axis:
 
 
 def _within_a_decade(bare: Axis, wanted: int) -> Axis:
-    """Labels at 1, 2 and 5 where there are two of them, otherwise as on a linear axis."""
+    """Labels at 1, 2 and 5 if at least two of them are in the range, otherwise as on a linear axis."""
     low, high = bare.low, bare.high
     places = {
         (e, m): (e + math.log10(m) - low) / (high - low)
@@ -112,10 +112,10 @@ def _round_step(rough: float) -> float:
 
 
 def _labels(values: list[float], step: float) -> tuple[list[str], str]:
-    """Short labels of ``values``, and the power of ten and the offset that they leave out."""
+    """Short labels of ``values``, with the power of ten and the offset that they omit."""
     largest = max((abs(v) for v in values), default=0.0)
     offset = 0.0
-    if largest / step > 1e5:  # labels would differ only beyond the fifth digit
+    if largest / step > 1e5:  # labels would differ only after the fifth digit
         offset = values[0]
         largest = max(abs(v - offset) for v in values)
     e = math.floor(math.log10(largest) + 1e-9) if largest else 0
@@ -137,7 +137,7 @@ def power(exponent: int) -> str:
 
 
 def number(value: float, digits: int = 5) -> str:
-    """A number to be read: 0.0125, 1.25·10⁻⁷."""
+    """A number as text: 0.0125, 1.25·10⁻⁷."""
     mantissa, _, exponent = f"{value:.{digits}g}".partition("e")
     if not exponent:
         return mantissa.replace("-", "−")

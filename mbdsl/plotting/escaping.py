@@ -1,4 +1,4 @@
-"""Texts of models and messages in pages and pictures: shown, never markup and never control characters."""
+"""Texts of models and messages in pages and pictures: without markup and control characters."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from mbdsl.messages import visible
 
 
 def escape(text: str) -> str:
-    """``text`` for the inside of an element or an attribute."""
+    """``text`` escaped for the content of an element or an attribute."""
     return html.escape(visible(text))
 
 
 def seen(data: Any) -> Any:
-    """The same data, its texts with control and format characters escaped."""
+    """The data with the control and format characters of all texts escaped."""
     if isinstance(data, str):
         return visible(data)
     if isinstance(data, dict):

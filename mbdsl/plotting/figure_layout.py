@@ -1,4 +1,4 @@
-"""A figure laid out: every point, mark and text at its place in the frame of the axes, for whatever draws it.
+"""The layout of a figure: the places of all points, marks and texts in the frame of the axes, for all renderers.
 
 Places run from 0 to 1, from the left and from the bottom; nan is a gap.
 """
@@ -14,18 +14,18 @@ from mbdsl.plotting.axes import Axis, axis, coordinate, limits, number
 from mbdsl.plotting.figures import Figure, Outcome, Series
 from mbdsl.plotting.series_styles import DASHES, NEUTRAL, Look, looks
 
-FLATTEST = 0.4  #: height over width of the frame of equal axes, at least
-USUAL = 0.56  #: height over width of all other frames
-ROWS = 6  #: of outcomes, at most
-LONGEST = 60  #: letters of an outcome's text
-FAR = 0.3  #: of the range of what is drawn, or a decade: further below it no floor is drawn, but told
-BELOW = 0.08  #: of the frame's height below the lowest floor: room for its text
-GAP = 0.012  #: of the frame's width, between marks and texts
+FLATTEST = 0.4  #: least ratio of height to width of the frame of equal axes
+USUAL = 0.56  #: ratio of height to width of all other frames
+ROWS = 6  #: largest number of rows of outcomes
+LONGEST = 60  #: largest number of letters of an outcome's text
+FAR = 0.3  #: part of the range, or decades: a floor that is further below is described in words instead of drawn
+BELOW = 0.08  #: space for the text below the lowest floor, relative to the height of the frame
+GAP = 0.012  #: space between marks and texts, relative to the width of the frame
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """A series with its look and its places; ``low`` and ``high`` are empty without a spread."""
+    """A series with its look and its places; ``low`` and ``high`` are empty without a range."""
 
     series: Series
     look: Look
@@ -37,7 +37,7 @@ class Drawn:
 
 @dataclass
 class Failures:
-    """Outcomes of one series that share a text: marks and the text, in one row above the frame."""
+    """Outcomes of a series with the same text: their marks and the text, in one row above the frame."""
 
     outcomes: list[Outcome]
     look: Look
@@ -49,27 +49,27 @@ class Failures:
 
 @dataclass(frozen=True)
 class Frame:
-    """What ``lay_out`` finds. ``rows`` are of outcomes, from the bottom; ``aspect`` is height over width."""
+    """The result of ``lay_out``. ``rows`` of outcomes are ordered from the bottom; ``aspect`` is height over width."""
 
     figure: Figure
     x: Axis
     y: Axis
     drawn: list[Drawn]
     rows: list[list[Failures]] = field(default_factory=list)
-    unplaced: int = 0  #: groups of outcomes for which there was no row
+    unplaced: int = 0  #: number of groups of outcomes that do not fit
     floors: list[tuple[float, str]] = field(default_factory=list)
     aspect: float = USUAL
-    left_out: str = ""  #: what has no place on logarithmic axes, and floors far below, as sentences
+    left_out: str = ""  #: sentences on values without a place on logarithmic axes, and on floors far below
 
 
 def names(figures: Sequence[Figure]) -> list[str]:
-    """The names that need a look, in the order in which they appear."""
+    """The names that need a look, in the order of their first use."""
     each = (chain((s.name for s in f.series if _plain(s)), (o.name for o in f.outcomes)) for f in figures)
     return list(dict.fromkeys(chain.from_iterable(each)))
 
 
 def lay_out(figure: Figure, known: Mapping[str, Look] | None = None, letter: float = 0.0085) -> Frame:
-    """Place everything. ``known`` are looks by name; ``letter`` is a letter's width over the frame's."""
+    """The layout of a figure. ``known`` are looks by name; ``letter`` is a letter's width relative to the frame's."""
     known = dict(known if known is not None else looks(names([figure])))
     guides = [s.name for s in figure.series if s.style == "guide"]
     thin = {name: replace(NEUTRAL, dash=DASHES[1 + k % (len(DASHES) - 1)]) for k, name in enumerate(guides)}
@@ -85,8 +85,8 @@ def lay_out(figure: Figure, known: Mapping[str, Look] | None = None, letter: flo
             floors.append((place, text))
         elif place < 0.0:
             below.append(f"Further below: {text} ({number(value, 2)}).")
-    told = " ".join(filter(None, (_left_out(figure), *below)))
-    return Frame(figure, x, y, drawn, rows, unplaced, sorted(floors), aspect, told)
+    left_out = " ".join(filter(None, (_left_out(figure), *below)))
+    return Frame(figure, x, y, drawn, rows, unplaced, sorted(floors), aspect, left_out)
 
 
 def _plain(series: Series) -> bool:
@@ -121,7 +121,7 @@ def _widened(ends: tuple[float, float], size: float) -> tuple[float, float]:
 
 
 def _with_floors(figure: Figure, ends: tuple[float, float]) -> tuple[float, float]:
-    """The range widened to floors that are not far, with room below the lowest one for its text."""
+    """The range extended to floors that are not far, with space for the text below the lowest one."""
     far = ends[0] - max(FAR * (ends[1] - ends[0]), 1.0 if figure.y_log else 0.0)
     floors = [c for c in (coordinate(v, figure.y_log) for v, _ in figure.floors) if c >= far]
     if not floors:
@@ -144,7 +144,7 @@ def _place(series: Series, x: Axis, y: Axis, look: Look) -> Drawn:
 
 
 def _edge(y: Axis, value: float, place: float) -> float:
-    """Where one end of a spread is: the point itself if it is not told, the foot of the axis if it is zero."""
+    """Place of one end of a range: the point itself if the end is not given, the foot of the axis if it is zero."""
     value = float(value)
     if math.isnan(place):
         return math.nan
@@ -155,7 +155,7 @@ def _edge(y: Axis, value: float, place: float) -> float:
 
 
 def _groups(outcomes: Sequence[Outcome], x: Axis, known: Mapping[str, Look]) -> list[Failures]:
-    """Outcomes of one name and text together. What has no x is marked right of the frame."""
+    """Groups of outcomes with the same name and text. Outcomes without x are marked at the right of the frame."""
     found: dict[tuple[str, str], Failures] = {}
     for outcome in outcomes:
         text = outcome.text if outcome.text.startswith(outcome.name) else f"{outcome.name}: {outcome.text}"
@@ -167,7 +167,7 @@ def _groups(outcomes: Sequence[Outcome], x: Axis, known: Mapping[str, Look]) -> 
 
 
 def _pack(groups: Sequence[Failures], letter: float) -> tuple[list[list[Failures]], int]:
-    """Into as few rows as no text covers anything in; texts are shortened to what there is room for."""
+    """The groups in as few rows as possible without overlaps; texts are shortened to the available space."""
     rows: list[list[Failures]] = []
     taken: list[list[tuple[float, float]]] = []
     unplaced = 0
@@ -208,5 +208,5 @@ def _left_out(figure: Figure) -> str:
         for s in figure.series
         if _plain(s)
     }
-    told = ", ".join(f"{name} ({count})" for name, count in counts.items() if count)
-    return f"Zero or negative, so without a place on a logarithmic axis: {told}." if told else ""
+    names = ", ".join(f"{name} ({count})" for name, count in counts.items() if count)
+    return f"Zero or negative, so without a place on a logarithmic axis: {names}." if names else ""

@@ -1,6 +1,6 @@
 "use strict";
 // Hovering and the legend. Without this script the page shows the same pictures. Texts are only ever set as text.
-const REACH = 36; // how far from a point it is told [px of the picture]
+const REACH = 36; // distance within which a point shows its text [px of the picture]
 
 for (const figure of document.querySelectorAll("figure")) {
   const source = figure.querySelector("script[type='application/json']");

@@ -1,4 +1,4 @@
-"""A page as one HTML file that needs nothing else: figures as SVG, tables, and a script for hovering and the legend."""
+"""A page as one HTML file without external resources: SVG figures, tables, and a script for hovering and the legend."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mbdsl.plotting.series_styles import NEUTRAL, Look, looks
 from mbdsl.storage.output_files import write_text
 
 HERE = Path(__file__).parent
-#: a browser that holds to it asks nobody for anything, whatever a text on the page says
+#: forbids the browser to load external resources, for any text on the page
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 SHORT = 100  #: letters of a value of the fine print that needs no unfolding
 _BLANK = re.compile(r"[\s–—-]*$")
@@ -108,15 +108,15 @@ def _outcomes(frame: Frame) -> Iterator[str]:
     """All outcomes in full: in the picture they are shortened."""
     if frame.left_out:
         yield f'<p class="note">{escape(frame.left_out)}</p>'
-    told: dict[str, list[str]] = {}
+    places: dict[str, list[str]] = {}
     for outcome in frame.figure.outcomes:
-        told.setdefault(f"{outcome.name}: {outcome.text}", []).append(
+        places.setdefault(f"{outcome.name}: {outcome.text}", []).append(
             "" if outcome.x is None else svg.number(outcome.x)
         )
-    if not told:
+    if not places:
         return
     yield '<ul class="outcomes" aria-label="Without a point">'
-    for text, where in told.items():
+    for text, where in places.items():
         at = ", ".join(filter(None, where))
         yield f"<li>{escape(text)}{f' ({escape(frame.figure.x_label)}: {at})' if at else ''}</li>"
     yield "</ul>"
@@ -141,8 +141,8 @@ def _table(table: Table) -> Iterator[str]:
 
 def _numeric(cells: Sequence[str]) -> bool:
     """Whether most of the cells that are not blank read as numbers: a word among them says why there is none."""
-    told = [str(cell).strip() for cell in cells if not _BLANK.match(str(cell))]
-    return 2 * sum(bool(_NUMBER.match(cell)) for cell in told) > len(told)
+    texts = [str(cell).strip() for cell in cells if not _BLANK.match(str(cell))]
+    return 2 * sum(bool(_NUMBER.match(cell)) for cell in texts) > len(texts)
 
 
 def _fine_print(items: Sequence[tuple[str, str]]) -> Iterator[str]:
@@ -159,5 +159,5 @@ def _value(value: str) -> str:
     if "\n" not in text and len(text) <= SHORT:
         return escape(text)
     lines = text.count("\n") + 1
-    told = f"{lines} lines" if lines > 1 else f"{text[:60].rstrip()}…"
-    return f"<details><summary>{escape(told)}</summary><pre>{escape(text)}</pre></details>"
+    summary = f"{lines} lines" if lines > 1 else f"{text[:60].rstrip()}…"
+    return f"<details><summary>{escape(summary)}</summary><pre>{escape(text)}</pre></details>"

@@ -102,7 +102,7 @@ def draw(
 
 
 def _axes(ax: Axes, frame: Frame) -> None:
-    """Frame, ticks, grid and floors. The coordinates are places, so that ticks are those of all other pictures."""
+    """Frame, ticks, grid and floors, in the coordinates of the layout, so that all renderers have the same ticks."""
     top = 1.0 + ROW * len(frame.rows)
     ax.set(xlim=(0.0, 1.0), ylim=(0.0, top))
     if frame.figure.equal:
@@ -147,7 +147,7 @@ def _series(ax: Axes, drawn: Drawn, zorder: float) -> None:
 
 
 def _behind(ax: Axes, drawn: Drawn, zorder: float) -> None:
-    """A front or a guide, which may leave the frame."""
+    """A front or a guide, which may extend beyond the frame."""
     front = drawn.series.style == "front"
     look: dict[str, Any] = (
         dict(alpha=0.3, linewidth=9.0) if front else dict(linewidth=0.9, linestyle=(0, drawn.look.dash))
@@ -166,7 +166,7 @@ def _mark(look: Look, count: int, size: float = 7.0) -> dict[str, Any]:
     if count > MANY:
         return dict(marker=".", markersize=2.5, markeredgewidth=0.0)
     corners = MARKS[look.mark]
-    # matplotlib scales the corners to its unit square; the size makes up for it
+    # matplotlib scales the corners to its unit square; the size compensates this
     widest = max((max(abs(a), abs(b)) for a, b in corners), default=1.0)
     return dict(
         marker=[(a, -b) for a, b in (*corners, corners[0])] if corners else "o",
@@ -202,7 +202,7 @@ def _wrapped(text: str, width: int) -> str:
 
 
 def _legend(picture: Any, ax: Axes) -> None:
-    """Beside the frame, or below it where names are long; guides and fronts last."""
+    """The legend next to the frame, or below it if names are long; guides and fronts last."""
     shown = [line for line in ax.get_lines() if not str(line.get_label()).startswith("_") and line.get_label()]
     if not shown:
         return

@@ -1,7 +1,7 @@
-"""How each series looks: colour, mark and line, the same for a name wherever it is drawn.
+"""The look of each series: colour, mark and line, the same for a name in all figures.
 
-Colours keep apart for the colour-blind together with the marks: members of a family share a hue, never a mark, and
-every colour has a contrast of 3:1 at least against the paper, light or dark (WCAG 2.1, 1.4.11).
+Colours and marks together remain distinguishable for colour-blind readers: members of a family share a hue but no mark,
+and every colour has a contrast of at least 3:1 to the paper, light or dark (WCAG 2.1, 1.4.11).
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ class Look:
     dash: tuple[float, ...] = ()
 
 
-NEUTRAL = Look("#6b7280", "#9aa4b2", "circle")  #: of what is no series of its own: guides and fronts
-DASHED = (5.0, 2.5)  #: of what others have written
+NEUTRAL = Look("#6b7280", "#9aa4b2", "circle")  #: for guides and fronts
+DASHED = (5.0, 2.5)  #: for third-party integrators and other programs
 METHODS = {
     "newmark": Look("#bf4f97", "#eba0cf", "hexagon", False),
     "hht-i3": Look("#2f8fd3", "#8ccbf5", "square", False),
@@ -59,7 +59,7 @@ DASHES = ((), (6.0, 2.0), (2.0, 1.5), (7.0, 2.0, 1.5, 2.0), (10.0, 3.0))
 def looks(names: Iterable[str]) -> dict[str, Look]:
     """Name -> look.
 
-    A method, and what begins with its name, has the method's hue and mark; others take theirs in order.
+    A series whose name begins with that of a method has the hue and mark of the method; the others get theirs in order.
     """
     names = list(dict.fromkeys(names))
     taken = dict.fromkeys((_method(name) for name in names), -1)
@@ -76,7 +76,7 @@ def looks(names: Iterable[str]) -> dict[str, Look]:
 
 
 def _variant(look: Look, k: int) -> Look:
-    """The ``k``-th of one method's series: deeper colours, then dashes as well."""
+    """The ``k``-th series of a method: darker colours first, then dashes as well."""
     turn, depth = divmod(k, 3)
     light, dark = _mixed(look.light, "#000000", 0.33 * depth), _mixed(look.dark, "#ffffff", 0.33 * depth)
     return replace(look, light=light, dark=dark, filled=look.filled ^ (k % 2 == 1), dash=DASHES[turn % len(DASHES)])
@@ -94,14 +94,14 @@ def _mixed(colour: str, other: str, part: float) -> str:
 
 
 def _method(name: str) -> str:
-    """The method that ``name`` begins with, as a whole word; "" if with none."""
+    """The method that ``name`` begins with, as a whole word; "" if there is none."""
     lower = name.lower()
     fits = [m for m in METHODS if lower.startswith(m) and not lower[len(m) : len(m) + 1].isalnum()]
     return max(fits, key=len, default="")
 
 
 def _corners(n: int, turn: float, inner: float = 1.0) -> tuple[tuple[float, float], ...]:
-    """Of a polygon about the origin, the first one ``turn`` of a circle from the top; every other one at ``inner``."""
+    """Corners of a polygon, the first one ``turn`` of a circle from the top; every second one at radius ``inner``."""
     angles = [2.0 * math.pi * (k / n + turn) for k in range(n)]
     radii = [inner if k % 2 else 1.0 for k in range(n)]
     return tuple((r * math.sin(a), -r * math.cos(a)) for r, a in zip(radii, angles, strict=True))

@@ -11,18 +11,18 @@ from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.figure_layout import Drawn, Frame
 from mbdsl.plotting.series_styles import MARKS
 
-WIDTH = 860.0  #: of the picture [px]; the page may scale it
+WIDTH = 860.0  #: size of the picture [px]; the page may scale it
 RIGHT, BOTTOM, ROW, HEAD = 22.0, 46.0, 19.0, 26.0
 TALLEST = 560.0  #: frame of equal axes
 LETTER = 6.7  #: width of a letter of the small text
-RADIUS = 4.2  #: of a mark
-MANY = 150  #: marks; beyond them they are dots
-FLAT = 0.25  #: points of a line that lie as close to what is drawn without them are left out [px]
-NEAR = 5.0  #: of many points those are told that are farther than this from the one before [px]
+RADIUS = 4.2  #: radius of a mark
+MANY = 150  #: number of marks above which they are dots
+FLAT = 0.25  #: points of a line within this distance of the line without them are left out [px]
+NEAR = 5.0  #: of many points, hovering shows those that are further than this from the previous one [px]
 
 
 class Canvas:
-    """Where the frame of the axes is on the picture."""
+    """The place of the frame on the picture."""
 
     def __init__(self, frame: Frame) -> None:
         self.left = 16.0 + 7.5 * max((len(label) for _, label in frame.y.ticks), default=1)
@@ -41,7 +41,7 @@ class Canvas:
 
 
 def letter() -> float:
-    """A letter's width over that of a usual frame, for the layout of texts."""
+    """A letter's width relative to that of a usual frame, for the layout of texts."""
     return LETTER / (WIDTH - RIGHT - 50.0)
 
 
@@ -70,28 +70,28 @@ def picture(frame: Frame, key: str, classes: dict[str, str]) -> str:
     return "\n".join(parts)
 
 
-#: style -> depth of what lies behind all other series
+#: style -> depth, for styles behind all other series
 BEHIND = {"front": 0, "guide": 1}
 
 
 def colour(drawn: Drawn, classes: dict[str, str]) -> str:
-    """The class of the page's style that gives a series its colour."""
+    """The CSS class that gives a series its colour."""
     return "neutral" if drawn.series.style in BEHIND else classes[drawn.series.name]
 
 
 def description(frame: Frame) -> str:
-    """The figure in words."""
+    """A description of the figure in words."""
     figure = frame.figure
     kinds = {(True, True): "Both axes are logarithmic.", (True, False): "The horizontal axis is logarithmic."}
     kinds[False, True] = "The vertical axis is logarithmic."
-    told = [f"{figure.y_label} against {figure.x_label}.", kinds.get((figure.x_log, figure.y_log), "")]
-    told.append("Series: " + ", ".join(s.name for s in figure.series if s.name) + "." if figure.series else "Empty.")
-    told += [f"Without a point: {o.name}: {o.text}." for o in figure.outcomes[:20]]
-    return " ".join(filter(None, (*told, figure.note)))
+    texts = [f"{figure.y_label} against {figure.x_label}.", kinds.get((figure.x_log, figure.y_log), "")]
+    texts.append("Series: " + ", ".join(s.name for s in figure.series if s.name) + "." if figure.series else "Empty.")
+    texts += [f"Without a point: {o.name}: {o.text}." for o in figure.outcomes[:20]]
+    return " ".join(filter(None, (*texts, figure.note)))
 
 
 def swatch(drawn: Drawn) -> str:
-    """The piece of line, with its mark, that stands in the legend."""
+    """The sample of the line and its mark in the legend."""
     style = drawn.series.style
     inside = []
     if style != "marks":
@@ -103,7 +103,7 @@ def swatch(drawn: Drawn) -> str:
 
 
 def hover(frame: Frame) -> dict[str, Any]:
-    """What the script shows: labels, and for each series the points (px, py, x, y, spread, text)."""
+    """Data of the script: labels, and for each series the points (px, py, x, y, spread, text)."""
     canvas = Canvas(frame)
     failed = [
         [
@@ -141,7 +141,7 @@ def _points(drawn: Drawn, canvas: Canvas) -> Iterator[list[Any]]:
 
 
 def _told(drawn: Drawn, c: Canvas) -> Iterator[int]:
-    """The points that hovering tells: all of a few, of many those that are apart."""
+    """The points that hovering shows: all if they are few, else those that are apart."""
     few = len(drawn.x) <= MANY
     last = (math.inf, math.inf)
     for k, (x, y) in enumerate(zip(drawn.x, drawn.y, strict=True)):
@@ -152,7 +152,7 @@ def _told(drawn: Drawn, c: Canvas) -> Iterator[int]:
 
 
 def _pieces(drawn: Drawn) -> list[list[int]]:
-    """The points between gaps."""
+    """The sequences of points between gaps."""
     pieces: list[list[int]] = [[]]
     for k, x in enumerate(drawn.x):
         if math.isnan(x):
@@ -163,9 +163,9 @@ def _pieces(drawn: Drawn) -> list[list[int]]:
 
 
 def _outline(drawn: Drawn, c: Canvas, piece: list[int]) -> list[int]:
-    """The points of a piece that its line needs: none of the others is farther than FLAT from it.
+    """The points of a sequence that its line needs: the others are within FLAT of it.
 
-    By halving at the farthest point: Douglas and Peucker, Cartographica 10 (1973) 112.
+    Recursive division at the farthest point: Douglas and Peucker, Cartographica 10 (1973) 112.
     """
     import numpy as np
 
@@ -223,7 +223,7 @@ def _axes(frame: Frame, c: Canvas) -> Iterator[str]:
 
 
 def _floor_texts(frame: Frame, c: Canvas) -> Iterator[str]:
-    """Under their lines, right and left in turn; over guides, which may cross them."""
+    """Labels below their lines, right and left in alternation; above guides, which may cross them."""
     for k, (place, text) in enumerate(frame.floors):
         at, anchor = (c.x(1.0) - 5.0, "end") if k % 2 == 0 else (c.x(0.0) + 6.0, "start")
         yield _text(at, c.y(place) + 14.0, text, "small on-floor", anchor)
@@ -258,7 +258,7 @@ def _line(drawn: Drawn, points: list[int], c: Canvas) -> str:
 
 
 def _band(drawn: Drawn, points: list[int], c: Canvas) -> str:
-    """The outline: forth along the upper edge, back along the lower one."""
+    """The outline: along the upper edge, and back along the lower one."""
     up = [f"{c.x(drawn.x[k]):.1f} {c.y(drawn.high[k]):.1f}" for k in points]
     down = [f"{c.x(drawn.x[k]):.1f} {c.y(drawn.low[k]):.1f}" for k in reversed(points)]
     return f"M{'L'.join(up + down)}Z"

@@ -1,8 +1,8 @@
 """Comma-separated values: one header row with the signals' names, numbers that read back to the same double.
 
-A CSV has no place for remarks that every reader skips, so that a file ``NAME.csv`` with incomplete results has a
-``NAME.csv.incomplete`` next to it that says why. Complete results remove it. The header and the last row end with
-CR LF, the other rows with LF, which readers take alike: a file that was cut anywhere is recognised.
+CSV has no remarks that all readers skip. Therefore incomplete results in ``NAME.csv`` have a second file
+``NAME.csv.incomplete`` with the reason, which complete results remove. The header and the last row end with CR LF, the
+other rows with LF, which readers treat alike, so that a truncated file is recognised.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from mbdsl.errors import UsageError
 from mbdsl.storage.output_files import write_text
 
 SUFFIX = ".csv"
-CHUNK = 8192  #: rows turned to text at a time, to bound the memory
+CHUNK = 8192  #: number of rows converted to text at a time, to limit the memory
 
 
 def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> None:
@@ -29,7 +29,7 @@ def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> 
     csv.writer(header, lineterminator="\r\n" if len(rows) else "\n").writerow(columns)
     stream.write(header.getvalue().encode())
     for k in range(0, len(rows), CHUNK):
-        # The text of a nested list is the fastest way to the shortest digits of many doubles.
+        # The text of a nested list is the fastest conversion of many doubles to their shortest digits.
         text = repr(rows[k : k + CHUNK].tolist())[2:-2].replace("], [", "\n").replace(", ", ",")
         last = k + CHUNK >= len(rows)
         stream.write(text.encode() + (b"\r\n" if last else b"\n"))
@@ -42,7 +42,7 @@ def mark(path: Path, meta: Mapping) -> None:
 
 
 def settle(path: Path, meta: Mapping) -> None:
-    """Called when ``path`` has got its name."""
+    """Remove the mark of complete results, after ``path`` has got its name."""
     mark = _mark(path)
     if not meta.get("complete", True) or not os.path.lexists(mark):
         return
@@ -72,7 +72,7 @@ def read(path: Path) -> tuple[dict, dict]:
 
 
 def _cut(header: str, lines: list[str]) -> bool:
-    """Whether rows are missing at the end. In files by other programs all lines end alike."""
+    """Whether rows are missing at the end. In files of other programs all lines end alike."""
     if not header.endswith("\r\n"):
         return not header.endswith("\n")
     ours = not any(line.endswith("\r\n") for line in lines[:-1])

@@ -1,6 +1,6 @@
 """Dymola's and OpenModelica's trajectory file: MATLAB 4 matrices, version 1.1, ``binTrans``.
 
-Read by OMPlot, OMEdit, DyMat, BuildingsPy and others. The matrices, as those tools expect them:
+Read by OMPlot, OMEdit, DyMat, BuildingsPy and others. The matrices that these programs expect:
 
 ``Aclass``     4 lines of text: "Atrajectory", "1.1", "", "binTrans"
 ``name``       the signals' names, ``description`` their texts "[unit]"; one name a column (transposed)
@@ -8,7 +8,7 @@ Read by OMPlot, OMEdit, DyMat, BuildingsPy and others. The matrices, as those to
 ``data_1``     constants: start and stop time in row 1, then one row a constant, two columns
 ``data_2``     trajectories: time in row 1, then one row a signal, one column a time
 
-``meta`` is kept in the constants ``mbdsl.KEY``: the number if it is one, the value in the description.
+``meta`` is stored in the constants ``mbdsl.KEY``: numbers as values, texts in the description.
 """
 
 from __future__ import annotations

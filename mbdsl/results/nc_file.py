@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 SUFFIX = ".nc"
-PREFIX = "mbdsl_"  #: of the global attributes that hold ``meta``
+PREFIX = "mbdsl_"  #: prefix of the global attributes of ``meta``
 
 
 def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> None:
@@ -17,7 +17,7 @@ def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> 
     time = next(iter(columns))
     rows = len(columns[time])
     with netcdf_file(stream, "w", version=2) as file:
-        file.createDimension(time, rows or None)  # the format knows no empty dimension, only one without an end
+        file.createDimension(time, rows or None)  # the format has no empty dimension, only an unlimited one
         for name, values in columns.items():
             variable = file.createVariable(name, np.dtype(">f8"), (time,))
             variable[:] = np.asarray(values, dtype=float)
@@ -38,7 +38,7 @@ def read(path: Path) -> tuple[dict, dict]:
 
 
 def _number(value: float | bool):
-    """A boolean as a byte, so that it reads back as one; a number as the double that it is."""
+    """A boolean as a byte, which is read as a boolean; a number as a double."""
     import numpy as np
 
     return np.int8(value) if isinstance(value, bool) else np.float64(value)

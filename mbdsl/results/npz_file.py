@@ -12,7 +12,7 @@ ABOUT = "_mbdsl"
 
 
 def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> None:
-    # Not numpy.savez: it takes the names as keyword arguments, and "file" is one of its own.
+    # numpy.savez takes the names as keyword arguments and has an argument "file" itself.
     import zipfile
 
     import numpy as np
@@ -36,7 +36,7 @@ def read(path: Path) -> tuple[dict, dict]:
             meta = about.get("meta", {"complete": True})
             if not isinstance(meta, dict):
                 raise ValueError("what it says about itself cannot be read")
-            # archives from elsewhere may hold texts and records as well
+            # archives of other programs may contain texts and records
             return {name: x for name, x in found.items() if x.dtype.kind in "fiub"}, meta
     except (zipfile.BadZipFile, EOFError) as problem:
         raise ValueError(str(problem)) from problem

@@ -1,11 +1,11 @@
 """Checkpoints: the state of an unfinished run in a file, from which the run continues bit for bit.
 
 The state of a run is in flat buffers (:mod:`mbdsl.integrators.run`); a checkpoint is a copy of them. A run with a
-tolerance consists of several calibration runs (:mod:`mbdsl.simulation.tolerance_calibration`); the checkpoint holds the
-final states of those that are done, so that they are not repeated.
+tolerance consists of several calibration runs (:mod:`mbdsl.simulation.tolerance_calibration`); the checkpoint contains
+the final states of the complete ones, so that they are not repeated.
 
-The file is an archive of plain NumPy arrays, with JSON for the rest: reading it executes no code. It is written to a
-temporary file that is then renamed, so that a checkpoint is always complete.
+The file is an archive of plain NumPy arrays and JSON: reading it executes no code. It is written to a temporary file
+that is then renamed, so that a checkpoint is always complete.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def of_run(given: Checkpoint | str | os.PathLike, model: object, asked: dict[str
 
 
 class Keeper:
-    """Stores the state of a motion: the calibration runs that are done, and the present one.
+    """Stores the state of a motion: that of its complete calibration runs, and that of the present one.
 
     Raises
     ------
@@ -94,7 +94,7 @@ class Keeper:
         self.done: list[Snapshot] = []
         self._ahead: list[Snapshot] = []  # from the file, in the order of the runs
         self._written = perf_counter()
-        self.problem = ""  #: why the last checkpoint could not be written
+        self.problem = ""  #: reason why the last checkpoint could not be written
         check([checkpoint.path])
         if checkpoint.resumed:
             self._ahead = self._read()
@@ -102,7 +102,7 @@ class Keeper:
             _load(checkpoint.path)  # raises an error, so that a file that is not a checkpoint is not overwritten
 
     def begin(self, motion: Motion) -> int | None:
-        """At the start of a run, restore its state from the file, if it is there; return the status if it is done."""
+        """At the start of a run, restore its state from the file, if any; return the status of a complete run."""
         if not self._ahead:
             return None
         known = self._ahead.pop(0)
@@ -121,13 +121,13 @@ class Keeper:
             self.write(motion)
 
     def end(self, motion: Motion, status: int) -> None:
-        """At the end of a run, add it to those that are done."""
+        """At the end of a run, add it to the complete runs."""
         self.done.append(_snapshot(motion, status))
 
     def write(self, motion: Motion) -> None:
-        """Write the runs that are done, and the state of the present one.
+        """Write the complete runs and the state of the present one.
 
-        If that fails, as on a full disk, the run goes on, and ``problem`` says why.
+        If that fails, as on a full disk, the run continues, and ``problem`` is the reason.
         """
         try:
             self._write(motion)
@@ -238,7 +238,7 @@ def _plan(motion: Motion) -> str:
 
 
 def _snapshot(motion: Motion, status: int | None) -> Snapshot:
-    """A copy of the complete state of a run; ``status`` is None while it is not done."""
+    """A copy of the complete state of a run; ``status`` is None for the present run."""
     parts = []
     for p in motion.parts:
         run = p.integration

@@ -40,12 +40,12 @@ from mbdsl.system.accelerations import accelerations
 Array = NDArray[np.float64]
 Part = tuple[System, Array, Array, Array, Array, tuple[int, ...]]
 
-#: most unknowns for which the growth is computed: the matrices are dense
+#: largest number of unknowns for which the growth is computed, because the matrices are dense
 MOST = 400
 #: most and least samples of a run, unless finer ones are asked for; numbers in the matrices of all samples, which limit
 #: the samples of large models
 SAMPLES, FEWEST, NUMBERS = 160, 40, 200_000
-#: number of perturbations propagated, in different directions
+#: number of propagated perturbations, in different directions
 DIRECTIONS = 3
 #: mass of a coordinate without mass, relative to the largest mass
 MASSLESS = 1e-12
@@ -113,17 +113,17 @@ def growth(
     t, q, v, lam = t[chosen], q[chosen], v[chosen], lam[chosen]
     points = [_point(system, *state, left_out) for state in zip(t, q, v, lam, strict=True)]
     if not points[0].Z.shape[1] or len({p.Z.shape + p.V.shape for p in points}) > 1:
-        return None  # no freedoms, or the constraints change rank along the run
+        return None  # no degrees of freedom, or the constraints change rank along the run
     if max(np.linalg.cond(p.mass) for p in points) > MOST_CONDITION:
         return None
     return _carried(t, points, speed)
 
 
 def along(parts: Iterable[Part], t: Array, speed: float, finer: int = 1) -> tuple[Growth, int]:
-    """The growth at times t (N,) along a motion of several parts, and for how many of them it is known to the end.
+    """The growth at times t (N,) along a motion of several parts, and the number of parts for which it is complete.
 
     ``parts`` are the system of each, its times, q, v and lam there, and its redundant constraints, as from
-    ``Motion.parts_of``; ``speed`` and ``finer`` as for :func:`growth`. Parts that cannot be examined do not count.
+    ``Motion.parts_of``; ``speed`` and ``finer`` as for :func:`growth`. Parts that cannot be examined are not counted.
     """
     found, rate, known = np.zeros(len(t)), 0.0, 0
     for system, own_t, q, v, lam, left_out in parts:
@@ -204,7 +204,7 @@ def _carried(t: Array, points: list[_Point], speed: float) -> Growth:
     turn, turn_v = _turns(Z), _turns(V)  # from one basis to the next
     new = np.random.default_rng(1).standard_normal((r + d, DIRECTIONS)) / np.sqrt(r + d)
     weights = np.repeat(sizes / [1.0, speed], (r, d), axis=1)[:, :, None]
-    x, log, largest = weights[0] * new, np.zeros(len(t)), 0.0  # what is carried is x exp(largest)
+    x, log, largest = weights[0] * new, np.zeros(len(t)), 0.0  # the propagated perturbations are x exp(largest)
     log[0] = np.log(_size(points[0], x, speed))
     for k in range(len(h)):
         x = first[k] @ x

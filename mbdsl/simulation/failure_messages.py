@@ -1,4 +1,4 @@
-"""Error messages of runs: the time, the equations, the reason, and what to try."""
+"""Error messages of runs: the time, the equations, the reason, and a remedy."""
 
 from __future__ import annotations
 
@@ -46,7 +46,9 @@ def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None
             trajectory.message = f"{name} was redundant at the start, but is violated from t = {since:g} s on"
             span = system.scene.components[name.rsplit(".", 1)[0]].span
             error = IntegrationError(
-                trajectory.message, span, hint="the mechanism locks there, or reaches a pose with fewer freedoms"
+                trajectory.message,
+                span,
+                hint="the mechanism locks there, or reaches a pose with fewer degrees of freedom",
             )
             error.trajectory = trajectory
             raise error
@@ -163,8 +165,8 @@ def _given_up(run: External, trajectory: Trajectory) -> IntegrationError:
         getattr(run.cause, "span", None),
     )
     if (bent := bending(trajectory)) is not None:
-        told, hint = _too_bent(trajectory, *bent)
-        trajectory.message, span = f"{trajectory.message}; {told}", trajectory.scene.components[bent[1]].span
+        reason, hint = _too_bent(trajectory, *bent)
+        trajectory.message, span = f"{trajectory.message}; {reason}", trajectory.scene.components[bent[1]].span
     error = IntegrationError(trajectory.message, span, hint=hint)
     error.__cause__, error.trajectory = run.cause, trajectory
     return error
@@ -221,8 +223,8 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     if status != loop_state.SLIDING and law is None and any(poses):  # at the start of the step, or where it got to
         message += f"; {poses[0] or poses[1]}"
     if (bent := bending(trajectory)) is not None:
-        told, hint = _too_bent(trajectory, *bent)
-        message, span = f"{message}; {told}", trajectory.scene.components[bent[1]].span
+        reason, hint = _too_bent(trajectory, *bent)
+        message, span = f"{message}; {reason}", trajectory.scene.components[bent[1]].span
     elif (beam := _indefinite(integration)) is not None:
         message = f"{message}; the mass matrix of {beam} is no longer positive definite"
         hint = (

@@ -1,7 +1,7 @@
 """Warnings about runs with fixed steps: peaks of laws within a step, growing energy, contacts that are not resolved.
 
-Fixed steps have no error estimate. Three symptoms are looked for. During the run, all steps are searched for peaks of
-laws between their ends (:mod:`mbdsl.integrators.missed_peaks`). After the run, its outputs are searched for growing
+Fixed steps have no error estimate. Three symptoms are checked. During the run, all steps are searched for peaks of
+laws between their ends (:mod:`mbdsl.integrators.missed_peaks`). After the run, its outputs are checked for growing
 energy in models without a source of energy, and for unresolved contacts in models whose laws have conditions.
 """
 
@@ -111,9 +111,9 @@ def _unseen(peak: Peak, law: Component | None) -> str:
 
 
 def _law_within(scene: Scene, root: Expr) -> Component | None:
-    """The component whose law is the expression ``root`` or a part of it.
+    """The component whose law is the expression ``root`` or contains it.
 
-    It is a part where what a driver moves has become a function of time.
+    The law contains it if the motion of a driver has been replaced by a function of time.
     """
     parts = set(walk(root))
     for c in scene.components.values():
@@ -176,7 +176,7 @@ def _by_law(scene: Scene) -> list[Component]:
 
 
 def _has_potential(scene: Scene, c: Component, name: str) -> bool:
-    """Whether a law depends on nothing but the coordinate along which it acts."""
+    """Whether a law depends only on the coordinate along which it acts."""
     law = c.values[name]
     if not isinstance(law, Expr):
         return not law
@@ -213,7 +213,7 @@ def _leaves_without(root: Expr, stop: set[Expr]) -> bool:
 
 
 def _kicked(motion: Motion, p: Moving, t: Array, q: Array, v: Array) -> str | None:
-    """A warning if a law acts for a few steps only and changes velocities much; these steps are computed again."""
+    """A warning if a law acts for a few steps only and changes velocities much; these steps are repeated."""
     scale, h, plan = p.system.tables.scale, motion.plan.h, motion.plan
     speed = np.abs(v * scale).max(initial=0.0)
     kicks = np.abs(np.diff(v, axis=0) * scale).max(axis=1, initial=0.0)
@@ -233,9 +233,9 @@ def _kicked(motion: Motion, p: Moving, t: Array, q: Array, v: Array) -> str | No
             again.begin(q[first], v[first], a, lam, p.initial.redundant)
             if again.advance() != loop_state.DONE:
                 continue
-            if (told := _short(p.system, due, again.out, h)) is not None:
-                return told
-    except MbdslError:  # steps that cannot be computed again say nothing about the run
+            if (warning := _short(p.system, due, again.out, h)) is not None:
+                return warning
+    except MbdslError:  # steps that cannot be repeated give no information about the run
         return None
     finally:
         p.system.tables.F[:] = numbers

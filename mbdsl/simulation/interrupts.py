@@ -1,4 +1,4 @@
-"""Ctrl-C, SIGTERM and SIGHUP: noted at once, acted on where no results are lost."""
+"""Ctrl-C, SIGTERM and SIGHUP: recorded immediately, handled at points where no results are lost."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ SIGNALS = (signal.SIGINT, *ENDS)
 
 @contextmanager
 def deferred(most: int | None = None, note: str = "") -> Iterator[list[int]]:
-    """Signals fill the list that this gives, instead of breaking in anywhere.
+    """Context in which signals are appended to the list that it returns, instead of raising exceptions.
 
-    An exception in the midst of a call of compiled code can come out of it as any other, and one while a file is
-    written loses its content. The first one shows the ``note``; after ``most`` the next raises KeyboardInterrupt.
+    An exception within a call of compiled code may leave it as another one, and an exception during writing destroys
+    the file. The first signal prints the ``note``; after ``most`` signals the next one raises KeyboardInterrupt.
     """
     heard: list[int] = []
     if threading.current_thread() is not threading.main_thread():
-        yield heard  # only the main thread hears signals
+        yield heard  # only the main thread receives signals
         return
 
     def hear(number, frame) -> None:
         heard.append(number)
         if note and len(heard) == 1:
-            with suppress(OSError, ValueError):  # a terminal that was closed
+            with suppress(OSError, ValueError):  # the terminal was closed
                 print(note, file=sys.stderr)
         if most is not None and len(heard) > most:
             raise KeyboardInterrupt

@@ -1,7 +1,6 @@
-"""Motion: a scene on its way, the parts that it falls into stepped side by side.
+"""Motion: a scene in motion, with its independent parts advanced in parallel.
 
-What is solved for is the reduced scene (:mod:`mbdsl.mechanism.reduction`); what comes out is about the scene as
-written.
+The reduced scene (:mod:`mbdsl.mechanism.reduction`) is solved; the results refer to the scene as written.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ Array = NDArray[np.float64]
 KINEMATIC = "kinematic"
 #: displacement, relative to a size known from initial positions only, above which it becomes the size
 FAR = 10.0
-#: steps of the first run between two checks of that
+#: number of steps of the first run between two checks of it
 GLANCE = 64
 NOISE = 1e-4  #: relative noise of accelerations from positions above which those of the equations are more accurate
 RATE = {"x": "vx", "y": "vy", "phi": "w"}
@@ -44,20 +43,20 @@ RATE = {"x": "vx", "y": "vy", "phi": "w"}
 
 @dataclass(frozen=True)
 class Plan:
-    """How a run goes: the method, its step and options, times, and whether the scene is to be reduced."""
+    """The settings of a run: method, step, options, times, and whether the scene is reduced."""
 
     method: str
     h: float
     start: float
     stop: float
-    times: Array  #: of output, after the start
+    times: Array  #: output times after the start
     options: Mapping[str, float | None]
-    general: bool = False  #: nothing merged, split or left out
-    tol: float | None = None  #: of steps that are controlled; ``h`` is then the whole time
+    general: bool = False  #: no reduction
+    tol: float | None = None  #: tolerance of controlled steps; ``h`` is then the whole duration
     every: bool = False  #: with a tolerance: every step is output, and ``times`` is empty
-    longest: float = np.inf  #: with a tolerance: steps may not be longer, nor a fiftieth of the run
-    asked: bool = True  #: whether caller or model gave that tolerance; else it is the default
-    shown: NDArray[np.bool_] | None = None  #: which of ``times`` were asked for; None: all
+    longest: float = np.inf  #: with a tolerance: the longest step, which is at most a fiftieth of the run
+    asked: bool = True  #: whether the caller or the model gave the tolerance; else it is the default
+    shown: NDArray[np.bool_] | None = None  #: which of ``times`` were requested; None: all
 
 
 @dataclass
@@ -77,7 +76,7 @@ class Moving:
 
 @dataclass(frozen=True)
 class Kept:
-    """A finished or interrupted run, which :meth:`Motion.recall` makes the present one again."""
+    """A complete or interrupted run, which :meth:`Motion.recall` makes the present one again."""
 
     plan: Plan
     integrations: list[Run]
@@ -86,19 +85,19 @@ class Kept:
 
 
 class Motion:
-    """The parts of a scene, assembled at the start and ready to be advanced.
+    """The parts of a scene, assembled at the start.
 
     Attributes
     ----------
     system : System
-        Of the scene as written: what a trajectory is about. It is the only part's own where nothing was reduced.
+        That of the scene as written, to which a trajectory refers. It is that of the only part if nothing was reduced.
     parts : list of Moving
     known : (m + p,) of bool
-        Which multipliers the parts solve for; the others follow from the motion where somebody asks.
+        The multipliers that the parts solve for; the others are computed from the motion on access.
     failed : Moving or None
-        The part that could not go on.
+        The part that failed.
     trial_steps : int
-        Steps of the other calibration runs, which were made to estimate the error of this one.
+        Number of steps of the other calibration runs, which were made to estimate the error of this one.
 
     Raises
     ------
@@ -111,7 +110,7 @@ class Motion:
         mechanism = mechanism if mechanism is not None else graph.build(scene)
         self.reduction = Reduction(mechanism, scene, (Part(mechanism),)) if plan.general else reduce(mechanism)
         self.system = build(scene, mechanism, plan.general)
-        # what nobody said anything about at the start must not depend on what the scene was reduced to
+        # unspecified initial values must not depend on the reduction
         self._size = self.system.tables.size
         self._widens = self.system.tables.from_start  #: whether the first run may change the size
         if self.reduction.nothing_done:
@@ -123,12 +122,12 @@ class Motion:
         self.failed: Moving | None = None
         self._failure = loop_state.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
-        self._own_steps = plan.tol is not None or backend(plan.method) is not None  # that parts do not have in common
+        self._own_steps = plan.tol is not None or backend(plan.method) is not None  # different for each part
         self._taken = 0
 
     @property
     def is_compiled(self) -> bool:
-        """Whether all code that is needed has been compiled before."""
+        """Whether all necessary code is compiled."""
         return all(self._is_compiled(part, system) for part, system in self._pairs())
 
     def _pairs(self):
@@ -142,7 +141,7 @@ class Motion:
         )
 
     def prepare(self, lap: Callable[[str], None] = lambda phase: None) -> None:
-        """Compile (or load), and assemble the initial states; ``lap`` is told what has been done when."""
+        """Compile or load the code, and assemble the initial states; ``lap`` is called after each phase."""
         check_loose(self.reduction, self.system, self.plan.start)
         for part, system in self._pairs():
             self.parts.append(self._moving(part, system, lap))
@@ -166,7 +165,7 @@ class Motion:
             self.known[rows[:, 0]] = True
 
     def watch(self) -> None:
-        """Search fixed steps for peaks of laws that they pass over; called after ``prepare``, before the first step."""
+        """Search fixed steps for peaks of laws between their ends; called after ``prepare``, before the first step."""
         for p in self.parts:
             if isinstance(p.integration, Integration):
                 p.integration.watch()
@@ -198,7 +197,7 @@ class Motion:
         return Moving(part, system, method, initial, integration)
 
     def restart(self, plan: Plan) -> None:
-        """Back to the start, for another run of the same scene."""
+        """Return to the start, for another run of the same scene."""
         self.plan, self.failed = plan, None
         for p in self.parts:
             if isinstance(p.integration, Integration):
@@ -209,18 +208,20 @@ class Motion:
             p.integration.begin(first.q, first.v, first.a, first.lam, first.redundant)
 
     def keep(self) -> Kept:
-        """The present run, to be recalled later."""
+        """The present run, for :meth:`recall`."""
         return Kept(self.plan, [p.integration for p in self.parts], self.failed, self._failure)
 
     def recall(self, kept: Kept) -> None:
-        """Make a kept run the present one again."""
+        """Make a stored run the present one again."""
         self.plan, self.failed, self._failure = kept.plan, kept.failed, kept.failure
         for p, integration in zip(self.parts, kept.integrations, strict=True):
             p.integration = integration
 
     def parts_of(self, kept: Kept) -> Iterator[tuple[System, Array, Array, Array, Array, tuple[int, ...]]]:
-        """For each part with freedoms: the system, times (N,), q, v (N, n) and lam (N, m + p) at the start and at all
-        outputs of a run, and the constraints left out."""
+        """System, times (N,), q, v (N, n), lam (N, m + p) and left-out constraints of each part that can move.
+
+        The times are the start and all outputs of a run.
+        """
         for p, integration in zip(self.parts, kept.integrations, strict=True):
             if p.method != KINEMATIC:
                 n, first, done = p.system.n, p.initial, integration.written
@@ -238,12 +239,12 @@ class Motion:
 
     @property
     def redundant(self) -> list[str]:
-        """Names of the constraints that are left out as redundant."""
+        """Names of the redundant constraints that are left out."""
         return [name for p in self.parts for name in p.redundant]
 
     @property
     def moved(self) -> tuple[Moved, ...]:
-        """Guesses, and where assembly left them."""
+        """Guesses, and the values after assembly."""
         return tuple(moved for p in self.parts for moved in p.initial.moved)
 
     @property
@@ -254,13 +255,13 @@ class Motion:
 
     @property
     def sizes(self) -> dict[str, int]:
-        """What is solved for: coordinates n, constraints m and p, in how many parts."""
+        """Numbers of coordinates n and of constraints m and p that are solved for, and of parts."""
         sums = {key: sum(getattr(p.system, key) for p in self.parts) for key in ("n", "m", "p")}
         return {**sums, "parts": len(self.parts)}
 
     @property
     def pivoting_from(self) -> float | None:
-        """The time from which on a part is solved with a search for pivots, as without it one was lost; None: never."""
+        """Time at which the sparse factorisation of a part lost a pivot and dense LU replaced it; None: never."""
         return min((x for p in self.parts if (x := p.integration.pivoting_from) is not None), default=None)
 
     @property
@@ -281,7 +282,7 @@ class Motion:
 
     @property
     def steps(self) -> int:
-        """Steps that all parts have taken; where each controls its own, those of the part that took most."""
+        """Number of steps of all parts; with controlled steps, that of the part with most steps."""
         found = [p.integration.steps for p in self.parts]
         return max(found, default=0) if self._own_steps else min(found, default=self._taken)
 
@@ -292,18 +293,18 @@ class Motion:
 
     @property
     def h(self) -> float:
-        """The step, or the shortest present one of all parts where they control theirs [s]."""
+        """The step, or with controlled steps the shortest present one of all parts [s]."""
         steps = [h for p in self.parts if (h := getattr(p.integration, "step", None))]
         return min(steps, default=self.plan.h) if self.plan.tol is not None else self.plan.h
 
     def count(self, what: str) -> int:
-        """How many "iterations", "matrix_evaluations", ..., over all parts; see :class:`mbdsl.integrators.Run`."""
+        """A count ("iterations", "matrix_evaluations", ...) over all parts; see :class:`mbdsl.integrators.Run`."""
         return sum(p.integration.count(what) for p in self.parts)
 
     def advance(self, steps: int) -> int:
-        """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.loop.loop_state`.
+        """Take at most ``steps`` steps; return a status of :mod:`mbdsl.integrators.loop.loop_state`.
 
-        Where a part fails, all end with the last step that all of them have done, and once failed, it stays so.
+        If a part fails, all parts end at the last step that all of them have completed. A failed motion remains failed.
         """
         if self._own_steps and self.parts:
             return self._advance_each(steps)
@@ -312,7 +313,7 @@ class Motion:
             found = p.integration.advance(max(0, most - p.integration.steps))
             if found not in (loop_state.RUNNING, loop_state.DONE):
                 self.failed, self._failure = p, found
-                most = p.integration.steps  # for those behind it
+                most = p.integration.steps  # for the parts behind it
             status = found if self.failed is None else self._failure
         if not self.parts:
             self._taken = min(self._taken + steps, self._steps)
@@ -320,7 +321,7 @@ class Motion:
         return status
 
     def _advance_each(self, steps: int) -> int:
-        """The same where every part has steps of its own: the part that is furthest behind goes first."""
+        """As advance, for parts with steps of their own: the part that is furthest behind is advanced first."""
         if self.failed is not None:
             return self._failure
         status = loop_state.DONE
@@ -328,7 +329,7 @@ class Motion:
             found = self._glanced(p, steps) if self._widens else p.integration.advance(steps)
             if found not in (loop_state.RUNNING, loop_state.DONE):
                 self.failed, self._failure = p, found
-                for other in self.parts:  # those behind come as far: results go no further than the last of them
+                for other in self.parts:  # the parts behind advance to that time; results end at the last of them
                     while other.integration.time < p.integration.time:
                         if other.integration.advance(1) != loop_state.RUNNING:
                             break
@@ -337,7 +338,7 @@ class Motion:
         return status
 
     def _glanced(self, p: Moving, steps: int) -> int:
-        """As advance, of one part whose size is known from initial positions only."""
+        """As advance, for a part whose size is known from initial positions only."""
         run = p.integration
         if not isinstance(run, Integration):
             return run.advance(steps)
@@ -363,7 +364,7 @@ class Motion:
         return True
 
     def bent(self) -> bool:
-        """Whether a body deforms by more than its theory takes for small, as it is now."""
+        """Whether a body's present deformation exceeds the range of its theory."""
         return any(
             body.bend(p.integration.state()[0][None, d : d + body.n])[0] > LARGEST_BEND for p, d, body in self._flexible
         )
@@ -374,16 +375,16 @@ class Motion:
 
     # -- from the parts to the scene ---------------------------------------------------------------------------
     def present(self) -> tuple[Array, Array, Array]:
-        """q, v (n,) and lam (m + p,) as they are now."""
+        """Present q, v (n,) and lam (m + p,)."""
         states = [p.integration.state() for p in self.parts]
         q, v, lam = self._whole(np.array([self.time]), [(q[None], v[None], lam[None]) for q, v, lam in states])
         return q[0], v[0], lam[0]
 
     def output(self, partial: bool) -> tuple[Array, Array, Array, Array, list[tuple[Array, Array]]]:
-        """Times (N,), q, v (N, n) and lam (N, m + p) from the start on, and each part's own q and v.
+        """Times (N,), q, v (N, n) and lam (N, m + p) from the start on, and q and v of each part.
 
-        With ``partial``, the last step reached is among them, though no output was due there. Times that are not
-        ``shown`` are left out.
+        ``partial`` includes the last step reached, even if it is no output time. Times that are not ``shown`` are left
+        out.
         """
         plan, reached = self.plan, self.time
         if plan.every and self.parts:
@@ -394,7 +395,7 @@ class Motion:
         times = np.concatenate([[plan.start], plan.times[:done]])
         extra = partial and reached > times[-1] + 1e-9 * plan.h
         if extra and any(p.integration.time != reached for p in self.parts):
-            extra = False  # a part that is further on cannot go back
+            extra = False  # a part that is ahead cannot go back
         states = []
         for p in self.parts:
             n, out, first = p.system.n, p.integration.out, p.initial
@@ -419,7 +420,7 @@ class Motion:
         return t, q, v
 
     def _output_of_every_step(self) -> tuple[Array, Array, Array, Array, list[tuple[Array, Array]]]:
-        """Where parts have steps of their own: at the steps of all of them, as far as all have come."""
+        """For parts with steps of their own: at the steps of all parts, up to the time that all have reached."""
         known, states = [], []
         for p in self.parts:
             n, run, first = p.system.n, p.integration, p.initial
@@ -436,7 +437,7 @@ class Motion:
         return times, *self._whole(times, states), [(q, v) for q, v, _ in states]
 
     def _whole(self, t: Array, states: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Array, Array]:
-        """q, v (N, n) and lam (N, m + p) of the scene from those of its parts; not a number where lam is not known."""
+        """q, v (N, n) and lam (N, m + p) of the scene from those of its parts; nan where lam is not known."""
         if self.parts and self.parts[0].system is self.system:
             q, v, lam = (x.copy() for x in states[0])
             return q, v, lam if self.known.all() else np.where(self.known, lam, np.nan)
@@ -449,7 +450,7 @@ class Motion:
             frame = f"{body.name}.c"
             k = owner.get(self.reduction.scene.frames[frame].body)
             d, count = system.tables.coordinates[body.name], system.tables.models[body.name].n
-            if k is not None and count > len(RATE):  # what deforms is solved for as it is
+            if k is not None and count > len(RATE):  # flexible bodies are not reduced
                 part = self.parts[k].system.tables
                 own = part.coordinates[body.name]
                 system.set_turn(body.name, part.models[body.name].turn)
@@ -468,7 +469,7 @@ class Motion:
 
 
 def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | None]) -> Run:
-    """A part's run: by compiled code, or by a backend."""
+    """A part's run: by compiled code or by a backend."""
     if backend(method) is not None:
         from mbdsl.integrators.backends import External
 

@@ -1,4 +1,4 @@
-"""Which code, versions and machine a result was computed with."""
+"""The code, versions and machine that a result was computed with."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mbdsl.version import __version__
 
 @cache
 def code() -> str:
-    """Digest of all of mbdsl that has to do with a result, and of what it computes with."""
+    """Digest of the source files of mbdsl that affect results, and of the versions of its dependencies."""
     digest = hashlib.sha256(f"{sorted(versions().items())} {sys.version}".encode())
     for path in _sources():
         digest.update(path.read_bytes())
@@ -26,15 +26,15 @@ def code() -> str:
 
 def _sources() -> list[Path]:
     package = Path(__file__).parents[1]
-    about = [package / "studies" / name for name in ("cases.py", "compute.py")]  # these say what a run is
+    about = [package / "studies" / name for name in ("cases.py", "compute.py")]  # these identify a run
     apart = ("cli", "plotting", "results", "studies")
     own = [p for p in sorted(package.rglob("*.py")) if p.relative_to(package).parts[0] not in apart]
     kinds = (Path(str(module.__file__)) for module in elements.modules().values())
-    return about + own + sorted(p for p in kinds if package not in p.parents)  # a kind may come from elsewhere
+    return about + own + sorted(p for p in kinds if package not in p.parents)  # kinds may be defined by third parties
 
 
 def versions() -> dict[str, str]:
-    """Of what results depend on."""
+    """The versions that results depend on."""
     from importlib.metadata import PackageNotFoundError, version
 
     found = {"mbdsl": __version__, "python": platform.python_version(), "numpy": np.__version__}
@@ -48,7 +48,7 @@ def versions() -> dict[str, str]:
 
 @cache
 def machine() -> dict[str, str]:
-    """What times depend on."""
+    """The properties of the machine that times depend on."""
     from mbdsl.compilation import code_cache
 
     processor = platform.processor() or platform.machine()

@@ -33,7 +33,7 @@ from mbdsl.storage import cache_folder
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
 
-SLICE = 64  #: steps before their time is first measured
+SLICE = 64  #: number of steps before their time is measured
 DEFAULT_METHOD = "hht-si2"
 DEFAULT_STEP = 1e-3  #: [s] of methods with fixed steps only, and of Simulation
 DEFAULT_TOL = 1e-6  #: default tolerance of methods that control their steps by default
@@ -41,12 +41,12 @@ DEFAULT_ERROR = 1e-4  #: default tolerance of the others, if neither a step nor 
 
 
 def simulate(model: Scene | Builder | str | PathLike, **given: Any) -> Trajectory:
-    """As :func:`simulated`, but a run that is interrupted raises an error.
+    """As :func:`simulated`, but an interrupted run raises an error.
 
     Raises
     ------
     Interrupted
-        On Ctrl-C: a KeyboardInterrupt whose ``trajectory`` holds the results so far.
+        On Ctrl-C. It is a KeyboardInterrupt whose ``trajectory`` holds the results so far.
     """
     found = simulated(model, **given)
     if found.status == "interrupted":
@@ -75,14 +75,14 @@ def simulated(
     checkpoint: Checkpoint | str | PathLike | None = None,
     inspect: Callable[[Motion], None] | None = None,
 ) -> Trajectory:
-    """As :func:`mbdsl.simulate` without an accuracy, but a run that is interrupted between steps is a result.
+    """As :func:`mbdsl.simulate` without an accuracy, but return the trajectory of a run interrupted between steps.
 
-    ``inspect`` gets the motion, run to its end.
+    ``inspect`` is called with the completed motion.
 
     Raises
     ------
     Interrupted
-        On Ctrl-C after the last step: the results are complete.
+        On Ctrl-C after the last step; the results are complete.
     """
     seconds = dict.fromkeys(("parse", "build", "compile", "initialise", "integrate", "write"), 0.0)
     clock = perf_counter()
@@ -164,7 +164,7 @@ def plan(
     general: bool = False,
     times: ArrayLike | None = None,
 ) -> Plan:
-    """What was asked for, checked, with what the model says and the defaults in place of what was not."""
+    """The settings of a run: the checked arguments, completed by those of the model and the defaults."""
     said = scene.experiment
     method = method or said.method or DEFAULT_METHOD
     can = declared(method).steps
@@ -200,7 +200,7 @@ def plan(
         raise UsageError(f"the stop time {end:g} s is before the start time {start:g} s")
     if not h > 0.0:
         raise UsageError(f"the step must be above zero, not {h:g} s")
-    own = stop is None and said.stop is not None and said.step is not None  # stop and step are both the model's
+    own = stop is None and said.stop is not None and said.step is not None  # both stop and step are the model's
     if (step is not None or own) and end > start and h > (end - start) * (1.0 + 1e-9):
         raise UsageError(
             f"a step of {h:g} s is longer than the run, from {start:g} to {end:g} s",
@@ -209,7 +209,7 @@ def plan(
     if start + h == start or (end - start) / h > 1e12:
         raise UsageError(f"a step of {h:g} s is too small for times from {start:g} to {end:g} s")
     if tol is not None and end == start and controls_locally(method):
-        tol = None  # there is nothing to err in
+        tol = None  # a mechanism without motion has no errors
     if tol is not None and asked and end > start:
         _check_rounding(tol, max(abs(start), abs(end)) / (end - start), f"times from {start:.9g} to {end:.9g} s")
     if tol is not None:
@@ -217,8 +217,8 @@ def plan(
     steps = max(1, round((end - start) / h))
     rounding = 4.0 * np.finfo(float).eps * max(abs(start), abs(end))
     if abs(end - start - steps * h) > 1e-9 * h + rounding and end > start:
-        # Steps of one size, a little shorter than asked for, end at the stop time; a short last step would spoil the
-        # order of the reactions.
+        # All steps are shortened equally to end at the stop time; a short last step would reduce the order of the
+        # reactions.
         h = (end - start) / np.ceil((end - start) / h)
     if interval is not None and not 0.0 <= interval < np.inf:
         raise UsageError(f"the output interval must not be negative, not {interval:g} s")
@@ -252,7 +252,7 @@ def _check_rounding(tol: float, magnitude: float, what: str) -> None:
 
 
 def _asked(times: ArrayLike, start: float, end: float) -> NDArray[np.float64]:
-    """Times of output that are given (N,) [s], checked."""
+    """Given output times (N,) [s], checked."""
     found = np.array(times, float)
     if found.ndim != 1 or not len(found) or found[-1] != end or not (np.diff(found, prepend=start) > 0.0).all():
         raise UsageError(f"times of output come one after the other, from behind {start:g} s up to the stop, {end:g} s")
@@ -260,9 +260,9 @@ def _asked(times: ArrayLike, start: float, end: float) -> NDArray[np.float64]:
 
 
 def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: Sequence[int] = ()) -> int:
-    """Advance in slices of about a tenth of a second, so that progress shows and an interruption is heard.
+    """Advance in slices of about a tenth of a second, between which progress is shown and interruptions are handled.
 
-    ``before`` are signals that came outside of the loop: they end it after a slice.
+    ``before`` are signals received outside of the loop: they end it after a slice.
     """
     slice_, begun, plan = SLICE, perf_counter(), motion.plan
     if keeper is not None and (known := keeper.begin(motion)) is not None:

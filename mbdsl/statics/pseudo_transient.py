@@ -1,8 +1,9 @@
-"""Overdamped motion to an equilibrium: W q' = Q - Phi_q^T lam - Gam_v^T nu, downhill from where it starts.
+"""Overdamped motion to an equilibrium: W q' = Q - Phi_q^T lam - Gam_v^T nu, from a given position.
 
-By implicit steps that grow into Newton's (pseudo-transient continuation, Kelley and Keyes, SIAM J. Numer. Anal. 35
-(1998) 508), accepted by the work of the forces as a trust region accepts them by a decrease. W measures coordinates by
-the size of the mechanism. What it ends on may be a saddle, off which it can be pushed.
+The implicit steps become Newton steps as they grow (pseudo-transient continuation, Kelley and Keyes, SIAM J. Numer.
+Anal. 35 (1998) 508). A step is accepted by comparing the work of the forces with its prediction, as a trust-region
+method does with the decrease of a function. W scales coordinates by the size of the mechanism. The motion may end at a
+saddle point; ``push`` leaves it.
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ from mbdsl.numerics.saddle_point import Array, Matrix, Saddle, dense, largest, n
 from mbdsl.system import System
 from mbdsl.system.system import DENSE_LIMIT
 
-NEAR = 1e-9  #: what is left of forces, relative to the largest one, where plain Newton steps take over
-ZERO = 1e-12  #: stiffness relative to the largest that counts as none
-MOST = 1000  #: steps
-FARTHEST = 1e7  #: sizes of the mechanism, or radians, beyond which something falls
+NEAR = 1e-9  #: residual force, relative to the largest force, below which plain Newton steps are used
+ZERO = 1e-12  #: stiffness, relative to the largest, that counts as zero
+MOST = 1000  #: largest number of steps
+FARTHEST = 1e7  #: displacement, in sizes of the mechanism or radians, above which a body is falling
 
 
 def movers(system: System, size: Array) -> list[str]:
@@ -32,10 +33,10 @@ def movers(system: System, size: Array) -> list[str]:
 
 
 class Search:
-    """A point of the overdamped motion, and how it goes on.
+    """A point of the overdamped motion and its continuation.
 
     ``g`` (n,) is the scaled velocity of overdamped motion, W g = f with f = Q - Phi_q^T lam - Gam_v^T nu and the
-    multipliers that keep it to what the constraints allow: zero in equilibrium. It has the unit of energy, as have
+    multipliers for which it satisfies the constraints: zero in equilibrium. It has the unit of energy, as have
     ``size``, the largest force, and ``kappa``, the largest stiffness, in scaled coordinates.
     """
 
@@ -48,7 +49,7 @@ class Search:
 
     # -- points ------------------------------------------------------------------------------------------------
     def _at(self, q: Array, lam: Array) -> _Point:
-        """The point q with the multipliers that balance most; ``lam`` is what they may depend on through forces."""
+        """The point q with its multipliers; ``lam`` is their initial guess, on which forces may depend."""
         system, n, t = self.system, self.system.n, self.t
         f = system.evaluate(t, q, self.still, lam)[0]
         if not np.isfinite(f).all():
@@ -71,7 +72,7 @@ class Search:
         self.kappa = largest(self._scaled(self.K))
         inner = point.J.T @ point.lam
         forces = np.abs(np.concatenate([point.Q, inner])) / np.tile(self.scale, 2)
-        # springs that balance each other leave but rounding of what they are
+        # springs that balance each other leave only rounding
         self.size = max(float(forces.max(initial=0.0)), 1e-4 * self.kappa)
 
     def _scaled(self, A: Matrix) -> Matrix:
@@ -109,9 +110,9 @@ class Search:
         self._refine()
 
     def _step(self, newton: bool = False) -> Array:
-        """The change of q (n,) of one implicit step: no longer than ``longest``, and downhill."""
+        """The change of q (n,) in one implicit step, at most ``longest`` and in a direction of descent."""
         f = self.point.Q - self.point.J.T @ self.lam
-        # what is free of forces and stiffness stays where it is
+        # coordinates without force and stiffness do not move
         least = max(1e-10 * self.kappa, 1e-3 * self.point.left / self.longest)
         shift = 1e-10 * self.kappa if newton else self.shift
         for _ in range(60):
@@ -135,7 +136,7 @@ class Search:
         for _ in range(12 if system.m + system.p else 0):
             J = system.tangent(t, q, self.still, cP=1.0, cV=1.0)[n:, :n]
             c = system.Phi(t, q)
-            if system.p:  # what only velocities know of: the change of positions has to obey it halfway
+            if system.p:  # constraints at velocity level only: the change of positions satisfies them at its midpoint
                 J_half = system.tangent(t, (q + self.q) / 2, self.still, cV=1.0)[n + system.m :, :n]
                 c = np.concatenate([c, J_half @ (q - self.q)])
             open_ = float(np.abs(c / row_size(scaled(J, np.ones(len(c)), 1.0 / self.scale))).max(initial=0.0))
@@ -151,7 +152,7 @@ class Search:
         return self._at(q, self.lam)
 
     def _agreement(self, step: Array, there: _Point) -> float:
-        """The work of applied forces over what the tangent promised; 1 where rounding hides both."""
+        """The ratio of the work of applied forces to its prediction by the tangent; 1 if rounding dominates both."""
         promised = self.g @ (step * self.scale) - 0.5 * step @ (self.K @ step)
         change = there.q - self.q
         work = 0.5 * (self.point.Q + there.Q) @ change
@@ -160,7 +161,7 @@ class Search:
         return float(work / promised)
 
     def _refine(self) -> None:
-        """Newton's steps as long as they leave less."""
+        """Newton steps, as long as they reduce the residual."""
         for _ in range(10):
             if self.point.left == 0.0:
                 return
@@ -175,7 +176,7 @@ class Search:
                 return
 
     def push(self, direction: Array, stiffness: float) -> None:
-        """Leave a saddle along ``direction`` (n,), scaled, of the given negative stiffness."""
+        """Leave a saddle point along ``direction`` (n,), scaled, which has the given negative stiffness."""
         direction = direction / direction[np.abs(direction).argmax()]
         self.longest, self.shift = 0.3, 2.0 * abs(stiffness)
         for size in 0.05 * 0.3 ** np.arange(12):
@@ -187,10 +188,10 @@ class Search:
 
     # -- what it has come to -----------------------------------------------------------------------------------
     def stability(self) -> tuple[float | None, float, Array]:
-        """The smallest stiffness along what constraints allow [J], below what it counts as none, and directions.
+        """The smallest stiffness within the constraints [J], the limit below which it is zero, and directions.
 
-        Directions (n, k) in scaled coordinates are those without stiffness, or that of the smallest where it is below
-        zero. For large systems the stiffnesses next to zero are looked at, and the far end of those below.
+        Directions (n, k), in scaled coordinates, are those without stiffness, or that of the smallest stiffness if it
+        is negative. For large systems the stiffnesses next to zero and the most negative one are computed.
         """
         K = self._scaled(self.K)
         self.symmetric = largest(K - K.T) <= 1e-9 * self.kappa
@@ -231,7 +232,7 @@ class Search:
         def allowed(x: Array) -> Array:
             return self.scale * onto.solve(self.scale * x)[0]
 
-        if np.abs(allowed(v0)).max() <= 1e-9:  # nothing is free
+        if np.abs(allowed(v0)).max() <= 1e-9:  # no degree of freedom
             return np.zeros(0), np.zeros((n, 0))
         solve = eigsh if self.symmetric else eigs
         near = LinearOperator((n, n), lambda x: self.scale * inverse.solve(self.scale * x)[0], dtype=float)
@@ -253,7 +254,7 @@ class Search:
         return EquilibriumError(
             f"no equilibrium: {few(names)} {'keeps' if len(names) == 1 else 'keep'} moving",
             self._span(names),
-            hint="what acts on it meets no resistance that grows; a spring, a joint or a driver would hold it",
+            hint="no restoring force balances the load on it; add a spring, a joint or a driver",
         )
 
     def _stuck(self) -> EquilibriumError:
@@ -270,8 +271,10 @@ class Search:
 
 @dataclass(frozen=True)
 class _Point:
-    """Positions with what acts there: multipliers, the velocity g of overdamped motion, applied forces Q (n,), and how
-    multipliers act, U (n, m + p) and J (m + p, n)."""
+    """Positions, multipliers, the velocity g of overdamped motion, and applied forces Q (n,).
+
+    U (n, m + p) and J (m + p, n) are the matrices of the multipliers.
+    """
 
     q: Array
     lam: Array
@@ -282,5 +285,5 @@ class _Point:
 
     @property
     def left(self) -> float:
-        """What of the forces is not balanced."""
+        """The residual force."""
         return float(np.abs(self.g).max(initial=0.0))

@@ -1,8 +1,8 @@
-"""Shapes of bodies in equilibrium where the mechanism as a whole stays where it is.
+"""Elastic equilibrium of bodies in a mechanism that is held at its position.
 
-A mechanism that is free to move has no equilibrium at its start, but its bodies have a shape in which their own forces
-balance the loads. So it is held: by the signals that initial values are about, and by as many conditions more as there
-are motions that it could do undeformed, each of which may not change on average.
+A mechanism with degrees of freedom has no equilibrium initially, but its bodies have a shape in which elastic forces
+balance the loads. Therefore it is held: by the signals that have initial values, and by one condition for each motion
+of the undeformed mechanism, whose mean must not change.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ from mbdsl.system.signals import gradients
 
 
 def relaxed(system: System, t: float, static: Sequence[str], q: Array) -> Array:
-    """Positions (n,) near ``q`` in which the bodies named have the shape of their equilibrium; those that are not named
-    keep theirs. With no names, all may change: they have been deformed already, to be assembled.
+    """Positions (n,) near ``q`` with the named bodies in elastic equilibrium; the others keep their shapes.
+
+    Without names all shapes may change: the bodies have been deformed by the assembly.
 
     Raises
     ------
@@ -35,7 +36,7 @@ def relaxed(system: System, t: float, static: Sequence[str], q: Array) -> Array:
 
 
 class _Held:
-    """A System with more constraints, which hold it at q but for the shapes of some bodies."""
+    """A System with additional constraints that hold it at q except for the shapes of some bodies."""
 
     def __init__(self, system: System, t: float, static: Sequence[str], q: Array) -> None:
         self.system, self.t, self.n, self.p = system, t, system.n, system.p
@@ -48,7 +49,7 @@ class _Held:
         self.unknowns = self.n + self.m + self.p
 
     def _motions(self, q: Array) -> Array:
-        """Rows that hold what it could do undeformed, beside what initial values are about."""
+        """Rows that hold motions of the undeformed mechanism not held by initial values."""
         shape = Undeformed(self.system, q)
         J = np.concatenate([dense(self.system.Phi_q(self.t, q)), self._gradients(q)[1]])
         J = dense(shape.reduce(shape.start, J, q)) / shape.scale
@@ -57,7 +58,7 @@ class _Held:
         return motions.T @ dense(self.system.M(self.t, q))
 
     def _shapes(self, static: Sequence[str], q: Array) -> Array:
-        """Rows that hold the shapes of bodies that are to keep them."""
+        """Rows that hold the shapes of the other bodies."""
         rows = []
         for name, body in self.tables.models.items() if static else ():
             if name not in static and not isinstance(body, Rigid):
@@ -75,12 +76,12 @@ class _Held:
         return value, dense(d_q)
 
     def _own(self, lam: Array) -> tuple[Array, Array]:
-        """The multipliers of the System, and those of what is held."""
+        """The multipliers of the System, and those of the additional constraints."""
         m = self.system.m
         return np.concatenate([lam[:m], lam[self.m :]]), lam[m : self.m]
 
     def _held(self, q: Array) -> Array:
-        """The Jacobian of what is held."""
+        """The Jacobian of the additional constraints."""
         return np.concatenate([self._gradients(q)[1], self.rows])
 
     def count_turns(self, q: Array, start: bool) -> None:
