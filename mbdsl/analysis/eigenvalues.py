@@ -1,4 +1,4 @@
-"""Eigenvalues and shapes of linearised equations: small ones by all, large ones by a few at a time."""
+"""Eigenvalues and shapes of linearised equations: all of small systems, the lowest of large ones."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ CENTRE: Pose = (0.0, 0.0, 0.0)  #: of a beam: its frame c
 def reduced(
     system: System, M: Array, D: Array, K: Array, U: Array, J: Array, basis: Still | Moving
 ) -> tuple[list[complex], list[Complex]]:
-    """All eigenvalues, of one of each pair where that is known, and vectors y (r,)."""
+    """All eigenvalues, one of each conjugate pair if the pairs are known, and vectors y (r,)."""
     Z, Z1, Z2, T, T1, S, S1 = (getattr(basis, name) for name in ("Z", "Z1", "Z2", "T", "T1", "S", "S1"))
     L = Z @ T
-    if not np.array_equal(U, J.T):  # forces that depend on multipliers act where constraints do not
+    if not np.array_equal(U, J.T):  # forces that depend on multipliers do not act in the directions of the constraints
         U = (U / system.tables.scale[:, None]).T
         L = null_space(U / row_size(U)[:, None]) / system.tables.scale[:, None]
         if L.shape[1] != T.shape[1]:
@@ -36,7 +36,7 @@ def reduced(
     Mr = L.T @ M @ Z @ T
     Dr = L.T @ (M @ Z @ (T1 + S @ T) + DZ @ T)
     Kr = L.T @ (M @ Z @ (S1 + S @ S) + DZ @ S + M @ Z2 + D @ Z1 + K @ Z)
-    # what differences along the motion leave of terms that cancel
+    # residue of terms that cancel along the motion
     size = 1e-9 * basis.rate * largest(np.abs(L).T @ np.abs(M) @ np.abs(Z))
     Dr = np.where(np.abs(Dr) > size, Dr, 0.0)
     Kr = np.where(np.abs(Kr) > size * basis.rate, Kr, 0.0)
@@ -52,7 +52,7 @@ def _symmetric(A: Array) -> bool:
 
 
 def _undamped(M: Array, K: Array) -> tuple[list[complex], list[Complex]] | None:
-    """Eigenvalues of M y'' + K y = 0, symmetric; None where something that moves has no mass."""
+    """Eigenvalues of M y'' + K y = 0, symmetric; None if a massless coordinate can move."""
     d = 1.0 / np.sqrt(np.where(np.diag(M) > 0.0, np.diag(M), 1.0))
     M, K = d[:, None] * (M + M.T) / 2.0 * d, d[:, None] * (K + K.T) / 2.0 * d
     try:
@@ -63,13 +63,13 @@ def _undamped(M: Array, K: Array) -> tuple[list[complex], list[Complex]] | None:
         return None
     _, x = np.linalg.eigh(np.linalg.solve(C, np.linalg.solve(C, K).T))
     x = np.linalg.solve(C.T, x)
-    # as quotients, low frequencies do not feel the rounding of high ones
+    # as quotients, so that low frequencies are not affected by the rounding of high ones
     work, size = (x * (K @ x)).sum(axis=0), (np.abs(x) * (np.abs(K) @ np.abs(x))).sum(axis=0)
     return _of_squares(np.where(np.abs(work) > 1e-13 * size, work, 0.0) / (x * (M @ x)).sum(axis=0), d[:, None] * x)
 
 
 def _of_squares(square: Array, y: Array, zero: float = 0.0) -> tuple[list[complex], list[Complex]]:
-    """Eigenvalues from squares of frequencies: two where those are negative."""
+    """Eigenvalues from squares of frequencies: two for each negative one."""
     values: list[complex] = []
     shapes: list[Complex] = []
     for w2, x in zip(square, y.T, strict=True):
@@ -81,9 +81,9 @@ def _of_squares(square: Array, y: Array, zero: float = 0.0) -> tuple[list[comple
 
 
 def _first_order(M: Array, D: Array, K: Array, T: Array, S: Array) -> tuple[list[complex], list[Complex]]:
-    """Eigenvalues of y' = T u + S y, M u' + D u + K y = 0. What has neither mass nor damping has none."""
+    """Eigenvalues of y' = T u + S y, M u' + D u + K y = 0. A coordinate without mass and damping has none."""
     r, d = T.shape
-    # a time in which masses and stiffnesses are of one size
+    # unit of time in which masses and stiffnesses have the same order of magnitude
     tau = float(np.sqrt(largest(M) / (largest(K) or largest(D) ** 2 / (largest(M) or 1.0) or 1.0))) or 1.0
     size = largest(M) or 1.0
     A = np.block([[tau * S, T], [-(tau**2) * K / size, -tau * D / size]])
@@ -100,7 +100,7 @@ def _first_order(M: Array, D: Array, K: Array, T: Array, S: Array) -> tuple[list
     order = np.argsort(np.abs(values), kind="stable")
     values, x = values[order], x[:, order]
     largest_ = float(np.abs(values).max(initial=0.0))
-    # zeros may be double, and come out of rounding as pairs of the square root of it: they are found as null vectors
+    # rounding turns double zeros into pairs of its square root: they are found as null vectors
     null = null_space_of(A)
     zeros = null.shape[1]
     if zeros:
@@ -115,7 +115,7 @@ def _first_order(M: Array, D: Array, K: Array, T: Array, S: Array) -> tuple[list
 
 
 def null_space_of(A: Array) -> Array:
-    """Null space of a square matrix whose rows are of one size, to rounding (singular values of 1e-13)."""
+    """Null space of a square matrix with rows of similar magnitude, to rounding (singular values of 1e-13)."""
     _, s, Vt = np.linalg.svd(A)
     return Vt[int((s > 1e-13 * s.max(initial=0.0)).sum()) :].T
 
@@ -127,7 +127,7 @@ def normalised(system: System, x: Complex) -> Complex:
 
 
 def one_of_each(values: Sequence[complex], shapes: Sequence[Complex]) -> tuple[list[complex], list[Complex]]:
-    """From low to high, without the conjugates; of real ones, those that grow before those that decay."""
+    """Ascending, without the conjugates; of real ones, growing before decaying."""
     kept = [(s, x) for s, x in zip(values, shapes, strict=True) if s.imag >= 0.0]
     kept.sort(key=lambda item: (round(abs(item[0]), 12), -item[0].real))
     return [s for s, _ in kept], [x for _, x in kept]
@@ -149,7 +149,7 @@ def lowest(
         inverse = Saddle(K - sigma * M, U, J, scale)
         OP = LinearOperator((n, n), lambda b: inverse.solve(b)[0], dtype=float)
         square, x = eigsh(K, k, M=M, sigma=sigma, OPinv=OP, v0=v0[:n])
-        real = np.abs(square) < 1e6 * fast  # what constraints forbid is infinitely stiff
+        real = np.abs(square) < 1e6 * fast  # directions that the constraints forbid are infinitely stiff
         values, shapes = _of_squares(square[real], x[:, real], 1e-7 * abs(sigma))
     else:
         shift, k = float(np.sqrt(1e-9 * fast)), min(2 * count + 2, 2 * n - 2)

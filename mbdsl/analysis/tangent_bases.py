@@ -1,6 +1,6 @@
-"""Coordinates of small motions: bases of what constraints leave free, at rest and along a motion.
+"""Bases of the directions that the constraints allow, at rest and along a motion.
 
-See :mod:`mbdsl.analysis.eigenmodes` for Z, T and S and what is made of them.
+:mod:`mbdsl.analysis.eigenmodes` defines Z, T and S and uses them.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def of_positions(expression: Expr) -> bool:
 
 
 class Still:
-    """Bases at rest: Z spans what all constraints leave, whether on positions or velocities, and does not change."""
+    """Bases at rest: the constant Z spans the directions that all constraints, of positions and velocities, allow."""
 
     def __init__(self, system: System, J: Array) -> None:
         scale = system.tables.scale
@@ -55,7 +55,7 @@ class Moving:
         self.bends = [name for name, body in system.tables.models.items() if not isinstance(body, Rigid)]
         self.targets, self.turned = self._coordinates(t, q, v)
         speed = float(np.abs(v * self.scale).max(initial=0.0))
-        #: how fast bases change [1/s]
+        #: rate of change of the bases [1/s]
         self.rate = max(speed, float(np.sqrt(np.abs(a * self.scale).max(initial=0.0))), 1e-6)
         self.e = e = 1e-2 / self.rate
         self.H: Array | None = None
@@ -72,13 +72,13 @@ class Moving:
     def _coordinates(self, t: float, q: Array, v: Array) -> tuple[list[Expr], list[int]]:
         """Targets whose variations are independent and determine all others: signals, and rows of :meth:`_of_beams`.
 
-        Signals of joints first, then what beams do in their own axes, then coordinates of bodies.
+        Signals of joints come first, then coordinates of beams in their own axes, then coordinates of bodies.
         """
         scene, system = self.system.scene, self.system
         J = dense(system.Phi_q(t, q)) / self.scale
         free = null_space(J / row_size(J)[:, None])
         joints = [c for c in scene.components.values() if isinstance(c.kind, JointKind)]
-        # places in fixed axes are not seen by those who turn with a beam: its own axes take their part
+        # positions in fixed axes are not constant for a rotating beam; its own axes replace them
         own = [
             e
             for c in joints
@@ -109,7 +109,7 @@ class Moving:
 
     @staticmethod
     def _independent(rows: Array, free: Array) -> tuple[list[int], Array]:
-        """Rows (m, n), of size one, that tell directions ``free`` (n, k) apart, and the directions that they leave."""
+        """Rows (m, n), of size one, that separate the directions ``free`` (n, k), and the directions that remain."""
         found: list[int] = []
         while free.shape[1] and len(rows):  # the most independent one first
             size = np.linalg.norm(rows @ free, axis=1)
@@ -126,8 +126,10 @@ class Moving:
         return any(frames[name].body in self.bends for name in names)
 
     def _of_beams(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """Gradients, by scaled coordinates, of what beams do in axes that turn with their frames c: elastic coordinates
-        or where nodes and slopes are (m, n), and of the places and angles of these frames (k, n)."""
+        """Gradients of elastic coordinates, or nodes and slopes, of beams in their rotating axes, and of frames c.
+
+        By scaled coordinates; (m, n), and (k, n) for the positions and angles of the frames.
+        """
         system, scale = self.system, self.scale
         elastic, pose = [np.zeros((0, system.n))], [np.zeros((0, system.n))]
         for name in self.bends:
@@ -137,9 +139,9 @@ class Moving:
             phi = float(body.frame(CENTRE, "phi", q[own][None], v[own][None])[0])
             A = np.array([[np.cos(phi), np.sin(phi)], [-np.sin(phi), np.cos(phi)]])
             rigid = body.rigid(q[own])
-            if not rigid[3:].any():  # q holds where its floating frame is, and what it does in that frame
+            if not rigid[3:].any():  # q contains the pose of the floating frame and the coordinates relative to it
                 rows = np.eye(body.n)[3:] * scale[own]
-            else:  # q holds pairs in fixed axes, which change by what the body does but for moving as c does
+            else:  # q contains pairs in fixed axes; the motion of the frame c is subtracted
                 x, y = (float(body.frame(CENTRE, key, q[own][None], v[own][None])[0]) for key in POSITIONS[:2])
                 rigid = rigid @ np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])  # about c
                 rows = np.kron(np.eye(body.n // 2), A) @ (np.eye(body.n) - rigid @ B) * scale[own][:, None]

@@ -1,4 +1,4 @@
-"""The element kinds: one file each, found by looking, never listed.
+"""The element kinds: one file each, discovered in this package.
 
 A kind is a module of this package with a ``KIND``. ``kinds()`` maps the language's names to them.
 """

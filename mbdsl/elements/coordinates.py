@@ -1,4 +1,4 @@
-"""Scalar coordinates of two frames, shared by the joints, drivers and forces that are made of them.
+"""Scalar coordinates of two frames, from which joints, drivers and forces are made.
 
 z = (x_a, y_a, phi_a, x_b, y_b, phi_b); d = r_b - r_a; t, n are the x and y axes of frame a. Each coordinate g has a
 function that fills row k of G with dg/dz and, in column VALUE, g itself, and one that adds factor * d^2 g/dz^2 to H.
@@ -46,7 +46,7 @@ def offset_hessian(Z, a, b, factor, H):
 
 @kernel
 def rotation_terms(ux, uy, H):
-    """d^2 g / (d phi_a d d) = u, as it appears for r_b (+) and r_a (-), symmetric."""
+    """d^2 g / (d phi_a d d) = u, for r_b (+) and r_a (-), symmetric."""
     H[2, 3] += ux
     H[3, 2] += ux
     H[2, 4] += uy
@@ -66,9 +66,9 @@ def angle(Z, a, b, G, k):
 
 @kernel
 def distance(Z, a, b, G, k):
-    """g = |d| [m]; at zero length the direction is undefined, and nothing pulls."""
+    """g = |d| [m]; at zero length the direction is undefined, and the force is zero."""
     dx, dy = Z[b, 0] - Z[a, 0], Z[b, 1] - Z[a, 1]
-    l = sqrt(dx * dx + dy * dy)  # hypot minds lengths beyond 1e154, and takes longer than all the rest
+    l = sqrt(dx * dx + dy * dy)  # hypot fails for lengths beyond 1e154, and takes longer than the rest
     G[k, VALUE] = l
     if l > 0.0:
         dx, dy = dx / l, dy / l

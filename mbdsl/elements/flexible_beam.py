@@ -1,9 +1,9 @@
 """FlexibleBeam: a uniform straight beam that bends and stretches, jointed like any other body.
 
-Euler-Bernoulli, in the plane. ``formulation = "floating"`` takes deformation as small in a frame that moves with the
-beam (:mod:`mbdsl.bodies.floating_beam_kernels`), by finite elements or by the modes of them that are asked for;
-``"ancf"`` takes it as large, with absolute positions and slopes of nodes as coordinates
-(:mod:`mbdsl.bodies.ancf_cable_kernels`). Without modes (``modes = 0``) it is a rigid rod, whatever the formulation.
+Euler-Bernoulli, in the plane. ``formulation = "floating"`` treats deformation as small relative to a frame that
+moves with the beam (:mod:`mbdsl.bodies.floating_beam_kernels`), by finite elements or by their modes; ``"ancf"`` allows
+large deformations, with absolute positions and slopes of nodes as coordinates
+(:mod:`mbdsl.bodies.ancf_cable_kernels`). With ``modes = 0`` it is a rigid rod, in both formulations.
 """
 
 from collections.abc import Mapping
@@ -14,19 +14,19 @@ from mbdsl.elements.kind import BodyKind, Parameter, zero
 
 MOTIONS = (rigid_body_kernels, floating_beam_kernels, ancf_cable_kernels)
 FLOATING, ANCF = "floating", "ancf"
-#: their matrices are full while they are made
+#: limit because their matrices are full while they are assembled
 MOST_ELEMENTS, MOST_MODES = {FLOATING: 256, ANCF: 2000}, 256
 
 
 def motion(values: Mapping):
-    """How frames on a beam with these values move."""
+    """The module whose kernels move frames on a beam with these values."""
     if values["modes"] == 0:
         return rigid_body_kernels
     return ancf_cable_kernels if values["formulation"] == ANCF else floating_beam_kernels
 
 
 def coordinates(values: Mapping) -> tuple[str, ...]:
-    """Of a rigid rod as of any body; else numbered, as only the formulation knows what they are."""
+    """Names of the coordinates: those of a body for a rigid rod, else numbers, as they depend on the formulation."""
     if values["modes"] == 0:
         return ("x", "y", "phi")
     elements = int(values["elements"])
@@ -38,7 +38,7 @@ def coordinates(values: Mapping) -> tuple[str, ...]:
 
 
 def check(values: Mapping) -> str | None:
-    """What the values say together, in the order in which somebody would mend it."""
+    """Checks of the values together, in the order in which a user would correct them."""
     v = values
     if v["density"] is None and v["mass"] is None:
         return "its mass is missing; give the density of the material, or the mass of the whole beam"
@@ -108,7 +108,7 @@ def derive(values: Mapping) -> dict:
 
 
 def rigid(values: Mapping) -> tuple[float, float, float]:
-    """What it weighs as a rigid rod."""
+    """The inertia of the rigid rod."""
     mass, length = values["mass"], values["length"]
     return mass, mass, mass * length**2 / 12 + values["rotary"] * length
 
@@ -124,7 +124,7 @@ KIND = BodyKind(
         Parameter("S", "m2", doc="area of the section", positive=True),
         Parameter("I", "m4", doc="second moment of area of the section", positive=True),
         Parameter("E", "Pa", doc="Young's modulus", positive=True),
-        Parameter("rotary", "kg.m", 0.0, "rotary inertia of the section, per length", minimum=0.0),
+        Parameter("rotary", "kg.m", 0.0, "rotary inertia of the section per length", minimum=0.0),
         Parameter(
             "formulation",
             "",

@@ -1,6 +1,6 @@
-"""Force: acts at the origin of frame_b, with components in the axes of frame_a (the world's where it is left out).
+"""Force: acts at the origin of frame_b, with components in the axes of frame_a (default: world axes).
 
-f = fx t_a + fy n_a.  frame_a only gives the directions: nothing acts back on it.
+f = fx t_a + fy n_a.  frame_a only defines the directions: no reaction acts on it.
 """
 
 from math import cos, sin

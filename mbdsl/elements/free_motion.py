@@ -1,4 +1,4 @@
-"""FreeMotion: no constraint at all; says that a body may move freely, and measures how it does."""
+"""FreeMotion: no constraint; declares that a body may move freely, and measures its motion."""
 
 from mbdsl.elements.kind import JointKind, Signal
 

@@ -1,14 +1,14 @@
-"""Coulomb friction in joints: what Revolute, Prismatic and PointOnLine share.
+"""Coulomb friction in joints: common to Revolute, Prismatic and PointOnLine.
 
-Along a coordinate with rate v acts, against it,
+The resistance along a coordinate with rate v is
 
     N (mu + (mu_s - mu) exp(-(v/v_st)^2)) tanh(v/v_s)
 
-with N the size of the joint's own reaction (times the radius of a pin). mu_s is the peak around standstill and v_st the
-Stribeck speed over which it falls to mu. tanh takes the place of the sign of v, which no equation could be solved with:
-a joint that should stick creeps, at a speed of the order of v_s. Small v_s stick better and are stiffer; the defaults
-creep less than anybody would see in a machine (1 mm/s, 0.01 rad/s: 0.1 mm/s at the surface of a pin of 1 cm), and
-methods that are implicit anyway do not mind them.
+with N the magnitude of the joint's own reaction (times the radius of a pin). mu_s is the peak near standstill and v_st
+the Stribeck speed over which it falls to mu. tanh regularises the sign of v, for which the equations have no solution:
+a joint that should stick creeps at a speed of the order of v_s. Smaller v_s reduce the creep and make the equations
+stiffer. The creep with the defaults is negligible in machines (1 mm/s, 0.01 rad/s: 0.1 mm/s at the surface of a pin of
+1 cm), and implicit methods handle their stiffness.
 """
 
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from mbdsl.elements.kind import Parameter, zero
 
 EFFECTS = {"friction": zero("mu", "mu_s")}
-STRIBECK = 40.0  #: v_st/v_s unless v_st is given: tanh has reached its end well before the exponential falls
+STRIBECK = 40.0  #: v_st/v_s unless v_st is given: tanh has reached its limit well before the exponential falls
 
 
 def parameters(speed: str, unit: str, default: float) -> tuple[Parameter, ...]:
@@ -32,7 +32,7 @@ def parameters(speed: str, unit: str, default: float) -> tuple[Parameter, ...]:
 
 
 def formula(normal: str, speed: str) -> str:
-    """The law for a normal force (or its torque) given by a formula; terms of mu_s = mu fall away in it."""
+    """The law for a normal force (or its torque) given by a formula; terms of mu_s = mu cancel."""
     return f"{normal}*(mu + (mu_s - mu)*exp(-({speed}/{speed}_st)^2))*tanh({speed}/{speed}_s)"
 
 
@@ -46,7 +46,7 @@ def check(values: Mapping) -> str | None:
 
 
 def derive(values: Mapping) -> dict:
-    """What follows where it is not given."""
+    """The default values."""
     speed = "w" if "w_s" in values else "v"
     found = {} if values["mu_s"] is not None else {"mu_s": values["mu"]}
     return found if values[f"{speed}_st"] is not None else {**found, f"{speed}_st": STRIBECK * values[f"{speed}_s"]}

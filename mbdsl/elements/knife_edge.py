@@ -2,7 +2,7 @@
 
     Gamma = n_b . (v_b - v_a - w_a x (r_b - r_a)) = 0                                    (1 row, of velocities)
 
-with n_b the y axis of frame_b, and the velocity of that point of what frame_a is fixed to which is below the blade.
+with n_b the y axis of frame_b, relative to the point below the blade of the body that frame_a is fixed to.
 """
 
 from mbdsl.elements.kind import JointKind, Signal, wrench

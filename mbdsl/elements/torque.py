@@ -1,4 +1,4 @@
-"""Torque: acts on frame_b, and with the opposite sign on frame_a (the ground where it is left out).
+"""Torque: acts on frame_b, and with the opposite sign on frame_a (default: the ground).
 
 g = phi_b - phi_a;  tau acts along g
 """

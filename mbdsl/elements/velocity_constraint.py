@@ -1,16 +1,16 @@
-"""VelocityConstraint: any expression in velocities, positions, time and inputs that stays zero (nonholonomic).
+"""VelocityConstraint: an expression of velocities, positions, time and inputs that remains zero (nonholonomic).
 
     Gamma = gamma = 0                                                                    (1 row, of velocities)
 
-It needs no frames: what it acts on is what its expression mentions.
+It has no frames: it acts on the coordinates in its expression.
 """
 
 from mbdsl.elements.kind import JointKind, Parameter
 
 KIND = JointKind(
     "VelocityConstraint",
-    doc="An expression in velocities that stays zero, such as the ratio of a gear. It has no frames.",
+    doc="An expression of velocities that remains zero, such as the ratio of a gear. It has no frames.",
     ports=(),
-    parameters=(Parameter("gamma", "", doc="what stays zero; depends on a velocity, of any unit", law=True),),
+    parameters=(Parameter("gamma", "", doc="an expression that remains zero, of any unit", law=True),),
     velocity_rows=("gamma",),
 )

@@ -190,7 +190,7 @@ def _entry(effect: str, found: list[Component], nothing: str, **more) -> Entry:
 
 
 def _kernels(motion: Motion, *effects: str) -> tuple[str, ...]:
-    """Functions in the emitted code of all parts that are there for effects."""
+    """Functions in the emitted code of all parts that belong to ``effects``."""
     found: dict[str, None] = {}
     for p in motion.parts:
         t = p.system.tables
@@ -205,7 +205,7 @@ def _sets(p: Moving) -> int:
 
 
 def _solved(motion: Motion) -> list[Component]:
-    """Components that are left in some part."""
+    """Components that remain in some part."""
     return [c for p in motion.parts for c in p.system.scene.components.values()]
 
 
@@ -237,7 +237,7 @@ def _drivers(motion: Motion) -> list[Entry]:
     found = [_entry("drivers", driven, nothing, kernels=_kernels(motion, "drivers", "expressions"))]
     if any(
         p.system.tables.I[buffer_layout.N_MOVING] for p in motion.parts
-    ):  # something that is solved for hangs on one
+    ):  # a component that is solved for is attached to one
         found.append(_entry("moving frames", carried, "", kernels=_kernels(motion, "moving frames", "expressions")))
     return found
 
@@ -252,7 +252,7 @@ def _gravity(scene: Scene) -> Entry:
 
 
 def _forces(motion: Motion) -> list[Entry]:
-    """An entry for every kind of force, linear ones."""
+    """An entry for every kind of linear force."""
     present: dict[str, list[Component]] = {}
     for c in _solved(motion):
         if isinstance(c.kind, ForceKind) and not by_law(c):
@@ -322,7 +322,7 @@ def _inputs(scene: Scene) -> Entry:
 
 
 def _flexibility(motion: Motion) -> list[Entry]:
-    """Bodies that deform, and what that makes of the mass matrix."""
+    """Flexible bodies, and their effect on the mass matrix."""
     scene = motion.system.scene
     found = [c for c in _solved(motion) if c.name in _deforming(motion, 1)]
     of = sum(len(c.coordinates) - 3 for c in found)
@@ -337,7 +337,7 @@ def _flexibility(motion: Motion) -> list[Entry]:
 
 
 def _deforming(motion: Motion, least: int) -> set[str]:
-    """Bodies whose mass matrix is no constant diagonal (1), or depends on coordinates (2)."""
+    """Bodies whose mass matrix is not constant and diagonal (1), or depends on coordinates (2)."""
     blocks = [b for p in motion.parts for b in p.system.tables.blocks if b.role == "body"]
     return {c.name for b in blocks if least <= b.module.MASS for c in b.components}
 
@@ -358,7 +358,7 @@ def _hoisted(motion: Motion) -> list[str]:
 
 
 def _takes(motion: Motion, name: str) -> str:
-    """What it takes to compute a signal."""
+    """The computation that a signal requires."""
     scene = motion.system.scene
     key = name.rsplit(".", 1)[-1]
     if key in ACCELERATIONS:
@@ -413,7 +413,7 @@ def _share(motion: Motion, receipt: Receipt) -> None:
 
 
 def _rows(motion: Motion) -> dict[str, int]:
-    """What shares loops and the tape: expressions by effect, and rows of linear forces."""
+    """Numbers of users of the loops and the tape: expressions by effect, and rows of linear forces."""
     found = dict.fromkeys(("forces by expression", "friction", "nonholonomic rows", "drivers", "moving frames"), 0)
     found["springs"] = 0
     for c in _solved(motion):

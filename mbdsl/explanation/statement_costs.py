@@ -1,4 +1,4 @@
-"""What the statements of a scene's code cost, each measured by itself, and a run of all."""
+"""The run times of the statements of the emitted code, each measured separately, and of a whole run."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from mbdsl.integrators.run import Integration
 from mbdsl.simulation.mechanism_run import Motion, Moving
 from mbdsl.system.emit import Line, load_repeated
 
-#: seconds that one statement, and one run, is measured for
+#: duration of the measurement of one statement and of one run [s]
 PATIENCE, RUN_PATIENCE = 0.01, 0.2
 
 
 def measure(motion: Motion) -> tuple[float, dict[tuple[str, str], float]]:
-    """Seconds of a step of all parts, and of what a step spends on each statement: by (effect, function)."""
+    """Seconds of a step of all parts, and the seconds of a step for each statement, by (effect, function)."""
     total = 0.0
     spent: dict[tuple[str, str], float] = {}
     for p in motion.parts:
@@ -29,17 +29,17 @@ def measure(motion: Motion) -> tuple[float, dict[tuple[str, str], float]]:
 
 
 def _run(p: Moving) -> tuple[float, float, float]:
-    """Seconds of a step, evaluations and tangents a step; over as many steps as patience allows."""
+    """Seconds of a step, evaluations and tangents a step, from as many steps as the time limit allows."""
     assert isinstance(p.integration, Integration)
     J, slice_, spent = p.integration.J, 64, 0.0
-    p.integration.advance(4)  # what is slow only once
+    p.integration.advance(4)  # initial overhead
     start, least = J.copy(), float("inf")
     while spent < RUN_PATIENCE:
         before, begun = int(J[loop_state.STEP]), perf_counter()
         status = p.integration.advance(slice_)
         now = perf_counter() - begun
         spent += now
-        # the quickest stretch: other work on the machine slows down the rest
+        # the fastest interval, because other work on the machine slows down the rest
         least = min(least, now / max(1, int(J[loop_state.STEP]) - before))
         if status != loop_state.RUNNING:
             break
@@ -50,7 +50,7 @@ def _run(p: Moving) -> tuple[float, float, float]:
 
 
 def _lines(p: Moving) -> Iterator[tuple[Line, float, bool]]:
-    """Every statement of the part's code with the seconds it takes, and whether it belongs to ``tangent``."""
+    """Every statement of the part's code with its time, and whether it belongs to ``tangent``."""
     t, run = p.system.tables, p.integration
     assert isinstance(run, Integration)
     repeated = load_repeated(t.blocks, t.has_tape, modules()[p.method].METHOD.sets)
@@ -61,7 +61,7 @@ def _lines(p: Moving) -> Iterator[tuple[Line, float, bool]]:
 
 
 def _seconds(call: Callable[[int], None]) -> float:
-    """Seconds of one repetition: the least of three runs that take long enough to be measured."""
+    """Seconds of one repetition: the least of three sufficiently long runs."""
     number, spent = 1, 0.0
     while spent < PATIENCE / 4 and number < 1 << 24:
         number *= 4

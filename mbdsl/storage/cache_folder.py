@@ -1,9 +1,9 @@
-"""The folder of what can be made again: machine code, and runs of studies.
+"""The cache folder: machine code and stored runs of studies, all of which can be computed again.
 
-``MBDSL_CACHE_DIR`` names it; without that it is ``mbdsl`` in ``XDG_CACHE_HOME`` or ``~/.cache``. It is used if its path
-is absolute and :mod:`mbdsl.storage.trusted_files` finds no fault. If it cannot be used, or not be written into, a
-private temporary folder takes its place for writing, which is removed when the process ends, and one line on standard
-error says so. If there is no place for that either, nothing is kept. What cannot be kept stops no run.
+``MBDSL_CACHE_DIR`` names it; the default is ``mbdsl`` in ``XDG_CACHE_HOME`` or ``~/.cache``. It is used if its path is
+absolute and :mod:`mbdsl.storage.trusted_files` finds no fault. If it cannot be used or written into, a private
+temporary folder replaces it for writing, which is removed when the process ends, and a line on standard error reports
+this. If that is impossible as well, nothing is stored. A failure to store stops no run.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from pathlib import Path
 
 from mbdsl.storage import trusted_files
 
-LARGEST = 500_000_000  #: bytes of machine code that are kept; what was not used for longest goes first
-ABANDONED = 600.0  #: seconds after which a file that is not whole yet has no writer any more
-FORGOTTEN = 86400.0  #: seconds after which a temporary folder belongs to a process that was killed; a use is noted anew
-PROBE = 1 << 18  #: bytes, about the largest object
-HANDED = "MBDSL_CACHE_OWN"  #: by this variable a process hands its temporary folder to the processes that it starts
+LARGEST = 500_000_000  #: largest size of the machine code in bytes; the least recently used is removed first
+ABANDONED = 600.0  #: seconds after which an incomplete file has no writer any more
+FORGOTTEN = 86400.0  #: seconds after which a temporary folder belongs to a killed process; each use renews it
+PROBE = 1 << 18  #: bytes, about the size of the largest object
+HANDED = "MBDSL_CACHE_OWN"  #: variable by which a process passes its temporary folder to the processes that it starts
 
 TEMPORARY = re.compile(r"mbdsl-cache-(\d{1,9})-\w+")
 VERSION = re.compile(r"\d[\w.+]*-py\d+-[0-9a-f]{16}")
@@ -46,14 +46,14 @@ _said: list[str] = []
 
 @dataclass(frozen=True)
 class Choice:
-    """The folder that is to be used, and why it cannot be ("" if it can)."""
+    """The chosen folder, and the reason why it cannot be used ("" if it can)."""
 
     path: Path
     fault: str
 
 
 def chosen() -> Choice:
-    """The folder that the environment names. It need not exist, or be writable."""
+    """The folder named by the environment. It need not exist or be writable."""
     return _chosen(os.environ.get("MBDSL_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME"), os.path.expanduser("~"))
 
 
@@ -69,7 +69,7 @@ def _chosen(given: str | None, xdg: str | None, home: str) -> Choice:
 
 
 def own() -> Path | None:
-    """The folder that this process writes into: the chosen one, a temporary one, or None if there is no place."""
+    """The folder that this process writes into: the chosen one, a temporary one, or None."""
     with _lock:
         choice = chosen()
         return _own(choice, os.environ.get(HANDED))
@@ -88,7 +88,7 @@ def _own(choice: Choice, handed: str | None) -> Path | None:
 
 
 def unwritable(folder: Path) -> str:
-    """Why ("" if it can) no object can be written into a folder, which is made if need be; found out by doing it."""
+    """The reason why no object can be written into a folder, which is made if necessary, from a trial; "" if it can."""
     try:
         trusted_files.make(folder)
         probe = trusted_files.part_of(folder / "probe")
@@ -114,7 +114,7 @@ def _temporary() -> Path | None:
 
 
 def _remove(folder: Path, process: int) -> None:
-    if os.getpid() == process:  # and none that was forked from it
+    if os.getpid() == process:  # and no process forked from it
         shutil.rmtree(folder, ignore_errors=True)
 
 
@@ -140,7 +140,7 @@ def _runs(process: int) -> bool:
 
 
 def say(problem: str) -> None:
-    """Say what keeps things from being kept: one line in a process, on standard error."""
+    """Print the reason why nothing is stored, once in a process, on standard error."""
     if not _said and sys.stderr is not None:
         with suppress(OSError, ValueError):
             print(f"note: nothing is kept for later runs: {problem}; see `mbdsl cache`", file=sys.stderr)
@@ -148,14 +148,14 @@ def say(problem: str) -> None:
 
 
 def compiling() -> str:
-    """What to say before something is compiled."""
+    """The announcement of a compilation."""
     if own() == chosen().path and not _said:
         return "compiling for the first time; the result is kept, later runs start at once ..."
     return "compiling for the first time; the result cannot be kept ..."
 
 
 def environment() -> Mapping[str, str]:
-    """What to add to the environment of other processes, so that they find what this one has made, and the reverse."""
+    """Additions to the environment of other processes, so that they share the temporary folder."""
     folder = own()
     return {} if folder is None or folder == chosen().path else {HANDED: str(folder)}
 
@@ -164,7 +164,7 @@ def environment() -> Mapping[str, str]:
 
 
 def read(name: str) -> bytes | None:
-    """What is kept by a name (a path within the folder); None if there is nothing, or others can have written it."""
+    """The stored content of a name (a path within the folder); None if there is none, or others can have written it."""
     choice, handed = chosen(), os.environ.get(HANDED)
     folders = [] if choice.fault else [choice.path]
     with _lock:
@@ -189,7 +189,7 @@ def _contents(path: Path) -> bytes | None:
 
 
 def _note_use(path: Path) -> None:
-    """For the order in which files are removed; file systems rarely keep times of access."""
+    """Record a use for the order of removal; file systems rarely store times of access."""
     if path.suffix == ".o":
         with suppress(OSError):
             if path.stat().st_mtime < time.time() - FORGOTTEN:
@@ -197,7 +197,7 @@ def _note_use(path: Path) -> None:
 
 
 def keep(name: str, data: bytes) -> Path | None:
-    """Write a file (a path within the folder); where it is now, or None if it cannot be kept."""
+    """Write a file (a path within the folder); return its path, or None if it cannot be stored."""
     folder = own()
     if folder is None:
         return None
@@ -218,9 +218,9 @@ def _write(path: Path, data: bytes, again: bool = True) -> str:
     if fault := trusted_files.fault_of(path.parent):
         return fault
     try:
-        if _contents(path) != data:  # others look at the time of writing
+        if _contents(path) != data:  # other processes look at the time of writing
             trusted_files.write(path, data)
-    except FileNotFoundError:  # another process has removed the folder, which was empty
+    except FileNotFoundError:  # another process has removed the empty folder
         if not again:
             raise
         return _write(path, data, again=False)
@@ -228,7 +228,7 @@ def _write(path: Path, data: bytes, again: bool = True) -> str:
 
 
 def subfolder(name: str) -> Path | None:
-    """A folder that another library keeps its files in; None if there is none with nothing in it but our own files."""
+    """A folder for the files of another library; None if there is none that contains only our own files."""
     folder = own()
     if folder is None:
         return None
@@ -246,7 +246,7 @@ def subfolder(name: str) -> Path | None:
 
 
 def close(folder: Path) -> None:
-    """Take from others what a lax umask has given them in a folder that another library wrote into."""
+    """Remove permissions that a lax umask has given to others, in a folder that another library wrote into."""
     for path in folder.rglob("*"):
         with suppress(OSError):
             path.chmod(stat.S_IMODE(path.lstat().st_mode) & ~trusted_files.OTHERS)
@@ -269,7 +269,7 @@ class Entry:
 
 
 def code(root: Path) -> list[Entry]:
-    """All machine code in a folder: what belongs to one emitted module is an entry."""
+    """All machine code in a folder; the files of one emitted module are an entry."""
     entries: dict[tuple[str, str], Entry] = {}
     for version in _folders(root, VERSION):
         for name, path, status in _code_files(version):
@@ -291,18 +291,18 @@ def _code_files(version: Path) -> Iterator[tuple[str, Path, os.stat_result]]:
 
 
 def runs(folder: Path) -> list[Entry]:
-    """The kept runs in a folder of studies."""
+    """The stored runs in a folder of studies."""
     return [Entry(s.st_mtime, s.st_size, [path]) for path, s in _files(folder) if RUN.fullmatch(path.name)]
 
 
 def parts(folder: Path, age: float) -> list[Entry]:
-    """Files in a folder that were never finished, and not written to for ``age`` seconds."""
+    """Incomplete files in a folder that have not been written to for ``age`` seconds."""
     files = ((path, s) for path, s in _files(folder) if PART.fullmatch(path.name) and s.st_mtime <= time.time() - age)
     return [Entry(s.st_mtime, s.st_size, [path]) for path, s in files]
 
 
 def remove_oldest(entries: list[Entry], largest: int) -> None:
-    """Remove what was not used for longest where there is more than ``largest`` bytes."""
+    """Remove the least recently used entries beyond ``largest`` bytes."""
     total = 0
     for entry in sorted(entries, key=lambda entry: -entry.used):
         total += entry.size
@@ -311,7 +311,7 @@ def remove_oldest(entries: list[Entry], largest: int) -> None:
 
 
 def prune(root: Path) -> None:
-    """Keep the machine code in a folder below ``LARGEST`` bytes; remove files that were abandoned."""
+    """Keep the machine code in a folder below ``LARGEST`` bytes; remove abandoned files."""
     remove_oldest(code(root), LARGEST)
     for folder in (root, *_folders(root, VERSION)):
         remove_oldest(parts(folder, ABANDONED), 0)
@@ -320,7 +320,7 @@ def prune(root: Path) -> None:
 
 
 def clear(root: Path) -> tuple[int, int]:
-    """Remove everything that mbdsl wrote into a folder, and nothing else; number of entries, bytes.
+    """Remove all files that mbdsl wrote into a folder; return the number of entries and bytes.
 
     Raises
     ------
@@ -330,7 +330,7 @@ def clear(root: Path) -> tuple[int, int]:
     removed = [*code(root), *runs(root / STUDIES), *parts(root, 0.0)]
     for folder in folders:
         removed += parts(folder, 0.0)
-        for cached in _folders(folder, re.compile("__pycache__")):  # former versions had Python keep these
+        for cached in _folders(folder, re.compile("__pycache__")):  # former versions used Python's cache
             removed += [Entry(0.0, status.st_size, [path]) for path, status in _files(cached) if path.suffix == ".pyc"]
     for entry in removed:
         entry.remove()
@@ -343,11 +343,11 @@ def _remove_empty(folder: Path) -> None:
     inside = [f for name in (NUMBA, re.compile("__pycache__")) for f in _folders(folder, name)]
     for empty in (*(f for g in inside for f in _folders(g, re.compile(".*"))), *inside, folder):
         with suppress(OSError):
-            empty.rmdir()  # fails where something is left
+            empty.rmdir()  # fails if files remain
 
 
 def _folders(root: Path, name: re.Pattern) -> Iterator[Path]:
-    """Folders in a folder, no links, and none that others can write into."""
+    """Folders in a folder, without links and without folders that others can write into."""
     with suppress(OSError):
         for path in list(root.iterdir()):
             with suppress(OSError):
@@ -357,7 +357,7 @@ def _folders(root: Path, name: re.Pattern) -> Iterator[Path]:
 
 
 def _files(folder: Path) -> Iterator[tuple[Path, os.stat_result]]:
-    """Regular files in a folder, no links; other processes may remove some in the meantime."""
+    """Regular files in a folder, without links; other processes may remove some in the meantime."""
     with suppress(OSError):
         for path in list(folder.iterdir()):
             with suppress(OSError):

@@ -1,7 +1,7 @@
-"""Writing files: all or nothing, with the mode that a file had, and never over the model or another output.
+"""Writing files: atomically, with the mode of the existing file, and never over the model or another output.
 
-What is no regular file (a device, a pipe) is written into. A file with further names (hard links) keeps them. A file
-that is read-only is left alone, even by root.
+Devices and pipes are written into. A file with several names (hard links) keeps them. A read-only file is not written,
+even by root.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ PART = ".part"
 
 @contextmanager
 def writing(path: str | os.PathLike) -> Iterator[BinaryIO]:
-    """A stream for the new content of ``path``; the file has it only once it is complete.
+    """A stream for the new content of ``path``; the file gets the content when it is complete.
 
     Raises
     ------
     UsageError
-        The file cannot be written, or is read-only. What was there is as it was.
+        If the file cannot be written or is read-only. The existing file is then unchanged.
     """
     try:
         there = _status(path)
@@ -41,7 +41,7 @@ def writing(path: str | os.PathLike) -> Iterator[BinaryIO]:
 
 
 def write_text(path: str | os.PathLike, text: str) -> None:
-    """Write a text file in UTF-8, all or nothing.
+    """Write a text file in UTF-8 atomically.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def write_text(path: str | os.PathLike, text: str) -> None:
 
 
 def _status(path: str | os.PathLike) -> os.stat_result | None:
-    """Of what ``path`` names, links followed; None if there is nothing."""
+    """The status of the file that ``path`` names, after following links; None if there is none."""
     try:
         return os.stat(path)
     except FileNotFoundError:
@@ -63,13 +63,13 @@ def _status(path: str | os.PathLike) -> os.stat_result | None:
 def _replacing(target: Path, there: os.stat_result | None) -> Iterator[BinaryIO]:
     if there is not None and not _writable(target, there):
         raise PermissionError(errno.EACCES, "it is read-only")
-    # a long name leaves no room for more; characters take up to 4 bytes
+    # for long names; characters take up to 4 bytes
     part = target.with_name(f".{target.name[:50]}.{os.getpid()}{PART}")
     with suppress(FileNotFoundError):
-        part.unlink()  # of a process with the same number that was killed
+        part.unlink()  # of a killed process with the same number
     kept = False
     try:
-        # what others may not read, they may not read while it is written
+        # others must not read it while it is written if they may not read the result
         allowed = 0o666 if there is None else stat.S_IMODE(there.st_mode) & 0o600 | 0o200
         with open(part, "xb", opener=lambda name, flags: os.open(name, flags, allowed)) as stream:
             yield stream
@@ -86,23 +86,23 @@ def _replacing(target: Path, there: os.stat_result | None) -> Iterator[BinaryIO]
 
 
 def _writable(target: Path, there: os.stat_result) -> bool:
-    """Whether the file is writable. Root could write to a read-only file too, but that is refused as for others."""
+    """Whether the file is writable. For root as for others, a read-only file is not."""
     return bool(there.st_mode & 0o222) and os.access(target, os.W_OK)
 
 
 def _as_before(part: Path, there: os.stat_result) -> None:
-    """Give a new file the mode and, where that is allowed, the owner and the group of the old one."""
+    """Give a new file the mode and, if permitted, the owner and the group of the old one."""
     if hasattr(os, "chown"):
-        for owner, group in ((-1, there.st_gid), (there.st_uid, -1)):  # members of a group may give it, only root both
+        for owner, group in ((-1, there.st_gid), (there.st_uid, -1)):  # members of a group may set it, only root both
             with suppress(OSError):
                 os.chown(part, owner, group)
     mode = stat.S_IMODE(there.st_mode)
-    # what its group may do is not for another group
+    # the permissions of the group must not apply to another group
     os.chmod(part, mode if os.stat(part).st_gid == there.st_gid else mode & ~stat.S_IRWXG)
 
 
 def _copy_into(part: Path, target: Path) -> None:
-    """Of a file with several names the content is replaced, as a new file would have one of the names only."""
+    """Replace the content of a file with several names, because a new file would have only one of them."""
     try:
         with open(part, "rb") as source, open(target, "wb") as stream:
             shutil.copyfileobj(source, stream)
@@ -112,7 +112,7 @@ def _copy_into(part: Path, target: Path) -> None:
 
 
 def _into(path: str | os.PathLike) -> Iterator[BinaryIO]:
-    """A device or a pipe gets the content when it is complete; formats may need to go back in it."""
+    """Write the complete content into a device or a pipe; formats may need to seek before."""
     with tempfile.TemporaryDirectory(prefix="mbdsl-") as folder:
         part = Path(folder, "content")
         with open(part, "wb") as stream:
@@ -125,13 +125,13 @@ def _into(path: str | os.PathLike) -> Iterator[BinaryIO]:
 
 
 def check(outputs: Iterable[str | os.PathLike | None], inputs: Iterable[str | os.PathLike] = ()) -> None:
-    """Say now that a file cannot be written, rather than after the work is done.
+    """Check before the work begins that files can be written.
 
     Raises
     ------
     UsageError
-        There is no such folder, the output is a folder, it cannot be written, it is one of the ``inputs``, or two
-        outputs are one file.
+        If the folder does not exist, the output is a folder or cannot be written, it is one of the ``inputs``, or two
+        outputs are the same file.
     """
     given = [os.fspath(path) for path in outputs if path]
     known = [(name, "the model reads it") for name in (os.fspath(x) for x in inputs)]
@@ -144,7 +144,7 @@ def check(outputs: Iterable[str | os.PathLike | None], inputs: Iterable[str | os
 
 
 def _same(a: str, b: str) -> bool:
-    """Whether two names are one regular file, now or when both are written."""
+    """Whether two names are the same regular file, now or when both are written."""
     try:
         one, other = os.stat(a), os.stat(b)
     except OSError:
@@ -153,7 +153,7 @@ def _same(a: str, b: str) -> bool:
 
 
 def _folder(path: str, target: Path) -> Path:
-    """The folder of an output as the user named it; of a link, the one that it leads to."""
+    """The folder of an output as the user named it; for a link, that of its target."""
     return target.parent if os.path.islink(path) else Path(path).parent
 
 
@@ -169,6 +169,6 @@ def _check(path: str) -> None:
             raise UsageError(f"cannot write `{path}`: it is read-only")
         if there is None or stat.S_ISREG(there.st_mode):
             with tempfile.NamedTemporaryFile(dir=target.parent, prefix=".mbdsl"):
-                pass  # permissions do not show all that a file system refuses
+                pass  # permissions do not show all restrictions of a file system
     except OSError as problem:
         raise UsageError(f"cannot write `{path}`: {problem.strerror or problem}") from problem

@@ -1,12 +1,12 @@
-"""Files that only the user, or root, can have written.
+"""Files that only the user or root can have written.
 
-Machine code and runs of studies are believed as they lie on disk, so nobody else may have written them: a folder is
-trusted if it, and every folder and link that it is reached by, belongs to the user or to root, and no others can write
-into it. In a folder on the way the sticky bit is enough (``/tmp``), as others cannot rename or remove what is in it. A
-file is believed if it is a regular one, no link, with an owner and a mode of the same kind.
+Machine code and stored runs are used without further checks, so nobody else may be able to write them. A folder is
+trusted if it, and every folder and link on its path, belongs to the user or to root, and others cannot write into it.
+For a folder on the path the sticky bit suffices (``/tmp``), because others cannot rename or remove its content. A file
+is trusted if it is a regular file, no link, with such an owner and mode.
 
-The owner of ``/`` counts as root: in a user namespace, root's own files show another number. Where the system has no
-such owners (Windows), everything is trusted that can be read.
+The owner of ``/`` counts as root: in a user namespace, the files of root have another number. On systems without such
+owners (Windows), everything that can be read is trusted.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from pathlib import Path
 from typing import BinaryIO
 
 OTHERS = stat.S_IWGRP | stat.S_IWOTH
-LINKS = 40  #: more of them on the way to a folder are a circle
+LINKS = 40  #: largest number of links on a path; more are a cycle
 _SAFELY = os.O_CLOEXEC if hasattr(os, "O_CLOEXEC") else 0
-for _name in ("O_NOFOLLOW", "O_NONBLOCK", "O_NOCTTY", "O_BINARY"):  # a pipe must not be waited for
+for _name in ("O_NOFOLLOW", "O_NONBLOCK", "O_NOCTTY", "O_BINARY"):  # opening a pipe must not block
     _SAFELY |= getattr(os, _name, 0)
 
 
 def has_owners() -> bool:
-    """Whether files have owners and modes that say who can change them."""
+    """Whether files have owners and modes that determine who can change them."""
     return hasattr(os, "geteuid")
 
 
 def fault_of(folder: str | os.PathLike) -> str:
-    """Why others can change what a folder holds, or which folder it is; "" if they cannot.
+    """The reason why others can change the content of a folder, or the folder itself; "" if they cannot.
 
-    What does not exist yet is no fault: the folders that do are judged.
+    Missing folders are no fault; the existing ones on the path are checked.
     """
     if not has_owners():
         return ""
@@ -61,7 +61,7 @@ def fault_of(folder: str | os.PathLike) -> str:
 
 
 def _way(folder: str) -> Iterator[tuple[str, os.stat_result]]:
-    """All that is looked up on the way to a folder, links as well, and itself at last."""
+    """All folders and links on the path of a folder, and the folder itself at the end."""
     at, rest, links = os.sep, folder.split(os.sep)[::-1], LINKS
     yield at, os.lstat(at)
     while rest:
@@ -99,14 +99,14 @@ def _user(number: int) -> str:
 
 
 def is_believed(status: os.stat_result) -> bool:
-    """Whether only the user or root can write a file of this status, or into such a folder; never of a link or pipe."""
+    """Whether only the user or root can write a file or folder with this status; false for links and pipes."""
     if not stat.S_ISREG(status.st_mode) and not stat.S_ISDIR(status.st_mode):
         return False
     return not has_owners() or (_is_ours(status.st_uid) and not status.st_mode & OTHERS)
 
 
 def opened(path: Path) -> BinaryIO | None:
-    """A file for reading; None if it is not there, or others can have written it."""
+    """A file for reading; None if it does not exist, or others can have written it."""
     try:
         number = os.open(path, os.O_RDONLY | _SAFELY)
     except OSError:
@@ -119,7 +119,7 @@ def opened(path: Path) -> BinaryIO | None:
 
 
 def make(folder: Path) -> None:
-    """Make a folder, and those it lies in, for the user alone.
+    """Make a folder and its parents, for the user alone.
 
     Raises
     ------
@@ -135,12 +135,12 @@ def make(folder: Path) -> None:
 
 
 def part_of(path: Path) -> Path:
-    """Where a file is written before it has its name: another process may be writing the same."""
+    """The temporary name of a file; another process may be writing the same file."""
     return path.with_name(f"{path.name}.{os.getpid()}.{threading.get_ident()}.part")
 
 
 def create(path: Path) -> BinaryIO:
-    """A new file for writing, whatever lies there; nobody else can write into it, with no umask.
+    """A new file for writing, in place of any existing one; nobody else can write into it, with any umask.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def create(path: Path) -> BinaryIO:
 
 
 def write(path: Path, data: bytes) -> None:
-    """At once or not at all: another process may be reading, or writing the same.
+    """Rename atomically, because another process may be reading or writing the same file.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Scene to System: tables, specialised code, the DAE itself, and its consistent initial values."""
+"""From the Scene to the System: tables, specialised code, and the DAE."""
 
 from mbdsl.system.system import System, Workspace, build
 

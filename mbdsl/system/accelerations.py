@@ -47,14 +47,17 @@ def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[
 def _solve_motion(
     system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...], lam: Array
 ) -> tuple[Array, Array]:
-    """a and lam with Q linearised about ``lam``; all equations scaled alike: a mechanism of micrometres and micrograms
-    has entries from 1 down to 1e-24, which says nothing about its rank."""
+    """a and lam with Q linearised about ``lam``.
+
+    All equations are balanced, because a mechanism of micrometres and micrograms has entries from 1 down to 1e-24,
+    whose ratios are unrelated to its rank.
+    """
     kept = np.delete(np.arange(system.m + system.p), left_out)
     n, m = system.n, len(kept)
     J = system.velocity_jacobian(t, q, v)[kept]
     M = system.M(t, q)
     diagonal = M.diagonal()
-    U = J.T  # how multipliers act: J^T - Q_lam
+    U = J.T  # the matrix of the multipliers: J^T - Q_lam
     force = system.Q(t, q, v)
     if system.of_multipliers:
         Q_lam = system.Q_lam(t, q, v, lam)[:, kept]
@@ -113,9 +116,9 @@ def balance(system: System, M: Array, J) -> Array:
     of J (..., m, n). M (..., n) is the diagonal."""
     square = system.tables.scale**2
     largest = (M / square).max(axis=-1, initial=0.0, keepdims=True)  # as moments of inertia
-    # what has no mass is taken to have the largest
+    # massless coordinates are treated like the one with the largest mass
     d = 1 / np.sqrt(np.where(M > 0.0, M, np.where(largest > 0.0, largest, 1.0) * square))
     rows = abs(J) @ d if M.ndim == 1 else np.einsum("...ij,...j->...i", abs(J), d)
     d = np.concatenate([d, 1 / np.where(rows > 0.0, rows, 1.0)], axis=-1)
-    # not halfway between powers, where rounding would decide: there lie masses of 0.5 and 2 kg
+    # not halfway between powers, where rounding would decide: masses of 0.5 and 2 kg lie there
     return np.exp2(np.floor(np.log2(d) + 0.4))

@@ -1,6 +1,6 @@
-"""Compiling a scene's code in another process, while this one compiles the step loop.
+"""Compilation of the code of a scene in another process, while this process compiles the step loop.
 
-``main`` does there what :func:`mbdsl.system.emit.load` does, and leaves the result on disk.
+``main`` performs :func:`mbdsl.system.emit.load` there and stores the result in the cache folder.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from mbdsl.system.structure import Block
 
 
 def start(blocks: list[Block], has_tape: bool, sets: int) -> subprocess.Popen | None:
-    """Begin to compile a structure; None where no process can be had."""
+    """Start to compile a structure; None if no process can be started."""
     roles = [[b.role, b.module.__name__, b.driven] for b in blocks]
     return code_cache.beside(__name__, json.dumps([roles, has_tape, sets]))
 

@@ -13,13 +13,13 @@ from mbdsl.mechanism.scene import Component
 
 
 def motion_module(component: Component) -> ModuleType:
-    """The module whose kernels move a body's frames; of kinds with several it depends on the values."""
+    """The module whose kernels move a body's frames; for kinds with several it depends on the values."""
     found = modules()[component.kind.name].motion
     return found(component.values) if callable(found) else found
 
 
 def motion_modules(module: ModuleType) -> list[ModuleType]:
-    """All that bodies of a kind may be moved by."""
+    """All modules that may move bodies of a kind."""
     return list(getattr(module, "MOTIONS", [module.motion]))
 
 
@@ -32,6 +32,6 @@ def model(component: Component) -> Body:
 
 
 def body_pose(component: Component, frame) -> Pose:
-    """A frame's (x, y, phi) from the centre of mass (of a beam: from its middle), in the body's axes."""
+    """A frame's (x, y, phi) from the centre of mass (of a beam: from its centre), in the body's axes."""
     cx, cy = component.kind.com(component.values) if isinstance(component.kind, BodyKind) else (0.0, 0.0)
     return frame.x - cx, frame.y - cy, frame.phi

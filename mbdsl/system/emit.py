@@ -1,10 +1,10 @@
-"""The one place of specialisation: from the kinds present, a short module that calls their kernels and nothing else.
+"""Specialisation: a module is generated that calls only the kernels of the kinds in a scene.
 
 It evaluates ``sets`` of multipliers: 1 for lam in f, 2 for Phi_q^T mu as well, 3 for Phi_q^T psi with the Phi_q of the
 start of the step as well.
 
-``emit`` writes the text, ``load`` compiles it (or finds it compiled). The key is the structure of the scene and the
-digest of the package, never a number of the model, so that changing a parameter or an expression compiles nothing.
+``emit`` writes the text, ``load`` compiles it or finds it compiled. The key is the structure of the scene and the
+digest of the package. It contains no number of the model, so that a changed parameter or expression compiles nothing.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ REPEATED = code_cache.Signature(("int", *TANGENT.takes))
 
 
 class Line(NamedTuple):
-    """A statement of emitted code and the effect that it is there for."""
+    """A statement of emitted code and its effect."""
 
     effect: str
     text: str
 
 
 def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
-    """What ``evaluate`` does, in order."""
+    """The statements of ``evaluate``, in order."""
     bodies, pairs, roles = _loops(blocks)
     lines = [Line("bodies", "loops.start(Y, Z, F, I)")]
     if sets > 2:
@@ -75,12 +75,12 @@ def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]
 
 
 def _F(block: Block) -> str:
-    """The float tables as an argument, which frames on bodies that deform need more often."""
+    """The float tables as an argument, which flexible bodies require at further places."""
     return "F, " if block.module.MASS else ""
 
 
 def _inertia(bodies: list[tuple[int, Block]], task: str, row: str, target: str) -> list[str]:
-    """Statements of a task of the mass matrix; none where it is a constant diagonal."""
+    """Statements of a task of the mass matrix; none if it is constant and diagonal."""
     if not any(b.module.MASS for _, b in bodies):
         return []
     own = [f"{b.name}.inertia({h}, {task}, {row}, {target}, Y, F, I)" for h, b in bodies if b.module.MASS]
@@ -88,12 +88,12 @@ def _inertia(bodies: list[tuple[int, Block]], task: str, row: str, target: str) 
 
 
 def inertia_lines(blocks: list[Block]) -> list[str]:
-    """What ``inertia`` does."""
+    """The statements of ``inertia``."""
     return _inertia(_loops(blocks)[0], "task", "row", "target") or ["loops.inertia(task, row, target, Y, F, I)"]
 
 
 def tangent_lines(blocks: list[Block], has_tape: bool) -> list[Line]:
-    """What ``tangent`` does, in order."""
+    """The statements of ``tangent``, in order."""
     bodies, pairs, roles = _loops(blocks)
     lines = [Line("bodies", "loops.begin_matrix(cM, F, I, A)")]
     if any(b.module.MASS for _, b in bodies):
@@ -128,7 +128,7 @@ def _effect(block: Block) -> str:
 
 
 def emit(blocks: list[Block], has_tape: bool, sets: int) -> str:
-    """The text of the module for these blocks, with so many sets of multipliers."""
+    """The text of the module for these blocks and this number of sets of multipliers."""
     lines = [
         *_head(blocks, has_tape, "Emitted by mbdsl for scenes of"),
         "def evaluate(t, Y, Z, C, F, I):",
@@ -162,7 +162,7 @@ def _head(blocks: list[Block], has_tape: bool, title: str) -> list[str]:
 
 
 def _names(bodies: list[tuple[int, Block]], has_tape: bool) -> list[str]:
-    """The import of what the statements read of the layout."""
+    """The import of the names of the layout that the statements use."""
     names = ["GRADIENT_LENGTH"] if has_tape else []
     if any(b.module.MASS for _, b in bodies):
         names += ["INERTIA_ROW", "INERTIA_ROW2", "MX", "MX2"]
@@ -184,12 +184,12 @@ def emit_repeated(blocks: list[Block], has_tape: bool, sets: int) -> tuple[str, 
 
 
 def header(block: int) -> int:
-    """Where the header of a block stands in I."""
+    """The offset of the header of a block in I."""
     return buffer_layout.BLOCKS + buffer_layout.BLOCK * block
 
 
 def emit_kind(block: Block) -> str:
-    """The text of the module of one kind: its kernels under the loops, the same for every scene it is in."""
+    """The text of the module of one kind: its kernels within the loops, the same in every scene."""
     name, rows = block.name, block.rows
     curve = f"""
 
@@ -220,14 +220,14 @@ class Kernels:
 
 
 def load(blocks: list[Block], has_tape: bool, sets: int) -> Kernels:
-    """Compile the code of a structure, or find it compiled."""
+    """Compile the code of a structure or load it."""
     text = emit(blocks, has_tape, sets)
     signatures = {"evaluate": EVALUATE, "tangent": TANGENT, "inertia": INERTIA}
     return Kernels(*code_cache.functions(module_name(text), text, signatures, lambda: _modules(blocks)))
 
 
 def _modules(blocks: list[Block]) -> list[ModuleType]:
-    """Where the kernels of a structure come from."""
+    """The source of the kernels of a structure."""
     kinds = {b.name: b for b in blocks if b.role in ("joint", "spring", "law")}.values()
     loops_of_kinds = [code_cache.import_text(KIND_PREFIX + b.name, emit_kind(b)) for b in kinds]
     return [loops, expression_tape, *dict.fromkeys(b.module for b in blocks), *loops_of_kinds]
@@ -235,14 +235,14 @@ def _modules(blocks: list[Block]) -> list[ModuleType]:
 
 @dataclass(frozen=True)
 class Repeated:
-    """The lines of a structure's code, as functions of (count, arguments of ``tangent``) that run them that often."""
+    """The lines of a structure's code, as functions of (count, arguments of ``tangent``) that repeat them."""
 
     evaluate: list[tuple[Line, Callable]]
     tangent: list[tuple[Line, Callable]]
 
 
 def load_repeated(blocks: list[Block], has_tape: bool, sets: int) -> Repeated:
-    """Compile the lines of a structure one by one, or find them compiled."""
+    """Compile the lines of a structure separately or load them."""
     text, evaluate, tangent = emit_repeated(blocks, has_tape, sets)
     names = [f"e{k}" for k in range(len(evaluate))] + [f"t{k}" for k in range(len(tangent))]
     found = code_cache.functions(module_name(text), text, dict.fromkeys(names, REPEATED), lambda: _modules(blocks))
@@ -250,5 +250,5 @@ def load_repeated(blocks: list[Block], has_tape: bool, sets: int) -> Repeated:
 
 
 def module_name(text: str) -> str:
-    """The name under which emitted code is kept."""
+    """The name of emitted code in the cache."""
     return "mbdsl_emitted_" + hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -1,7 +1,7 @@
-"""User expressions inside the step loop: a short program over registers, run by one compiled interpreter.
+"""Expressions of the model within the step loop: a short program over registers for one compiled interpreter.
 
-An expression is data to the compiled code, so that editing one costs no compilation. Values and exact derivatives
-share their subexpressions: the value tape runs at every evaluation, the gradient tape continues it where the Newton
+An expression is data for the compiled code, so that a change requires no compilation. Values and exact derivatives
+share their subexpressions: the value tape runs at every evaluation, the gradient tape continues it when the iteration
 matrix is built. An instruction is (op, target, a, b, c); operands are registers.
 """
 
@@ -19,7 +19,7 @@ from mbdsl.compilation.buffer_layout import LAW_ROW, REGISTERS, TABLES, TAPE
 from mbdsl.compilation.marks import rare
 from mbdsl.expressions.symbolic import COORDINATES, Expr, const, walk
 
-# Order matters: cheap and frequent operations first, as the interpreter compares in this order.
+# The order matters: the interpreter compares in this order, so that frequent cheap operations come first.
 _NAMES = (
     "load add sub mul div neg sin cos ratio hypot sqrt select lt le eq ne and or not abs sign min max pow tan asin "
     "acos atan atan2 sinh cosh tanh exp log log10 floor ceil mod multiplier table"
@@ -32,7 +32,7 @@ ACOS, ATAN, ATAN2, SINH, COSH, TANH, EXP, LOG, LOG10, FLOOR, CEIL, MOD, MULTIPLI
 
 @dataclass
 class Tape:
-    """A program under construction: ``code`` in order, ``registers`` their initial content (constants, time)."""
+    """A program under construction: ``code`` in order, ``registers`` with their initial content (constants, time)."""
 
     frames: dict[str, int]
     multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> its entry in a row of Y
@@ -45,7 +45,7 @@ class Tape:
     _where: dict[Expr, int] = field(default_factory=dict)
 
     def add(self, root: Expr) -> int:
-        """The register that will hold ``root``; appends the instructions that are not there yet."""
+        """The register of ``root``; appends the missing instructions."""
         self.roots.append(root)
         for node in walk(root):
             if node in self._where:
@@ -84,8 +84,7 @@ class Tape:
 
 @rare
 def search(v, o, n, F):
-    """The cell of v among the n breaks at o: it begins with the last break that is not above v, or with the last but
-    one."""
+    """The cell of v among the n breaks at o: it begins with the last break <= v, or with the last but one."""
     lo, hi = 0, n - 1
     while hi - lo > 1:
         mid = (lo + hi) // 2
@@ -98,8 +97,7 @@ def search(v, o, n, F):
 
 @rare
 def cell_of(u, header, knots, ends, F, I):
-    """A number for the piece of a table that u lies on, where pieces end at ``knots``, at the table's ``ends``, or
-    both."""
+    """A number for the piece of a table that contains u; pieces end at ``knots``, at the table's ``ends``, or both."""
     n, o, beyond = I[header], I[header + 1], I[header + 2]
     first, last = F[o], F[o + n - 1]
     lap = 0

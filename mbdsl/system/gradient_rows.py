@@ -42,7 +42,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
                 first = len(buffers.requests)
                 detail = -1
                 if block.role == "joint":
-                    buffers.slots((n + row,), (n + row,))  # used where the row is left out
+                    buffers.slots((n + row,), (n + row,))  # used if the row is left out
                 if block.curved or block.role == "spring":
                     for r, s in ((a, a), (a, b), (b, a), (b, b)):
                         buffers.slots(dofs[r], dofs[s])
@@ -76,7 +76,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
 
 
 def _second_rate(u: Expr, registers: list[int], tape: Tape) -> Callable[[], None]:
-    """u'' is needed for accelerations only, so it belongs to the gradient tape."""
+    """u'' is required for accelerations only and therefore belongs to the gradient tape."""
 
     def fill() -> None:
         registers[2] = tape.add(der(der(u)))

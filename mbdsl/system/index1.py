@@ -1,9 +1,9 @@
-"""The index-1 reduction: y' = f(t, y) with y = [q; v], from the equations at the level of accelerations.
+"""The index-1 reduction: y' = f(t, y) with y = [q; v], from the equations at acceleration level.
 
     q' = v,   [[M, J^T], [J, 0]] [v'; lam] = [Q; gamma_c],   J = [Phi_q; Gam_v]
 
-Its solutions keep Phi = 0 and Phi_q v + Phi_t = 0, Gam = 0 if they start there, but numerical ones drift away.
-``project`` brings them back by the smallest change in the norm of the masses, one linear system for both levels:
+Exact solutions satisfy Phi = 0, Phi_q v + Phi_t = 0 and Gam = 0 if they do so initially; numerical ones drift.
+``project`` corrects them by the smallest change in the norm of the masses, with one linear system for both levels:
 
     [[M, J^T], [J, 0]] [dq, dv; ...] = -[0, 0; (Phi, 0), (Phi_q v + Phi_t, Gam)],   until nothing changes
 
@@ -24,21 +24,21 @@ from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
 
-#: changes of coordinates, as parts of the mechanism's size, below which a projection has arrived
+#: changes of coordinates, relative to the mechanism's size, at which a projection has converged
 ARRIVED = 1e-12
-#: iterations of a projection, and of accelerations where forces depend on multipliers
+#: largest number of iterations of a projection, and of accelerations if forces depend on multipliers
 MOST = 20
 #: solutions larger than this, in balanced units, come from a singular matrix
 SINGULAR = 1e8
 
 
 class Index1:
-    """y' = f(t, y) of a system: call it. ``left_out`` are redundant constraints, whose multipliers are zero.
+    """The right-hand side f of y' = f(t, y); call it. ``left_out`` are redundant constraints, with zero multipliers.
 
     Attributes
     ----------
     evaluations : int
-        How often f has been called.
+        Number of evaluations of f.
     """
 
     def __init__(self, system: System, left_out: Sequence[int] = ()) -> None:
@@ -58,13 +58,13 @@ class Index1:
         return y[: self.n].copy(), y[self.n :].copy()
 
     def __call__(self, t: float, y: Array) -> Array:
-        """f(t, y) (2n,); not numbers where forces have no finite value or no accelerations exist."""
+        """f(t, y) (2n,); nan if forces are not finite or accelerations do not exist."""
         self.evaluations += 1
         q, v = y[: self.n], y[self.n :]
         return np.concatenate([v, self.motion(t, q, v)[0]])
 
     def motion(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
-        """Accelerations a (n,) and multipliers lam (m + p,) at a state; not numbers where there are none."""
+        """Accelerations a (n,) and multipliers lam (m + p,) at a state; nan if they do not exist."""
         system, n = self.system, self.n
         work = system._at(t, q, v)
         gamma: Array | None = None
@@ -76,7 +76,7 @@ class Index1:
             if gamma is None:
                 rate = system.matrix(system.entries(t, cN=1.0, cW=1.0))
                 gamma = -(rate[n:, :n] @ np.asarray(v)) - system.in_time()
-            # forces are linearised about lam: what is solved for is its change
+            # forces are linearised about lam, and the unknown is its change
             x = self._solve(K, np.concatenate([force, gamma])[self._kept])
             change = np.zeros(n + len(lam))
             change[self._kept] = x
@@ -88,9 +88,9 @@ class Index1:
         return np.full(n, np.nan), np.full(len(lam), np.nan)
 
     def project(self, t: float, y: Array) -> Array:
-        """The state (2n,) on the constraints of positions and velocities next to ``y``.
+        """The state (2n,) nearest to ``y`` that satisfies the constraints of positions and velocities.
 
-        Where none is found nearby, the last iterate: it violates the constraints, or is not a number.
+        If none is found, the last iterate, which violates the constraints or is nan.
         """
         system, n, m = self.system, self.n, self.system.m
         if not m and not system.p:
@@ -111,7 +111,7 @@ class Index1:
         return y
 
     def _matrix(self, t: float, cL: float):
-        """[[M, J^T - cL Q_lam], [J, 0]] of the state evaluated last, without what is left out."""
+        """[[M, J^T - cL Q_lam], [J, 0]] of the last evaluated state, without rows and columns that are left out."""
         K = self.system.matrix(self.system.entries(t, cM=1.0, cL=cL, cP=1.0, cV=1.0))
         if self._all:
             return K
@@ -139,7 +139,7 @@ class Index1:
         return (d * x.T).T
 
     def _sparse(self, K, b: Array) -> Array:
-        """The same for a large K, balanced here; what regularises it is refined away."""
+        """As above for a large K, balanced here; iterative refinement removes the effect of the regularisation."""
         from scipy.sparse import csc_array, diags_array
         from scipy.sparse.linalg import splu
 

@@ -1,13 +1,13 @@
-"""The loops over rows of the gradient table: scalar coordinates g(z) of frame pairs become f, Phi and A.
+"""The loops over rows of the gradient table: scalar coordinates g(z) of pairs of frames contribute to f, Phi and A.
 
-What differs between kinds is only how g, its gradient G and its second derivative H follow from two frames; the loops
-``fill`` and ``curve`` are therefore compiled once a kind. All else is the same for every constraint, spring and law:
+Kinds differ only in the dependence of g, its gradient G and its second derivative H on two frames. Therefore the loops
+``fill`` and ``curve`` are compiled once for each kind; the others are the same for all constraints, springs and laws:
 
     constraint   Phi = g - u(t),  wrench -= G^T lam (and += G^T mu)
     spring       s = k (g - g0) + c dg/dt,  wrench -= G^T s
     law          s from an expression, wrench += sign G^T s
 
-Nonholonomic constraints need no kernels of their own: Gam and its derivatives are expressions over frames.
+Nonholonomic constraints have no kernels of their own: Gam and its derivatives are expressions over frames.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ from mbdsl.compilation.marks import kernel, rare, square
 
 @kernel
 def fill(block, rows, gradient, Z, C, F, I):
-    """g and G of every component of a kind."""
+    """g and G of all components of a kind."""
     for e in range(I[block]):
         r = I[block + 1] + rows * e
         o = I[PAIRS] + PAIR * r
@@ -69,7 +69,7 @@ def fill(block, rows, gradient, Z, C, F, I):
 
 @kernel
 def curve(block, rows, hessian, Z, C, F, I):
-    """d^2g/dz^2 and w^T d^2g/dz^2 of every component of a kind whose gradient is not constant."""
+    """d^2g/dz^2 and w^T d^2g/dz^2 of all components of a kind with a varying gradient."""
     for e in range(I[block]):
         for k in range(rows):
             r = I[block + 1] + rows * e + k
@@ -94,7 +94,7 @@ def curve(block, rows, hessian, Z, C, F, I):
 
 @kernel
 def start(Y, Z, F, I):
-    """f starts as the constant generalised force; the ground's wrenches start at zero."""
+    """Initialise f with the constant generalised force, and the ground's wrenches with zero."""
     for i in range(I[N_Q]):
         Y[FP, i] = F[I[FORCE0] + i]
         Y[GD, i] = 0.0
@@ -146,7 +146,7 @@ def drive(Y, F, I):
 
 @kernel
 def constraints_with_mu(Y, Z, C, F, I):
-    """The same as ``constraints``, and Phi_q^T mu on the frames: in one go, which costs half as much as a loop more."""
+    """As ``constraints``, with Phi_q^T mu on the frames; one loop costs half as much as two."""
     n, row, mu_row = I[N_Q], I[LAM_ROW], I[MU_ROW]
     for r in range(I[N_PHI]):
         o = I[PAIRS] + PAIR * r
@@ -169,7 +169,7 @@ def constraints_with_mu(Y, Z, C, F, I):
 
 @kernel
 def keep(Y, Z, C, I):
-    """Where a step begins, what the last evaluation found is the past; wrenches of psi start at zero."""
+    """At the start of a step, store the state of the last evaluation; wrenches of psi start at zero."""
     if I[KEEP]:
         I[KEEP] = 0
         for r in range(I[N_PHI]):
@@ -252,7 +252,7 @@ def laws(Z, C, F, I):
 
 @kernel
 def inertia(task, row, target, Y, F, I):
-    """Tasks of the mass matrix, as far as it is constant; INVERSE for bodies with a diagonal one."""
+    """Tasks of the constant part of the mass matrix; INVERSE for bodies with a diagonal one."""
     if task == TIMES:
         for i in range(I[N_Q]):
             Y[target, i] = 0.0
@@ -267,7 +267,7 @@ def inertia(task, row, target, Y, F, I):
 
 @rare
 def coupling_matrix(cM, F, I, A):
-    """A += cM times the constant entries of M beside its diagonal."""
+    """A += cM times the constant off-diagonal entries of M."""
     for k in range(I[N_COUPLINGS]):
         slot, value = I[SLOTS] + I[I[COUPLINGS] + 3 * k + 2], cM * F[I[COUPLING_VALUES] + k]
         A[I[slot]] += value
@@ -333,7 +333,7 @@ def constraint_tangents(cK, cP, cN, Y, C, F, I, A):
                     value += C[r, 3 * side + l] * F[kb + l * nb + j]
                 A[I[slot + j]] += value
                 A[I[slot + nb + j]] += cP * value
-            if cN != 0.0:  # no method asks for it
+            if cN != 0.0:  # no method requires it
                 for j in range(nb):
                     rate = 0.0
                     for l in range(3):

@@ -1,6 +1,7 @@
 """Frames that drivers move as functions of time: their poses, rates and accelerations are expressions on the tape.
 
-A record holds the row of a frame, the registers of its pose and rates, and, on the gradient tape, of its accelerations.
+A record contains the row of a frame, the registers of its pose and rates, and, on the gradient tape, of its
+accelerations.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ Motion = tuple[Expr, Expr, Expr]
 
 
 def tabulate(motions: Mapping[int, Motion | None], buffers, tape: Tape, later: list[Callable[[], None]]) -> None:
-    """Records of the frames (row -> motion) that have a motion."""
+    """Records of the moving frames (row -> motion)."""
     records = []
     for row, motion in motions.items():
         if motion is not None:

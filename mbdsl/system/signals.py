@@ -138,7 +138,7 @@ def values(
 def gradients(system: System, roots: Iterable[Expr], t: float, q: Array, v: Array) -> tuple[Array, Matrix, Matrix]:
     """Values (k,), and derivatives with respect to q (k, n) and v (k, n) of expressions at one state.
 
-    The derivatives are dense for small systems and sparse for large ones, as those of the System are.
+    The derivatives are dense for small systems and sparse for large ones, like those of the System.
     """
     roots = list(roots)
     value = np.zeros(len(roots))

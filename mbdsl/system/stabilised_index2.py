@@ -28,16 +28,16 @@ Indices = NDArray[np.int64]
 
 
 class StabilisedIndex2:
-    """F(t, y, y') of a system: call it. ``left_out`` are redundant constraints.
+    """The residual F(t, y, y') of a system; call it. ``left_out`` are redundant constraints.
 
     Attributes
     ----------
     size : int
         Number of unknowns, 2 n + m + p + m.
     algebraic : (m + p + m,) of int
-        Where y holds multipliers, whose rates do not occur.
+        Indices of multipliers in y, whose rates do not occur.
     pattern : (indices (nonzeros,), starts (size + 1,))
-        Rows of the Jacobian's entries column by column, and where columns begin: compressed columns (CSC).
+        Rows of the Jacobian's entries column by column, and starts of the columns: compressed columns (CSC).
     """
 
     def __init__(self, system: System, left_out: Sequence[int] = ()) -> None:
@@ -57,7 +57,7 @@ class StabilisedIndex2:
         self._places()
 
     def _places(self) -> None:
-        """Where in the Jacobian the entries of ``_values`` belong, in their order."""
+        """The places in the Jacobian of the entries of ``_values``, in their order."""
         n, m, p = self.n, self.system.m, self.system.p
         r, c = self.system.tables.pattern
         K, U, J, H, mu, q = self._K, self._U, self._J, self._H, self._mu, np.arange(n)
@@ -94,7 +94,7 @@ class StabilisedIndex2:
         return y[:n].copy(), y[n : 2 * n].copy(), y[2 * n : self.size - m].copy()
 
     def weights(self, t: float, q: Array) -> Array:
-        """W (n,): the diagonal of M where F was evaluated first; without mass, as that of the heaviest."""
+        """W (n,): the diagonal of M at the first evaluation; that of the heaviest coordinate for massless ones."""
         if self._W is None:
             n = self.n
             K = self.system.tangent(t, q, cM=1.0, cP=1.0)
@@ -122,7 +122,7 @@ class StabilisedIndex2:
         return F
 
     def _inertia(self, t: float) -> Array:
-        """M times row X of Y at the state evaluated last (n,)."""
+        """M times row X of Y at the last evaluated state (n,)."""
         system, n = self.system, self.n
         w = system._work
         assert w is not None
@@ -150,7 +150,7 @@ class StabilisedIndex2:
         return np.asarray(np.bincount(self._slots, every, len(self.pattern[0])), float)
 
     def _of_mu(self, t: float, y: Array) -> Array:
-        """(Phi_q^T mu)_q: what f's derivative changes by where mu takes the place of lam, but in the laws of forces."""
+        """(Phi_q^T mu)_q: the change of f's derivative when mu replaces lam, except in the laws of forces."""
         if not y[self.size - self.system.m :].any():
             return np.zeros(len(self._K))
         w = self._evaluate(t, y)

@@ -1,4 +1,4 @@
-"""The structure of a scene: which loops there are, and over which components. It is what code is emitted from."""
+"""The structure of a scene: the loops and their components, from which code is emitted."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from mbdsl.system.body_models import motion_module, motion_modules
 
 @dataclass(frozen=True)
 class Block:
-    """All components that one loop visits; ``role`` is "body", "joint", "spring", "law" or "gamma".
+    """All components of one loop; ``role`` is "body", "joint", "spring", "law" or "gamma".
 
-    Joints stand among the laws as well where they have friction, along the coordinate of ``module``.
+    Joints with friction are also among the laws, along the coordinate of ``module``.
     """
 
     role: str
@@ -27,7 +27,7 @@ class Block:
 
     @property
     def rows(self) -> int:
-        """Rows of the gradient table a component."""
+        """Number of rows of the gradient table for each component."""
         return self.module.KIND.rows
 
     @property
@@ -62,17 +62,17 @@ def find_blocks(scene: Scene, general: bool = False) -> list[Block]:
     return [Block(key[1], importlib.import_module(key[2]), tuple(groups[key]), key[3]) for key in sorted(groups)]
 
 
-#: nonholonomic constraints are expressions, for which one module stands in
+#: nonholonomic constraints are expressions; one module represents them
 _GAMMA = (2, "gamma", f"{modules.__module__}.velocity_constraint", False)
 
 
 def _along(kind: JointKind) -> str:
-    """The module whose kernels friction acts along."""
+    """The module whose kernels define the coordinate of friction."""
     return f"{modules.__module__}.{kind.friction_along}"
 
 
 def _every_key(module: ModuleType) -> list[tuple]:
-    """The blocks that a kind may stand in."""
+    """The blocks that components of a kind may belong to."""
     kind, name = module.KIND, module.__name__
     if isinstance(kind, BodyKind):
         return [(0, "body", m.__name__, False) for m in motion_modules(module)] if kind.coordinates else []
@@ -83,14 +83,14 @@ def _every_key(module: ModuleType) -> list[tuple]:
 
 
 def by_law(c: Component) -> bool:
-    """Whether a force follows an expression rather than linear springs."""
+    """Whether a force is given by an expression rather than linear springs."""
     kind = c.kind
     assert isinstance(kind, ForceKind)
     return kind.springs is None or bool(kind.laws and c.values[kind.laws[0]] is not None)
 
 
 def law_expressions(c: Component) -> list[Expr]:
-    """The magnitudes of a force by expression, or the friction of a joint."""
+    """The magnitudes of a force given by an expression, or the friction of a joint."""
     if isinstance(c.kind, ForceKind):
         return [expr(c.values[name]) for name in c.kind.laws]
     assert c.friction is not None
@@ -98,7 +98,7 @@ def law_expressions(c: Component) -> list[Expr]:
 
 
 def expressions(block: Block, c: Component) -> list[Expr]:
-    """The expressions over frames that a component of a block brings."""
+    """The expressions over frames that a component contributes to a block."""
     if block.role == "law":
         return law_expressions(c)
     return list(c.velocity_constraints) if block.role == "gamma" else []

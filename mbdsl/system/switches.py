@@ -1,20 +1,20 @@
-"""Switches: where expressions change at once: the branches of an `if`, the sign of a speed, the corner of a table.
+"""Switches: jumps and corners of expressions, at branches of an `if`, the sign of a speed, or a corner of a table.
 
 Between two changes the equations of motion are smooth; a step across one loses its order. The state of a switch is an
 integer that follows from (t, q, v, lam), read from the registers after the tape has run:
 
-    truth of a condition          `if`; whatever stands below a condition matters through its truth alone
-    value of sign, floor, ceil    an integer by itself
+    truth of a condition          `if`; expressions below a condition count through its truth only
+    value of sign, floor, ceil    the integer itself
     order of two arguments        min and max; abs, whose argument is compared with zero
     whole quotient                mod(a, b): floor(a/b)
-    cell of a table               where its slope jumps at knots, and at ends beyond which it goes on in another way
+    cell of a table               if its slope jumps at knots, or at the ends, beyond which another formula applies
 
-What stands in a branch that is not taken has the state 0. Only what makes the motion has switches: laws, drivers,
-nonholonomic constraints; not signals that are only looked at. abs, min and max of reactions have none: they go on
-without a jump, and at a reaction that is zero but for rounding they would switch at every step.
+In a branch that is not taken the state is 0. Only laws, drivers and nonholonomic constraints have switches; output
+signals have none. abs, min and max of reactions have none either: they are continuous, and a reaction that is zero up
+to rounding would switch at every step.
 
-A record in I, at I[I[SWITCHES] + k]: what it reads, two operands, which events of a table count, number of guards; per
-guard the register of a condition and the truth that it must have.
+A record in I, at I[I[SWITCHES] + k]: the operation, two operands, the relevant events of a table, number of guards; per
+guard the register of a condition and its required truth.
 """
 
 from __future__ import annotations
@@ -41,15 +41,15 @@ TRUTH, VALUE, ORDER, QUOTIENT, CELL = range(5)
 KNOTS, ENDS = 1, 2
 CONDITIONS = ("lt", "le", "eq", "ne", "and", "or", "not")
 COMPARED = ("abs", "min", "max")
-#: of the signature: prime, so that no change of a single switch goes unnoticed
+#: for the signature: prime, so that no change of a single switch remains unnoticed
 PRIME, BASE = 2147483647, 1000003
 
 
 @dataclass(frozen=True)
 class Switch:
-    """A node of an expression that switches, and the conditions (and their truth) under which it matters.
+    """A node of an expression that switches, and the conditions (with their truth) under which it is used.
 
-    ``of_force`` tells that only forces depend on it: accelerations jump there if they do.
+    ``of_force`` is true if only forces depend on it: accelerations then jump with them.
     """
 
     node: Expr
@@ -58,7 +58,7 @@ class Switch:
 
     @property
     def is_corner(self) -> bool:
-        """Whether accelerations go on without a jump, so far as this is known from the node itself."""
+        """Whether accelerations are continuous, as far as the node itself shows this."""
         if self.node.op == "table":
             table, order = self.node.value  # type: ignore[misc]
             closed = table.extrapolation != "periodic" or table.y[0] == table.y[-1]
@@ -67,7 +67,7 @@ class Switch:
 
 
 def find(forces: Iterable[Expr], demands: Iterable[Expr] = ()) -> list[Switch]:
-    """The switches of forces, and of positions and velocities that are demanded."""
+    """The switches of forces, and of prescribed positions and velocities."""
     demands = list(demands)
     demanded = {switch.node for switch in _find(demands)}
     found = _find([*forces, *demands])
@@ -79,12 +79,12 @@ def _find(roots: list[Expr]) -> list[Switch]:
     found = []
 
     def reach(node: Expr, own: dict[tuple[Expr, bool], None]) -> None:
-        # what is reached by several ways matters under the conditions common to all
+        # a node used in several places is used under the conditions common to all of them
         guards[node] = {g: None for g in guards.get(node, own) if g in own}
 
-    for node in reversed(walk(*roots)):  # what uses a node comes before it
+    for node in reversed(walk(*roots)):  # users of a node come before it
         if node not in guards:
-            continue  # it stands below a condition
+            continue  # it is below a condition
         own = guards[node]
         if _switches(node):
             found.append(Switch(node, tuple(own)))
@@ -107,7 +107,7 @@ def law_of(scene: Scene, nodes: Iterable[Expr]) -> Component | None:
 
 
 def within(term: Expr, switches: Iterable[Switch]) -> list[Switch]:
-    """Those of the ``switches`` that occur in a term."""
+    """The ``switches`` in a term."""
     nodes = set(walk(term))
     return [switch for switch in switches if switch.node in nodes]
 
@@ -160,7 +160,7 @@ def _record(switch: Switch, tape: Tape) -> list[int]:
 
 @rare
 def whole(x):
-    """The integer below x; 0 where there is none."""
+    """The largest integer <= x; 0 if x is not finite."""
     return int(floor(x)) if abs(x) < 1e15 else 0
 
 
@@ -186,14 +186,14 @@ def state(k, F, I):
 
 @rare
 def states(F, I, S):
-    """The states of all switches, into S (N_SWITCHES)."""
+    """Write the states of all switches into S (N_SWITCHES)."""
     for k in range(I[N_SWITCHES]):
         S[k] = state(k, F, I)
 
 
 @rare
 def signature(F, I):
-    """One integer for the states of all switches: another one where any of them has changed."""
+    """An integer for the states of all switches, which differs if any of them has changed."""
     found = 0
     for k in range(I[N_SWITCHES]):
         found = (found * BASE + state(k, F, I) % PRIME) % PRIME
@@ -201,7 +201,7 @@ def signature(F, I):
 
 
 def combined(S: Iterable[int]) -> int:
-    """The signature that belongs to states."""
+    """The signature of states."""
     found = 0
     for k in S:
         found = (found * BASE + int(k) % PRIME) % PRIME

@@ -1,7 +1,7 @@
-"""Scene to flat buffers: numbers the coordinates, constraints and frames, and fills the tables that kernels read.
+"""From the Scene to flat buffers: numbering of coordinates, constraints and frames, and the tables that kernels read.
 
-The result is data only; its *structure* (which kinds, which features) is what :mod:`mbdsl.system.emit` turns into
-code. Two scenes of the same structure share their code, whatever their sizes and numbers.
+The result is data only; :mod:`mbdsl.system.emit` converts its *structure* (kinds and features) to code. Two scenes of
+the same structure share their code, whatever their sizes and numbers.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from mbdsl.system.structure import Block, expressions, find_blocks, frame_of, la
 
 @dataclass
 class Tables:
-    """The buffers of a scene, and where to find what in them."""
+    """The buffers of a scene, and the offsets of their content."""
 
     scene: Scene
     blocks: list[Block]
@@ -43,14 +43,14 @@ class Tables:
     I: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
     Z: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, buffer_layout.COLUMNS)))
     size: float = 1.0  #: of the mechanism [m]
-    from_start: bool = False  #: whether the size is that of initial positions, or 1 m for want of any length
+    from_start: bool = False  #: whether the size is that of initial positions, or 1 m because the model has no length
     scale: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     lengths: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, bool))  #: which coordinates are lengths
     pattern: tuple[NDArray[np.int64], NDArray[np.int64]] = (np.empty(0, np.int64), np.empty(0, np.int64))
     multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> its entry in a row of Y
     inputs: dict[str, int] = field(default_factory=dict)  #: name -> offset in F, of inputs that are used
     switches: list[switches.Switch] = field(default_factory=list)
-    values: list[Expr] = field(default_factory=list)  #: laws, drivers, nonholonomic constraints: all but derivatives
+    values: list[Expr] = field(default_factory=list)  #: laws, drivers and nonholonomic constraints, without derivatives
 
     def resize(self, size: float) -> None:
         """Set the size [m] of the mechanism: translations are scaled by it, angles are in radians."""
@@ -95,16 +95,16 @@ class Buffers:
         return offset
 
     def slots(self, rows, columns) -> int:
-        """Ask for entries (r, c) of the iteration matrix; returns where their slots will stand, relative."""
+        """Request entries (r, c) of the iteration matrix; returns the relative offset of their slots."""
         offset = len(self.requests)
         self.requests.extend((r, c) for r in rows for c in columns)
         return offset
 
 
 def build_tables(scene: Scene, general: bool = False, size: float | None = None) -> Tables:
-    """Number and tabulate ``scene``; with ``general``, make room for every kind there is.
+    """Number and tabulate ``scene``; with ``general``, with room for all kinds of elements.
 
-    ``size`` is that of the mechanism [m], which translations are measured in; default: that of the scene.
+    ``size`` is that of the mechanism [m], by which translations are scaled; default: that of the scene.
     """
     bodies = scene.bodies()
     blocks = find_blocks(scene, general)
@@ -137,7 +137,7 @@ def build_tables(scene: Scene, general: bool = False, size: float | None = None)
 
 
 def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
-    """Frames that some joint, force or expression touches: the ground's first, then body by body."""
+    """Frames used by joints, forces or expressions: the ground's first, then body by body."""
     used: dict[str, None] = {}
     for block in blocks:
         if block.role == "body":
@@ -214,7 +214,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     found = [g for b in tables.blocks if b.role == "gamma" for c in b.components for g in c.velocity_constraints]
     nonholonomic.tabulate(found, frames, dofs, n + m, buffers, tape, later)
     moving_frames.tabulate({f: scene.frames[name].motion for name, f in frames.items()}, buffers, tape, later)
-    # Values are complete: what switches in them. What only derivatives are made of switches with them.
+    # Values are complete, and so are their switches; those of derivatives are the same.
     forces = dict.fromkeys(
         x for b in tables.blocks if b.role == "law" for c in b.components for x in law_expressions(c)
     )
@@ -226,7 +226,7 @@ def _fill(tables: Tables, size: float | None) -> None:
 
     requests = np.array(buffers.requests, dtype=np.int64).reshape(-1, 2)
     tables.pattern = (requests[:, 0], requests[:, 1])
-    tables.F = np.array(buffers.F + [0.0] * 72)  # the end is scratch of the tangents
+    tables.F = np.array(buffers.F + [0.0] * 72)  # the end is scratch memory of the tangents
     tables.I = np.array(I, dtype=np.int64)
     tables.Z = Z
 
@@ -247,7 +247,7 @@ def _is_length(root: Expr) -> bool:
 
 
 def _multipliers(tables: Tables) -> dict[tuple[str, int], int]:
-    """(joint, k) -> where its multiplier stands in a row of Y: those of holonomic constraints first."""
+    """(joint, k) -> the entry of its multiplier in a row of Y: those of holonomic constraints first."""
     found = {}
     for c in tables.scene.components.values():
         if isinstance(c.kind, JointKind):
@@ -267,7 +267,7 @@ def gravity(scene: Scene) -> NDArray[np.float64]:
 
 
 def _fill_mass(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None:
-    """What of the mass matrix is constant, its diagonal and what stands beside it, and of the force of gravity."""
+    """The constant part of the mass matrix, diagonal and off-diagonal, and of the force of gravity."""
     I, diagonal, force, couplings, values = buffers.I, list[float](), list[float](), list[int](), list[float]()
     for name, body in tables.models.items():
         diagonal.extend(body.mass())
@@ -292,7 +292,7 @@ def _fill_mass(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None
 
 
 def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None:
-    """The integers of every body, as its model says."""
+    """The integers of every body, from its model."""
     names: dict[str, list[str]] = {}
     for name in tables.frames:
         names.setdefault(tables.scene.frames[name].body, []).append(name)
@@ -316,7 +316,7 @@ def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> No
 
 
 def _fill_tape(buffers: Buffers, tape: Tape, later: list[Callable[[], None]]) -> None:
-    """After the values the gradients, then the program itself and the tables that it reads."""
+    """The gradients after the values, then the program and its tables."""
     I = buffers.I
     values = len(tape.code)
     for fill in later:

@@ -1,4 +1,4 @@
-"""What time alone does to constraints at the level of accelerations: second derivatives of drivers, and Gam_t."""
+"""Partial time derivatives in the constraints at acceleration level: second derivatives of drivers, and Gam_t."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 class Clock:
-    """Where the gradient tape leaves what depends on time: looked up once, for ``m`` and ``p`` constraints."""
+    """The places of time-dependent terms on the gradient tape, for ``m`` and ``p`` constraints."""
 
     def __init__(self, I: NDArray[np.int64], m: int, p: int) -> None:
         self.size, registers = m + p, int(I[buffer_layout.REGISTERS])

@@ -1,8 +1,8 @@
-"""Time events: when switches change that time alone decides on, known before anything moves.
+"""Time events: changes of switches that depend on time alone, which are known in advance.
 
-Expressions are followed through as long as they are piecewise linear in time: between two of its corners such a one
-meets a level where the straight line through two of its points does. There may be infinitely many events (a periodic
-table, mod), so they come one by one.
+They are found for expressions that are piecewise linear in time: between two corners such an expression meets a level
+where the straight line through two of its points does. There may be infinitely many events (a periodic table, mod), so
+that they are generated one by one.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from mbdsl.system.switches import CONDITIONS, ENDS, KNOTS, Switch, table_events
 
 #: levels in ascending order, and the period in which they repeat (None: they do not)
 Levels = tuple[list[float], float | None]
-#: what keeps a piecewise linear function so
+#: operations that keep a function piecewise linear
 LINEAR = ("time", "add", "sub", "neg", "abs", "sign", "min", "max", "floor", "ceil", "select", *CONDITIONS)
-#: events closer than so many units in the last place are one
+#: events closer than this number of units in the last place are one event
 ULPS = 64
 
 
 def time_events(switches: list[Switch], t0: float, t1: float) -> Iterator[float]:
-    """When ``switches`` change within (t0, t1) for what is piecewise linear in time; see ``System.time_events``."""
+    """Times at which ``switches`` change within (t0, t1), for expressions that are piecewise linear in time."""
     sources = dict.fromkeys(node for switch in switches for node in _alone(switch.node))
     return _apart(heapq.merge(*(_seen(node, _events(node, t0, t1), t0, t1) for node in sources)))
 
 
 def _alone(node: Expr) -> Iterator[Expr]:
-    """What depends on time alone in a switch: all of it, or conditions that it is composed of."""
+    """The parts of a switch that depend on time alone: all of it, or conditions that it is composed of."""
     found = leaves(node)
     if found and all(leaf.op == "time" for leaf in found):
         yield node
@@ -42,7 +42,7 @@ def _alone(node: Expr) -> Iterator[Expr]:
 
 
 def _seen(node: Expr, times: Iterator[float], t0: float, t1: float) -> Iterator[float]:
-    """Those at which a condition changes: not every corner of what is compared makes a difference."""
+    """The times at which a condition changes: not all corners of the compared expressions change it."""
     if node.op not in CONDITIONS:
         yield from times
         return
@@ -77,7 +77,7 @@ def _events(node: Expr, t0: float, t1: float) -> Iterator[float]:
 
 
 def _measured(node: Expr) -> tuple[Expr, Levels] | None:
-    """What decides on the state of a node, and the levels at which it does."""
+    """The expressions that determine the state of a node, and their levels."""
     a = node.args
     if node.op in ("lt", "le", "eq", "ne", "min", "max"):
         return a[0] - a[1], ([0.0], None)
@@ -91,7 +91,7 @@ def _measured(node: Expr) -> tuple[Expr, Levels] | None:
 
 
 def _knots(node: Expr) -> Levels:
-    """Where the derivative of a table that a node takes has its events."""
+    """The arguments at which the derivative of a node's table has its events."""
     table, _ = node.value  # type: ignore[misc]
     which = table_events(node)
     inner = list(table.u[1:-1]) if which & KNOTS else []
@@ -126,7 +126,7 @@ def _with_levels(x: Expr, levels: Levels, corners: list[Expr], t0: float, t1: fl
 
 
 def _crossings(x: Expr, levels: Levels, start: float, end: float) -> Iterator[float]:
-    """When x, linear in (start, end), meets a level there."""
+    """The times at which x, linear in (start, end), meets a level."""
     quarter = 0.25 * (end - start)
     ta, tb = start + quarter, end - quarter
     if not start < ta < tb < end:
@@ -138,13 +138,13 @@ def _crossings(x: Expr, levels: Levels, start: float, end: float) -> Iterator[fl
     for level in _between(levels, xa - quarter * slope, xb + quarter * slope):
         t = ta + (level - xa) / slope
         if start < t < end:
-            t -= (_at(x, t) - level) / slope  # what rounding makes of a long interval
+            t -= (_at(x, t) - level) / slope  # rounding errors of a long interval
         if start < t < end:
             yield t
 
 
 def _between(levels: Levels, a: float, b: float) -> Iterator[float]:
-    """The levels on the way from a to b."""
+    """The levels between a and b, in this direction."""
     values, period = levels
     way = 1 if b > a else -1
     if period is None or not values:
