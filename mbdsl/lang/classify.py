@@ -1,4 +1,4 @@
-"""What a declaration declares, told by the name of its type."""
+"""Classification of declarations by the names of their types."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""MBDyn's input files have the same suffix; whoever opens one is told so."""
+"""Recognition of MBDyn's input files, which have the same suffix."""
 
 from __future__ import annotations
 

@@ -365,7 +365,7 @@ class _Builders:
 
 
 class _Indices(list):
-    """Indices, to be told from arguments."""
+    """Indices, distinguished from arguments by their type."""
 
 
 class _Condition:

@@ -62,7 +62,7 @@ def all_held(bodies: Mapping[str, Component], floating: Sequence[Sequence[str]],
     if not floating:
         return
 
-    def told(group: Sequence[str]) -> str:
+    def message(group: Sequence[str]) -> str:
         if len(group) == 1:
             return f"body `{group[0]}` has no path to ground: no joint or force holds it"
         return f"bodies {few(group)} have no path to ground: no joint or force leads from them to `{ground.name}`"
@@ -70,10 +70,10 @@ def all_held(bodies: Mapping[str, Component], floating: Sequence[Sequence[str]],
     first = bodies[floating[0][0]]
     frame = first.name if isinstance(first.kind, BodyKind) and first.kind.is_frame else f"{first.name}.c"
     raise ModelError(
-        told(floating[0]),
+        message(floating[0]),
         first.span,
         f"add a joint or a force; if it is meant to fly:  FreeMotion free({ground.name}, {frame});",
-        tuple((told(group), bodies[group[0]].span) for group in floating[1:4]),
+        tuple((message(group), bodies[group[0]].span) for group in floating[1:4]),
     )
 
 

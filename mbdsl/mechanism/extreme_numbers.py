@@ -42,10 +42,10 @@ def blame_extremes(function: Callable[P, R], scene_of: Callable[..., Scene] | No
         try:
             return function(*args, **named)
         except (ArithmeticError, ValueError, RuntimeWarning) as problem:  # warnings, where they are set to be errors
-            told = _blamed(signature.bind(*args, **named).arguments, problem, scene_of)
-            if told is None:
+            blamed = _blamed(signature.bind(*args, **named).arguments, problem, scene_of)
+            if blamed is None:
                 raise
-            raise told from problem
+            raise blamed from problem
 
     return blaming
 

@@ -1,9 +1,8 @@
-"""The MechanismGraph: bodies are nodes, joints and forces are edges; what can be told without numbers.
+"""The MechanismGraph: bodies are nodes, joints and forces are edges; the structure of a model without its numbers.
 
-Here a model's structure is checked (everything held, nothing joined to itself), counted (loops, Gruebler count) and
-ordered (in which order to place bodies, in which order to eliminate unknowns). It is plain Python on purpose:
-``mbdsl check`` answers in less time than importing networkx takes. :meth:`MechanismGraph.networkx` hands the graph
-over to those who want its algorithms.
+Here the structure is checked (all bodies are held, no joint connects a body to itself), counted (loops, Gruebler count)
+and ordered (placement of bodies, elimination of unknowns). It is plain Python because ``mbdsl check`` takes less time
+than the import of networkx. :meth:`MechanismGraph.networkx` returns the graph for the algorithms of networkx.
 """
 
 from __future__ import annotations
@@ -64,7 +63,7 @@ class Placement(NamedTuple):
 
 
 class SubMechanism(NamedTuple):
-    """Bodies that joints and forces connect without passing through the ground, and their count of freedoms."""
+    """Bodies that joints and forces connect without passing through the ground, and their degrees of freedom."""
 
     bodies: tuple[str, ...]
     coordinates: int

@@ -282,7 +282,8 @@ def _search(
     if floor < search.target / CLEAR or reference.check is None:
         return reference, search
     raise IntegrationError(
-        f"an error of {search.wording(search.target)} cannot be told: references agree to {search.wording(floor)} only",
+        f"an error of {search.wording(search.target)} cannot be resolved: references agree to "
+        f"{search.wording(floor)} only",
         hint=f"{reference}; ask for less, or give --reference FILE",
     )
 

@@ -272,7 +272,7 @@ def test_recommended_by_a_file(tmp_path, exact):
 
 
 def test_what_nobody_can_tell_is_not_recommended(tmp_path):
-    with pytest.raises(IntegrationError, match="cannot be told: references agree"):
+    with pytest.raises(IntegrationError, match="cannot be resolved: references agree"):
         recommend(CRANK, 1e-15, stop=0.02, store=tmp_path, methods=["hht-si2"])
 
 
