@@ -243,7 +243,7 @@ def settle(system: System, t: float, q: Array) -> Equilibrium:
         search.push(directions[:, 0], stiffness)
         pushes += 1
         if pushes == 1 and search.iterations == 0:
-            notes.append("the initial state is an unstable equilibrium; the search starts from a displaced position")
+            notes.append("the start is an unstable equilibrium; the search begins at a displaced position")
     if pushes == PUSHES:
         notes.append(f"the search left {PUSHES} saddle points and ends at another one")
     if stiffness is None:
@@ -287,10 +287,10 @@ def _at_rest(system: System, t: float, q: Array) -> list[str]:
     rates = np.concatenate([system.Phi_t(t, q), system.Gam(t, q, np.zeros(system.n))])
     moving += list(dict.fromkeys(names[k].rsplit(".", 1)[0] for k in np.flatnonzero(rates)))
     if moving:
-        notes.append(f"taken at rest, at t = {t:g} s: {few(moving)}")
+        notes.append(f"velocities set to zero at t = {t:g} s: {few(moving)}")
     if system.p:
         held = list(dict.fromkeys(name.rsplit(".", 1)[0] for name in names[system.m :]))
-        notes.append(f"held as at rest, by forces: what {few(held)} says of velocities")
+        notes.append(f"constraints of velocities hold at rest by their reactions: {few(held)}")
     return notes
 
 

@@ -221,7 +221,7 @@ def test_drivers_are_taken_at_rest():
     e = static(MODELS / "driven_crank.mbd")
     check_balance(e)
     assert e.stability == "held" and e.stable and e.stiffness is None
-    assert e.notes == ["taken at rest, at t = 0 s: drive"]
+    assert e.notes == ["velocities set to zero at t = 0 s: drive"]
     assert e["drive.tau"] == pytest.approx(e.system.Q(0.0, e.q) @ _virtual(e.system, e.q, "crank.phi") * -1.0)
     later = static(MODELS / "driven_crank.mbd", start=0.25)
     assert later["crank.phi"] == pytest.approx(np.deg2rad(30) + np.pi / 2)
@@ -243,7 +243,7 @@ def test_gears_hold():
     check_balance(e)
     assert e["a.phi"] + 3.0 * e["b.phi"] == pytest.approx(0.0, abs=1e-12)
     assert 3.0 * e["a.x"] == pytest.approx(e["b.x"], rel=1e-10)
-    assert e.notes == ["held as at rest, by forces: what c says of velocities"]
+    assert e.notes == ["constraints of velocities hold at rest by their reactions: c"]
 
 
 def test_rolling():
