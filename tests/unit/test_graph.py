@@ -1,5 +1,6 @@
 """The MechanismGraph: checks, counts and orders, on scenes made by hand and at random (networkx as the judge)."""
 
+import sys
 from itertools import combinations
 
 import networkx as nx
@@ -9,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mbdsl.elements import kinds
-from mbdsl.errors import ModelError, Span
+from mbdsl.errors import ModelError, Span, UsageError
 from mbdsl.expressions.symbolic import coordinate
 from mbdsl.lang.load import parse_text
 from mbdsl.mechanism.graph import GROUND, build
@@ -130,6 +131,14 @@ def test_loops_and_parts_agree_with_networkx(pairs):
     judge.remove_node(6)
     assert len(g.sub_mechanisms) == nx.number_connected_components(judge)
     assert g.networkx().number_of_edges() == len(used) + 6
+
+
+def test_only_its_own_graph_needs_networkx(monkeypatch):
+    g = written("Revolute p(ground, a.a); Revolute q(ground, b.a); Revolute r(ground, c.a);")
+    monkeypatch.setitem(sys.modules, "networkx", None)
+    with pytest.raises(UsageError, match="networkx") as caught:
+        g.networkx()
+    assert caught.value.hint == 'pip install "mbdsl[graph]"'
 
 
 def test_rows_of_velocities_count_for_velocities_only():
