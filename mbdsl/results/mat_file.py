@@ -9,6 +9,9 @@ Read by OMPlot, OMEdit, DyMat, BuildingsPy and others. The matrices that these p
 ``data_2``     trajectories: time in row 1, then one row a signal, one column a time
 
 ``meta`` is stored in the constants ``mbdsl.KEY``: numbers as values, texts in the description.
+
+``scipy.io.savemat`` writes the same bytes, but the texts and tables have to be laid out for it as well: it would save
+some 20 lines, and its import adds 0.25 s to the 0.55 s of a short run.
 """
 
 from __future__ import annotations
