@@ -49,6 +49,7 @@ KIND = BodyKind(
     check=check,
     derive=derive,
     coordinates=("x", "y", "phi"),
+    size="length",
     frames=ends,
     com=lambda v: v["com"],
     table=lambda v: (v["m"], v["m"], v["I"]),

@@ -19,6 +19,8 @@ KIND = JointKind(
     ),
     reactions=wrench("-(lam[1]*(frame_b.x - frame_a.x)/s)", "-(lam[1]*(frame_b.y - frame_a.y)/s)"),
     table=lambda v: (v["length"],),
+    along=("s", "length"),
+    size="length",
 )
 
 

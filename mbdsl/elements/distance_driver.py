@@ -19,6 +19,7 @@ KIND = JointKind(
     ),
     reactions=distance_joint.KIND.reactions,
     driver="s",
+    along=("s",),
 )
 
 

@@ -175,6 +175,7 @@ KIND = BodyKind(
         "damping": zero("zeta", "alpha", "beta"),
     },
     coordinates=("x", "y", "phi"),
+    size="length",
     coordinates_of=coordinates,
     frames=body.ends,
     table=rigid,

@@ -81,6 +81,7 @@ class Kind:
     signals: tuple[Signal, ...] = ()
     energy: str = ""
     coordinates: tuple[str, ...] = ()  #: names of the generalised coordinates, of bodies
+    size: str = ""  #: the parameter that is a length of its components, from which the mechanism's size follows
     rows: int = 0  #: scalar coordinates g(z) of two frames, of joints and forces
     #: values (with defaults; of laws only: None or not) -> error text or None: what the declarations cannot say
     check: Callable[[Mapping], str | None] = lambda values: None
@@ -124,6 +125,9 @@ class BodyKind(Kind):
     bare component name stands for where ``is_frame``. ``frames(values)`` gives the other frames that every such
     component has, as {name: (x, y, phi)} in the body's own axes from its reference point; the parameter ``frames``
     adds the user's. ``com(values)`` is the centre of mass from the same reference point.
+
+    The file of a kind with coordinates names the kernels of its bodies (see :mod:`mbdsl.bodies.contract`) as
+    ``motion``: a module, or a function of the values, with all that it may give in ``MOTIONS``.
     """
 
     frames: Callable[[Mapping], dict[str, tuple[float, float, float]]] = lambda values: {}
@@ -168,6 +172,11 @@ class JointKind(PairKind):
     #: None where a joint leaves more open than one coordinate, or can be met in several ways
     pose: Callable | None = None
     free: str = ""
+    #: for a first placing of bodies: the names of signals or parameters that are the angle of frame_b relative to
+    #: frame_a, and its position along the x axis of frame_a; the first of them that has a value counts. A driver whose
+    #: ``driver`` is among them drives that of every joint between the same frames
+    angle: tuple[str, ...] = ()
+    along: tuple[str, ...] = ()
 
     @cached_property
     def formulas(self) -> Mapping[str, str]:

@@ -26,6 +26,8 @@ KIND = JointKind(
     check=friction.check,
     derive=friction.derive,
     effects=friction.EFFECTS,
+    angle=("phi",),
+    along=("s",),
 )
 
 

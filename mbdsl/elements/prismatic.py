@@ -38,6 +38,8 @@ KIND = JointKind(
     table=lambda v: (v["phi0"],),
     pose=lambda v, s: (s, 0.0, v["phi0"]),
     free="s",
+    angle=("phi0",),
+    along=("s",),
 )
 
 

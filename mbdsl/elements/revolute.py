@@ -30,6 +30,7 @@ KIND = JointKind(
     effects=friction.EFFECTS,
     pose=lambda v, s: (0.0, 0.0, s),
     free="phi",
+    angle=("phi",),
 )
 
 

@@ -15,6 +15,7 @@ KIND = BodyKind(
     signals=body.SIGNALS,
     derive=lambda v: {"I": v["m"] * v["length"] ** 2 / 12},
     coordinates=("x", "y", "phi"),
+    size="length",
     frames=body.ends,
     table=lambda v: (v["m"], v["m"], v["I"]),
 )

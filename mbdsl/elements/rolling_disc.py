@@ -27,6 +27,8 @@ KIND = JointKind(
         "-(radius*lam[2])",
     ),
     table=lambda v: (v["radius"],),
+    angle=("phi",),
+    along=("s",),
 )
 
 

@@ -16,6 +16,7 @@ KIND = JointKind(
     signals=revolute.KIND.signals,
     reactions=wrench(tau="-lam[1]"),
     driver="phi",
+    angle=("phi",),
 )
 
 

@@ -16,6 +16,7 @@ KIND = JointKind(
     signals=prismatic.KIND.signals,
     reactions=wrench("-(cos(frame_a.phi)*lam[1])", "-(sin(frame_a.phi)*lam[1])"),
     driver="s",
+    along=("s",),
 )
 
 

@@ -1,4 +1,7 @@
-"""Initial placement of bodies, from the ground outwards: at initial values, else as the joints require."""
+"""Initial placement of bodies, from the ground outwards: at initial values, else as the joints require.
+
+A joint's kind declares the signals and parameters that place a body by it as ``angle`` and ``along``.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from math import atan2, cos, hypot, sin
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.bodies.contract import POSITIONS
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import Expr, expr
 from mbdsl.mechanism.graph import MechanismGraph
@@ -33,7 +37,7 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
         x, y, phi = 0.0, 0.0, 0.0
         if placement.joint is not None:
             x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, drivers)
-        values_said = [said.get(scene.signal_of(body, key)) for key in ("x", "y", "phi")]
+        values_said = [said.get(scene.signal_of(body, key)) for key in POSITIONS]
         cx, cy, angle = values_said
         if placement.joint is not None and angle is None and cx is not None and cy is not None:
             values_said[2] = _aimed(system, placement.joint, body.name, pose, cx, cy)
@@ -71,20 +75,21 @@ def _ground_pose(system: System, name: str, t: float) -> tuple[float, float, flo
 
 
 def _drivers(system: System, t: float) -> dict[tuple[str, str, str], float]:
-    """(frame_a, frame_b, driven coordinate) -> its value at time t."""
+    """(frame_a, frame_b, "angle" or "along") -> its value at time t."""
     nowhere = np.zeros((1, system.n))
     found = {}
     for c in system.scene.components.values():
         if isinstance(c.kind, JointKind) and c.kind.driver:
             law = [expr(c.values[c.kind.driver])]
             u = float(values(system, law, np.array([t]), nowhere, nowhere)[0][0])
-            found[(c.ports["frame_a"], c.ports["frame_b"], c.kind.driver)] = u
+            role = "angle" if c.kind.driver in c.kind.angle else "along"
+            found[(c.ports["frame_a"], c.ports["frame_b"], role)] = u
     return found
 
 
 def _driven(system: System, joint: str, drivers: dict[tuple[str, str, str], float]) -> bool:
     ports = system.scene.components[joint].ports
-    return (ports["frame_a"], ports["frame_b"], "phi") in drivers
+    return (ports["frame_a"], ports["frame_b"], "angle") in drivers
 
 
 def _ends(system: System, joint: str, body: str) -> tuple[Component, bool, str, str]:
@@ -108,13 +113,14 @@ def _by_joint(system, joint, body, pose, said, drivers, angle=None) -> tuple[flo
     component, forward, other, own = _ends(system, joint, body)
     base = pose[other]
 
-    def known(key: str, otherwise: float = 0.0) -> float:
-        driven = drivers.get((component.ports["frame_a"], component.ports["frame_b"], key))
-        value = said.get(system.scene.signal_of(component, key), driven)
-        return otherwise if value is None else value
+    def known(role: str) -> float:
+        names = getattr(component.kind, role)
+        found = [said.get(system.scene.signal_of(component, name)) for name in names]
+        found.append(drivers.get((component.ports["frame_a"], component.ports["frame_b"], role)))
+        found += [component.values.get(name) for name in names]
+        return next((float(value) for value in found if value is not None), 0.0)
 
-    relative = known("phi", float(component.values.get("phi0") or 0.0))
-    along = known("s", float(component.values.get("length") or 0.0) if component.kind.name == "Distance" else 0.0)
+    relative, along = known("angle"), known("along")
     sx, sy, phi0 = _frame_pose(system, own)
     turn = relative if forward else -relative
     phi = angle if angle is not None else base[2] + turn - phi0

@@ -200,7 +200,7 @@ def _fill(tables: Tables, size: float | None) -> None:
 
     g = gravity(scene)
     _fill_mass(tables, buffers, g)
-    lengths += [float(c.values["length"]) for c in scene.components.values() if c.values.get("length")]
+    lengths += [float(c.values[c.kind.size]) for c in scene.components.values() if c.values.get(c.kind.size)]
     size = size or max(lengths, default=0.0) or _extent(scene, Z[:ground])
     tables.from_start = not size
     tables.resize(size or max((abs(x.value) for x in scene.initial if _is_length(x.target)), default=0.0) or 1.0)

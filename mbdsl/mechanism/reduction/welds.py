@@ -155,6 +155,6 @@ def _sum(root: Component, members: list[tuple[Component, Pose]]) -> Component:
     mass = sum(p[0] for p in parts)
     x, y = (sum(p[0] * p[k] for p in parts) / mass if mass > 0.0 else parts[0][k] for k in (1, 2))
     inertia = sum(I + m * ((cx - x) ** 2 + (cy - y) ** 2) for m, cx, cy, I in parts)
-    values = {"m": mass, "I": inertia, "length": root.values.get("length"), "com": (x, y), "frames": ()}
+    values = {"m": mass, "I": inertia, "length": root.values.get(root.kind.size), "com": (x, y), "frames": ()}
     # its coordinates are those of the common centre of mass, which no signal stands for
     return replace(root, kind=kinds()["Body"], values=values, signals=("phi", "w"))
