@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.bodies.contract import POSITIONS, Pose
-from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr, coordinate, is_velocity_level, leaves
@@ -52,7 +51,7 @@ class Moving:
     def __init__(self, system: System, t: float, q: Array, v: Array, a: Array) -> None:
         self.system, self.scale = system, system.tables.scale
         self.path = lambda s: (t + s, q + s * v + s * s / 2.0 * a, v + s * a)
-        self.bends = [name for name, body in system.tables.models.items() if not isinstance(body, Rigid)]
+        self.bends = [name for name, body in system.tables.models.items() if body.deforms]
         self.targets, self.turned = self._coordinates(t, q, v)
         speed = float(np.abs(v * self.scale).max(initial=0.0))
         #: rate of change of the bases [1/s]

@@ -47,6 +47,8 @@ class CableBody:
     Turns are counted from the angle ``turn`` of end a; kernels have theirs in F at ``counter``.
     """
 
+    deforms = True
+
     def __init__(self, component: Described) -> None:
         v = component.values
         self.length, self.elements = float(v["length"]), int(v["elements"])

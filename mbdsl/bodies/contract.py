@@ -1,12 +1,25 @@
-"""The contract of a body's model: coordinates, mass matrix, and frames that move with it, for single states.
+"""The contract of a body kind: a module of kernels, and beside it a model with arrays.
 
-A module of kernels (:mod:`mbdsl.bodies.rigid_body_kernels`, ...) moves the frames in compiled code. Its model, of the
-class that it names as ``MODEL``, computes the same with arrays and fills the tables that these kernels read.
+The kernels (:mod:`mbdsl.bodies.rigid_body_kernels`, ...) are what emitted code calls. They move the body's frames,
+collect the forces on them and fill its part of the iteration matrix. ``kernels`` lists them with their parameters; the
+first is always the offset in I of the block's header. The module also has
+
+``MASS``    0: the mass matrix is diagonal and constant; 1: constant; 2: it depends on q
+``MODEL``   the name of the module whose ``MODEL`` is the class of the model
+
+The model computes the same for single states, and fills the tables that the kernels read; :class:`Body` says what it
+has. An element of the language names the kernels of its bodies as ``motion`` (see ``mbdsl/elements/body.py``).
+
+``model_class`` checks all of this where a kind of body is met first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import importlib
+import inspect
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from types import ModuleType
 from typing import Any, Protocol
 
 import numpy as np
@@ -29,10 +42,46 @@ class Described(Protocol):
     def values(self) -> Mapping[str, Any]: ...
 
 
+def kernels(mass: int) -> dict[str, str]:
+    """Kernel -> its parameters, of bodies whose ``MASS`` is ``mass``.
+
+    All read I and write nothing but what is named here; wrenches are in columns of Z, coordinates in rows of Y.
+    """
+    F = "F, " if mass else ""
+    found = {
+        "move": "block, Y, Z, F, I",  # Z: pose and rate of every frame; its wrenches are set to zero
+        "collect": f"block, Y, Z, {F}I",  # Y[FP] += B^T F of every frame's wrench F
+        "collect_with_mu": f"block, Y, Z, {F}I",  # the same, and Y[GD] from the wrenches of mu
+        "collect_past": f"block, Y, Z, {F}I",  # Y[GP] += B^T F from those of psi, at the pose of the step's start
+        "jacobians": "block, Y, Z, F, I",  # F: B = dz/dq and (B v)_q of every frame
+    }
+    if mass > 0:
+        found["forces"] = "block, Y, F, I"  # Y[FP] += elastic and damping forces, and those quadratic in velocities
+        found["inertia"] = "block, task, row, target, Y, F, I"  # Y[target] += (M - its diagonal) Y[row], or M^{-1}
+        found["tangents"] = "block, cM, cK, cD, cA, Y, F, I, A"  # A: the derivatives of both
+    if mass > 1:
+        found["carry_over"] = "block, Y, F, I"  # what M of the start of the step adds
+    return found
+
+
+def optional_kernels(mass: int) -> dict[str, str]:
+    """Those that a body may have: without ``stiffness``, B is constant; without ``keep``, there is nothing to keep."""
+    F = "F, " if mass else ""
+    return {
+        "stiffness": f"block, cK, Z, {F}I, A",  # A += cK (-d(B^T F)/dq) at the wrenches F
+        "keep": "block, F, I",  # F: what ``collect_past`` reads of the start of the step
+    }
+
+
 class Body(Protocol):
-    """What a model of a body can tell; n is the number of its generalised coordinates."""
+    """What a model of a body has; n is the number of its generalised coordinates.
+
+    ``turned`` is for bodies with a ``counter`` only; all else is required.
+    """
 
     n: int
+    #: whether it changes its shape: its coordinates are more than a pose, and results have them as ``q[k]``, ``dq[k]``
+    deforms: bool
     #: if q does not contain turns: the reference angle for counting them, and its offset in F for kernels; else -1
     turn: float
     counter: int
@@ -72,7 +121,7 @@ class Body(Protocol):
 
     def turned(self, turn: float, q: Array, v: Array, t: Array | None = None) -> Array:
         """The reference angle (N,) for counting turns, in states q, v (N, n) at times t (N,): in the first state the
-        one closest to ``turn``. For bodies with a ``counter`` only."""
+        one closest to ``turn``."""
 
     def rigid(self, q: Array) -> Array:
         """Directions (n, 3) of its motions as a rigid body in the shape that it has at q (n,)."""
@@ -82,3 +131,60 @@ class Body(Protocol):
 
     def bend(self, q: Array) -> Array:
         """The largest rotation (N,) [rad] that its theory takes for small; zeros where it takes none so."""
+
+
+@cache
+def model_class(module: ModuleType) -> type:
+    """The class of the models that belong to a module of kernels.
+
+    Parameters
+    ----------
+    module : module
+        Kernels of a body kind.
+
+    Raises
+    ------
+    TypeError
+        If kernels or model are not as the contract says; the message lists all that is wrong.
+    """
+    wrong = list(_wrong_kernels(module))
+    found: Any = None
+    if isinstance(name := getattr(module, "MODEL", None), str):
+        found = getattr(importlib.import_module(name), "MODEL", None)
+        wrong += _wrong_model(found) if isinstance(found, type) else [f"{name} has no class MODEL"]
+    else:
+        wrong.append("MODEL is missing: the name of the module of its model")
+    if wrong:
+        raise TypeError(f"{module.__name__} breaks the contract in {__name__}: {'; '.join(wrong)}")
+    return found
+
+
+def _wrong_kernels(module: ModuleType) -> Iterator[str]:
+    mass = getattr(module, "MASS", None)
+    if mass not in (0, 1, 2):
+        yield f"MASS is {mass}, expected 0, 1 or 2"
+        return
+    for name, parameters in (kernels(mass) | optional_kernels(mass)).items():
+        kernel = getattr(module, name, None)
+        if kernel is None:
+            if name not in optional_kernels(mass):
+                yield f"the kernel {name}({parameters}) is missing"
+        elif not hasattr(kernel, "__mbdsl_kernel__"):
+            yield f"{name} is not marked as a kernel"
+        elif (has := ", ".join(inspect.signature(kernel).parameters)) != parameters:
+            yield f"the kernel {name} takes ({has}), expected ({parameters})"
+
+
+def _wrong_model(model: type) -> Iterator[str]:
+    if not isinstance(getattr(model, "deforms", None), bool):
+        yield f"{model.__name__}.deforms is missing: True or False"
+    for name, wanted in vars(Body).items():
+        if name.startswith("_") or not inspect.isfunction(wanted):
+            continue
+        method = getattr(model, name, None)
+        parameters = ", ".join(inspect.signature(wanted).parameters)
+        if method is None:
+            if name != "turned":
+                yield f"{model.__name__} has no method {name}({parameters})"
+        elif (has := ", ".join(inspect.signature(method).parameters)) != parameters:
+            yield f"{model.__name__}.{name} takes ({has}), expected ({parameters})"

@@ -29,6 +29,7 @@ J = turned(np.pi / 2).round()
 class FloatingBody:
     """A flexible beam with coordinates x, y of its floating frame's origin, its angle, and k elastic ones."""
 
+    deforms = True
     turn, counter = 0.0, -1
 
     def __init__(self, component: Described) -> None:
@@ -182,9 +183,6 @@ class FloatingBody:
 
     def placed(self, pose: Pose) -> tuple[Array, Array]:
         return np.concatenate([pose, np.zeros(self.k)]), np.eye(self.n, 3)
-
-    def turned(self, turn: float, q: Array, v: Array, t: Array | None = None) -> Array:
-        raise NotImplementedError
 
     def rigid(self, q: Array) -> Array:
         return np.eye(self.n, 3)

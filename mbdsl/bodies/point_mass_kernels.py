@@ -4,6 +4,7 @@ from mbdsl.compilation.buffer_layout import FP, FRAMES, GD, GP, MU_WRENCH, PAST_
 from mbdsl.compilation.marks import kernel
 
 MASS = 0  #: the mass matrix is diagonal and constant
+MODEL = "mbdsl.bodies.rigid_body"
 
 
 @kernel
@@ -53,7 +54,3 @@ def jacobians(block, Y, Z, F, I):
             for j in range(12):
                 F[k + j] = 0.0
             F[k], F[k + 3] = 1.0, 1.0
-
-
-#: B is constant, so a force adds no stiffness of its own
-stiffness = None

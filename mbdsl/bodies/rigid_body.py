@@ -12,6 +12,7 @@ from mbdsl.bodies.contract import POSITIONS, VELOCITIES, Array, Described, Pose
 class Rigid:
     """A rigid body by x, y of its centre of mass and, unless it is a point mass, its angle."""
 
+    deforms = False
     turn, counter = 0.0, -1
 
     def __init__(self, component: Described) -> None:
@@ -74,9 +75,6 @@ class Rigid:
     def placed(self, pose: Pose) -> tuple[Array, Array]:
         return np.array(pose)[: self.n], np.eye(self.n, 3)
 
-    def turned(self, turn: float, q: Array, v: Array, t: Array | None = None) -> Array:
-        raise NotImplementedError
-
     def rigid(self, q: Array) -> Array:
         return np.eye(self.n, 3)
 
@@ -85,3 +83,6 @@ class Rigid:
 
     def bend(self, q: Array) -> Array:
         return np.zeros(len(q))
+
+
+MODEL = Rigid

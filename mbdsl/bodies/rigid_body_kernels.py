@@ -29,6 +29,7 @@ from mbdsl.compilation.buffer_layout import (
 from mbdsl.compilation.marks import kernel
 
 MASS = 0  #: the mass matrix is diagonal and constant
+MODEL = "mbdsl.bodies.rigid_body"
 
 
 @kernel

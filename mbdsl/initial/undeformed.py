@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.bodies.contract import POSITIONS, Body
-from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.system.system import DENSE_LIMIT, System
 
 if TYPE_CHECKING:
@@ -62,7 +61,7 @@ class Undeformed:
         start, scale, keep = list[float](), list[float](), list[int]()
         for name, model in tables.models.items():
             d, first = tables.coordinates[name], len(start)
-            if isinstance(model, Rigid):
+            if not model.deforms:
                 start.extend(q[d : d + model.n])
                 scale.extend(tables.scale[d : d + model.n])
                 keep.extend(range(d, d + model.n))

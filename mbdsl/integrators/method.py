@@ -66,6 +66,10 @@ class Method:
     ``begin``, ``own_reactions`` if it yields multipliers, and says what ``needs`` to be installed. Where its order
     varies, ``order`` is the highest. ``searches`` says that its steps end in all ``Problem.zones`` and are searched for
     peaks of laws that depend on the state (``System.on_the_way``).
+
+    ``relative_step`` is the length of a step, relative to one of hht-si2, from which the errors fall with the order;
+    verification takes its steps from it. ``diverges`` completes the message of a constrained model for which Newton's
+    iteration diverges.
     """
 
     name: str
@@ -92,6 +96,8 @@ class Method:
     needs: str = ""
     searches: bool = False
     family: str = ""  #: of methods whose errors may agree with each other; empty: the method is one of its own
+    relative_step: float = 1.0
+    diverges: str = ""
     rows: int = 0  #: rows of Y that are the method's own, behind the common ones
     acceleration_row: int = X  #: X or X2: differences of that over steps are those of accelerations
     node: Callable[[Array], float] = lambda c: 1.0  #: when in a step that acceleration is, in parts of the step

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from mbdsl.bodies.contract import LARGEST_BEND
-from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import IntegrationError
@@ -116,7 +115,7 @@ def _indefinite(integration: Integration) -> str | None:
         d = tables.coordinates[name]
         for row in (buffer_layout.Q0, buffer_layout.Q):
             q = Y[row, d : d + body.n]
-            if not isinstance(body, Rigid) and np.isfinite(q).all() and not np.linalg.eigvalsh(body.M(q))[0] > 0.0:
+            if body.deforms and np.isfinite(q).all() and not np.linalg.eigvalsh(body.M(q))[0] > 0.0:
                 return name
     return None
 
@@ -202,11 +201,9 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         loop_state.TOO_SMALL: "a jump of forces, or more digits than rounding leaves, as near a singular pose: "
         "try a larger tolerance",
     }[status]
-    if status == loop_state.DIVERGED and integration.method == "hht-add" and system.m:
-        hint += (
-            "; hht-add does not pass all singular poses: its iteration diverges where a singular value of Phi_q falls "
-            "by more than half within a step; hht-si2 or hht-i3 may pass"
-        )
+    special = declared(integration.method).diverges
+    if status == loop_state.DIVERGED and system.m and special:
+        hint += f"; {special}"
     law = _broken_law(integration) if status == loop_state.NOT_FINITE else None
     if status == loop_state.SLIDING:
         law = law_of(system.scene, [switch.node for switch in integration.events.changing])

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.bodies.contract import LARGEST_BEND
-from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.compilation import code_cache
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import coordinate
@@ -152,7 +151,7 @@ class Motion:
             (p, p.system.tables.coordinates[name], body)
             for p in self.parts
             for name, body in p.system.tables.models.items()
-            if not isinstance(body, Rigid)
+            if body.deforms
         ]
         self.known = np.zeros(len(names), bool)
         self._rows = []

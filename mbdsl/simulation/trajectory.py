@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.expressions.symbolic import Expr, const, coordinate, leaves
@@ -131,7 +130,7 @@ class Trajectory:
     @cached_property
     def _flexible(self) -> list[str]:
         """Bodies that deform."""
-        return [name for name, body in self.system.tables.models.items() if not isinstance(body, Rigid)]
+        return [name for name, body in self.system.tables.models.items() if body.deforms]
 
     @cached_property
     def _computed(self) -> dict[str, str]:

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbdsl.bodies.rigid_body import Rigid
 from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.initial.undeformed import Undeformed
 from mbdsl.numerics.saddle_point import Array, dense, null_space, row_size
@@ -61,7 +60,7 @@ class _Held:
         """Rows that hold the shapes of the other bodies."""
         rows = []
         for name, body in self.tables.models.items() if static else ():
-            if name not in static and not isinstance(body, Rigid):
+            if name not in static and body.deforms:
                 d = self.tables.coordinates[name]
                 own = slice(d, d + body.n)
                 scale = self.tables.scale[own]

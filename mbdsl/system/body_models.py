@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
 from types import ModuleType
 
-from mbdsl.bodies.contract import Body, Pose
-from mbdsl.bodies.rigid_body import Rigid
+from mbdsl.bodies.contract import Body, Pose, model_class
 from mbdsl.elements import modules
 from mbdsl.elements.kind import BodyKind
 from mbdsl.mechanism.scene import Component
@@ -15,7 +13,9 @@ from mbdsl.mechanism.scene import Component
 def motion_module(component: Component) -> ModuleType:
     """The module whose kernels move a body's frames; for kinds with several it depends on the values."""
     found = modules()[component.kind.name].motion
-    return found(component.values) if callable(found) else found
+    found = found(component.values) if callable(found) else found
+    model_class(found)  # keeps the contract
+    return found
 
 
 def motion_modules(module: ModuleType) -> list[ModuleType]:
@@ -25,10 +25,7 @@ def motion_modules(module: ModuleType) -> list[ModuleType]:
 
 def model(component: Component) -> Body:
     """The model of a body with coordinates."""
-    where = getattr(motion_module(component), "MODEL", None)
-    if where is None:
-        return Rigid(component)
-    return importlib.import_module(where).MODEL(component)
+    return model_class(motion_module(component))(component)
 
 
 def body_pose(component: Component, frame) -> Pose:

@@ -110,7 +110,7 @@ def tangent_lines(blocks: list[Block], has_tape: bool) -> list[Line]:
         lines.append(Line("springs", "loops.spring_tangents(F.size - 72, cK, cD, C, F, I, A)"))
     if "law" in roles:
         lines.append(Line("laws", "loops.law_tangents(F.size - 72, cK, cD, cL, C, F, I, A)"))
-    curved = [(h, b) for h, b in bodies if b.module.stiffness is not None]
+    curved = [(h, b) for h, b in bodies if hasattr(b.module, "stiffness")]
     lines += [Line("bodies", f"{b.name}.stiffness({h}, cK, Z, {_F(b)}I, A)") for h, b in curved]
     flexible = [(h, b) for h, b in bodies if b.module.MASS]
     return lines + [Line("flexibility", f"{b.name}.tangents({h}, cM, cK, cD, cA, Y, F, I, A)") for h, b in flexible]

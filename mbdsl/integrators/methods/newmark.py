@@ -93,6 +93,7 @@ METHOD = Method(
     begin=begin,
     damping_weight=lambda c: c[1],
     steps=("fixed", "controlled"),
+    relative_step=0.5,
 )
 
 

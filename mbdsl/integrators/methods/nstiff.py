@@ -62,6 +62,7 @@ METHOD = Method(
     coefficients=lambda options: (*BDF2, 0.0),
     begin=begin,
     steps=("fixed", "controlled"),
+    relative_step=0.5,
 )
 
 

@@ -75,6 +75,7 @@ METHOD = Method(
     sets=2,
     matrices=3,
     steps=("fixed", "controlled"),
+    relative_step=0.5,
 )
 
 

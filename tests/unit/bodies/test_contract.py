@@ -1,0 +1,93 @@
+"""Bodies keep their contract, and what breaks it is told in full where the body is met first."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from mbdsl.bodies import ancf_cable_kernels, floating_beam_kernels, point_mass_kernels, rigid_body_kernels
+from mbdsl.bodies.contract import model_class
+from mbdsl.bodies.rigid_body import Rigid
+from mbdsl.compilation.marks import kernel
+from mbdsl.elements import modules
+from mbdsl.elements.kind import BodyKind
+from mbdsl.system import body_models
+
+ALL = (ancf_cable_kernels, floating_beam_kernels, point_mass_kernels, rigid_body_kernels)
+
+
+def changed(module, **changes):
+    """A module with these changes; what becomes None is missing."""
+    return SimpleNamespace(**{k: v for k, v in (vars(module) | changes).items() if v is not None and k[:2] != "__"},
+                           __name__="broken_kernels")  # fmt: skip
+
+
+def reason(module):
+    # a namespace has no hash, as the cache wants it
+    with pytest.raises(TypeError) as caught:
+        model_class.__wrapped__(module)
+    head, _, reasons = str(caught.value).partition(": ")
+    assert head == "broken_kernels breaks the contract in mbdsl.bodies.contract"
+    return reasons.split("; ")
+
+
+def test_all_bodies_keep_it():
+    kinds = [module for module in modules().values() if isinstance(module.KIND, BodyKind) and module.KIND.coordinates]
+    used = {kernels for module in kinds for kernels in body_models.motion_modules(module)}
+    assert used == set(ALL)
+    assert [model_class(kernels).deforms for kernels in ALL] == [True, True, False, False]
+
+
+def test_kernels_that_break_it():
+    @kernel
+    def move(block, Y, Z):
+        pass
+
+    def collect_past(block, Y, Z, I):
+        pass
+
+    assert reason(changed(rigid_body_kernels, move=move, collect=None, collect_past=collect_past)) == [
+        "the kernel move takes (block, Y, Z), expected (block, Y, Z, F, I)",
+        "the kernel collect(block, Y, Z, I) is missing",
+        "collect_past is not marked as a kernel",
+    ]
+    assert reason(changed(rigid_body_kernels, MASS=3, MODEL=None)) == [
+        "MASS is 3, expected 0, 1 or 2",
+        "MODEL is missing: the name of the module of its model",
+    ]
+    # as a body that deforms it needs more: kernels of its own, and the float tables in others
+    reasons = reason(changed(rigid_body_kernels, MASS=2))
+    assert "the kernel inertia(block, task, row, target, Y, F, I) is missing" in reasons
+    assert "the kernel carry_over(block, Y, F, I) is missing" in reasons
+    assert "the kernel stiffness takes (block, cK, Z, I, A), expected (block, cK, Z, F, I, A)" in reasons
+    # optional
+    assert model_class.__wrapped__(changed(rigid_body_kernels, stiffness=None)) is Rigid
+
+
+def test_models_that_break_it(monkeypatch):
+    assert reason(changed(rigid_body_kernels, MODEL="mbdsl.bodies.beam_stations")) == [
+        "mbdsl.bodies.beam_stations has no class MODEL"
+    ]
+    monkeypatch.delattr(Rigid, "deforms")
+    monkeypatch.delattr(Rigid, "bend")
+    monkeypatch.setattr(Rigid, "weight", lambda self, gravity: gravity)
+    assert reason(changed(rigid_body_kernels)) == [
+        "Rigid.deforms is missing: True or False",
+        "Rigid.weight takes (self, gravity), expected (self, g)",
+        "Rigid has no method bend(self, q)",
+    ]
+
+
+def test_a_scene_meets_it(monkeypatch):
+    """Before anything is compiled of it."""
+    monkeypatch.delattr(rigid_body_kernels, "collect")
+    model_class.cache_clear()
+    from mbdsl.lang.load import parse_text
+    from mbdsl.mechanism import graph
+    from mbdsl.system import build
+
+    scene = parse_text("model M Body b(m = 1, I = 1); Ground g; FreeMotion f(g, b.c); end M;")
+    try:
+        with pytest.raises(TypeError, match=r"the kernel collect\(block, Y, Z, I\) is missing"):
+            build(scene, graph.build(scene))
+    finally:
+        model_class.cache_clear()
