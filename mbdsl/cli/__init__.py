@@ -1,8 +1,9 @@
 """The command line. Each command is a module of this package; the modules are discovered.
 
 A command module has ``register(subparsers)``, which adds its parser and returns it, and ``run(args)``, which does
-the work and returns the exit code. Modules whose names begin with an underscore are shared helpers. Packages that load
-slowly are imported inside ``run``, so that ``mbdsl --help`` responds immediately.
+the work and returns the exit code. It may have ``add_options(parser)`` for options that load slowly; this function is
+called if the command is run, but not for its help. Modules whose names begin with an underscore are shared helpers.
+Packages that load slowly are imported inside ``run``, so that ``mbdsl --help`` responds immediately.
 """
 
 from __future__ import annotations
@@ -58,7 +59,8 @@ def commands() -> dict[str, ModuleType]:
     return dict(sorted(found.items()))
 
 
-def make_parser() -> Parser:
+def make_parser(running: str = "") -> Parser:
+    """The parser of all commands, with all options of the one that is to be run."""
     parser = Parser(
         prog="mbdsl",
         description="Declarative multibody dynamics: models as text, simulated as differential-algebraic equations.",
@@ -70,8 +72,10 @@ def make_parser() -> Parser:
     debug = {"action": "store_true", "default": argparse.SUPPRESS, "help": "show a traceback of errors"}
     parser.add_argument("--debug", **debug)  # type: ignore[arg-type]
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", dest="command", required=True)
-    for module in commands().values():
+    for name, module in commands().items():
         subparser = module.register(subparsers)
+        if name == running and hasattr(module, "add_options"):
+            module.add_options(subparser)
         subparser.add_argument("--debug", **debug)
         subparser.set_defaults(run=module.run)
     return parser
@@ -108,11 +112,11 @@ def _answer(argv: list[str]) -> int:
 
 
 def _run(argv: list[str]) -> int:
-    parser = make_parser()
     if not argv:
-        parser.print_help()
+        make_parser().print_help()
         return 0
     _check_command(argv[0])
+    parser = make_parser("" if {"-h", "--help"} & set(argv) else argv[0])
     try:
         args = parser.parse_args(_with_values(argv))
     except SystemExit as stop:  # --help and --version have been answered

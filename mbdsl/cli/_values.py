@@ -69,6 +69,11 @@ def assignment(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
+def named_number(name: str) -> Callable[[str], tuple[str, str]]:
+    """X as ``assignment`` reads NAME=X, after a look whether X is a number."""
+    return lambda text: (name, f"{number(text)!r}")
+
+
 def numbers(assignments: list[tuple[str, str]]) -> dict[str, float]:
     """Numbers by name, from results of ``assignment``.
 

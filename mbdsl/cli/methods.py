@@ -14,9 +14,9 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
-    from mbdsl.cli.simulate import OPTIONS
-    from mbdsl.integrators import available, problems
+    from mbdsl.integrators import available, compiled, problems
 
+    own = compiled()
     width = max(map(len, available())) + 2
     for name, method in available().items():
         enforces = " and ".join(method.enforces) or "nothing"
@@ -24,7 +24,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"    {method.doc}")
         for option, o in method.parameters.items():
             default = "" if o.default is None else f" {o.default:g}"
-            flag = f"--{option}" if option in OPTIONS else f"--option {option}="
+            flag = f"--{option}" if name in own else f"--option {option}="
             print(f"    {flag}{default}  ({o.lower:.4g} to {o.upper:.4g})  {o.doc}")
         print(f"    {' and '.join(method.steps)} steps")
         if method.needs:

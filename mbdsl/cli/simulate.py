@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from mbdsl.simulation.trajectory import Trajectory
     from mbdsl.studies.verify import Verification
 
-OPTIONS = ("alpha", "gamma", "beta", "b", "rho")
-
 
 def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
@@ -38,17 +36,13 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     values.add_model(parser)
     parser.add_argument("--method", metavar="NAME", help="integrator; default: the model's, else hht-si2")
-    for option in OPTIONS:
-        parser.add_argument(
-            f"--{option}", metavar="X", type=values.number, help="method parameter, see `mbdsl methods`"
-        )
     parser.add_argument(
         "--option",
         metavar="NAME=X",
         type=values.assignment,
         action="append",
         default=[],
-        help="parameter of a third-party integrator, repeatable",
+        help="parameter of the method, repeatable; `mbdsl methods` lists them, most as --NAME X",
     )
     parser.add_argument("--force", action="store_true", help="allow parameters known to fail on constrained models")
     parser.add_argument(
@@ -118,14 +112,23 @@ def register(subparsers) -> argparse.ArgumentParser:
     return parser
 
 
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The parameters of compiled methods, as options of the same name."""
+    from mbdsl.integrators import compiled
+
+    for name in sorted({name for method in compiled().values() for name in method.parameters}):
+        parser.add_argument(
+            f"--{name}", metavar="X", dest="option", action="append", type=values.named_number(name), default=[]
+        )
+
+
 def run(args: argparse.Namespace, resumed: bool = False) -> int:
     output = args.output or f"{Path(args.model).stem}.csv"
     outputs = [output, args.stats, args.checkpoint]
     output_files.check(outputs, [args.model])
     results.format_of(output)
 
-    options = {name: getattr(args, name) for name in OPTIONS if getattr(args, name) is not None}
-    options.update(values.numbers(args.option))
+    options = values.numbers(args.option)
     begun = perf_counter()
     scene = values.load_model(args)
     output_files.check(outputs, scene.files)

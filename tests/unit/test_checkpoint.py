@@ -72,9 +72,12 @@ def part(call, *args, **given):
     return caught.value.trajectory
 
 
-@pytest.mark.parametrize("size", [{"step": 1e-3}, {"tol": 1e-4}], ids=["step", "tol"])
-@pytest.mark.parametrize("method", compiled())
-def test_stopped_and_resumed(model, method, size):
+SIZES = {"fixed": {"step": 1e-3}, "controlled": {"tol": 1e-4}}
+
+
+@pytest.mark.parametrize(("method", "steps"), [(name, kind) for name in compiled() for kind in compiled()[name].steps])
+def test_stopped_and_resumed(model, method, steps):
+    size = SIZES[steps]
     whole = simulate(model, method=method, **size)
     copies = []
     first = part(simulate, model, method=method, **size, progress=Until(2), checkpoint=Checkpoint("run.cp", every=0.0))

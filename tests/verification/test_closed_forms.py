@@ -17,10 +17,15 @@ from scipy.special import ellipj, ellipk
 import mbdsl
 from mbdsl import Builder
 
-METHODS = ["hht-i3", "nstiff", "nstiff-si2", "hht-add", "hht-si2"]  #: those of second order
 STEPS = [2.0**-k for k in range(7, 11)]
 LOW, HIGH = 1.9, 2.1
 G = 9.81
+
+
+@pytest.fixture
+def method(second_order):
+    """Each method of second order of the paper, unless a test says otherwise."""
+    return second_order
 
 
 def ends(scene, method, stop, steps=STEPS, **more):
@@ -45,7 +50,6 @@ def test_elliptic_functions_give_the_published_rows(reference):
         assert pendulum(float(row["t"])) == pytest.approx(published, abs=1e-13)
 
 
-@pytest.mark.parametrize("method", METHODS)
 def test_pendulum(model, order, method):
     found = [mbdsl.simulate(model("pendulum"), method=method, step=h, stop=2.0, interval=0.125) for h in STEPS]
     for key, exact in zip(("x", "y", "vx", "vy"), pendulum(found[0].t), strict=True):
@@ -98,7 +102,6 @@ def test_driven_crank_is_a_matter_of_kinematics(model, h):
         assert np.abs(found[name] - value).max() < 1e-12 * max(1.0, np.abs(value).max()), name
 
 
-@pytest.mark.parametrize("method", METHODS)
 def test_driven_crank(model, order, method):
     """As a differential-algebraic equation, which only the general computation takes it for."""
     driven = model("driven_crank")
@@ -131,7 +134,6 @@ def oscillator(t, s1, m=2.0, k=200.0, c=4.0, s0=0.5):
     return s + x, -d * x + e * w * (B * np.cos(w * t) - A * np.sin(w * t))
 
 
-@pytest.mark.parametrize("method", METHODS)
 def test_spring_mass_damper(model, order, method):
     found = [mbdsl.simulate(model("spring_mass"), method=method, step=h, stop=2.0, interval=0.125) for h in STEPS]
     s, v = oscillator(found[0].t, 0.7)
@@ -142,7 +144,6 @@ def test_spring_mass_damper(model, order, method):
     assert found[-1]["spring.force"] == pytest.approx(200 * (s - 0.5) + 4 * v, rel=1e-12, abs=bound)
 
 
-@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("h", [0.1, 0.013])
 def test_free_flight_is_exact(method, h):
     """Accelerations are constant: the formulas for q and v are exact, at any step, up to rounding of the steps."""
@@ -161,7 +162,6 @@ def test_free_flight_is_exact(method, h):
     assert found["stone.ay"] == pytest.approx(np.full(len(t), -G), rel=1e-13)
 
 
-@pytest.mark.parametrize("method", METHODS)
 def test_follower_force(order, method):
     """A force F fixed in a body that spins at w: velocity F/(m w) (sin wt, 1 - cos wt), a cycloid."""
     b = Builder("Follower")
@@ -182,7 +182,6 @@ def test_follower_force(order, method):
         assert LOW < order(STEPS, [abs(f[name][-1] - value) for f in found]) < HIGH, name
 
 
-@pytest.mark.parametrize("method", METHODS)
 def test_double_pendulum_of_distances(order, method):
     """Two point masses on massless links against DOP853 on the two angles (textbook equations)."""
     b = Builder("DoublePendulum")
@@ -314,7 +313,6 @@ def test_bushing_and_springs():
     assert one["body.x"] == pytest.approx(0.1 * np.exp(-d * t) * (np.cos(w * t) + d / w * np.sin(w * t)), abs=1e-5)
 
 
-@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("angle", "mirror"), [(0.7, 1), (2.9, 1), (0.0, -1), (-1.3, -1)])
 def test_turned_and_mirrored_worlds(method, angle, mirror):
     """A mechanism in a turned (or mirrored) world moves as the turned (or mirrored) mechanism.

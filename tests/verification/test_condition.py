@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 import mbdsl
 from mbdsl.initial.consistent import initial_state
-from mbdsl.integrators import modules
+from mbdsl.integrators import compiled, modules
 from mbdsl.integrators.loop import linear_solve, loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
@@ -20,9 +20,9 @@ from mbdsl.system import build
 
 EPS = np.finfo(float).eps
 STEPS = [10.0**-k for k in range(2, 9)]
-INDEX3 = ("newmark", "hht-i3", "nstiff")
+INDEX3 = [name for name, method in compiled().items() if method.index == 3]
 #: the powers of h by which the constraint rows of A[0] and A[1] are scaled (A[1] is the projection of positions)
-POWERS = {**dict.fromkeys(INDEX3, (2,)), **dict.fromkeys(("nstiff-si2", "hht-add", "hht-si2"), (1, 2))}
+POWERS = {name: (2,) if name in INDEX3 else (1, 2) for name in compiled()}
 PHI, W = np.deg2rad(40), 6.0  #: the crank's angle and angular velocity at the start: everything moves
 
 

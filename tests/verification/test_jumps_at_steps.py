@@ -36,18 +36,13 @@ def motion(stop):
     return np.array([s, v])
 
 
-@pytest.mark.parametrize(
-    "method",
-    ["newmark", "hht-i3", "generalized-alpha-i3", "nstiff", "hht-si2", "nstiff-si2", "generalized-alpha", "hht-add"]
-    + ["radau5"],
-)
-def test_order_is_kept(method):
+def test_order_is_kept(any_method):
     """Jumps are at ends of steps, where 3 times 0.1 is not quite 0.3, and 120 times 2.5e-3 something else again."""
     errors = []
     for h in (5e-3, 2.5e-3):
-        run = mbdsl.simulate(mbdsl.parse(MODEL), method=method, stop=1.0, step=h, interval=0.1)
+        run = mbdsl.simulate(mbdsl.parse(MODEL), method=any_method, stop=1.0, step=h, interval=0.1)
         errors.append(np.abs(np.array([run["guide.s"], run["guide.v"]])[:, -1] - motion(1.0)).max())
-    order = declared(method).order
+    order = declared(any_method).order
     assert errors[1] < 1e-12 or np.log2(errors[0] / errors[1]) > order - 0.15
     # across, nothing moves: reactions are what pushes, on either side of the jump
     assert np.abs(run["guide.fy"][[2, 4]]) == pytest.approx([1.0, 6.0], abs=1e-6)

@@ -92,8 +92,11 @@ class Step:
                 Y[buffer_layout.X, :n] = Y[buffer_layout.X2, :n] = 0.0
             else:  # v at the end of the step is zero
                 Y[buffer_layout.V1] = 0.0
-                self.residual()
-                Y[buffer_layout.V0, :n] = -Y[buffer_layout.V, :n] / (4 / 3 if name.startswith("nstiff") else 1)
+                ends = []
+                for Y[buffer_layout.V0, :n] in (0.0, 1.0):
+                    self.residual()
+                    ends.append(Y[buffer_layout.V, :n].copy())
+                Y[buffer_layout.V0, :n] = ends[0] / (ends[0] - ends[1])
         if any(c.friction is not None for c in scene.components.values()):
             for row in (buffer_layout.X, buffer_layout.X2):  # far from where a normal force changes its sign
                 Y[row, n:] += 1e5
