@@ -11,6 +11,6 @@ KIND = JointKind(
     "VelocityConstraint",
     doc="An expression of velocities that remains zero, such as the ratio of a gear. It has no frames.",
     ports=(),
-    parameters=(Parameter("gamma", "", doc="an expression that remains zero, of any unit", law=True),),
+    parameters=(Parameter("gamma", "", doc="an expression of velocities that remains zero, of any unit", law=True),),
     velocity_rows=("gamma",),
 )

@@ -201,7 +201,7 @@ def number(x: float | None) -> str:
 def page(results: dict[tuple, dict], limit: float) -> str:
     """docs/claims.md."""
     names = {name for name, *_ in results}
-    kinds = [judge.TRUE, judge.PESSIMISTIC, judge.STOPPED, judge.UNFURTHER, judge.LATE, judge.LIE]
+    kinds = [judge.TRUE, judge.PESSIMISTIC, judge.STOPPED, judge.UNKNOWN, judge.LATE, judge.LIE]
 
     def counts(title: str, key) -> list[str]:
         rows: dict[str, Counter] = {}
