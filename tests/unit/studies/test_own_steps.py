@@ -1,6 +1,6 @@
 """What studies measure where steps end, and which steps those are."""
 
-import json
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -8,13 +8,12 @@ import pytest
 
 import mbdsl
 from mbdsl.errors import UsageError
-from mbdsl.studies import workers
 from mbdsl.studies.cases import Case, setting
 from mbdsl.studies.convergence import convergence
 from mbdsl.studies.drift import drift
 from mbdsl.studies.energy import energy
 from mbdsl.studies.runtime import runtime
-from mbdsl.studies.store import Store, key_of
+from mbdsl.studies.store import key_of
 from mbdsl.studies.survey import rows_of
 from mbdsl.studies.work_precision import work_precision
 
@@ -61,11 +60,12 @@ def test_what_takes_nothing_is_run_again_when_the_budget_is_spent(given):
     assert row.own is not row.trajectory and len(row.own.t) > 101
 
 
-def test_a_case_goes_to_another_process_as_it_is(given):
+def test_a_case_goes_to_another_process_as_it_is():
     of = setting(CRANK, 0.5)
     case = Case("hht-si2", tol=1e-3, options=(("alpha", -0.1),), ends=True)
-    job = json.loads(json.dumps(workers._job(of, Store(given["store"]), case, "key", 1.0)))
-    assert workers._case(job["case"]) == case
+    there, at_home = pickle.loads(pickle.dumps((of, case))), (of, case)
+    assert there[1] == case and there[0].scene == of.scene
+    assert key_of(*there) == key_of(*at_home)
 
 
 def test_what_could_not_be_run_again_is_told(given, monkeypatch):
