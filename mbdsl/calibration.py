@@ -30,6 +30,7 @@ from mbdsl.integrators import declared, state
 from mbdsl.integrators.run import LONGEST
 from mbdsl.motion import Kept, Motion, Plan
 from mbdsl.tolerance import rounding
+from mbdsl.undecided_contacts import undecided
 
 Array = NDArray[np.float64]
 
@@ -63,11 +64,16 @@ FINER, SETTLED, MOST_NUMBERS = (4, 32), 0.1, 5e7
 TOGETHER = 1e-3
 
 
+#: reason for a horizon
+CONTACT = "the path comes so close to a condition of a law that its error decides whether the condition changes"
+
+
 @dataclass
 class Trial:
     """A calibration run with tolerance ``eps``: q, v (N, n) at the times t (N,) that it reached.
 
     ``difference`` (N,): largest difference from the run before, up to each time. ``claim`` (N,): the error estimate.
+    ``contacts`` (N,): the effect of contacts that the error leaves undecided, included in the claim.
     """
 
     eps: float
@@ -79,6 +85,7 @@ class Trial:
     kept: Kept
     difference: Array = field(default_factory=lambda: np.empty(0))
     claim: Array = field(default_factory=lambda: np.empty(0))
+    contacts: Array = field(default_factory=lambda: np.empty(0))
 
     @property
     def done(self) -> bool:
@@ -184,6 +191,18 @@ class _Ladder:
         if p:  # two runs may agree by chance: the error should not fall much faster than eps
             former = before.difference[:n] / (self.trials[-2].eps / before.eps - 1.0) / ratio
             last.claim = np.clip(former, last.claim, self.chance * last.claim)
+        last.contacts = self._undecided(last, before, speed)
+        last.claim = np.maximum(last.claim, last.contacts)
+
+    def _undecided(self, last: Trial, before: Trial, speed: float) -> Array:
+        """The effect (N,) of contacts that the runs leave undecided, up to each time."""
+        effect = np.zeros(len(last.t))
+        present, former = last.kept.integrations, before.kept.integrations
+        for p, run, other in zip(self.motion.parts, present, former, strict=True):
+            for x in undecided(run, other, p.initial.redundant, speed, self.span):
+                later = last.t >= x.time
+                effect[later] = np.maximum(effect[later], x.effect)
+        return effect
 
     def _observed(self, last: Trial) -> float | None:
         """The order p of errors C eps^p from the last three runs, within bounds; None if they do not determine it."""
@@ -212,14 +231,16 @@ class _Ladder:
         enough = AIM * tol
         if self.reason and last.eps <= enough:
             return None
+        # a contact that another run decides otherwise changes the motion once; what follows converges again
+        decided = all(x.contacts[-1] <= tol for x in trials[-3:] if len(x.contacts))
         three = len(trials) > 3 and all(x.done for x in trials[-3:])
-        if three and last.differs > FALLS * trials[-3].differs and trials[-2].eps < enough:
+        if decided and three and last.differs > FALLS * trials[-3].differs and trials[-2].eps < enough:
             self.reason = "runs with shorter steps do not converge"
             if last.differs < SATURATED:
                 return None
         if self.reason:
             eps = enough if last.eps < 16.0 * enough else 8.0 * enough
-        elif last.differs > SATURATED:
+        elif last.differs > SATURATED or not decided:
             eps = last.eps / NEXT
         else:
             p = self._observed_last() or 1.0
@@ -381,6 +402,8 @@ class _Ladder:
             return status, Found(float(claim[-1]))
         kept = np.flatnonzero(~(claim <= self.tol))[0]
         horizon = float(best.t[max(0, kept - 1)])
+        if best.contacts[kept] > self.tol:
+            self.reason = CONTACT
         if not self.reason and self.growth is not None:
             self.reason = self._of_rounding()
         error = float(claim[-1]) if np.isfinite(claim[-1]) else None

@@ -27,6 +27,7 @@ from mbdsl.integrators.options import check_options
 from mbdsl.system import System
 
 if TYPE_CHECKING:
+    from mbdsl.system.close_approaches import Approach
     from mbdsl.system.unseen import Zone
 
 Array = NDArray[np.float64]
@@ -71,6 +72,8 @@ class Problem:
     counts : collections.Counter
         To be filled in: "steps", "rejected", "iterations" (of Newton's method), "matrix_evaluations",
         "factorisations", "evaluations" (of the equations), "events" (jumps met).
+    approaches : list of Approach
+        To be filled in: where a condition almost changes (:mod:`mbdsl.system.close_approaches`).
     """
 
     system: System
@@ -89,6 +92,7 @@ class Problem:
     zones: Iterable[Zone] = ()
     longest: float = np.inf
     counts: Counter[str] = field(default_factory=Counter)
+    approaches: list[Approach] = field(default_factory=list)
 
     def tolerances(self) -> tuple[Array, Array]:
         """What ``tol`` means for each coordinate and each velocity (n,), absolutely.
@@ -137,6 +141,7 @@ class External:
         self.time = start
         self.reason, self.hint = "", ""
         self.cause: Exception | None = None
+        self.approaches: list[Approach] = []
         self._counts: Counter[str] = Counter()
         system.kernels(self._backend.METHOD.sets)
 
@@ -157,6 +162,7 @@ class External:
         zones = self.system.time_zones(*span, longest=span[1] - span[0])
         given = {**self._given, "breaks": Kept(self.system.time_events(*span)), "zones": zones}
         problem = Problem(self.system, q=q, v=v, a=a, lam=lam, left_out=left_out, counts=self._counts, **given)
+        self.approaches = problem.approaches
         self._q, self._v, self._lam = q, v, lam
         for name, body in self.system.tables.models.items():
             self.system.set_turn(name, body.turn)

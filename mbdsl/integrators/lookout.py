@@ -32,12 +32,16 @@ from mbdsl.integrators.state import (
     ZONE,
     ZONES,
 )
+from mbdsl.system.close_approaches import Approach
 from mbdsl.system.switches import within
 
 if TYPE_CHECKING:
     from mbdsl.integrators.run import Integration
     from mbdsl.system.switches import Switch
     from mbdsl.system.unseen import Zone
+
+#: t (N,), q and v (N, n), lam (N, m + p)
+States = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 #: longest controlled step, relative to the run
 LONGEST = 0.02
@@ -60,8 +64,9 @@ class Landings:
         self._run = run
         self._zones: Iterator[Zone] = iter(())
         self._pending: list[tuple[float, float]] = []
-        self._looks = run.system.on_the_way
-        if self._looks.terms:
+        self._looks, self._approaches = run.system.on_the_way, run.system.close_approaches
+        run.approaches, run.approaching = [], np.zeros((5, len(self._approaches.arguments)))
+        if self._looks.terms or self._approaches.arguments:
             width = 1 + run.system.n + run.system.unknowns
             run.J[NOTES] = batch = max(16, min(BATCH, NUMBERS // width))
             run.K = np.concatenate([run.K, np.zeros(batch * width)])
@@ -76,6 +81,7 @@ class Landings:
     def rejoin(self) -> None:
         """Restore the zones that the compiled loop does not hold, after the run was restored from a checkpoint."""
         run, self._pending = self._run, []
+        run.approaches = [Approach(*x) for x in run.approaches]
         held = {tuple(zone) for zone in run.K[ZONE : ZONE + 2 * run.J[ZONES]].reshape(-1, 2).tolist()}
         every = run.system.time_zones(run.start, run.stop, LONGEST * (run.stop - run.start)) if held else ()
         self._zones = (zone for zone in every if (zone.start, zone.end) not in held)
@@ -111,7 +117,8 @@ class Landings:
             run.J[NOTED] = 0
             status = call(min(steps, batch))
             rows = run.K[K_SIZE:].reshape(run.J[NOTES], -1)[: run.J[NOTED]]
-            zones = self._unseen(np.vstack([first, rows]))
+            states = self._states(np.vstack([first, rows]))
+            zones = self._unseen(states)
             if zones:
                 _restore(run, before)
                 if zones[0].start - self._from > PLACE * (run.stop - run.start):
@@ -126,6 +133,7 @@ class Landings:
                 self.insert(zones)
                 status = RUNNING
                 continue
+            self._note_approaches(states)
             if changing := self._chattering(rows):
                 run.events.blame(changing)
                 return SLIDING
@@ -148,13 +156,27 @@ class Landings:
         changes = (states[1:] != states[:-1]).sum(axis=0)
         return [x for x, count in zip(run.system.tables.switches, changes, strict=True) if count > OFTEN * len(rows)]
 
-    def _unseen(self, rows: np.ndarray) -> list[Zone]:
-        if len(rows) < 2:
+    def _states(self, rows: np.ndarray) -> States:
+        """The columns of the records."""
+        n = self._run.system.n
+        return rows[:, 0], rows[:, 1 : 1 + n], rows[:, 1 + n : 1 + 2 * n], rows[:, 1 + 2 * n :]
+
+    @property
+    def _inputs(self) -> dict[str, float]:
+        run = self._run
+        return {name: float(run.F[at]) for name, at in run.system.tables.inputs.items()}
+
+    def _unseen(self, states: States) -> list[Zone]:
+        run = self._run
+        if len(states[0]) < 2 or not self._looks.terms:
             return []
-        run, n = self._run, self._run.system.n
-        inputs = {name: float(run.F[at]) for name, at in run.system.tables.inputs.items()}
-        t, q, v, lam = rows[:, 0], rows[:, 1 : 1 + n], rows[:, 1 + n : 1 + 2 * n], rows[:, 1 + 2 * n :]
-        return self._looks.first(t, q, v, lam, inputs, float(run.K[LEAST_H]), run.seen)
+        return self._looks.first(*states, self._inputs, float(run.K[LEAST_H]), run.seen)
+
+    def _note_approaches(self, states: States) -> None:
+        run = self._run
+        if len(states[0]) > 1 and self._approaches.arguments:
+            run.synchronise()
+            self._approaches.add(run.approaches, run.approaching, states[:3], self._inputs)
 
 
 BUFFERS = ("c", "K", "J", "Y", "Z", "C", "F", "I", "A", "P")

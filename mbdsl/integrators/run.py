@@ -24,6 +24,7 @@ from mbdsl.integrators.starting import applied, check_stiffness, first_step, nor
 from mbdsl.integrators.step_loop import compiled, controls_locally, loop_name
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.close_approaches import Approach
 
 Array = NDArray[np.float64]
 
@@ -67,7 +68,9 @@ class Integration:
     def __post_init__(self) -> None:
         self.overlooked: Overlooked | None = None
         self.missed: list[float] = []
+        self.approaches: list[Approach] = []
         self._rates: tuple | None = None
+        self.approaching = np.zeros((5, 0))  # see Approaches.add
         self._prepare()
         self._load()
 

@@ -31,6 +31,7 @@ from mbdsl.system.tables import Tables, build_tables
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+    from mbdsl.system.close_approaches import Approaches
     from mbdsl.system.on_the_way import OnTheWay
     from mbdsl.system.unseen import Kept, Zone
 
@@ -391,6 +392,13 @@ class System:
         from mbdsl.system.on_the_way import OnTheWay
 
         return OnTheWay(self)
+
+    @cached_property
+    def close_approaches(self) -> Approaches:
+        """The search for conditions that a motion almost changes."""
+        from mbdsl.system.close_approaches import Approaches
+
+        return Approaches(self)
 
     def elimination_order(self) -> NDArray[np.int64]:
         """The order, from the graph, in which coordinates and constraints are eliminated (n + m + p,): new -> old."""

@@ -19,7 +19,7 @@ class Sine:
         self.plan = Plan("hht-si2", 1.0, 0.0, 1.0, T[1:], {}, tol=TOL)
         self.system = SimpleNamespace(tables=SimpleNamespace(scale=np.ones(1)))
         self.fails, self.steps, self.trial_steps, self.failed = fails, steps, 0, 0
-        self.error, self.status, self.tried = error, status, []
+        self.error, self.status, self.tried, self.parts = error, status, [], ()
 
     def restart(self, plan):
         self.eps = plan.tol
@@ -37,10 +37,10 @@ class Sine:
         return t, np.sin(t)[:, None] + off, np.cos(t)[:, None] + off
 
     def keep(self):
-        return self.eps
+        return SimpleNamespace(eps=self.eps, integrations=())
 
     def recall(self, kept):
-        self.eps = kept
+        self.eps = kept.eps
 
     def bent(self):
         return False

@@ -181,6 +181,8 @@ class _Peaks:
         self._last = self._from = -np.inf
         self._tries = 0
         self._seen = np.zeros(len(problem.system.on_the_way.terms))
+        self._approaches, self._found = problem.system.close_approaches, problem.approaches
+        self._approaching = np.zeros((5, len(self._approaches.arguments)))
         counted = any(body.counter >= 0 for body in problem.system.tables.models.values())
         #: most steps that are searched together; 1 where turns are counted, because the last accepted state is needed
         self.most = 1 if counted or not len(self._seen) else TOGETHER
@@ -219,6 +221,9 @@ class _Peaks:
                     law = law_of(self._system.scene, [found[0].term])
                     raise IntegrationError(UNSEEN, None if law is None else law.span, hint=UNSEEN_HINT)
         self._ahead = [zone for zone in self._ahead if zone.start > states[last][0]]
+        if last and self._approaches.arguments:
+            t, q, v = (np.array(x) for x in zip(*states[: last + 1], strict=True))
+            self._approaches.add(self._found, self._approaching, (t, q, v), self._inputs)
         return last
 
 

@@ -3,7 +3,6 @@
 SUBSET = [
     ("Pulse10us", "--tol", "scipy-lsoda", 1e-06),
     ("Graze", "--tol", "hht-si2", 0.0001),
-    ("GrazeFaint", "--tol", "hht-si2", 0.0001),
     ("GrazeMissed", "--tol", "hht-si2", 0.0001),
     ("GrazeDriven", "--tol", "hht-si2", 0.0001),
     ("GrazeStep", "--tol", "hht-si2", 0.0001),
@@ -98,13 +97,16 @@ SUBSET = [
     ("BushingPulse", "--tol", "hht-si2", 0.0001),
     ("TablePeak", "--tol", "radau5", 1e-06),
     ("Delayed", "--tol", "radau5", 1e-06),
-    ("Graze", "--tol", "radau5", 0.001),
 ]
 
-#: rates are large for a short time, at a periapsis, in a contact, at a jump: these are not to be taken for sensitive
+#: rates are large for a short time, at a periapsis, in a contact, at a jump: these are not to be taken for sensitive;
+#: of contacts by less than the error of the first runs, which the following runs decide
 REACHED = [
     ("Orbit", "--tol", "hht-si2", 0.0001),
     ("OrbitClose", "--tol", "radau5", 1e-05),
     ("Bounce1e4", "--tol", "hht-si2", 0.0001),
     ("VanDerPol100", "--tol", "hht-si2", 0.0001),
+    ("Graze", "--tol", "radau5", 0.001),
+    ("GrazeFaint", "--tol", "radau5", 0.001),
+    ("GrazeFaint", "--tol", "hht-si2", 0.001),
 ]

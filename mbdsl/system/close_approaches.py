@@ -1,0 +1,167 @@
+"""Close approaches: where the argument of a condition almost changes its sign along a run, or barely changes it.
+
+A stop acts where g = s + gap is below zero. A path that turns back shortly before g = 0 does not touch the stop, one
+that would turn back shortly behind it does; a small error of the path decides. Each approach of the path is recorded
+with its distance d from zero at the turning point: d > 0 where it turns back before zero, d < 0 where it would have
+turned back that far behind zero, were there no change. Two runs with different errors show how accurate d is
+(:mod:`mbdsl.undecided_contacts`).
+
+Between the ends of steps g is the cubic through its values and rates. Recorded are conditions on positions and time;
+the rate of those on velocities needs accelerations, which the records of steps do not hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.errors import InitialisationError
+from mbdsl.lang.expressions import TIME, Expr, der, diff, leaves, walk
+from mbdsl.system.accelerations import accelerations
+from mbdsl.system.signals import gradients, values
+
+if TYPE_CHECKING:
+    from mbdsl.system.system import System
+
+Array = NDArray[np.float64]
+
+#: distance, relative to the largest value of the argument, above which an approach is not close
+CLOSE = 0.05
+#: most approaches that are kept, the closest ones, and most numbers in them
+MOST, NUMBERS = 1000, 200_000
+COMPARISONS, CORNERS = ("lt", "le"), ("min", "max")
+NO_RATE = ("multiplier", "input")
+
+
+class Approach(NamedTuple):
+    """An approach of argument number ``number`` at time ``t`` [s] from a ``side`` (1: the argument is positive), with
+    its distance d, the second time derivative of the argument, away from zero, and the interpolation error of d;
+    ``state``: q and v at that time."""
+
+    number: int
+    t: float
+    side: float
+    d: float
+    curvature: float
+    error: float
+    state: list[float]
+
+
+def arguments(system: System) -> list[Expr]:
+    """The arguments whose signs decide on the forces: differences of compared positions."""
+    found: dict[Expr, None] = {}
+    for switch in system.tables.switches:
+        compared = [n for n in walk(switch.node) if n.op in COMPARISONS]
+        compared += [switch.node] if switch.node.op in (*CORNERS, "abs", "sign") else []
+        for node in compared:
+            g = node.args[0] - node.args[1] if len(node.args) == 2 else node.args[0]
+            variables = leaves(g)
+            if all(x.op not in NO_RATE for x in variables) and _of_positions(variables):
+                found[g] = None
+    return list(found)
+
+
+def _of_positions(variables: list[Expr]) -> bool:
+    keys = [x.value[1] for x in variables if x.op == "coordinate"]  # type: ignore[index]
+    return bool(keys) and all(key in ("x", "y", "phi") for key in keys)
+
+
+class Approaches:
+    """Finds the approaches in the recorded steps of a run.
+
+    Parameters
+    ----------
+    system : System
+    """
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.arguments = arguments(system)
+        self._roots = [*self.arguments, *map(der, self.arguments)]
+        self._most = max(16, min(MOST, NUMBERS // max(1, system.n)))
+
+    def add(
+        self, found: list[Approach], past: Array, rows: tuple[Array, Array, Array], inputs: Mapping[str, float]
+    ) -> None:
+        """Add the close approaches within successive steps to ``found``.
+
+        Parameters
+        ----------
+        found : list of Approach
+        past : (5, k)
+            Of each of k arguments, what the next call needs: its value, its first, second and third derivative at the
+            end of the last step, and the largest value so far.
+        rows : t (N,), q (N, n), v (N, n)
+            The states at the ends of steps; the first is the start of the first step.
+        inputs : values of inputs by name
+        """
+        t, q, v = rows
+        given = {name: np.full(len(t), value) for name, value in inputs.items()}
+        known = np.array(values(self.system, self._roots, t, q, v, inputs=given))
+        count, h = len(self.arguments), np.diff(t)
+        with np.errstate(all="ignore"):
+            for k, (y, rate) in enumerate(zip(known[:count], known[count:], strict=True)):
+                dy, r0, r1 = np.diff(y), h * rate[:-1], h * rate[1:]
+                c2, c3 = 3.0 * dy - 2.0 * r0 - r1, r0 + r1 - 2.0 * dy
+                bend, third = (2.0 * c2 + 6.0 * c3) / h**2, 6.0 * c3 / h**3  # at the ends of steps
+                change = np.abs(np.diff(third, prepend=past[3, k]))
+                error = h**3 / 384.0 * np.minimum(change, np.append(change[1:], np.inf))
+                value, slope = np.append(past[0, k], y[:-1]), np.append(past[1, k], rate[:-1])
+                bends, jerks = (np.concatenate([[z, z], x[:-1]]) for z, x in ((past[2, k], bend), (past[3, k], third)))
+                past[:, k] = y[-1], rate[-1], bend[-1], third[-1], max(past[4, k], float(np.abs(y).max()))
+                reach = CLOSE * past[4, k]
+                # turning points within steps that do not cross
+                side = np.where(y[:-1] != 0.0, np.sign(y[:-1]), np.sign(r0))
+                x, turns = _minimum(side * r0, side * c2, side * c3)
+                d = side * (y[:-1] + x * (r0 + x * (c2 + x * c3)))
+                for i in np.flatnonzero(turns & (side * y[1:] >= 0.0) & (np.abs(d) <= reach)).tolist():
+                    at, dq, a, b = x[i], q[i + 1] - q[i], h[i] * v[i], h[i] * v[i + 1]
+                    c, e = 3.0 * dq - 2.0 * a - b, a + b - 2.0 * dq
+                    state = [*q[i] + at * (a + at * (c + at * e)), *(a + at * (2.0 * c + at * 3.0 * e)) / h[i]]
+                    curvature = abs(2.0 * c2[i] + 6.0 * at * c3[i]) / h[i] ** 2
+                    found.append(_approach(k, t[i] + at * h[i], side[i], d[i], curvature, error[i], state))
+                # crossings from one row to the next, from the last row of the former call on
+                side = np.sign(value)
+                slope, bends = side * slope, side * bends
+                d = side * value - slope**2 / (2.0 * bends)
+                crosses = (side * y < 0.0) & (slope < 0.0) & (bends > 0.0) & (np.abs(d) <= reach)
+                for i in np.flatnonzero(crosses).tolist():
+                    j = max(i - 1, 0)
+                    curvature = side[i] * self._second(k, t[j], q[j], v[j]) if i else bends[i]
+                    if curvature > 0.0:
+                        rest = -slope[i] / curvature  # the time to the turning point
+                        d_i, off = side[i] * value[i] + 0.5 * slope[i] * rest, abs(jerks[i]) * rest**3 / 6.0
+                        found.append(_approach(k, t[j], side[i], d_i, curvature, off, [*q[j], *v[j]]))
+        if len(found) > 2 * self._most:
+            found.sort(key=lambda x: abs(x.d) / past[4, x.number])
+            del found[self._most :]
+            found.sort(key=lambda x: x.t)
+
+    def _second(self, number: int, t: float, q: Array, v: Array) -> float:
+        """The second time derivative of an argument at a state; 0 where there are no accelerations."""
+        try:
+            a, _ = accelerations(self.system, t, q, v)
+        except InitialisationError:
+            return 0.0
+        rate = self._roots[len(self.arguments) + number]
+        _, by_q, by_v = gradients(self.system, [rate], t, q, v)
+        (by_t,) = diff(rate, TIME)
+        explicit = values(self.system, [by_t], np.array([t]), q[None], v[None])[0][0]
+        return float((by_q @ v)[0] + (by_v @ a)[0] + explicit)
+
+
+def _approach(number: int, t: float, side: float, d: float, curvature: float, error: float, state: list) -> Approach:
+    return Approach(number, float(t), float(side), float(d), float(curvature), float(error), list(map(float, state)))
+
+
+def _minimum(c1: Array, c2: Array, c3: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Where within 0 <= x < 1 c1 x + c2 x^2 + c3 x^3 has a minimum, and whether it has one."""
+    with np.errstate(all="ignore"):
+        root = np.sqrt(np.maximum(c2 * c2 - 3.0 * c1 * c3, 0.0))
+        # of the two stationary points the one with a positive second derivative
+        x = np.where(c2 + root != 0.0, -c1 / (c2 + root), np.nan)
+    turns = (c2 * c2 > 3.0 * c1 * c3) & (x >= 0.0) & (x < 1.0)
+    return np.where(turns, x, 0.0), turns

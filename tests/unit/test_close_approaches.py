@@ -1,0 +1,83 @@
+"""Close approaches to conditions, against the closed form of an oscillation, and the contacts that are undecided.
+
+A unit mass on a unit spring, s = cos(t), turns back at s = -1 with the acceleration 1. A stop at s = -gap is missed by
+gap - 1, or the mass would turn back by 1 - gap behind it.
+"""
+
+from math import pi
+
+import numpy as np
+import pytest
+
+import mbdsl
+from mbdsl.motion import Motion
+from mbdsl.simulation import simulated
+from mbdsl.undecided_contacts import undecided
+
+
+def model(law):
+    return mbdsl.parse(f"""
+model Stop
+  Ground ground(g = 0);
+  Body b(m = 1, I = 1);
+  Prismatic rail(ground, b.c);
+  TranslationalSpringDamper law(rail, force = (1*s) + ({law}));
+initial equation
+  rail.s = 1.0;
+  rail.v = 0.0;
+  annotation(experiment(StopTime = 10.0));
+end Stop;
+""")
+
+
+def run(law, tol=1e-7, method="radau5"):
+    """The integration of the only part, run to its end."""
+    found: list[Motion] = []
+    simulated(model(law), method=method, tol=tol, inspect=found.append)
+    return found[0].parts[0].integration
+
+
+@pytest.mark.parametrize("method", ["radau5", "hht-si2"])
+@pytest.mark.parametrize("law", ["if s < -1.001 then 1e6*((1*s) + 1.001) else 0", "1e6*min((1*s) + 1.001, 0)"])
+def test_missed(law, method):
+    approaches = run(law, 1e-5, method).approaches
+    assert [x.t for x in approaches] == pytest.approx([pi, 3 * pi], abs=1e-4)
+    assert [x.d for x in approaches] == pytest.approx([1e-3] * 2, abs=1e-5)
+    assert [x.curvature for x in approaches] == pytest.approx([1.0] * 2, rel=0.02)
+    assert [x.side for x in approaches] == [1.0, 1.0]
+    assert approaches[0].state == pytest.approx([-1.0, 0, 0, 0, 0, 0], abs=1e-4)
+
+
+def test_touched():
+    first = run("if s < -0.999 then 1e6*((1*s) + 0.999) else 0").approaches[0]
+    # with s'' = 0.999 there, not 1, the parabola turns back by (1 - 0.999^2)/(2*0.999) behind the stop
+    assert first.d == pytest.approx(-(1 - 0.999**2) / (2 * 0.999), rel=1e-3)
+    assert first.side == 1.0
+
+
+LAWS = ["0.1*(1*s)^3", "if time > 3 then 1 else 0", "if 1*v > 0.5 then -1 else 0", "1*tanh(100*(1*s))"]
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_without_conditions_on_positions_nothing_is_recorded(law):
+    found = run(law, 1e-4)
+    assert found.system.close_approaches.arguments == []
+    assert found.approaches == []
+
+
+@pytest.mark.parametrize("k", [0.01, 1e6])
+def test_effect(k):
+    """A stop at 1.000001 that runs do not resolve: at most the velocity that a stiff one gives back, or k times the
+    depth for the duration of a contact with a soft one, both from the path s = -1 + (t - pi)^2/2."""
+    law = f"if s < -1.000001 then {k}*((1*s) + 1.000001) else 0"
+    last = run(law, 1e-9)
+    depth = 1e-4
+    before = run(law.replace("1.000001", str(1.000001 + depth)), 1e-9)
+    found = undecided(last, before, (), 1.0, 10.0)
+    assert len(found) == 2
+    t = np.linspace(-1, 1, 20001) * np.sqrt(2 * depth)
+    impulse = np.trapezoid(k * np.maximum(depth - t**2 / 2, 0.0), t)
+    bound = min(impulse, 2 * np.sqrt(2 * depth))
+    assert bound <= found[0].effect * 1.02 <= 2 * bound
+    assert found[0].time == pytest.approx(pi, abs=1e-3)
+    assert undecided(last, last, (), 1.0, 10.0) == []
