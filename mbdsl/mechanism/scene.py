@@ -29,10 +29,10 @@ ENERGIES = ("energy.kinetic", "energy.potential", "energy.total")
 
 @dataclass(frozen=True)
 class Table:
-    """Points of a function of one variable, with the way it goes between and beyond them.
+    """A function of one variable, given by points.
 
-    ``smoothness`` is "linear", "cubic" (twice continuously differentiable spline) or "monotone" (shape-preserving
-    cubic); ``extrapolation`` is "hold", "linear", "periodic" or "error".
+    ``smoothness`` is the interpolation: "linear", "cubic" (twice continuously differentiable spline) or "monotone"
+    (shape-preserving cubic); ``extrapolation`` is "hold", "linear", "periodic" or "error".
     """
 
     name: str
@@ -47,9 +47,11 @@ Value = float | int | bool | str | tuple | Expr | Table | None
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame fixed to a body (or to the ground): pose (x, y, phi) [m, m, rad] in the body's own axes, from the
-    body's reference point (not from its centre of mass). With a ``motion`` the pose is a function of time instead:
-    of what a driver moves, in world axes."""
+    """A frame fixed to a body or to the ground.
+
+    Its pose (x, y, phi) [m, m, rad] is relative to the body's reference point (not its centre of mass), in the body's
+    axes. With a ``motion``, which drivers prescribe, the pose is a function of time in world axes instead.
+    """
 
     name: str
     body: str
@@ -62,7 +64,7 @@ class Frame:
 
 @dataclass(frozen=True, repr=False)
 class Component:
-    """One element of the mechanism, ``values`` complete (defaults filled in) and in SI."""
+    """One element of the mechanism, with complete ``values`` (defaults included) in SI units."""
 
     name: str
     kind: Kind
@@ -72,9 +74,9 @@ class Component:
     signals: tuple[str, ...] = field(default=(), compare=False)
     span: Span | None = field(default=None, compare=False)
     doc: str = field(default="", compare=False)
-    energy: Expr | None = None  #: potential energy, where the kind has a formula for it
-    velocity_constraints: tuple[Expr, ...] = ()  #: of joints: what vanishes at velocity level, Gamma(v, q, t) = 0
-    friction: Expr | None = None  #: of joints: what resists the growth of the coordinate ``kind.friction_along``
+    energy: Expr | None = None  #: potential energy, if the kind has a formula for it
+    velocity_constraints: tuple[Expr, ...] = ()  #: of joints: residuals Gamma(v, q, t)
+    friction: Expr | None = None  #: of joints: resistance along ``kind.friction_along``
 
     def __post_init__(self) -> None:
         freeze(self, "values", "ports")
@@ -85,14 +87,14 @@ class Component:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Names of its generalised coordinates; those of bodies that deform depend on how that is resolved."""
+        """Names of its generalised coordinates; those of flexible bodies depend on ``values``."""
         of = self.kind.coordinates_of if isinstance(self.kind, BodyKind) else None
         return of(self.values) if of is not None else self.kind.coordinates
 
 
 @dataclass(frozen=True)
 class InitialValue:
-    """``target`` = ``value`` at the start; kept exactly if ``fixed``, else a guess that assembly may move."""
+    """``target`` = ``value`` at the start: exactly if ``fixed``, else as a guess that the assembly may change."""
 
     name: str
     target: Expr
@@ -103,7 +105,7 @@ class InitialValue:
 
 @dataclass(frozen=True)
 class Experiment:
-    """What ``annotation(experiment(...))`` says; None where it says nothing. Times in seconds."""
+    """The settings of ``annotation(experiment(...))``; None if not given. Times in seconds."""
 
     start: float = 0.0
     stop: float | None = None
@@ -127,7 +129,7 @@ class ParameterValue:
 
 @dataclass(frozen=True)
 class Input:
-    """A value that comes from outside at every instant; ``start`` (in SI) until somebody says more."""
+    """A value that the caller of a simulation sets; it is ``start`` (in SI units) until then."""
 
     name: str
     start: float = 0.0
@@ -138,9 +140,37 @@ class Input:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene:
-    """A mechanism: components and frames by full name, in the order of their declaration.
+    """A model as a value: its components and frames by full name, in the order of their declaration.
 
-    Scenes are equal if their canonical texts (:mod:`mbdsl.mechanism.canonical_text`) are.
+    Scenes are made by ``mbdsl.load``, ``mbdsl.parse`` and ``Builder.scene``. They are equal if their canonical texts
+    (``mbdsl.mechanism.canonical_text``) are.
+
+    Parameters
+    ----------
+    name : str
+        Name of the model.
+    components : mapping of str to Component
+        Ground, bodies, joints and forces.
+    frames : mapping of str to Frame
+        Frames fixed to bodies or to the ground.
+    initial : tuple of InitialValue
+        Initial values.
+    experiment : Experiment
+        Defaults of a simulation.
+    parameters : mapping of str to ParameterValue
+        Parameters of the top-level model.
+    doc : str
+        Description, one line.
+    files : mapping of str to str
+        Source files, the main one first, and their texts as read.
+    variables : mapping of str to Expr
+        Named expressions, such as ``Real F = 2*time;``.
+    inputs : mapping of str to Input
+        Inputs.
+    without : mapping of str to tuple of str
+        Effects that are left out, and the components that would have them.
+    aliases : mapping of str to str
+        Other names of frames, such as ``Frame F = rod.b;`` and connectors.
     """
 
     name: str
@@ -150,13 +180,10 @@ class Scene:
     experiment: Experiment = Experiment()
     parameters: Mapping[str, ParameterValue] = field(default_factory=dict)
     doc: str = field(default="", compare=False)
-    #: source files, the main one first -> their text as read
     files: Mapping[str, str] = field(default_factory=dict, compare=False)
-    variables: Mapping[str, Expr] = field(default_factory=dict)  #: ``Real F = 2*time;``: names for expressions
-    inputs: Mapping[str, Input] = field(default_factory=dict)  #: by name, in the order of their declaration
-    #: effects that were left out on purpose -> the components that would have them
+    variables: Mapping[str, Expr] = field(default_factory=dict)
+    inputs: Mapping[str, Input] = field(default_factory=dict)
     without: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    #: ``Frame F = rod.b;`` and connectors: other names of frames
     aliases: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -169,7 +196,7 @@ class Scene:
         return hash(self._content)
 
     def __getstate__(self) -> dict:
-        """Without what can be computed again."""
+        """The fields alone; cached values are computed again."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
     def __repr__(self) -> str:
