@@ -196,7 +196,7 @@ class Scene:
         return hash(self._content)
 
     def __getstate__(self) -> dict:
-        """The fields alone; cached values are computed again."""
+        """Fields only; cached values are computed again."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
     def __repr__(self) -> str:
@@ -223,11 +223,23 @@ class Scene:
         return canonical_text(replace(self, parameters={}, experiment=experiment))
 
     def bodies(self) -> list[Component]:
-        """Components that have coordinates, in order (the ground has none)."""
+        """Bodies with coordinates.
+
+        Returns
+        -------
+        list of Component
+            In the order of their declaration, without the ground.
+        """
         return [c for c in self.components.values() if isinstance(c.kind, BodyKind) and c.kind.coordinates]
 
     def signals(self) -> dict[str, Expr]:
-        """Every named signal that is an expression over frames and time; those of frames are not listed."""
+        """Signals of all components, and the variables; those of frames are not listed.
+
+        Returns
+        -------
+        dict
+            Full name -> expression over frames and time, in SI units.
+        """
         found = {f"{c.name}.{key}": e for c in self.components.values() for key, e in self.signals_of(c).items()}
         return found | dict(self.variables)
 
@@ -265,7 +277,17 @@ class Scene:
         return self._moved(self._formulas(c).signal(key)) if key in c.signals else None
 
     def signal(self, name: str) -> Expr:
-        """A signal by its full name: of a component (``spring.s``), of a frame (``rod.b.x``), or a variable.
+        """A signal by its full name.
+
+        Parameters
+        ----------
+        name : str
+            Name of a signal of a component (``spring.s``), of a signal of a frame (``rod.b.x``), or of a variable.
+
+        Returns
+        -------
+        Expr
+            Expression over frames and time, in SI units.
 
         Raises
         ------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from types import ModuleType
 
-from mbdsl.bodies.contract import Body, Pose, model_class
+from mbdsl.bodies.contract import POSITIONS, Body, Pose, model_class
 from mbdsl.elements import modules
 from mbdsl.elements.kind import BodyKind
 from mbdsl.mechanism.scene import Component
@@ -32,3 +32,8 @@ def body_pose(component: Component, frame) -> Pose:
     """A frame's (x, y, phi) from the centre of mass (of a beam: from its centre), in the body's axes."""
     cx, cy = component.kind.com(component.values) if isinstance(component.kind, BodyKind) else (0.0, 0.0)
     return frame.x - cx, frame.y - cy, frame.phi
+
+
+def at_rest(component: Component, frame, key: str) -> float:
+    """A coordinate of a frame on a body that does not move: "x", "y" [m], "phi" [rad] or a rate."""
+    return dict(zip(POSITIONS, body_pose(component, frame), strict=True)).get(key, 0.0)

@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.interval_arithmetic import CONDITIONS, FLAT, ROUNDING, Interval, Jet, constant, enclose
 from mbdsl.expressions.symbolic import RATE, Expr, coordinate, evaluate, leaves, walk
 from mbdsl.system.peaks_in_time import Function, Zone, hiding, monotone, zones
-from mbdsl.system.signals import ARRAY_OPERATIONS, table_value, values
+from mbdsl.system.signals import values
 
 if TYPE_CHECKING:
     from mbdsl.system.system import System

@@ -22,9 +22,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.interval_arithmetic import CONDITIONS, Jet, enclose
 from mbdsl.expressions.symbolic import TIME, Expr, diff, evaluate, is_const, leaves, walk
-from mbdsl.system.signals import ARRAY_OPERATIONS, table_value
 from mbdsl.system.time_events import is_linear
 
 Array = NDArray[np.float64]

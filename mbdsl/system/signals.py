@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.bodies.contract import POSITIONS, VELOCITIES
-from mbdsl.expressions.symbolic import OPERATIONS, RATE, Expr, der, diff, evaluate, leaves
+from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
+from mbdsl.expressions.symbolic import RATE, Expr, der, diff, evaluate, leaves
 from mbdsl.mechanism.scene import Scene
-from mbdsl.numerics.piecewise_cubic import piecewise
-from mbdsl.system.body_models import body_pose
+from mbdsl.system.body_models import at_rest, body_pose
 from mbdsl.system.system import DENSE_LIMIT, System
 
 if TYPE_CHECKING:
@@ -22,81 +22,17 @@ _RATES = tuple(RATE.values())
 Array = NDArray[np.float64]
 Matrix: TypeAlias = "Array | csr_array"
 
-#: the operations of expressions on arrays
-ARRAY_OPERATIONS = {
-    **OPERATIONS,
-    "div": np.divide,
-    "pow": np.power,
-    "sin": np.sin,
-    "cos": np.cos,
-    "tan": np.tan,
-    "asin": np.arcsin,
-    "acos": np.arccos,
-    "atan": np.arctan,
-    "atan2": np.arctan2,
-    "sinh": np.sinh,
-    "cosh": np.cosh,
-    "tanh": np.tanh,
-    "exp": np.exp,
-    "log": np.log,
-    "log10": np.log10,
-    "sqrt": np.sqrt,
-    "hypot": np.hypot,
-    "ratio": lambda a, b: np.divide(a, b, out=np.zeros(np.broadcast(a, b).shape), where=np.asarray(b) != 0.0),
-    "abs": np.abs,
-    "sign": np.sign,
-    "min": np.minimum,
-    "max": np.maximum,
-    "floor": np.floor,
-    "ceil": np.ceil,
-    "mod": lambda a, b: a - np.floor(a / b) * b,
-    "lt": lambda a, b: np.less(a, b).astype(float),
-    "le": lambda a, b: np.less_equal(a, b).astype(float),
-    "eq": lambda a, b: np.equal(a, b).astype(float),
-    "ne": lambda a, b: np.not_equal(a, b).astype(float),
-    "and": lambda a, b: np.logical_and(a, b).astype(float),
-    "or": lambda a, b: np.logical_or(a, b).astype(float),
-    "not": lambda a: np.logical_not(a).astype(float),
-    "select": lambda c, a, b: np.where(np.asarray(c) != 0.0, a, b),
-}
-
 
 def frame_coordinate(system: System, name: str, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
     """Coordinate ``key`` of frame ``name`` for states q, v of shape (N, n) at times t (N,); shape (N,)."""
     scene: Scene = system.scene
     frame = scene.frames[name]
     component = scene.components[frame.body]
-    pose = body_pose(component, frame)
     body = system.tables.models.get(frame.body)
     if body is None:
-        return np.full(len(q), dict(zip(POSITIONS, pose, strict=True)).get(key, 0.0))
+        return np.full(len(q), at_rest(component, frame, key))
     d = system.tables.coordinates[frame.body]
-    return body.frame(pose, key, q[:, d : d + body.n], v[:, d : d + body.n], t)
-
-
-def table_value(table, order: int, u) -> Array:
-    """Derivative ``order`` of a table at an array of arguments, as the compiled interpolation gives it."""
-    breaks, c = piecewise(table)
-    u = np.asarray(u, float)
-    first, last = breaks[0], breaks[-1]
-    outside = (u < first) | (u > last)
-    if table.extrapolation == "periodic":
-        u = np.where(outside, first + np.mod(u - first, last - first), u)
-        outside = np.zeros_like(outside)
-    x0 = np.clip(u, first, last)
-    k = np.clip(np.searchsorted(breaks, x0, side="right") - 1, 0, len(breaks) - 2)
-    x = x0 - breaks[k]
-    c0, c1, c2, c3 = c[k].T
-    slope = c1 + x * (2 * c2 + x * 3 * c3)
-    if order == 0:
-        value = c0 + x * (c1 + x * (c2 + x * c3))
-        if table.extrapolation == "linear":
-            value = value + slope * (u - x0)
-        return np.where(outside, np.nan, value) if table.extrapolation == "error" else value
-    if order == 1:
-        return slope if table.extrapolation in ("linear", "periodic") else np.where(outside, 0.0, slope)
-    higher = 2 * c2 + 6 * x * c3 if order == 2 else 6 * c3 if order == 3 else 0.0 * x
-    return np.where(outside, 0.0, higher)
+    return body.frame(body_pose(component, frame), key, q[:, d : d + body.n], v[:, d : d + body.n], t)
 
 
 def values(

@@ -24,16 +24,18 @@ from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.graph import build as build_graph
 from mbdsl.mechanism.scene import Scene
 from mbdsl.system import background_compilation, emit, switches
+from mbdsl.system.body_models import at_rest
 from mbdsl.system.emit import Kernels
+from mbdsl.system.peaks_in_time import Kept, Zone, time_zones
 from mbdsl.system.tables import Tables, build_tables
 from mbdsl.system.time_derivatives import Clock
+from mbdsl.system.time_events import time_events
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
     from mbdsl.system.close_approaches import Approaches
     from mbdsl.system.peaks_along_motion import OnTheWay
-    from mbdsl.system.peaks_in_time import Kept, Zone
 
 Array = NDArray[np.float64]
 
@@ -352,8 +354,6 @@ class System:
         expressions are piecewise linear in time, as `time < 1 s`, tables over time, mod(time, 1 s) < 0.2 s. What is
         not, as sin(time) < 0, shows in :meth:`switches` only.
         """
-        from mbdsl.system.time_events import time_events
-
         chosen = [switch for switch in self.tables.switches if corners or not switch.is_corner]
         chosen = [replace(switch, node=substitute(switch.node, self._at_rest)) for switch in chosen]
         return time_events(chosen, t0, t1)
@@ -365,8 +365,6 @@ class System:
         time alone, and holds all but a quarter of its height; see :mod:`mbdsl.system.peaks_in_time`. Left out is what
         steps up to the ``longest`` [s] cannot pass over by its form.
         """
-        from mbdsl.system.peaks_in_time import Kept, time_zones
-
         key = t0, t1, longest
         if key not in self._zones:
             self._zones = {key: Kept(time_zones(self.laws.values(), *key))}
@@ -385,10 +383,7 @@ class System:
         frame = self.scene.frames[name]
         if frame.body in self.tables.models or frame.motion is not None:
             return None
-        from mbdsl.system.signals import frame_coordinate
-
-        nothing = np.zeros((1, 0))
-        return const(float(frame_coordinate(self, name, key, nothing, nothing)[0]))
+        return const(at_rest(self.scene.components[frame.body], frame, key))
 
     @cached_property
     def on_the_way(self) -> OnTheWay:

@@ -13,8 +13,8 @@ from itertools import chain, pairwise
 
 import numpy as np
 
+from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import Expr, evaluate, leaves, walk
-from mbdsl.system.signals import ARRAY_OPERATIONS, table_value
 from mbdsl.system.switches import CONDITIONS, ENDS, KNOTS, Switch, table_events
 
 #: levels in ascending order, and the period in which they repeat (None: they do not)

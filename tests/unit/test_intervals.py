@@ -6,11 +6,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as some
 from scipy.interpolate import BPoly, PPoly
 
+from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.interval_arithmetic import Jet, enclose
 from mbdsl.expressions.symbolic import OPERATIONS, TIME, Expr, call, coordinate, diff, evaluate, expr, walk
 from mbdsl.mechanism.scene import Table
 from mbdsl.system.peaks_along_motion import _along
-from mbdsl.system.signals import ARRAY_OPERATIONS, table_value
 
 U, Y = (-1.0, 0.0, 0.5, 2.0), (0.0, 1.0, -1.0, 0.0)
 TABLES = [

@@ -14,10 +14,11 @@ from scipy.interpolate import CubicSpline, PchipInterpolator, interp1d
 
 from mbdsl import Builder
 from mbdsl.compilation import buffer_layout
+from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
 from mbdsl.expressions.symbolic import OPERATIONS, TIME, Expr, call, coordinate, evaluate, expr
 from mbdsl.mechanism.scene import Table
 from mbdsl.system import build, expression_tape
-from mbdsl.system.signals import ARRAY_OPERATIONS, table_value, values
+from mbdsl.system.signals import values
 
 #: operations whose arguments must stay in an interval; all others take any
 DOMAINS = {

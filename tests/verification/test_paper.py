@@ -52,7 +52,7 @@ def test_every_figure_has_its_section_and_picture():
         first, *last = map(int, re.findall(r"\d+", title))
         numbers = range(first, (last or [first])[-1] + 1)
         seen.update(numbers)
-        assert "**The paper**: " in text
+        assert "**Paper**: " in text
         assert "**Here**: " in text
         assert f"<!-- {title.lower()} -->" in text or all(f"<!-- figure {n} -->" in text for n in numbers)
         pictures = re.findall(r"!\[.+\]\((.+)\)", text)
