@@ -53,7 +53,7 @@ def test_every_figure_has_its_section_and_picture():
         numbers = range(first, (last or [first])[-1] + 1)
         seen.update(numbers)
         assert "**Paper**: " in text
-        assert "**Here**: " in text
+        assert "**mbdsl**: " in text
         assert f"<!-- {title.lower()} -->" in text or all(f"<!-- figure {n} -->" in text for n in numbers)
         pictures = re.findall(r"!\[.+\]\((.+)\)", text)
         assert all(any(f"{n:02}" in name for name in pictures) for n in numbers)
