@@ -16,7 +16,7 @@ import pytest
 import mbdsl
 from mbdsl.storage import cache_folder
 
-ROOT = Path(mbdsl.__file__).parents[1]
+PACKAGE = Path(mbdsl.__file__).parent
 TESTS = Path(__file__).parents[1]
 METHOD = '''
 """BDF3: the backward differentiation formula of order 3, on the index-3 equations.
@@ -104,7 +104,7 @@ print(json.dumps(names["contraction"](path, "bdf3", 1e-2, False)))
 def environment(tmp_path_factory):
     """Of processes for which the file is in the package."""
     root = tmp_path_factory.mktemp("copy")
-    shutil.copytree(ROOT / "mbdsl", root / "mbdsl", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(PACKAGE, root / "mbdsl", ignore=shutil.ignore_patterns("__pycache__"))
     (root / "mbdsl" / "integrators" / "methods" / "bdf3.py").write_text(METHOD, encoding="utf-8")
     return {**os.environ, "PYTHONPATH": str(root), "MBDSL_CACHE_DIR": str(cache_folder.own())}
 
@@ -121,7 +121,7 @@ def test_every_check_of_all_methods_runs_on_it(environment, tmp_path):
     files = [TESTS / name for name in CHECKS]
     said = output(
         environment, tmp_path, "-m", "pytest", "-v", "-k", CHOSEN, "-p", "no:cacheprovider", "-p", "no:xdist",
-        f"--rootdir={ROOT}", "-c", ROOT / "pyproject.toml", *files,
+        f"--rootdir={TESTS.parent}", "-c", TESTS.parent / "pyproject.toml", *files,
     )  # fmt: skip
     passed = re.findall(r"/(\w+)\.py::(\w+)\[[^\]]*bdf3[^\]]*\] PASSED", said)
     for name, tests in CHECKS.items():
