@@ -44,7 +44,7 @@ def _turning(slope: Array, rate: Array) -> Array:
 class CableBody:
     """A flexible beam with x, y and the slopes dx, dy of nodes, from end a to end b.
 
-    Turns are counted from the angle ``turn`` of end a; kernels have theirs in F at ``counter``.
+    Turns are counted from the angle ``turn`` of end a; kernels have theirs in ``numbers`` at ``counter``.
     """
 
     deforms = True

@@ -8,10 +8,10 @@ mass matrix is constant, there are no velocity-dependent inertia forces, and a f
     (B v)_q = [0; (P S' v)^T S'],   P = d^2 theta/dr'^2 = [[-2 p_x p_y, p_x^2 - p_y^2], [., 2 p_x p_y]]
     d(B^T F)/dq = tau S'^T P S'
 
-A slope has no turns. That of end a is counted on from its angle in the state accepted last (``F[I[TURN]]``, which
-evaluations only read), next to which it is; from there, turns are those of the axis, which bends by less than half a
-turn between two nodes. So angles depend on q and on that state only, and on nothing that was tried in between. (A
-cable's section is taken to be normal to its axis.)
+A slope has no turns. That of end a is counted on from its angle in the state accepted last (``numbers[layout[TURN]]``,
+which evaluations only read), next to which it is; from there, turns are those of the axis, which bends by less than
+half a turn between two nodes. So angles depend on q and on that state only, and on nothing that was tried in between.
+(A cable's section is taken to be normal to its axis.)
 
 Stretch and material curvature, and their energy, with damping after Kelvin and Voigt (retardation time T):
 
@@ -23,26 +23,26 @@ K_r''r' = J/|r'|^2 - 2 p u^T, K_r'r' = 2 (J r'' u^T + u (J r'')^T)/|r'|^2 + 8 K 
 
 Where eps and K are taken is a table (:mod:`mbdsl.bodies.ancf_cable`). Source: J. Gerstmayr, H. Irschik, On the correct
 representation of bending and axial deformation in the absolute nodal coordinate formulation with an elastic line
-approach, J. Sound Vib. 318 (2008) 461-487. Record of a body in I: see ``RECORD``; of a frame: number of its shape
-functions (4, or 2 at a node), first of its coordinates, offset in F of phi0, S, S', first slot.
+approach, J. Sound Vib. 318 (2008) 461-487. Record of a body in layout: see ``RECORD``; of a frame: number of its shape
+functions (4, or 2 at a node), first of its coordinates, offset in numbers of phi0, S, S', first slot.
 """
 
 from math import atan2, floor, pi, sqrt
 
 from mbdsl.compilation.buffer_layout import (
-    FP,
+    FORCE,
+    FORCE2,
     FRAMES,
-    GD,
-    GP,
     INVERSE,
     LEVER,
     MU_WRENCH,
+    PAST_FORCE,
     PAST_LEVER,
     PAST_WRENCH,
+    POSITION,
     SLOTS,
+    VELOCITY,
     WRENCH,
-    Q,
-    V,
 )
 from mbdsl.compilation.marks import kernel, rare
 from mbdsl.numerics.banded import cholesky_solve_pairs
@@ -53,11 +53,11 @@ MODEL = "mbdsl.bodies.ancf_cable"
 
 # -- record of a body: first coordinate, first frame, number of frames, of elements -----------------------------------
 FIRST, FRAME, N_FRAME, ELEMENTS = 0, 1, 2, 3
-#: offset in F of EA, EI, T; number of points and offset in F of weight and S' for eps; of weight, S' and S'' for K
+#: offsets in numbers: of EA, EI, T; after the number of points, of weight and S' for eps; of weight, S' and S'' for K
 MATERIAL, N_STRETCH, STRETCH, N_BEND, BEND = 4, 5, 6, 7, 8
-#: first slot of the elements' 8 x 8 blocks, list of frame records, bandwidth and factor (in F) of M, scratch (64, in F)
+#: first slot of the elements' 8 x 8 blocks, list of frame records, bandwidth and factor (in numbers) of M, scratch (64)
 BLOCKS, OF_FRAMES, BAND, FACTOR, SCRATCH = 9, 10, 11, 12, 13
-#: offset in F of the angle of end a, as it was accepted last
+#: offset in numbers of the angle of end a, as it was accepted last
 TURN = 14
 RECORD = 15
 FRAME_RECORD = 4
@@ -81,19 +81,24 @@ def angle(x, y):
 
 
 @kernel
-def move(block, Y, Z, F, I):
+def move(block, vectors, frames, numbers, layout):
     """Pose and rate of every frame, and p, which stands where rigid bodies have levers; wrenches start at zero."""
-    for e in range(I[block]):
-        o = I[block + 1] + RECORD * e
-        d = I[o + FIRST]
-        first = floor((F[I[o + TURN]] - angle(Y[Q, d + 2], Y[Q, d + 3])) / (2.0 * pi) + 0.5)
-        for f in range(I[o + N_FRAME]):
-            r, z = I[o + OF_FRAMES] + FRAME_RECORD * f, Z[I[o + FRAME] + f]
-            k, n = I[r], I[r + 2]
-            q, v = Y[Q, I[o + FIRST] + I[r + 1] :], Y[V, I[o + FIRST] + I[r + 1] :]
+    for e in range(layout[block]):
+        o = layout[block + 1] + RECORD * e
+        d = layout[o + FIRST]
+        first = floor(
+            (numbers[layout[o + TURN]] - angle(vectors[POSITION, d + 2], vectors[POSITION, d + 3])) / (2.0 * pi) + 0.5
+        )
+        for f in range(layout[o + N_FRAME]):
+            r, z = layout[o + OF_FRAMES] + FRAME_RECORD * f, frames[layout[o + FRAME] + f]
+            k, n = layout[r], layout[r + 2]
+            q, v = (
+                vectors[POSITION, layout[o + FIRST] + layout[r + 1] :],
+                vectors[VELOCITY, layout[o + FIRST] + layout[r + 1] :],
+            )
             x, y, vx, vy, ax, ay, ux, uy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for j in range(k):
-                s, t = F[n + 1 + j], F[n + 1 + k + j]
+                s, t = numbers[n + 1 + j], numbers[n + 1 + k + j]
                 x += s * q[2 * j]
                 y += s * q[2 * j + 1]
                 vx += s * v[2 * j]
@@ -104,11 +109,13 @@ def move(block, Y, Z, F, I):
                 uy += t * v[2 * j + 1]
             square = ax * ax + ay * ay
             px, py = -ay / square, ax / square
-            turns, last = first, d + I[r + 1] // 4 * 4 + 2
+            turns, last = first, d + layout[r + 1] // 4 * 4 + 2
             for i in range(d + 2, last, 4):
-                turns += passed(Y[Q, i], Y[Q, i + 1], Y[Q, i + 4], Y[Q, i + 5])
-            turns += passed(Y[Q, last], Y[Q, last + 1], ax, ay)
-            z[0], z[1], z[2] = x, y, angle(ax, ay) + 2.0 * pi * turns + F[n]
+                turns += passed(
+                    vectors[POSITION, i], vectors[POSITION, i + 1], vectors[POSITION, i + 4], vectors[POSITION, i + 5]
+                )
+            turns += passed(vectors[POSITION, last], vectors[POSITION, last + 1], ax, ay)
+            z[0], z[1], z[2] = x, y, angle(ax, ay) + 2.0 * pi * turns + numbers[n]
             z[3], z[4], z[5] = vx, vy, px * ux + py * uy
             z[LEVER], z[LEVER + 1] = px, py
             for j in range(3):
@@ -116,37 +123,37 @@ def move(block, Y, Z, F, I):
 
 
 @kernel
-def gather(block, wrench, lever, row, Y, Z, F, I):
-    """Y[row] += B^T F for every frame's wrench F in the columns from ``wrench`` on, p in those from ``lever`` on."""
-    for e in range(I[block]):
-        o = I[block + 1] + RECORD * e
-        for f in range(I[o + N_FRAME]):
-            r, z = I[o + OF_FRAMES] + FRAME_RECORD * f, Z[I[o + FRAME] + f]
-            k, n, to = I[r], I[r + 2], Y[row, I[o + FIRST] + I[r + 1] :]
+def gather(block, wrench, lever, row, vectors, frames, numbers, layout):
+    """A row += B^T F for every frame's wrench F in the columns from ``wrench`` on, p in those from ``lever`` on."""
+    for e in range(layout[block]):
+        o = layout[block + 1] + RECORD * e
+        for f in range(layout[o + N_FRAME]):
+            r, z = layout[o + OF_FRAMES] + FRAME_RECORD * f, frames[layout[o + FRAME] + f]
+            k, n, to = layout[r], layout[r + 2], vectors[row, layout[o + FIRST] + layout[r + 1] :]
             tx, ty = z[lever] * z[wrench + 2], z[lever + 1] * z[wrench + 2]
             for j in range(k):
-                s, t = F[n + 1 + j], F[n + 1 + k + j]
+                s, t = numbers[n + 1 + j], numbers[n + 1 + k + j]
                 to[2 * j] += s * z[wrench] + t * tx
                 to[2 * j + 1] += s * z[wrench + 1] + t * ty
 
 
 @kernel
-def collect(block, Y, Z, F, I):
+def collect(block, vectors, frames, numbers, layout):
     """f += B^T F."""
-    gather(block, WRENCH, LEVER, FP, Y, Z, F, I)
+    gather(block, WRENCH, LEVER, FORCE, vectors, frames, numbers, layout)
 
 
 @kernel
-def collect_with_mu(block, Y, Z, F, I):
+def collect_with_mu(block, vectors, frames, numbers, layout):
     """The same, and that of the wrenches of mu."""
-    gather(block, WRENCH, LEVER, FP, Y, Z, F, I)
-    gather(block, MU_WRENCH, LEVER, GD, Y, Z, F, I)
+    gather(block, WRENCH, LEVER, FORCE, vectors, frames, numbers, layout)
+    gather(block, MU_WRENCH, LEVER, FORCE2, vectors, frames, numbers, layout)
 
 
 @kernel
-def collect_past(block, Y, Z, F, I):
+def collect_past(block, vectors, frames, numbers, layout):
     """The same for those of psi, at the slopes of the start of the step."""
-    gather(block, PAST_WRENCH, PAST_LEVER, GP, Y, Z, F, I)
+    gather(block, PAST_WRENCH, PAST_LEVER, PAST_FORCE, vectors, frames, numbers, layout)
 
 
 @kernel
@@ -168,25 +175,25 @@ def summed(c, k, q):
 
 
 @kernel
-def forces(block, Y, F, I):
+def forces(block, vectors, numbers, layout):
     """f += elastic and damping forces."""
-    for e in range(I[block]):
-        o = I[block + 1] + RECORD * e
-        m = I[o + MATERIAL]
-        EA, EI, T = F[m], F[m + 1], F[m + 2]
-        for i in range(I[o + ELEMENTS]):
-            d = I[o + FIRST] + 4 * i
-            q, v, f = Y[Q, d : d + 8], Y[V, d : d + 8], Y[FP, d : d + 8]
-            for g in range(I[o + N_STRETCH]):
-                c = F[I[o + STRETCH] + STRETCH_POINT * g :]
+    for e in range(layout[block]):
+        o = layout[block + 1] + RECORD * e
+        m = layout[o + MATERIAL]
+        EA, EI, T = numbers[m], numbers[m + 1], numbers[m + 2]
+        for i in range(layout[o + ELEMENTS]):
+            d = layout[o + FIRST] + 4 * i
+            q, v, f = vectors[POSITION, d : d + 8], vectors[VELOCITY, d : d + 8], vectors[FORCE, d : d + 8]
+            for g in range(layout[o + N_STRETCH]):
+                c = numbers[layout[o + STRETCH] + STRETCH_POINT * g :]
                 (ax, ay), (ux, uy) = summed(c, 1, q), summed(c, 1, v)
                 n = sqrt(ax * ax + ay * ay)
                 N = -c[0] * EA * (n - 1.0 + T * (ax * ux + ay * uy) / n) / n
                 for j in range(4):
                     f[2 * j] += c[1 + j] * N * ax
                     f[2 * j + 1] += c[1 + j] * N * ay
-            for g in range(I[o + N_BEND]):
-                c = F[I[o + BEND] + BEND_POINT * g :]
+            for g in range(layout[o + N_BEND]):
+                c = numbers[layout[o + BEND] + BEND_POINT * g :]
                 (ax, ay), (ux, uy) = summed(c, 1, q), summed(c, 1, v)
                 (bx, by), (wx, wy) = summed(c, 5, q), summed(c, 5, v)
                 K, kx, ky, px, py, _ = curvature(ax, ay, bx, by)
@@ -197,86 +204,86 @@ def forces(block, Y, F, I):
 
 
 @kernel
-def inertia(block, task, row, target, Y, F, I):
+def inertia(block, task, row, target, vectors, numbers, layout):
     """Tasks of the mass matrix, see :mod:`mbdsl.compilation.buffer_layout`; constant entries are seen to in
     :mod:`mbdsl.system.loops`."""
     if task == INVERSE:
-        for e in range(I[block]):
-            o = I[block + 1] + RECORD * e
-            d, k = I[o + FIRST], 2 * (I[o + ELEMENTS] + 1)
+        for e in range(layout[block]):
+            o = layout[block + 1] + RECORD * e
+            d, k = layout[o + FIRST], 2 * (layout[o + ELEMENTS] + 1)
             for j in range(d, d + 2 * k):
-                Y[target, j] = Y[row, j]
+                vectors[target, j] = vectors[row, j]
             # x and y know nothing of each other, and have the same masses
-            cholesky_solve_pairs(k, I[o + BAND], F[I[o + FACTOR] :], Y[target, d:])
+            cholesky_solve_pairs(k, layout[o + BAND], numbers[layout[o + FACTOR] :], vectors[target, d:])
 
 
 # -- tangents --------------------------------------------------------------------------------------------------------
 
 
 @kernel
-def jacobians(block, Y, Z, F, I):
+def jacobians(block, vectors, frames, numbers, layout):
     """B, then (B v)_q, of every frame, 3 x 2 k each; what is always zero has been zero from the start."""
-    for e in range(I[block]):
-        o = I[block + 1] + RECORD * e
-        for f in range(I[o + N_FRAME]):
-            r, row = I[o + OF_FRAMES] + FRAME_RECORD * f, I[o + FRAME] + f
-            k, n, v = I[r], I[r + 2], Y[V, I[o + FIRST] + I[r + 1] :]
-            B, px, py = I[I[FRAMES] + 2 * row + 1], Z[row, LEVER], Z[row, LEVER + 1]
+    for e in range(layout[block]):
+        o = layout[block + 1] + RECORD * e
+        for f in range(layout[o + N_FRAME]):
+            r, row = layout[o + OF_FRAMES] + FRAME_RECORD * f, layout[o + FRAME] + f
+            k, n, v = layout[r], layout[r + 2], vectors[VELOCITY, layout[o + FIRST] + layout[r + 1] :]
+            B, px, py = layout[layout[FRAMES] + 2 * row + 1], frames[row, LEVER], frames[row, LEVER + 1]
             ux, uy = 0.0, 0.0
             for j in range(k):
-                ux += F[n + 1 + k + j] * v[2 * j]
-                uy += F[n + 1 + k + j] * v[2 * j + 1]
+                ux += numbers[n + 1 + k + j] * v[2 * j]
+                uy += numbers[n + 1 + k + j] * v[2 * j + 1]
             P_xx, P_xy = -2.0 * px * py, px * px - py * py
             wx, wy = P_xx * ux + P_xy * uy, P_xy * ux - P_xx * uy
             for j in range(k):
-                s, t, x = F[n + 1 + j], F[n + 1 + k + j], B + 2 * j
-                F[x], F[x + 2 * k + 1] = s, s
-                F[x + 4 * k], F[x + 4 * k + 1] = t * px, t * py
-                F[x + 10 * k], F[x + 10 * k + 1] = t * wx, t * wy
+                s, t, x = numbers[n + 1 + j], numbers[n + 1 + k + j], B + 2 * j
+                numbers[x], numbers[x + 2 * k + 1] = s, s
+                numbers[x + 4 * k], numbers[x + 4 * k + 1] = t * px, t * py
+                numbers[x + 10 * k], numbers[x + 10 * k + 1] = t * wx, t * wy
 
 
 @kernel
-def stiffness(block, cK, Z, F, I, A):
+def stiffness(block, cK, frames, numbers, layout, matrix):
     """A += cK * (-d(B^T F)/dq) at the accumulated wrenches."""
-    for e in range(I[block]):
-        o = I[block + 1] + RECORD * e
-        for f in range(I[o + N_FRAME]):
-            r, z = I[o + OF_FRAMES] + FRAME_RECORD * f, Z[I[o + FRAME] + f]
-            k, t, slot = I[r], I[r + 2] + 1 + I[r], I[SLOTS] + I[r + 3]
+    for e in range(layout[block]):
+        o = layout[block + 1] + RECORD * e
+        for f in range(layout[o + N_FRAME]):
+            r, z = layout[o + OF_FRAMES] + FRAME_RECORD * f, frames[layout[o + FRAME] + f]
+            k, t, slot = layout[r], layout[r + 2] + 1 + layout[r], layout[SLOTS] + layout[r + 3]
             px, py, tau = z[LEVER], z[LEVER + 1], -cK * z[WRENCH + 2]
             P_xx, P_xy = -2.0 * px * py * tau, (px * px - py * py) * tau
             for i in range(k):
                 for j in range(k):
-                    s, at = F[t + i] * F[t + j], slot + 4 * k * i + 2 * j
-                    A[I[at]] += s * P_xx
-                    A[I[at + 1]] += s * P_xy
-                    A[I[at + 2 * k]] += s * P_xy
-                    A[I[at + 2 * k + 1]] -= s * P_xx
+                    s, at = numbers[t + i] * numbers[t + j], slot + 4 * k * i + 2 * j
+                    matrix[layout[at]] += s * P_xx
+                    matrix[layout[at + 1]] += s * P_xy
+                    matrix[layout[at + 2 * k]] += s * P_xy
+                    matrix[layout[at + 2 * k + 1]] -= s * P_xx
 
 
 @rare
-def tangents(block, cM, cK, cD, cA, Y, F, I, A):
+def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
     """A += -cK Q_q - cD Q_v of the elastic and damping forces; M is constant."""
-    for e in range(I[block]):
-        o = I[block + 1] + RECORD * e
-        H = F[I[o + SCRATCH] : I[o + SCRATCH] + 64]
-        for i in range(I[o + ELEMENTS]):
-            d = I[o + FIRST] + 4 * i
+    for e in range(layout[block]):
+        o = layout[block + 1] + RECORD * e
+        H = numbers[layout[o + SCRATCH] : layout[o + SCRATCH] + 64]
+        for i in range(layout[o + ELEMENTS]):
+            d = layout[o + FIRST] + 4 * i
             for j in range(64):
                 H[j] = 0.0
-            of_stretch(o, cK, cD, Y[Q, d : d + 8], Y[V, d : d + 8], H, F, I)
-            of_bending(o, cK, cD, Y[Q, d : d + 8], Y[V, d : d + 8], H, F, I)
-            slot = I[SLOTS] + I[o + BLOCKS] + 64 * i
+            of_stretch(o, cK, cD, vectors[POSITION, d : d + 8], vectors[VELOCITY, d : d + 8], H, numbers, layout)
+            of_bending(o, cK, cD, vectors[POSITION, d : d + 8], vectors[VELOCITY, d : d + 8], H, numbers, layout)
+            slot = layout[SLOTS] + layout[o + BLOCKS] + 64 * i
             for j in range(64):
-                A[I[slot + j]] += H[j]
+                matrix[layout[slot + j]] += H[j]
 
 
 @kernel
-def of_stretch(o, cK, cD, q, v, H, F, I):
+def of_stretch(o, cK, cD, q, v, H, numbers, layout):
     """H (8 x 8) += an element's share of -cK Q_q - cD Q_v by stretch."""
-    EA, T = F[I[o + MATERIAL]], F[I[o + MATERIAL] + 2]
-    for g in range(I[o + N_STRETCH]):
-        c = F[I[o + STRETCH] + STRETCH_POINT * g :]
+    EA, T = numbers[layout[o + MATERIAL]], numbers[layout[o + MATERIAL] + 2]
+    for g in range(layout[o + N_STRETCH]):
+        c = numbers[layout[o + STRETCH] + STRETCH_POINT * g :]
         (ax, ay), (ux, uy) = summed(c, 1, q), summed(c, 1, v)
         n = sqrt(ax * ax + ay * ay)
         ax, ay = ax / n, ay / n
@@ -297,11 +304,11 @@ def of_stretch(o, cK, cD, q, v, H, F, I):
 
 
 @kernel
-def of_bending(o, cK, cD, q, v, H, F, I):
+def of_bending(o, cK, cD, q, v, H, numbers, layout):
     """The same by bending."""
-    EI, T = F[I[o + MATERIAL] + 1], F[I[o + MATERIAL] + 2]
-    for g in range(I[o + N_BEND]):
-        c = F[I[o + BEND] + BEND_POINT * g :]
+    EI, T = numbers[layout[o + MATERIAL] + 1], numbers[layout[o + MATERIAL] + 2]
+    for g in range(layout[o + N_BEND]):
+        c = numbers[layout[o + BEND] + BEND_POINT * g :]
         (ax, ay), (ux, uy) = summed(c, 1, q), summed(c, 1, v)
         (bx, by), (wx, wy) = summed(c, 5, q), summed(c, 5, v)
         K, kx, ky, px, py, d = curvature(ax, ay, bx, by)

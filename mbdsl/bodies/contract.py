@@ -2,7 +2,7 @@
 
 The kernels (:mod:`mbdsl.bodies.rigid_body_kernels`, ...) are what emitted code calls. They move the body's frames,
 collect the forces on them and fill its part of the iteration matrix. ``kernels`` lists them with their parameters; the
-first is always the offset in I of the block's header. The module also has
+first is always the offset in ``layout`` of the block's header. The module also has
 
 ``MASS``    0: the mass matrix is diagonal and constant; 1: constant; 2: it depends on q
 ``MODEL``   the name of the module whose ``MODEL`` is the class of the model
@@ -45,31 +45,37 @@ class Described(Protocol):
 def kernels(mass: int) -> dict[str, str]:
     """Kernel -> its parameters, of bodies whose ``MASS`` is ``mass``.
 
-    All read I and write nothing but what is named here; wrenches are in columns of Z, coordinates in rows of Y.
+    All read ``layout`` and write nothing but what is named here; wrenches are in columns of ``frames``, coordinates in
+    rows of ``vectors``.
     """
-    F = "F, " if mass else ""
+    numbers = "numbers, " if mass else ""
     found = {
-        "move": "block, Y, Z, F, I",  # Z: pose and rate of every frame; its wrenches are set to zero
-        "collect": f"block, Y, Z, {F}I",  # Y[FP] += B^T F of every frame's wrench F
-        "collect_with_mu": f"block, Y, Z, {F}I",  # the same, and Y[GD] from the wrenches of mu
-        "collect_past": f"block, Y, Z, {F}I",  # Y[GP] += B^T F from those of psi, at the pose of the step's start
-        "jacobians": "block, Y, Z, F, I",  # F: B = dz/dq and (B v)_q of every frame
+        # frames: pose and rate of every frame; its wrenches are set to zero
+        "move": "block, vectors, frames, numbers, layout",
+        "collect": f"block, vectors, frames, {numbers}layout",  # row FORCE += B^T F of every frame's wrench F
+        "collect_with_mu": f"block, vectors, frames, {numbers}layout",  # the same, and FORCE2 from the wrenches of mu
+        # PAST_FORCE += B^T F from the wrenches of psi, at the pose of the step's start
+        "collect_past": f"block, vectors, frames, {numbers}layout",
+        "jacobians": "block, vectors, frames, numbers, layout",  # numbers: B = dz/dq and (B v)_q of every frame
     }
     if mass > 0:
-        found["forces"] = "block, Y, F, I"  # Y[FP] += elastic and damping forces, and those quadratic in velocities
-        found["inertia"] = "block, task, row, target, Y, F, I"  # Y[target] += (M - its diagonal) Y[row], or M^{-1}
-        found["tangents"] = "block, cM, cK, cD, cA, Y, F, I, A"  # A: the derivatives of both
+        # FORCE += elastic and damping forces, and those quadratic in velocities
+        found["forces"] = "block, vectors, numbers, layout"
+        # row ``target`` += (M - its diagonal) times ``row``, or M^{-1}
+        found["inertia"] = "block, task, row, target, vectors, numbers, layout"
+        # matrix: the derivatives of both
+        found["tangents"] = "block, cM, cK, cD, cA, vectors, numbers, layout, matrix"
     if mass > 1:
-        found["carry_over"] = "block, Y, F, I"  # what M of the start of the step adds
+        found["carry_over"] = "block, vectors, numbers, layout"  # what M of the start of the step adds
     return found
 
 
 def optional_kernels(mass: int) -> dict[str, str]:
     """Those that a body may have: without ``stiffness``, B is constant; without ``keep``, there is nothing to keep."""
-    F = "F, " if mass else ""
+    numbers = "numbers, " if mass else ""
     return {
-        "stiffness": f"block, cK, Z, {F}I, A",  # A += cK (-d(B^T F)/dq) at the wrenches F
-        "keep": "block, F, I",  # F: what ``collect_past`` reads of the start of the step
+        "stiffness": f"block, cK, frames, {numbers}layout, matrix",  # matrix += cK (-d(B^T F)/dq) at the wrenches F
+        "keep": "block, numbers, layout",  # numbers: what ``collect_past`` reads of the start of the step
     }
 
 
@@ -82,7 +88,7 @@ class Body(Protocol):
     n: int
     #: whether it changes its shape: its coordinates are more than a pose, and results have them as ``q[k]``, ``dq[k]``
     deforms: bool
-    #: if q does not contain turns: the reference angle for counting them, and its offset in F for kernels; else -1
+    #: if q does not contain turns: the reference angle for counting them, and its offset in numbers; else -1
     turn: float
     counter: int
 

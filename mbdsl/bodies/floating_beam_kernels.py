@@ -20,33 +20,33 @@ so that, with c_j = dc/dq_j and g the field of gravity,
     Q_j   = g.A c_j + w^2 (h1 + H q)_j + 2 w (G q')_j - (K q + D q')_j
 
 Source: A. A. Shabana, Dynamics of Multibody Systems, ch. 5; the foreshortening after T. R. Kane, R. R. Ryan, A. K.
-Banerjee, Dynamics of a cantilever beam attached to a moving base, J. Guidance 10 (1987). Record of a body in I: see
-``RECORD``; of a frame: number of its elastic coordinates, their list in I, offsets in F of its constants, of N (or -1),
-of A u_j and of what that was at the start of the step, first slot.
+Banerjee, Dynamics of a cantilever beam attached to a moving base, J. Guidance 10 (1987). Record of a body: see
+``RECORD``; of a frame: number of its elastic coordinates, their list in layout, offsets in numbers of its constants, of
+N (or -1), of A u_j and of what that was at the start of the step, first slot.
 """
 
 from math import cos, sin
 
 from mbdsl.compilation.buffer_layout import (
-    FP,
+    FORCE,
+    FORCE2,
     FRAMES,
-    GD,
-    GP,
     INVERSE,
     KEEP,
     LEVER,
     MASS_ROW,
     MU_WRENCH,
     NEW_MASS,
+    PAST_FORCE,
     PAST_LEVER,
     PAST_WRENCH,
+    POSITION,
     SLOTS,
-    T1,
     TANGENT_ROW,
+    TEMPORARY,
     TIMES,
+    VELOCITY,
     WRENCH,
-    Q,
-    V,
 )
 from mbdsl.compilation.marks import kernel, rare
 from mbdsl.numerics.banded import cholesky_solve
@@ -55,14 +55,14 @@ MASS = 2  #: the mass matrix depends on q
 #: the model that fills the tables
 MODEL = "mbdsl.bodies.floating_beam"
 
-# -- record of a body: first coordinate, first frame, number of frames, k; offsets in F of m, I0, g, S_bar, h1, g0
+# -- record of a body: first coordinate, first frame, number of frames, k; offsets in numbers of m, I0, g, S_bar, h1, g0
 FIRST, FRAME, N_FRAME, SIZE, CONSTANTS = 0, 1, 2, 3, 4
-#: entries of H, G, N_bar (how many; i, j, slot in I; values in F), and of K, D
+#: entries of H, G, N_bar (how many; i, j, slot in layout; values in numbers), and of K, D
 INERTIAL, INERTIAL_AT, INERTIAL_VALUES = 5, 6, 7
 ELASTIC, ELASTIC_AT, ELASTIC_VALUES = 8, 9, 10
-#: first slot of rows and columns of R and phi; offsets in F of c, c_j, ... at q, for M, at the start of the step
+#: first slot of rows and columns of R and phi; offsets in numbers of c, c_j, ... at q, for M, at the start of the step
 BORDER, NOW, HELD, PAST = 11, 12, 13, 14
-#: list of frame records in I; bandwidth of M_ff and offset of its Cholesky factor, scratch (8 k) in F
+#: list of frame records in layout; bandwidth of M_ff and offset of its Cholesky factor, scratch (8 k) in numbers
 OF_FRAMES, BAND, FACTOR, SCRATCH = 15, 16, 17, 18
 RECORD = 19
 FRAME_RECORD = 7
@@ -72,250 +72,272 @@ COS, SIN, C_X, C_Y, P_Q, KNOWN, LISTS = 0, 1, 2, 3, 4, 5, 6
 
 
 @kernel
-def parts(o, row, at, Y, F, I):
-    """What M and the forces are made of at the coordinates in Y[row]."""
-    d, k, n = I[o + FIRST], I[o + SIZE], I[o + CONSTANTS] + 4
-    phi, q = Y[row, d + 2], Y[row, d + 3 :]
+def parts(o, row, at, vectors, numbers, layout):
+    """What M and the forces are made of at the coordinates in vectors[row]."""
+    d, k, n = layout[o + FIRST], layout[o + SIZE], layout[o + CONSTANTS] + 4
+    phi, q = vectors[row, d + 2], vectors[row, d + 3 :]
     c_x, c_y, P = 0.0, 0.0, 0.0
-    cx, cy = F[at + LISTS :], F[at + LISTS + k :]
-    b, Hq = F[at + LISTS + 2 * k :], F[at + LISTS + 3 * k :]
+    cx, cy = numbers[at + LISTS :], numbers[at + LISTS + k :]
+    b, Hq = numbers[at + LISTS + 2 * k :], numbers[at + LISTS + 3 * k :]
     for j in range(k):
-        cx[j], cy[j], Hq[j], b[j] = F[n + j], F[n + k + j], F[n + 2 * k + j], F[n + 3 * k + j]
-        c_x += F[n + j] * q[j]
+        cx[j], cy[j], Hq[j], b[j] = numbers[n + j], numbers[n + k + j], numbers[n + 2 * k + j], numbers[n + 3 * k + j]
+        c_x += numbers[n + j] * q[j]
         c_y += cy[j] * q[j]
         P += Hq[j] * q[j]
-    entries, values = I[o + INERTIAL_AT], I[o + INERTIAL_VALUES]
-    for e in range(I[o + INERTIAL]):
-        i, x, v = I[entries + 3 * e], q[I[entries + 3 * e + 1]], values + 3 * e
-        Hq[i] += F[v] * x
-        b[i] -= F[v + 1] * x
-        cx[i] -= F[v + 2] * x
+    entries, values = layout[o + INERTIAL_AT], layout[o + INERTIAL_VALUES]
+    for e in range(layout[o + INERTIAL]):
+        i, x, v = layout[entries + 3 * e], q[layout[entries + 3 * e + 1]], values + 3 * e
+        Hq[i] += numbers[v] * x
+        b[i] -= numbers[v + 1] * x
+        cx[i] -= numbers[v + 2] * x
     for j in range(k):
-        c_x += 0.5 * (cx[j] - F[n + j]) * q[j]
+        c_x += 0.5 * (cx[j] - numbers[n + j]) * q[j]
         P += Hq[j] * q[j]
-    F[at + COS], F[at + SIN], F[at + C_X], F[at + C_Y], F[at + P_Q] = cos(phi), sin(phi), c_x, c_y, P
-    F[at + KNOWN] = 0.0
+    numbers[at + COS], numbers[at + SIN], numbers[at + C_X], numbers[at + C_Y], numbers[at + P_Q] = (
+        cos(phi),
+        sin(phi),
+        c_x,
+        c_y,
+        P,
+    )
+    numbers[at + KNOWN] = 0.0
 
 
 @kernel
-def of_mass(o, I):
+def of_mass(o, layout):
     """Where the parts that M is made of stand."""
-    return I[o + NOW] if I[MASS_ROW] == Q else I[o + HELD]
+    return layout[o + NOW] if layout[MASS_ROW] == POSITION else layout[o + HELD]
 
 
 @kernel
-def move(block, Y, Z, F, I):
+def move(block, vectors, frames, numbers, layout):
     """Pose, rate and lever of every frame, and A u_j; wrenches start at zero."""
-    for e in range(I[block]):
-        o = I[I[block + 1] + e]
-        d, at = I[o + FIRST], I[o + NOW]
-        parts(o, Q, at, Y, F, I)
-        if I[MASS_ROW] != Q and I[NEW_MASS]:
-            parts(o, I[MASS_ROW], I[o + HELD], Y, F, I)
-        c, s, w = F[at + COS], F[at + SIN], Y[V, d + 2]
-        q, v = Y[Q, d + 3 :], Y[V, d + 3 :]
-        for f in range(I[o + N_FRAME]):
-            r, row = I[o + OF_FRAMES] + FRAME_RECORD * f, I[o + FRAME] + f
-            k, which, n, N, to = I[r], I[r + 1], I[r + 2], I[r + 3], I[r + 4]
-            px, py, theta, turn = F[n], F[n + 1], F[n + 2], 0.0
+    for e in range(layout[block]):
+        o = layout[layout[block + 1] + e]
+        d, at = layout[o + FIRST], layout[o + NOW]
+        parts(o, POSITION, at, vectors, numbers, layout)
+        if layout[MASS_ROW] != POSITION and layout[NEW_MASS]:
+            parts(o, layout[MASS_ROW], layout[o + HELD], vectors, numbers, layout)
+        c, s, w = numbers[at + COS], numbers[at + SIN], vectors[VELOCITY, d + 2]
+        q, v = vectors[POSITION, d + 3 :], vectors[VELOCITY, d + 3 :]
+        for f in range(layout[o + N_FRAME]):
+            r, row = layout[o + OF_FRAMES] + FRAME_RECORD * f, layout[o + FRAME] + f
+            k, which, n, N, to = layout[r], layout[r + 1], layout[r + 2], layout[r + 3], layout[r + 4]
+            px, py, theta, turn = numbers[n], numbers[n + 1], numbers[n + 2], 0.0
             rx, ry = 0.0, 0.0
             n += 3
             for j in range(k):
-                i = I[which + j]
-                ux, uy = F[n + j], F[n + k + j]
+                i = layout[which + j]
+                ux, uy = numbers[n + j], numbers[n + k + j]
                 px += ux * q[i]
                 py += uy * q[i]
-                theta += F[n + 2 * k + j] * q[i]
-                turn += F[n + 2 * k + j] * v[i]
+                theta += numbers[n + 2 * k + j] * q[i]
+                turn += numbers[n + 2 * k + j] * v[i]
                 if N >= 0:
                     Nq = 0.0
                     for l in range(k):
-                        Nq += F[N + k * j + l] * q[I[which + l]]
+                        Nq += numbers[N + k * j + l] * q[layout[which + l]]
                     ux -= Nq
                     px -= 0.5 * Nq * q[i]
                 ux, uy = c * ux - s * uy, s * ux + c * uy
-                F[to + j], F[to + k + j] = ux, uy
+                numbers[to + j], numbers[to + k + j] = ux, uy
                 rx += ux * v[i]
                 ry += uy * v[i]
             lx, ly = c * px - s * py, s * px + c * py
-            Z[row, 0], Z[row, 1], Z[row, 2] = Y[Q, d] + lx, Y[Q, d + 1] + ly, Y[Q, d + 2] + theta
-            Z[row, 3], Z[row, 4], Z[row, 5] = Y[V, d] - ly * w + rx, Y[V, d + 1] + lx * w + ry, w + turn
-            Z[row, LEVER], Z[row, LEVER + 1] = lx, ly
+            frames[row, 0], frames[row, 1], frames[row, 2] = (
+                vectors[POSITION, d] + lx,
+                vectors[POSITION, d + 1] + ly,
+                vectors[POSITION, d + 2] + theta,
+            )
+            frames[row, 3], frames[row, 4], frames[row, 5] = (
+                vectors[VELOCITY, d] - ly * w + rx,
+                vectors[VELOCITY, d + 1] + lx * w + ry,
+                w + turn,
+            )
+            frames[row, LEVER], frames[row, LEVER + 1] = lx, ly
             for j in range(3):
-                Z[row, WRENCH + j], Z[row, MU_WRENCH + j] = 0.0, 0.0
+                frames[row, WRENCH + j], frames[row, MU_WRENCH + j] = 0.0, 0.0
 
 
 @kernel
-def keep(block, F, I):
+def keep(block, numbers, layout):
     """Where a step begins, what the last evaluation found is the past."""
-    if I[KEEP]:
-        for e in range(I[block]):
-            o = I[I[block + 1] + e]
-            for j in range(LISTS + 7 * I[o + SIZE] + 6):
-                F[I[o + PAST] + j] = F[I[o + NOW] + j]
-            if F[I[o + PAST] + KNOWN] == 0.0:
-                decompose(o, I[o + PAST], F, I)
-            for f in range(I[o + N_FRAME]):
-                r = I[o + OF_FRAMES] + FRAME_RECORD * f
-                for j in range(2 * I[r]):
-                    F[I[r + 5] + j] = F[I[r + 4] + j]
+    if layout[KEEP]:
+        for e in range(layout[block]):
+            o = layout[layout[block + 1] + e]
+            for j in range(LISTS + 7 * layout[o + SIZE] + 6):
+                numbers[layout[o + PAST] + j] = numbers[layout[o + NOW] + j]
+            if numbers[layout[o + PAST] + KNOWN] == 0.0:
+                decompose(o, layout[o + PAST], numbers, layout)
+            for f in range(layout[o + N_FRAME]):
+                r = layout[o + OF_FRAMES] + FRAME_RECORD * f
+                for j in range(2 * layout[r]):
+                    numbers[layout[r + 5] + j] = numbers[layout[r + 4] + j]
 
 
 @kernel
-def gather(block, wrench, lever, columns, row, Y, Z, F, I):
-    """Y[row] += B^T F for every frame's wrench F, with l and A u_j as they were where these say."""
-    for e in range(I[block]):
-        o = I[I[block + 1] + e]
-        d = I[o + FIRST]
-        for f in range(I[o + N_FRAME]):
-            r, z = I[o + OF_FRAMES] + FRAME_RECORD * f, Z[I[o + FRAME] + f]
+def gather(block, wrench, lever, columns, row, vectors, frames, numbers, layout):
+    """vectors[row] += B^T F for every frame's wrench F, with l and A u_j as they were where these say."""
+    for e in range(layout[block]):
+        o = layout[layout[block + 1] + e]
+        d = layout[o + FIRST]
+        for f in range(layout[o + N_FRAME]):
+            r, z = layout[o + OF_FRAMES] + FRAME_RECORD * f, frames[layout[o + FRAME] + f]
             fx, fy, tau = z[wrench], z[wrench + 1], z[wrench + 2]
-            Y[row, d] += fx
-            Y[row, d + 1] += fy
-            Y[row, d + 2] += tau - z[lever + 1] * fx + z[lever] * fy
-            k, turn, u = I[r], I[r + 2] + 3 + 2 * I[r], I[r + columns]
+            vectors[row, d] += fx
+            vectors[row, d + 1] += fy
+            vectors[row, d + 2] += tau - z[lever + 1] * fx + z[lever] * fy
+            k, turn, u = layout[r], layout[r + 2] + 3 + 2 * layout[r], layout[r + columns]
             for j in range(k):
-                Y[row, d + 3 + I[I[r + 1] + j]] += F[u + j] * fx + F[u + k + j] * fy + F[turn + j] * tau
+                vectors[row, d + 3 + layout[layout[r + 1] + j]] += (
+                    numbers[u + j] * fx + numbers[u + k + j] * fy + numbers[turn + j] * tau
+                )
 
 
 @kernel
-def collect(block, Y, Z, F, I):
+def collect(block, vectors, frames, numbers, layout):
     """f += B^T F."""
-    gather(block, WRENCH, LEVER, 4, FP, Y, Z, F, I)
+    gather(block, WRENCH, LEVER, 4, FORCE, vectors, frames, numbers, layout)
 
 
 @kernel
-def collect_with_mu(block, Y, Z, F, I):
+def collect_with_mu(block, vectors, frames, numbers, layout):
     """The same, and that of the wrenches of mu: in one go."""
-    for e in range(I[block]):
-        o = I[I[block + 1] + e]
-        d = I[o + FIRST]
-        for f in range(I[o + N_FRAME]):
-            r, z = I[o + OF_FRAMES] + FRAME_RECORD * f, Z[I[o + FRAME] + f]
+    for e in range(layout[block]):
+        o = layout[layout[block + 1] + e]
+        d = layout[o + FIRST]
+        for f in range(layout[o + N_FRAME]):
+            r, z = layout[o + OF_FRAMES] + FRAME_RECORD * f, frames[layout[o + FRAME] + f]
             lx, ly, fx, fy, tau = z[LEVER], z[LEVER + 1], z[WRENCH], z[WRENCH + 1], z[WRENCH + 2]
             gx, gy, mu = z[MU_WRENCH], z[MU_WRENCH + 1], z[MU_WRENCH + 2]
-            Y[FP, d] += fx
-            Y[FP, d + 1] += fy
-            Y[FP, d + 2] += tau - ly * fx + lx * fy
-            Y[GD, d] += gx
-            Y[GD, d + 1] += gy
-            Y[GD, d + 2] += mu - ly * gx + lx * gy
-            k, turn, u = I[r], I[r + 2] + 3 + 2 * I[r], I[r + 4]
+            vectors[FORCE, d] += fx
+            vectors[FORCE, d + 1] += fy
+            vectors[FORCE, d + 2] += tau - ly * fx + lx * fy
+            vectors[FORCE2, d] += gx
+            vectors[FORCE2, d + 1] += gy
+            vectors[FORCE2, d + 2] += mu - ly * gx + lx * gy
+            k, turn, u = layout[r], layout[r + 2] + 3 + 2 * layout[r], layout[r + 4]
             for j in range(k):
-                i, ux, uy = d + 3 + I[I[r + 1] + j], F[u + j], F[u + k + j]
-                Y[FP, i] += ux * fx + uy * fy + F[turn + j] * tau
-                Y[GD, i] += ux * gx + uy * gy + F[turn + j] * mu
+                i, ux, uy = d + 3 + layout[layout[r + 1] + j], numbers[u + j], numbers[u + k + j]
+                vectors[FORCE, i] += ux * fx + uy * fy + numbers[turn + j] * tau
+                vectors[FORCE2, i] += ux * gx + uy * gy + numbers[turn + j] * mu
 
 
 @kernel
-def collect_past(block, Y, Z, F, I):
+def collect_past(block, vectors, frames, numbers, layout):
     """The same for those of psi, at the pose of the start of the step."""
-    gather(block, PAST_WRENCH, PAST_LEVER, 5, GP, Y, Z, F, I)
+    gather(block, PAST_WRENCH, PAST_LEVER, 5, PAST_FORCE, vectors, frames, numbers, layout)
 
 
 @kernel
-def forces(block, Y, F, I):
+def forces(block, vectors, numbers, layout):
     """f += velocity-dependent inertia forces, gravity beyond its constant part, elastic and damping forces."""
-    for e in range(I[block]):
-        o = I[I[block + 1] + e]
-        d, k, at, n, x = I[o + FIRST], I[o + SIZE], I[o + NOW], I[o + CONSTANTS], I[o + SCRATCH]
-        c, s, c_x, c_y = F[at + COS], F[at + SIN], F[at + C_X], F[at + C_Y]
-        q, v, w, f = Y[Q, d + 3 :], Y[V, d + 3 :], Y[V, d + 2], Y[FP]
-        cx, cy, Hq = F[at + LISTS :], F[at + LISTS + k :], F[at + LISTS + 3 * k :]
-        gx, gy = c * F[n + 2] + s * F[n + 3], c * F[n + 3] - s * F[n + 2]
-        rates(o, v, x, F, I)
+    for e in range(layout[block]):
+        o = layout[layout[block + 1] + e]
+        d, k, at, n, x = (
+            layout[o + FIRST],
+            layout[o + SIZE],
+            layout[o + NOW],
+            layout[o + CONSTANTS],
+            layout[o + SCRATCH],
+        )
+        c, s, c_x, c_y = numbers[at + COS], numbers[at + SIN], numbers[at + C_X], numbers[at + C_Y]
+        q, v, w, f = vectors[POSITION, d + 3 :], vectors[VELOCITY, d + 3 :], vectors[VELOCITY, d + 2], vectors[FORCE]
+        cx, cy, Hq = numbers[at + LISTS :], numbers[at + LISTS + k :], numbers[at + LISTS + 3 * k :]
+        gx, gy = c * numbers[n + 2] + s * numbers[n + 3], c * numbers[n + 3] - s * numbers[n + 2]
+        rates(o, v, x, numbers, layout)
         dx, dy, ddx, dP = 0.0, 0.0, 0.0, 0.0
         for j in range(k):
             dx += cx[j] * v[j]
             dy += cy[j] * v[j]
-            ddx -= F[x + 2 * k + j] * v[j]
+            ddx -= numbers[x + 2 * k + j] * v[j]
             dP += 2.0 * Hq[j] * v[j]
-            f[d + 3 + j] += gx * cx[j] + gy * cy[j] + w * (w * Hq[j] + 2.0 * F[x + k + j])
+            f[d + 3 + j] += gx * cx[j] + gy * cy[j] + w * (w * Hq[j] + 2.0 * numbers[x + k + j])
         fx, fy = ddx - 2.0 * w * dy - w * w * c_x, 2.0 * w * dx - w * w * c_y
         f[d] -= c * fx - s * fy
         f[d + 1] -= s * fx + c * fy
         f[d + 2] += gy * c_x - gx * c_y - dP * w
-        entries, values = I[o + ELASTIC_AT], I[o + ELASTIC_VALUES]
-        for a in range(I[o + ELASTIC]):
-            i, j = I[entries + 3 * a], I[entries + 3 * a + 1]
-            f[d + 3 + i] -= F[values + 2 * a] * q[j] + F[values + 2 * a + 1] * v[j]
+        entries, values = layout[o + ELASTIC_AT], layout[o + ELASTIC_VALUES]
+        for a in range(layout[o + ELASTIC]):
+            i, j = layout[entries + 3 * a], layout[entries + 3 * a + 1]
+            f[d + 3 + i] -= numbers[values + 2 * a] * q[j] + numbers[values + 2 * a + 1] * v[j]
 
 
 @kernel
-def rates(o, y, x, F, I):
-    """H y, G y and N_bar y, to F[x], F[x + k], F[x + 2 k]."""
-    k, entries, values = I[o + SIZE], I[o + INERTIAL_AT], I[o + INERTIAL_VALUES]
+def rates(o, y, x, numbers, layout):
+    """H y, G y and N_bar y, to numbers[x], numbers[x + k], numbers[x + 2 k]."""
+    k, entries, values = layout[o + SIZE], layout[o + INERTIAL_AT], layout[o + INERTIAL_VALUES]
     for j in range(3 * k):
-        F[x + j] = 0.0
-    for a in range(I[o + INERTIAL]):
-        i, z, v = I[entries + 3 * a], y[I[entries + 3 * a + 1]], values + 3 * a
-        F[x + i] += F[v] * z
-        F[x + k + i] += F[v + 1] * z
-        F[x + 2 * k + i] += F[v + 2] * z
+        numbers[x + j] = 0.0
+    for a in range(layout[o + INERTIAL]):
+        i, z, v = layout[entries + 3 * a], y[layout[entries + 3 * a + 1]], values + 3 * a
+        numbers[x + i] += numbers[v] * z
+        numbers[x + k + i] += numbers[v + 1] * z
+        numbers[x + 2 * k + i] += numbers[v + 2] * z
 
 
 # -- the mass matrix -------------------------------------------------------------------------------------------------
 
 
 @kernel
-def border(o, at, sign, row, target, Y, F, I):
-    """Y[target] += sign (M - its constant part) Y[row]: what M has in the rows and columns of R and phi."""
-    d, k = I[o + FIRST], I[o + SIZE]
-    c, s, c_x, c_y = F[at + COS], F[at + SIN], F[at + C_X], F[at + C_Y]
-    cx, cy, b = F[at + LISTS :], F[at + LISTS + k :], F[at + LISTS + 2 * k :]
-    x, y, alpha = Y[row, d], Y[row, d + 1], Y[row, d + 2]
+def border(o, at, sign, row, target, vectors, numbers, layout):
+    """vectors[target] += sign (M - its constant part) vectors[row]: what M has in the rows and columns of R and phi."""
+    d, k = layout[o + FIRST], layout[o + SIZE]
+    c, s, c_x, c_y = numbers[at + COS], numbers[at + SIN], numbers[at + C_X], numbers[at + C_Y]
+    cx, cy, b = numbers[at + LISTS :], numbers[at + LISTS + k :], numbers[at + LISTS + 2 * k :]
+    x, y, alpha = vectors[row, d], vectors[row, d + 1], vectors[row, d + 2]
     x, y = sign * (c * x + s * y), sign * (c * y - s * x)
     alpha *= sign
-    fx, fy, tau = -c_y * alpha, c_x * alpha, c_x * y - c_y * x + F[at + P_Q] * alpha
+    fx, fy, tau = -c_y * alpha, c_x * alpha, c_x * y - c_y * x + numbers[at + P_Q] * alpha
     for j in range(k):
-        a = sign * Y[row, d + 3 + j]
+        a = sign * vectors[row, d + 3 + j]
         fx += cx[j] * a
         fy += cy[j] * a
         tau += b[j] * a
-        Y[target, d + 3 + j] += x * cx[j] + y * cy[j] + b[j] * alpha
-    Y[target, d] += c * fx - s * fy
-    Y[target, d + 1] += s * fx + c * fy
-    Y[target, d + 2] += tau
+        vectors[target, d + 3 + j] += x * cx[j] + y * cy[j] + b[j] * alpha
+    vectors[target, d] += c * fx - s * fy
+    vectors[target, d + 1] += s * fx + c * fy
+    vectors[target, d + 2] += tau
 
 
 @kernel
-def inertia(block, task, row, target, Y, F, I):
+def inertia(block, task, row, target, vectors, numbers, layout):
     """Tasks of the mass matrix, see :mod:`mbdsl.compilation.buffer_layout`."""
-    for e in range(I[block]):
-        o = I[I[block + 1] + e]
+    for e in range(layout[block]):
+        o = layout[layout[block + 1] + e]
         if task == TIMES:
-            border(o, of_mass(o, I), 1.0, row, target, Y, F, I)
+            border(o, of_mass(o, layout), 1.0, row, target, vectors, numbers, layout)
         elif task == INVERSE:
-            decompose(o, of_mass(o, I), F, I)
-            solve(o, of_mass(o, I), row, target, Y, F, I)
+            decompose(o, of_mass(o, layout), numbers, layout)
+            solve(o, of_mass(o, layout), row, target, vectors, numbers, layout)
 
 
 @kernel
-def carry_over(block, Y, F, I):
+def carry_over(block, vectors, numbers, layout):
     """GP <- M M_n^{-1} GP with M_n at the start of the step."""
-    for e in range(I[block]):
-        o = I[I[block + 1] + e]
-        solve(o, I[o + PAST], GP, T1, Y, F, I)
-        border(o, I[o + NOW], 1.0, T1, GP, Y, F, I)
-        border(o, I[o + PAST], -1.0, T1, GP, Y, F, I)
+    for e in range(layout[block]):
+        o = layout[layout[block + 1] + e]
+        solve(o, layout[o + PAST], PAST_FORCE, TEMPORARY, vectors, numbers, layout)
+        border(o, layout[o + NOW], 1.0, TEMPORARY, PAST_FORCE, vectors, numbers, layout)
+        border(o, layout[o + PAST], -1.0, TEMPORARY, PAST_FORCE, vectors, numbers, layout)
 
 
 @kernel
-def decompose(o, at, F, I):
+def decompose(o, at, numbers, layout):
     """What M^{-1} takes at these coordinates: M_ff^{-1} M_fr (three columns), and the factors of the 3 x 3 Schur
     complement, in the floating frame's axes. M is never formed, and M_ff was factorised beforehand."""
-    k, n, x = I[o + SIZE], I[o + CONSTANTS], at + LISTS + 4 * I[o + SIZE]
-    c_x, c_y, lists = F[at + C_X], F[at + C_Y], at + LISTS
+    k, n, x = layout[o + SIZE], layout[o + CONSTANTS], at + LISTS + 4 * layout[o + SIZE]
+    c_x, c_y, lists = numbers[at + C_X], numbers[at + C_Y], at + LISTS
     for j in range(3 * k):
-        F[x + j] = F[lists + j]  # c_j and b: the columns of M_fr
+        numbers[x + j] = numbers[lists + j]  # c_j and b: the columns of M_fr
     for column in range(3):
-        cholesky_solve(k, I[o + BAND], F[I[o + FACTOR] :], F[x + column * k :])
-    s00, s01, s02 = F[n], 0.0, -c_y
-    s11, s12, s22 = F[n], c_x, F[n + 1] + F[at + P_Q]
+        cholesky_solve(k, layout[o + BAND], numbers[layout[o + FACTOR] :], numbers[x + column * k :])
+    s00, s01, s02 = numbers[n], 0.0, -c_y
+    s11, s12, s22 = numbers[n], c_x, numbers[n + 1] + numbers[at + P_Q]
     for j in range(k):
-        cx, cy, b = F[lists + j], F[lists + k + j], F[lists + 2 * k + j]
-        y1, y2 = F[x + k + j], F[x + 2 * k + j]
-        s00 -= cx * F[x + j]
+        cx, cy, b = numbers[lists + j], numbers[lists + k + j], numbers[lists + 2 * k + j]
+        y1, y2 = numbers[x + k + j], numbers[x + 2 * k + j]
+        s00 -= cx * numbers[x + j]
         s01 -= cx * y1
         s02 -= cx * y2
         s11 -= cy * y1
@@ -325,109 +347,123 @@ def decompose(o, at, F, I):
     l10, l20 = s01 / s00, s02 / s00
     d1 = s11 - l10 * s01
     l21 = (s12 - l10 * s02) / d1
-    F[x], F[x + 1], F[x + 2] = 1.0 / s00, 1.0 / d1, 1.0 / (s22 - l20 * s02 - l21 * (s12 - l10 * s02))
-    F[x + 3], F[x + 4], F[x + 5] = l10, l20, l21
-    F[at + KNOWN] = 1.0
+    numbers[x], numbers[x + 1], numbers[x + 2] = 1.0 / s00, 1.0 / d1, 1.0 / (s22 - l20 * s02 - l21 * (s12 - l10 * s02))
+    numbers[x + 3], numbers[x + 4], numbers[x + 5] = l10, l20, l21
+    numbers[at + KNOWN] = 1.0
 
 
 @kernel
-def solve(o, at, row, target, Y, F, I):
-    """Y[target] <- M^{-1} Y[row], after ``decompose``."""
-    d, k, y = I[o + FIRST], I[o + SIZE], I[o + SCRATCH]
-    c, s, x = F[at + COS], F[at + SIN], at + LISTS + 4 * I[o + SIZE]
-    r0 = c * Y[row, d] + s * Y[row, d + 1]
-    r1 = c * Y[row, d + 1] - s * Y[row, d]
-    r2 = Y[row, d + 2]
+def solve(o, at, row, target, vectors, numbers, layout):
+    """vectors[target] <- M^{-1} vectors[row], after ``decompose``."""
+    d, k, y = layout[o + FIRST], layout[o + SIZE], layout[o + SCRATCH]
+    c, s, x = numbers[at + COS], numbers[at + SIN], at + LISTS + 4 * layout[o + SIZE]
+    r0 = c * vectors[row, d] + s * vectors[row, d + 1]
+    r1 = c * vectors[row, d + 1] - s * vectors[row, d]
+    r2 = vectors[row, d + 2]
     for j in range(k):
-        f = Y[row, d + 3 + j]
-        F[y + j] = f
-        r0 -= F[x + j] * f
-        r1 -= F[x + k + j] * f
-        r2 -= F[x + 2 * k + j] * f
-    cholesky_solve(k, I[o + BAND], F[I[o + FACTOR] :], F[y:])
+        f = vectors[row, d + 3 + j]
+        numbers[y + j] = f
+        r0 -= numbers[x + j] * f
+        r1 -= numbers[x + k + j] * f
+        r2 -= numbers[x + 2 * k + j] * f
+    cholesky_solve(k, layout[o + BAND], numbers[layout[o + FACTOR] :], numbers[y:])
     z = x + 3 * k
-    r1 -= F[z + 3] * r0
-    r2 -= F[z + 4] * r0 + F[z + 5] * r1
-    alpha = r2 * F[z + 2]
-    ay = r1 * F[z + 1] - F[z + 5] * alpha
-    ax = r0 * F[z] - F[z + 3] * ay - F[z + 4] * alpha
-    Y[target, d], Y[target, d + 1], Y[target, d + 2] = c * ax - s * ay, s * ax + c * ay, alpha
+    r1 -= numbers[z + 3] * r0
+    r2 -= numbers[z + 4] * r0 + numbers[z + 5] * r1
+    alpha = r2 * numbers[z + 2]
+    ay = r1 * numbers[z + 1] - numbers[z + 5] * alpha
+    ax = r0 * numbers[z] - numbers[z + 3] * ay - numbers[z + 4] * alpha
+    vectors[target, d], vectors[target, d + 1], vectors[target, d + 2] = c * ax - s * ay, s * ax + c * ay, alpha
     for j in range(k):
-        Y[target, d + 3 + j] = F[y + j] - F[x + j] * ax - F[x + k + j] * ay - F[x + 2 * k + j] * alpha
+        vectors[target, d + 3 + j] = (
+            numbers[y + j] - numbers[x + j] * ax - numbers[x + k + j] * ay - numbers[x + 2 * k + j] * alpha
+        )
 
 
 # -- tangents --------------------------------------------------------------------------------------------------------
 
 
 @kernel
-def jacobians(block, Y, Z, F, I):
+def jacobians(block, vectors, frames, numbers, layout):
     """B, then (B v)_q, of every frame, 3 x (3 + k) each; what is always zero has been zero from the start."""
-    for e in range(I[block]):
-        o = I[I[block + 1] + e]
-        d, at = I[o + FIRST], I[o + NOW]
-        c, s, w, v = F[at + COS], F[at + SIN], Y[V, d + 2], Y[V, d + 3 :]
-        for f in range(I[o + N_FRAME]):
-            r, row = I[o + OF_FRAMES] + FRAME_RECORD * f, I[o + FRAME] + f
-            k, which, turn, N, u = I[r], I[r + 1], I[r + 2] + 3 + 2 * I[r], I[r + 3], I[r + 4]
-            nb, B = 3 + k, I[I[FRAMES] + 2 * row + 1]
-            lx, ly, rx, ry = Z[row, LEVER], Z[row, LEVER + 1], 0.0, 0.0
+    for e in range(layout[block]):
+        o = layout[layout[block + 1] + e]
+        d, at = layout[o + FIRST], layout[o + NOW]
+        c, s, w, v = numbers[at + COS], numbers[at + SIN], vectors[VELOCITY, d + 2], vectors[VELOCITY, d + 3 :]
+        for f in range(layout[o + N_FRAME]):
+            r, row = layout[o + OF_FRAMES] + FRAME_RECORD * f, layout[o + FRAME] + f
+            k, which, turn, N, u = (
+                layout[r],
+                layout[r + 1],
+                layout[r + 2] + 3 + 2 * layout[r],
+                layout[r + 3],
+                layout[r + 4],
+            )
+            nb, B = 3 + k, layout[layout[FRAMES] + 2 * row + 1]
+            lx, ly, rx, ry = frames[row, LEVER], frames[row, LEVER + 1], 0.0, 0.0
             rate = B + 3 * nb
             for j in range(k):
-                ux, uy = F[u + j], F[u + k + j]
-                F[B + 3 + j], F[B + nb + 3 + j], F[B + 2 * nb + 3 + j] = ux, uy, F[turn + j]
-                rx += ux * v[I[which + j]]
-                ry += uy * v[I[which + j]]
+                ux, uy = numbers[u + j], numbers[u + k + j]
+                numbers[B + 3 + j], numbers[B + nb + 3 + j], numbers[B + 2 * nb + 3 + j] = ux, uy, numbers[turn + j]
+                rx += ux * v[layout[which + j]]
+                ry += uy * v[layout[which + j]]
                 Nv = 0.0
                 if N >= 0:
                     for l in range(k):
-                        Nv += F[N + k * j + l] * v[I[which + l]]
-                F[rate + 3 + j], F[rate + nb + 3 + j] = -uy * w - c * Nv, ux * w - s * Nv
-            F[B], F[B + nb + 1], F[B + 2 * nb + 2] = 1.0, 1.0, 1.0
-            F[B + 2], F[B + nb + 2] = -ly, lx
-            F[rate + 2], F[rate + nb + 2] = -lx * w - ry, -ly * w + rx
+                        Nv += numbers[N + k * j + l] * v[layout[which + l]]
+                numbers[rate + 3 + j], numbers[rate + nb + 3 + j] = -uy * w - c * Nv, ux * w - s * Nv
+            numbers[B], numbers[B + nb + 1], numbers[B + 2 * nb + 2] = 1.0, 1.0, 1.0
+            numbers[B + 2], numbers[B + nb + 2] = -ly, lx
+            numbers[rate + 2], numbers[rate + nb + 2] = -lx * w - ry, -ly * w + rx
 
 
 @kernel
-def stiffness(block, cK, Z, F, I, A):
+def stiffness(block, cK, frames, numbers, layout, matrix):
     """A += cK * (-d(B^T F)/dq) at the accumulated wrenches."""
-    for e in range(I[block]):
-        o = I[I[block + 1] + e]
-        c, s = F[I[o + NOW] + COS], F[I[o + NOW] + SIN]
-        for f in range(I[o + N_FRAME]):
-            r, z = I[o + OF_FRAMES] + FRAME_RECORD * f, Z[I[o + FRAME] + f]
-            k, N, u, slot = I[r], I[r + 3], I[r + 4], I[SLOTS] + I[r + 6]
+    for e in range(layout[block]):
+        o = layout[layout[block + 1] + e]
+        c, s = numbers[layout[o + NOW] + COS], numbers[layout[o + NOW] + SIN]
+        for f in range(layout[o + N_FRAME]):
+            r, z = layout[o + OF_FRAMES] + FRAME_RECORD * f, frames[layout[o + FRAME] + f]
+            k, N, u, slot = layout[r], layout[r + 3], layout[r + 4], layout[SLOTS] + layout[r + 6]
             fx, fy = cK * z[WRENCH], cK * z[WRENCH + 1]
-            A[I[slot]] += z[LEVER] * fx + z[LEVER + 1] * fy
+            matrix[layout[slot]] += z[LEVER] * fx + z[LEVER + 1] * fy
             for j in range(k):
-                value = F[u + k + j] * fx - F[u + j] * fy
-                A[I[slot + 1 + 2 * j]] += value
-                A[I[slot + 2 + 2 * j]] += value
+                value = numbers[u + k + j] * fx - numbers[u + j] * fy
+                matrix[layout[slot + 1 + 2 * j]] += value
+                matrix[layout[slot + 2 + 2 * j]] += value
             if N >= 0:
                 slot += 1 + 2 * k
                 for j in range(k * k):
-                    A[I[slot + j]] += F[N + j] * (c * fx + s * fy)
+                    matrix[layout[slot + j]] += numbers[N + j] * (c * fx + s * fy)
 
 
 @rare
-def tangents(block, cM, cK, cD, cA, Y, F, I, A):
+def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
     """A += cM M (but for its constant part) + cA (M a)_q - cK Q_q - cD Q_v, with a in the row that M is to be
     differentiated with, and Q as ``forces`` says."""
-    for e in range(I[block]):
-        o = I[I[block + 1] + e]
-        d, k, at, n, x = I[o + FIRST], I[o + SIZE], I[o + NOW], I[o + CONSTANTS], I[o + SCRATCH]
-        c, s, c_x, c_y = F[at + COS], F[at + SIN], F[at + C_X], F[at + C_Y]
-        cx, cy, Hq = F[at + LISTS :], F[at + LISTS + k :], F[at + LISTS + 3 * k :]
-        v, w, a = Y[V, d + 3 :], Y[V, d + 2], Y[I[TANGENT_ROW], d:]
+    for e in range(layout[block]):
+        o = layout[layout[block + 1] + e]
+        d, k, at, n, x = (
+            layout[o + FIRST],
+            layout[o + SIZE],
+            layout[o + NOW],
+            layout[o + CONSTANTS],
+            layout[o + SCRATCH],
+        )
+        c, s, c_x, c_y = numbers[at + COS], numbers[at + SIN], numbers[at + C_X], numbers[at + C_Y]
+        cx, cy, Hq = numbers[at + LISTS :], numbers[at + LISTS + k :], numbers[at + LISTS + 3 * k :]
+        v, w, a = vectors[VELOCITY, d + 3 :], vectors[VELOCITY, d + 2], vectors[layout[TANGENT_ROW], d:]
         ax, ay, alpha = c * a[0] + s * a[1], c * a[1] - s * a[0], cA * a[2]
-        gx, gy = c * F[n + 2] + s * F[n + 3], c * F[n + 3] - s * F[n + 2]
+        gx, gy = c * numbers[n + 2] + s * numbers[n + 3], c * numbers[n + 3] - s * numbers[n + 2]
         ex, ey = cA * ax - cK * gx, cA * ay - cK * gy
-        rates(o, v, x, F, I)
-        rates(o, a[3:], x + 3 * k, F, I)
-        Hv, Gv, Nv = F[x:], F[x + k :], F[x + 2 * k :]
-        Ga, Na = F[x + 4 * k :], F[x + 5 * k :]
-        m = of_mass(o, I)
-        mc, ms, mx, my = F[m + COS], F[m + SIN], F[m + C_X], F[m + C_Y]
-        mcx, mcy, mb = F[m + LISTS :], F[m + LISTS + k :], F[m + LISTS + 2 * k :]
+        rates(o, v, x, numbers, layout)
+        rates(o, a[3:], x + 3 * k, numbers, layout)
+        Hv, Gv, Nv = numbers[x:], numbers[x + k :], numbers[x + 2 * k :]
+        Ga, Na = numbers[x + 4 * k :], numbers[x + 5 * k :]
+        m = of_mass(o, layout)
+        mc, ms, mx, my = numbers[m + COS], numbers[m + SIN], numbers[m + C_X], numbers[m + C_Y]
+        mcx, mcy, mb = numbers[m + LISTS :], numbers[m + LISTS + k :], numbers[m + LISTS + 2 * k :]
         dx, dy, ddx, dP, qx, qy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(k):
             dx += cx[j] * v[j]
@@ -440,32 +476,36 @@ def tangents(block, cM, cK, cD, cA, Y, F, I, A):
         tx = -c_y * alpha + cA * qx + cK * (ddx - 2.0 * w * dy - w * w * c_x)
         ty = c_x * alpha + cA * qy + cK * (2.0 * w * dx - w * w * c_y)
         tx, ty = -ty - 2.0 * cD * (dy + w * c_x), tx + 2.0 * cD * (dx - w * c_y)
-        slot = I[SLOTS] + I[o + BORDER]
+        slot = layout[SLOTS] + layout[o + BORDER]
         Mx, My = -cM * (ms * mx + mc * my), cM * (mc * mx - ms * my)
-        A[I[slot]] += c * tx - s * ty + Mx
-        A[I[slot + 1]] += s * tx + c * ty + My
-        A[I[slot + 2]] += Mx
-        A[I[slot + 3]] += My
-        A[I[slot + 4]] += cM * F[m + P_Q] - ex * c_x - ey * c_y + cD * dP
+        matrix[layout[slot]] += c * tx - s * ty + Mx
+        matrix[layout[slot + 1]] += s * tx + c * ty + My
+        matrix[layout[slot + 2]] += Mx
+        matrix[layout[slot + 3]] += My
+        matrix[layout[slot + 4]] += cM * numbers[m + P_Q] - ex * c_x - ey * c_y + cD * dP
         slot += 5
         for j in range(k):
             tx = -cy[j] * alpha - cA * Na[j] - cK * w * w * cx[j] - 2.0 * cD * (Nv[j] + w * cy[j])
             ty = cx[j] * alpha - cK * w * (2.0 * Nv[j] + w * cy[j]) + 2.0 * cD * w * cx[j]
             Mx, My = cM * (mc * mcx[j] - ms * mcy[j]), cM * (ms * mcx[j] + mc * mcy[j])
             turned = ey * cx[j] - ex * cy[j]
-            A[I[slot]] += c * tx - s * ty + Mx
-            A[I[slot + 1]] += s * tx + c * ty + My
-            A[I[slot + 2]] += Mx
-            A[I[slot + 3]] += My
-            A[I[slot + 4]] += (
+            matrix[layout[slot]] += c * tx - s * ty + Mx
+            matrix[layout[slot + 1]] += s * tx + c * ty + My
+            matrix[layout[slot + 2]] += Mx
+            matrix[layout[slot + 3]] += My
+            matrix[layout[slot + 4]] += (
                 turned + 2.0 * alpha * Hq[j] + cA * Ga[j] + 2.0 * w * (cK * Hv[j] + cD * Hq[j]) + cM * mb[j]
             )
-            A[I[slot + 5]] += turned - 2.0 * cD * (w * Hq[j] + Gv[j]) + cM * mb[j]
+            matrix[layout[slot + 5]] += turned - 2.0 * cD * (w * Hq[j] + Gv[j]) + cM * mb[j]
             slot += 6
-        entries, values = I[o + INERTIAL_AT], I[o + INERTIAL_VALUES]
-        for b in range(I[o + INERTIAL]):
-            H, G, N = F[values + 3 * b], F[values + 3 * b + 1], F[values + 3 * b + 2]
-            A[I[I[SLOTS] + I[entries + 3 * b + 2]]] -= ex * N + (alpha + 2.0 * cD * w) * G + cK * w * w * H
-        entries, values = I[o + ELASTIC_AT], I[o + ELASTIC_VALUES]
-        for b in range(I[o + ELASTIC]):
-            A[I[I[SLOTS] + I[entries + 3 * b + 2]]] += cK * F[values + 2 * b] + cD * F[values + 2 * b + 1]
+        entries, values = layout[o + INERTIAL_AT], layout[o + INERTIAL_VALUES]
+        for b in range(layout[o + INERTIAL]):
+            H, G, N = numbers[values + 3 * b], numbers[values + 3 * b + 1], numbers[values + 3 * b + 2]
+            matrix[layout[layout[SLOTS] + layout[entries + 3 * b + 2]]] -= (
+                ex * N + (alpha + 2.0 * cD * w) * G + cK * w * w * H
+            )
+        entries, values = layout[o + ELASTIC_AT], layout[o + ELASTIC_VALUES]
+        for b in range(layout[o + ELASTIC]):
+            matrix[layout[layout[SLOTS] + layout[entries + 3 * b + 2]]] += (
+                cK * numbers[values + 2 * b] + cD * numbers[values + 2 * b + 1]
+            )

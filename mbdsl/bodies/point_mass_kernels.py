@@ -1,6 +1,16 @@
 """How the one frame of a point mass moves with q = (x, y): B = [[1, 0], [0, 1], [0, 0]], constant."""
 
-from mbdsl.compilation.buffer_layout import FP, FRAMES, GD, GP, MU_WRENCH, PAST_WRENCH, WRENCH, Q, V
+from mbdsl.compilation.buffer_layout import (
+    FORCE,
+    FORCE2,
+    FRAMES,
+    MU_WRENCH,
+    PAST_FORCE,
+    PAST_WRENCH,
+    POSITION,
+    VELOCITY,
+    WRENCH,
+)
 from mbdsl.compilation.marks import kernel
 
 MASS = 0  #: the mass matrix is diagonal and constant
@@ -8,49 +18,49 @@ MODEL = "mbdsl.bodies.rigid_body"
 
 
 @kernel
-def move(block, Y, Z, F, I):
-    for e in range(I[block]):
-        o = I[block + 1] + 5 * e
-        d, f0, k = I[o], I[o + 1], I[o + 3]
-        for f in range(f0, f0 + I[o + 2]):
+def move(block, vectors, frames, numbers, layout):
+    for e in range(layout[block]):
+        o = layout[block + 1] + 5 * e
+        d, f0, k = layout[o], layout[o + 1], layout[o + 3]
+        for f in range(f0, f0 + layout[o + 2]):
             for j in range(14):
-                Z[f, j] = 0.0
-            Z[f, 0], Z[f, 1], Z[f, 2] = Y[Q, d], Y[Q, d + 1], F[k + 2]
-            Z[f, 3], Z[f, 4] = Y[V, d], Y[V, d + 1]
+                frames[f, j] = 0.0
+            frames[f, 0], frames[f, 1], frames[f, 2] = vectors[POSITION, d], vectors[POSITION, d + 1], numbers[k + 2]
+            frames[f, 3], frames[f, 4] = vectors[VELOCITY, d], vectors[VELOCITY, d + 1]
             k += 3
 
 
 @kernel
-def gather(block, wrench, row, Y, Z, I):
-    for e in range(I[block]):
-        o = I[block + 1] + 5 * e
-        for f in range(I[o + 1], I[o + 1] + I[o + 2]):
-            Y[row, I[o]] += Z[f, wrench]
-            Y[row, I[o] + 1] += Z[f, wrench + 1]
+def gather(block, wrench, row, vectors, frames, layout):
+    for e in range(layout[block]):
+        o = layout[block + 1] + 5 * e
+        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+            vectors[row, layout[o]] += frames[f, wrench]
+            vectors[row, layout[o] + 1] += frames[f, wrench + 1]
 
 
 @kernel
-def collect(block, Y, Z, I):
-    gather(block, WRENCH, FP, Y, Z, I)
+def collect(block, vectors, frames, layout):
+    gather(block, WRENCH, FORCE, vectors, frames, layout)
 
 
 @kernel
-def collect_with_mu(block, Y, Z, I):
-    collect(block, Y, Z, I)
-    gather(block, MU_WRENCH, GD, Y, Z, I)
+def collect_with_mu(block, vectors, frames, layout):
+    collect(block, vectors, frames, layout)
+    gather(block, MU_WRENCH, FORCE2, vectors, frames, layout)
 
 
 @kernel
-def collect_past(block, Y, Z, I):
-    gather(block, PAST_WRENCH, GP, Y, Z, I)
+def collect_past(block, vectors, frames, layout):
+    gather(block, PAST_WRENCH, PAST_FORCE, vectors, frames, layout)
 
 
 @kernel
-def jacobians(block, Y, Z, F, I):
-    for e in range(I[block]):
-        o = I[block + 1] + 5 * e
-        for f in range(I[o + 1], I[o + 1] + I[o + 2]):
-            k = I[I[FRAMES] + 2 * f + 1]
+def jacobians(block, vectors, frames, numbers, layout):
+    for e in range(layout[block]):
+        o = layout[block + 1] + 5 * e
+        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+            k = layout[layout[FRAMES] + 2 * f + 1]
             for j in range(12):
-                F[k + j] = 0.0
-            F[k], F[k + 3] = 1.0, 1.0
+                numbers[k + j] = 0.0
+            numbers[k], numbers[k + 3] = 1.0, 1.0

@@ -13,18 +13,18 @@ first frame, number of frames, offset of the frames' (s_x, s_y, phi0), slot of (
 from math import cos, sin
 
 from mbdsl.compilation.buffer_layout import (
-    FP,
+    FORCE,
+    FORCE2,
     FRAMES,
-    GD,
-    GP,
     LEVER,
     MU_WRENCH,
+    PAST_FORCE,
     PAST_LEVER,
     PAST_WRENCH,
+    POSITION,
     SLOTS,
+    VELOCITY,
     WRENCH,
-    Q,
-    V,
 )
 from mbdsl.compilation.marks import kernel
 
@@ -33,91 +33,93 @@ MODEL = "mbdsl.bodies.rigid_body"
 
 
 @kernel
-def move(block, Y, Z, F, I):
+def move(block, vectors, frames, numbers, layout):
     """Pose, rate and lever of every frame; wrenches start at zero."""
-    for e in range(I[block]):
-        o = I[block + 1] + 5 * e
-        d, f0, k = I[o], I[o + 1], I[o + 3]
-        x, y, phi = Y[Q, d], Y[Q, d + 1], Y[Q, d + 2]
-        vx, vy, w = Y[V, d], Y[V, d + 1], Y[V, d + 2]
+    for e in range(layout[block]):
+        o = layout[block + 1] + 5 * e
+        d, f0, k = layout[o], layout[o + 1], layout[o + 3]
+        x, y, phi = vectors[POSITION, d], vectors[POSITION, d + 1], vectors[POSITION, d + 2]
+        vx, vy, w = vectors[VELOCITY, d], vectors[VELOCITY, d + 1], vectors[VELOCITY, d + 2]
         c, s = cos(phi), sin(phi)
-        for f in range(f0, f0 + I[o + 2]):
-            sx, sy = F[k], F[k + 1]
+        for f in range(f0, f0 + layout[o + 2]):
+            sx, sy = numbers[k], numbers[k + 1]
             lx, ly = c * sx - s * sy, s * sx + c * sy
-            Z[f, 0], Z[f, 1], Z[f, 2] = x + lx, y + ly, phi + F[k + 2]
-            Z[f, 3], Z[f, 4], Z[f, 5] = vx - ly * w, vy + lx * w, w
-            Z[f, 6], Z[f, 7], Z[f, 8] = 0.0, 0.0, 0.0
-            Z[f, 9], Z[f, 10] = lx, ly
-            Z[f, 11], Z[f, 12], Z[f, 13] = 0.0, 0.0, 0.0
+            frames[f, 0], frames[f, 1], frames[f, 2] = x + lx, y + ly, phi + numbers[k + 2]
+            frames[f, 3], frames[f, 4], frames[f, 5] = vx - ly * w, vy + lx * w, w
+            frames[f, 6], frames[f, 7], frames[f, 8] = 0.0, 0.0, 0.0
+            frames[f, 9], frames[f, 10] = lx, ly
+            frames[f, 11], frames[f, 12], frames[f, 13] = 0.0, 0.0, 0.0
             k += 3
 
 
 @kernel
-def gather(block, wrench, lever, row, Y, Z, I):
-    """Y[row] += B^T F for every frame's wrench F in the columns from ``wrench`` on, l in those from ``lever`` on."""
-    for e in range(I[block]):
-        o = I[block + 1] + 5 * e
-        d = I[o]
-        for f in range(I[o + 1], I[o + 1] + I[o + 2]):
-            fx, fy = Z[f, wrench], Z[f, wrench + 1]
-            Y[row, d] += fx
-            Y[row, d + 1] += fy
-            Y[row, d + 2] += Z[f, wrench + 2] - Z[f, lever + 1] * fx + Z[f, lever] * fy
+def gather(block, wrench, lever, row, vectors, frames, layout):
+    """A row += B^T F for every frame's wrench F in the columns from ``wrench`` on, l in those from ``lever`` on."""
+    for e in range(layout[block]):
+        o = layout[block + 1] + 5 * e
+        d = layout[o]
+        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+            fx, fy = frames[f, wrench], frames[f, wrench + 1]
+            vectors[row, d] += fx
+            vectors[row, d + 1] += fy
+            vectors[row, d + 2] += frames[f, wrench + 2] - frames[f, lever + 1] * fx + frames[f, lever] * fy
 
 
 @kernel
-def collect(block, Y, Z, I):
+def collect(block, vectors, frames, layout):
     """f += B^T F."""
-    gather(block, WRENCH, LEVER, FP, Y, Z, I)
+    gather(block, WRENCH, LEVER, FORCE, vectors, frames, layout)
 
 
 @kernel
-def collect_with_mu(block, Y, Z, I):
+def collect_with_mu(block, vectors, frames, layout):
     """The same, and that of the wrenches of the stabilising multipliers, Phi_q^T mu."""
-    for e in range(I[block]):
-        o = I[block + 1] + 5 * e
-        d = I[o]
+    for e in range(layout[block]):
+        o = layout[block + 1] + 5 * e
+        d = layout[o]
         x, y, phi, mu_x, mu_y, mu_phi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for f in range(I[o + 1], I[o + 1] + I[o + 2]):
-            lx, ly = Z[f, LEVER], Z[f, LEVER + 1]
-            x += Z[f, WRENCH]
-            y += Z[f, WRENCH + 1]
-            phi += Z[f, WRENCH + 2] - ly * Z[f, WRENCH] + lx * Z[f, WRENCH + 1]
-            mu_x += Z[f, MU_WRENCH]
-            mu_y += Z[f, MU_WRENCH + 1]
-            mu_phi += Z[f, MU_WRENCH + 2] - ly * Z[f, MU_WRENCH] + lx * Z[f, MU_WRENCH + 1]
-        Y[FP, d] += x
-        Y[FP, d + 1] += y
-        Y[FP, d + 2] += phi
-        Y[GD, d] = mu_x
-        Y[GD, d + 1] = mu_y
-        Y[GD, d + 2] = mu_phi
+        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+            lx, ly = frames[f, LEVER], frames[f, LEVER + 1]
+            x += frames[f, WRENCH]
+            y += frames[f, WRENCH + 1]
+            phi += frames[f, WRENCH + 2] - ly * frames[f, WRENCH] + lx * frames[f, WRENCH + 1]
+            mu_x += frames[f, MU_WRENCH]
+            mu_y += frames[f, MU_WRENCH + 1]
+            mu_phi += frames[f, MU_WRENCH + 2] - ly * frames[f, MU_WRENCH] + lx * frames[f, MU_WRENCH + 1]
+        vectors[FORCE, d] += x
+        vectors[FORCE, d + 1] += y
+        vectors[FORCE, d + 2] += phi
+        vectors[FORCE2, d] = mu_x
+        vectors[FORCE2, d + 1] = mu_y
+        vectors[FORCE2, d + 2] = mu_phi
 
 
 @kernel
-def collect_past(block, Y, Z, I):
+def collect_past(block, vectors, frames, layout):
     """The same for those of psi, at the pose of the start of the step."""
-    gather(block, PAST_WRENCH, PAST_LEVER, GP, Y, Z, I)
+    gather(block, PAST_WRENCH, PAST_LEVER, PAST_FORCE, vectors, frames, layout)
 
 
 @kernel
-def jacobians(block, Y, Z, F, I):
+def jacobians(block, vectors, frames, numbers, layout):
     """B, then (B v)_q, of every frame, 3 x 3 each, row by row; what is always zero has been zero from the start."""
-    for e in range(I[block]):
-        o = I[block + 1] + 5 * e
-        w = Y[V, I[o] + 2]
-        for f in range(I[o + 1], I[o + 1] + I[o + 2]):
-            k = I[I[FRAMES] + 2 * f + 1]
-            lx, ly = Z[f, 9], Z[f, 10]
-            F[k], F[k + 4], F[k + 8] = 1.0, 1.0, 1.0
-            F[k + 2], F[k + 5] = -ly, lx
-            F[k + 11], F[k + 14] = -lx * w, -ly * w
+    for e in range(layout[block]):
+        o = layout[block + 1] + 5 * e
+        w = vectors[VELOCITY, layout[o] + 2]
+        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+            k = layout[layout[FRAMES] + 2 * f + 1]
+            lx, ly = frames[f, 9], frames[f, 10]
+            numbers[k], numbers[k + 4], numbers[k + 8] = 1.0, 1.0, 1.0
+            numbers[k + 2], numbers[k + 5] = -ly, lx
+            numbers[k + 11], numbers[k + 14] = -lx * w, -ly * w
 
 
 @kernel
-def stiffness(block, cK, Z, I, A):
+def stiffness(block, cK, frames, layout, matrix):
     """A += cK * (-d(B^T F)/dq) at the accumulated wrenches."""
-    for e in range(I[block]):
-        o = I[block + 1] + 5 * e
-        for f in range(I[o + 1], I[o + 1] + I[o + 2]):
-            A[I[I[SLOTS] + I[o + 4]]] += cK * (Z[f, 9] * Z[f, 6] + Z[f, 10] * Z[f, 7])
+    for e in range(layout[block]):
+        o = layout[block + 1] + 5 * e
+        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+            matrix[layout[layout[SLOTS] + layout[o + 4]]] += cK * (
+                frames[f, 9] * frames[f, 6] + frames[f, 10] * frames[f, 7]
+            )

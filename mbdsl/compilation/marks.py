@@ -23,6 +23,6 @@ def rare(function: Function) -> Function:
     return kernel(function)
 
 
-def square(F, at):
-    """The 6 x 6 matrix that stands in F from ``at`` on."""
-    return F[at : at + 36].reshape((6, 6))
+def square(numbers, at):
+    """The 6 x 6 matrix that stands in ``numbers`` from ``at`` on."""
+    return numbers[at : at + 36].reshape((6, 6))

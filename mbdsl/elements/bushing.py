@@ -34,13 +34,13 @@ KIND = ForceKind(
 
 
 @kernel
-def gradient(Z, a, b, p, G):
-    slide(Z, a, b, G, 0)
-    offset(Z, a, b, G, 1)
-    angle(Z, a, b, G, 2)
+def gradient(frames, a, b, p, G):
+    slide(frames, a, b, G, 0)
+    offset(frames, a, b, G, 1)
+    angle(frames, a, b, G, 2)
 
 
 @kernel
-def hessian(Z, a, b, p, s, H):
-    slide_hessian(Z, a, b, s[0], H)
-    offset_hessian(Z, a, b, s[1], H)
+def hessian(frames, a, b, p, s, H):
+    slide_hessian(frames, a, b, s[0], H)
+    offset_hessian(frames, a, b, s[1], H)

@@ -11,37 +11,37 @@ from mbdsl.compilation.marks import kernel
 
 
 @kernel
-def slide(Z, a, b, G, k):
+def slide(frames, a, b, G, k):
     """g = t . d, the position of b along the x axis of a [m]."""
-    c, s = cos(Z[a, 2]), sin(Z[a, 2])
-    dx, dy = Z[b, 0] - Z[a, 0], Z[b, 1] - Z[a, 1]
+    c, s = cos(frames[a, 2]), sin(frames[a, 2])
+    dx, dy = frames[b, 0] - frames[a, 0], frames[b, 1] - frames[a, 1]
     G[k, VALUE] = c * dx + s * dy
     G[k, 0], G[k, 1], G[k, 2] = -c, -s, c * dy - s * dx
     G[k, 3], G[k, 4] = c, s
 
 
 @kernel
-def slide_hessian(Z, a, b, factor, H):
-    c, s = factor * cos(Z[a, 2]), factor * sin(Z[a, 2])
+def slide_hessian(frames, a, b, factor, H):
+    c, s = factor * cos(frames[a, 2]), factor * sin(frames[a, 2])
     rotation_terms(-s, c, H)
-    H[2, 2] -= c * (Z[b, 0] - Z[a, 0]) + s * (Z[b, 1] - Z[a, 1])
+    H[2, 2] -= c * (frames[b, 0] - frames[a, 0]) + s * (frames[b, 1] - frames[a, 1])
 
 
 @kernel
-def offset(Z, a, b, G, k):
+def offset(frames, a, b, G, k):
     """g = n . d, the distance of b from the x axis of a, positive to its left [m]."""
-    c, s = cos(Z[a, 2]), sin(Z[a, 2])
-    dx, dy = Z[b, 0] - Z[a, 0], Z[b, 1] - Z[a, 1]
+    c, s = cos(frames[a, 2]), sin(frames[a, 2])
+    dx, dy = frames[b, 0] - frames[a, 0], frames[b, 1] - frames[a, 1]
     G[k, VALUE] = c * dy - s * dx
     G[k, 0], G[k, 1], G[k, 2] = s, -c, -c * dx - s * dy
     G[k, 3], G[k, 4] = -s, c
 
 
 @kernel
-def offset_hessian(Z, a, b, factor, H):
-    c, s = factor * cos(Z[a, 2]), factor * sin(Z[a, 2])
+def offset_hessian(frames, a, b, factor, H):
+    c, s = factor * cos(frames[a, 2]), factor * sin(frames[a, 2])
     rotation_terms(-c, -s, H)
-    H[2, 2] -= c * (Z[b, 1] - Z[a, 1]) - s * (Z[b, 0] - Z[a, 0])
+    H[2, 2] -= c * (frames[b, 1] - frames[a, 1]) - s * (frames[b, 0] - frames[a, 0])
 
 
 @kernel
@@ -58,16 +58,16 @@ def rotation_terms(ux, uy, H):
 
 
 @kernel
-def angle(Z, a, b, G, k):
+def angle(frames, a, b, G, k):
     """g = phi_b - phi_a [rad]."""
-    G[k, VALUE] = Z[b, 2] - Z[a, 2]
+    G[k, VALUE] = frames[b, 2] - frames[a, 2]
     G[k, 2], G[k, 5] = -1.0, 1.0
 
 
 @kernel
-def distance(Z, a, b, G, k):
+def distance(frames, a, b, G, k):
     """g = |d| [m]; at zero length the direction is undefined, and the force is zero."""
-    dx, dy = Z[b, 0] - Z[a, 0], Z[b, 1] - Z[a, 1]
+    dx, dy = frames[b, 0] - frames[a, 0], frames[b, 1] - frames[a, 1]
     l = sqrt(dx * dx + dy * dy)  # hypot fails for lengths beyond 1e154, and takes longer than the rest
     G[k, VALUE] = l
     if l > 0.0:
@@ -76,8 +76,8 @@ def distance(Z, a, b, G, k):
 
 
 @kernel
-def distance_hessian(Z, a, b, factor, H):
-    dx, dy = Z[b, 0] - Z[a, 0], Z[b, 1] - Z[a, 1]
+def distance_hessian(frames, a, b, factor, H):
+    dx, dy = frames[b, 0] - frames[a, 0], frames[b, 1] - frames[a, 1]
     l = sqrt(dx * dx + dy * dy)
     if l > 0.0:
         dx, dy = dx / l, dy / l

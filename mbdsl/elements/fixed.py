@@ -20,8 +20,8 @@ KIND = JointKind(
 
 
 @kernel
-def gradient(Z, a, b, p, G):
+def gradient(frames, a, b, p, G):
     for k in range(3):
-        G[k, VALUE] = Z[b, k] - Z[a, k]
+        G[k, VALUE] = frames[b, k] - frames[a, k]
         G[k, k], G[k, k + 3] = -1.0, 1.0
     G[2, VALUE] -= p[0]

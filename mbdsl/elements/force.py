@@ -23,14 +23,14 @@ KIND = ForceKind(
 
 
 @kernel
-def gradient(Z, a, b, p, G):
-    c, s = cos(Z[a, 2]), sin(Z[a, 2])
+def gradient(frames, a, b, p, G):
+    c, s = cos(frames[a, 2]), sin(frames[a, 2])
     G[0, 3], G[0, 4] = c, s
     G[1, 3], G[1, 4] = -s, c
 
 
 @kernel
-def hessian(Z, a, b, p, s, H):
-    co, si = cos(Z[a, 2]), sin(Z[a, 2])
+def hessian(frames, a, b, p, s, H):
+    co, si = cos(frames[a, 2]), sin(frames[a, 2])
     H[3, 2] += -si * s[0] - co * s[1]
     H[4, 2] += co * s[0] - si * s[1]

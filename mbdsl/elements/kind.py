@@ -141,11 +141,11 @@ class BodyKind(Kind):
 class PairKind(Kind):
     """Something between two frames, described by ``rows`` scalar coordinates g(z) of them.
 
-    Kernels of its file, for one component with frames ``a``, ``b`` (rows of the frame table ``Z``: x, y, phi, vx, vy,
+    Kernels of its file, for one component with frames ``a``, ``b`` (rows of the table ``frames``: x, y, phi, vx, vy,
     w) and parameters ``p`` (a row of floats, from ``table``), with z = (z_a, z_b):
 
-    ``gradient(Z, a, b, p, G)``       G[0:rows, 0:6] = dg/dz, G[0:rows, VALUE] = g(z); entries always 0 are not written
-    ``hessian(Z, a, b, p, s, H)``     H[0:6, 0:6] += d(G^T s)/dz; left out where G is constant
+    ``gradient(frames, a, b, p, G)``   G[0:rows, 0:6] = dg/dz, G[0:rows, VALUE] = g(z); entries always 0 are not written
+    ``hessian(frames, a, b, p, s, H)`` H[0:6, 0:6] += d(G^T s)/dz; left out where G is constant
     """
 
     ports: tuple[str, ...] = ("frame_a", "frame_b")

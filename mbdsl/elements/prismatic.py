@@ -44,12 +44,12 @@ KIND = JointKind(
 
 
 @kernel
-def gradient(Z, a, b, p, G):
-    offset(Z, a, b, G, 0)
-    angle(Z, a, b, G, 1)
+def gradient(frames, a, b, p, G):
+    offset(frames, a, b, G, 0)
+    angle(frames, a, b, G, 1)
     G[1, VALUE] -= p[0]
 
 
 @kernel
-def hessian(Z, a, b, p, s, H):
-    offset_hessian(Z, a, b, s[0], H)
+def hessian(frames, a, b, p, s, H):
+    offset_hessian(frames, a, b, s[0], H)

@@ -35,7 +35,7 @@ KIND = JointKind(
 
 
 @kernel
-def gradient(Z, a, b, p, G):
+def gradient(frames, a, b, p, G):
     for k in range(2):
-        G[k, VALUE] = Z[b, k] - Z[a, k]
+        G[k, VALUE] = frames[b, k] - frames[a, k]
         G[k, k], G[k, 3 + k] = -1.0, 1.0

@@ -33,11 +33,11 @@ KIND = JointKind(
 
 
 @kernel
-def gradient(Z, a, b, p, G):
-    offset(Z, a, b, G, 0)
+def gradient(frames, a, b, p, G):
+    offset(frames, a, b, G, 0)
     G[0, VALUE] -= p[0]
 
 
 @kernel
-def hessian(Z, a, b, p, s, H):
-    offset_hessian(Z, a, b, s[0], H)
+def hessian(frames, a, b, p, s, H):
+    offset_hessian(frames, a, b, s[0], H)

@@ -21,5 +21,5 @@ KIND = JointKind(
 
 
 @kernel
-def gradient(Z, a, b, p, G):
-    angle(Z, a, b, G, 0)
+def gradient(frames, a, b, p, G):
+    angle(frames, a, b, G, 0)

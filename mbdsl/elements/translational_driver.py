@@ -21,10 +21,10 @@ KIND = JointKind(
 
 
 @kernel
-def gradient(Z, a, b, p, G):
-    slide(Z, a, b, G, 0)
+def gradient(frames, a, b, p, G):
+    slide(frames, a, b, G, 0)
 
 
 @kernel
-def hessian(Z, a, b, p, s, H):
-    slide_hessian(Z, a, b, s[0], H)
+def hessian(frames, a, b, p, s, H):
+    slide_hessian(frames, a, b, s[0], H)

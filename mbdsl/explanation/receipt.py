@@ -236,7 +236,7 @@ def _drivers(motion: Motion) -> list[Entry]:
     nothing = "none" if not carried else "none is left: what they move is a function of time"
     found = [_entry("drivers", driven, nothing, kernels=_kernels(motion, "drivers", "expressions"))]
     if any(
-        p.system.tables.I[buffer_layout.N_MOVING] for p in motion.parts
+        p.system.tables.layout[buffer_layout.N_MOVING] for p in motion.parts
     ):  # a component that is solved for is attached to one
         found.append(_entry("moving frames", carried, "", kernels=_kernels(motion, "moving frames", "expressions")))
     return found
@@ -343,13 +343,16 @@ def _deforming(motion: Motion, least: int) -> set[str]:
 
 
 def _hoisted(motion: Motion) -> list[str]:
-    kinds_ = {int(p.system.tables.I[buffer_layout.MASS_KIND]) for p in motion.parts}
+    kinds_ = {int(p.system.tables.layout[buffer_layout.MASS_KIND]) for p in motion.parts}
     found = ["the mass matrix, constant and diagonal: one vector"] if 0 in kinds_ else []
     if 1 in kinds_:
         found.append("the mass matrix of elements: constant, factorised once where its inverse is needed")
     if 2 in kinds_:
         found.append("of the mass matrix: integrals over shapes; elastic entries, factorised once")
-    if any(p.system.tables.F[p.system.tables.I[buffer_layout.FORCE0] :][: p.system.n].any() for p in motion.parts):
+    if any(
+        p.system.tables.numbers[p.system.tables.layout[buffer_layout.CONSTANT_FORCE] :][: p.system.n].any()
+        for p in motion.parts
+    ):
         found.append("gravity, constant in these coordinates: the vector that forces start from")
     orders = [p for p in motion.parts if p.system.unknowns]
     if orders:
@@ -424,7 +427,7 @@ def _rows(motion: Motion) -> dict[str, int]:
             found["nonholonomic rows"] += len(c.velocity_constraints)
             found["drivers"] += c.kind.driver is not None and c.kind.rows > 0
     # a pose and its rates
-    found["moving frames"] = sum(6 * int(p.system.tables.I[buffer_layout.N_MOVING]) for p in motion.parts)
+    found["moving frames"] = sum(6 * int(p.system.tables.layout[buffer_layout.N_MOVING]) for p in motion.parts)
     return found
 
 

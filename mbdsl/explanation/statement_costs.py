@@ -31,19 +31,19 @@ def measure(motion: Motion) -> tuple[float, dict[tuple[str, str], float]]:
 def _run(p: Moving) -> tuple[float, float, float]:
     """Seconds of a step, evaluations and tangents a step, from as many steps as the time limit allows."""
     assert isinstance(p.integration, Integration)
-    J, slice_, spent = p.integration.J, 64, 0.0
+    integers, slice_, spent = p.integration.integers, 64, 0.0
     p.integration.advance(4)  # initial overhead
-    start, least = J.copy(), float("inf")
+    start, least = integers.copy(), float("inf")
     while spent < RUN_PATIENCE:
-        before, begun = int(J[loop_state.STEP]), perf_counter()
+        before, begun = int(integers[loop_state.STEP]), perf_counter()
         status = p.integration.advance(slice_)
         now = perf_counter() - begun
         spent += now
         # the fastest interval, because other work on the machine slows down the rest
-        least = min(least, now / max(1, int(J[loop_state.STEP]) - before))
+        least = min(least, now / max(1, int(integers[loop_state.STEP]) - before))
         if status != loop_state.RUNNING:
             break
-    done = J - start
+    done = integers - start
     steps = max(1, int(done[loop_state.STEP]))
     matrices = int(done[loop_state.MATRICES]) * modules()[p.method].METHOD.matrices
     return least, int(done[loop_state.ITERATIONS]) / steps, matrices / steps
@@ -54,7 +54,7 @@ def _lines(p: Moving) -> Iterator[tuple[Line, float, bool]]:
     t, run = p.system.tables, p.integration
     assert isinstance(run, Integration)
     repeated = load_repeated(t.blocks, t.has_tape, modules()[p.method].METHOD.sets)
-    arrays = [x.copy() for x in (run.Y, run.Z, run.C, run.F, run.I, run.A[0])]
+    arrays = [x.copy() for x in (run.vectors, run.frames, run.gradients, run.numbers, run.layout, run.matrices[0])]
     for lines, tangent in ((repeated.evaluate, False), (repeated.tangent, True)):
         for line, function in lines:
             yield line, _seconds(lambda n, f=function: f(n, run.time, *[1.0] * 9, *arrays)), tangent  # type: ignore[misc]

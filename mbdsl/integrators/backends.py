@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.integrators import backend
 from mbdsl.integrators.loop import loop_state
-from mbdsl.integrators.options import check_options
 from mbdsl.system import System
 
 if TYPE_CHECKING:
@@ -134,7 +133,7 @@ class External:
         self._backend = backend(method)
         self._given: dict[str, Any] = {"start": start, "stop": stop, "times": times, "h": h, "tol": tol}
         self._given["longest"] = longest
-        self._given["options"] = check_options(method, options, force=True)
+        self._given["options"] = dict(options)
         self.times, self._every = times.copy(), every
         self.out = np.zeros((len(times), system.n + system.unknowns))
         self.pivoting_from: float | None = None

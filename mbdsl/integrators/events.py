@@ -74,24 +74,24 @@ class Events:
 
     def begin(self, t: float, q: Array, v: Array, lam: Array) -> None:
         """At the start of the run."""
-        run, K, J, switches = self.run, self.run.K, self.run.J, self.system.tables.switches
+        run, reals, integers, switches = self.run, self.run.reals, self.run.integers, self.system.tables.switches
         if switches:
-            J[loop_state.WATCHING] = True
-            J[loop_state.CORNERS] = all(switch.of_force for switch in switches)
-            J[loop_state.SIGNATURE] = combined(self.system.switches(t, q, v, lam))
+            integers[loop_state.WATCHING] = True
+            integers[loop_state.CORNERS] = all(switch.of_force for switch in switches)
+            integers[loop_state.SIGNATURE] = combined(self.system.switches(t, q, v, lam))
             self._known = self.system.time_events(t, run.stop, corners=declared(run.method).order > 2)
             self._next(t)
-            K[loop_state.H] = run.h = min(run.h, K[loop_state.NEXT_EVENT] - t)
+            reals[loop_state.STEP_SIZE] = run.h = min(run.h, reals[loop_state.NEXT_EVENT] - t)
 
     def _next(self, t: float) -> None:
         """Steps are to end before the next event that is known: as far before as rounding may matter."""
-        before = self.run.K[loop_state.LEAST_H]
+        before = self.run.reals[loop_state.LEAST_H]
         later = (x - before for x in self._known)
-        self.run.K[loop_state.NEXT_EVENT] = next((x for x in later if x > t + before), np.inf)
+        self.run.reals[loop_state.NEXT_EVENT] = next((x for x in later if x > t + before), np.inf)
 
     def rejoin(self) -> None:
         """Find the times of events still to come, after the run was restored from a checkpoint."""
-        run, before, due = self.run, self.run.K[loop_state.LEAST_H], self.run.K[loop_state.NEXT_EVENT]
+        run, before, due = self.run, self.run.reals[loop_state.LEAST_H], self.run.reals[loop_state.NEXT_EVENT]
         if due < np.inf:
             known = self.system.time_events(run.start, run.stop, corners=declared(run.method).order > 2)
             self._known = dropwhile(lambda x: x - before <= due, known)
@@ -100,15 +100,19 @@ class Events:
         """After inputs have changed."""
         run = self.run
         q, v, lam = run.state()
-        run.J[loop_state.SIGNATURE] = combined(self.system.switches(run.time, q, v, lam))
+        run.integers[loop_state.SIGNATURE] = combined(self.system.switches(run.time, q, v, lam))
 
     def come(self) -> int:
         """A step was cut short, or ended at a known time: begin anew if a switch changes here; a status."""
-        run, K, J, system = self.run, self.run.K, self.run.J, self.system
+        run, reals, integers, system = self.run, self.run.reals, self.run.integers, self.system
         t, (q, v, lam) = run.time, run.state()
-        least, known, cut = K[loop_state.LEAST_H], run.time >= K[loop_state.NEXT_EVENT], J[loop_state.CUT] > 0
+        least, known, cut = (
+            reals[loop_state.LEAST_H],
+            run.time >= reals[loop_state.NEXT_EVENT],
+            integers[loop_state.CUT] > 0,
+        )
         at_once = not (known or cut)  # there was no room for a step
-        h, J[loop_state.CUT] = K[loop_state.H] if known else K[loop_state.UNCUT], 0
+        h, integers[loop_state.CUT] = reals[loop_state.STEP_SIZE] if known else reals[loop_state.UNCUT], 0
         if not known:  # without an event, too: a step may be cut short again and again
             self._cut = [*self._cut[1 - 2 * MANY :], t]
             if len(self._cut) == 2 * MANY and t - self._cut[0] < HARDLY * (run.stop - run.start):
@@ -121,7 +125,7 @@ class Events:
         try:
             a, lam = accelerations(system, t, q, v, run.left_out)
             if not known:
-                most = 4 * least if at_once else LEFT * K[loop_state.LAST_H]
+                most = 4 * least if at_once else LEFT * reals[loop_state.LAST_H]
                 found = self._distance(t, q, v, a, lam, old, most)
                 if found is None:
                     return self._progress(t, old) if at_once else loop_state.RUNNING
@@ -130,17 +134,17 @@ class Events:
             q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
             new = system.switches(t, q, v, lam)
-            J[loop_state.SIGNATURE] = combined(new)
-            J[loop_state.EVENTS] += 1
+            integers[loop_state.SIGNATURE] = combined(new)
+            integers[loop_state.EVENTS] += 1
             self.times.append(t)
-            run.begin(q, v, a, lam, run.left_out, t=t, longest=min(h, min(run.stop, K[loop_state.NEXT_EVENT]) - t))
+            run.begin(q, v, a, lam, run.left_out, t=t, longest=min(h, min(run.stop, reals[loop_state.NEXT_EVENT]) - t))
             return self._progress(t, new)
         except InitialisationError:
             return loop_state.NOT_FINITE if not np.isfinite(system.Q(t, q, v)).all() else loop_state.SINGULAR
 
     def _distance(self, t: float, q: Array, v: Array, a: Array, lam: Array, old: States, most: float) -> float | None:
         """The time to where a switch has just changed, if that is not further than ``most``."""
-        if combined(old) != self.run.J[loop_state.SIGNATURE]:
+        if combined(old) != self.run.integers[loop_state.SIGNATURE]:
             return 0.0  # by what Newton's last correction did
 
         def same(s: float) -> bool:
@@ -149,7 +153,7 @@ class Events:
         if same(most):
             return None
         low, high = 0.0, most
-        while high - low > max(1e-9 * high, 0.01 * self.run.K[loop_state.LEAST_H]):
+        while high - low > max(1e-9 * high, 0.01 * self.run.reals[loop_state.LEAST_H]):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if same(middle) else (low, middle)
         return high

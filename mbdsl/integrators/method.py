@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.compilation.buffer_layout import X2, Q, X
+from mbdsl.compilation.buffer_layout import POSITION, UNKNOWN, UNKNOWN2
 
 if TYPE_CHECKING:
     from mbdsl.system import System
@@ -51,13 +51,13 @@ class Start:
 class Method:
     """Declaration of an integration method.
 
-    ``coefficients`` turns checked options into the numbers c that the kernels read; ``check`` says what is wrong with
-    options together, on a model that is constrained or not (None: nothing; "forced" problems may be overruled);
-    ``begin(c, start)`` gives the rows of Y that the first step needs, vectors of n or N entries by row; c may be
-    changed.
+    ``coefficients`` turns checked options into the numbers c that the kernels read, and that no kernel changes;
+    ``check`` says what is wrong with options together, on a model that is constrained or not (None: nothing; "forced"
+    problems may be overruled). ``begin(c, start)`` gives the rows of ``vectors`` that the first step needs, vectors of
+    n or N entries by row, and ``memory(c, start)`` the numbers that the method carries from step to step in addition.
 
-    ``multipliers`` are the rows of Y with the multipliers in f, in Phi_q^T mu, and as force laws read them.
-    Of these ``sets``, the third is that in Phi_q^T psi with Phi_q of the start of the step, always in X.
+    ``multipliers`` are the rows of ``vectors`` with the multipliers in f, in Phi_q^T mu, and as force laws read them.
+    Of these ``sets``, the third is that in Phi_q^T psi with Phi_q of the start of the step, always in UNKNOWN.
     ``own_reactions`` is False where reactions have to be found from the acceleration-level equations; ``inverts_mass``
     tells that every coordinate needs a mass. What nobody can choose is not ``chosen``. ``steps`` are "fixed",
     "controlled" (by an estimate of their error), or both, the first of which is taken if nobody asks for the other.
@@ -79,18 +79,21 @@ class Method:
     enforces: tuple[str, ...]  #: of "Phi", "dPhi"
     source: str
     coefficients: Callable[[Mapping[str, float | None]], tuple[float, ...]] = lambda options: ()
+    memory: Callable[[Array, Start], tuple[float, ...]] = lambda c, start: ()
     begin: Callable[[Array, Start], Mapping[int, Array | list[float]]] = lambda c, start: {}
     parameters: Mapping[str, Option] = field(default_factory=dict)
     check: Callable[[Mapping[str, float | None]], str | None] = lambda options: None
     check_constrained: Callable[[Mapping[str, float | None]], str | None] = lambda options: None
     matrices: int = 1
-    multipliers: tuple[int, int, int] = (X, X2, X)
+    multipliers: tuple[int, int, int] = (UNKNOWN, UNKNOWN2, UNKNOWN)
     sets: int = 1
     own_reactions: bool = True
     inverts_mass: bool = False
-    mass_row: int = Q  #: row of Y with the coordinates that M is evaluated at; another than Q is looked at once a step
-    inertia_rows: tuple[int, int] = (X, X2)  #: rows that M is multiplied with
-    tangent_row: int = X  #: x in (M x)_q of the iteration matrix
+    mass_row: int = (
+        POSITION  #: row with the coordinates that M is evaluated at; another than POSITION is read once a step
+    )
+    inertia_rows: tuple[int, int] = (UNKNOWN, UNKNOWN2)  #: rows that M is multiplied with
+    tangent_row: int = UNKNOWN  #: x in (M x)_q of the iteration matrix
     chosen: bool = True
     steps: tuple[str, ...] = ("fixed",)
     needs: str = ""
@@ -98,8 +101,8 @@ class Method:
     family: str = ""  #: of methods whose errors may agree with each other; empty: the method is one of its own
     relative_step: float = 1.0
     diverges: str = ""
-    rows: int = 0  #: rows of Y that are the method's own, behind the common ones
-    acceleration_row: int = X  #: X or X2: differences of that over steps are those of accelerations
+    rows: int = 0  #: rows of ``vectors`` that are the method's own, behind the common ones
+    acceleration_row: int = UNKNOWN  #: UNKNOWN or UNKNOWN2: differences of that over steps are those of accelerations
     node: Callable[[Array], float] = lambda c: 1.0  #: when in a step that acceleration is, in parts of the step
     mass_weight: Callable[[Array], float] = lambda c: 1.0  #: factor on M in the (first) iteration matrix
     damping_weight: Callable[[Array], float] = lambda c: 2 / 3  #: the same on h D

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from mbdsl.compilation.buffer_layout import Q0, V0, XA
-from mbdsl.integrators.loop.loop_state import K_SIZE, NOTED, NOTES, RUNNING
+from mbdsl.compilation.buffer_layout import POSITION0, UNKNOWN0, VELOCITY0
+from mbdsl.integrators.loop.loop_state import NOTED, NOTES, REALS, RUNNING
 from mbdsl.system.peaks_in_fixed_steps import InFixedSteps
 
 if TYPE_CHECKING:
@@ -46,27 +46,34 @@ class Overlooked:
         self._least = max(SHORTEST * run.h, 16.0 * float(np.spacing(max(abs(run.start), abs(run.stop)))))
         if self._looks.terms:
             self._width = 1 + system.n + system.unknowns
-            run.J[NOTES] = max(16, min(BATCH, NUMBERS // self._width))
+            run.integers[NOTES] = max(16, min(BATCH, NUMBERS // self._width))
             n = system.n
-            first = np.concatenate([[run.start], run.Y[Q0, :n], run.Y[V0, :n], run.Y[XA, n : system.unknowns]])
-            run.K = np.concatenate([run.K, first, np.zeros((run.J[NOTES] - 1) * self._width)])
-            run.J[NOTED] = 1
+            first = np.concatenate(
+                [
+                    [run.start],
+                    run.vectors[POSITION0, :n],
+                    run.vectors[VELOCITY0, :n],
+                    run.vectors[UNKNOWN0, n : system.unknowns],
+                ]
+            )
+            run.reals = np.concatenate([run.reals, first, np.zeros((run.integers[NOTES] - 1) * self._width)])
+            run.integers[NOTED] = 1
 
     def advance(self, steps: int, call: Callable[[int], int]) -> int:
         """Take at most so many steps by the compiled loop, and return a status."""
-        J, status = self._run.J, RUNNING
-        while steps > 0 and status == RUNNING and J[NOTES] > 0:
-            before, room = self._run.steps, int(J[NOTES] - J[NOTED])
+        integers, status = self._run.integers, RUNNING
+        while steps > 0 and status == RUNNING and integers[NOTES] > 0:
+            before, room = self._run.steps, int(integers[NOTES] - integers[NOTED])
             status = call(min(steps, room))
             steps -= self._run.steps - before
-            if J[NOTED] == J[NOTES]:
+            if integers[NOTED] == integers[NOTES]:
                 self._search()
         return call(steps) if steps > 0 and status == RUNNING else status
 
     def peak(self) -> Peak | None:
         """The first peak so far that the ends of its step do not show."""
         run = self._run
-        if run.J[NOTES] > 0:
+        if run.integers[NOTES] > 0:
             self._search()
         if not run.missed:
             return None
@@ -76,11 +83,11 @@ class Overlooked:
     def _search(self) -> None:
         """Search the steps recorded; the end of the last one is kept as the start of the next."""
         run, n = self._run, self._run.system.n
-        rows = run.K[K_SIZE:].reshape(run.J[NOTES], self._width)
-        noted = rows[: run.J[NOTED]]
+        rows = run.reals[REALS:].reshape(run.integers[NOTES], self._width)
+        noted = rows[: run.integers[NOTED]]
         if len(noted) < 2:
             return
-        inputs = {name: float(run.F[at]) for name, at in run.system.tables.inputs.items()}
+        inputs = {name: float(run.numbers[at]) for name, at in run.system.tables.inputs.items()}
         t, q, v, lam = noted[:, 0], noted[:, 1 : 1 + n], noted[:, 1 + n : 1 + 2 * n], noted[:, 1 + 2 * n :]
         found = self._looks.first(t, q, v, lam, inputs, self._least, run.seen)
         if found:
@@ -89,6 +96,6 @@ class Overlooked:
             number = float(run.system.tables.values.index(found[0].term))
             middle = 0.5 * (found[0].start + found[-1].end)
             run.missed = [number, float(middle), float(t[k]), float(t[k + 1]), float(shortest)]
-            run.J[NOTES] = 0
+            run.integers[NOTES] = 0
         rows[0] = noted[-1]
-        run.J[NOTED] = 1
+        run.integers[NOTED] = 1

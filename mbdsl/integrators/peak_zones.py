@@ -19,12 +19,12 @@ import numpy as np
 
 from mbdsl.integrators.loop.loop_state import (
     DONE,
-    K_SIZE,
     LEAST_H,
     LOOK,
     NEXT_ZONE,
     NOTED,
     NOTES,
+    REALS,
     ROOM,
     RUNNING,
     SLIDING,
@@ -68,8 +68,8 @@ class Landings:
         run.approaches, run.approaching = [], np.zeros((5, len(self._approaches.arguments)))
         if self._looks.terms or self._approaches.arguments:
             width = 1 + run.system.n + run.system.unknowns
-            run.J[NOTES] = batch = max(16, min(BATCH, NUMBERS // width))
-            run.K = np.concatenate([run.K, np.zeros(batch * width)])
+            run.integers[NOTES] = batch = max(16, min(BATCH, NUMBERS // width))
+            run.reals = np.concatenate([run.reals, np.zeros(batch * width)])
         self._tries, self._from = 0, -np.inf
 
     def begin(self, t: float) -> None:
@@ -82,7 +82,7 @@ class Landings:
         """Restore the zones that the compiled loop does not hold, after the run was restored from a checkpoint."""
         run, self._pending = self._run, []
         run.approaches = [Approach(*x) for x in run.approaches]
-        held = {tuple(zone) for zone in run.K[ZONE : ZONE + 2 * run.J[ZONES]].reshape(-1, 2).tolist()}
+        held = {tuple(zone) for zone in run.reals[ZONE : ZONE + 2 * run.integers[ZONES]].reshape(-1, 2).tolist()}
         every = run.system.time_zones(run.start, run.stop, LONGEST * (run.stop - run.start)) if held else ()
         self._zones = (zone for zone in every if (zone.start, zone.end) not in held)
 
@@ -92,31 +92,31 @@ class Landings:
         ahead = ((z.start, z.end) for z in self._zones if z.start > run.time)
         self._pending += islice(ahead, max(0, ROOM - len(self._pending)))
         now = sorted((zone for zone in self._pending if zone[0] > run.time), key=lambda zone: zone[1])
-        run.K[ZONE : ZONE + 2 * len(now[:ROOM])] = np.ravel(now[:ROOM])
-        run.J[NEXT_ZONE], run.J[ZONES], self._pending = 0, len(now[:ROOM]), now[ROOM:]
+        run.reals[ZONE : ZONE + 2 * len(now[:ROOM])] = np.ravel(now[:ROOM])
+        run.integers[NEXT_ZONE], run.integers[ZONES], self._pending = 0, len(now[:ROOM]), now[ROOM:]
 
     def insert(self, zones: Iterable[Zone]) -> None:
         """Add further zones."""
-        K, J = self._run.K, self._run.J
-        known = K[ZONE + 2 * J[NEXT_ZONE] : ZONE + 2 * J[ZONES]].reshape(-1, 2)
+        reals, integers = self._run.reals, self._run.integers
+        known = reals[ZONE + 2 * integers[NEXT_ZONE] : ZONE + 2 * integers[ZONES]].reshape(-1, 2)
         self._pending += [(a, b) for a, b in known.tolist()] + [(z.start, z.end) for z in zones]
         self.refill()
 
     def advance(self, steps: int, call: Callable[[int], int]) -> int:
         """Take at most so many steps by the compiled loop, search them for hidden peaks, and return a status."""
         run = self._run
-        if not run.J[NOTES]:
+        if not run.integers[NOTES]:
             while (status := call(steps)) == LOOK:
                 self.refill()
             return status
-        status, most = RUNNING, int(run.J[NOTES])
+        status, most = RUNNING, int(run.integers[NOTES])
         batch = most
         while steps > 0 and status == RUNNING:
             before, t = _copied(run), run.time
             first = np.concatenate([[t], *run.state()])
-            run.J[NOTED] = 0
+            run.integers[NOTED] = 0
             status = call(min(steps, batch))
-            rows = run.K[K_SIZE:].reshape(run.J[NOTES], -1)[: run.J[NOTED]]
+            rows = run.reals[REALS:].reshape(run.integers[NOTES], -1)[: run.integers[NOTED]]
             states = self._states(np.vstack([first, rows]))
             zones = self._unseen(states)
             if zones:
@@ -137,7 +137,7 @@ class Landings:
             if changing := self._chattering(rows):
                 run.events.blame(changing)
                 return SLIDING
-            most = min(2 * most, int(run.J[NOTES]))
+            most = min(2 * most, int(run.integers[NOTES]))
             steps, batch = steps - max(1, len(rows)), most
             if status == LOOK:
                 self.refill()
@@ -164,13 +164,13 @@ class Landings:
     @property
     def _inputs(self) -> dict[str, float]:
         run = self._run
-        return {name: float(run.F[at]) for name, at in run.system.tables.inputs.items()}
+        return {name: float(run.numbers[at]) for name, at in run.system.tables.inputs.items()}
 
     def _unseen(self, states: States) -> list[Zone]:
         run = self._run
         if len(states[0]) < 2 or not self._looks.terms:
             return []
-        return self._looks.first(*states, self._inputs, float(run.K[LEAST_H]), run.seen)
+        return self._looks.first(*states, self._inputs, float(run.reals[LEAST_H]), run.seen)
 
     def _note_approaches(self, states: States) -> None:
         run = self._run
@@ -179,7 +179,7 @@ class Landings:
             self._approaches.add(run.approaches, run.approaching, states[:3], self._inputs)
 
 
-BUFFERS = ("c", "K", "J", "Y", "Z", "C", "F", "I", "A", "P")
+BUFFERS = ("memory", "reals", "integers", "vectors", "frames", "gradients", "numbers", "layout", "matrices", "pivots")
 
 
 def _copied(run: Integration) -> dict[str, np.ndarray]:

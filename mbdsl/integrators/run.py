@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -17,6 +18,7 @@ from mbdsl.integrators import modules
 from mbdsl.integrators.events import Events
 from mbdsl.integrators.loop import linear_solve, loop_state, sparse_lu, step_control
 from mbdsl.integrators.loop.compiled_loop import compiled, controls_locally, loop_name
+from mbdsl.integrators.loop.run_data import RunData
 from mbdsl.integrators.method import Method, Start
 from mbdsl.integrators.missed_peaks import Overlooked
 from mbdsl.integrators.options import check_options
@@ -59,7 +61,7 @@ class Integration:
     start: float
     stop: float
     times: Array  #: output times after the start
-    options: Mapping[str, float | None] = field(default_factory=dict)
+    options: Mapping[str, float | None] | None = None  #: all of the method's, as completed; None: the defaults
     left_out: tuple[int, ...] = ()
     tol: float | None = None
     every: bool = False
@@ -84,42 +86,51 @@ class Integration:
         """Another run of the same System, which has not begun yet."""
         run = copy(self)
         run.times, run.tol, run.every, run.longest, run.pivoting_from = times, tol, every, longest, None
-        del run.Y, run.I
+        del run.vectors, run.layout
         run._prepare()
         return run
 
     def _prepare(self) -> None:
         """The buffers."""
         declaration = modules()[self.method].METHOD
-        self.matrices = declaration.matrices + 2 * self.controlled
         self._use(linear_solve.SPARSE_LU)
-        options = check_options(self.method, self.options, force=True)
-        self.c = np.array(declaration.coefficients(options), float)
-        self.K = np.zeros(loop_state.K_SIZE)
-        self.J = np.zeros(loop_state.J_SIZE, np.int64)
+        options = check_options(self.method, {}, force=True) if self.options is None else self.options
+        self.coefficients = np.array(declaration.coefficients(options), float)
+        self.coefficients.flags.writeable = False
+        self.memory = np.zeros(0)  # set when the run begins
+        self.reals = np.zeros(loop_state.REALS)
+        self.integers = np.zeros(loop_state.INTEGERS, np.int64)
         self.out = np.zeros((len(self.times), self.system.n + self.system.unknowns))
         steps = round((self.stop - self.start) / self.h)
-        self.K[loop_state.START], self.K[loop_state.STOP], self.K[loop_state.H] = self.start, self.stop, self.h
-        self.K[loop_state.T] = self.K[loop_state.NOW] = self.start
-        self.K[loop_state.TOL] = self.tol or 0.0
-        self.K[loop_state.CONTRACTION] = 0.1
+        self.reals[loop_state.START], self.reals[loop_state.STOP], self.reals[loop_state.STEP_SIZE] = (
+            self.start,
+            self.stop,
+            self.h,
+        )
+        self.reals[loop_state.STEP_END] = self.reals[loop_state.NOW] = self.start
+        self.reals[loop_state.TOL] = self.tol or 0.0
+        self.reals[loop_state.CONTRACTION] = 0.1
         # parts of h times the speed, of the local error, and of the size: where a rings, its differences say nothing
         # (All but the stabilised index-2 methods find reactions from what 1/h^2 magnifies.)
-        self.K[loop_state.VELOCITY_TOL : loop_state.LOOSEST + 1] = 8e-12, 1e-5 if declaration.sets == 2 else 1e-6, 1e-11
+        self.reals[loop_state.VELOCITY_TOL : loop_state.LOOSEST + 1] = (
+            8e-12,
+            1e-5 if declaration.sets == 2 else 1e-6,
+            1e-11,
+        )
         # What turns unknowns and residuals into positions; the largest change of an unknown from step to step, as a
         # position, that means anything: of an acceleration, no motion worth following has it.
-        self.K[loop_state.UNIT], self.K[loop_state.WILD] = self.h**2, 25.0
+        self.reals[loop_state.UNIT], self.reals[loop_state.WILD] = self.h**2, 25.0
         if declaration.order == 0:
             # There is no local error, and nothing that is left adds up over steps; but there are other assemblies, and
             # who makes steps so large may end up in one.
-            self.K[loop_state.RELATIVE_TOL : loop_state.WILD + 1] = 1e300, 4e-15, 1.0, 0.5
-        self.J[loop_state.LAST_STEP], self.J[loop_state.SAME] = steps, step_control.LONG_AGO
-        self.K[loop_state.NEXT_EVENT] = np.inf
+            self.reals[loop_state.RELATIVE_TOL : loop_state.WILD + 1] = 1e300, 4e-15, 1.0, 0.5
+        self.integers[loop_state.LAST_STEP], self.integers[loop_state.SAME] = steps, step_control.LONG_AGO
+        self.reals[loop_state.NEXT_EVENT] = np.inf
         if self.tol is not None:
             self._stop_at_events()
         if self.controlled:
             self._control(declaration)
-        self.J[loop_state.STABILISED] = declaration.sets > 1
+        self.integers[loop_state.STABILISED] = declaration.sets > 1
 
     def _load(self) -> None:
         """The compiled functions."""
@@ -140,24 +151,27 @@ class Integration:
         """Where steps of any length may end."""
         self.events, self.landings = Events(self), Landings(self)
         self.seen = np.zeros(len(self.system.on_the_way.terms))  # how large these have been
-        K, J, span = self.K, self.J, self.stop - self.start
-        J[loop_state.EVERY], K[loop_state.NEXT_EVENT], K[loop_state.MOST_H] = (
+        reals, integers, span = self.reals, self.integers, self.stop - self.start
+        integers[loop_state.EVERY], reals[loop_state.NEXT_EVENT], reals[loop_state.MOST_H] = (
             self.every,
             np.inf,
             min(self.longest, LONGEST * span),
         )
-        K[loop_state.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
+        reals[loop_state.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
 
     def _control(self, method: Method) -> None:
-        K, J, span, tol = self.K, self.J, self.stop - self.start, self.K[loop_state.TOL]
-        J[loop_state.CONTROLLED], J[loop_state.LANDING] = True, method.order == 0 and not self.every
-        K[loop_state.SPEED] = 1.0 / span if span > 0.0 else 1.0
+        reals, integers, span, tol = self.reals, self.integers, self.stop - self.start, self.reals[loop_state.TOL]
+        integers[loop_state.CONTROLLED], integers[loop_state.LANDING] = True, method.order == 0 and not self.every
+        reals[loop_state.SPEED] = 1.0 / span if span > 0.0 else 1.0
         between = self.times[0] - self.start if len(self.times) and not self.every else span
-        K[loop_state.FORGOTTEN] = min(span / POINTS, between)
-        K[loop_state.EXPONENT] = 1.0 / (method.order + 1)
-        K[loop_state.LARGEST] = min(LARGEST, (100.0 * tol) ** 0.25)  # q between outputs is of order 4
-        K[loop_state.NODE], K[loop_state.MASS_WEIGHT] = method.node(self.c), method.mass_weight(self.c)
-        K[loop_state.DAMPING] = method.damping_weight(self.c)
+        reals[loop_state.FORGOTTEN] = min(span / POINTS, between)
+        reals[loop_state.EXPONENT] = 1.0 / (method.order + 1)
+        reals[loop_state.LARGEST] = min(LARGEST, (100.0 * tol) ** 0.25)  # q between outputs is of order 4
+        reals[loop_state.NODE], reals[loop_state.MASS_WEIGHT] = (
+            method.node(self.coefficients),
+            method.mass_weight(self.coefficients),
+        )
+        reals[loop_state.DAMPING] = method.damping_weight(self.coefficients)
 
     def _use(self, solver: int) -> None:
         """Lay out the buffers for a solver; the vectors keep their content."""
@@ -171,23 +185,39 @@ class Integration:
             length = size + 2 * N  # the scales of rows and columns
         method = modules()[self.method].METHOD
         work = system.workspace(slots, buffer_layout.ROWS + method.rows)
-        kept = self.I[buffer_layout.KEEP] if hasattr(self, "I") else 0
-        if hasattr(self, "Y"):
-            work.Y[:], work.Z[:], work.C[:], work.F[:] = self.Y, self.Z, self.C, self.F
-        self.Y, self.Z, self.C, self.F = work.Y, work.Z, work.C, work.F
-        self.I = np.concatenate([work.I, table])
-        self.I[buffer_layout.SOLVER], self.I[buffer_layout.SPARSE], self.I[buffer_layout.SIZE] = (
+        kept = self.layout[buffer_layout.KEEP] if hasattr(self, "layout") else 0
+        if hasattr(self, "vectors"):
+            work.vectors[:], work.frames[:], work.gradients[:], work.numbers[:] = (
+                self.vectors,
+                self.frames,
+                self.gradients,
+                self.numbers,
+            )
+        self.vectors, self.frames, self.gradients, self.numbers = (
+            work.vectors,
+            work.frames,
+            work.gradients,
+            work.numbers,
+        )
+        self.layout = np.concatenate([work.layout, table])
+        self.layout[buffer_layout.SOLVER], self.layout[buffer_layout.SPARSE], self.layout[buffer_layout.SIZE] = (
             solver,
-            len(work.I),
+            len(work.layout),
             size,
         )
-        self.I[buffer_layout.LAM_ROW], self.I[buffer_layout.MU_ROW], self.I[buffer_layout.LAW_ROW] = method.multipliers
-        self.I[buffer_layout.INERTIA_ROW], self.I[buffer_layout.INERTIA_ROW2] = method.inertia_rows
-        self.I[buffer_layout.MASS_ROW], self.I[buffer_layout.TANGENT_ROW] = method.mass_row, method.tangent_row
-        self.I[buffer_layout.ACCELERATION] = method.acceleration_row
-        self.I[buffer_layout.PSI_ROW], self.I[buffer_layout.KEEP] = buffer_layout.X, kept
-        self.A = np.zeros((self.matrices, length + 1))  # the last entry is the method's own
-        self.P = np.zeros((self.matrices, max(N, 2 * size + 1)), np.int64)  # pivots, or rows and columns of entries
+        self.layout[buffer_layout.LAM_ROW], self.layout[buffer_layout.MU_ROW], self.layout[buffer_layout.LAW_ROW] = (
+            method.multipliers
+        )
+        self.layout[buffer_layout.INERTIA_ROW], self.layout[buffer_layout.INERTIA_ROW2] = method.inertia_rows
+        self.layout[buffer_layout.MASS_ROW], self.layout[buffer_layout.TANGENT_ROW] = (
+            method.mass_row,
+            method.tangent_row,
+        )
+        self.layout[buffer_layout.ACCELERATION] = method.acceleration_row
+        self.layout[buffer_layout.PSI_ROW], self.layout[buffer_layout.KEEP] = buffer_layout.UNKNOWN, kept
+        count = method.matrices + 2 * self.controlled
+        self.matrices = np.zeros((count, length + 1))  # the last entry is the method's own
+        self.pivots = np.zeros((count, max(N, 2 * size + 1)), np.int64)  # pivots, or rows and columns of entries
         self.solver = solver
         self._leave_out()
 
@@ -195,9 +225,9 @@ class Integration:
         m = self.system.m
         for row in self.left_out:
             if row < m:
-                self.I[self.I[buffer_layout.PAIRS] + buffer_layout.PAIR * row + 5] = 1
+                self.layout[self.layout[buffer_layout.PAIRS] + buffer_layout.PAIR * row + 5] = 1
             else:
-                self.I[self.I[self.I[buffer_layout.GAMMAS] + row - m] + 3] = 1
+                self.layout[self.layout[self.layout[buffer_layout.GAMMAS] + row - m] + 3] = 1
 
     def begin(
         self,
@@ -223,7 +253,7 @@ class Integration:
         self.left_out = left_out
         self._leave_out()
         controlled = self.controlled
-        system, t0, Y = self.system, self.start if t is None else t, self.Y
+        system, t0, vectors = self.system, self.start if t is None else t, self.vectors
         n, mass, scale = system.n, system.mass(), system.tables.scale
         method = modules()[self.method].METHOD
         if method.inverts_mass and not (mass > 0.0).all():
@@ -237,8 +267,7 @@ class Integration:
             return float(np.abs(x * scale).max(initial=0.0))
 
         if controlled:
-            self.c[:] = method.coefficients(check_options(self.method, self.options, force=True))
-            left = max(self.stop - t0, self.K[loop_state.LEAST_H])
+            left = max(self.stop - t0, self.reals[loop_state.LEAST_H])
             self.h = 1e-2 / max(1.0 / left, largest(v), largest(a) ** 0.5)
         key = t0, self.h, q.tobytes(), v.tobytes(), a.tobytes()
         if self._rates is None or self._rates[0] != key:
@@ -252,15 +281,17 @@ class Integration:
         if stiff:  # a method damps what it cannot follow, but must not be thrown off by it
             jerk, fa_rate = np.zeros(n), np.zeros(n)
         if t is None:
-            self.F[self._counters] = system.tables.F[self._counters]
-        Y[buffer_layout.Q0, :n] = Y[buffer_layout.Q, :n] = q
-        Y[buffer_layout.V0, :n] = Y[buffer_layout.V, :n] = v
-        Y[buffer_layout.F0, :n] = system.M(t0, q) @ a
+            self.numbers[self._counters] = system.tables.numbers[self._counters]
+        vectors[buffer_layout.POSITION0, :n] = vectors[buffer_layout.POSITION, :n] = q
+        vectors[buffer_layout.VELOCITY0, :n] = vectors[buffer_layout.VELOCITY, :n] = v
+        vectors[buffer_layout.FORCE0, :n] = system.M(t0, q) @ a
         start = Start(self.h, q, v, a, lam, fa, jerk, fa_rate, stiff)
-        for row, vector in method.begin(self.c, start).items():
-            Y[row, : len(vector)] = vector
-        Y[buffer_layout.X] = Y[buffer_layout.XA]
-        Y[buffer_layout.X2] = Y[buffer_layout.XA + buffer_layout.PAST]
+        if t is None or controlled:
+            self.memory = np.array(method.memory(self.coefficients, start), float)
+        for row, vector in method.begin(self.coefficients, start).items():
+            vectors[row, : len(vector)] = vector
+        vectors[buffer_layout.UNKNOWN] = vectors[buffer_layout.UNKNOWN0]
+        vectors[buffer_layout.UNKNOWN2] = vectors[buffer_layout.UNKNOWN0 + buffer_layout.PAST]
         if controlled:
             self._begin_control(t0, q, v, jerk)
         elif self.tol is not None:
@@ -270,11 +301,12 @@ class Integration:
         if self.tol is not None and t is None:
             self.landings.begin(t0)
         elif self.tol is None and method.order:
-            self.jumps = Jumps(self)
+            self.jumps = Jumps(system, self.start, self.stop, self.h)
+            self.reals[loop_state.NEXT_EVENT] = self.jumps.next[0]
         # what the start's own evaluation finds is the past of the first step
-        self.evaluate(t0, Y, self.Z, self.C, self.F, self.I)
-        self.I[buffer_layout.KEEP] = 1
-        self.J[loop_state.HISTORY] = 1
+        self.evaluate(t0, vectors, self.frames, self.gradients, self.numbers, self.layout)
+        self.layout[buffer_layout.KEEP] = 1
+        self.integers[loop_state.HISTORY] = 1
 
     def watch(self) -> None:
         """Search fixed steps for peaks of laws that they pass over; called before the first step."""
@@ -282,45 +314,52 @@ class Integration:
             self.overlooked = Overlooked(self)
 
     def _first_step(self, v: Array, a: Array, jerk: Array) -> float:
-        module, K, scale = modules()[self.method], self.K, self.Y[buffer_layout.SCALE, : self.system.n]
+        module, reals, scale = modules()[self.method], self.reals, self.vectors[buffer_layout.SCALE, : self.system.n]
         span = self.stop - self.start
-        h = min(0.01 * span, K[loop_state.MOST_H], 10.0 * self.h)
-        speed = max(K[loop_state.SPEED], float(np.abs(v * scale).max(initial=0.0)))
+        h = min(0.01 * span, reals[loop_state.MOST_H], 10.0 * self.h)
+        speed = max(reals[loop_state.SPEED], float(np.abs(v * scale).max(initial=0.0)))
         if module.METHOD.order == 0:
-            return min(h, 0.5 * K[loop_state.LARGEST] / speed, *self.times[:1] - self.start)
-        allowed = step_control.AIM * step_control.SHARE * K[loop_state.TOL]
-        return first_step(module.local_error, self.c, h, allowed, K[loop_state.EXPONENT], scale, speed, span, a, jerk)
+            return min(h, 0.5 * reals[loop_state.LARGEST] / speed, *self.times[:1] - self.start)
+        allowed = step_control.AIM * step_control.SHARE * reals[loop_state.TOL]
+        return first_step(
+            module.local_error, self.coefficients, h, allowed, reals[loop_state.EXPONENT], scale, speed, span, a, jerk
+        )
 
     def _begin_control(self, t: float, q: Array, v: Array, jerk: Array) -> None:
         """No steps yet, but the accelerations of one that might have been."""
-        system, K, J, h, n = self.system, self.K, self.J, self.h, self.system.n
-        K[loop_state.NOW], K[loop_state.H], K[loop_state.LAST_H] = t, h, h
-        if K[loop_state.EXPONENT] < 1.0:
-            K[loop_state.UNIT] = h * h
-        J[loop_state.SAME] = J[loop_state.SINCE] = J[loop_state.IN_A_ROW] = J[loop_state.FRESH] = J[
-            loop_state.ORDER
-        ] = 0
+        system, reals, integers, h, n = self.system, self.reals, self.integers, self.h, self.system.n
+        reals[loop_state.NOW], reals[loop_state.STEP_SIZE], reals[loop_state.LAST_H] = t, h, h
+        if reals[loop_state.EXPONENT] < 1.0:
+            reals[loop_state.UNIT] = h * h
+        integers[loop_state.SAME] = integers[loop_state.SINCE] = integers[loop_state.IN_A_ROW] = integers[
+            loop_state.FRESH
+        ] = integers[loop_state.ORDER] = 0
         method = modules()[self.method].METHOD
-        a = buffer_layout.XA + buffer_layout.PAST * (method.acceleration_row - buffer_layout.X)
-        self.Y[a + 1, :n] = self.Y[a, :n] - h * jerk
-        first = t + (K[loop_state.NODE] - 1.0) * h
-        K[loop_state.NODES : loop_state.NODES + 2] = first, first - h
-        K[loop_state.TIMES : loop_state.TIMES + 2] = t, t - h
+        a = buffer_layout.UNKNOWN0 + buffer_layout.PAST * (method.acceleration_row - buffer_layout.UNKNOWN)
+        self.vectors[a + 1, :n] = self.vectors[a, :n] - h * jerk
+        first = t + (reals[loop_state.NODE] - 1.0) * h
+        reals[loop_state.NODES : loop_state.NODES + 2] = first, first - h
+        reals[loop_state.TIMES : loop_state.TIMES + 2] = t, t - h
         velocity_error = getattr(modules()[self.method], "velocity_error", None)
         if velocity_error is not None:
-            error = getattr(velocity_error, "py_func", velocity_error)(h, h, self.c) * normal_part(
+            error = getattr(velocity_error, "py_func", velocity_error)(h, h, self.coefficients) * normal_part(
                 system, t, q, v, jerk, self.left_out
             )
-            self.Y[buffer_layout.V0, :n] += error
-            self.Y[buffer_layout.V1, :n] += error  # where it is read, that is v of a step before
+            self.vectors[buffer_layout.VELOCITY0, :n] += error
+            self.vectors[buffer_layout.KEPT2, :n] += error  # where it is read, that is v of a step before
 
     def _begin_own(self, t: float, longest: float, jerk: Array) -> None:
         """No steps yet, of a method that finds the first one itself, up to the ``longest``."""
-        K, n, d = self.K, self.system.n, 1e-3 * self.h
-        K[loop_state.NOW], K[loop_state.H], K[loop_state.LAST_H], K[loop_state.UNCUT] = t, longest, longest, longest
-        self.J[loop_state.FRESH] = 0
-        self.Y[buffer_layout.XA + 1, :n] = self.Y[buffer_layout.XA, :n] - d * jerk
-        K[loop_state.NODES : loop_state.NODES + 2] = t, t - d
+        reals, n, d = self.reals, self.system.n, 1e-3 * self.h
+        reals[loop_state.NOW], reals[loop_state.STEP_SIZE], reals[loop_state.LAST_H], reals[loop_state.UNCUT] = (
+            t,
+            longest,
+            longest,
+            longest,
+        )
+        self.integers[loop_state.FRESH] = 0
+        self.vectors[buffer_layout.UNKNOWN0 + 1, :n] = self.vectors[buffer_layout.UNKNOWN0, :n] - d * jerk
+        reals[loop_state.NODES : loop_state.NODES + 2] = t, t - d
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
         """From here on the inputs have other values; accelerations and forces jump by what that makes of them.
@@ -333,7 +372,7 @@ class Integration:
         def change() -> None:
             for name, value in used.items():
                 system.set_input(name, value)
-                self.F[system.tables.inputs[name]] = value
+                self.numbers[system.tables.inputs[name]] = value
 
         self.jump(t, t, change)
         if self.tol is not None:
@@ -347,8 +386,8 @@ class Integration:
         InitialisationError
             If there are none, as in a singular pose.
         """
-        system, Y, n = self.system, self.Y, self.system.n
-        q, v = Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n]
+        system, vectors, n = self.system, self.vectors, self.system.n
+        q, v = vectors[buffer_layout.POSITION0, :n], vectors[buffer_layout.VELOCITY0, :n]
         self.synchronise()
         old = accelerations(system, before, q, v, self.left_out)
         fa = applied(system, before, q, v, old[1])
@@ -358,63 +397,87 @@ class Integration:
         fa = applied(system, behind, q, v, new[1]) - fa
         nothing = np.zeros(n)
         jump = Start(self.h, nothing, nothing, a, lam, fa, nothing, nothing, False)
-        rows = {buffer_layout.F0: system.M(behind, q) @ a, **modules()[self.method].METHOD.begin(self.c.copy(), jump)}
+        rows = {
+            buffer_layout.FORCE0: system.M(behind, q) @ a,
+            **modules()[self.method].METHOD.begin(self.coefficients, jump),
+        }
         for row, part in rows.items():
-            past = buffer_layout.PAST if row in (buffer_layout.XA, buffer_layout.XA + buffer_layout.PAST) else 1
-            Y[row : row + past, : len(part)] += part
+            past = (
+                buffer_layout.PAST
+                if row in (buffer_layout.UNKNOWN0, buffer_layout.UNKNOWN0 + buffer_layout.PAST)
+                else 1
+            )
+            vectors[row : row + past, : len(part)] += part
+
+    def _cross_jump(self) -> None:
+        """A step has ended shortly before a jump of forces at a time that was known: go on behind it."""
+        if self.time < self.stop:
+            with suppress(InitialisationError):  # no accelerations, as in a singular pose: steps go on as they can
+                self.jump(*self.jumps.next)
+            self.integers[loop_state.FRESH] = 0
+            if not controls_locally(self.method):
+                self.integers[loop_state.HISTORY] = 1
+        self.jumps.go_on()
+        self.reals[loop_state.NEXT_EVENT] = self.jumps.next[0]
 
     def widen(self, start: Array, far: float) -> None:
         """Scale lengths by the largest displacement from ``start`` (n,) if that exceeds ``far`` times their scale."""
-        Y, K, lengths = self.Y, self.K, self.system.tables.lengths
-        way = (Y[buffer_layout.Q0, : self.system.n] - start) * Y[buffer_layout.SCALE, : self.system.n]
+        vectors, reals, lengths = self.vectors, self.reals, self.system.tables.lengths
+        way = (vectors[buffer_layout.POSITION0, : self.system.n] - start) * vectors[
+            buffer_layout.SCALE, : self.system.n
+        ]
         longest = float(np.abs(way[lengths]).max(initial=0.0))
         if longest > far:
-            Y[buffer_layout.SCALE, : self.system.n][lengths] /= longest
-            K[loop_state.SPEED] = max(K[loop_state.SPEED] / longest, 1.0 / (self.stop - self.start))
+            vectors[buffer_layout.SCALE, : self.system.n][lengths] /= longest
+            reals[loop_state.SPEED] = max(reals[loop_state.SPEED] / longest, 1.0 / (self.stop - self.start))
 
     def synchronise(self) -> None:
         """The system's numbers become those of the run: whoever looked at another time has left others there."""
         system = self.system
         for name, at in system.tables.inputs.items():
-            system.set_input(name, self.F[at])
+            system.set_input(name, self.numbers[at])
         for at in self._counters:
-            system.set_number(at, self.F[at])
+            system.set_number(at, self.numbers[at])
 
     @property
     def _counters(self) -> list[int]:
-        """Where in F the angles are that turns are counted on from."""
+        """Where in ``numbers`` the angles are that turns are counted on from."""
         return [body.counter for body in self.system.tables.models.values() if body.counter >= 0]
 
     @property
     def time(self) -> float:
         """The time reached [s]."""
         if self.tol is not None:
-            return float(self.K[loop_state.NOW])
-        return float(self.K[loop_state.START] + self.J[loop_state.STEP] * self.h)
+            return float(self.reals[loop_state.NOW])
+        return float(self.reals[loop_state.START] + self.integers[loop_state.STEP] * self.h)
 
     @property
     def step(self) -> float:
         """The length of the next step [s]."""
-        return float(self.K[loop_state.H])
+        return float(self.reals[loop_state.STEP_SIZE])
 
     @property
     def steps(self) -> int:
         """Steps taken."""
-        return int(self.J[loop_state.STEP])
+        return int(self.integers[loop_state.STEP])
 
     @property
     def written(self) -> int:
         """Outputs written to ``out``."""
-        return int(self.J[loop_state.OUTPUT])
+        return int(self.integers[loop_state.OUTPUT])
 
     def count(self, what: str) -> int:
         """How many "rejected", "iterations", "matrix_evaluations" or "factorisations"."""
-        return int(self.J[loop_state.COUNTERS[what]]) if what in loop_state.COUNTERS else 0
+        return int(self.integers[loop_state.COUNTERS[what]]) if what in loop_state.COUNTERS else 0
 
     def state(self) -> tuple[Array, Array, Array]:
         """q, v (n,) and lam (m + p,) as they are now; views."""
-        n, Y = self.system.n, self.Y
-        return Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n], Y[buffer_layout.XA, n : self.system.unknowns]
+        n, vectors = self.system.n, self.vectors
+        return (
+            vectors[buffer_layout.POSITION0, :n],
+            vectors[buffer_layout.VELOCITY0, :n],
+            vectors[buffer_layout.UNKNOWN0, n : self.system.unknowns],
+        )
 
     def advance(self, steps: int = sys.maxsize) -> int:
         """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.loop.loop_state`."""
@@ -447,7 +510,7 @@ class Integration:
             call = self._call if self.overlooked is None else partial(self.overlooked.advance, call=self._call)
             status = call(steps)
             while status == loop_state.EVENT:
-                self.jumps.come()
+                self._cross_jump()
                 status = call(most - self.steps)
         else:
             status = self.landings.advance(steps, self._call)
@@ -461,28 +524,28 @@ class Integration:
             # The order from the graph gave no usable pivots here: go on with a solver that searches for them.
             self._use(linear_solve.DENSE)
             self.pivoting_from = self.time
-            self.J[loop_state.FRESH] = 0
+            self.integers[loop_state.FRESH] = 0
             status = self._advance_by(most - self.steps)
         return status
 
-    def _call(self, steps: int) -> int:
-        return int(
-            self._advance(
-                self.evaluate,
-                self.tangent,
-                self.inertia,
-                steps,
-                self.c,
-                self.K,
-                self.J,
-                self.Y,
-                self.Z,
-                self.C,
-                self.F,
-                self.I,
-                self.A,
-                self.P,
-                self.times,
-                self.out,
-            )
+    def data(self) -> RunData:
+        """What kernels of the step loop are called with."""
+        return RunData(
+            self.evaluate,
+            self.tangent,
+            self.inertia,
+            self.coefficients,
+            self.memory,
+            self.reals,
+            self.integers,
+            self.vectors,
+            self.frames,
+            self.gradients,
+            self.numbers,
+            self.layout,
+            self.matrices,
+            self.pivots,
         )
+
+    def _call(self, steps: int) -> int:
+        return int(self._advance(steps, self.times, self.out, *self.data()))

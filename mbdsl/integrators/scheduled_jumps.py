@@ -9,18 +9,11 @@ within a step, the order is 1.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from itertools import dropwhile, groupby
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbdsl.errors import InitialisationError
-from mbdsl.integrators.loop import loop_state
-from mbdsl.integrators.loop.compiled_loop import controls_locally
-
-if TYPE_CHECKING:
-    from mbdsl.integrators.run import Integration
+from mbdsl.system import System
 
 #: a jump counts as at the end of a step if it is closer than this [steps]
 NEAR = 1e-9
@@ -29,42 +22,35 @@ ULPS = 64
 
 
 class Jumps:
-    """The discontinuities at the ends of steps, for a run with fixed steps."""
+    """The discontinuities at the ends of the steps of length ``h`` from ``start`` to ``stop`` [s].
 
-    def __init__(self, run: Integration) -> None:
-        self.run = run
-        self._clear = ULPS * float(np.spacing(max(abs(run.start), abs(run.stop))))
+    Attributes
+    ----------
+    next : (float, float)
+        The times shortly before and after the next one [s]; infinite if there is none.
+    """
+
+    def __init__(self, system: System, start: float, stop: float, h: float) -> None:
+        self._system, self._start, self._stop, self._h = system, start, stop, h
         self._known = self._at_ends()
-        self._next = (np.inf, np.inf)
-        self._go_on()
+        self.next = (np.inf, np.inf)
+        self.go_on()
 
     def _at_ends(self) -> Iterator[tuple[float, float]]:
         """The times shortly before and after each jump."""
-        run = self.run
-        events = run.system.time_events(run.start, run.stop + NEAR * run.h, corners=False)
-        for step, times in groupby(events, key=lambda t: round((t - run.start) / run.h)):
-            end = run.start + step * run.h
-            near = [t for t in times if abs(t - end) <= NEAR * run.h]
+        start, h, clear = self._start, self._h, ULPS * float(np.spacing(max(abs(self._start), abs(self._stop))))
+        events = self._system.time_events(start, self._stop + NEAR * h, corners=False)
+        for step, times in groupby(events, key=lambda t: round((t - start) / h)):
+            end = start + step * h
+            near = [t for t in times if abs(t - end) <= NEAR * h]
             if step > 0 and near:  # several may be meant to be there
-                yield min(*near, end) - self._clear, max(*near, end) + self._clear
+                yield min(*near, end) - clear, max(*near, end) + clear
 
-    def _go_on(self) -> None:
-        self._next = next(self._known, (np.inf, np.inf))
-        self.run.K[loop_state.NEXT_EVENT] = self._next[0]
+    def go_on(self) -> None:
+        """Turn to the next one."""
+        self.next = next(self._known, (np.inf, np.inf))
 
-    def rejoin(self) -> None:
-        """Find the jumps still to come, after the run was restored from a checkpoint."""
-        due = self.run.K[loop_state.NEXT_EVENT]
+    def rejoin(self, due: float) -> None:
+        """Find the jumps still to come, from the one before which a step ends at ``due``."""
         self._known = dropwhile(lambda times: times[0] < due, self._at_ends())
-        self._go_on()
-
-    def come(self) -> None:
-        """A step has ended shortly before a jump."""
-        run = self.run
-        if run.time < run.stop:
-            with suppress(InitialisationError):  # no accelerations, as in a singular pose: steps go on as they can
-                run.jump(*self._next)
-            run.J[loop_state.FRESH] = 0
-            if not controls_locally(run.method):
-                run.J[loop_state.HISTORY] = 1
-        self._go_on()
+        self.go_on()

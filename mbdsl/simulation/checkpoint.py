@@ -23,7 +23,7 @@ import numpy as np
 
 from mbdsl.errors import UsageError
 from mbdsl.integrators import backend
-from mbdsl.integrators.loop import linear_solve
+from mbdsl.integrators.loop import linear_solve, loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.mechanism_run import Motion
@@ -248,7 +248,7 @@ def _snapshot(motion: Motion, status: int | None) -> Snapshot:
         if run.every:
             kept["times"] = run.times[: run.written].copy()
         parts.append({"run": kept, "events": _kept(run.events) if hasattr(run, "events") else None})
-    tables = [p.system.tables.F.copy() for p in motion.parts]
+    tables = [p.system.tables.numbers.copy() for p in motion.parts]
     return {"status": status, "parts": parts, "tables": tables, "taken": motion._taken}
 
 
@@ -280,14 +280,14 @@ def _restore(motion: Motion, known: Snapshot) -> None:
             run.out = out.copy()
         else:
             run.out[: len(out)] = out
-        p.system.tables.F[:] = numbers
+        p.system.tables.numbers[:] = numbers
         if kept["events"] is not None:
             for key, value in kept["events"].items():
                 setattr(run.events, key, value)
             run.events.rejoin()
             run.landings.rejoin()
         if hasattr(run, "jumps"):
-            run.jumps.rejoin()
+            run.jumps.rejoin(run.reals[loop_state.NEXT_EVENT])
     motion.failed = None
 
 

@@ -110,11 +110,11 @@ def _too_bent(trajectory: Trajectory, t: float, name: str, angle: float) -> tupl
 
 def _indefinite(integration: Integration) -> str | None:
     """A body whose mass matrix has lost its definiteness at the last step or iterate."""
-    tables, Y = integration.system.tables, integration.Y
+    tables, vectors = integration.system.tables, integration.vectors
     for name, body in tables.models.items():
         d = tables.coordinates[name]
-        for row in (buffer_layout.Q0, buffer_layout.Q):
-            q = Y[row, d : d + body.n]
+        for row in (buffer_layout.POSITION0, buffer_layout.POSITION):
+            q = vectors[row, d : d + body.n]
             if body.deforms and np.isfinite(q).all() and not np.linalg.eigvalsh(body.M(q))[0] > 0.0:
                 return name
     return None
@@ -145,9 +145,12 @@ REASONS = {
 
 def _broken_law(integration: Integration) -> Component | None:
     """The first component whose law, or a derivative of it, is not a finite number at the last iterate."""
-    system, Y, n = integration.system, integration.Y, integration.system.n
-    t = np.array([integration.K[loop_state.T]])
-    for q, v in ((Y[buffer_layout.Q, :n], Y[buffer_layout.V, :n]), (Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n])):
+    system, vectors, n = integration.system, integration.vectors, integration.system.n
+    t = np.array([integration.reals[loop_state.STEP_END]])
+    for q, v in (
+        (vectors[buffer_layout.POSITION, :n], vectors[buffer_layout.VELOCITY, :n]),
+        (vectors[buffer_layout.POSITION0, :n], vectors[buffer_layout.VELOCITY0, :n]),
+    ):
         for c in system.scene.components.values():
             laws = [c.values[p.name] for p in c.kind.parameters if p.law and isinstance(c.values[p.name], Expr)]
             roots = [e for law in laws for e in (law, *diff(law, *leaves(law)))]
@@ -178,12 +181,12 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     if isinstance(integration, External):
         return _given_up(integration, trajectory)
     assert isinstance(integration, Integration)
-    system, Y, n = integration.system, integration.Y, integration.system.n
+    system, vectors, n = integration.system, integration.vectors, integration.system.n
     names = system.names() + system.constraint_names()
-    residual = np.abs(Y[buffer_layout.R, : len(names)])
+    residual = np.abs(vectors[buffer_layout.RESIDUAL, : len(names)])
     bad = np.flatnonzero(~np.isfinite(residual))
     worst = bad[:3] if len(bad) else np.argsort(-residual)[:3]
-    t = integration.K[loop_state.T]
+    t = integration.reals[loop_state.STEP_END]
     where = ", ".join(names[k] if k >= n else f"equation of motion of {names[k]}" for k in worst)
     row = next((int(k) - n for k in worst if k >= n), None)
     span = None
@@ -214,8 +217,11 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.step:g} s)"
     message += f"; worst: {where}" if where else ""
     poses = [
-        singular(system, t, Y[q, :n], Y[v, :n])
-        for q, v in ((buffer_layout.Q0, buffer_layout.V0), (buffer_layout.Q, buffer_layout.V))
+        singular(system, t, vectors[q, :n], vectors[v, :n])
+        for q, v in (
+            (buffer_layout.POSITION0, buffer_layout.VELOCITY0),
+            (buffer_layout.POSITION, buffer_layout.VELOCITY),
+        )
     ]
     if status != loop_state.SLIDING and law is None and any(poses):  # at the start of the step, or where it got to
         message += f"; {poses[0] or poses[1]}"

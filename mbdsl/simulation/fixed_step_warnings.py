@@ -218,7 +218,7 @@ def _kicked(motion: Motion, p: Moving, t: Array, q: Array, v: Array) -> str | No
     speed = np.abs(v * scale).max(initial=0.0)
     kicks = np.abs(np.diff(v, axis=0) * scale).max(axis=1, initial=0.0)
     order = [int(i) for i in np.argsort(-kicks)[:PLACES] if kicks[i] > KICK * speed]
-    numbers = p.system.tables.F.copy()
+    numbers = p.system.tables.numbers.copy()
     try:
         for i in sorted(order):
             first, last = max(0, i - 1), min(len(t) - 1, i + 2)
@@ -238,7 +238,7 @@ def _kicked(motion: Motion, p: Moving, t: Array, q: Array, v: Array) -> str | No
     except MbdslError:  # steps that cannot be repeated give no information about the run
         return None
     finally:
-        p.system.tables.F[:] = numbers
+        p.system.tables.numbers[:] = numbers
     return None
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.compilation import code_cache
-from mbdsl.compilation.buffer_layout import FP, X2, Q, V, X
+from mbdsl.compilation.buffer_layout import FORCE, POSITION, UNKNOWN, UNKNOWN2, VELOCITY
 from mbdsl.compilation.marks import kernel
 from mbdsl.system.accelerations import ACCURATE, BOUNDED, balance
 from mbdsl.system.emit import EVALUATE, TANGENT
@@ -32,30 +32,38 @@ SAMPLE = code_cache.Signature(
 
 
 @kernel
-def sample(evaluate, tangent, T, QS, VS, numbers, U, read, f, K, N, R, Y, Z, C, F, I, A):
-    """At every state, with U in the ``numbers`` of F: the forces f, the matrices of M, Phi_q and Gam_v (K) and of
-    (Phi_q v)_q and Gam_q (N) as entries, and what F holds at ``read`` (R)."""
-    n = QS.shape[1]
-    for i in range(len(T)):
-        for k in range(len(numbers)):
-            F[numbers[k]] = U[i, k]
-        for k in range(Y.shape[1]):
-            Y[X, k] = 0.0
-            Y[X2, k] = 0.0
+def sample(
+    evaluate, tangent, times, qs, vs, places, given, read, forces, tangents, rates, values,
+    vectors, frames, gradients, numbers, layout, matrix,
+):  # fmt: skip
+    """At every state, with ``given`` at the ``places`` of ``numbers``: the forces; the matrices of M, Phi_q and Gam_v
+    (tangents) and of (Phi_q v)_q and Gam_q (rates) as entries; and what ``numbers`` holds at ``read`` (values)."""
+    n = qs.shape[1]
+    for i in range(len(times)):
+        for k in range(len(places)):
+            numbers[places[k]] = given[i, k]
+        for k in range(vectors.shape[1]):
+            vectors[UNKNOWN, k] = 0.0
+            vectors[UNKNOWN2, k] = 0.0
         for k in range(n):
-            Y[Q, k] = QS[i, k]
-            Y[V, k] = VS[i, k]
-        evaluate(T[i], Y, Z, C, F, I)
+            vectors[POSITION, k] = qs[i, k]
+            vectors[VELOCITY, k] = vs[i, k]
+        evaluate(times[i], vectors, frames, gradients, numbers, layout)
         for k in range(n):
-            f[i, k] = Y[FP, k]
-        tangent(T[i], 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, Y, Z, C, F, I, A)
-        for k in range(len(A)):
-            K[i, k] = A[k]
-        tangent(T[i], 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, Y, Z, C, F, I, A)
-        for k in range(len(A)):
-            N[i, k] = A[k]
+            forces[i, k] = vectors[FORCE, k]
+        # factors: M, K, D, f_lam, Phi_q, N, Gam_v, Gam_q, (M x)_q
+        tangent(
+            times[i], 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, vectors, frames, gradients, numbers, layout, matrix
+        )
+        for k in range(len(matrix)):
+            tangents[i, k] = matrix[k]
+        tangent(
+            times[i], 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, vectors, frames, gradients, numbers, layout, matrix
+        )
+        for k in range(len(matrix)):
+            rates[i, k] = matrix[k]
         for k in range(len(read)):
-            R[i, k] = F[read[k]]
+            values[i, k] = numbers[read[k]]
 
 
 @cache
@@ -63,7 +71,10 @@ def compiled() -> Callable:
     """``sample`` compiled, once for all models."""
     from mbdsl.system import batch_accelerations
 
-    arguments = "evaluate, tangent, T, QS, VS, numbers, U, read, f, K, N, R, Y, Z, C, F, I, A"
+    arguments = (
+        "evaluate, tangent, times, qs, vs, places, given, read, forces, tangents, rates, values, "
+        "vectors, frames, gradients, numbers, layout, matrix"
+    )
     text = f'''"""Emitted by mbdsl: the equations of motion at many states."""
 
 from mbdsl.system import batch_accelerations
@@ -86,7 +97,7 @@ def sampled(
     if len(t) < MANY or system.of_multipliers or system.unknowns > DENSE_LIMIT or not code_cache.enabled():
         return None
     w = system.workspace()
-    clock = Clock(w.I, system.m, system.p)
+    clock = Clock(w.layout, system.m, system.p)
     if clock.carried:
         return None
     from scipy.sparse import csr_array
@@ -108,7 +119,24 @@ def sampled(
         K, N = np.zeros((count, system.size)), np.zeros((count, system.size))
         now = (np.ascontiguousarray(x[at]) for x in (t, q, v))
         held = np.ascontiguousarray(U[at])
-        compiled()(kernels.evaluate, kernels.tangent, *now, places, held, read, f, K, N, R, w.Y, w.Z, w.C, w.F, w.I, A)
+        compiled()(
+            kernels.evaluate,
+            kernels.tangent,
+            *now,
+            places,
+            held,
+            read,
+            f,
+            K,
+            N,
+            R,
+            w.vectors,
+            w.frames,
+            w.gradients,
+            w.numbers,
+            w.layout,
+            A,
+        )
         in_time = np.zeros((count, clock.size))
         in_time[:, clock.driven] = -R[:, : len(clock.drivers)]
         in_time[:, clock.rows] = R[:, len(clock.drivers) :]

@@ -20,11 +20,12 @@ from mbdsl.system import expression_tape, loops
 from mbdsl.system.structure import Block
 
 KIND_PREFIX = "mbdsl_kind_"
-#: evaluate(t, Y, Z, C, F, I)
+#: evaluate(t, vectors, frames, gradients, numbers, layout)
 EVALUATE = code_cache.Signature(("float", "matrix", "matrix", "matrix", "vector", "ints"))
-#: tangent(t, cM, cK, cD, cL, cP, cN, cV, cW, cA, Y, Z, C, F, I, A)
+TANGENT_ARGUMENTS = "t, cM, cK, cD, cL, cP, cN, cV, cW, cA, vectors, frames, gradients, numbers, layout, matrix"
+#: tangent(TANGENT_ARGUMENTS)
 TANGENT = code_cache.Signature((*["float"] * 10, "matrix", "matrix", "matrix", "vector", "ints", "vector"))
-#: inertia(task, row, target, Y, F, I): tasks of :mod:`mbdsl.compilation.buffer_layout`
+#: inertia(task, row, target, vectors, numbers, layout): tasks of :mod:`mbdsl.compilation.buffer_layout`
 INERTIA = code_cache.Signature(("int", "int", "int", "matrix", "vector", "ints"))
 #: a line of either: (count, arguments of tangent)
 REPEATED = code_cache.Signature(("int", *TANGENT.takes))
@@ -40,80 +41,104 @@ class Line(NamedTuple):
 def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]:
     """The statements of ``evaluate``, in order."""
     bodies, pairs, roles = _loops(blocks)
-    lines = [Line("bodies", "loops.start(Y, Z, F, I)")]
+    lines = [Line("bodies", "loops.start(vectors, frames, numbers, layout)")]
     if sets > 2:
-        lines += [Line("bodies", f"{b.name}.keep({h}, F, I)") for h, b in bodies if hasattr(b.module, "keep")]
-        lines.append(Line("bodies", "loops.keep(Y, Z, C, I)"))
-    lines += [Line("bodies", f"{b.name}.move({h}, Y, Z, F, I)") for h, b in bodies]
+        lines += [
+            Line("bodies", f"{b.name}.keep({h}, numbers, layout)") for h, b in bodies if hasattr(b.module, "keep")
+        ]
+        lines.append(Line("bodies", "loops.keep(vectors, frames, gradients, layout)"))
+    lines += [Line("bodies", f"{b.name}.move({h}, vectors, frames, numbers, layout)") for h, b in bodies]
     if has_tape:
-        lines.append(Line("expressions", "expression_tape.run(t, 0, I[TAPE_LENGTH], Y, Z, F, I)"))
+        lines.append(
+            Line("expressions", "expression_tape.run(t, 0, layout[TAPE_LENGTH], vectors, frames, numbers, layout)")
+        )
     if "moving" in roles:
-        lines.append(Line("moving frames", "loops.carry(Z, F, I)"))
-    lines += [Line(_effect(b), f"{b.name}.fill({h}, Z, C, F, I)") for h, b in pairs]
+        lines.append(Line("moving frames", "loops.carry(frames, numbers, layout)"))
+    lines += [Line(_effect(b), f"{b.name}.fill({h}, frames, gradients, numbers, layout)") for h, b in pairs]
     if "joint" in roles:
-        lines.append(Line("joints", f"loops.constraints{'_with_mu' if sets > 1 else ''}(Y, Z, C, F, I)"))
+        constraints = "constraints_with_mu" if sets > 1 else "constraints"
+        lines.append(Line("joints", f"loops.{constraints}(vectors, frames, gradients, numbers, layout)"))
     if any(b.driven for b in blocks):
-        lines.append(Line("drivers", "loops.drive(Y, F, I)"))
+        lines.append(Line("drivers", "loops.drive(vectors, numbers, layout)"))
     if "gamma" in roles:
-        lines.append(Line("nonholonomic rows", "loops.gammas(Y, Z, F, I)"))
+        lines.append(Line("nonholonomic rows", "loops.gammas(vectors, frames, numbers, layout)"))
     if "spring" in roles:
-        lines.append(Line("springs", "loops.springs(Z, C, F, I)"))
+        lines.append(Line("springs", "loops.springs(frames, gradients, numbers, layout)"))
     if "law" in roles:
-        lines.append(Line("laws", "loops.laws(Z, C, F, I)"))
+        lines.append(Line("laws", "loops.laws(frames, gradients, numbers, layout)"))
     collect = "collect_with_mu" if sets > 1 and "joint" in roles else "collect"
-    lines += [Line("bodies", f"{b.name}.{collect}({h}, Y, Z, {_F(b)}I)") for h, b in bodies]
+    lines += [Line("bodies", f"{b.name}.{collect}({h}, vectors, frames, {_F(b)}layout)") for h, b in bodies]
     if sets > 2 and "joint" in roles:
-        lines.append(Line("joints", "loops.remember(Y, Z, C, I)"))
-        lines += [Line("bodies", f"{b.name}.collect_past({h}, Y, Z, {_F(b)}I)") for h, b in bodies]
-    lines += [Line("flexibility", f"{b.name}.forces({h}, Y, F, I)") for h, b in bodies if b.module.MASS]
+        lines.append(Line("joints", "loops.remember(vectors, frames, gradients, layout)"))
+        lines += [Line("bodies", f"{b.name}.collect_past({h}, vectors, frames, {_F(b)}layout)") for h, b in bodies]
+    lines += [
+        Line("flexibility", f"{b.name}.forces({h}, vectors, numbers, layout)") for h, b in bodies if b.module.MASS
+    ]
     for row, target in (("INERTIA_ROW", "MX"), ("INERTIA_ROW2", "MX2"))[: min(sets, 2)]:
-        lines += [Line("mass matrix", text) for text in _inertia(bodies, "TIMES", f"I[{row}]", target)]
+        lines += [Line("mass matrix", text) for text in _inertia(bodies, "TIMES", f"layout[{row}]", target)]
     if sets > 2 and "joint" in roles:
         varies = [(h, b) for h, b in bodies if b.module.MASS > 1]
-        lines += [Line("mass matrix", f"{b.name}.carry_over({h}, Y, F, I)") for h, b in varies]
+        lines += [Line("mass matrix", f"{b.name}.carry_over({h}, vectors, numbers, layout)") for h, b in varies]
     return lines
 
 
 def _F(block: Block) -> str:
     """The float tables as an argument, which flexible bodies require at further places."""
-    return "F, " if block.module.MASS else ""
+    return "numbers, " if block.module.MASS else ""
 
 
 def _inertia(bodies: list[tuple[int, Block]], task: str, row: str, target: str) -> list[str]:
     """Statements of a task of the mass matrix; none if it is constant and diagonal."""
     if not any(b.module.MASS for _, b in bodies):
         return []
-    own = [f"{b.name}.inertia({h}, {task}, {row}, {target}, Y, F, I)" for h, b in bodies if b.module.MASS]
-    return [f"loops.inertia({task}, {row}, {target}, Y, F, I)", *own]
+    own = [
+        f"{b.name}.inertia({h}, {task}, {row}, {target}, vectors, numbers, layout)" for h, b in bodies if b.module.MASS
+    ]
+    return [f"loops.inertia({task}, {row}, {target}, vectors, numbers, layout)", *own]
 
 
 def inertia_lines(blocks: list[Block]) -> list[str]:
     """The statements of ``inertia``."""
-    return _inertia(_loops(blocks)[0], "task", "row", "target") or ["loops.inertia(task, row, target, Y, F, I)"]
+    return _inertia(_loops(blocks)[0], "task", "row", "target") or [
+        "loops.inertia(task, row, target, vectors, numbers, layout)"
+    ]
 
 
 def tangent_lines(blocks: list[Block], has_tape: bool) -> list[Line]:
     """The statements of ``tangent``, in order."""
     bodies, pairs, roles = _loops(blocks)
-    lines = [Line("bodies", "loops.begin_matrix(cM, F, I, A)")]
+    lines = [Line("bodies", "loops.begin_matrix(cM, numbers, layout, matrix)")]
     if any(b.module.MASS for _, b in bodies):
-        lines.append(Line("mass matrix", "loops.coupling_matrix(cM, F, I, A)"))
-    lines += [Line("bodies", f"{b.name}.jacobians({h}, Y, Z, F, I)") for h, b in bodies]
+        lines.append(Line("mass matrix", "loops.coupling_matrix(cM, numbers, layout, matrix)"))
+    lines += [Line("bodies", f"{b.name}.jacobians({h}, vectors, frames, numbers, layout)") for h, b in bodies]
     if has_tape:
-        lines.append(Line("expressions", "expression_tape.run(t, I[TAPE_LENGTH], I[GRADIENT_LENGTH], Y, Z, F, I)"))
-    lines += [Line(_effect(b), f"{b.name}.curve({h}, Z, C, F, I)") for h, b in pairs if b.curved]
+        part = "layout[TAPE_LENGTH], layout[GRADIENT_LENGTH]"
+        lines.append(Line("expressions", f"expression_tape.run(t, {part}, vectors, frames, numbers, layout)"))
+    lines += [
+        Line(_effect(b), f"{b.name}.curve({h}, frames, gradients, numbers, layout)") for h, b in pairs if b.curved
+    ]
     if "joint" in roles:
-        lines.append(Line("joints", "loops.constraint_tangents(cK, cP, cN, Y, C, F, I, A)"))
+        lines.append(
+            Line("joints", "loops.constraint_tangents(cK, cP, cN, vectors, gradients, numbers, layout, matrix)")
+        )
     if "gamma" in roles:
-        lines.append(Line("nonholonomic rows", "loops.gamma_tangents(F.size - 72, cK, cD, cV, cW, Y, F, I, A)"))
+        lines.append(
+            Line(
+                "nonholonomic rows",
+                "loops.gamma_tangents(cK, cD, cV, cW, vectors, numbers, layout, matrix)",
+            )
+        )
     if "spring" in roles:
-        lines.append(Line("springs", "loops.spring_tangents(F.size - 72, cK, cD, C, F, I, A)"))
+        lines.append(Line("springs", "loops.spring_tangents(cK, cD, gradients, numbers, layout, matrix)"))
     if "law" in roles:
-        lines.append(Line("laws", "loops.law_tangents(F.size - 72, cK, cD, cL, C, F, I, A)"))
+        lines.append(Line("laws", "loops.law_tangents(cK, cD, cL, gradients, numbers, layout, matrix)"))
     curved = [(h, b) for h, b in bodies if hasattr(b.module, "stiffness")]
-    lines += [Line("bodies", f"{b.name}.stiffness({h}, cK, Z, {_F(b)}I, A)") for h, b in curved]
+    lines += [Line("bodies", f"{b.name}.stiffness({h}, cK, frames, {_F(b)}layout, matrix)") for h, b in curved]
     flexible = [(h, b) for h, b in bodies if b.module.MASS]
-    return lines + [Line("flexibility", f"{b.name}.tangents({h}, cM, cK, cD, cA, Y, F, I, A)") for h, b in flexible]
+    return lines + [
+        Line("flexibility", f"{b.name}.tangents({h}, cM, cK, cD, cA, vectors, numbers, layout, matrix)")
+        for h, b in flexible
+    ]
 
 
 def _loops(blocks: list[Block]) -> tuple[list[tuple[int, Block]], list[tuple[int, Block]], set[str]]:
@@ -131,15 +156,15 @@ def emit(blocks: list[Block], has_tape: bool, sets: int) -> str:
     """The text of the module for these blocks and this number of sets of multipliers."""
     lines = [
         *_head(blocks, has_tape, "Emitted by mbdsl for scenes of"),
-        "def evaluate(t, Y, Z, C, F, I):",
+        "def evaluate(t, vectors, frames, gradients, numbers, layout):",
         *(f"    {line.text}" for line in evaluate_lines(blocks, has_tape, sets)),
         "",
         "",
-        "def tangent(t, cM, cK, cD, cL, cP, cN, cV, cW, cA, Y, Z, C, F, I, A):",
+        f"def tangent({TANGENT_ARGUMENTS}):",
         *(f"    {line.text}" for line in tangent_lines(blocks, has_tape)),
         "",
         "",
-        "def inertia(task, row, target, Y, F, I):",
+        "def inertia(task, row, target, vectors, numbers, layout):",
         *(f"    {text}" for text in inertia_lines(blocks)),
         "",
     ]
@@ -178,13 +203,13 @@ def emit_repeated(blocks: list[Block], has_tape: bool, sets: int) -> tuple[str, 
     text = _head(blocks, has_tape, "Emitted by mbdsl to measure scenes of")
     for name, lines in (("e", evaluate), ("t", tangent)):
         for k, line in enumerate(lines):
-            head = f"def {name}{k}(count, t, cM, cK, cD, cL, cP, cN, cV, cW, cA, Y, Z, C, F, I, A):"
+            head = f"def {name}{k}(count, {TANGENT_ARGUMENTS}):"
             text += [head, "    for _ in range(count):", f"        {line.text}", "", ""]
     return "\n".join(text[:-1]), evaluate, tangent
 
 
 def header(block: int) -> int:
-    """The offset of the header of a block in I."""
+    """The offset of the header of a block in layout."""
     return buffer_layout.BLOCKS + buffer_layout.BLOCK * block
 
 
@@ -194,8 +219,8 @@ def emit_kind(block: Block) -> str:
     curve = f"""
 
 @rare
-def curve(block, Z, C, F, I):
-    loops.curve(block, {rows}, {name}.hessian, Z, C, F, I)
+def curve(block, frames, gradients, numbers, layout):
+    loops.curve(block, {rows}, {name}.hessian, frames, gradients, numbers, layout)
 """
     return f'''"""Emitted by mbdsl: the loops of {name}."""
 
@@ -205,8 +230,8 @@ from mbdsl.system import loops
 
 
 @rare
-def fill(block, Z, C, F, I):
-    loops.fill(block, {rows}, {name}.gradient, Z, C, F, I)
+def fill(block, frames, gradients, numbers, layout):
+    loops.fill(block, {rows}, {name}.gradient, frames, gradients, numbers, layout)
 {curve if block.curved else ""}'''
 
 

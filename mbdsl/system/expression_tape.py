@@ -83,12 +83,12 @@ class Tape:
 
 
 @rare
-def search(v, o, n, F):
+def search(v, o, n, numbers):
     """The cell of v among the n breaks at o: it begins with the last break <= v, or with the last but one."""
     lo, hi = 0, n - 1
     while hi - lo > 1:
         mid = (lo + hi) // 2
-        if F[o + mid] <= v:
+        if numbers[o + mid] <= v:
             lo = mid
         else:
             hi = mid
@@ -96,10 +96,10 @@ def search(v, o, n, F):
 
 
 @rare
-def cell_of(u, header, knots, ends, F, I):
+def cell_of(u, header, knots, ends, numbers, layout):
     """A number for the piece of a table that contains u; pieces end at ``knots``, at the table's ``ends``, or both."""
-    n, o, beyond = I[header], I[header + 1], I[header + 2]
-    first, last = F[o], F[o + n - 1]
+    n, o, beyond = layout[header], layout[header + 1], layout[header + 2]
+    first, last = numbers[o], numbers[o + n - 1]
     lap = 0
     if beyond == 2 and (u < first or u > last):  # periodic, see below
         lap = int(floor((u - first) / (last - first)))
@@ -108,56 +108,56 @@ def cell_of(u, header, knots, ends, F, I):
         return -1
     elif ends and u > last:
         return n
-    lo = search(min(max(u, first), last), o, n, F) if knots else 0
+    lo = search(min(max(u, first), last), o, n, numbers) if knots else 0
     return (lap * n if ends else 0) + lo
 
 
 @rare
-def interpolate(u, order, header, F, I):
+def interpolate(u, order, header, numbers, layout):
     """Piecewise cubic: derivative ``order`` at u of the table with (points, offset, extrapolation) at ``header``."""
-    n, o, beyond = I[header], I[header + 1], I[header + 2]
-    first, last = F[o], F[o + n - 1]
+    n, o, beyond = layout[header], layout[header + 1], layout[header + 2]
+    first, last = numbers[o], numbers[o + n - 1]
     outside = u < first or u > last
     if outside and beyond == 2:  # periodic
         u = first + (u - first) - floor((u - first) / (last - first)) * (last - first)
     if beyond == 3 and outside:
         return nan if order == 0 else 0.0  # "error": not a number, which stops the integration
     v = min(max(u, first), last)
-    lo = search(v, o, n, F)
+    lo = search(v, o, n, numbers)
     c = o + n + 4 * lo
-    x = v - F[o + lo]
+    x = v - numbers[o + lo]
     if outside and beyond < 2:
-        slope = F[c + 1] + x * (2.0 * F[c + 2] + x * 3.0 * F[c + 3])
-        value = F[c] + x * (F[c + 1] + x * (F[c + 2] + x * F[c + 3]))
+        slope = numbers[c + 1] + x * (2.0 * numbers[c + 2] + x * 3.0 * numbers[c + 3])
+        value = numbers[c] + x * (numbers[c + 1] + x * (numbers[c + 2] + x * numbers[c + 3]))
         if beyond == 0:  # hold
             slope = 0.0
         if order == 0:
             return value + slope * (u - v)
         return slope if order == 1 else 0.0
     if order == 0:
-        return F[c] + x * (F[c + 1] + x * (F[c + 2] + x * F[c + 3]))
+        return numbers[c] + x * (numbers[c + 1] + x * (numbers[c + 2] + x * numbers[c + 3]))
     if order == 1:
-        return F[c + 1] + x * (2.0 * F[c + 2] + x * 3.0 * F[c + 3])
+        return numbers[c + 1] + x * (2.0 * numbers[c + 2] + x * 3.0 * numbers[c + 3])
     if order == 2:
-        return 2.0 * F[c + 2] + 6.0 * x * F[c + 3]
-    return 6.0 * F[c + 3] if order == 3 else 0.0
+        return 2.0 * numbers[c + 2] + 6.0 * x * numbers[c + 3]
+    return 6.0 * numbers[c + 3] if order == 3 else 0.0
 
 
 @rare
-def run(t, first, count, Y, Z, F, I):
+def run(t, first, count, vectors, frames, numbers, layout):
     """Run instructions ``first`` ... ``first + count - 1`` of the tape."""
-    r = I[REGISTERS]
-    F[r] = t
+    r = layout[REGISTERS]
+    numbers[r] = t
     for i in range(first, first + count):
-        o = I[TAPE] + 5 * i
-        op, target = I[o], r + I[o + 1]
+        o = layout[TAPE] + 5 * i
+        op, target = layout[o], r + layout[o + 1]
         if op == LOAD:
-            F[target] = Z[I[o + 2], I[o + 3]]
+            numbers[target] = frames[layout[o + 2], layout[o + 3]]
             continue
         if op == MULTIPLIER:
-            F[target] = Y[I[LAW_ROW], I[o + 2]]
+            numbers[target] = vectors[layout[LAW_ROW], layout[o + 2]]
             continue
-        a, b = F[r + I[o + 2]], F[r + I[o + 3]]
+        a, b = numbers[r + layout[o + 2]], numbers[r + layout[o + 3]]
         if op == ADD:
             y = a + b
         elif op == SUB:
@@ -179,7 +179,7 @@ def run(t, first, count, Y, Z, F, I):
         elif op == SQRT:
             y = sqrt(a)
         elif op == SELECT:
-            y = b if a != 0.0 else F[r + I[o + 4]]
+            y = b if a != 0.0 else numbers[r + layout[o + 4]]
         elif op == LT:
             y = 1.0 if a < b else 0.0
         elif op == LE:
@@ -233,5 +233,5 @@ def run(t, first, count, Y, Z, F, I):
         elif op == MOD:
             y = a - floor(a / b) * b
         else:
-            y = interpolate(a, I[o + 4], I[TABLES] + 3 * I[o + 3], F, I)
-        F[target] = y
+            y = interpolate(a, layout[o + 4], layout[TABLES] + 3 * layout[o + 3], numbers, layout)
+        numbers[target] = y

@@ -30,7 +30,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
         parameters = [
             () if none else tuple(c.kind.table(c.values)) for none, c in zip(own, block.components, strict=True)
         ]
-        buffers.I[header : header + 4] = [
+        buffers.layout[header : header + 4] = [
             len(block.components),
             row,
             buffers.floats(v for p in parameters for v in p),
@@ -59,18 +59,18 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
                     detail = buffers.floats(c.kind.springs(c.values)[j])
                 else:
                     leaf = _law(tables, buffers, dofs, c, j, (a, b), tape, later)
-                    details.append((len(ints) + 4, leaf))
-                hessian = buffers.floats([0.0] * 36) if block.curved else -1
+                    details.append((len(ints) + buffer_layout.DETAIL, leaf))
+                hessian = buffers.floats([0.0] * buffer_layout.SQUARE) if block.curved else -1
                 ints += [a, b, first, hessian, detail, 0]
                 row += 1
             counts[block.role] += rows
-    I = buffers.I
-    I[buffer_layout.N_SPRINGS], I[buffer_layout.N_LAWS] = counts["spring"], counts["law"]
-    I[buffer_layout.PAIRS] = offset = buffers.ints(ints)
+    layout = buffers.layout
+    layout[buffer_layout.N_SPRINGS], layout[buffer_layout.N_LAWS] = counts["spring"], counts["law"]
+    layout[buffer_layout.PAIRS] = offset = buffers.ints(ints)
 
     def place_details() -> None:
         for position, values in details:
-            I[offset + position] = buffers.ints(values)
+            layout[offset + position] = buffers.ints(values)
 
     later.append(place_details)
 

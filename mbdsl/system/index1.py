@@ -71,7 +71,7 @@ class Index1:
         lam = np.zeros(system.m + system.p)
         size = 0.0
         for _ in range(MOST):
-            force = work.Y[buffer_layout.FP, :n].copy()
+            force = work.vectors[buffer_layout.FORCE, :n].copy()
             K = self._matrix(t, 1.0)
             if gamma is None:
                 rate = system.matrix(system.entries(t, cN=1.0, cW=1.0))
@@ -99,9 +99,9 @@ class Index1:
         for _ in range(MOST):
             work = system._at(t, y[:n], y[n:])
             right = np.zeros((n + m + system.p, 2))
-            right[n : n + m, 0] = -work.Y[buffer_layout.FP, n : n + m]
-            right[n : n + m, 1] = -work.Y[buffer_layout.GD, n : n + m]
-            right[n + m :, 1] = -work.Y[buffer_layout.FP, n + m : system.unknowns]
+            right[n : n + m, 0] = -work.vectors[buffer_layout.FORCE, n : n + m]
+            right[n : n + m, 1] = -work.vectors[buffer_layout.FORCE2, n : n + m]
+            right[n + m :, 1] = -work.vectors[buffer_layout.FORCE, n + m : system.unknowns]
             change = self._solve(self._matrix(t, 0.0), right[self._kept])[:n].T.ravel()
             y = y + change
             speed = 1.0 + np.abs(y[n:] * scale[n:]).max(initial=0.0)

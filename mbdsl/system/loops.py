@@ -1,4 +1,5 @@
-"""The loops over rows of the gradient table: scalar coordinates g(z) of pairs of frames contribute to f, Phi and A.
+"""The loops over rows of the gradient table: scalar coordinates g(z) of pairs of frames contribute to f, Phi and the
+iteration matrix.
 
 Kinds differ only in the dependence of g, its gradient G and its second derivative H on two frames. Therefore the loops
 ``fill`` and ``curve`` are compiled once for each kind; the others are the same for all constraints, springs and laws:
@@ -13,19 +14,27 @@ Nonholonomic constraints have no kernels of their own: Gam and its derivatives a
 from __future__ import annotations
 
 from mbdsl.compilation.buffer_layout import (
+    BLOCK_SIZE,
+    CONSTANT_FORCE,
     COUPLING_VALUES,
     COUPLINGS,
-    FORCE0,
-    FP,
+    DETAIL,
+    FORCE,
+    FORCE2,
+    FRAME_A,
+    FRAME_B,
     FRAMES,
+    GAMMA,
     GAMMAS,
-    GD,
-    GP,
     GRADIENT_RATE,
     GROUND_FRAMES,
+    HALF,
     INVERSE,
     KEEP,
     LAM_ROW,
+    LEAF,
+    LEAVES,
+    LEFT_OUT,
     LEVER,
     MAGNITUDE,
     MASS,
@@ -43,14 +52,22 @@ from mbdsl.compilation.buffer_layout import (
     N_Q,
     N_SPRINGS,
     PAIR,
+    PAIR_POSE,
     PAIRS,
+    PAST_FORCE,
     PAST_GRADIENT,
     PAST_LEVER,
     PAST_WRENCH,
+    POSE,
     PSI_ROW,
+    RATE,
     REGISTERS,
+    SECOND_DERIVATIVE,
     SIZE,
+    SLOT,
     SLOTS,
+    SQUARE,
+    TANGENT_SCRATCH,
     TIMES,
     VALUE,
     WRENCH,
@@ -59,382 +76,419 @@ from mbdsl.compilation.marks import kernel, rare, square
 
 
 @kernel
-def fill(block, rows, gradient, Z, C, F, I):
+def fill(block, rows, gradient, frames, gradients, numbers, layout):
     """g and G of all components of a kind."""
-    for e in range(I[block]):
-        r = I[block + 1] + rows * e
-        o = I[PAIRS] + PAIR * r
-        gradient(Z, I[o], I[o + 1], F[I[block + 2] + I[block + 3] * e :], C[r:])
+    for e in range(layout[block]):
+        r = layout[block + 1] + rows * e
+        o = layout[PAIRS] + PAIR * r
+        gradient(
+            frames,
+            layout[o + FRAME_A],
+            layout[o + FRAME_B],
+            numbers[layout[block + 2] + layout[block + 3] * e :],
+            gradients[r:],
+        )
 
 
 @kernel
-def curve(block, rows, hessian, Z, C, F, I):
+def curve(block, rows, hessian, frames, gradients, numbers, layout):
     """d^2g/dz^2 and w^T d^2g/dz^2 of all components of a kind with a varying gradient."""
-    for e in range(I[block]):
+    for e in range(layout[block]):
         for k in range(rows):
-            r = I[block + 1] + rows * e + k
-            o = I[PAIRS] + PAIR * r
-            a, b, h = I[o], I[o + 1], I[o + 3]
+            r = layout[block + 1] + rows * e + k
+            o = layout[PAIRS] + PAIR * r
+            a, b, h = layout[o + FRAME_A], layout[o + FRAME_B], layout[o + SECOND_DERIVATIVE]
             if h < 0:
                 continue
-            H = square(F, h)
-            for j in range(36):
-                F[h + j] = 0.0
-            unit = C[r, GRADIENT_RATE:]
+            H = square(numbers, h)
+            for j in range(SQUARE):
+                numbers[h + j] = 0.0
+            unit = gradients[r, GRADIENT_RATE:]
             for j in range(rows):
                 unit[j] = 0.0
             unit[k] = 1.0
-            hessian(Z, a, b, F[I[block + 2] + I[block + 3] * e :], unit, H)
-            for j in range(6):
+            hessian(frames, a, b, numbers[layout[block + 2] + layout[block + 3] * e :], unit, H)
+            for j in range(PAIR_POSE):
                 rate = 0.0
-                for i in range(3):
-                    rate += Z[a, 3 + i] * F[h + 6 * i + j] + Z[b, 3 + i] * F[h + 6 * (3 + i) + j]
-                C[r, GRADIENT_RATE + j] = rate
+                for i in range(POSE):
+                    rate += (
+                        frames[a, RATE + i] * numbers[h + PAIR_POSE * i + j]
+                        + frames[b, RATE + i] * numbers[h + PAIR_POSE * (POSE + i) + j]
+                    )
+                gradients[r, GRADIENT_RATE + j] = rate
 
 
 @kernel
-def start(Y, Z, F, I):
+def start(vectors, frames, numbers, layout):
     """Initialise f with the constant generalised force, and the ground's wrenches with zero."""
-    for i in range(I[N_Q]):
-        Y[FP, i] = F[I[FORCE0] + i]
-        Y[GD, i] = 0.0
-    for f in range(I[GROUND_FRAMES]):
-        for j in range(3):
-            Z[f, WRENCH + j], Z[f, MU_WRENCH + j] = 0.0, 0.0
+    for i in range(layout[N_Q]):
+        vectors[FORCE, i] = numbers[layout[CONSTANT_FORCE] + i]
+        vectors[FORCE2, i] = 0.0
+    for f in range(layout[GROUND_FRAMES]):
+        for j in range(POSE):
+            frames[f, WRENCH + j], frames[f, MU_WRENCH + j] = 0.0, 0.0
 
 
 @kernel
-def carry(Z, F, I):
+def carry(frames, numbers, layout):
     """Pose and rates of frames that drivers move as functions of time."""
-    for k in range(I[N_MOVING]):
-        o = I[MOVING] + MOVED * k
-        for j in range(6):
-            Z[I[o], j] = F[I[REGISTERS] + I[o + 1 + j]]
+    for k in range(layout[N_MOVING]):
+        o = layout[MOVING] + MOVED * k
+        for j in range(PAIR_POSE):
+            frames[layout[o], j] = numbers[layout[REGISTERS] + layout[o + 1 + j]]
 
 
 @kernel
-def constraints(Y, Z, C, F, I):
+def constraints(vectors, frames, gradients, numbers, layout):
     """Phi, Phi_q v + Phi_t, and the constraint forces -Phi_q^T lam on the frames."""
-    n, row = I[N_Q], I[LAM_ROW]
-    for r in range(I[N_PHI]):
-        o = I[PAIRS] + PAIR * r
-        if I[o + 5]:
-            Y[FP, n + r], Y[GD, n + r] = 0.0, 0.0
+    n, row = layout[N_Q], layout[LAM_ROW]
+    for r in range(layout[N_PHI]):
+        o = layout[PAIRS] + PAIR * r
+        if layout[o + LEFT_OUT]:
+            vectors[FORCE, n + r], vectors[FORCE2, n + r] = 0.0, 0.0
             continue
-        a, b = I[o], I[o + 1]
-        lam = Y[row, n + r]
+        a, b = layout[o + FRAME_A], layout[o + FRAME_B]
+        lam = vectors[row, n + r]
         rate = 0.0
-        for j in range(3):
-            rate += C[r, j] * Z[a, 3 + j] + C[r, 3 + j] * Z[b, 3 + j]
-            Z[a, 6 + j] -= C[r, j] * lam
-            Z[b, 6 + j] -= C[r, 3 + j] * lam
-        Y[FP, n + r] = C[r, VALUE]
-        Y[GD, n + r] = rate
+        for j in range(POSE):
+            rate += gradients[r, j] * frames[a, RATE + j] + gradients[r, POSE + j] * frames[b, RATE + j]
+            frames[a, WRENCH + j] -= gradients[r, j] * lam
+            frames[b, WRENCH + j] -= gradients[r, POSE + j] * lam
+        vectors[FORCE, n + r] = gradients[r, VALUE]
+        vectors[FORCE2, n + r] = rate
 
 
 @kernel
-def drive(Y, F, I):
+def drive(vectors, numbers, layout):
     """Phi -= u(t) and Phi_q v + Phi_t -= u'(t) in the rows of drivers."""
-    n = I[N_Q]
-    for r in range(I[N_PHI]):
-        o = I[PAIRS] + PAIR * r
-        u = I[o + 4]
-        if u >= 0 and not I[o + 5]:
-            Y[FP, n + r] -= F[I[REGISTERS] + I[u]]
-            Y[GD, n + r] -= F[I[REGISTERS] + I[u + 1]]
+    n = layout[N_Q]
+    for r in range(layout[N_PHI]):
+        o = layout[PAIRS] + PAIR * r
+        u = layout[o + DETAIL]
+        if u >= 0 and not layout[o + LEFT_OUT]:
+            vectors[FORCE, n + r] -= numbers[layout[REGISTERS] + layout[u]]
+            vectors[FORCE2, n + r] -= numbers[layout[REGISTERS] + layout[u + 1]]
 
 
 @kernel
-def constraints_with_mu(Y, Z, C, F, I):
+def constraints_with_mu(vectors, frames, gradients, numbers, layout):
     """As ``constraints``, with Phi_q^T mu on the frames; one loop costs half as much as two."""
-    n, row, mu_row = I[N_Q], I[LAM_ROW], I[MU_ROW]
-    for r in range(I[N_PHI]):
-        o = I[PAIRS] + PAIR * r
-        if I[o + 5]:
-            Y[FP, n + r], Y[GD, n + r] = 0.0, 0.0
+    n, row, mu_row = layout[N_Q], layout[LAM_ROW], layout[MU_ROW]
+    for r in range(layout[N_PHI]):
+        o = layout[PAIRS] + PAIR * r
+        if layout[o + LEFT_OUT]:
+            vectors[FORCE, n + r], vectors[FORCE2, n + r] = 0.0, 0.0
             continue
-        a, b = I[o], I[o + 1]
-        lam, mu = Y[row, n + r], Y[mu_row, n + r]
+        a, b = layout[o + FRAME_A], layout[o + FRAME_B]
+        lam, mu = vectors[row, n + r], vectors[mu_row, n + r]
         rate = 0.0
-        for j in range(3):
-            g, k = C[r, j], C[r, 3 + j]
-            rate += g * Z[a, 3 + j] + k * Z[b, 3 + j]
-            Z[a, WRENCH + j] -= g * lam
-            Z[b, WRENCH + j] -= k * lam
-            Z[a, MU_WRENCH + j] += g * mu
-            Z[b, MU_WRENCH + j] += k * mu
-        Y[FP, n + r] = C[r, VALUE]
-        Y[GD, n + r] = rate
+        for j in range(POSE):
+            g, k = gradients[r, j], gradients[r, POSE + j]
+            rate += g * frames[a, RATE + j] + k * frames[b, RATE + j]
+            frames[a, WRENCH + j] -= g * lam
+            frames[b, WRENCH + j] -= k * lam
+            frames[a, MU_WRENCH + j] += g * mu
+            frames[b, MU_WRENCH + j] += k * mu
+        vectors[FORCE, n + r] = gradients[r, VALUE]
+        vectors[FORCE2, n + r] = rate
 
 
 @kernel
-def keep(Y, Z, C, I):
+def keep(vectors, frames, gradients, layout):
     """At the start of a step, store the state of the last evaluation; wrenches of psi start at zero."""
-    if I[KEEP]:
-        I[KEEP] = 0
-        for r in range(I[N_PHI]):
-            for j in range(6):
-                C[r, PAST_GRADIENT + j] = C[r, j]
-        for f in range(I[N_FRAMES]):
+    if layout[KEEP]:
+        layout[KEEP] = 0
+        for r in range(layout[N_PHI]):
+            for j in range(PAIR_POSE):
+                gradients[r, PAST_GRADIENT + j] = gradients[r, j]
+        for f in range(layout[N_FRAMES]):
             for j in range(2):
-                Z[f, PAST_LEVER + j] = Z[f, LEVER + j]
-    for i in range(I[N_Q]):
-        Y[GP, i] = 0.0
-    for f in range(I[N_FRAMES]):
-        for j in range(3):
-            Z[f, PAST_WRENCH + j] = 0.0
+                frames[f, PAST_LEVER + j] = frames[f, LEVER + j]
+    for i in range(layout[N_Q]):
+        vectors[PAST_FORCE, i] = 0.0
+    for f in range(layout[N_FRAMES]):
+        for j in range(POSE):
+            frames[f, PAST_WRENCH + j] = 0.0
 
 
 @kernel
-def remember(Y, Z, C, I):
+def remember(vectors, frames, gradients, layout):
     """Phi_q^T psi with the Phi_q of the start of the step, on the frames."""
-    n, row = I[N_Q], I[PSI_ROW]
-    for r in range(I[N_PHI]):
-        o = I[PAIRS] + PAIR * r
-        a, b = I[o], I[o + 1]
-        if I[o + 5]:
+    n, row = layout[N_Q], layout[PSI_ROW]
+    for r in range(layout[N_PHI]):
+        o = layout[PAIRS] + PAIR * r
+        a, b = layout[o + FRAME_A], layout[o + FRAME_B]
+        if layout[o + LEFT_OUT]:
             continue
-        psi = Y[row, n + r]
-        for j in range(3):
-            Z[a, PAST_WRENCH + j] += C[r, PAST_GRADIENT + j] * psi
-            Z[b, PAST_WRENCH + j] += C[r, PAST_GRADIENT + 3 + j] * psi
+        psi = vectors[row, n + r]
+        for j in range(POSE):
+            frames[a, PAST_WRENCH + j] += gradients[r, PAST_GRADIENT + j] * psi
+            frames[b, PAST_WRENCH + j] += gradients[r, PAST_GRADIENT + POSE + j] * psi
 
 
 @kernel
-def gammas(Y, Z, F, I):
+def gammas(vectors, frames, numbers, layout):
     """Gam, and the constraint forces -Gam_v^T nu on the frames. Records: see :mod:`mbdsl.system.nonholonomic`."""
-    first = I[N_Q] + I[N_PHI]
-    for k in range(I[N_GAM]):
-        o = I[I[GAMMAS] + k]
-        Y[FP, first + k], Y[GD, first + k] = F[I[REGISTERS] + I[o]], 0.0
-        if I[o + 3]:
-            Y[FP, first + k] = 0.0
+    first = layout[N_Q] + layout[N_PHI]
+    for k in range(layout[N_GAM]):
+        o = layout[layout[GAMMAS] + k]
+        vectors[FORCE, first + k], vectors[FORCE2, first + k] = numbers[layout[REGISTERS] + layout[o]], 0.0
+        if layout[o + 3]:
+            vectors[FORCE, first + k] = 0.0
             continue
-        nu = Y[I[LAM_ROW], first + k]
-        for l in range(I[o + 4]):
-            at = o + 5 + 7 * l
-            for j in range(3):
-                Z[I[at], WRENCH + j] -= F[I[REGISTERS] + I[at + 1 + j]] * nu
+        nu = vectors[layout[LAM_ROW], first + k]
+        for l in range(layout[o + 4]):
+            at = o + GAMMA + LEAF * l
+            for j in range(POSE):
+                frames[layout[at], WRENCH + j] -= numbers[layout[REGISTERS] + layout[at + 1 + j]] * nu
 
 
 @kernel
-def springs(Z, C, F, I):
+def springs(frames, gradients, numbers, layout):
     """Linear springs and dampers: wrench -= G^T (k (g - g0) + c dg/dt)."""
-    for r in range(I[N_PHI], I[N_PHI] + I[N_SPRINGS]):
-        o = I[PAIRS] + PAIR * r
-        a, b, p = I[o], I[o + 1], I[o + 4]
+    for r in range(layout[N_PHI], layout[N_PHI] + layout[N_SPRINGS]):
+        o = layout[PAIRS] + PAIR * r
+        a, b, p = layout[o + FRAME_A], layout[o + FRAME_B], layout[o + DETAIL]
         rate = 0.0
-        for j in range(3):
-            rate += C[r, j] * Z[a, 3 + j] + C[r, 3 + j] * Z[b, 3 + j]
-        s = F[p] * (C[r, VALUE] - F[p + 2]) + F[p + 1] * rate
-        C[r, MAGNITUDE] = s
-        for j in range(3):
-            Z[a, 6 + j] -= C[r, j] * s
-            Z[b, 6 + j] -= C[r, 3 + j] * s
+        for j in range(POSE):
+            rate += gradients[r, j] * frames[a, RATE + j] + gradients[r, POSE + j] * frames[b, RATE + j]
+        s = numbers[p] * (gradients[r, VALUE] - numbers[p + 2]) + numbers[p + 1] * rate
+        gradients[r, MAGNITUDE] = s
+        for j in range(POSE):
+            frames[a, WRENCH + j] -= gradients[r, j] * s
+            frames[b, WRENCH + j] -= gradients[r, POSE + j] * s
 
 
 @kernel
-def laws(Z, C, F, I):
+def laws(frames, gradients, numbers, layout):
     """Forces by expression: wrench += sign G^T s. The leaf list starts with the register of s, and the sign."""
-    first = I[N_PHI] + I[N_SPRINGS]
-    for r in range(first, first + I[N_LAWS]):
-        o = I[PAIRS] + PAIR * r
-        a, b = I[o], I[o + 1]
-        s = I[I[o + 4] + 1] * F[I[REGISTERS] + I[I[o + 4]]]
-        C[r, MAGNITUDE] = -s
-        for j in range(3):
-            Z[a, 6 + j] += C[r, j] * s
-            Z[b, 6 + j] += C[r, 3 + j] * s
+    first = layout[N_PHI] + layout[N_SPRINGS]
+    for r in range(first, first + layout[N_LAWS]):
+        o = layout[PAIRS] + PAIR * r
+        a, b = layout[o + FRAME_A], layout[o + FRAME_B]
+        s = layout[layout[o + DETAIL] + 1] * numbers[layout[REGISTERS] + layout[layout[o + DETAIL]]]
+        gradients[r, MAGNITUDE] = -s
+        for j in range(POSE):
+            frames[a, WRENCH + j] += gradients[r, j] * s
+            frames[b, WRENCH + j] += gradients[r, POSE + j] * s
 
 
 # -- tangents ------------------------------------------------------------------------------------------------
 
 
 @kernel
-def inertia(task, row, target, Y, F, I):
+def inertia(task, row, target, vectors, numbers, layout):
     """Tasks of the constant part of the mass matrix; INVERSE for bodies with a diagonal one."""
     if task == TIMES:
-        for i in range(I[N_Q]):
-            Y[target, i] = 0.0
-        for k in range(I[N_COUPLINGS]):
-            o, value = I[COUPLINGS] + 3 * k, F[I[COUPLING_VALUES] + k]
-            Y[target, I[o]] += value * Y[row, I[o + 1]]
-            Y[target, I[o + 1]] += value * Y[row, I[o]]
+        for i in range(layout[N_Q]):
+            vectors[target, i] = 0.0
+        for k in range(layout[N_COUPLINGS]):
+            o, value = layout[COUPLINGS] + 3 * k, numbers[layout[COUPLING_VALUES] + k]
+            vectors[target, layout[o]] += value * vectors[row, layout[o + 1]]
+            vectors[target, layout[o + 1]] += value * vectors[row, layout[o]]
     elif task == INVERSE:
-        for i in range(I[N_Q]):
-            Y[target, i] = Y[row, i] / F[I[MASS] + i]
+        for i in range(layout[N_Q]):
+            vectors[target, i] = vectors[row, i] / numbers[layout[MASS] + i]
 
 
 @rare
-def coupling_matrix(cM, F, I, A):
-    """A += cM times the constant off-diagonal entries of M."""
-    for k in range(I[N_COUPLINGS]):
-        slot, value = I[SLOTS] + I[I[COUPLINGS] + 3 * k + 2], cM * F[I[COUPLING_VALUES] + k]
-        A[I[slot]] += value
-        A[I[slot + 1]] += value
+def coupling_matrix(cM, numbers, layout, matrix):
+    """Matrix += cM times the constant off-diagonal entries of M."""
+    for k in range(layout[N_COUPLINGS]):
+        slot, value = layout[SLOTS] + layout[layout[COUPLINGS] + 3 * k + 2], cM * numbers[layout[COUPLING_VALUES] + k]
+        matrix[layout[slot]] += value
+        matrix[layout[slot + 1]] += value
 
 
 @rare
-def begin_matrix(cM, F, I, A):
-    """A = cM times the constant part of M's diagonal."""
-    for i in range(I[SIZE]):
-        A[i] = 0.0
-    for i in range(I[N_Q]):
-        A[I[I[SLOTS] + I[MASS_SLOTS] + i]] += cM * F[I[MASS] + i]
+def begin_matrix(cM, numbers, layout, matrix):
+    """Matrix = cM times the constant part of M's diagonal."""
+    for i in range(layout[SIZE]):
+        matrix[i] = 0.0
+    for i in range(layout[N_Q]):
+        matrix[layout[layout[SLOTS] + layout[MASS_SLOTS] + i]] += cM * numbers[layout[MASS] + i]
 
 
 @rare
-def frame_block(slot, fr, fc, cT, T, cTd, Td, F, I, A):
-    """A[slots] += B_r^T (cT T B_c + cTd Td (B v)_q,c), T and Td 3 x 3 blocks in F, with row stride 6."""
-    nr, kr = I[I[FRAMES] + 2 * fr], I[I[FRAMES] + 2 * fr + 1]
-    nc, kc = I[I[FRAMES] + 2 * fc], I[I[FRAMES] + 2 * fc + 1]
+def frame_block(slot, fr, fc, cT, T, cTd, Td, numbers, layout, matrix):
+    """The matrix at the slots += B_r^T (cT T B_c + cTd Td (B v)_q,c), T and Td 3 x 3 blocks in ``numbers``
+    with rows of PAIR_POSE."""
+    nr, kr = layout[layout[FRAMES] + 2 * fr], layout[layout[FRAMES] + 2 * fr + 1]
+    nc, kc = layout[layout[FRAMES] + 2 * fc], layout[layout[FRAMES] + 2 * fc + 1]
     for j in range(nc):
         t0, t1, t2 = 0.0, 0.0, 0.0
-        for l in range(3):
-            bl, dl = cT * F[kc + l * nc + j], cTd * F[kc + (3 + l) * nc + j]
-            t0 += F[T + l] * bl + F[Td + l] * dl
-            t1 += F[T + 6 + l] * bl + F[Td + 6 + l] * dl
-            t2 += F[T + 12 + l] * bl + F[Td + 12 + l] * dl
+        for l in range(POSE):
+            bl, dl = cT * numbers[kc + l * nc + j], cTd * numbers[kc + (POSE + l) * nc + j]
+            t0 += numbers[T + l] * bl + numbers[Td + l] * dl
+            t1 += numbers[T + PAIR_POSE + l] * bl + numbers[Td + PAIR_POSE + l] * dl
+            t2 += numbers[T + 2 * PAIR_POSE + l] * bl + numbers[Td + 2 * PAIR_POSE + l] * dl
         for i in range(nr):
-            A[I[slot + i * nc + j]] += F[kr + i] * t0 + F[kr + nr + i] * t1 + F[kr + 2 * nr + i] * t2
+            matrix[layout[slot + i * nc + j]] += (
+                numbers[kr + i] * t0 + numbers[kr + nr + i] * t1 + numbers[kr + 2 * nr + i] * t2
+            )
     return slot + nr * nc
 
 
 @rare
-def pair_blocks(slot, a, b, cT, T, cTd, Td, F, I, A):
-    """The four blocks of 6 x 6 matrices T and Td in F over the frames (a, b); returns the slot behind them."""
+def pair_blocks(slot, a, b, cT, T, cTd, Td, numbers, layout, matrix):
+    """The four blocks of 6 x 6 matrices T and Td in ``numbers`` over the frames (a, b); the slot behind them."""
     for i in range(2):
         for j in range(2):
-            at = 18 * i + 3 * j
+            at = HALF * i + POSE * j
             fr, fc = (a, b)[i], (a, b)[j]
-            slot = frame_block(slot, fr, fc, cT, T + at, cTd, Td + at, F, I, A)
+            slot = frame_block(slot, fr, fc, cT, T + at, cTd, Td + at, numbers, layout, matrix)
     return slot
 
 
 @rare
-def constraint_tangents(cK, cP, cN, Y, C, F, I, A):
+def constraint_tangents(cK, cP, cN, vectors, gradients, numbers, layout, matrix):
     """cK (Phi_q^T lam)_q; Phi_q^T to the right; cP Phi_q + cN (Phi_q v)_q below; 1 on the diagonal if left out."""
-    n, row = I[N_Q], I[LAM_ROW]
-    for r in range(I[N_PHI]):
-        o = I[PAIRS] + PAIR * r
-        slot = I[SLOTS] + I[o + 2]
-        if I[o + 5]:
-            A[I[slot]] += 1.0
+    n, row = layout[N_Q], layout[LAM_ROW]
+    for r in range(layout[N_PHI]):
+        o = layout[PAIRS] + PAIR * r
+        slot = layout[SLOTS] + layout[o + SLOT]
+        if layout[o + LEFT_OUT]:
+            matrix[layout[slot]] += 1.0
             continue
         slot += 1
-        if I[o + 3] >= 0:
-            slot = pair_blocks(slot, I[o], I[o + 1], cK * Y[row, n + r], I[o + 3], 0.0, I[o + 3], F, I, A)
+        if layout[o + SECOND_DERIVATIVE] >= 0:
+            slot = pair_blocks(
+                slot,
+                layout[o + FRAME_A],
+                layout[o + FRAME_B],
+                cK * vectors[row, n + r],
+                layout[o + SECOND_DERIVATIVE],
+                0.0,
+                layout[o + SECOND_DERIVATIVE],
+                numbers,
+                layout,
+                matrix,
+            )
         for side in range(2):
-            f = I[o + side]
-            nb, kb = I[I[FRAMES] + 2 * f], I[I[FRAMES] + 2 * f + 1]
+            f = layout[o + FRAME_A + side]
+            nb, kb = layout[layout[FRAMES] + 2 * f], layout[layout[FRAMES] + 2 * f + 1]
             for j in range(nb):
                 value = 0.0
-                for l in range(3):
-                    value += C[r, 3 * side + l] * F[kb + l * nb + j]
-                A[I[slot + j]] += value
-                A[I[slot + nb + j]] += cP * value
+                for l in range(POSE):
+                    value += gradients[r, POSE * side + l] * numbers[kb + l * nb + j]
+                matrix[layout[slot + j]] += value
+                matrix[layout[slot + nb + j]] += cP * value
             if cN != 0.0:  # no method requires it
                 for j in range(nb):
                     rate = 0.0
-                    for l in range(3):
+                    for l in range(POSE):
                         k = kb + l * nb + j
-                        rate += C[r, GRADIENT_RATE + 3 * side + l] * F[k] + C[r, 3 * side + l] * F[k + 3 * nb]
-                    A[I[slot + nb + j]] += cN * rate
+                        rate += (
+                            gradients[r, GRADIENT_RATE + POSE * side + l] * numbers[k]
+                            + gradients[r, POSE * side + l] * numbers[k + POSE * nb]
+                        )
+                    matrix[layout[slot + nb + j]] += cN * rate
             slot += 2 * nb
 
 
 @rare
-def spring_tangents(scratch, cK, cD, C, F, I, A):
+def spring_tangents(cK, cD, gradients, numbers, layout, matrix):
     """-df on frames: s H + G (k G + c w^T H) with respect to z, c G G with respect to w."""
-    for r in range(I[N_PHI], I[N_PHI] + I[N_SPRINGS]):
-        o = I[PAIRS] + PAIR * r
-        a, b, h, p = I[o], I[o + 1], I[o + 3], I[o + 4]
-        for i in range(6):
-            for j in range(6):
-                damping = F[p + 1] * C[r, i] * C[r, j]
-                stiffness = C[r, i] * (F[p] * C[r, j] + F[p + 1] * C[r, GRADIENT_RATE + j])
+    scratch = numbers.size - TANGENT_SCRATCH
+    for r in range(layout[N_PHI], layout[N_PHI] + layout[N_SPRINGS]):
+        o = layout[PAIRS] + PAIR * r
+        a, b, h, p = layout[o + FRAME_A], layout[o + FRAME_B], layout[o + SECOND_DERIVATIVE], layout[o + DETAIL]
+        for i in range(PAIR_POSE):
+            for j in range(PAIR_POSE):
+                damping = numbers[p + 1] * gradients[r, i] * gradients[r, j]
+                stiffness = gradients[r, i] * (
+                    numbers[p] * gradients[r, j] + numbers[p + 1] * gradients[r, GRADIENT_RATE + j]
+                )
                 if h >= 0:
-                    stiffness += C[r, MAGNITUDE] * F[h + 6 * i + j]
-                F[scratch + 6 * i + j] = cK * stiffness + cD * damping
-                F[scratch + 36 + 6 * i + j] = damping
-        pair_blocks(I[SLOTS] + I[o + 2], a, b, 1.0, scratch, cK, scratch + 36, F, I, A)
+                    stiffness += gradients[r, MAGNITUDE] * numbers[h + PAIR_POSE * i + j]
+                numbers[scratch + PAIR_POSE * i + j] = cK * stiffness + cD * damping
+                numbers[scratch + SQUARE + PAIR_POSE * i + j] = damping
+        pair_blocks(layout[SLOTS] + layout[o + SLOT], a, b, 1.0, scratch, cK, scratch + SQUARE, numbers, layout, matrix)
 
 
 @rare
-def law_tangents(scratch, cK, cD, cL, C, F, I, A):
+def law_tangents(cK, cD, cL, gradients, numbers, layout, matrix):
     """-df = s H - sign G ds/dz over every frame, and - sign G ds/dlam over every multiplier that s depends on.
 
     (The s of H already holds the sign.)
     """
-    first = I[N_PHI] + I[N_SPRINGS]
-    for r in range(first, first + I[N_LAWS]):
-        o = I[PAIRS] + PAIR * r
-        a, b, h, leaf = I[o], I[o + 1], I[o + 3], I[o + 4]
-        slot = I[SLOTS] + I[o + 2]
+    scratch = numbers.size - TANGENT_SCRATCH
+    first = layout[N_PHI] + layout[N_SPRINGS]
+    for r in range(first, first + layout[N_LAWS]):
+        o = layout[PAIRS] + PAIR * r
+        a, b, h, leaf = layout[o + FRAME_A], layout[o + FRAME_B], layout[o + SECOND_DERIVATIVE], layout[o + DETAIL]
+        slot = layout[SLOTS] + layout[o + SLOT]
         if h >= 0:
-            slot = pair_blocks(slot, a, b, cK * C[r, MAGNITUDE], h, 0.0, h, F, I, A)
-        sign = I[leaf + 1]
-        for k in range(I[leaf + 2]):
-            at = leaf + 3 + 7 * k
-            for i in range(6):
-                for j in range(3):
-                    dz = -sign * C[r, i] * F[I[REGISTERS] + I[at + 1 + j]]
-                    dw = -sign * C[r, i] * F[I[REGISTERS] + I[at + 4 + j]]
-                    F[scratch + 6 * i + j] = cK * dz + cD * dw
-                    F[scratch + 36 + 6 * i + j] = dw
-            slot = frame_block(slot, a, I[at], 1.0, scratch, cK, scratch + 36, F, I, A)
-            slot = frame_block(slot, b, I[at], 1.0, scratch + 18, cK, scratch + 54, F, I, A)
-        at = leaf + 3 + 7 * I[leaf + 2]
-        for k in range(I[at]):
-            change = -cL * sign * F[I[REGISTERS] + I[at + 1 + k]]
+            slot = pair_blocks(slot, a, b, cK * gradients[r, MAGNITUDE], h, 0.0, h, numbers, layout, matrix)
+        sign = layout[leaf + 1]
+        for k in range(layout[leaf + 2]):
+            at = leaf + LEAVES + LEAF * k
+            for i in range(PAIR_POSE):
+                for j in range(POSE):
+                    dz = -sign * gradients[r, i] * numbers[layout[REGISTERS] + layout[at + 1 + j]]
+                    dw = -sign * gradients[r, i] * numbers[layout[REGISTERS] + layout[at + 1 + POSE + j]]
+                    numbers[scratch + PAIR_POSE * i + j] = cK * dz + cD * dw
+                    numbers[scratch + SQUARE + PAIR_POSE * i + j] = dw
+            slot = frame_block(slot, a, layout[at], 1.0, scratch, cK, scratch + SQUARE, numbers, layout, matrix)
+            slot = frame_block(
+                slot, b, layout[at], 1.0, scratch + HALF, cK, scratch + SQUARE + HALF, numbers, layout, matrix
+            )
+        at = leaf + LEAVES + LEAF * layout[leaf + 2]
+        for k in range(layout[at]):
+            change = -cL * sign * numbers[layout[REGISTERS] + layout[at + 1 + k]]
             for side in range(2):
                 f = (a, b)[side]
-                nb, kb = I[I[FRAMES] + 2 * f], I[I[FRAMES] + 2 * f + 1]
+                nb, kb = layout[layout[FRAMES] + 2 * f], layout[layout[FRAMES] + 2 * f + 1]
                 for j in range(nb):
                     value = 0.0
-                    for l in range(3):
-                        value += C[r, 3 * side + l] * F[kb + l * nb + j]
-                    A[I[slot + j]] += change * value
+                    for l in range(POSE):
+                        value += gradients[r, POSE * side + l] * numbers[kb + l * nb + j]
+                    matrix[layout[slot + j]] += change * value
                 slot += nb
 
 
 @rare
-def gamma_tangents(scratch, cK, cD, cV, cW, Y, F, I, A):
+def gamma_tangents(cK, cD, cV, cW, vectors, numbers, layout, matrix):
     """cK (Gam_v^T nu)_q + cD (Gam_v^T nu)_v; Gam_v^T to the right; cV Gam_v + cW Gam_q below.
 
     A constraint that is left out, or out of play (cV = 0 = cW), has 1 on the diagonal.
     """
-    first = I[N_Q] + I[N_PHI]
-    for k in range(I[N_GAM]):
-        o = I[I[GAMMAS] + k]
-        slot, count, nu = I[SLOTS] + I[o + 2], I[o + 4], Y[I[LAM_ROW], first + k]
-        if I[o + 3] or (cV == 0.0 and cW == 0.0):
-            A[I[slot]] += 1.0
-        if I[o + 3]:
+    scratch = numbers.size - TANGENT_SCRATCH
+    first = layout[N_Q] + layout[N_PHI]
+    for k in range(layout[N_GAM]):
+        o = layout[layout[GAMMAS] + k]
+        slot, count, nu = layout[SLOTS] + layout[o + 2], layout[o + 4], vectors[layout[LAM_ROW], first + k]
+        if layout[o + 3] or (cV == 0.0 and cW == 0.0):
+            matrix[layout[slot]] += 1.0
+        if layout[o + 3]:
             continue
         slot += 1
         for l in range(count):
-            at = o + 5 + 7 * l
-            f = I[at]
-            nb, kb = I[I[FRAMES] + 2 * f], I[I[FRAMES] + 2 * f + 1]
+            at = o + GAMMA + LEAF * l
+            f = layout[at]
+            nb, kb = layout[layout[FRAMES] + 2 * f], layout[layout[FRAMES] + 2 * f + 1]
             for j in range(nb):
                 value, rate = 0.0, 0.0
-                for i in range(3):
-                    w, z, b = F[I[REGISTERS] + I[at + 1 + i]], F[I[REGISTERS] + I[at + 4 + i]], kb + i * nb + j
-                    value += w * F[b]
-                    rate += z * F[b] + w * F[b + 3 * nb]
-                A[I[slot + j]] += value
-                A[I[slot + nb + j]] += cV * value + cW * rate
+                for i in range(POSE):
+                    w, z, b = (
+                        numbers[layout[REGISTERS] + layout[at + 1 + i]],
+                        numbers[layout[REGISTERS] + layout[at + 1 + POSE + i]],
+                        kb + i * nb + j,
+                    )
+                    value += w * numbers[b]
+                    rate += z * numbers[b] + w * numbers[b + POSE * nb]
+                matrix[layout[slot + j]] += value
+                matrix[layout[slot + nb + j]] += cV * value + cW * rate
             slot += 2 * nb
-        second = o + 5 + 7 * count
+        second = o + GAMMA + LEAF * count
         for r in range(count):
             for c in range(count):
-                at = second + 18 * (r * count + c)
-                for i in range(3):
-                    for j in range(3):
-                        dz = nu * F[I[REGISTERS] + I[at + 3 * i + j]]
-                        dw = nu * F[I[REGISTERS] + I[at + 9 + 3 * i + j]]
-                        F[scratch + 6 * i + j] = cK * dz + cD * dw
-                        F[scratch + 36 + 6 * i + j] = dw
-                fr, fc = I[o + 5 + 7 * r], I[o + 5 + 7 * c]
-                slot = frame_block(slot, fr, fc, 1.0, scratch, cK, scratch + 36, F, I, A)
+                at = second + 2 * BLOCK_SIZE * (r * count + c)
+                for i in range(POSE):
+                    for j in range(POSE):
+                        dz = nu * numbers[layout[REGISTERS] + layout[at + POSE * i + j]]
+                        dw = nu * numbers[layout[REGISTERS] + layout[at + BLOCK_SIZE + POSE * i + j]]
+                        numbers[scratch + PAIR_POSE * i + j] = cK * dz + cD * dw
+                        numbers[scratch + SQUARE + PAIR_POSE * i + j] = dw
+                fr, fc = layout[o + GAMMA + LEAF * r], layout[o + GAMMA + LEAF * c]
+                slot = frame_block(slot, fr, fc, 1.0, scratch, cK, scratch + SQUARE, numbers, layout, matrix)

@@ -25,10 +25,10 @@ def tabulate(motions: Mapping[int, Motion | None], buffers, tape: Tape, later: l
             later.append(_accelerations(rates, record, tape))
 
     def place() -> None:
-        buffers.I[buffer_layout.MOVING] = buffers.ints([i for record in records for i in record])
+        buffers.layout[buffer_layout.MOVING] = buffers.ints([i for record in records for i in record])
 
     later.append(place)
-    buffers.I[buffer_layout.N_MOVING] = len(records)
+    buffers.layout[buffer_layout.N_MOVING] = len(records)
 
 
 def _accelerations(rates: list[Expr], record: list[int], tape: Tape) -> Callable[[], None]:

@@ -1,8 +1,8 @@
 """Nonholonomic constraints Gam(v, q, t) = 0 in the flat buffers: expressions over frames, differentiated exactly.
 
-Record of one, at I[I[GAMMAS] + k]: registers of Gam and Gam_t, first slot, whether it is left out, number of frames
-that it depends on; per frame its row and the registers of dGam/dw (3, w = its velocities) and dGam/dz (3); per pair of
-frames (r, c) the registers of d^2Gam/dw_r dz_c (9) and d^2Gam/dw_r dw_c (9).
+Record of one, at layout[layout[GAMMAS] + k]: registers of Gam and Gam_t, first slot, whether it is left out, number of
+frames that it depends on; per frame its row and the registers of dGam/dw (3, w = its velocities) and dGam/dz (3); per
+pair of frames (r, c) the registers of d^2Gam/dw_r dz_c (9) and d^2Gam/dw_r dw_c (9).
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ def tabulate(
         later.append(_derivatives(gamma, used, rates, record, tape))
 
     def place() -> None:
-        buffers.I[buffer_layout.GAMMAS] = buffers.ints([buffers.ints(record) for record in records])
+        buffers.layout[buffer_layout.GAMMAS] = buffers.ints([buffers.ints(record) for record in records])
 
     later.append(place)
-    buffers.I[buffer_layout.N_GAM] = len(gammas)
+    buffers.layout[buffer_layout.N_GAM] = len(gammas)
 
 
 def _derivatives(gamma: Expr, used: list[str], rates, record: list[int], tape: Tape) -> Callable[[], None]:
@@ -52,7 +52,7 @@ def _derivatives(gamma: Expr, used: list[str], rates, record: list[int], tape: T
     def fill() -> None:
         record[1] = tape.add(diff(gamma, TIME)[0])
         for l, name in enumerate(used):
-            at = 5 + 7 * l + 4
+            at = buffer_layout.GAMMA + buffer_layout.LEAF * l + 1 + buffer_layout.POSE
             record[at : at + 3] = [tape.add(g) for g in diff(gamma, *(coordinate(name, key) for key in POSITIONS))]
         for r in used:
             for c in used:

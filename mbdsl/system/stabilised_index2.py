@@ -113,8 +113,11 @@ class StabilisedIndex2:
         n, m, system = self.n, self.system.m, self.system
         W = self.weights(t, y[:n])
         w = self._evaluate(t, y)
-        f, more = w.Y[buffer_layout.FP, : system.unknowns].copy(), w.Y[buffer_layout.GD, : n + m].copy()
-        w.Y[buffer_layout.X, :n] = rate[n : 2 * n]
+        f, more = (
+            w.vectors[buffer_layout.FORCE, : system.unknowns].copy(),
+            w.vectors[buffer_layout.FORCE2, : n + m].copy(),
+        )
+        w.vectors[buffer_layout.UNKNOWN, :n] = rate[n : 2 * n]
         F = np.concatenate([W * (rate[:n] - y[n : 2 * n]) + more[:n], self._inertia(t) - f[:n], f[n:], more[n:]])
         lam = 2 * n
         F[lam + self._out] = y[lam + self._out]
@@ -127,16 +130,18 @@ class StabilisedIndex2:
         w = system._work
         assert w is not None
         if not system.mass_is_diagonal:
-            system._any_kernels(2).inertia(buffer_layout.TIMES, buffer_layout.X, buffer_layout.MX, w.Y, w.F, w.I)
-            return system.mass() * w.Y[buffer_layout.X, :n] + w.Y[buffer_layout.MX, :n]
-        return system.mass() * w.Y[buffer_layout.X, :n]
+            system._any_kernels(2).inertia(
+                buffer_layout.TIMES, buffer_layout.UNKNOWN, buffer_layout.MX, w.vectors, w.numbers, w.layout
+            )
+            return system.mass() * w.vectors[buffer_layout.UNKNOWN, :n] + w.vectors[buffer_layout.MX, :n]
+        return system.mass() * w.vectors[buffer_layout.UNKNOWN, :n]
 
     def jacobian(self, t: float, y: Array, rate: Array, cj: float) -> Array:
         """dF/dy + cj dF/dy' as entries (nonzeros,) in the order of ``pattern``."""
         n, system = self.n, self.system
         W = self.weights(t, y[:n])
         w = self._evaluate(t, y)
-        w.Y[buffer_layout.X, :n] = rate[n : 2 * n]
+        w.vectors[buffer_layout.UNKNOWN, :n] = rate[n : 2 * n]
         coordinates = system.entries(t, cK=1.0, cA=1.0, cL=1.0, cP=1.0, cW=1.0).copy()
         velocities = system.entries(t, cM=cj, cD=1.0, cV=1.0).copy()
         rates = system.entries(t, cP=1.0).copy()
@@ -154,14 +159,14 @@ class StabilisedIndex2:
         if not y[self.size - self.system.m :].any():
             return np.zeros(len(self._K))
         w = self._evaluate(t, y)
-        nothing = buffer_layout.Y1
+        nothing = buffer_layout.MULTIPLIED
         found = []
-        for row in (buffer_layout.X2, nothing):
-            w.Y[nothing] = 0.0
-            w.I[buffer_layout.LAM_ROW] = row
+        for row in (buffer_layout.UNKNOWN2, nothing):
+            w.vectors[nothing] = 0.0
+            w.layout[buffer_layout.LAM_ROW] = row
             try:
-                self.system._any_kernels(2).evaluate(float(t), w.Y, w.Z, w.C, w.F, w.I)
+                self.system._any_kernels(2).evaluate(float(t), w.vectors, w.frames, w.gradients, w.numbers, w.layout)
                 found.append(self.system.entries(t, cK=1.0)[self._K].copy())
             finally:
-                w.I[buffer_layout.LAM_ROW] = buffer_layout.X
+                w.layout[buffer_layout.LAM_ROW] = buffer_layout.UNKNOWN
         return found[0] - found[1]

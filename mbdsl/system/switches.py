@@ -13,8 +13,8 @@ In a branch that is not taken the state is 0. Only laws, drivers and nonholonomi
 signals have none. abs, min and max of reactions have none either: they are continuous, and a reaction that is zero up
 to rounding would switch at every step.
 
-A record in I, at I[I[SWITCHES] + k]: the operation, two operands, the relevant events of a table, number of guards; per
-guard the register of a condition and its required truth.
+A record, at layout[layout[SWITCHES] + k]: the operation, two operands, the relevant events of a table, number of
+guards; per guard the register of a condition and its required truth.
 """
 
 from __future__ import annotations
@@ -138,8 +138,8 @@ def table_events(node: Expr) -> int:
 def tabulate(switches: list[Switch], buffers, tape: Tape) -> None:
     """Records of ``switches``, whose registers are on the tape."""
     records = [_record(switch, tape) for switch in switches]
-    buffers.I[buffer_layout.SWITCHES] = buffers.ints([buffers.ints(record) for record in records])
-    buffers.I[buffer_layout.N_SWITCHES] = len(records)
+    buffers.layout[buffer_layout.SWITCHES] = buffers.ints([buffers.ints(record) for record in records])
+    buffers.layout[buffer_layout.N_SWITCHES] = len(records)
 
 
 def _record(switch: Switch, tape: Tape) -> list[int]:
@@ -165,38 +165,45 @@ def whole(x):
 
 
 @rare
-def state(k, F, I):
+def state(k, numbers, layout):
     """The state of switch k, from the registers."""
-    o, r = I[I[SWITCHES] + k], I[REGISTERS]
-    for g in range(I[o + 4]):
-        if (F[r + I[o + 5 + 2 * g]] != 0.0) != (I[o + 6 + 2 * g] != 0):
+    o, r = layout[layout[SWITCHES] + k], layout[REGISTERS]
+    for g in range(layout[o + 4]):
+        if (numbers[r + layout[o + 5 + 2 * g]] != 0.0) != (layout[o + 6 + 2 * g] != 0):
             return 0
-    kind, a = I[o], F[r + I[o + 1]]
+    kind, a = layout[o], numbers[r + layout[o + 1]]
     if kind == TRUTH:
         return 1 if a != 0.0 else 0
     if kind == VALUE:
         return whole(a)
     if kind == CELL:
-        return cell_of(a, I[TABLES] + 3 * I[o + 2], (I[o + 3] & KNOTS) != 0, (I[o + 3] & ENDS) != 0, F, I)
-    b = F[r + I[o + 2]]
+        return cell_of(
+            a,
+            layout[TABLES] + 3 * layout[o + 2],
+            (layout[o + 3] & KNOTS) != 0,
+            (layout[o + 3] & ENDS) != 0,
+            numbers,
+            layout,
+        )
+    b = numbers[r + layout[o + 2]]
     if kind == ORDER:
         return 1 if a < b else 0
     return whole(a / b) if b != 0.0 else 0
 
 
 @rare
-def states(F, I, S):
+def states(numbers, layout, S):
     """Write the states of all switches into S (N_SWITCHES)."""
-    for k in range(I[N_SWITCHES]):
-        S[k] = state(k, F, I)
+    for k in range(layout[N_SWITCHES]):
+        S[k] = state(k, numbers, layout)
 
 
 @rare
-def signature(F, I):
+def signature(numbers, layout):
     """An integer for the states of all switches, which differs if any of them has changed."""
     found = 0
-    for k in range(I[N_SWITCHES]):
-        found = (found * BASE + state(k, F, I) % PRIME) % PRIME
+    for k in range(layout[N_SWITCHES]):
+        found = (found * BASE + state(k, numbers, layout) % PRIME) % PRIME
     return found
 
 

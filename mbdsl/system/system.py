@@ -47,11 +47,11 @@ DENSE_LIMIT = 400
 class Workspace:
     """The buffers of one computation; see :mod:`mbdsl.compilation.buffer_layout`."""
 
-    Y: Array
-    Z: Array
-    C: Array
-    F: Array
-    I: NDArray[np.int64]
+    vectors: Array
+    frames: Array
+    gradients: Array
+    numbers: Array
+    layout: NDArray[np.int64]
 
 
 @dataclass
@@ -121,12 +121,12 @@ class System:
         t = self.tables
         if slots is None:
             slots = np.arange(self.size)
-        I = np.concatenate([t.I, slots.astype(np.int64)])
-        I[buffer_layout.SLOTS], I[buffer_layout.SIZE] = len(t.I), self.size
-        Y = np.zeros((rows, max(1, self.unknowns)))
-        Y[buffer_layout.SCALE, : self.n] = t.scale
+        layout = np.concatenate([t.layout, slots.astype(np.int64)])
+        layout[buffer_layout.SLOTS], layout[buffer_layout.SIZE] = len(t.layout), self.size
+        vectors = np.zeros((rows, max(1, self.unknowns)))
+        vectors[buffer_layout.SCALE, : self.n] = t.scale
         C = np.zeros((max(1, t.pair_rows), buffer_layout.GRADIENT_COLUMNS))
-        return Workspace(Y, t.Z.copy(), C, t.F.copy(), I)
+        return Workspace(vectors, t.frame_table.copy(), C, t.numbers.copy(), layout)
 
     # -- single quantities -----------------------------------------------------------------------------------
     def _at(self, t: float, q, v=None, lam=None, mu=None) -> Workspace:
@@ -134,11 +134,13 @@ class System:
             self._work = self.workspace()
         w = self._work
         n = self.n
-        w.Y[buffer_layout.Q, :n] = q
-        w.Y[buffer_layout.V, :n] = 0.0 if v is None else v
-        w.Y[buffer_layout.X, n : self.unknowns] = 0.0 if lam is None else lam
-        w.Y[buffer_layout.X2, n : n + self.m] = 0.0 if mu is None else mu
-        self._any_kernels(2 if mu is not None else 1).evaluate(float(t), w.Y, w.Z, w.C, w.F, w.I)
+        w.vectors[buffer_layout.POSITION, :n] = q
+        w.vectors[buffer_layout.VELOCITY, :n] = 0.0 if v is None else v
+        w.vectors[buffer_layout.UNKNOWN, n : self.unknowns] = 0.0 if lam is None else lam
+        w.vectors[buffer_layout.UNKNOWN2, n : n + self.m] = 0.0 if mu is None else mu
+        self._any_kernels(2 if mu is not None else 1).evaluate(
+            float(t), w.vectors, w.frames, w.gradients, w.numbers, w.layout
+        )
         return w
 
     def _any_kernels(self, sets: int) -> Kernels:
@@ -147,11 +149,11 @@ class System:
 
     def evaluate(self, t: float, q, v=None, lam=None) -> tuple[Array, Array, Array]:
         """f = Q - Phi_q^T lam - Gam_v^T nu (n,), Phi (m,) and Phi_q v + Phi_t (m,)."""
-        Y, n = self._at(t, q, v, lam).Y, self.n
+        vectors, n = self._at(t, q, v, lam).vectors, self.n
         return (
-            Y[buffer_layout.FP, :n].copy(),
-            Y[buffer_layout.FP, n : n + self.m].copy(),
-            Y[buffer_layout.GD, n : n + self.m].copy(),
+            vectors[buffer_layout.FORCE, :n].copy(),
+            vectors[buffer_layout.FORCE, n : n + self.m].copy(),
+            vectors[buffer_layout.FORCE2, n : n + self.m].copy(),
         )
 
     def Q(self, t: float, q, v=None) -> Array:
@@ -165,7 +167,7 @@ class System:
 
     def Gam(self, t: float, q, v) -> Array:
         """Nonholonomic constraints (p,)."""
-        return self._at(t, q, v).Y[buffer_layout.FP, self.n + self.m : self.unknowns].copy()
+        return self._at(t, q, v).vectors[buffer_layout.FORCE, self.n + self.m : self.unknowns].copy()
 
     def Gam_v(self, t: float, q, v) -> Array | csr_array:
         """Their Jacobian (p, n) with respect to v."""
@@ -184,13 +186,13 @@ class System:
         """A number of the float tables in all that is evaluated from now on."""
         if self._work is None:
             self._work = self.workspace()
-        self._work.F[at] = value
+        self._work.numbers[at] = value
 
     def set_turn(self, name: str, angle: float) -> None:
         """Set the reference ``angle`` from which the turns of body ``name`` are counted, if q does not contain them."""
         body = self.tables.models[name]
         if body.counter >= 0:
-            body.turn = self.tables.F[body.counter] = angle
+            body.turn = self.tables.numbers[body.counter] = angle
             self.set_number(body.counter, angle)
 
     def count_turns(self, q: Array, start: bool = False) -> None:
@@ -199,7 +201,7 @@ class System:
             if body.counter >= 0:
                 if self._work is None:
                     self._work = self.workspace()
-                d, last = self.tables.coordinates[name], float(self._work.F[body.counter])
+                d, last = self.tables.coordinates[name], float(self._work.numbers[body.counter])
                 own = q[None, d : d + body.n]
                 angle = float(body.turned(last, own, own)[0])
                 if start:
@@ -217,21 +219,21 @@ class System:
 
     def constraint_force(self, t: float, q, mu) -> Array:
         """Phi_q^T mu (n,)."""
-        return self._at(t, q, mu=mu).Y[buffer_layout.GD, : self.n].copy()
+        return self._at(t, q, mu=mu).vectors[buffer_layout.FORCE2, : self.n].copy()
 
     def gradient_table(self) -> Array:
         """Rows of the gradient table (see :mod:`mbdsl.compilation.buffer_layout`) at the last state evaluated."""
         assert self._work is not None
-        return self._work.C
+        return self._work.gradients
 
     def mass(self) -> Array:
         """The constant part of the mass matrix's diagonal (n,): all of it where there are rigid bodies only."""
-        o = self.tables.I[buffer_layout.MASS]
-        return self.tables.F[o : o + self.n].copy()
+        o = self.tables.layout[buffer_layout.MASS]
+        return self.tables.numbers[o : o + self.n].copy()
 
     @property
     def mass_is_diagonal(self) -> bool:
-        return self.tables.I[buffer_layout.MASS_KIND] == 0
+        return self.tables.layout[buffer_layout.MASS_KIND] == 0
 
     def M(self, t: float, q) -> Array | csr_array:
         """Mass matrix (n, n)."""
@@ -263,7 +265,7 @@ class System:
         D = (Gam_v^T nu - Q)_v, N = (Phi_q v)_q. Dense up to ``DENSE_LIMIT`` unknowns, sparse above.
         """
         w = self._at(t, q, v, lam)
-        w.Y[buffer_layout.X, : self.n] = 0.0 if a is None else a
+        w.vectors[buffer_layout.UNKNOWN, : self.n] = 0.0 if a is None else a
         cA = 0.0 if a is None else cK
         return self.matrix(self.entries(t, cM=cM, cK=cK, cD=cD, cL=cL, cP=cP, cN=cN, cV=cV, cW=cW, cA=cA))
 
@@ -277,7 +279,9 @@ class System:
         if self._A is None:
             self._A = np.zeros(self.size)
         tangent = self._any_kernels(1).tangent
-        tangent(float(t), cM, cK, cD, cL, cP, cN, cV, cW, cA, w.Y, w.Z, w.C, w.F, w.I, self._A)
+        tangent(
+            float(t), cM, cK, cD, cL, cP, cN, cV, cW, cA, w.vectors, w.frames, w.gradients, w.numbers, w.layout, self._A
+        )
         return self._A
 
     def matrix(self, entries: Array) -> Array | csr_array:
@@ -329,7 +333,7 @@ class System:
         w = self._work
         assert w is not None
         if self._clock is None:
-            self._clock = Clock(w.I, self.m, self.p)
+            self._clock = Clock(w.layout, self.m, self.p)
         return self._clock(w)
 
     # -- where the equations of motion are not smooth ----------------------------------------------------------
@@ -343,7 +347,7 @@ class System:
         found = np.zeros(len(self.tables.switches), np.int64)
         if len(found):
             w = self._at(t, q, v, lam)
-            switches.compiled()(w.F, w.I, found)
+            switches.compiled()(w.numbers, w.layout, found)
         return found
 
     def time_events(self, t0: float, t1: float, corners: bool = True) -> Iterator[float]:

@@ -39,16 +39,16 @@ class Tables:
     velocity_rows: dict[str, int]  #: joint name -> first nonholonomic constraint, counted behind the holonomic ones
     frames: dict[str, int]  #: frame name -> row of the frame table
     models: dict[str, Body]  #: body name -> its model
-    F: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
-    I: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
-    Z: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, buffer_layout.COLUMNS)))
+    numbers: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    layout: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
+    frame_table: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, buffer_layout.COLUMNS)))
     size: float = 1.0  #: of the mechanism [m]
     from_start: bool = False  #: whether the size is that of initial positions, or 1 m because the model has no length
     scale: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     lengths: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, bool))  #: which coordinates are lengths
     pattern: tuple[NDArray[np.int64], NDArray[np.int64]] = (np.empty(0, np.int64), np.empty(0, np.int64))
     multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> its entry in a row of Y
-    inputs: dict[str, int] = field(default_factory=dict)  #: name -> offset in F, of inputs that are used
+    inputs: dict[str, int] = field(default_factory=dict)  #: name -> offset in numbers, of inputs that are used
     switches: list[switches.Switch] = field(default_factory=list)
     values: list[Expr] = field(default_factory=list)  #: laws, drivers and nonholonomic constraints, without derivatives
 
@@ -80,18 +80,18 @@ class Buffers:
     """Growing float and integer buffers; ``floats``/``ints`` give the offset of what they append."""
 
     def __init__(self, header: int) -> None:
-        self.F: list[float] = []
-        self.I: list[int] = [0] * header
+        self.numbers: list[float] = []
+        self.layout: list[int] = [0] * header
         self.requests: list[tuple[int, int]] = []
 
     def floats(self, values) -> int:
-        offset = len(self.F)
-        self.F.extend(values)
+        offset = len(self.numbers)
+        self.numbers.extend(values)
         return offset
 
     def ints(self, values) -> int:
-        offset = len(self.I)
-        self.I.extend(values)
+        offset = len(self.layout)
+        self.layout.extend(values)
         return offset
 
     def slots(self, rows, columns) -> int:
@@ -158,18 +158,28 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
 def _fill(tables: Tables, size: float | None) -> None:
     scene, frames, n, m, p = tables.scene, tables.frames, tables.n, tables.m, tables.p
     buffers = Buffers(buffer_layout.BLOCKS + buffer_layout.BLOCK * len(tables.blocks))
-    I = buffers.I
-    I[buffer_layout.N_Q], I[buffer_layout.N_PHI], I[buffer_layout.N_ALL], I[buffer_layout.N_FRAMES] = (
+    layout = buffers.layout
+    (
+        layout[buffer_layout.N_Q],
+        layout[buffer_layout.N_PHI],
+        layout[buffer_layout.N_ALL],
+        layout[buffer_layout.N_FRAMES],
+    ) = (
         n,
         m,
         n + m + p,
         len(frames),
     )
-    I[buffer_layout.LAM_ROW], I[buffer_layout.MU_ROW], I[buffer_layout.LAW_ROW], I[buffer_layout.PSI_ROW] = (
-        buffer_layout.X,
-        buffer_layout.X2,
-        buffer_layout.X,
-        buffer_layout.X,
+    (
+        layout[buffer_layout.LAM_ROW],
+        layout[buffer_layout.MU_ROW],
+        layout[buffer_layout.LAW_ROW],
+        layout[buffer_layout.PSI_ROW],
+    ) = (
+        buffer_layout.UNKNOWN,
+        buffer_layout.UNKNOWN2,
+        buffer_layout.UNKNOWN,
+        buffer_layout.UNKNOWN,
     )
 
     # Frames: how many coordinates each depends on, and room for B and (B v)_q.
@@ -195,8 +205,10 @@ def _fill(tables: Tables, size: float | None) -> None:
             except ValueError as problem:
                 raise ModelError(f"frame `{name}`: {problem}", frame.span) from None
         dofs.append(own)
-    I[buffer_layout.GROUND_FRAMES] = ground
-    I[buffer_layout.FRAMES] = buffers.ints([v for d in dofs for v in (len(d), buffers.floats([0.0] * (6 * len(d))))])
+    layout[buffer_layout.GROUND_FRAMES] = ground
+    layout[buffer_layout.FRAMES] = buffers.ints(
+        [v for d in dofs for v in (len(d), buffers.floats([0.0] * (6 * len(d))))]
+    )
 
     g = gravity(scene)
     _fill_mass(tables, buffers, g)
@@ -222,13 +234,13 @@ def _fill(tables: Tables, size: float | None) -> None:
     tables.switches = switches.find(forces, (x for x in dict.fromkeys(tape.roots) if x not in forces))
     switches.tabulate(tables.switches, buffers, tape)
     _fill_tape(buffers, tape, later)
-    tables.inputs = {name: I[buffer_layout.REGISTERS] + register for name, register in tape.inputs.items()}
+    tables.inputs = {name: layout[buffer_layout.REGISTERS] + register for name, register in tape.inputs.items()}
 
     requests = np.array(buffers.requests, dtype=np.int64).reshape(-1, 2)
     tables.pattern = (requests[:, 0], requests[:, 1])
-    tables.F = np.array(buffers.F + [0.0] * 72)  # the end is scratch memory of the tangents
-    tables.I = np.array(I, dtype=np.int64)
-    tables.Z = Z
+    tables.numbers = np.array(buffers.numbers + [0.0] * buffer_layout.TANGENT_SCRATCH)
+    tables.layout = np.array(layout, dtype=np.int64)
+    tables.frame_table = Z
 
 
 def _extent(scene: Scene, ground: NDArray[np.float64]) -> float:
@@ -268,7 +280,13 @@ def gravity(scene: Scene) -> NDArray[np.float64]:
 
 def _fill_mass(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None:
     """The constant part of the mass matrix, diagonal and off-diagonal, and of the force of gravity."""
-    I, diagonal, force, couplings, values = buffers.I, list[float](), list[float](), list[int](), list[float]()
+    layout, diagonal, force, couplings, values = (
+        buffers.layout,
+        list[float](),
+        list[float](),
+        list[int](),
+        list[float](),
+    )
     for name, body in tables.models.items():
         diagonal.extend(body.mass())
         force.extend(body.weight(g))
@@ -277,16 +295,19 @@ def _fill_mass(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None
             couplings += [d + i, d + j, buffers.slots((d + i,), (d + j,))]
             buffers.slots((d + j,), (d + i,))
             values.append(value)
-    I[buffer_layout.MASS] = buffers.floats(diagonal)
-    I[buffer_layout.FORCE0] = buffers.floats(force)
-    I[buffer_layout.COUPLINGS], I[buffer_layout.N_COUPLINGS] = buffers.ints(couplings), len(values)
-    I[buffer_layout.COUPLING_VALUES] = buffers.floats(values)
-    I[buffer_layout.MASS_KIND] = max(
+    layout[buffer_layout.MASS] = buffers.floats(diagonal)
+    layout[buffer_layout.CONSTANT_FORCE] = buffers.floats(force)
+    layout[buffer_layout.COUPLINGS], layout[buffer_layout.N_COUPLINGS] = buffers.ints(couplings), len(values)
+    layout[buffer_layout.COUPLING_VALUES] = buffers.floats(values)
+    layout[buffer_layout.MASS_KIND] = max(
         (b.module.MASS for b in tables.blocks if b.role == "body" and b.components), default=0
     )
-    I[buffer_layout.MASS_ROW], I[buffer_layout.TANGENT_ROW] = buffer_layout.Q, buffer_layout.X
-    I[buffer_layout.INERTIA_ROW], I[buffer_layout.INERTIA_ROW2] = buffer_layout.X, buffer_layout.X2
-    I[buffer_layout.MASS_SLOTS] = len(buffers.requests)
+    layout[buffer_layout.MASS_ROW], layout[buffer_layout.TANGENT_ROW] = buffer_layout.POSITION, buffer_layout.UNKNOWN
+    layout[buffer_layout.INERTIA_ROW], layout[buffer_layout.INERTIA_ROW2] = (
+        buffer_layout.UNKNOWN,
+        buffer_layout.UNKNOWN2,
+    )
+    layout[buffer_layout.MASS_SLOTS] = len(buffers.requests)
     for i in range(tables.n):
         buffers.slots((i,), (i,))
 
@@ -306,10 +327,10 @@ def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> No
             poses = [body_pose(c, tables.scene.frames[name]) for name in own]
             ints += tables.models[c.name].record(buffers, d, first, poses, g)
         header = buffer_layout.BLOCKS + buffer_layout.BLOCK * k
-        buffers.I[header] = len(block.components)
-        buffers.I[header + 1] = buffers.ints(ints)
+        buffers.layout[header] = len(block.components)
+        buffers.layout[header + 1] = buffers.ints(ints)
     counters = [(body.counter, tables.coordinates[name]) for name, body in tables.models.items() if body.counter >= 0]
-    buffers.I[buffer_layout.TURNS], buffers.I[buffer_layout.N_TURNS] = (
+    buffers.layout[buffer_layout.TURNS], buffers.layout[buffer_layout.N_TURNS] = (
         buffers.ints(x for c in counters for x in c),
         len(counters),
     )
@@ -317,17 +338,17 @@ def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> No
 
 def _fill_tape(buffers: Buffers, tape: Tape, later: list[Callable[[], None]]) -> None:
     """The gradients after the values, then the program and its tables."""
-    I = buffers.I
+    layout = buffers.layout
     values = len(tape.code)
     for fill in later:
         fill()
-    I[buffer_layout.TAPE] = buffers.ints(v for instruction in tape.code for v in instruction)
-    I[buffer_layout.TAPE_LENGTH], I[buffer_layout.GRADIENT_LENGTH] = values, len(tape.code) - values
-    I[buffer_layout.REGISTERS] = buffers.floats(tape.registers)
+    layout[buffer_layout.TAPE] = buffers.ints(v for instruction in tape.code for v in instruction)
+    layout[buffer_layout.TAPE_LENGTH], layout[buffer_layout.GRADIENT_LENGTH] = values, len(tape.code) - values
+    layout[buffer_layout.REGISTERS] = buffers.floats(tape.registers)
     headers = []
     for table in tape.tables:
         breaks, coefficients = piecewise(table)
         beyond = {"hold": 0, "linear": 1, "periodic": 2, "error": 3}[table.extrapolation]
         headers += [len(breaks), buffers.floats(breaks), beyond]
         buffers.floats(coefficients.ravel())
-    I[buffer_layout.TABLES] = buffers.ints(headers)
+    layout[buffer_layout.TABLES] = buffers.ints(headers)

@@ -18,16 +18,18 @@ Array = NDArray[np.float64]
 class Clock:
     """The places of time-dependent terms on the gradient tape, for ``m`` and ``p`` constraints."""
 
-    def __init__(self, I: NDArray[np.int64], m: int, p: int) -> None:
-        self.size, registers = m + p, int(I[buffer_layout.REGISTERS])
-        detail = [int(I[I[buffer_layout.PAIRS] + buffer_layout.PAIR * r + 4]) for r in range(m)]
+    def __init__(self, layout: NDArray[np.int64], m: int, p: int) -> None:
+        self.size, registers = m + p, int(layout[buffer_layout.REGISTERS])
+        detail = [int(layout[layout[buffer_layout.PAIRS] + buffer_layout.PAIR * r + 4]) for r in range(m)]
         self.driven = np.array([r for r in range(m) if detail[r] >= 0], np.int64)
-        self.drivers = np.array([registers + I[detail[r] + 2] for r in self.driven], np.int64)
+        self.drivers = np.array([registers + layout[detail[r] + 2] for r in self.driven], np.int64)
         self.rows = np.arange(m, m + p)
-        self.gammas = np.array([registers + I[I[I[buffer_layout.GAMMAS] + k] + 1] for k in range(p)], np.int64)
+        self.gammas = np.array(
+            [registers + layout[layout[layout[buffer_layout.GAMMAS] + k] + 1] for k in range(p)], np.int64
+        )
         records = [
-            I[I[buffer_layout.MOVING] + buffer_layout.MOVED * k :][: buffer_layout.MOVED]
-            for k in range(int(I[buffer_layout.N_MOVING]))
+            layout[layout[buffer_layout.MOVING] + buffer_layout.MOVED * k :][: buffer_layout.MOVED]
+            for k in range(int(layout[buffer_layout.N_MOVING]))
         ]
         moving = {int(record[0]): registers + record[7:] for record in records}
         #: rows of the gradient table with a side on a frame that moves as a function of time
@@ -35,15 +37,15 @@ class Clock:
             (r, 3 * side, frame, moving[frame])
             for r in range(m if moving else 0)
             for side in range(2)
-            if (frame := int(I[I[buffer_layout.PAIRS] + buffer_layout.PAIR * r + side])) in moving
+            if (frame := int(layout[layout[buffer_layout.PAIRS] + buffer_layout.PAIR * r + side])) in moving
         ]
 
     def __call__(self, w: Workspace) -> Array:
         """Phi_tt and Gam_t (m + p,), with (Phi_q v)_t of frames that move."""
         found = np.zeros(self.size)
-        found[self.driven] = -w.F[self.drivers]
-        found[self.rows] = w.F[self.gammas]
+        found[self.driven] = -w.numbers[self.drivers]
+        found[self.rows] = w.numbers[self.gammas]
         for r, side, frame, accelerations in self.carried:
-            rate = w.C[r, buffer_layout.GRADIENT_RATE + side :][:3]
-            found[r] += rate @ w.Z[frame, 3:6] + w.C[r, side : side + 3] @ w.F[accelerations]
+            rate = w.gradients[r, buffer_layout.GRADIENT_RATE + side :][:3]
+            found[r] += rate @ w.frames[frame, 3:6] + w.gradients[r, side : side + 3] @ w.numbers[accelerations]
         return found

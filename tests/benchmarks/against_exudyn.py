@@ -127,7 +127,7 @@ class Ours:
         begun = time.process_time()
         status = run.advance()
         seconds = time.process_time() - begun
-        n, J = self.system.n, run.J
+        n, J = self.system.n, run.integers
         whole = status == loop_state.DONE
         return Seen(seconds, run.out[:, :n], J[loop_state.ITERATIONS] / steps, J[loop_state.MATRICES] / steps, whole)
 

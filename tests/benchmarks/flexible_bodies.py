@@ -81,7 +81,7 @@ def measure(how: str, method: str, steps: int, repeats: int) -> Cost:
     (part,) = motion.parts
     done = max(1, motion.steps)
     counts = (motion.count(k) / done for k in ("iterations", "matrix_evaluations"))
-    size = part.integration.A.shape[1]
+    size = part.integration.matrices.shape[1]
     return Cost(part.system.tables.models["rod"].n - 3, 1e6 * least / done, *counts, size)
 
 

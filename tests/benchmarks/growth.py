@@ -81,8 +81,11 @@ def measure(model: str, sizes: Iterable[int], repeats: int) -> dict[str, dict[in
                 clock = time.process_time()
                 cost.status = run.advance()
                 seconds = time.process_time() - clock
-                done = max(1, run.J[loop_state.STEP])
-                cost.iterations, cost.matrices = run.J[loop_state.ITERATIONS] / done, run.J[loop_state.MATRICES] / done
+                done = max(1, run.integers[loop_state.STEP])
+                cost.iterations, cost.matrices = (
+                    run.integers[loop_state.ITERATIONS] / done,
+                    run.integers[loop_state.MATRICES] / done,
+                )
                 if k > 0:  # the first round loads what is compiled
                     cost.us.append(1e6 * seconds / done)
     return costs
@@ -134,7 +137,7 @@ def one(n: int, method: str) -> None:
     run.advance(1)
     seconds = time.process_time() - clock
     run.advance()
-    print(json.dumps([seconds, peak(), int(run.J[loop_state.STEP])]))
+    print(json.dumps([seconds, peak(), int(run.integers[loop_state.STEP])]))
 
 
 def processes(sizes: Iterable[int], repeats: int) -> list[str]:

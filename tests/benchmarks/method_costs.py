@@ -99,9 +99,12 @@ def measure(case: Case, repeats: int, steps: int | None = None) -> dict[str, Cos
             begun = time.perf_counter()
             status = run.advance()
             seconds = time.perf_counter() - begun
-            done = max(1, run.J[loop_state.STEP])
+            done = max(1, run.integers[loop_state.STEP])
             cost = costs[name]
-            cost.iterations, cost.matrices = run.J[loop_state.ITERATIONS] / done, run.J[loop_state.MATRICES] / done
+            cost.iterations, cost.matrices = (
+                run.integers[loop_state.ITERATIONS] / done,
+                run.integers[loop_state.MATRICES] / done,
+            )
             cost.status = status
             if k > 0:  # the first round loads what is compiled
                 cost.us.append(1e6 * seconds / done)

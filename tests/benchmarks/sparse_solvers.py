@@ -24,7 +24,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 import mbdsl
-from mbdsl.compilation import buffer_layout, code_cache
+from mbdsl.compilation import code_cache
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import linear_solve, sparse_lu
 from mbdsl.integrators.run import Integration
@@ -39,25 +39,25 @@ TEXT = """
 from mbdsl.integrators.loop import sparse_lu
 
 
-def factor(count, B, A, I):
+def factor(count, assembled, matrix, layout):
     for _ in range(count):
-        for i in range(B.size):
-            A[i] = B[i]
-        if not sparse_lu.sparse_factor(A, I):
+        for i in range(assembled.size):
+            matrix[i] = assembled[i]
+        if not sparse_lu.sparse_factor(matrix, layout):
             return 0
     return 1
 
 
-def solve(count, A, I, Y, row):
+def solve(count, matrix, layout, vector):
     for _ in range(count):
-        sparse_lu.sparse_solve(A, I, Y, row)
+        sparse_lu.sparse_solve(matrix, layout, vector)
 """
 
 
 def compiled() -> list[Callable]:
     signatures = {
         "factor": code_cache.Signature(("int", "vector", "vector", "ints"), gives="int"),
-        "solve": code_cache.Signature(("int", "vector", "ints", "matrix", "int")),
+        "solve": code_cache.Signature(("int", "vector", "ints", "vector")),
     }
     return code_cache.functions("mbdsl_measure_sparse", TEXT, signatures, lambda: [linear_solve, sparse_lu])
 
@@ -105,12 +105,12 @@ def compare(model: str, n: int, repeats: int) -> list[str]:
     B = np.zeros(pattern.size)
     for r, c, value in zip(entries.row.tolist(), entries.col.tolist(), entries.data.tolist(), strict=True):
         B[at[r, c]] = value
-    A, I, Y = np.zeros(pattern.length), run.I, run.Y
+    A, I, x = np.zeros(pattern.length), run.layout, np.zeros(N)
     factor, solve = compiled()
     assert factor(1, B, A, I) == 1
-    Y[buffer_layout.D, :N] = b
-    solve(1, A, I, Y, buffer_layout.D)
-    name = f"{model} {n}" if n else model
+    x[:] = b
+    solve(1, A, I, x)
+    name, other = f"{model} {n}" if n else model, b.copy()
     lines = []
 
     def row(what: str, one: float, other: float, x: np.ndarray) -> None:
@@ -120,8 +120,8 @@ def compare(model: str, n: int, repeats: int) -> list[str]:
     row(
         f"ours, {pattern.size} entries",
         seconds(lambda count: factor(count, B, A, I), repeats),
-        seconds(lambda count: solve(count, A, I, Y, buffer_layout.T1), repeats),
-        Y[buffer_layout.D, :N].copy(),
+        seconds(lambda count: solve(count, A, I, other), repeats),
+        x,
     )
     ordered = csc_array(M[order][:, order])
     given = {"permc_spec": "NATURAL", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}

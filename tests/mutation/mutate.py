@@ -164,6 +164,7 @@ NEAREST = {
     "mbdsl/integrators/loop/linear_solve": (f"{INTEGRATORS}/test_linear.py", *FULL),
     "mbdsl/integrators/loop/step_control": CONTROL,
     "mbdsl/integrators/loop/split_correction": FULL,
+    "mbdsl/integrators/loop/tangent_matrices": FULL,
     "mbdsl/integrators/loop/driver": STEPS,
     "mbdsl/integrators/events": ("tests/unit/test_switches.py", "tests/unit/integrators/test_events.py"),
     "mbdsl/integrators/external/": (

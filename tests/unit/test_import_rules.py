@@ -39,7 +39,6 @@ CIRCLES = {
     ("mbdsl.lang.flat_component", "mbdsl.lang.flat_model"): "type: a component belongs to a flat model",
     ("mbdsl.lang.modifiers", "mbdsl.lang.scope"): "type: modifiers are read in the scope that they were written in",
     ("mbdsl.integrators.events", "mbdsl.integrators.run"): "type of the run, which they restart",
-    ("mbdsl.integrators.scheduled_jumps", "mbdsl.integrators.run"): "type of the run, whose buffers they change",
     ("mbdsl.integrators.peak_zones", "mbdsl.integrators.run"): "type of the run, whose buffers they fill",
     ("mbdsl.integrators.missed_peaks", "mbdsl.integrators.run"): "type of the run, whose states they read",
     ("mbdsl.studies.hard_page", "mbdsl.studies.hard"): "type of the results that the page shows",

@@ -24,7 +24,9 @@ METHOD = '''
 v_{n+1} = (18 v_n - 9 v_{n-1} + 2 v_{n-2} + 6 h a_{n+1})/11, and q_{n+1} likewise from v_{n+1}. Source: Gear (1971).
 """
 
-from mbdsl.compilation.buffer_layout import N_Q, Q0, Q1, ROWS, V0, V1, XA, Q, V, X
+from mbdsl.compilation.buffer_layout import (
+    KEPT as Q1, KEPT2 as V1, N_Q, POSITION, POSITION0, ROWS, UNKNOWN, UNKNOWN0, VELOCITY, VELOCITY0
+)
 from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.method import Method, Option
 from mbdsl.integrators.methods.nstiff import correct, matrix, residual
@@ -36,7 +38,7 @@ def begin(c, start):
     h, q, v, a, j = start.h, start.q, start.v, start.a, start.jerk
     Qk = {row: q - k * h * v + (k * h) ** 2 / 2 * a - (k * h) ** 3 / 6 * j for k, row in ((1, Q1), (2, Q2))}
     Vk = {row: v - k * h * a + (k * h) ** 2 / 2 * j for k, row in ((1, V1), (2, V2))}
-    return {XA: [*a, *start.lam], **Qk, **Vk}
+    return {UNKNOWN0: [*a, *start.lam], **Qk, **Vk}
 
 
 METHOD = Method(
@@ -47,7 +49,8 @@ METHOD = Method(
     enforces=("Phi",),
     source="Gear (1971)",
     parameters={"theta": Option(1.0, 0.5, 1.5, "scales nothing; an option as any other")},
-    coefficients=lambda options: (36 / 121, 6 / 11, options["theta"]),
+    coefficients=lambda options: (options["theta"],),
+    memory=lambda c, start: (36 / 121, 6 / 11),  # what nstiff's kernels read: (s/h)^2 and s/h
     begin=begin,
     own_reactions=False,  # from accelerations: between steps the driver interpolates multipliers to order 2
     rows=2,
@@ -56,18 +59,21 @@ METHOD = Method(
 
 
 @kernel
-def motion(h, c, Y, I):
-    for i in range(I[N_Q]):
-        v = (18 * Y[V0, i] - 9 * Y[V1, i] + 2 * Y[V2, i] + 6 * h * Y[X, i]) / 11
-        Y[Q, i] = (18 * Y[Q0, i] - 9 * Y[Q1, i] + 2 * Y[Q2, i] + 6 * h * v) / 11
-        Y[V, i] = v
+def motion(h, run):
+    y = run.vectors
+    q, v, a = y[POSITION], y[VELOCITY], y[UNKNOWN]
+    q0, v0, q1, v1, q2, v2 = y[POSITION0], y[VELOCITY0], y[Q1], y[V1], y[Q2], y[V2]
+    for i in range(run.layout[N_Q]):
+        v[i] = (18 * v0[i] - 9 * v1[i] + 2 * v2[i] + 6 * h * a[i]) / 11
+        q[i] = (18 * q0[i] - 9 * q1[i] + 2 * q2[i] + 6 * h * v[i]) / 11
 
 
 @kernel
-def finish(inertia, h, c, Y, F, I, A, P):
-    for i in range(I[N_Q]):
-        Y[Q2, i], Y[V2, i] = Y[Q1, i], Y[V1, i]
-        Y[Q1, i], Y[V1, i] = Y[Q0, i], Y[V0, i]
+def finish(h, run):
+    y = run.vectors
+    for i in range(run.layout[N_Q]):
+        y[Q2, i], y[V2, i] = y[Q1, i], y[V1, i]
+        y[Q1, i], y[V1, i] = y[POSITION0, i], y[VELOCITY0, i]
 '''
 #: BDF3 is not A-stable: the modes of flexible beams, which are hardly damped, grow with the steps of these tests
 CHOSEN = "bdf3 and not flexible"

@@ -80,7 +80,7 @@ def test_the_signature_tells_all_states_apart(plain):
     for phi, w in itertools.product((-2.5, -0.05, 0.0, 0.25, 0.35, 1.5), (-1.0, 0.0, 1.0)):
         k = states(s, phi=phi, w=w)
         at = s._at(0.0, np.array([0, 0, phi]), np.array([0, 0, w]))
-        assert plain(signature)(at.F, at.I) == combined(k)
+        assert plain(signature)(at.numbers, at.layout) == combined(k)
         found[combined(k)] = tuple(k)
     assert len(found) == len(set(found.values())) == 18
 
@@ -101,7 +101,7 @@ def test_the_signature_tells_all_states_apart(plain):
 )
 def test_what_is_smooth_has_no_switches(law):
     s = system(law)
-    assert s.tables.switches == [] and s.tables.I[buffer_layout.N_SWITCHES] == 0
+    assert s.tables.switches == [] and s.tables.layout[buffer_layout.N_SWITCHES] == 0
     assert s.switches(0.3, np.zeros(3), np.zeros(3)).shape == (0,)
     assert list(s.time_events(0.0, 10.0)) == []
 

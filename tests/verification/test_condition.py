@@ -45,10 +45,10 @@ def crank(model):
 def factorised(run, k):
     """The k-th matrix that the method factorised last: L times U, rows exchanged back."""
     N = run.system.unknowns
-    factors = run.A[k, : N * N].reshape(N, N)
+    factors = run.matrices[k, : N * N].reshape(N, N)
     matrix = (np.tril(factors, -1) + np.eye(N)) @ np.triu(factors)
     for i in reversed(range(N)):
-        matrix[[i, run.P[k, i]]] = matrix[[run.P[k, i], i]]
+        matrix[[i, run.pivots[k, i]]] = matrix[[run.pivots[k, i], i]]
     return matrix
 
 
@@ -59,9 +59,9 @@ def matrices(crank, method, h):
     run._use(linear_solve.DENSE)
     run.begin(start.q, start.v, start.a, start.lam)
     assert run.advance(3) == loop_state.RUNNING
-    run.J[loop_state.FRESH] = 0
+    run.integers[loop_state.FRESH] = 0
     assert run.advance(1) == loop_state.RUNNING
-    assert run.J[loop_state.MATRICES] >= 2
+    assert run.integers[loop_state.MATRICES] >= 2
     return [factorised(run, k) for k in range(len(POWERS[method]))]
 
 

@@ -59,9 +59,9 @@ def test_a_run_taken_up_again_finds_the_jumps_still_to_come():
         run.begin(first.q, first.v, first.a, first.lam)
         for steps in stops:
             assert run.advance(steps) == loop_state.RUNNING
-            due = run.K[loop_state.NEXT_EVENT]
+            due = run.reals[loop_state.NEXT_EVENT]
             run.jumps.rejoin()
-            assert run.K[loop_state.NEXT_EVENT] == due < 1.0
+            assert run.reals[loop_state.NEXT_EVENT] == due < 1.0
         assert run.advance() == loop_state.DONE
         found.append(run.out.copy())
     assert np.array_equal(*found)

@@ -170,4 +170,4 @@ def test_without_such_laws_nothing_is_recorded():
         motion = Motion(scene, plan(scene, step=STEP))
         motion.prepare()
         motion.watch()
-        assert (motion.parts[0].integration.J[NOTES] > 0) == records
+        assert (motion.parts[0].integration.integers[NOTES] > 0) == records

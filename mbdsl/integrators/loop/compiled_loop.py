@@ -8,18 +8,20 @@ from types import ModuleType
 from mbdsl.compilation import code_cache
 from mbdsl.integrators import modules
 from mbdsl.integrators.loop import driver, step_control
+from mbdsl.integrators.loop.run_data import Formulas, RunData
 from mbdsl.system.emit import EVALUATE, INERTIA, TANGENT
 
-#: advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out)
+#: advance(steps, times, out, *RunData)
 ADVANCE = code_cache.Signature(
     (
-        *(EVALUATE, TANGENT, INERTIA, "int", "vector", "vector", "ints"),
-        *("matrix", "matrix", "matrix", "vector", "ints", "matrix", "int matrix", "vector", "matrix"),
+        *("int", "vector", "matrix", EVALUATE, TANGENT, INERTIA, "vector", "vector", "vector", "ints"),
+        *("matrix", "matrix", "matrix", "vector", "ints", "matrix", "int matrix"),
     ),
     gives="int",
 )
 #: kernels of controlled steps, which methods have, or which do nothing
 CONTROL = ("estimate", "local_error", "change_step")
+_BUFFERS = ", ".join(RunData._fields)
 
 
 def loop_name(method: str) -> str:
@@ -35,27 +37,20 @@ def controls_locally(method: str) -> bool:
 def compiled(name: str, module: ModuleType) -> Callable:
     """The step loop compiled for one method: its kernels are known to the compiler, the scene's are pointers."""
     short = module.__name__.rsplit(".", 1)[-1]
-    if hasattr(module, "advance"):  # it brings a step loop of its own
-        text = f'''"""Emitted by mbdsl: the step loop of {name}."""
-
-from mbdsl.integrators.methods import {short} as method
-
-
-def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
-    return method.advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out)
-'''
-        return code_cache.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [module])[0]
+    if hasattr(module, "advance"):  # it has a step loop of its own
+        called, imports, sources = "method.advance(", "run_data", [module]
+    else:
+        of = {f: "method" if hasattr(module, f) or f not in CONTROL else "step_control" for f in Formulas._fields}
+        called = f"driver.advance(run_data.Formulas({', '.join(f'{of[f]}.{f}' for f in of)}), "
+        imports, sources = "driver, run_data, step_control", [driver, step_control, module]
     text = f'''"""Emitted by mbdsl: the step loop of {name}."""
 
-from mbdsl.integrators.loop import driver, step_control
+from mbdsl.integrators.loop import {imports}
 from mbdsl.integrators.methods import {short} as method
 
 
-def advance(evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out):
-    return driver.advance(
-        method.motion, method.residual, method.matrix, method.correct, method.finish,
-        {", ".join(f"{'method' if hasattr(module, f) else 'step_control'}.{f}" for f in CONTROL)},
-        evaluate, tangent, inertia, steps, c, K, J, Y, Z, C, F, I, A, P, times, out,
-    )
+def advance(steps, times, out, {_BUFFERS}):
+    run = run_data.RunData({_BUFFERS})
+    return {called}steps, times, out, run)
 '''
-    return code_cache.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [driver, step_control, module])[0]
+    return code_cache.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: sources)[0]

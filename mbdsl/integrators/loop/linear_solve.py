@@ -6,65 +6,81 @@ redundant constraints, singular poses), a dense LU with partial pivoting.
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import D2, N_ALL, N_Q, SIZE, SOLVER, SPARSE, D
+from mbdsl.compilation.buffer_layout import CORRECTION, CORRECTION2, N_ALL, N_Q, SIZE, SOLVER, SPARSE
 from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.sparse_lu import sparse_factor, sparse_solve, sparse_solve_both
 
-DENSE, SPARSE_LU = 0, 1  #: values of I[SOLVER]
+DENSE, SPARSE_LU = 0, 1  #: values of layout[SOLVER]
 
 
 @kernel
-def factor(A, P, I):
-    """Factorise the matrix in A in place; False where it is singular to rounding."""
-    return sparse_factor(A, I) if I[SOLVER] == SPARSE_LU else dense_factor(A, P, I)
+def factor(k, run):
+    """Factorise matrix k in place; False where it is singular to rounding."""
+    matrix, pivots, layout = run.matrices[k], run.pivots[k], run.layout
+    return sparse_factor(matrix, layout) if layout[SOLVER] == SPARSE_LU else dense_factor(matrix, pivots, layout)
 
 
 @kernel
-def solve(A, P, I, Y, row):
-    """Y[row] <- A^{-1} Y[row]."""
-    if I[SOLVER] == SPARSE_LU:
-        sparse_solve(A, I, Y, row)
+def solve(k, row, run):
+    """The row of ``vectors`` <- the inverse of matrix k times that row."""
+    if run.layout[SOLVER] == SPARSE_LU:
+        sparse_solve(run.matrices[k], run.layout, run.vectors[row])
     else:
-        dense_solve(A, P, I, Y, row)
+        dense_solve(run.matrices[k], run.pivots[k], run.layout, run.vectors[row])
 
 
 @kernel
-def solve_both(A, P, I, Y):
-    """Y[D] <- A[0]^{-1} Y[D], Y[D2] <- A[1]^{-1} Y[D2]."""
-    if I[SOLVER] == SPARSE_LU:
-        sparse_solve_both(A, I, Y, D, D2)
+def solve_both(run):
+    """``solve`` for matrix 0 and row CORRECTION, and for matrix 1 and row CORRECTION2."""
+    first, second = run.vectors[CORRECTION], run.vectors[CORRECTION2]
+    if run.layout[SOLVER] == SPARSE_LU:
+        sparse_solve_both(run.matrices, run.layout, first, second)
     else:
-        for k in range(2):
-            dense_solve(A[k], P[k], I, Y, D + k)
+        dense_solve(run.matrices[0], run.pivots[0], run.layout, first)
+        dense_solve(run.matrices[1], run.pivots[1], run.layout, second)
 
 
 @rare
-def compress(A, P, I):
-    """Leave nothing of a matrix that is not factorised but its entries in the columns of the coordinates: their values
-    in A, their rows and columns in P, their number at the end of P."""
-    n, m, o, count = I[N_ALL], I[N_Q], I[SPARSE], 0
-    entries = I[o + 2 * n] if I[SOLVER] == SPARSE_LU else 0  # below the diagonal
+def compress(k, run):
+    """Leave nothing of matrix k, which is not factorised, but its entries in the columns of the coordinates: their
+    values in ``matrices``, their rows and columns in ``pivots``, their number at the end of ``pivots``."""
+    matrix, places, layout = run.matrices[k], run.pivots[k], run.layout
+    n, m, o, count = layout[N_ALL], layout[N_Q], layout[SPARSE], 0
+    entries = layout[o + 2 * n] if layout[SOLVER] == SPARSE_LU else 0  # below the diagonal
     lower = o + 2 * n + 1
-    for p in range(I[SIZE]):
+    for p in range(layout[SIZE]):
         r, c = p // n, p % n
-        if I[SOLVER] == SPARSE_LU:
+        if layout[SOLVER] == SPARSE_LU:
             if p < n:
                 r, c = p, p
             elif p < n + entries:
-                r, c = I[lower + p - n], I[lower + p - n + entries]
+                r, c = layout[lower + p - n], layout[lower + p - n + entries]
             else:
-                r, c = I[lower + p - n], I[lower + p - n - entries]
-        if c < m and A[p] != 0.0:
-            A[count], P[2 * count], P[2 * count + 1] = A[p], r, c
+                r, c = layout[lower + p - n], layout[lower + p - n - entries]
+        if c < m and matrix[p] != 0.0:
+            matrix[count], places[2 * count], places[2 * count + 1] = matrix[p], r, c
             count += 1
-    P[P.size - 1] = count
+    places[places.size - 1] = count
 
 
 @kernel
-def multiply(A, P, Y, row, target):
-    """Y[target] += A Y[row] for a compressed matrix."""
-    for k in range(P[P.size - 1]):
-        Y[target, P[2 * k]] += A[k] * Y[row, P[2 * k + 1]]
+def clear(k, run):
+    """Leave matrix k without entries, for ``multiply``."""
+    run.pivots[k, run.pivots.shape[1] - 1] = 0
+
+
+@kernel
+def has_entries(k, run):
+    """Whether a compressed matrix k has any."""
+    return run.pivots[k, run.pivots.shape[1] - 1] > 0
+
+
+@kernel
+def multiply(k, row, target, run):
+    """Row ``target`` of ``vectors`` += the compressed matrix k times another row."""
+    matrix, places, x, y = run.matrices[k], run.pivots[k], run.vectors[row], run.vectors[target]
+    for e in range(places[places.size - 1]):
+        y[places[2 * e]] += matrix[e] * x[places[2 * e + 1]]
 
 
 @kernel
@@ -74,58 +90,58 @@ def larger(a, b):
 
 
 @rare
-def dense_factor(A, P, I):
-    """LU of the row-major N x N matrix in A, pivot rows in P.
+def dense_factor(matrix, pivots, layout):
+    """LU of the row-major N x N matrix, pivot rows in ``pivots``.
 
-    Pivots are compared after scaling rows and columns (behind the matrix in A): a small body's mass is no lost pivot.
+    Pivots are compared after scaling rows and columns (behind the matrix): a small body's mass is no lost pivot.
     """
-    n = I[N_ALL]
+    n = layout[N_ALL]
     r, c = n * n, n * n + n
     for i in range(n):
         largest = 0.0
         for j in range(n):
-            largest = max(largest, abs(A[i * n + j]))
-        A[r + i] = 1.0 / largest if largest > 0.0 else 0.0
+            largest = max(largest, abs(matrix[i * n + j]))
+        matrix[r + i] = 1.0 / largest if largest > 0.0 else 0.0
     for j in range(n):
         largest = 0.0
         for i in range(n):
-            largest = max(largest, abs(A[i * n + j]) * A[r + i])
-        A[c + j] = 1.0 / largest if largest > 0.0 else 0.0
+            largest = max(largest, abs(matrix[i * n + j]) * matrix[r + i])
+        matrix[c + j] = 1.0 / largest if largest > 0.0 else 0.0
     for k in range(n):
-        pivot, size = k, abs(A[k * n + k]) * A[r + k]
+        pivot, size = k, abs(matrix[k * n + k]) * matrix[r + k]
         for i in range(k + 1, n):
-            if abs(A[i * n + k]) * A[r + i] > size:
-                pivot, size = i, abs(A[i * n + k]) * A[r + i]
-        P[k] = pivot
-        if not size * A[c + k] > 1e-14:
+            if abs(matrix[i * n + k]) * matrix[r + i] > size:
+                pivot, size = i, abs(matrix[i * n + k]) * matrix[r + i]
+        pivots[k] = pivot
+        if not size * matrix[c + k] > 1e-14:
             return False
         if pivot != k:
-            A[r + k], A[r + pivot] = A[r + pivot], A[r + k]
+            matrix[r + k], matrix[r + pivot] = matrix[r + pivot], matrix[r + k]
             for j in range(n):
-                A[k * n + j], A[pivot * n + j] = A[pivot * n + j], A[k * n + j]
-        inverse = 1.0 / A[k * n + k]
+                matrix[k * n + j], matrix[pivot * n + j] = matrix[pivot * n + j], matrix[k * n + j]
+        inverse = 1.0 / matrix[k * n + k]
         for i in range(k + 1, n):
-            if A[i * n + k] != 0.0:
-                l = A[i * n + k] * inverse
-                A[i * n + k] = l
+            if matrix[i * n + k] != 0.0:
+                l = matrix[i * n + k] * inverse
+                matrix[i * n + k] = l
                 for j in range(k + 1, n):
-                    A[i * n + j] -= l * A[k * n + j]
+                    matrix[i * n + j] -= l * matrix[k * n + j]
     return True
 
 
 @rare
-def dense_solve(A, P, I, Y, row):
-    n = I[N_ALL]
+def dense_solve(matrix, pivots, layout, y):
+    n = layout[N_ALL]
     for k in range(n):
-        if P[k] != k:
-            Y[row, k], Y[row, P[k]] = Y[row, P[k]], Y[row, k]
+        if pivots[k] != k:
+            y[k], y[pivots[k]] = y[pivots[k]], y[k]
     for i in range(1, n):
-        y = Y[row, i]
+        x = y[i]
         for j in range(i):
-            y -= A[i * n + j] * Y[row, j]
-        Y[row, i] = y
+            x -= matrix[i * n + j] * y[j]
+        y[i] = x
     for i in range(n - 1, -1, -1):
-        y = Y[row, i]
+        x = y[i]
         for j in range(i + 1, n):
-            y -= A[i * n + j] * Y[row, j]
-        Y[row, i] = y / A[i * n + i]
+            x -= matrix[i * n + j] * y[j]
+        y[i] = x / matrix[i * n + i]

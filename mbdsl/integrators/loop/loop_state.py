@@ -1,12 +1,12 @@
-"""Names for what a run keeps in its floats K and integers J, and for what its loop answers."""
+"""Names for what a run keeps in ``reals`` and ``integers``, and for what its loop answers."""
 
 from __future__ import annotations
 
 # -- status --------------------------------------------------------------------------------------------------
 RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EVENT, LOOK = range(10)
 
-# -- K: floats of the run ------------------------------------------------------------------------------------
-START, STOP, H, T, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, LOOSEST, UNIT, WILD = range(10)
+# -- reals of the run ----------------------------------------------------------------------------------------
+START, STOP, STEP_SIZE, STEP_END, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, LOOSEST, UNIT, WILD = range(10)
 # of controlled steps: the time reached; tolerance; largest velocity so far; the step before, the shortest and the
 # longest allowed; 1/(order + 1); where in a step its accelerations belong; factor on M in the iteration matrix; the
 # largest displacement; time within which velocities may forget; factor on h D
@@ -16,9 +16,9 @@ NODES, TIMES = 22, 26  #: times that the unknowns of the last four steps belong 
 NEXT_EVENT, UNCUT = 30, 31
 #: zones in which a step has to end: start and end of each, so many at once (:mod:`mbdsl.integrators.loop.zone_landing`)
 ZONE, ROOM = 32, 32
-K_SIZE = ZONE + 2 * ROOM
+REALS = ZONE + 2 * ROOM
 
-# -- J: integers of the run ----------------------------------------------------------------------------------
+# -- integers of the run -------------------------------------------------------------------------------------
 STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, UNSEEN = range(11)
 # of controlled steps: whether they are; rejected ones; those since the start, or since the last one that was changed in
 # length; in a row rejected; whether every step is output, or ends at the next output at most;
@@ -28,9 +28,9 @@ CONTROLLED, REJECTED, SINCE, SAME, IN_A_ROW, EVERY, LANDING, DAMPED, ROUNDING = 
 # of switches: whether they are watched, their signature, whether corners may be passed, how often the step was cut
 # short, and events
 WATCHING, SIGNATURE, CORNERS, CUT, EVENTS = range(20, 25)
-# of zones: which is next, how many are known; states that are noted behind the rest of K, and room for how many
+# of zones: which is next, how many are known; states that are noted behind the other reals, and room for how many
 NEXT_ZONE, ZONES, NOTED, NOTES = range(25, 29)
-J_SIZE = 29
+INTEGERS = 29
 #: what statistics call them
 COUNTERS = {
     "rejected": REJECTED,

@@ -5,7 +5,7 @@ effective inverse masses that it sees, so that no search for pivots is needed wh
 constraints independent. Growth is watched; where a pivot is lost, ``factor`` says so, and the dense solver with
 pivoting takes over.
 
-The pattern is symmetric. With c entries below the diagonal, a row of A holds
+The pattern is symmetric. With c entries below the diagonal, a matrix is stored as
 
     D (N)   pivots, then their reciprocals, in the numbering of the unknowns
     L (c)   column by column in the order of elimination; divided by its pivots once it is factorised
@@ -16,7 +16,7 @@ The pattern is symmetric. With c entries below the diagonal, a row of A holds
 and a matrix is assembled in the first three. All loops of a solve are over single entries, in the unknowns' own
 numbering: no entry waits for the one before it, and there are no short inner loops to be mispredicted.
 
-Tables, at I[SPARSE]: ``order`` (N: in which unknowns are eliminated), ``starts`` (N + 1: columns of L), rows and
+Tables, at layout[SPARSE]: ``order`` (N: in which unknowns are eliminated), ``starts`` (N + 1: columns of L), rows and
 columns of L (c each), rows, columns and places in U of W (c each), and for every pivot k the places of all that it
 changes, (i, j) for i and j in column k of L: ``updates``. Where there are more than ``MOST`` of these they are looked
 for instead, with ``rank`` (N), the inverse of the order.
@@ -43,7 +43,7 @@ MOST = 10_000_000
 @dataclass(frozen=True)
 class Pattern:
     """Symbolic factorisation: ``table`` for the kernels, ``slots`` of the requested entries; ``size`` is of what a
-    matrix is assembled in, ``length`` of a whole row of A."""
+    matrix is assembled in, ``length`` of the whole of it."""
 
     table: Ints
     slots: Ints
@@ -92,14 +92,14 @@ def analyse(n: int, rows: Ints, columns: Ints, order: Ints, most: int = MOST) ->
 
 
 @rare
-def sparse_factor(A, I):
+def sparse_factor(matrix, layout):
     """LU in place. False where a pivot is lost."""
-    n, o = I[N_ALL], I[SPARSE]
-    order, starts = I[o : o + n], I[o + n : o + 2 * n + 1]
+    n, o = layout[N_ALL], layout[SPARSE]
+    order, starts = layout[o : o + n], layout[o + n : o + 2 * n + 1]
     c, table = starts[n], o + 2 * n + 1
-    rows, updates = I[table : table + c], I[table + 5 * c + 1 :]
-    D, L, U = A[:n], A[n : n + c], A[n + c : n + 2 * c]
-    W, G, listed, q = A[n + 2 * c : n + 3 * c], A[n + 3 * c :], I[table + 5 * c], 0
+    rows, updates = layout[table : table + c], layout[table + 5 * c + 1 :]
+    D, L, U = matrix[:n], matrix[n : n + c], matrix[n + c : n + 2 * c]
+    W, G, listed, q = matrix[n + 2 * c : n + 3 * c], matrix[n + 3 * c :], layout[table + 5 * c], 0
     for i in range(n):
         G[i] = abs(D[i])
     for k in range(n):
@@ -114,12 +114,12 @@ def sparse_factor(A, I):
             if listed:
                 at = updates[q : q + last - first]
                 for s in range(last - first):
-                    A[at[s]] -= l * U[first + s]
+                    matrix[at[s]] -= l * U[first + s]
                 q += last - first
             elif l != 0.0:
                 for s in range(first, last):
-                    A[place(rows[e], rows[s], n, c, starts, rows, updates)] -= l * U[s]
-    targets, places = I[table + 2 * c : table + 3 * c], I[table + 4 * c : table + 5 * c]
+                    matrix[place(rows[e], rows[s], n, c, starts, rows, updates)] -= l * U[s]
+    targets, places = layout[table + 2 * c : table + 3 * c], layout[table + 4 * c : table + 5 * c]
     for e in range(c):
         W[e] = U[places[e]] * D[targets[e]]
     return True
@@ -142,12 +142,12 @@ def place(i, j, n, c, starts, rows, rank):
 
 
 @kernel
-def sparse_solve(A, I, Y, row):
-    """Y[row] <- A^{-1} Y[row]."""
-    n, o = I[N_ALL], I[SPARSE]
-    c, table = I[o + 2 * n], o + 2 * n + 1
-    i, j, k, l = I[table:], I[table + c :], I[table + 2 * c :], I[table + 3 * c :]
-    D, L, W, y = A[:n], A[n : n + c], A[n + 2 * c : n + 3 * c], Y[row]
+def sparse_solve(matrix, layout, y):
+    """y <- the inverse of the matrix times y."""
+    n, o = layout[N_ALL], layout[SPARSE]
+    c, table = layout[o + 2 * n], o + 2 * n + 1
+    i, j, k, l = layout[table:], layout[table + c :], layout[table + 2 * c :], layout[table + 3 * c :]
+    D, L, W = matrix[:n], matrix[n : n + c], matrix[n + 2 * c : n + 3 * c]
     for e in range(c):
         y[i[e]] -= L[e] * y[j[e]]
     for e in range(n):
@@ -157,13 +157,13 @@ def sparse_solve(A, I, Y, row):
 
 
 @kernel
-def sparse_solve_both(A, I, Y, row, row2):
-    """The same for two matrices of one pattern: Y[row] <- A[0]^{-1} Y[row], Y[row2] <- A[1]^{-1} Y[row2]."""
-    n, o = I[N_ALL], I[SPARSE]
-    c, table = I[o + 2 * n], o + 2 * n + 1
-    i, j, k, l = I[table:], I[table + c :], I[table + 2 * c :], I[table + 3 * c :]
-    D, L, W, y = A[0, :n], A[0, n : n + c], A[0, n + 2 * c : n + 3 * c], Y[row]
-    D2, L2, W2, y2 = A[1, :n], A[1, n : n + c], A[1, n + 2 * c : n + 3 * c], Y[row2]
+def sparse_solve_both(matrices, layout, y, y2):
+    """The same for two matrices of one pattern, the first with y and the second with y2."""
+    n, o = layout[N_ALL], layout[SPARSE]
+    c, table = layout[o + 2 * n], o + 2 * n + 1
+    i, j, k, l = layout[table:], layout[table + c :], layout[table + 2 * c :], layout[table + 3 * c :]
+    D, L, W = matrices[0, :n], matrices[0, n : n + c], matrices[0, n + 2 * c : n + 3 * c]
+    D2, L2, W2 = matrices[1, :n], matrices[1, n : n + c], matrices[1, n + 2 * c : n + 3 * c]
     for e in range(c):
         t, s = i[e], j[e]
         y[t] -= L[e] * y[s]

@@ -29,22 +29,22 @@ from mbdsl.compilation.buffer_layout import (
     E_Q,
     E_V,
     E_X,
-    FP,
-    GD,
+    FORCE,
+    FORCE2,
     MASS,
     MASS_KIND,
     N_ALL,
     N_PHI,
     N_Q,
     PAST,
-    Q0,
+    POSITION,
+    POSITION0,
     SCALE,
-    T1,
-    V0,
-    XA,
-    Q,
-    V,
-    X,
+    TEMPORARY,
+    UNKNOWN,
+    UNKNOWN0,
+    VELOCITY,
+    VELOCITY0,
 )
 from mbdsl.compilation.buffer_layout import TIMES as TIMES_TASK
 from mbdsl.compilation.marks import kernel, rare
@@ -72,14 +72,16 @@ from mbdsl.integrators.loop.loop_state import (
     SINCE,
     SPEED,
     START,
+    STEP_SIZE,
     STOP,
     TIMES,
     TOL,
     UNIT,
     UNSEEN,
-    H,
 )
+from mbdsl.integrators.loop.run_data import evaluate, inertia
 from mbdsl.integrators.loop.split_correction import stiff
+from mbdsl.integrators.loop.tangent_matrices import tangent_matrix
 
 #: what steps since the start may err in addition, as a part of tol, all that differ by a factor e in number
 SHARE = 0.05
@@ -98,73 +100,90 @@ LONG_AGO = 1 << 20
 
 
 @kernel
-def even(J):
+def even(run):
     """Whether the last steps were of one size, so that extrapolation has constant weights."""
-    return J[SAME] >= 3
+    integers = run.integers
+    return integers[SAME] >= 3
 
 
 # -- extrapolation from steps that differ ------------------------------------------------------------------------------
 
 
 @kernel
-def weight(k, order, x, at, K):
-    """Of the k-th newest of order + 1 values that belong to K[at], K[at + 1], ..., at x (Lagrange)."""
+def weight(k, order, x, at, run):
+    """Of the k-th newest of order + 1 values that belong to reals[at], reals[at + 1], ..., at x (Lagrange)."""
+    reals = run.reals
     w = 1.0
     for j in range(order + 1):
         if j != k:
-            w *= (x - K[at + j]) / (K[at + k] - K[at + j])
+            w *= (x - reals[at + j]) / (reals[at + k] - reals[at + j])
     return w
 
 
 @kernel
-def ends(h, K):
+def ends(h, run):
     """What the step's own accelerations and multipliers belong to."""
-    return K[NOW] + K[NODE] * h, K[NOW] + h
+    reals = run.reals
+    return reals[NOW] + reals[NODE] * h, reals[NOW] + h
 
 
 @rare
-def predict_uneven(unknown, order, h, I, K, Y):
-    """X (unknown 0) or X2 (unknown 1) by polynomial extrapolation of the last steps."""
-    x, a, n = X + unknown, XA + PAST * unknown, I[N_Q]
+def predict_uneven(unknown, order, h, run):
+    """UNKNOWN (unknown 0) or UNKNOWN2 (unknown 1) by polynomial extrapolation of the last steps."""
+    vectors, layout = run.vectors, run.layout
+    x, a, n = UNKNOWN + unknown, UNKNOWN0 + PAST * unknown, layout[N_Q]
     for part in range(2):
-        first, last, at, end = (0, n, NODES, ends(h, K)[0]) if part == 0 else (n, I[N_ALL], TIMES, ends(h, K)[1])
+        first, last, at, end = (
+            (0, n, NODES, ends(h, run)[0]) if part == 0 else (n, layout[N_ALL], TIMES, ends(h, run)[1])
+        )
         for i in range(first, last):
-            Y[x, i] = 0.0
+            vectors[x, i] = 0.0
         for k in range(order + 1):
-            w = weight(k, order, end, at, K)
+            w = weight(k, order, end, at, run)
             for i in range(first, last):
-                Y[x, i] += w * Y[a + k, i]
+                vectors[x, i] += w * vectors[a + k, i]
 
 
 @rare
-def missed(order, h, n, K, Y):
+def missed(order, h, n, run):
     """By how much that extrapolation of the accelerations has missed the step just done."""
+    reals, vectors = run.reals, run.vectors
     error = 0.0
     for i in range(n):
-        y = Y[X, i]
+        y = vectors[UNKNOWN, i]
         for k in range(order + 1):
-            y -= weight(k, order, K[NOW] + K[NODE] * h, NODES, K) * Y[XA + k, i]
-        error = max(error, abs(y) * Y[SCALE, i])
+            y -= weight(k, order, reals[NOW] + reals[NODE] * h, NODES, run) * vectors[UNKNOWN0 + k, i]
+        error = max(error, abs(y) * vectors[SCALE, i])
     return error
 
 
 @rare
-def best_order_uneven(history, h, n, K, Y):
-    best, error = 0, missed(0, h, n, K, Y)
+def best_order_uneven(history, h, n, run):
+    best, error = 0, missed(0, h, n, run)
     for order in range(1, min(history, 4)):
-        other = missed(order, h, n, K, Y)
+        other = missed(order, h, n, run)
         if other < error:
             best, error = order, other
     return best
 
 
 @rare
-def bend_uneven(h, n, K, Y):
+def bend_uneven(h, n, run):
     """h^2 times the second derivative of the accelerations."""
-    largest, d0, d1 = 0.0, K[NODES] - K[NODES + 1], K[NODES + 1] - K[NODES + 2]
+    reals, vectors = run.reals, run.vectors
+    largest, d0, d1 = 0.0, reals[NODES] - reals[NODES + 1], reals[NODES + 1] - reals[NODES + 2]
     for i in range(n):
-        d = ((Y[XA, i] - Y[XA + 1, i]) / d0 - (Y[XA + 1, i] - Y[XA + 2, i]) / d1) * 2.0 * h * h / (d0 + d1)
-        largest = max(largest, abs(d) * Y[SCALE, i])
+        d = (
+            (
+                (vectors[UNKNOWN0, i] - vectors[UNKNOWN0 + 1, i]) / d0
+                - (vectors[UNKNOWN0 + 1, i] - vectors[UNKNOWN0 + 2, i]) / d1
+            )
+            * 2.0
+            * h
+            * h
+            / (d0 + d1)
+        )
+        largest = max(largest, abs(d) * vectors[SCALE, i])
     return largest
 
 
@@ -172,159 +191,168 @@ def bend_uneven(h, n, K, Y):
 
 
 @rare
-def tangential(row, matrix, inertia, K, Y, F, I, A, P):
-    """Y[row], a displacement or velocity, as far as constraints and stiff forces leave it."""
-    if I[MASS_KIND] > 0:
-        inertia(TIMES_TASK, row, T1, Y, F, I)
+def tangential(row, matrix, run):
+    """A row of ``vectors``, a displacement or velocity, as far as constraints and stiff forces leave it; by a matrix
+    that is factorised."""
+    reals, vectors, numbers, layout = run.reals, run.vectors, run.numbers, run.layout
+    if layout[MASS_KIND] > 0:
+        inertia(TIMES_TASK, row, TEMPORARY, run)
     else:
-        for i in range(I[N_Q]):
-            Y[T1, i] = 0.0
-    for i in range(I[N_Q]):
-        Y[row, i] = K[MASS_WEIGHT] * (F[I[MASS] + i] * Y[row, i] + Y[T1, i])
-    for i in range(I[N_Q], I[N_ALL]):
-        Y[row, i] = 0.0
-    solve(A[matrix], P[matrix], I, Y, row)
+        for i in range(layout[N_Q]):
+            vectors[TEMPORARY, i] = 0.0
+    for i in range(layout[N_Q]):
+        vectors[row, i] = reals[MASS_WEIGHT] * (numbers[layout[MASS] + i] * vectors[row, i] + vectors[TEMPORARY, i])
+    for i in range(layout[N_Q], layout[N_ALL]):
+        vectors[row, i] = 0.0
+    solve(matrix, row, run)
 
 
 @rare
-def other_matrices(tangent, t, h, K, J, Y, Z, C, F, I, A, P):
-    """What errors are judged by beside the iteration matrix, in the last rows of A: that matrix without K, to be
-    multiplied with; and, where dampers are stiff, without K and for a step as long as outputs are apart, factorised."""
-    last, w = A.shape[0] - 1, K[MASS_WEIGHT]
-    tangent(t, w, 0.0, K[DAMPING] * h, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, Y, Z, C, F, I, A[last])
-    compress(A[last], P[last], I)
-    d = K[DAMPING] * K[FORGOTTEN]
-    tangent(t, w, 0.0, d, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, Y, Z, C, F, I, A[last - 1])
-    damped, J[DAMPED] = J[DAMPED], 0
-    if h < K[FORGOTTEN] and stiff(0.5, w, A[last - 1 :], F, I) and factor(A[last - 1], P[last - 1], I):
-        J[DAMPED] = max(1, damped)
+def other_matrices(t, h, run):
+    """What errors are judged by in addition to the iteration matrix, in the last two matrices: that matrix without K,
+    to be multiplied with; and, where dampers are stiff, without K and for a step as long as outputs are apart,
+    factorised."""
+    reals, integers = run.reals, run.integers
+    last, mass = run.matrices.shape[0] - 1, reals[MASS_WEIGHT]
+    tangent_matrix(last, t, run, M=mass, D=reals[DAMPING] * h, Gam_v=1.0)
+    compress(last, run)
+    tangent_matrix(last - 1, t, run, M=mass, D=reals[DAMPING] * reals[FORGOTTEN], Phi_q=1.0, Gam_v=1.0)
+    damped, integers[DAMPED] = integers[DAMPED], 0
+    if h < reals[FORGOTTEN] and stiff(0.5, mass, last - 1, run) and factor(last - 1, run):
+        integers[DAMPED] = max(1, damped)
 
 
 @rare
-def forget(inertia, K, Y, F, I, A, P):
-    """Y[E_V] as far as dampers leave it, and where it ends, in Y[E_X]."""
-    last = A.shape[0] - 1
-    for i in range(I[N_ALL]):
-        Y[E_X, i] = Y[E_V, i]
-    tangential(E_V, last - 1, inertia, K, Y, F, I, A, P)
-    for i in range(I[N_Q]):
-        Y[E_X, i] = K[FORGOTTEN] * (Y[E_X, i] - Y[E_V, i])
-    tangential(E_X, last - 1, inertia, K, Y, F, I, A, P)
+def forget(run):
+    """Row E_V as far as dampers leave it, and where it ends, in row E_X."""
+    reals, vectors, layout, matrices = run.reals, run.vectors, run.layout, run.matrices
+    last = matrices.shape[0] - 1
+    for i in range(layout[N_ALL]):
+        vectors[E_X, i] = vectors[E_V, i]
+    tangential(E_V, last - 1, run)
+    for i in range(layout[N_Q]):
+        vectors[E_X, i] = reals[FORGOTTEN] * (vectors[E_X, i] - vectors[E_V, i])
+    tangential(E_X, last - 1, run)
 
 
 @rare
-def tangential_position(inertia, Y, I, A, P):
-    """Y[E_Q] without the part that position constraints and stiff springs remove.
+def tangential_position(run):
+    """Row E_Q without the part that position constraints and stiff springs remove.
 
     Dampers and velocity constraints do not bring positions back: the error along the normals of velocity constraints
     stays, Gam_v e = Gam_v e_raw.
     """
-    last = A.shape[0] - 1
-    for i in range(I[N_ALL]):
-        Y[T1, i] = 0.0
-    for i in range(I[N_Q], I[N_ALL]):
-        Y[E_Q, i] = 0.0
-    multiply(A[last], P[last], Y, E_Q, T1)
-    for i in range(I[N_ALL]):
-        Y[E_Q, i] = Y[T1, i]
-    solve(A[0], P[0], I, Y, E_Q)
+    vectors, layout, matrices = run.vectors, run.layout, run.matrices
+    last = matrices.shape[0] - 1
+    for i in range(layout[N_ALL]):
+        vectors[TEMPORARY, i] = 0.0
+    for i in range(layout[N_Q], layout[N_ALL]):
+        vectors[E_Q, i] = 0.0
+    multiply(last, E_Q, TEMPORARY, run)
+    for i in range(layout[N_ALL]):
+        vectors[E_Q, i] = vectors[TEMPORARY, i]
+    solve(0, E_Q, run)
 
 
 @rare
-def set_velocity(error, h, matrix, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
+def set_velocity(error, h, matrix, run):
     """v at the start of a step of length h brought onto the constraints, but for ``error`` times the jerk along the
-    normals of the holonomic ones; what it has been changed by is left in Y[E_Q].
+    normals of the holonomic ones; what it has been changed by is left in row E_Q.
 
     The matrix is evaluated there: the normals of steps ago would not do. A method of index 3 holds nonholonomic
     constraints by velocities themselves, which have no such error: what it has along their normals is taken out again.
     """
-    n, m = I[N_Q], I[N_PHI]
-    a, d = XA + PAST * (I[ACCELERATION] - X), K[NODES] - K[NODES + 1]
+    reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
+    n, m = layout[N_Q], layout[N_PHI]
+    a, d = UNKNOWN0 + PAST * (layout[ACCELERATION] - UNKNOWN), reals[NODES] - reals[NODES + 1]
     for i in range(n):
-        Y[Q, i], Y[V, i] = Y[Q0, i], Y[V0, i]
-    evaluate(K[NOW], Y, Z, C, F, I)
-    J[MATRICES] += 1
-    J[FACTORISATIONS] += 1
-    J[FRESH] = 1 if matrix(tangent, K[NOW], h, c, Y, Z, C, F, I, A, P) else 0
-    other_matrices(tangent, K[NOW], h, K, J, Y, Z, C, F, I, A, P)
+        vectors[POSITION, i], vectors[VELOCITY, i] = vectors[POSITION0, i], vectors[VELOCITY0, i]
+    evaluate(reals[NOW], run)
+    integers[MATRICES] += 1
+    integers[FACTORISATIONS] += 1
+    integers[FRESH] = 1 if matrix(reals[NOW], h, run) else 0
+    other_matrices(reals[NOW], h, run)
     for i in range(n):
-        Y[E_V, i] = (Y[a, i] - Y[a + 1, i]) / d
-        Y[E_Q, i] = error * Y[E_V, i]
-    tangential(E_V, 0, inertia, K, Y, F, I, A, P)
+        vectors[E_V, i] = (vectors[a, i] - vectors[a + 1, i]) / d
+        vectors[E_Q, i] = error * vectors[E_V, i]
+    tangential(E_V, 0, run)
     for i in range(n):
-        Y[E_Q, i] -= error * Y[E_V, i]
-    for i in range(I[N_ALL]):
-        Y[E_V, i] = -Y[GD, i] if n <= i < n + m else 0.0
-    solve(A[0], P[0], I, Y, E_V)
+        vectors[E_Q, i] -= error * vectors[E_V, i]
+    for i in range(layout[N_ALL]):
+        vectors[E_V, i] = -vectors[FORCE2, i] if n <= i < n + m else 0.0
+    solve(0, E_V, run)
     for i in range(n):
-        e = Y[E_Q, i] + Y[E_V, i]
-        Y[E_Q, i] = e if J[FRESH] and abs(e) < 1e300 else 0.0
-        Y[V0, i] += Y[E_Q, i]
-    for _ in range(2 if n + m < I[N_ALL] and J[FRESH] else 0):  # the rows of the matrix have Gam_q, too: O(h) is left
+        e = vectors[E_Q, i] + vectors[E_V, i]
+        vectors[E_Q, i] = e if integers[FRESH] and abs(e) < 1e300 else 0.0
+        vectors[VELOCITY0, i] += vectors[E_Q, i]
+    # the rows of the matrix have Gam_q, too: O(h) is left
+    for _ in range(2 if n + m < layout[N_ALL] and integers[FRESH] else 0):
         for i in range(n):
-            Y[V, i] = Y[V0, i]
-        evaluate(K[NOW], Y, Z, C, F, I)
-        for i in range(I[N_ALL]):
-            Y[E_V, i] = -Y[FP, i] if i >= n + m else 0.0
-        solve(A[0], P[0], I, Y, E_V)
+            vectors[VELOCITY, i] = vectors[VELOCITY0, i]
+        evaluate(reals[NOW], run)
+        for i in range(layout[N_ALL]):
+            vectors[E_V, i] = -vectors[FORCE, i] if i >= n + m else 0.0
+        solve(0, E_V, run)
         for i in range(n):
-            if abs(Y[E_V, i]) < 1e300:
-                Y[E_Q, i] += Y[E_V, i]
-                Y[V0, i] += Y[E_V, i]
+            if abs(vectors[E_V, i]) < 1e300:
+                vectors[E_Q, i] += vectors[E_V, i]
+                vectors[VELOCITY0, i] += vectors[E_V, i]
 
 
 @kernel
-def estimate(local_error, inertia, h, c, K, J, Y, F, I, A, P):
+def estimate(h, formulas, run):
     """The error of the step just tried, relative to what it may be.
 
     A force so stiff that it stops a motion within one step has not been followed: there, nothing is taken out.
     """
-    n, x = I[N_Q], I[ACCELERATION]
-    a = XA + PAST * (x - X)
-    d0, d1 = K[NOW] + K[NODE] * h - K[NODES], K[NODES] - K[NODES + 1]
-    speed, jump = K[SPEED], 0.0
+    reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
+    n, x = layout[N_Q], layout[ACCELERATION]
+    a = UNKNOWN0 + PAST * (x - UNKNOWN)
+    d0, d1 = reals[NOW] + reals[NODE] * h - reals[NODES], reals[NODES] - reals[NODES + 1]
+    speed, jump = reals[SPEED], 0.0
     for i in range(n):
-        jerk = (Y[x, i] - Y[a, i]) / d0
-        snap = 2.0 * (jerk - (Y[a, i] - Y[a + 1, i]) / d1) / (d0 + d1)
-        Y[E_Q, i], Y[E_V, i] = local_error(h, K[LAST_H], c, jerk, snap)
-        speed = larger(abs(Y[V, i]) * Y[SCALE, i], speed)
-        jump = larger(abs(Y[V, i] - Y[V0, i]) * Y[SCALE, i], jump)
+        jerk = (vectors[x, i] - vectors[a, i]) / d0
+        snap = 2.0 * (jerk - (vectors[a, i] - vectors[a + 1, i]) / d1) / (d0 + d1)
+        vectors[E_Q, i], vectors[E_V, i] = formulas.local_error(h, reals[LAST_H], run.coefficients, jerk, snap)
+        speed = larger(abs(vectors[VELOCITY, i]) * vectors[SCALE, i], speed)
+        jump = larger(abs(vectors[VELOCITY, i] - vectors[VELOCITY0, i]) * vectors[SCALE, i], jump)
     if jump > BLOW * speed:
         for i in range(n):
-            Y[E_X, i] = h * Y[E_V, i]
-        return largest_error(speed, n, Y) / allowed(h, K, J)
-    tangential_position(inertia, Y, I, A, P)
-    tangential(E_V, 0, inertia, K, Y, F, I, A, P)
+            vectors[E_X, i] = h * vectors[E_V, i]
+        return largest_error(speed, n, run) / allowed(h, run)
+    tangential_position(run)
+    tangential(E_V, 0, run)
     for i in range(n):
-        Y[E_X, i] = h * Y[E_V, i]
-    error = largest_error(speed, n, Y)
-    if J[DAMPED] > 0:
-        J[DAMPED] -= 1
-        if J[DAMPED] == 0:
-            forget(inertia, K, Y, F, I, A, P)
-            less = largest_error(speed, n, Y)
-            J[DAMPED] = 1 if less < USEFUL * error else SELDOM
+        vectors[E_X, i] = h * vectors[E_V, i]
+    error = largest_error(speed, n, run)
+    if integers[DAMPED] > 0:
+        integers[DAMPED] -= 1
+        if integers[DAMPED] == 0:
+            forget(run)
+            less = largest_error(speed, n, run)
+            integers[DAMPED] = 1 if less < USEFUL * error else SELDOM
             error = min(error, less) if less == less else less
-    return error / allowed(h, K, J)
+    return error / allowed(h, run)
 
 
 @kernel
-def largest_error(speed, n, Y):
+def largest_error(speed, n, run):
+    vectors = run.vectors
     error = 0.0
     for i in range(n):
-        error = larger((abs(Y[E_Q, i]) + abs(Y[E_X, i])) * Y[SCALE, i], error)
-        error = larger(abs(Y[E_V, i]) * Y[SCALE, i] / speed, error)
+        error = larger((abs(vectors[E_Q, i]) + abs(vectors[E_X, i])) * vectors[SCALE, i], error)
+        error = larger(abs(vectors[E_V, i]) * vectors[SCALE, i] / speed, error)
     return error
 
 
 @kernel
-def local_error(h, last, c, jerk, snap):
+def local_error(h, last, coefficients, jerk, snap):
     """Of a method that has none, or whose steps are not controlled here."""
     return 0.0, 0.0
 
 
 @kernel
-def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
+def change_step(h, run):
     """Of a method that keeps nothing that belongs to a step of some length."""
 
 
@@ -332,37 +360,41 @@ def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
 
 
 @kernel
-def allowed(h, K, J):
+def allowed(h, run):
     """What a step of length h may err."""
-    return K[TOL] * (h / (K[STOP] - K[START]) + SHARE / (J[SINCE] + 1))
+    reals, integers = run.reals, run.integers
+    return reals[TOL] * (h / (reals[STOP] - reals[START]) + SHARE / (integers[SINCE] + 1))
 
 
 @rare
-def next_trial(error, h, K):
+def next_trial(error, h, run):
     """The step to be tried in place of one with that error, which may be no number."""
+    reals = run.reals
     ratio = LEAST
     if error < 1e10:
-        ratio = max(LEAST, min(KEPT_FROM, (AIM / error) ** K[EXPONENT]))
+        ratio = max(LEAST, min(KEPT_FROM, (AIM / error) ** reals[EXPONENT]))
     return ratio * h
 
 
 @rare
-def after(error, K, J, times):
+def after(error, times, run):
     """The step after one with that error that was accepted."""
-    ratio = min(MOST if K[EXPONENT] < 1.0 else 1e3, max(LEAST, (AIM / max(error, 1e-30)) ** K[EXPONENT]))
-    if J[IN_A_ROW] > 0:
+    reals, integers = run.reals, run.integers
+    ratio = min(MOST if reals[EXPONENT] < 1.0 else 1e3, max(LEAST, (AIM / max(error, 1e-30)) ** reals[EXPONENT]))
+    if integers[IN_A_ROW] > 0:
         ratio = min(ratio, 1.0)
     if KEPT_FROM < ratio < KEPT_TO:
         ratio = 1.0
-    return fitted(min(ratio * K[H], K[MOST_H]), K, J, times)
+    return fitted(min(ratio * reals[STEP_SIZE], reals[MOST_H]), times, run)
 
 
 @rare
-def fitted(h, K, J, times):
+def fitted(h, times, run):
     """About h, so that a whole number of steps leads to the stop time where that is near (or to the next output)."""
-    left = min(K[STOP], K[NEXT_EVENT]) - K[NOW]
-    if J[LANDING] and J[OUTPUT] < times.size:
-        left = min(left, times[J[OUTPUT]] - K[NOW])
+    reals, integers = run.reals, run.integers
+    left = min(reals[STOP], reals[NEXT_EVENT]) - reals[NOW]
+    if integers[LANDING] and integers[OUTPUT] < times.size:
+        left = min(left, times[integers[OUTPUT]] - reals[NOW])
     if not left > 0.0 or left > 4.0 * h:
         return h
     new = left / max(1.0, ceil(left / h - 0.05))
@@ -370,31 +402,34 @@ def fitted(h, K, J, times):
 
 
 @rare
-def change(change_step, evaluate, tangent, inertia, new, c, K, J, Y, Z, C, F, I, A, P):
-    """What belongs to a step of length K[H] becomes what belongs to one of length ``new``."""
-    h, a = K[H], XA + PAST * (I[ACCELERATION] - X)
-    moved, d = (K[NODE] - 1.0) * (new - h), K[NODES] - K[NODES + 1]
-    change_step(new, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P)
+def change(new, formulas, run):
+    """What belongs to a step of the present length becomes what belongs to one of length ``new``."""
+    reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
+    h, a = reals[STEP_SIZE], UNKNOWN0 + PAST * (layout[ACCELERATION] - UNKNOWN)
+    moved, d = (reals[NODE] - 1.0) * (new - h), reals[NODES] - reals[NODES + 1]
+    formulas.change_step(new, run)
     if moved != 0.0:
-        for i in range(I[N_Q]):
-            Y[a, i] += moved * (Y[a, i] - Y[a + 1, i]) / d
-        K[NODES] += moved
+        for i in range(layout[N_Q]):
+            vectors[a, i] += moved * (vectors[a, i] - vectors[a + 1, i]) / d
+        reals[NODES] += moved
     if new != h:
-        J[SAME], J[UNSEEN] = 0, LONG_AGO
-    K[H] = new
-    if K[EXPONENT] < 1.0:
-        K[UNIT] = new * new
+        integers[SAME], integers[UNSEEN] = 0, LONG_AGO
+    reals[STEP_SIZE] = new
+    if reals[EXPONENT] < 1.0:
+        reals[UNIT] = new * new
 
 
 @rare
-def remember(h, K):
+def remember(h, run):
     """The step of length h becomes history."""
+    reals = run.reals
     for k in range(3, 0, -1):
-        K[NODES + k], K[TIMES + k] = K[NODES + k - 1], K[TIMES + k - 1]
-    K[NODES], K[TIMES] = ends(h, K)
-    K[LAST_H] = h
+        reals[NODES + k], reals[TIMES + k] = reals[NODES + k - 1], reals[TIMES + k - 1]
+    reals[NODES], reals[TIMES] = ends(h, run)
+    reals[LAST_H] = h
 
 
 @kernel
-def is_short(h, K):
-    return not h >= K[LEAST_H]
+def is_short(h, run):
+    reals = run.reals
+    return not h >= reals[LEAST_H]

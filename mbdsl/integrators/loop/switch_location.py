@@ -18,23 +18,24 @@ from mbdsl.compilation.buffer_layout import (
     BEFORE2,
     E_Q,
     E_V,
-    F0,
-    FP,
-    GD,
+    FORCE,
+    FORCE0,
+    FORCE2,
     LAW_ROW,
     N_ALL,
     N_Q,
     PAST,
-    Q0,
-    T2,
-    V0,
-    XA,
-    Q,
-    V,
-    X,
+    POSITION,
+    POSITION0,
+    TEMPORARY2,
+    UNKNOWN,
+    UNKNOWN0,
+    VELOCITY,
+    VELOCITY0,
 )
 from mbdsl.compilation.marks import rare
 from mbdsl.integrators.loop.loop_state import CORNERS, LEAST_H, NODES, NOW, RUNNING, SIGNATURE
+from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.system.switches import signature
 
 #: how much of the way to a switch is left at the first attempt; at each further one ten times as much
@@ -50,76 +51,90 @@ ON, BETWEEN = 0, 1
 
 
 @rare
-def look(motion, x, evaluate, h, K, Y, Z, C, F, I):
+def look(motion, x, h, run):
     """The signature after a part x of the step, whose end as found stands in BEFORE and BEFORE2."""
-    n, row, a, d = I[N_Q], I[LAW_ROW], XA + PAST * (I[ACCELERATION] - X), K[NODES] - K[NODES + 1]
+    reals, vectors, numbers, layout = run.reals, run.vectors, run.numbers, run.layout
+    n, row, a, d = (
+        layout[N_Q],
+        layout[LAW_ROW],
+        UNKNOWN0 + PAST * (layout[ACCELERATION] - UNKNOWN),
+        reals[NODES] - reals[NODES + 1],
+    )
     s = x * h
     for i in range(n):
-        q0, v0, q1, v1 = Y[Q0, i], h * Y[V0, i], Y[BEFORE, i], h * Y[BEFORE2, i]
+        q0, v0, q1, v1 = vectors[POSITION0, i], h * vectors[VELOCITY0, i], vectors[BEFORE, i], h * vectors[BEFORE2, i]
         c2, c3 = 3.0 * (q1 - q0) - 2.0 * v0 - v1, 2.0 * (q0 - q1) + v0 + v1
         if motion == ON:
-            jerk = (Y[a, i] - Y[a + 1, i]) / d
-            c2, c3 = h * h / 2.0 * (Y[a, i] + (K[NOW] - K[NODES]) * jerk), h * h * h / 6.0 * jerk
-        Y[Q, i] = q0 + x * (v0 + x * (c2 + x * c3))
-        Y[V, i] = (v0 + x * (2.0 * c2 + x * 3.0 * c3)) / h
-    for i in range(n, I[N_ALL]):
-        lam = Y[XA + PAST * (row - X), i]
-        Y[row, i] = lam if motion == ON else lam + x * (Y[BEFORE, i] - lam)
-    evaluate(K[NOW] + s, Y, Z, C, F, I)
-    return signature(F, I)
+            jerk = (vectors[a, i] - vectors[a + 1, i]) / d
+            c2, c3 = h * h / 2.0 * (vectors[a, i] + (reals[NOW] - reals[NODES]) * jerk), h * h * h / 6.0 * jerk
+        vectors[POSITION, i] = q0 + x * (v0 + x * (c2 + x * c3))
+        vectors[VELOCITY, i] = (v0 + x * (2.0 * c2 + x * 3.0 * c3)) / h
+    for i in range(n, layout[N_ALL]):
+        lam = vectors[UNKNOWN0 + PAST * (row - UNKNOWN), i]
+        vectors[row, i] = lam if motion == ON else lam + x * (vectors[BEFORE, i] - lam)
+    evaluate(reals[NOW] + s, run)
+    return signature(numbers, layout)
 
 
 @rare
-def jumps(motion, low, high, evaluate, h, K, Y, Z, C, F, I):
+def jumps(motion, low, high, h, run):
     """Whether a force changes between two points of the step that are close to each other, compared with what it is
     there and at the ends of the step (F0 and E_V)."""
-    n = I[N_Q]
-    look(motion, low, evaluate, h, K, Y, Z, C, F, I)
+    vectors, layout = run.vectors, run.layout
+    n = layout[N_Q]
+    look(motion, low, h, run)
     for i in range(n):
-        Y[E_Q, i] = Y[FP, i]
-    look(motion, high, evaluate, h, K, Y, Z, C, F, I)
+        vectors[E_Q, i] = vectors[FORCE, i]
+    look(motion, high, h, run)
     found = False
     for i in range(n):
-        size = max(max(abs(Y[FP, i]), abs(Y[E_Q, i])), max(abs(Y[F0, i]), abs(Y[E_V, i])))
-        found = found or not abs(Y[FP, i] - Y[E_Q, i]) <= JUMP * size
+        size = max(
+            max(abs(vectors[FORCE, i]), abs(vectors[E_Q, i])),
+            max(abs(vectors[FORCE0, i]), abs(vectors[E_V, i])),
+        )
+        found = found or not abs(vectors[FORCE, i] - vectors[E_Q, i]) <= JUMP * size
     return found
 
 
 @rare
-def until_switch(status, accepted, evaluate, h, K, J, Y, Z, C, F, I):
+def until_switch(status, accepted, h, run):
     """The part of the step just tried after which a switch changes; 1 if none does, or if that makes no difference.
 
     To be asked with the registers of the last evaluation. What a step that is ``accepted`` has found is left as it was,
     if it is to end where it does.
     """
-    n, size, row, old, found = I[N_Q], I[N_ALL], I[LAW_ROW], J[SIGNATURE], status == RUNNING
-    if found and signature(F, I) == old:
+    reals, integers, vectors, numbers, layout = run.reals, run.integers, run.vectors, run.numbers, run.layout
+    n, size, row, old, found = layout[N_Q], layout[N_ALL], layout[LAW_ROW], integers[SIGNATURE], status == RUNNING
+    if found and signature(numbers, layout) == old:
         return 1.0
     for i in range(size):
-        Y[BEFORE, i], Y[BEFORE2, i] = Y[Q, i] if i < n else Y[row, i], Y[V, i]
-        Y[E_V, i], Y[T2, i] = Y[FP, i], Y[GD, i]
+        vectors[BEFORE, i], vectors[BEFORE2, i] = (
+            vectors[POSITION, i] if i < n else vectors[row, i],
+            vectors[VELOCITY, i],
+        )
+        vectors[E_V, i], vectors[TEMPORARY2, i] = vectors[FORCE, i], vectors[FORCE2, i]
     motion = ON
-    if look(ON, 1.0, evaluate, h, K, Y, Z, C, F, I) == old:
+    if look(ON, 1.0, h, run) == old:
         if not found:
             return 1.0
         motion = BETWEEN
     low, high = 0.0, 1.0
-    while high - low > CLOSE * high and high * h > K[LEAST_H]:
+    while high - low > CLOSE * high and high * h > reals[LEAST_H]:
         middle = 0.5 * (low + high)
-        if look(motion, middle, evaluate, h, K, Y, Z, C, F, I) == old:
+        if look(motion, middle, h, run) == old:
             low = middle
         else:
             high = middle
-    corner = J[CORNERS] and not jumps(motion, low, high, evaluate, h, K, Y, Z, C, F, I)
+    corner = integers[CORNERS] and not jumps(motion, low, high, h, run)
     if not corner or (not accepted and low > WORTH):
         return low
     if not accepted:
         return 1.0
-    J[SIGNATURE] = look(BETWEEN, 1.0, evaluate, h, K, Y, Z, C, F, I)
+    integers[SIGNATURE] = look(BETWEEN, 1.0, h, run)
     for i in range(size):
         if i < n:
-            Y[Q, i], Y[V, i] = Y[BEFORE, i], Y[BEFORE2, i]
+            vectors[POSITION, i], vectors[VELOCITY, i] = vectors[BEFORE, i], vectors[BEFORE2, i]
         else:
-            Y[row, i] = Y[BEFORE, i]
-        Y[FP, i], Y[GD, i] = Y[E_V, i], Y[T2, i]
+            vectors[row, i] = vectors[BEFORE, i]
+        vectors[FORCE, i], vectors[FORCE2, i] = vectors[E_V, i], vectors[TEMPORARY2, i]
     return 1.0

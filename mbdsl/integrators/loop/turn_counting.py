@@ -6,14 +6,15 @@ Evaluations take such an angle next to what it was when a step was accepted last
 
 from math import atan2, floor, pi
 
-from mbdsl.compilation.buffer_layout import N_TURNS, TURNS, Q
+from mbdsl.compilation.buffer_layout import N_TURNS, POSITION, TURNS
 from mbdsl.compilation.marks import kernel
 
 
 @kernel
-def count_turns(Y, F, I):
-    """The state in Y is accepted: turns are counted on from there."""
-    for k in range(I[N_TURNS]):
-        at, d = I[I[TURNS] + 2 * k], I[I[TURNS] + 2 * k + 1]
-        angle = atan2(Y[Q, d + 3] + 0.0, Y[Q, d + 2])
-        F[at] = angle + 2.0 * pi * floor((F[at] - angle) / (2.0 * pi) + 0.5)
+def count_turns(run):
+    """The state at the end of the step is accepted: turns are counted on from there."""
+    vectors, numbers, layout = run.vectors, run.numbers, run.layout
+    for k in range(layout[N_TURNS]):
+        at, d = layout[layout[TURNS] + 2 * k], layout[layout[TURNS] + 2 * k + 1]
+        angle = atan2(vectors[POSITION, d + 3] + 0.0, vectors[POSITION, d + 2])
+        numbers[at] = angle + 2.0 * pi * floor((numbers[at] - angle) / (2.0 * pi) + 0.5)

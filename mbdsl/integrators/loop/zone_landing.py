@@ -3,31 +3,33 @@
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import N_ALL, N_Q, Q0, V0, XA
+from mbdsl.compilation.buffer_layout import N_ALL, N_Q, POSITION0, UNKNOWN0, VELOCITY0
 from mbdsl.compilation.marks import rare
-from mbdsl.integrators.loop.loop_state import K_SIZE, NEXT_ZONE, NOTED, NOW, ZONE, ZONES, T
+from mbdsl.integrators.loop.loop_state import NEXT_ZONE, NOTED, NOW, REALS, STEP_END, ZONE, ZONES
 
 
 @rare
-def until_zone(h, K, J):
+def until_zone(h, run):
     """The step h, or the part of it that ends in the middle of the next zone, if it would pass that; 0 where more zones
     have to be asked for."""
-    while J[NEXT_ZONE] < J[ZONES] and K[NOW] >= K[ZONE + 2 * J[NEXT_ZONE]]:
-        J[NEXT_ZONE] += 1
-    if J[NEXT_ZONE] == J[ZONES]:
+    reals, integers = run.reals, run.integers
+    while integers[NEXT_ZONE] < integers[ZONES] and reals[NOW] >= reals[ZONE + 2 * integers[NEXT_ZONE]]:
+        integers[NEXT_ZONE] += 1
+    if integers[NEXT_ZONE] == integers[ZONES]:
         return 0.0
-    start, end = K[ZONE + 2 * J[NEXT_ZONE]], K[ZONE + 2 * J[NEXT_ZONE] + 1]
-    return h if K[NOW] + h <= end else 0.5 * (start + end) - K[NOW]
+    start, end = reals[ZONE + 2 * integers[NEXT_ZONE]], reals[ZONE + 2 * integers[NEXT_ZONE] + 1]
+    return h if reals[NOW] + h <= end else 0.5 * (start + end) - reals[NOW]
 
 
 @rare
-def note(K, J, Y, I):
+def note(run):
     """The state at the end of a step, to be looked at later."""
-    n, size = I[N_Q], I[N_ALL]
-    o = K_SIZE + J[NOTED] * (1 + n + size)
-    K[o] = K[T]
+    reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
+    n, size = layout[N_Q], layout[N_ALL]
+    o = REALS + integers[NOTED] * (1 + n + size)
+    reals[o] = reals[STEP_END]
     for i in range(n):
-        K[o + 1 + i], K[o + 1 + n + i] = Y[Q0, i], Y[V0, i]
+        reals[o + 1 + i], reals[o + 1 + n + i] = vectors[POSITION0, i], vectors[VELOCITY0, i]
     for i in range(n, size):
-        K[o + 1 + n + i] = Y[XA, i]
-    J[NOTED] += 1
+        reals[o + 1 + n + i] = vectors[UNKNOWN0, i]
+    integers[NOTED] += 1

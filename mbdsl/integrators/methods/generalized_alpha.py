@@ -23,11 +23,28 @@ methods for constrained mechanical systems, Numer. Math. 129 (2015) 149-179, for
 projection is here the one of Negrut, Jay, Khude (2009), eq. (12), with masses.
 """
 
-from mbdsl.compilation.buffer_layout import FP, GD, MASS, MX, MX2, N_ALL, N_PHI, N_Q, PAST, R2, X2, XA, Q, R, X
+from mbdsl.compilation.buffer_layout import (
+    FORCE,
+    FORCE2,
+    MASS,
+    MX,
+    MX2,
+    N_ALL,
+    N_PHI,
+    N_Q,
+    PAST,
+    POSITION,
+    RESIDUAL,
+    RESIDUAL2,
+    UNKNOWN,
+    UNKNOWN0,
+    UNKNOWN2,
+)
 from mbdsl.compilation.marks import kernel
-from mbdsl.integrators.loop.linear_solve import factor
-from mbdsl.integrators.loop.loop_state import H
+from mbdsl.integrators.loop.linear_solve import clear, factor
+from mbdsl.integrators.loop.loop_state import STEP_SIZE
 from mbdsl.integrators.loop.split_correction import couple, couples
+from mbdsl.integrators.loop.tangent_matrices import iteration_matrix, projection_matrix, stiffness_matrix
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.generalized_alpha_i3 import (
     RHO,
@@ -36,12 +53,14 @@ from mbdsl.integrators.methods.generalized_alpha_i3 import (
     coefficients,
     finish,
     local_error,
+    memory,
+    new_weights,
     shift,
 )
 from mbdsl.integrators.methods.generalized_alpha_i3 import motion as index_3_motion
-from mbdsl.integrators.methods.hht_si2 import correct
+from mbdsl.integrators.methods.hht_si2 import correct_with
 
-__all__ = ["correct", "finish", "local_error"]
+__all__ = ["finish", "local_error"]
 
 METHOD = Method(
     "generalized-alpha",
@@ -54,6 +73,7 @@ METHOD = Method(
     parameters={"rho": RHO},
     check_constrained=check_constrained,
     coefficients=coefficients,
+    memory=memory,
     begin=begin,
     damping_weight=lambda c: c[1],
     steps=("fixed", "controlled"),
@@ -63,44 +83,58 @@ METHOD = Method(
 
 
 @kernel
-def motion(h, c, Y, I):
-    index_3_motion(h, c, Y, I)
-    for i in range(I[N_Q]):
-        Y[Q, i] += h * h / 2 * Y[X2, i]
+def motion(h, run):
+    index_3_motion(h, run)
+    q, abar = run.vectors[POSITION], run.vectors[UNKNOWN2]
+    for i in range(run.layout[N_Q]):
+        q[i] += h * h / 2 * abar[i]
 
 
 @kernel
-def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
-    """A_n, and abar and mu of the past, for a step of length h in place of K[H]."""
-    if h != K[H]:
-        shift(h, c, K, Y, I)
+def change_step(h, run):
+    """A_n, and abar and mu of the past, for a step of length h in place of the present one."""
+    h0 = run.reals[STEP_SIZE]
+    if h != h0:
+        shift(h, run)
         for k in range(PAST):
-            for i in range(I[N_ALL]):
-                Y[XA + PAST + k, i] *= h / K[H]
+            abar = run.vectors[UNKNOWN0 + PAST + k]
+            for i in range(run.layout[N_ALL]):
+                abar[i] *= h / h0
 
 
 @kernel
-def residual(h, c, Y, F, I):
-    n, m = I[N_Q], I[N_PHI]
+def residual(h, run):
+    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
+    r, r2, f, mu_force = y[RESIDUAL], y[RESIDUAL2], y[FORCE], y[FORCE2]
+    a, abar, Ma, Mabar = y[UNKNOWN], y[UNKNOWN2], y[MX], y[MX2]
+    phi, dphi = f, mu_force  # in the rows of constraints
     for i in range(n):
-        mass = F[I[MASS] + i]
-        Y[R, i] = mass * Y[X, i] + Y[MX, i] - Y[FP, i]  # R1
-        Y[R2, i] = mass * Y[X2, i] + Y[MX2, i] + Y[GD, i]  # R2
+        r[i] = mass[i] * a[i] + Ma[i] - f[i]  # R1
+        r2[i] = mass[i] * abar[i] + Mabar[i] + mu_force[i]  # R2
     for i in range(n, n + m):
-        Y[R, i] = Y[FP, i] / (h * h)  # R3
-        Y[R2, i] = Y[GD, i] / h  # R4
-    for i in range(n + m, I[N_ALL]):
-        Y[R, i], Y[R2, i] = Y[FP, i] / h, 0.0
+        r[i] = phi[i] / (h * h)  # R3
+        r2[i] = dphi[i] / h  # R4
+    for i in range(n + m, size):
+        r[i], r2[i] = phi[i] / h, 0.0
 
 
 @kernel
-def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
+def matrix(t, h, run):
     """[[S, Phi_q^T], [Phi_q, 0]], [[2 M, Phi_q^T], [Phi_q, 0]] and -h^2 K', with S and K' of generalized-alpha-i3."""
-    k, d = c[0] * h * h, c[1] * h
-    tangent(t, 1.0, k, d, 1.0, 1.0, 0.0, 1.0, k / d, k, Y, Z, C, F, I, A[0])
-    tangent(t, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[1])
-    P[2, P.shape[1] - 1] = 0
-    if couples(1.0, A, F, I):
-        tangent(t, 0.0, -h * h, 0.0, 0.0, 0.0, 0.0, 0.0, -h / c[1], -h * h, Y, Z, C, F, I, A[2])
-        couple(A, P, I, Y)
-    return factor(A[0], P[0], I) and factor(A[1], P[1], I)
+    of_q, of_v = new_weights(run)
+    k, d = of_q * h * h, of_v * h
+    iteration_matrix(0, t, run, M=1.0, K=k, D=d, Mx_q=k, Gam_q=k / d)
+    projection_matrix(1, t, run, M=2.0)
+    clear(2, run)
+    if couples(1.0, run):
+        stiffness_matrix(2, t, run, K=-h * h, Mx_q=-h * h, Gam_q=-h / of_v)
+        couple(run)
+    return factor(0, run) and factor(1, run)
+
+
+@kernel
+def correct(k, h, run):
+    """As in hht-si2, with what q and v have of a_{n+1} as beta and gamma."""
+    of_q, of_v = new_weights(run)
+    return correct_with(of_q, of_v, k, h, run)

@@ -28,27 +28,37 @@ generalized-alpha method, J. Appl. Mech. 60 (1993) 371-375; Arnold, Bruels, Conv
 for constrained mechanical systems, Multibody Syst. Dyn. 18 (2007) 185-202.
 """
 
-from mbdsl.compilation.buffer_layout import FP, MASS, MX, N_ALL, N_PHI, N_Q, Q0, V0, XA, Q, R, V, X
-from mbdsl.compilation.buffer_layout import Q1 as CARRIED
+from mbdsl.compilation.buffer_layout import (
+    FORCE,
+    MASS,
+    MX,
+    N_ALL,
+    N_PHI,
+    N_Q,
+    POSITION,
+    POSITION0,
+    RESIDUAL,
+    UNKNOWN,
+    UNKNOWN0,
+    VELOCITY,
+    VELOCITY0,
+)
+from mbdsl.compilation.buffer_layout import KEPT as CARRIED
 from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.linear_solve import factor
-from mbdsl.integrators.loop.loop_state import NODES, H
-from mbdsl.integrators.loop.split_correction import correct_one as correct
+from mbdsl.integrators.loop.loop_state import NODES, STEP_SIZE
+from mbdsl.integrators.loop.split_correction import correct_one
 from mbdsl.integrators.loop.step_control import set_velocity
+from mbdsl.integrators.loop.tangent_matrices import iteration_matrix
 from mbdsl.integrators.method import Method, Option
-
-__all__ = ["correct"]
+from mbdsl.integrators.methods.newmark import memory, settle
 
 RHO = Option(0.8, 0.0, 1.0, "spectral radius for high frequencies: 1 no damping, 0 most")
 
-#: backward Euler in the same terms: q_{n+1} = q_n + h v_{n+1}, v_{n+1} = v_n + h a_{n+1}, A_{n+1} = a_{n+1}
-EULER = (1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
-#: where in c the steps that are left of a stiff start stand; behind them, the coefficients for after it
-LEFT = len(EULER)
 
-
-def weights(rho):
+def coefficients(options):
     """What q and v have of a_{n+1}; q of A_n and a_n; v of A_n and a_n; A_{n+1} of a_{n+1}, a_n and A_n."""
+    rho = options["rho"]
     alpha_m, alpha_f = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
     gamma = 1 / 2 + alpha_f - alpha_m
     beta = (gamma + 1 / 2) ** 2 / 4
@@ -56,11 +66,6 @@ def weights(rho):
     of_q = (1 / 2 - beta + beta * past, beta * old)
     of_v = (1 - gamma + gamma * past, gamma * old)
     return beta * new, gamma * new, *of_q, *of_v, new, old, past
-
-
-def coefficients(options):
-    found = weights(options["rho"])
-    return *found, 0.0, *found
 
 
 def check_constrained(options):
@@ -74,10 +79,9 @@ def check_constrained(options):
 
 def begin(c, start):
     if start.stiff:
-        c[:LEFT], c[LEFT] = EULER, 2.0
-        return {XA: [*(0.0 * start.a), *start.lam], CARRIED: 0.0 * start.a}
+        return {UNKNOWN0: [*(0.0 * start.a), *start.lam], CARRIED: 0.0 * start.a}
     D = 1 / 2 - c[1] / c[6]  # gamma is (weight of a_{n+1} in v) / (that in A)
-    return {XA: [*start.a, *start.lam], CARRIED: start.a + D * start.h * start.jerk}
+    return {UNKNOWN0: [*start.a, *start.lam], CARRIED: start.a + D * start.h * start.jerk}
 
 
 METHOD = Method(
@@ -91,10 +95,28 @@ METHOD = Method(
     parameters={"rho": RHO},
     check_constrained=check_constrained,
     coefficients=coefficients,
+    memory=memory,
     begin=begin,
     damping_weight=lambda c: c[1],
     steps=("fixed", "controlled"),
 )
+
+
+@kernel
+def weights(run):
+    """The coefficients of this step: those of the backward Euler method while steps are left of a stiff start, q_{n+1}
+    = q_n + h v_{n+1}, v_{n+1} = v_n + h a_{n+1}, A_{n+1} = a_{n+1}."""
+    if run.memory[0] > 0.0:
+        return 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0
+    c = run.coefficients
+    return c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8]
+
+
+@kernel
+def new_weights(run):
+    """What q and v have of a_{n+1} in this step."""
+    of_q, of_v, _qA, _qa, _vA, _va, _new, _old, _past = weights(run)
+    return of_q, of_v
 
 
 @kernel
@@ -113,55 +135,69 @@ def velocity_error(h, last, c):
 
 
 @kernel
-def shift(h, c, K, Y, I):
-    """A_n for a step of length h in place of K[H]."""
+def shift(h, run):
+    """A_n for a step of length h in place of the present one."""
+    c, reals = run.coefficients, run.reals
     D = 1 / 2 - c[1] / c[6]
-    for i in range(I[N_Q]):
-        Y[CARRIED, i] += D * (h - K[H]) * (Y[XA, i] - Y[XA + 1, i]) / (K[NODES] - K[NODES + 1])
+    A, a0, a1 = run.vectors[CARRIED], run.vectors[UNKNOWN0], run.vectors[UNKNOWN0 + 1]
+    for i in range(run.layout[N_Q]):
+        A[i] += D * (h - reals[STEP_SIZE]) * (a0[i] - a1[i]) / (reals[NODES] - reals[NODES + 1])
 
 
 @kernel
-def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
-    """A_n, and v_n along the normals, for a step of length h in place of K[H]."""
-    if h != K[H]:
-        shift(h, c, K, Y, I)
-        set_velocity(velocity_error(h, h, c), h, matrix, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P)
+def change_step(h, run):
+    """A_n, and v_n along the normals, for a step of length h in place of the present one."""
+    if h != run.reals[STEP_SIZE]:
+        shift(h, run)
+        set_velocity(velocity_error(h, h, run.coefficients), h, matrix, run)
 
 
 @kernel
-def motion(h, c, Y, I):
-    for i in range(I[N_Q]):
-        a, a0, A0 = Y[X, i], Y[XA, i], Y[CARRIED, i]
-        Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h * (c[0] * a + c[2] * A0 + c[3] * a0)
-        Y[V, i] = Y[V0, i] + h * (c[1] * a + c[4] * A0 + c[5] * a0)
+def motion(h, run):
+    of_q, of_v, qA, qa, vA, va, _new, _old, _past = weights(run)
+    y = run.vectors
+    q, v, q0, v0 = y[POSITION], y[VELOCITY], y[POSITION0], y[VELOCITY0]
+    a, a0, A = y[UNKNOWN], y[UNKNOWN0], y[CARRIED]
+    for i in range(run.layout[N_Q]):
+        q[i] = q0[i] + h * v0[i] + h * h * (of_q * a[i] + qA * A[i] + qa * a0[i])
+        v[i] = v0[i] + h * (of_v * a[i] + vA * A[i] + va * a0[i])
 
 
 @kernel
-def residual(h, c, Y, F, I):
-    n, m = I[N_Q], I[N_PHI]
+def residual(h, run):
+    of_q, of_v = new_weights(run)
+    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
+    r, f, a, Ma = y[RESIDUAL], y[FORCE], y[UNKNOWN], y[MX]
     for i in range(n):
-        Y[R, i] = F[I[MASS] + i] * Y[X, i] + Y[MX, i] - Y[FP, i]
+        r[i] = mass[i] * a[i] + Ma[i] - f[i]
     for i in range(n, n + m):
-        Y[R, i] = Y[FP, i] / (c[0] * h * h)
-    for i in range(n + m, I[N_ALL]):
-        Y[R, i] = Y[FP, i] / (c[1] * h)
+        r[i] = f[i] / (of_q * h * h)
+    for i in range(n + m, size):
+        r[i] = f[i] / (of_v * h)
 
 
 @kernel
-def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
+def matrix(t, h, run):
     """[[M + s h^2 K' + r h D, Phi_q^T], [Phi_q, 0]], K' = K + (M a)_q; s and r are what q and v have of a_{n+1}."""
-    k, d = c[0] * h * h, c[1] * h
-    tangent(t, 1.0, k, d, 1.0, 1.0, 0.0, 1.0, k / d, k, Y, Z, C, F, I, A[0])
-    return factor(A[0], P[0], I)
+    of_q, of_v = new_weights(run)
+    k, d = of_q * h * h, of_v * h
+    iteration_matrix(0, t, run, M=1.0, K=k, D=d, Mx_q=k, Gam_q=k / d)
+    return factor(0, run)
 
 
 @kernel
-def finish(inertia, h, c, Y, F, I, A, P):
+def correct(k, h, run):
+    """Solve for the corrections, apply them; the largest scaled change of a position."""
+    of_q, _of_v = new_weights(run)
+    return of_q * h * h * correct_one(run)
+
+
+@kernel
+def finish(h, run):
     """A_{n+1}; and one of the steps of a stiff start is done."""
-    for i in range(I[N_Q]):
-        Y[CARRIED, i] = c[6] * Y[X, i] + c[7] * Y[XA, i] + c[8] * Y[CARRIED, i]
-    if c[LEFT] > 0.0:
-        c[LEFT] -= 1.0
-        if c[LEFT] == 0.0:
-            for i in range(LEFT):
-                c[i] = c[LEFT + 1 + i]
+    _of_q, _of_v, _qA, _qa, _vA, _va, new, old, past = weights(run)
+    A, a, a0 = run.vectors[CARRIED], run.vectors[UNKNOWN], run.vectors[UNKNOWN0]
+    for i in range(run.layout[N_Q]):
+        A[i] = new * a[i] + old * a0[i] + past * A[i]
+    settle(run)

@@ -38,49 +38,56 @@ mechanics, ETNA 26 (2007) 190-208. The splitting is ours.
 """
 
 from mbdsl.compilation.buffer_layout import (
-    D2,
-    FP,
-    GD,
-    GP,
+    CORRECTION,
+    CORRECTION2,
+    FORCE,
+    FORCE2,
     INVERSE,
     KEEP,
     LAM,
     MASS,
+    MULTIPLIED,
+    MULTIPLIED2,
     MX,
     MX2,
     N_ALL,
     N_PHI,
     N_Q,
     PAST,
-    Q0,
-    R2,
+    PAST_FORCE,
+    POSITION,
+    POSITION0,
+    RESIDUAL,
+    RESIDUAL2,
     SCALE,
-    T2,
-    V0,
-    X2,
-    XA,
-    Y1,
-    Y2,
-    D,
-    Q,
-    R,
-    V,
-    X,
+    TEMPORARY2,
+    UNKNOWN,
+    UNKNOWN0,
+    UNKNOWN2,
+    VELOCITY,
+    VELOCITY0,
 )
-from mbdsl.compilation.buffer_layout import Q1 as A0  # the row that keeps a_n
-from mbdsl.compilation.buffer_layout import V1 as FA  # the row that keeps fa_n
+from mbdsl.compilation.buffer_layout import KEPT as A0  # the row of a_n
+from mbdsl.compilation.buffer_layout import KEPT2 as FA  # the row of fa_n
 from mbdsl.compilation.marks import kernel
-from mbdsl.integrators.loop.linear_solve import compress, factor, larger, multiply
-from mbdsl.integrators.loop.loop_state import H
+from mbdsl.integrators.loop.linear_solve import clear, compress, factor, larger, multiply
+from mbdsl.integrators.loop.loop_state import STEP_SIZE
+from mbdsl.integrators.loop.run_data import inertia
 from mbdsl.integrators.loop.split_correction import couple, couples, solve_two, stiff
+from mbdsl.integrators.loop.tangent_matrices import (
+    iteration_matrix,
+    projection_matrix,
+    stiffness_matrix,
+    tangent_matrix,
+)
 from mbdsl.integrators.method import Method, Option
 from mbdsl.integrators.methods import hht_i3
 from mbdsl.integrators.methods.hht_i3 import local_error
-from mbdsl.integrators.methods.newmark import settle, start_stiff
+from mbdsl.integrators.methods.newmark import memory, settle, weights
 
 __all__ = ["local_error"]
 
-#: share of S beyond which forces count as stiff
+#: share of S from which on forces count as stiff
 STIFF = 0.5
 
 
@@ -99,9 +106,8 @@ def begin(c, start):
     a0 = start.fa + c[2] * start.h * start.fa_rate
     total = a0 + start.a - start.fa
     if start.stiff:
-        start_stiff(c)
         total = 0.0 * total
-    rows = {XA: [*(total / 2), *start.lam], XA + PAST: [*total, *start.lam]}
+    rows = {UNKNOWN0: [*(total / 2), *start.lam], UNKNOWN0 + PAST: [*total, *start.lam]}
     return {A0: a0, FA: start.fa, **rows}
 
 
@@ -116,15 +122,16 @@ METHOD = Method(
     parameters={"alpha": hht_i3.ALPHA, "b": Option(0.0, -10.0, 10.0, "weight of R_II in the positions, not 1/2")},
     check=check,
     coefficients=coefficients,
+    memory=memory,
     begin=begin,
     sets=3,
     matrices=4,
-    multipliers=(LAM, X2, X2),
+    multipliers=(LAM, UNKNOWN2, UNKNOWN2),
     own_reactions=False,
     inverts_mass=True,
-    inertia_rows=(Y1, Y2),
-    tangent_row=Y2,
-    acceleration_row=X2,
+    inertia_rows=(MULTIPLIED, MULTIPLIED2),
+    tangent_row=MULTIPLIED2,
+    acceleration_row=UNKNOWN2,
     node=lambda c: 0.5,
     damping_weight=lambda c: c[1] * (1 + c[2]),
     steps=("fixed", "controlled"),
@@ -134,122 +141,129 @@ METHOD = Method(
 
 
 @kernel
-def share(c):
+def share(gamma, alpha):
     """Of psi_II, what f is evaluated with: K is then the sum that S asks for."""
-    return 1 / (2 * c[1] * (1 + c[2]))
+    return 1 / (2 * gamma * (1 + alpha))
 
 
 @kernel
-def motion(h, c, Y, I):
-    beta, gamma, alpha = c[0], c[1], c[2]
-    n, m = I[N_Q], I[N_PHI]
+def motion(h, run):
+    beta, gamma, alpha, past = weights(run)
+    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
+    y = run.vectors
+    q, v, q0, v0, P, W, lam = y[POSITION], y[VELOCITY], y[POSITION0], y[VELOCITY0], y[UNKNOWN], y[UNKNOWN2], y[LAM]
+    a0, fa0, of_R1, of_R2 = y[A0], y[FA], y[MULTIPLIED], y[MULTIPLIED2]
     for i in range(n):
-        Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h * Y[X, i]
-        Y[V, i] = Y[V0, i] + h * Y[X2, i]
-        a0, fa0 = c[3] * Y[A0, i], alpha * Y[FA, i]
-        Y[Y1, i] = Y[X, i] - (1 / 2 - beta) * a0 + beta * fa0
-        Y[Y2, i] = Y[X2, i] - (1 - gamma) * a0 + gamma * fa0
+        q[i] = q0[i] + h * v0[i] + h * h * P[i]
+        v[i] = v0[i] + h * W[i]
+        a_n, fa_n = past * a0[i], alpha * fa0[i]
+        of_R1[i] = P[i] - (1 / 2 - beta) * a_n + beta * fa_n
+        of_R2[i] = W[i] - (1 - gamma) * a_n + gamma * fa_n
     # the multipliers that f and K see; a nonholonomic one acts as an applied force does
     for i in range(n, n + m):
-        Y[LAM, i] = share(c) * Y[X2, i]
-    for i in range(n + m, I[N_ALL]):
-        Y[LAM, i] = Y[X2, i] = Y[X, i]
+        lam[i] = share(gamma, alpha) * W[i]
+    for i in range(n + m, size):
+        lam[i] = W[i] = P[i]
 
 
 @kernel
-def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
-    """a_n for a step of length h in place of K[H]."""
-    for i in range(I[N_Q]):
-        Y[A0, i] = Y[FA, i] + h / K[H] * (Y[A0, i] - Y[FA, i])
+def change_step(h, run):
+    """a_n for a step of length h in place of the present one."""
+    a0, fa0 = run.vectors[A0], run.vectors[FA]
+    for i in range(run.layout[N_Q]):
+        a0[i] = fa0[i] + h / run.reals[STEP_SIZE] * (a0[i] - fa0[i])
 
 
 @kernel
-def applied(c, Y, i):
-    """Q_i, which evaluate gives less the share of constraint forces."""
-    return Y[FP, i] + share(c) * Y[GD, i]
-
-
-@kernel
-def residual(h, c, Y, F, I):
-    beta, gamma, alpha, b = c[0], c[1], c[2], c[8]
-    n, m = I[N_Q], I[N_PHI]
+def residual(h, run):
+    beta, gamma, alpha, _past = weights(run)
+    b, part = run.coefficients[3], share(gamma, alpha)
+    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
+    r, r2, f, GD, GP = y[RESIDUAL], y[RESIDUAL2], y[FORCE], y[FORCE2], y[PAST_FORCE]
+    of_R1, of_R2, M1, M2 = y[MULTIPLIED], y[MULTIPLIED2], y[MX], y[MX2]
+    phi, dphi = f, GD  # in the rows of constraints
     for i in range(n):
-        mass, force, GP_, GD_ = F[I[MASS] + i], (1 + alpha) * applied(c, Y, i), Y[GP, i], Y[GD, i]
-        Y[R, i] = mass * Y[Y1, i] + Y[MX, i] - beta * force + ((1 - b) * GP_ + b * GD_) / 2  # R1
-        Y[R2, i] = mass * Y[Y2, i] + Y[MX2, i] - gamma * force + (GP_ + GD_) / 2  # R2
+        force = (1 + alpha) * (f[i] + part * GD[i])
+        r[i] = mass[i] * of_R1[i] + M1[i] - beta * force + ((1 - b) * GP[i] + b * GD[i]) / 2  # R1
+        r2[i] = mass[i] * of_R2[i] + M2[i] - gamma * force + (GP[i] + GD[i]) / 2  # R2
     for i in range(n, n + m):
-        Y[R, i] = Y[FP, i] / (h * h)  # R3
-        Y[R2, i] = Y[GD, i] / h  # R4
-    for i in range(n + m, I[N_ALL]):
-        Y[R, i], Y[R2, i] = Y[FP, i] / h, 0.0
+        r[i] = phi[i] / (h * h)  # R3
+        r2[i] = dphi[i] / h  # R4
+    for i in range(n + m, size):
+        r[i], r2[i] = phi[i] / h, 0.0
 
 
 @kernel
-def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
+def matrix(t, h, run):
     """[[S, Phi_q^T], [Phi_q, 0]], [[M, Phi_q^T], [Phi_q, 0]], -(1+alpha) h^2 K and, where forces are stiff, S - M."""
-    beta, gamma, alpha, b = c[0], c[1], c[2], c[8]
+    beta, gamma, alpha, _past = weights(run)
+    b = run.coefficients[3]
     k, d = beta * (1 + alpha), gamma * (1 + alpha)
     of_lam = 2 * d * (1 - b - beta / gamma) / (1 - 2 * b)  # how psi_II follows eta
-    tangent(
-        t, 1.0, k * h * h, d * h, of_lam, 1.0, 0.0, 1.0, beta * h / gamma, beta / gamma * h * h, Y, Z, C, F, I, A[0]
-    )
-    tangent(t, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[1])
-    P[2, P.shape[1] - 1] = 0
-    if couples(1.0, A, F, I):
-        tangent(t, 0.0, -(1 + alpha) * h * h, 0.0, 0.0, 0.0, 0.0, 0.0, -h / gamma, -h * h, Y, Z, C, F, I, A[2])
-        couple(A, P, I, Y)
-    P[3, P.shape[1] - 1] = 0
-    if stiff(STIFF, 1.0, A, F, I):
-        tangent(t, 0.0, k * h * h, d * h, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[3])
-        compress(A[3], P[3], I)
-    return factor(A[0], P[0], I) and factor(A[1], P[1], I)
+    of_mass, of_Gam = beta / gamma * h * h, beta * h / gamma
+    iteration_matrix(0, t, run, M=1.0, K=k * h * h, D=d * h, Mx_q=of_mass, f_lam=of_lam, Gam_q=of_Gam)
+    projection_matrix(1, t, run, M=1.0)
+    clear(2, run)
+    if couples(1.0, run):
+        stiffness_matrix(2, t, run, K=-(1 + alpha) * h * h, Mx_q=-h * h, Gam_q=-h / gamma)
+        couple(run)
+    clear(3, run)
+    if stiff(STIFF, 1.0, 0, run):
+        tangent_matrix(3, t, run, K=k * h * h, D=d * h)
+        compress(3, run)
+    return factor(0, run) and factor(1, run)
 
 
 @kernel
-def correct(k, h, c, Y, I, A, P):
+def correct(k, h, run):
     """Solve for the corrections, apply them; the largest scaled change of a position (or of h times a velocity)."""
-    beta, gamma, alpha, b = c[0], c[1], c[2], c[8]
-    n, m = I[N_Q], I[N_PHI]
+    beta, gamma, alpha, _past = weights(run)
+    b = run.coefficients[3]
+    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
+    y, scale = run.vectors, run.vectors[SCALE]
+    r, r2, w, u, P, W = y[RESIDUAL], y[RESIDUAL2], y[CORRECTION], y[CORRECTION2], y[UNKNOWN], y[UNKNOWN2]
     for i in range(n + m):
-        Y[D, i], Y[D2, i] = -Y[R2, i], -gamma * Y[R, i] + beta * Y[R2, i]
-    for i in range(n + m, I[N_ALL]):
-        Y[D, i], Y[D2, i] = -Y[R, i], 0.0
-    solve_two(k, A, P, I, Y)
+        w[i], u[i] = -r2[i], -gamma * r[i] + beta * r2[i]
+    for i in range(n + m, size):
+        w[i], u[i] = -r[i], 0.0
+    solve_two(k, run)
     change = 0.0
     for i in range(n):
-        w, u = Y[D, i], Y[D2, i]
-        Y[X, i] += (beta * w + u) / gamma
-        Y[X2, i] += w
-        change = larger((beta * abs(w) + abs(u)) * Y[SCALE, i], change)
+        P[i] += (beta * w[i] + u[i]) / gamma
+        W[i] += w[i]
+        change = larger((beta * abs(w[i]) + abs(u[i])) * scale[i], change)
+    eta, chi, psi_I, psi_II = w, u, P, W  # in the rows of constraints
     for i in range(n, n + m):
-        eta = Y[D, i]
-        zeta = (Y[D2, i] + beta * eta) / gamma
-        Y[X, i] += 2 * (zeta - b * eta) / (1 - 2 * b)  # psi_I
-        Y[X2, i] += 2 * ((1 - b) * eta - zeta) / (1 - 2 * b)  # psi_II
-    for i in range(n + m, I[N_ALL]):
-        Y[X, i] += Y[D, i] / (gamma * (1 + alpha))
+        zeta = (chi[i] + beta * eta[i]) / gamma
+        psi_I[i] += 2 * (zeta - b * eta[i]) / (1 - 2 * b)
+        psi_II[i] += 2 * ((1 - b) * eta[i] - zeta) / (1 - 2 * b)
+    for i in range(n + m, size):
+        P[i] += w[i] / (gamma * (1 + alpha))
     return h * h * change / gamma
 
 
 @kernel
-def finish(inertia, h, c, Y, F, I, A, P):
+def finish(h, run):
     """fa_{n+1} = M^{-1} Q_{n+1} and a_{n+1}; the pose last evaluated, that of both, is where the next step begins.
 
     Q is that of the last evaluation and, where forces are stiff, what the last correction makes of it: there Q_v dv may
     be large where dv is negligible.
     """
-    gamma, alpha = c[1], c[2]
-    for i in range(I[N_ALL]):
-        Y[T2, i] = 0.0
-    multiply(A[3], P[3], Y, D, T2)
-    for i in range(I[N_Q]):
-        Y[T2, i], Y[D2, i] = -Y[T2, i] / gamma, Y[D2, i] / gamma
-    multiply(A[2], P[2], Y, D2, T2)
-    for i in range(I[N_Q]):
-        Y[FP, i] = applied(c, Y, i) + Y[T2, i] / (1 + alpha)
-        Y[A0, i] = -alpha * Y[FA, i]
-    inertia(INVERSE, FP, FA, Y, F, I)
-    for i in range(I[N_Q]):
-        Y[A0, i] += (1 + alpha) * Y[FA, i]
-    I[KEEP] = 1
-    settle(c)
+    _beta, gamma, alpha, _past = weights(run)
+    n, part, y = run.layout[N_Q], share(gamma, alpha), run.vectors
+    f, GD, more, u, a0, fa0 = y[FORCE], y[FORCE2], y[TEMPORARY2], y[CORRECTION2], y[A0], y[FA]
+    for i in range(run.layout[N_ALL]):
+        more[i] = 0.0
+    multiply(3, CORRECTION, TEMPORARY2, run)
+    for i in range(n):
+        more[i], u[i] = -more[i] / gamma, u[i] / gamma
+    multiply(2, CORRECTION2, TEMPORARY2, run)
+    for i in range(n):
+        f[i] = f[i] + part * GD[i] + more[i] / (1 + alpha)
+        a0[i] = -alpha * fa0[i]
+    inertia(INVERSE, FORCE, FA, run)
+    for i in range(n):
+        a0[i] += (1 + alpha) * fa0[i]
+    run.layout[KEEP] = 1
+    settle(run)

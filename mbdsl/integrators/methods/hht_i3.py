@@ -21,30 +21,31 @@ dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eq. (8).
 """
 
 from mbdsl.compilation.buffer_layout import (
-    F0,
-    FP,
+    FORCE,
+    FORCE0,
     MASS,
     MASS_KIND,
+    MASS_POSITION,
     MX,
     N_ALL,
     N_PHI,
     N_Q,
     NEW_MASS,
-    Q0,
-    Q_MASS,
+    POSITION0,
+    RESIDUAL,
     TIMES,
-    V0,
-    XA,
-    R,
-    X,
+    UNKNOWN,
+    UNKNOWN0,
+    VELOCITY0,
 )
 from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.linear_solve import factor
-from mbdsl.integrators.loop.loop_state import H
-from mbdsl.integrators.loop.split_correction import correct_one as correct
+from mbdsl.integrators.loop.loop_state import STEP_SIZE
+from mbdsl.integrators.loop.run_data import inertia
 from mbdsl.integrators.loop.step_control import set_velocity
+from mbdsl.integrators.loop.tangent_matrices import iteration_matrix
 from mbdsl.integrators.method import Method, Option
-from mbdsl.integrators.methods.newmark import carried, settle, start_stiff
+from mbdsl.integrators.methods.newmark import correct, memory, settle, weights
 from mbdsl.integrators.methods.newmark import motion as newmark_motion
 
 __all__ = ["correct"]
@@ -53,16 +54,16 @@ ALPHA = Option(-0.1, -1 / 3, 0.0, "numerical damping of high frequencies: 0 none
 
 
 def coefficients(options):
+    """beta, gamma and alpha."""
     alpha = options["alpha"]
-    return carried((1 - alpha) ** 2 / 4, 1 / 2 - alpha, alpha)
+    return (1 - alpha) ** 2 / 4, 1 / 2 - alpha, alpha
 
 
 def begin(c, start):
     """a_0 is the acceleration at t_0 + alpha h: started with q''(t_0), the reactions would ring for tens of steps."""
     if start.stiff:
-        start_stiff(c)
-        return {XA: [*(0.0 * start.a), *start.lam]}
-    return {XA: [*(start.a + c[2] * start.h * start.jerk), *start.lam]}
+        return {UNKNOWN0: [*(0.0 * start.a), *start.lam]}
+    return {UNKNOWN0: [*(start.a + c[2] * start.h * start.jerk), *start.lam]}
 
 
 METHOD = Method(
@@ -75,8 +76,9 @@ METHOD = Method(
     source="Negrut, Jay, Khude (2009), eq. (8)",
     parameters={"alpha": ALPHA},
     coefficients=coefficients,
+    memory=memory,
     begin=begin,
-    mass_row=Q_MASS,
+    mass_row=MASS_POSITION,
     node=lambda c: 1 + c[2],
     mass_weight=lambda c: 1 / (1 + c[2]),
     damping_weight=lambda c: c[1],
@@ -85,17 +87,19 @@ METHOD = Method(
 
 
 @kernel
-def hold_mass(h, c, Y, I):
+def hold_mass(h, run):
     """The coordinates that M is evaluated at, at the beginning of a step."""
-    if I[NEW_MASS] and I[MASS_KIND] > 1:
-        for i in range(I[N_Q]):
-            Y[Q_MASS, i] = Y[Q0, i] + (1 + c[2]) * h * Y[V0, i]
+    _beta, _gamma, alpha, _past = weights(run)
+    if run.layout[NEW_MASS] and run.layout[MASS_KIND] > 1:
+        held, q0, v0 = run.vectors[MASS_POSITION], run.vectors[POSITION0], run.vectors[VELOCITY0]
+        for i in range(run.layout[N_Q]):
+            held[i] = q0[i] + (1 + alpha) * h * v0[i]
 
 
 @kernel
-def motion(h, c, Y, I):
-    hold_mass(h, c, Y, I)
-    newmark_motion(h, c, Y, I)
+def motion(h, run):
+    hold_mass(h, run)
+    newmark_motion(h, run)
 
 
 @kernel
@@ -113,40 +117,42 @@ def velocity_error(h, last, c):
 
 
 @kernel
-def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
-    """v_n along the normals, for a step of length h in place of K[H]; a_n is shifted by the driver."""
-    if h != K[H]:
-        set_velocity(velocity_error(h, h, c), h, matrix, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P)
+def change_step(h, run):
+    """v_n along the normals, for a step of length h in place of the present one; a_n is shifted by the driver."""
+    if h != run.reals[STEP_SIZE]:
+        set_velocity(velocity_error(h, h, run.coefficients), h, matrix, run)
 
 
 @kernel
-def residual(h, c, Y, F, I):
-    beta, gamma, alpha = c[0], c[1], c[2]
-    n, m = I[N_Q], I[N_PHI]
+def residual(h, run):
+    beta, gamma, alpha, _past = weights(run)
+    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
+    r, f, f0, a, Ma = y[RESIDUAL], y[FORCE], y[FORCE0], y[UNKNOWN], y[MX]
     for i in range(n):
-        Ma = F[I[MASS] + i] * Y[X, i] + Y[MX, i]
-        Y[R, i] = Ma / (1 + alpha) - Y[FP, i] + alpha / (1 + alpha) * Y[F0, i]
+        r[i] = (mass[i] * a[i] + Ma[i]) / (1 + alpha) - f[i] + alpha / (1 + alpha) * f0[i]  # (8c)
     for i in range(n, n + m):
-        Y[R, i] = Y[FP, i] / (beta * h * h)
-    for i in range(n + m, I[N_ALL]):
-        Y[R, i] = Y[FP, i] / (gamma * h)
+        r[i] = f[i] / (beta * h * h)  # (8d)
+    for i in range(n + m, size):
+        r[i] = f[i] / (gamma * h)
 
 
 @kernel
-def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
+def matrix(t, h, run):
     """[[M/(1+alpha) + beta h^2 K + gamma h D, Phi_q^T], [Phi_q, 0]]."""
-    beta, gamma, alpha = c[0], c[1], c[2]
-    m, k, d = 1 / (1 + alpha), beta * h * h, gamma * h
-    tangent(t, m, k, d, 1.0, 1.0, 0.0, 1.0, beta * h / gamma, 0.0, Y, Z, C, F, I, A[0])
-    return factor(A[0], P[0], I)
+    beta, gamma, alpha, _past = weights(run)
+    iteration_matrix(0, t, run, M=1 / (1 + alpha), K=beta * h * h, D=gamma * h, Gam_q=beta * h / gamma)
+    return factor(0, run)
 
 
 @kernel
-def finish(inertia, h, c, Y, F, I, A, P):
+def finish(h, run):
     """f at the accepted unknowns, from (8c), which saves an evaluation."""
-    alpha = c[2]
-    if I[MASS_KIND] > 0:
-        inertia(TIMES, X, MX, Y, F, I)
-    for i in range(I[N_Q]):
-        Y[FP, i] = (F[I[MASS] + i] * Y[X, i] + Y[MX, i] + alpha * Y[F0, i]) / (1 + alpha)
-    settle(c)
+    _beta, _gamma, alpha, _past = weights(run)
+    if run.layout[MASS_KIND] > 0:
+        inertia(TIMES, UNKNOWN, MX, run)
+    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
+    f, f0, a, Ma = y[FORCE], y[FORCE0], y[UNKNOWN], y[MX]
+    for i in range(run.layout[N_Q]):
+        f[i] = (mass[i] * a[i] + Ma[i] + alpha * f0[i]) / (1 + alpha)
+    settle(run)

@@ -30,36 +30,38 @@ Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (12)
 """
 
 from mbdsl.compilation.buffer_layout import (
-    D2,
-    F0,
-    FP,
-    GD,
+    CORRECTION,
+    CORRECTION2,
+    FORCE,
+    FORCE0,
+    FORCE2,
     MASS,
+    MASS_POSITION,
     MX,
     MX2,
     N_ALL,
     N_PHI,
     N_Q,
     PAST,
-    Q0,
-    Q_MASS,
-    R2,
+    POSITION,
+    POSITION0,
+    RESIDUAL,
+    RESIDUAL2,
     SCALE,
-    V0,
-    X2,
-    XA,
-    D,
-    Q,
-    R,
-    V,
-    X,
+    UNKNOWN,
+    UNKNOWN0,
+    UNKNOWN2,
+    VELOCITY,
+    VELOCITY0,
 )
 from mbdsl.compilation.marks import kernel
-from mbdsl.integrators.loop.linear_solve import factor, larger
-from mbdsl.integrators.loop.loop_state import H
+from mbdsl.integrators.loop.linear_solve import clear, factor, larger
+from mbdsl.integrators.loop.loop_state import STEP_SIZE
 from mbdsl.integrators.loop.split_correction import couple, couples, solve_two
+from mbdsl.integrators.loop.tangent_matrices import iteration_matrix, projection_matrix, stiffness_matrix
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.hht_i3 import ALPHA, begin, coefficients, finish, hold_mass, local_error
+from mbdsl.integrators.methods.newmark import memory, weights
 
 __all__ = ["finish", "local_error"]
 
@@ -73,10 +75,11 @@ METHOD = Method(
     source="Negrut, Jay, Khude (2009), eqs. (12)-(13)",
     parameters={"alpha": ALPHA},
     coefficients=coefficients,
+    memory=memory,
     begin=begin,
     sets=2,
     matrices=3,
-    mass_row=Q_MASS,
+    mass_row=MASS_POSITION,
     node=lambda c: 1 + c[2],
     mass_weight=lambda c: 1 / (1 + c[2]),
     damping_weight=lambda c: c[1],
@@ -85,70 +88,87 @@ METHOD = Method(
 
 
 @kernel
-def motion(h, c, Y, I):
-    beta, gamma = c[0], c[1]
-    hold_mass(h, c, Y, I)
-    for i in range(I[N_Q]):
-        a0, a = c[3] * Y[XA, i], Y[X, i]
-        Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h / 2 * ((1 - 2 * beta) * a0 + 2 * beta * a + Y[X2, i])
-        Y[V, i] = Y[V0, i] + h * ((1 - gamma) * a0 + gamma * a)
+def motion(h, run):
+    beta, gamma, _alpha, past = weights(run)
+    hold_mass(h, run)
+    y = run.vectors
+    q, v, q0, v0 = y[POSITION], y[VELOCITY], y[POSITION0], y[VELOCITY0]
+    a0, a, abar = y[UNKNOWN0], y[UNKNOWN], y[UNKNOWN2]
+    for i in range(run.layout[N_Q]):
+        a_n = past * a0[i]
+        q[i] = q0[i] + h * v0[i] + h * h / 2 * ((1 - 2 * beta) * a_n + 2 * beta * a[i] + abar[i])
+        v[i] = v0[i] + h * ((1 - gamma) * a_n + gamma * a[i])
 
 
 @kernel
-def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
-    """abar and mu of the past, as with steps of length h in place of K[H]."""
-    for k in range(PAST if h != K[H] else 0):
-        for i in range(I[N_ALL]):
-            Y[XA + PAST + k, i] *= h / K[H]
+def change_step(h, run):
+    """abar and mu of the past, as with steps of length h in place of the present one."""
+    h0 = run.reals[STEP_SIZE]
+    for k in range(PAST if h != h0 else 0):
+        abar = run.vectors[UNKNOWN0 + PAST + k]
+        for i in range(run.layout[N_ALL]):
+            abar[i] *= h / h0
 
 
 @kernel
-def residual(h, c, Y, F, I):
-    alpha = c[2]
-    n, m = I[N_Q], I[N_PHI]
+def residual(h, run):
+    _beta, _gamma, alpha, _past = weights(run)
+    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
+    r, r2, f, f0, mu_force = y[RESIDUAL], y[RESIDUAL2], y[FORCE], y[FORCE0], y[FORCE2]
+    a, abar, Ma, Mabar = y[UNKNOWN], y[UNKNOWN2], y[MX], y[MX2]
+    phi, dphi = f, mu_force  # in the rows of constraints
     for i in range(n):
-        mass = F[I[MASS] + i]
-        Y[R, i] = (mass * Y[X, i] + Y[MX, i]) / (1 + alpha) - Y[FP, i] + alpha / (1 + alpha) * Y[F0, i]  # R1
-        Y[R2, i] = mass * Y[X2, i] + Y[MX2, i] + Y[GD, i]  # R2
+        r[i] = (mass[i] * a[i] + Ma[i]) / (1 + alpha) - f[i] + alpha / (1 + alpha) * f0[i]  # R1
+        r2[i] = mass[i] * abar[i] + Mabar[i] + mu_force[i]  # R2
     for i in range(n, n + m):
-        Y[R, i] = Y[FP, i] / (h * h)  # R3
-        Y[R2, i] = Y[GD, i] / h  # R4
-    for i in range(n + m, I[N_ALL]):
-        Y[R, i], Y[R2, i] = Y[FP, i] / h, 0.0
+        r[i] = phi[i] / (h * h)  # R3
+        r2[i] = dphi[i] / h  # R4
+    for i in range(n + m, size):
+        r[i], r2[i] = phi[i] / h, 0.0
 
 
 @kernel
-def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
+def matrix(t, h, run):
     """[[S, Phi_q^T], [Phi_q, 0]], [[2 M, Phi_q^T], [Phi_q, 0]] and -h^2 K."""
-    beta, gamma, alpha = c[0], c[1], c[2]
-    tangent(t, 1 / (1 + alpha), beta * h * h, gamma * h, 1.0, 1.0, 0.0, 1.0, beta * h / gamma, 0.0, Y, Z, C, F, I, A[0])
-    tangent(t, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[1])
-    P[2, P.shape[1] - 1] = 0
-    if couples(1 / (1 + alpha), A, F, I):
-        tangent(t, 0.0, -h * h, 0.0, 0.0, 0.0, 0.0, 0.0, -h / gamma, 0.0, Y, Z, C, F, I, A[2])
-        couple(A, P, I, Y)
-    return factor(A[0], P[0], I) and factor(A[1], P[1], I)
+    beta, gamma, alpha, _past = weights(run)
+    mass = 1 / (1 + alpha)
+    iteration_matrix(0, t, run, M=mass, K=beta * h * h, D=gamma * h, Gam_q=beta * h / gamma)
+    projection_matrix(1, t, run, M=2.0)
+    clear(2, run)
+    if couples(mass, run):
+        stiffness_matrix(2, t, run, K=-h * h, Gam_q=-h / gamma)
+        couple(run)
+    return factor(0, run) and factor(1, run)
 
 
 @kernel
-def correct(k, h, c, Y, I, A, P):
+def correct(k, h, run):
     """Solve for the corrections, apply them; the largest scaled change of a position (or of h times a velocity)."""
-    beta, gamma = c[0], c[1]
-    n, m = I[N_Q], I[N_PHI]
+    beta, gamma, _alpha, _past = weights(run)
+    return correct_with(beta, gamma, k, h, run)
+
+
+@kernel
+def correct_with(beta, gamma, k, h, run):
+    """The same, where q_{n+1} has beta h^2 a_{n+1} and v_{n+1} has gamma h a_{n+1}."""
+    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
+    y, scale = run.vectors, run.vectors[SCALE]
+    r, r2, da, e = y[RESIDUAL], y[RESIDUAL2], y[CORRECTION], y[CORRECTION2]
+    a, abar = y[UNKNOWN], y[UNKNOWN2]
     for i in range(n):
-        Y[D, i], Y[D2, i] = -Y[R, i], -Y[R2, i]
+        da[i], e[i] = -r[i], -r2[i]
     for i in range(n, n + m):
-        Y[D, i], Y[D2, i] = -Y[R2, i] / gamma, -Y[R, i] + beta / gamma * Y[R2, i]
-    for i in range(n + m, I[N_ALL]):
-        Y[D, i], Y[D2, i] = -Y[R, i] / gamma, 0.0
-    solve_two(k, A, P, I, Y)
+        da[i], e[i] = -r2[i] / gamma, -r[i] + beta / gamma * r2[i]
+    for i in range(n + m, size):
+        da[i], e[i] = -r[i] / gamma, 0.0
+    solve_two(k, run)
     change = 0.0
     for i in range(n):
-        a, e = Y[D, i], Y[D2, i]
-        Y[X, i] += a
-        Y[X2, i] += 2 * e
-        change = larger((beta * abs(a) + abs(e)) * Y[SCALE, i], change)
-    for i in range(n, I[N_ALL]):
-        Y[X, i] += Y[D, i]
-        Y[X2, i] += Y[D2, i]
+        a[i] += da[i]
+        abar[i] += 2 * e[i]
+        change = larger((beta * abs(da[i]) + abs(e[i])) * scale[i], change)
+    for i in range(n, size):
+        a[i] += da[i]  # lam
+        abar[i] += e[i]  # mu
     return h * h * change

@@ -6,14 +6,32 @@ With as many (independent) constraints as coordinates, unknowns are the displace
     Phi_q v_{n+1} + Phi_t = 0
 
 Both are solved to rounding, whatever h. Forces do not enter; reactions follow from the motion where somebody asks. The
-matrix is that of the other methods with M beside Phi_q, for the sake of its pivots: the solution does not depend on it.
-Where steps are controlled, they end at outputs, and none moves a coordinate by more than K[LARGEST].
+matrix is that of the other methods with M for the sake of its pivots: the solution does not depend on it.
+Where steps are controlled, they end at outputs, and none moves a coordinate by more than the limit that the run sets.
 """
 
-from mbdsl.compilation.buffer_layout import D2, FP, GD, N_ALL, N_Q, PAST, Q0, R2, SCALE, X2, XA, D, Q, R, V, X
+from mbdsl.compilation.buffer_layout import (
+    CORRECTION,
+    CORRECTION2,
+    FORCE,
+    FORCE2,
+    N_ALL,
+    N_Q,
+    PAST,
+    POSITION,
+    POSITION0,
+    RESIDUAL,
+    RESIDUAL2,
+    SCALE,
+    UNKNOWN,
+    UNKNOWN0,
+    UNKNOWN2,
+    VELOCITY,
+)
 from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.linear_solve import factor, larger, solve
-from mbdsl.integrators.loop.loop_state import LARGEST, H
+from mbdsl.integrators.loop.loop_state import LARGEST, STEP_SIZE
+from mbdsl.integrators.loop.tangent_matrices import projection_matrix
 from mbdsl.integrators.method import Method
 
 METHOD = Method(
@@ -23,8 +41,7 @@ METHOD = Method(
     index=0,
     enforces=("Phi", "dPhi"),
     source="the constraints and their time derivative",
-    coefficients=lambda options: (0.0,),
-    begin=lambda c, start: {XA: [*(start.h * start.v), *(0.0 * start.lam)], XA + PAST: start.v},
+    begin=lambda c, start: {UNKNOWN0: [*(start.h * start.v), *(0.0 * start.lam)], UNKNOWN0 + PAST: start.v},
     sets=2,
     own_reactions=False,
     chosen=False,
@@ -32,10 +49,12 @@ METHOD = Method(
 
 
 @kernel
-def motion(h, c, Y, I):
-    for i in range(I[N_Q]):
-        Y[Q, i] = Y[Q0, i] + Y[X, i]
-        Y[V, i] = Y[X2, i]
+def motion(h, run):
+    y = run.vectors
+    q, v, q0, d, v_new = y[POSITION], y[VELOCITY], y[POSITION0], y[UNKNOWN], y[UNKNOWN2]
+    for i in range(run.layout[N_Q]):
+        q[i] = q0[i] + d[i]
+        v[i] = v_new[i]
 
 
 @kernel
@@ -45,51 +64,57 @@ def local_error(h, last, c, jerk, snap):
 
 
 @kernel
-def estimate(local_error, inertia, h, c, K, J, Y, F, I, A, P):
+def estimate(h, formulas, run):
     """The largest displacement, relative to what it may be."""
-    largest = 0.0
-    for i in range(I[N_Q]):
-        largest = larger(abs(Y[X, i]) * Y[SCALE, i], largest)
-    return largest / K[LARGEST]
+    d, scale, largest = run.vectors[UNKNOWN], run.vectors[SCALE], 0.0
+    for i in range(run.layout[N_Q]):
+        largest = larger(abs(d[i]) * scale[i], largest)
+    return largest / run.reals[LARGEST]
 
 
 @kernel
-def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
-    """Displacements of the past, as with steps of length h in place of K[H]."""
+def change_step(h, run):
+    """Displacements of the past, as with steps of length h in place of the present one."""
     for k in range(PAST):
-        for i in range(I[N_Q]):
-            Y[XA + k, i] *= h / K[H]
+        d = run.vectors[UNKNOWN0 + k]
+        for i in range(run.layout[N_Q]):
+            d[i] *= h / run.reals[STEP_SIZE]
 
 
 @kernel
-def residual(h, c, Y, F, I):
-    for i in range(I[N_Q]):
-        Y[R, i], Y[R2, i] = 0.0, 0.0
-    for i in range(I[N_Q], I[N_ALL]):
-        Y[R, i], Y[R2, i] = Y[FP, i], Y[GD, i]
+def residual(h, run):
+    y = run.vectors
+    r, r2, phi, dphi = y[RESIDUAL], y[RESIDUAL2], y[FORCE], y[FORCE2]
+    for i in range(run.layout[N_Q]):
+        r[i], r2[i] = 0.0, 0.0
+    for i in range(run.layout[N_Q], run.layout[N_ALL]):
+        r[i], r2[i] = phi[i], dphi[i]
 
 
 @kernel
-def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
+def matrix(t, h, run):
     """[[M, Phi_q^T], [Phi_q, 0]]."""
-    tangent(t, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[0])
-    return factor(A[0], P[0], I)
+    projection_matrix(0, t, run, M=1.0)
+    return factor(0, run)
 
 
 @kernel
-def correct(k, h, c, Y, I, A, P):
-    for i in range(I[N_ALL]):
-        Y[D, i], Y[D2, i] = -Y[R, i], -Y[R2, i]
-    solve(A[0], P[0], I, Y, D)
-    solve(A[0], P[0], I, Y, D2)
+def correct(k, h, run):
+    """Solve for the corrections, apply them; the largest scaled change of a position, or of h times a velocity."""
+    y, scale = run.vectors, run.vectors[SCALE]
+    r, r2, of_d, of_v, d, v = y[RESIDUAL], y[RESIDUAL2], y[CORRECTION], y[CORRECTION2], y[UNKNOWN], y[UNKNOWN2]
+    for i in range(run.layout[N_ALL]):
+        of_d[i], of_v[i] = -r[i], -r2[i]
+    solve(0, CORRECTION, run)
+    solve(0, CORRECTION2, run)
     change = 0.0
-    for i in range(I[N_Q]):
-        Y[X, i] += Y[D, i]
-        Y[X2, i] += Y[D2, i]
-        change = larger((abs(Y[D, i]) + h * abs(Y[D2, i])) * Y[SCALE, i], change)
+    for i in range(run.layout[N_Q]):
+        d[i] += of_d[i]
+        v[i] += of_v[i]
+        change = larger((abs(of_d[i]) + h * abs(of_v[i])) * scale[i], change)
     return change
 
 
 @kernel
-def finish(inertia, h, c, Y, F, I, A, P):
+def finish(h, run):
     """Nothing but q and v is kept."""

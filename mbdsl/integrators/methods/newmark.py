@@ -19,15 +19,28 @@ Source: Negrut, Jay, Khude, A discussion of low order numerical integration form
 dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (4)-(6).
 """
 
-from mbdsl.compilation.buffer_layout import FP, MASS, MX, N_ALL, N_PHI, N_Q, Q0, V0, XA, Q, R, V, X
+from mbdsl.compilation.buffer_layout import (
+    FORCE,
+    MASS,
+    MX,
+    N_ALL,
+    N_PHI,
+    N_Q,
+    POSITION,
+    POSITION0,
+    RESIDUAL,
+    UNKNOWN,
+    UNKNOWN0,
+    VELOCITY,
+    VELOCITY0,
+)
 from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.linear_solve import factor
-from mbdsl.integrators.loop.loop_state import H
-from mbdsl.integrators.loop.split_correction import correct_one as correct
+from mbdsl.integrators.loop.loop_state import STEP_SIZE
+from mbdsl.integrators.loop.split_correction import correct_one
 from mbdsl.integrators.loop.step_control import set_velocity
+from mbdsl.integrators.loop.tangent_matrices import iteration_matrix
 from mbdsl.integrators.method import Method, Option
-
-__all__ = ["correct"]
 
 
 def beta_of(options):
@@ -36,18 +49,9 @@ def beta_of(options):
     return (gamma + 1 / 2) ** 2 / 4 if beta is None else beta
 
 
-def carried(beta, gamma, alpha=0.0):
-    """c: beta, gamma, alpha, the weight of a_n; the first three again, for behind a stiff start; steps till then."""
-    return beta, gamma, alpha, 1.0, beta, gamma, alpha, 0.0
-
-
 def coefficients(options):
-    return carried(beta_of(options), options["gamma"])
-
-
-def start_stiff(c):
-    """Set c for two steps of the backward Euler method."""
-    c[:4], c[7] = (1.0, 1.0, 0.0, 0.0), 2.0
+    """beta, gamma, alpha, the last for the methods that share this file's formulas."""
+    return beta_of(options), options["gamma"], 0.0
 
 
 def check(options):
@@ -69,10 +73,13 @@ def check_constrained(options):
     return None
 
 
+def memory(c, start):
+    """The number of backward Euler steps that are left of a stiff start."""
+    return (2.0 if start.stiff else 0.0,)
+
+
 def begin(c, start):
-    if start.stiff:
-        start_stiff(c)
-    return {XA: [*(0.0 * start.a if start.stiff else start.a), *start.lam]}
+    return {UNKNOWN0: [*(0.0 * start.a if start.stiff else start.a), *start.lam]}
 
 
 METHOD = Method(
@@ -90,6 +97,7 @@ METHOD = Method(
     check=check,
     check_constrained=check_constrained,
     coefficients=coefficients,
+    memory=memory,
     begin=begin,
     damping_weight=lambda c: c[1],
     steps=("fixed", "controlled"),
@@ -98,12 +106,23 @@ METHOD = Method(
 
 
 @kernel
-def motion(h, c, Y, I):
-    beta, gamma = c[0], c[1]
-    for i in range(I[N_Q]):
-        a0, a = c[3] * Y[XA, i], Y[X, i]
-        Y[Q, i] = Y[Q0, i] + h * Y[V0, i] + h * h / 2 * ((1 - 2 * beta) * a0 + 2 * beta * a)
-        Y[V, i] = Y[V0, i] + h * ((1 - gamma) * a0 + gamma * a)
+def weights(run):
+    """beta, gamma, alpha and the weight of a_n in this step."""
+    if run.memory[0] > 0.0:
+        return 1.0, 1.0, 0.0, 0.0  # backward Euler
+    c = run.coefficients
+    return c[0], c[1], c[2], 1.0
+
+
+@kernel
+def motion(h, run):
+    beta, gamma, _alpha, past = weights(run)
+    y = run.vectors
+    q, v, q0, v0, a, a0 = y[POSITION], y[VELOCITY], y[POSITION0], y[VELOCITY0], y[UNKNOWN], y[UNKNOWN0]
+    for i in range(run.layout[N_Q]):
+        a_n = past * a0[i]
+        q[i] = q0[i] + h * v0[i] + h * h / 2 * ((1 - 2 * beta) * a_n + 2 * beta * a[i])  # (4a)
+        v[i] = v0[i] + h * ((1 - gamma) * a_n + gamma * a[i])  # (4b)
 
 
 @kernel
@@ -120,42 +139,49 @@ def velocity_error(h, last, c):
 
 
 @kernel
-def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
-    """v_n along the normals, for a step of length h in place of K[H]."""
-    if h != K[H]:
-        set_velocity(velocity_error(h, h, c), h, matrix, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P)
+def change_step(h, run):
+    """v_n along the normals, for a step of length h in place of the present one."""
+    if h != run.reals[STEP_SIZE]:
+        set_velocity(velocity_error(h, h, run.coefficients), h, matrix, run)
 
 
 @kernel
-def residual(h, c, Y, F, I):
-    beta, gamma = c[0], c[1]
-    n, m = I[N_Q], I[N_PHI]
+def residual(h, run):
+    beta, gamma, _alpha, _past = weights(run)
+    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
+    r, f, a, Ma = y[RESIDUAL], y[FORCE], y[UNKNOWN], y[MX]
     for i in range(n):
-        Y[R, i] = F[I[MASS] + i] * Y[X, i] + Y[MX, i] - Y[FP, i]
+        r[i] = mass[i] * a[i] + Ma[i] - f[i]
     for i in range(n, n + m):
-        Y[R, i] = Y[FP, i] / (beta * h * h)
-    for i in range(n + m, I[N_ALL]):
-        Y[R, i] = Y[FP, i] / (gamma * h)
+        r[i] = f[i] / (beta * h * h)
+    for i in range(n + m, size):
+        r[i] = f[i] / (gamma * h)
 
 
 @kernel
-def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
+def matrix(t, h, run):
     """[[M + beta h^2 K' + gamma h D, Phi_q^T], [Phi_q, 0]] with K' = K + (M a)_q."""
-    beta, gamma = c[0], c[1]
-    tangent(t, 1.0, beta * h * h, gamma * h, 1.0, 1.0, 0.0, 1.0, beta * h / gamma, beta * h * h, Y, Z, C, F, I, A[0])
-    return factor(A[0], P[0], I)
+    beta, gamma, _alpha, _past = weights(run)
+    k = beta * h * h
+    iteration_matrix(0, t, run, M=1.0, K=k, D=gamma * h, Mx_q=k, Gam_q=beta * h / gamma)
+    return factor(0, run)
 
 
 @kernel
-def finish(inertia, h, c, Y, F, I, A, P):
+def correct(k, h, run):
+    """Solve for the corrections, apply them; the largest scaled change of a position."""
+    beta, _gamma, _alpha, _past = weights(run)
+    return beta * h * h * correct_one(run)
+
+
+@kernel
+def finish(h, run):
     """Nothing but q, v and a is kept."""
-    settle(c)
+    settle(run)
 
 
 @kernel
-def settle(c):
+def settle(run):
     """One of the steps of a stiff start is done."""
-    if c[7] > 0.0:
-        c[7] -= 1.0
-        if c[7] == 0.0:
-            c[0], c[1], c[2], c[3] = c[4], c[5], c[6], 1.0
+    run.memory[0] = max(0.0, run.memory[0] - 1.0)

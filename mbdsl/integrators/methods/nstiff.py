@@ -24,18 +24,34 @@ Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section o
 integrator in ADAMS. The start is ours.
 """
 
-from mbdsl.compilation.buffer_layout import E_Q, FP, MASS, MX, N_ALL, N_PHI, N_Q, Q0, Q1, V0, V1, XA, Q, R, V, X
+from mbdsl.compilation.buffer_layout import (
+    E_Q,
+    FORCE,
+    MASS,
+    MX,
+    N_ALL,
+    N_PHI,
+    N_Q,
+    POSITION,
+    POSITION0,
+    RESIDUAL,
+    UNKNOWN,
+    UNKNOWN0,
+    VELOCITY,
+    VELOCITY0,
+)
+from mbdsl.compilation.buffer_layout import KEPT as POSITION1  # of one step before
+from mbdsl.compilation.buffer_layout import KEPT2 as VELOCITY1
 from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.linear_solve import factor
 from mbdsl.integrators.loop.loop_state import LAST_H
-from mbdsl.integrators.loop.split_correction import correct_one as correct
+from mbdsl.integrators.loop.split_correction import correct_one
 from mbdsl.integrators.loop.step_control import set_velocity
+from mbdsl.integrators.loop.tangent_matrices import iteration_matrix
 from mbdsl.integrators.method import Method
 
-__all__ = ["correct"]
-
-
-#: (s/h)^2 and s/h: how q and v follow a; p
+#: memory: (s/h)^2 and s/h, how q and v follow a; p; what v_n is wrong by along the normals, relative to the jerk
+S_SQUARED, S, P, ERROR = range(4)
 BDF2 = (4 / 9, 2 / 3, 1 / 3)
 EULER = (1.0, 1.0, 0.0)
 
@@ -43,12 +59,15 @@ EULER = (1.0, 1.0, 0.0)
 def before(start):
     """q and v one step before the start."""
     h, q, v, a, j = start.h, start.q, start.v, start.a, start.jerk
-    return {Q1: q - h * v + h**2 / 2 * a - h**3 / 6 * j, V1: v - h * a + h**2 / 2 * j}
+    return {POSITION1: q - h * v + h**2 / 2 * a - h**3 / 6 * j, VELOCITY1: v - h * a + h**2 / 2 * j}
+
+
+def memory(c, start):
+    return *(EULER if start.stiff else BDF2), -(start.h**2) / 3
 
 
 def begin(c, start):
-    c[:4] = *(EULER if start.stiff else BDF2), -(start.h**2) / 3
-    return {XA: [*(0.0 * start.a if start.stiff else start.a), *start.lam], **before(start)}
+    return {UNKNOWN0: [*(0.0 * start.a if start.stiff else start.a), *start.lam], **before(start)}
 
 
 METHOD = Method(
@@ -59,7 +78,7 @@ METHOD = Method(
     enforces=("Phi",),
     family="BDF2",
     source="Negrut, Jay, Khude (2009), NSTIFF",
-    coefficients=lambda options: (*BDF2, 0.0),
+    memory=memory,
     begin=begin,
     steps=("fixed", "controlled"),
     relative_step=0.5,
@@ -67,18 +86,22 @@ METHOD = Method(
 
 
 @kernel
-def motion(h, c, Y, I):
-    s, p = c[1] * h, c[2]
-    for i in range(I[N_Q]):
-        v = Y[V0, i] + p * (Y[V0, i] - Y[V1, i])
-        Y[Q, i] = Y[Q0, i] + p * (Y[Q0, i] - Y[Q1, i]) + s * (v + s * Y[X, i])
-        Y[V, i] = v + s * Y[X, i]
+def motion(h, run):
+    s, p = run.memory[S] * h, run.memory[P]
+    y = run.vectors
+    q, v, a = y[POSITION], y[VELOCITY], y[UNKNOWN]
+    q0, v0, q1, v1 = y[POSITION0], y[VELOCITY0], y[POSITION1], y[VELOCITY1]
+    for i in range(run.layout[N_Q]):
+        ahead = v0[i] + p * (v0[i] - v1[i])
+        q[i] = q0[i] + p * (q0[i] - q1[i]) + s * (ahead + s * a[i])
+        v[i] = ahead + s * a[i]
 
 
 @kernel
 def local_error(h, last, c, jerk, snap):
     """Errors of q and v in a step of length h behind one of length ``last``."""
-    k = -c[1] * h * h * (h + last) / 6
+    r = h / last
+    k = -((1 + r) / (1 + 2 * r)) * h * h * (h + last) / 6
     return k * jerk, k * snap
 
 
@@ -89,46 +112,59 @@ def velocity_error(h, last, c):
 
 
 @kernel
-def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
-    """Coefficients of a step of length h; v_n and v_{n-1} along the normals."""
-    set_ratio(h / K[LAST_H], c)
-    error = velocity_error(h, K[LAST_H], c)
-    if error != c[3]:
-        set_velocity(error, h, matrix, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P)
-        for i in range(I[N_Q]):
-            Y[V1, i] += Y[E_Q, i]
-    c[3] = error
+def change_step(h, run):
+    """Weights of a step of length h; v_n and v_{n-1} along the normals."""
+    last, memory = run.reals[LAST_H], run.memory
+    set_ratio(h / last, run)
+    error = velocity_error(h, last, run.coefficients)
+    if error != memory[ERROR]:
+        set_velocity(error, h, matrix, run)
+        v1, change = run.vectors[VELOCITY1], run.vectors[E_Q]
+        for i in range(run.layout[N_Q]):
+            v1[i] += change[i]
+    memory[ERROR] = error
 
 
 @kernel
-def set_ratio(r, c):
+def set_ratio(r, run):
+    """The weights of a step that is r times as long as the last one."""
     s = (1 + r) / (1 + 2 * r)
-    c[0], c[1], c[2] = s * s, s, r * r / (1 + 2 * r)
+    run.memory[S_SQUARED], run.memory[S], run.memory[P] = s * s, s, r * r / (1 + 2 * r)
 
 
 @kernel
-def residual(h, c, Y, F, I):
-    s = c[1] * h
-    n, m = I[N_Q], I[N_PHI]
+def residual(h, run):
+    s = run.memory[S] * h
+    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
+    r, f, a, Ma = y[RESIDUAL], y[FORCE], y[UNKNOWN], y[MX]
     for i in range(n):
-        Y[R, i] = F[I[MASS] + i] * Y[X, i] + Y[MX, i] - Y[FP, i]
+        r[i] = mass[i] * a[i] + Ma[i] - f[i]
     for i in range(n, n + m):
-        Y[R, i] = Y[FP, i] / (s * s)
-    for i in range(n + m, I[N_ALL]):
-        Y[R, i] = Y[FP, i] / s
+        r[i] = f[i] / (s * s)
+    for i in range(n + m, size):
+        r[i] = f[i] / s
 
 
 @kernel
-def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
+def matrix(t, h, run):
     """[[M + s^2 (K + (M a)_q) + s D, Phi_q^T], [Phi_q, 0]] with s = 2/3 h."""
-    s = c[1] * h
-    tangent(t, 1.0, s * s, s, 1.0, 1.0, 0.0, 1.0, s, s * s, Y, Z, C, F, I, A[0])
-    return factor(A[0], P[0], I)
+    s = run.memory[S] * h
+    iteration_matrix(0, t, run, M=1.0, K=s * s, D=s, Mx_q=s * s, Gam_q=s)
+    return factor(0, run)
 
 
 @kernel
-def finish(inertia, h, c, Y, F, I, A, P):
+def correct(k, h, run):
+    """Solve for the corrections, apply them; the largest scaled change of a position."""
+    return run.memory[S_SQUARED] * h * h * correct_one(run)
+
+
+@kernel
+def finish(h, run):
     """The step's start becomes the past, and what began with backward Euler goes on with BDF2."""
-    c[0], c[1], c[2] = 4 / 9, 2 / 3, 1 / 3
-    for i in range(I[N_Q]):
-        Y[Q1, i], Y[V1, i] = Y[Q0, i], Y[V0, i]
+    run.memory[S_SQUARED], run.memory[S], run.memory[P] = BDF2
+    y = run.vectors
+    q0, v0, q1, v1 = y[POSITION0], y[VELOCITY0], y[POSITION1], y[VELOCITY1]
+    for i in range(run.layout[N_Q]):
+        q1[i], v1[i] = q0[i], v0[i]

@@ -27,9 +27,10 @@ Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section o
 """
 
 from mbdsl.compilation.buffer_layout import (
-    D2,
-    FP,
-    GD,
+    CORRECTION,
+    CORRECTION2,
+    FORCE,
+    FORCE2,
     MASS,
     MASS_SLOTS,
     MX,
@@ -37,27 +38,27 @@ from mbdsl.compilation.buffer_layout import (
     N_PHI,
     N_Q,
     PAST,
-    Q0,
-    Q1,
-    R2,
+    POSITION,
+    POSITION0,
+    RESIDUAL,
+    RESIDUAL2,
     SCALE,
     SLOTS,
-    V0,
-    V1,
-    X2,
-    XA,
-    D,
-    Q,
-    R,
-    V,
-    X,
+    UNKNOWN,
+    UNKNOWN0,
+    UNKNOWN2,
+    VELOCITY,
+    VELOCITY0,
 )
+from mbdsl.compilation.buffer_layout import KEPT as POSITION1  # of one step before
+from mbdsl.compilation.buffer_layout import KEPT2 as VELOCITY1
 from mbdsl.compilation.marks import kernel
-from mbdsl.integrators.loop.linear_solve import factor, larger
-from mbdsl.integrators.loop.loop_state import LAST_H, H
+from mbdsl.integrators.loop.linear_solve import clear, factor, larger
+from mbdsl.integrators.loop.loop_state import LAST_H, STEP_SIZE
 from mbdsl.integrators.loop.split_correction import couple, couples, solve_two
+from mbdsl.integrators.loop.tangent_matrices import iteration_matrix, projection_matrix, stiffness_matrix
 from mbdsl.integrators.method import Method
-from mbdsl.integrators.methods.nstiff import BDF2, begin, finish, local_error, set_ratio
+from mbdsl.integrators.methods.nstiff import P, S, begin, finish, local_error, memory, set_ratio
 
 __all__ = ["begin", "finish", "local_error"]
 
@@ -70,7 +71,7 @@ METHOD = Method(
     enforces=("Phi", "dPhi"),
     family="BDF2",
     source="Negrut, Jay, Khude (2009), NSTIFF-SI2",
-    coefficients=lambda options: (*BDF2, 0.0),
+    memory=memory,
     begin=begin,
     sets=2,
     matrices=3,
@@ -80,71 +81,82 @@ METHOD = Method(
 
 
 @kernel
-def motion(h, c, Y, I):
-    s, p = c[1] * h, c[2]
-    for i in range(I[N_Q]):
-        v = Y[V0, i] + p * (Y[V0, i] - Y[V1, i]) + s * Y[X, i]
-        Y[Q, i] = Y[Q0, i] + p * (Y[Q0, i] - Y[Q1, i]) + s * (v + Y[X2, i])
-        Y[V, i] = v
+def motion(h, run):
+    s, p = run.memory[S] * h, run.memory[P]
+    y = run.vectors
+    q, v, a, drift = y[POSITION], y[VELOCITY], y[UNKNOWN], y[UNKNOWN2]
+    q0, v0, q1, v1 = y[POSITION0], y[VELOCITY0], y[POSITION1], y[VELOCITY1]
+    for i in range(run.layout[N_Q]):
+        ahead = v0[i] + p * (v0[i] - v1[i]) + s * a[i]
+        q[i] = q0[i] + p * (q0[i] - q1[i]) + s * (ahead + drift[i])
+        v[i] = ahead
 
 
 @kernel
-def change_step(h, evaluate, tangent, inertia, c, K, J, Y, Z, C, F, I, A, P):
-    """Coefficients of a step of length h in place of K[H]; q' - v and mu of the past, as with steps of that length."""
-    set_ratio(h / K[LAST_H], c)
-    for k in range(PAST if h != K[H] else 0):
-        for i in range(I[N_ALL]):
-            Y[XA + PAST + k, i] *= (h / K[H]) ** 2
+def change_step(h, run):
+    """Weights of a step of length h in place of the present one; q' - v and mu of the past, as with steps of that
+    length."""
+    h0 = run.reals[STEP_SIZE]
+    set_ratio(h / run.reals[LAST_H], run)
+    for k in range(PAST if h != h0 else 0):
+        drift = run.vectors[UNKNOWN0 + PAST + k]
+        for i in range(run.layout[N_ALL]):
+            drift[i] *= (h / h0) ** 2
 
 
 @kernel
-def residual(h, c, Y, F, I):
-    s = c[1] * h
-    n, m = I[N_Q], I[N_PHI]
+def residual(h, run):
+    s = run.memory[S] * h
+    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
+    y, mass = run.vectors, run.numbers[run.layout[MASS] :]
+    r, r2, f, mu_force = y[RESIDUAL], y[RESIDUAL2], y[FORCE], y[FORCE2]
+    a, drift, Ma = y[UNKNOWN], y[UNKNOWN2], y[MX]
+    phi, dphi = f, mu_force  # in the rows of constraints
     for i in range(n):
-        Y[R, i] = F[I[MASS] + i] * Y[X, i] + Y[MX, i] - Y[FP, i]  # R1
-        Y[R2, i] = Y[GD, i] - Y[X2, i]  # R2
+        r[i] = mass[i] * a[i] + Ma[i] - f[i]  # R1
+        r2[i] = mu_force[i] - drift[i]  # R2
     for i in range(n, n + m):
-        Y[R, i] = Y[FP, i] / s  # R3
-        Y[R2, i] = Y[GD, i] / s  # R4
-    for i in range(n + m, I[N_ALL]):
-        Y[R, i], Y[R2, i] = Y[FP, i] / s, 0.0
+        r[i] = phi[i] / s  # R3
+        r2[i] = dphi[i] / s  # R4
+    for i in range(n + m, size):
+        r[i], r2[i] = phi[i] / s, 0.0
 
 
 @kernel
-def matrix(tangent, t, h, c, Y, Z, C, F, I, A, P):
+def matrix(t, h, run):
     """[[S, Phi_q^T], [Phi_q, 0]], [[1, Phi_q^T], [Phi_q, 0]] and -s^2 K."""
-    s = c[1] * h
-    tangent(t, 1.0, s * s, s, 1.0, 1.0, 0.0, 1.0, s, s * s, Y, Z, C, F, I, A[0])
-    tangent(t, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[1])
-    for i in range(I[N_Q]):
-        A[1, I[I[SLOTS] + I[MASS_SLOTS] + i]] += 1.0
-    P[2, P.shape[1] - 1] = 0
-    if couples(1.0, A, F, I):
-        tangent(t, 0.0, -s * s, 0.0, 0.0, 0.0, 0.0, 0.0, -s, -s * s, Y, Z, C, F, I, A[2])
-        couple(A, P, I, Y)
-    return factor(A[0], P[0], I) and factor(A[1], P[1], I)
+    s = run.memory[S] * h
+    iteration_matrix(0, t, run, M=1.0, K=s * s, D=s, Mx_q=s * s, Gam_q=s)
+    projection_matrix(1, t, run, M=0.0)
+    for i in range(run.layout[N_Q]):
+        run.matrices[1, run.layout[run.layout[SLOTS] + run.layout[MASS_SLOTS] + i]] += 1.0
+    clear(2, run)
+    if couples(1.0, run):
+        stiffness_matrix(2, t, run, K=-s * s, Mx_q=-s * s, Gam_q=-s)
+        couple(run)
+    return factor(0, run) and factor(1, run)
 
 
 @kernel
-def correct(k, h, c, Y, I, A, P):
+def correct(k, h, run):
     """Solve for the corrections, apply them; the largest scaled change of a position (or of h times a velocity)."""
-    s = c[1] * h
-    n, m = I[N_Q], I[N_PHI]
+    s = run.memory[S] * h
+    n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
+    y, scale = run.vectors, run.vectors[SCALE]
+    r, r2, da, u, a, drift = y[RESIDUAL], y[RESIDUAL2], y[CORRECTION], y[CORRECTION2], y[UNKNOWN], y[UNKNOWN2]
     for i in range(n):
-        Y[D, i], Y[D2, i] = -Y[R, i], Y[R2, i] / s
+        da[i], u[i] = -r[i], r2[i] / s
     for i in range(n, n + m):
-        Y[D, i], Y[D2, i] = -Y[R2, i], Y[R2, i] - Y[R, i] / s
-    for i in range(n + m, I[N_ALL]):
-        Y[D, i], Y[D2, i] = -Y[R, i], 0.0
-    solve_two(k, A, P, I, Y)
+        da[i], u[i] = -r2[i], r2[i] - r[i] / s
+    for i in range(n + m, size):
+        da[i], u[i] = -r[i], 0.0
+    solve_two(k, run)
     change = 0.0
     for i in range(n):
-        a, u = Y[D, i], Y[D2, i]
-        Y[X, i] += a
-        Y[X2, i] += s * u
-        change = larger((abs(a) + abs(u)) * Y[SCALE, i], change)
-    for i in range(n, I[N_ALL]):
-        Y[X, i] += Y[D, i]
-        Y[X2, i] -= s * Y[D2, i]
+        a[i] += da[i]
+        drift[i] += s * u[i]
+        change = larger((abs(da[i]) + abs(u[i])) * scale[i], change)
+    for i in range(n, size):
+        a[i] += da[i]  # lam
+        drift[i] -= s * u[i]  # mu
     return s * s * change

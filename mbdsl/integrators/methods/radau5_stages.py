@@ -31,8 +31,8 @@ the next iteration: w and mu vanish with the error of the discretisation.
 from __future__ import annotations
 
 from mbdsl.compilation.buffer_layout import (
-    FP,
-    GD,
+    FORCE,
+    FORCE2,
     MASS,
     MASS_KIND,
     MASS_SLOTS,
@@ -42,23 +42,25 @@ from mbdsl.compilation.buffer_layout import (
     N_GAM,
     N_PHI,
     N_Q,
-    Q0,
+    POSITION,
+    POSITION0,
     ROWS,
     SCALE,
     SIZE,
     SLOTS,
     TIMES,
-    V0,
-    X2,
-    XA,
-    Q,
-    V,
-    X,
+    UNKNOWN,
+    UNKNOWN0,
+    UNKNOWN2,
+    VELOCITY,
+    VELOCITY0,
 )
 from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.complex_lu import complex_factor, complex_solve
-from mbdsl.integrators.loop.linear_solve import compress, factor, larger, multiply, solve
+from mbdsl.integrators.loop.linear_solve import clear, compress, factor, has_entries, larger, multiply, solve
 from mbdsl.integrators.loop.newton import EPS
+from mbdsl.integrators.loop.run_data import inertia
+from mbdsl.integrators.loop.tangent_matrices import iteration_matrix, projection_matrix, tangent_matrix
 from mbdsl.integrators.methods.radau5_coefficients import (
     E1,
     E2,
@@ -96,23 +98,27 @@ MASSLESS = 1e-6
 
 
 @rare
-def set_metric(Y, F, I):
+def set_metric(run):
+    vectors, numbers, layout = run.vectors, run.numbers, run.layout
     largest = 0.0
-    for i in range(I[N_Q]):
-        largest = max(largest, F[I[MASS] + i] * Y[SCALE, i] * Y[SCALE, i])
-    for i in range(I[N_Q]):
-        Y[METRIC, i] = 0.0
-        if not F[I[MASS] + i] > 0.0:
-            Y[METRIC, i] = MASSLESS * (largest if largest > 0.0 else 1.0) / (Y[SCALE, i] * Y[SCALE, i])
+    for i in range(layout[N_Q]):
+        largest = max(largest, numbers[layout[MASS] + i] * vectors[SCALE, i] * vectors[SCALE, i])
+    for i in range(layout[N_Q]):
+        vectors[METRIC, i] = 0.0
+        if not numbers[layout[MASS] + i] > 0.0:
+            vectors[METRIC, i] = (
+                MASSLESS * (largest if largest > 0.0 else 1.0) / (vectors[SCALE, i] * vectors[SCALE, i])
+            )
 
 
 @rare
-def predict(ratio, steps_behind, Y, I):
+def predict(ratio, steps_behind, run):
     """The stages by the polynomials of the last step, whose length times ``ratio`` the new one has.
 
     Without a past, or where that led nowhere, accelerations and multipliers stay as they are; or, with less than
     nothing behind it, accelerations vanish.
     """
+    vectors, layout = run.vectors, run.layout
     c0, c1, c2 = NODES[0], NODES[1], NODES[2]
     for k in range(3):
         x = 1.0 + NODES[k] * ratio
@@ -120,207 +126,226 @@ def predict(ratio, steps_behind, Y, I):
         l1 = (x - c0) * (x - c2) / ((c1 - c0) * (c1 - c2))
         l2 = (x - c0) * (x - c1) / ((c2 - c0) * (c2 - c1))
         if steps_behind > 0:
-            for i in range(I[N_ALL]):
-                Y[STAGE + k, i] = l0 * Y[PAST, i] + l1 * Y[PAST + 1, i] + l2 * Y[PAST + 2, i]
-                Y[STAGE2 + k, i] = ratio * ratio * ratio * Y[PAST2 + k, i]
+            for i in range(layout[N_ALL]):
+                vectors[STAGE + k, i] = l0 * vectors[PAST, i] + l1 * vectors[PAST + 1, i] + l2 * vectors[PAST + 2, i]
+                vectors[STAGE2 + k, i] = ratio * ratio * ratio * vectors[PAST2 + k, i]
         else:
-            for i in range(I[N_ALL]):
-                Y[STAGE + k, i], Y[STAGE2 + k, i] = Y[XA, i], 0.0
+            for i in range(layout[N_ALL]):
+                vectors[STAGE + k, i], vectors[STAGE2 + k, i] = vectors[UNKNOWN0, i], 0.0
             if steps_behind < 0:
-                for i in range(I[N_Q]):
-                    Y[STAGE + k, i] = 0.0
+                for i in range(layout[N_Q]):
+                    vectors[STAGE + k, i] = 0.0
 
 
 @kernel
-def motion(k, h, Y, I):
+def motion(k, h, run):
     """q and v at the end of stage k, and the unknowns where evaluate looks for them."""
+    vectors, layout = run.vectors, run.layout
     a0, a1, a2 = h * W[k][0], h * W[k][1], h * W[k][2]
     b0, b1, b2 = h * h * SQUARE[k][0], h * h * SQUARE[k][1], h * h * SQUARE[k][2]
     c = h * NODES[k]
-    for i in range(I[N_Q]):
-        x, y, z = Y[STAGE, i], Y[STAGE + 1, i], Y[STAGE + 2, i]
-        Y[V, i] = Y[V0, i] + a0 * x + a1 * y + a2 * z
-        drift = a0 * Y[STAGE2, i] + a1 * Y[STAGE2 + 1, i] + a2 * Y[STAGE2 + 2, i]
-        Y[Q, i] = Y[Q0, i] + c * Y[V0, i] + b0 * x + b1 * y + b2 * z + drift
-    for i in range(I[N_ALL]):
-        Y[X, i], Y[X2, i] = Y[STAGE + k, i], Y[STAGE2 + k, i]
+    for i in range(layout[N_Q]):
+        x, y, z = vectors[STAGE, i], vectors[STAGE + 1, i], vectors[STAGE + 2, i]
+        vectors[VELOCITY, i] = vectors[VELOCITY0, i] + a0 * x + a1 * y + a2 * z
+        drift = a0 * vectors[STAGE2, i] + a1 * vectors[STAGE2 + 1, i] + a2 * vectors[STAGE2 + 2, i]
+        vectors[POSITION, i] = vectors[POSITION0, i] + c * vectors[VELOCITY0, i] + b0 * x + b1 * y + b2 * z + drift
+    for i in range(layout[N_ALL]):
+        vectors[UNKNOWN, i], vectors[UNKNOWN2, i] = vectors[STAGE + k, i], vectors[STAGE2 + k, i]
 
 
 @kernel
-def residual(k, Y, F, I):
-    n, m = I[N_Q], I[N_PHI]
+def residual(k, run):
+    vectors, numbers, layout = run.vectors, run.numbers, run.layout
+    n, m = layout[N_Q], layout[N_PHI]
     for i in range(n):
-        mass = F[I[MASS] + i]
-        Y[RESIDUAL + k, i] = mass * Y[X, i] + Y[MX, i] - Y[FP, i]
-        Y[RESIDUAL2 + k, i] = (mass + Y[METRIC, i]) * Y[X2, i] + Y[MX2, i] + Y[GD, i]
+        mass = numbers[layout[MASS] + i]
+        vectors[RESIDUAL + k, i] = mass * vectors[UNKNOWN, i] + vectors[MX, i] - vectors[FORCE, i]
+        vectors[RESIDUAL2 + k, i] = (
+            (mass + vectors[METRIC, i]) * vectors[UNKNOWN2, i] + vectors[MX2, i] + vectors[FORCE2, i]
+        )
     for i in range(n, n + m):
-        Y[RESIDUAL + k, i], Y[RESIDUAL2 + k, i] = Y[FP, i], Y[GD, i]
-    for i in range(n + m, I[N_ALL]):
-        Y[RESIDUAL + k, i], Y[RESIDUAL2 + k, i] = Y[FP, i], 0.0
+        vectors[RESIDUAL + k, i], vectors[RESIDUAL2 + k, i] = vectors[FORCE, i], vectors[FORCE2, i]
+    for i in range(n + m, layout[N_ALL]):
+        vectors[RESIDUAL + k, i], vectors[RESIDUAL2 + k, i] = vectors[FORCE, i], 0.0
 
 
 @rare
-def matrices(tangent, t, h, still, Y, Z, C, F, I, A, P):
+def matrices(t, h, still, run):
     """All matrices at the state last evaluated, factorised; False where that failed. ``still``: what scaled velocities
     need not be better than."""
+    vectors, layout, matrices = run.vectors, run.layout, run.matrices
     s, x, y = REAL * h, RE * h, IM * h
     k, l = x * x - y * y, 2.0 * x * y
-    tangent(t, 1.0, s * s, s, 1.0, 1.0, 0.0, 1.0, s, s * s, Y, Z, C, F, I, A[0])
-    tangent(t, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, Y, Z, C, F, I, A[PROJECTION])
-    for i in range(I[N_Q]):
-        A[PROJECTION, I[I[SLOTS] + I[MASS_SLOTS] + i]] += Y[METRIC, i]
-    tangent(t, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, Y, Z, C, F, I, A[COUPLING])
-    compress(A[COUPLING], P[COUPLING], I)
-    tangent(t, 1.0, k, x, 1.0, 1.0, 0.0, 1.0, x, k, Y, Z, C, F, I, A[COMPLEX])
+    iteration_matrix(0, t, run, M=1.0, K=s * s, D=s, Mx_q=s * s, Gam_q=s)
+    projection_matrix(PROJECTION, t, run, M=1.0)
+    for i in range(layout[N_Q]):
+        matrices[PROJECTION, layout[layout[SLOTS] + layout[MASS_SLOTS] + i]] += vectors[METRIC, i]
+    tangent_matrix(COUPLING, t, run, K=1.0, Mx_q=1.0, N=1.0, Gam_q=1.0)
+    compress(COUPLING, run)
+    iteration_matrix(COMPLEX, t, run, M=1.0, K=k, D=x, Mx_q=k, Gam_q=x)
     # the imaginary part is what this one has more
-    tangent(t, 1.0, k + l, x + y, 1.0, 1.0, 0.0, 1.0, x + y, k + l, Y, Z, C, F, I, A[COMPLEX + 1])
-    for i in range(I[SIZE]):
-        A[COMPLEX + 1, i] -= A[COMPLEX, i]
-    prepare_damping(tangent, t, s, still, Y, Z, C, F, I, A, P)
+    iteration_matrix(COMPLEX + 1, t, run, M=1.0, K=k + l, D=x + y, Mx_q=k + l, Gam_q=x + y)
+    for i in range(layout[SIZE]):
+        matrices[COMPLEX + 1, i] -= matrices[COMPLEX, i]
+    prepare_damping(t, s, still, run)
     return (
-        factor(A[0], P[0], I)
-        and factor(A[PROJECTION], P[PROJECTION], I)
-        and complex_factor(A[COMPLEX], A[COMPLEX + 1], P[COMPLEX], I)
+        factor(0, run)
+        and factor(PROJECTION, run)
+        and complex_factor(matrices[COMPLEX], matrices[COMPLEX + 1], run.pivots[COMPLEX], layout)
     )
 
 
 @rare
-def prepare_damping(tangent, t, s, still, Y, Z, C, F, I, A, P):
+def prepare_damping(t, s, still, run):
     """D and Gam_v. However short steps are: w has the rounding of positions over h, and D h times that is in v."""
-    tangent(t, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, Y, Z, C, F, I, A[DAMPING])
-    matters = I[N_GAM] > 0
-    for i in range(I[N_Q]):
-        slot = I[I[SLOTS] + I[MASS_SLOTS] + i]
-        d, a = abs(A[DAMPING, slot]), abs(A[0, slot])
+    layout, matrices = run.layout, run.matrices
+    tangent_matrix(DAMPING, t, run, D=1.0, Gam_v=1.0)
+    matters = layout[N_GAM] > 0
+    for i in range(layout[N_Q]):
+        slot = layout[layout[SLOTS] + layout[MASS_SLOTS] + i]
+        d, a = abs(matrices[DAMPING, slot]), abs(matrices[0, slot])
         matters = matters or s * d > DAMPED * a or 10.0 * EPS * d > still * a
     if matters:
-        compress(A[DAMPING], P[DAMPING], I)
+        compress(DAMPING, run)
     else:
-        P[DAMPING, P.shape[1] - 1] = 0
+        clear(DAMPING, run)
 
 
 @kernel
-def transform(first, last, h, rank, Y):
+def transform(first, last, h, rank, run):
     """-R/s^rank, and R2/s more where rank is 0, in the eigenvectors: the real one, real and imaginary part."""
+    vectors = run.vectors
     s, size = 1.0 / (REAL * h), h * (RE * RE + IM * IM)
     x, y = RE / size, -IM / size  # 1/s of the complex one
     p, q = (s, x) if rank == 1 else (s * s, x * x - y * y)
     r = y if rank == 1 else 2.0 * x * y
     for i in range(first, last):
-        a, b, c = Y[RESIDUAL, i], Y[RESIDUAL + 1, i], Y[RESIDUAL + 2, i]
+        a, b, c = vectors[RESIDUAL, i], vectors[RESIDUAL + 1, i], vectors[RESIDUAL + 2, i]
         u = L_REAL[0] * a + L_REAL[1] * b + L_REAL[2] * c
         v = L_RE[0] * a + L_RE[1] * b + L_RE[2] * c
         w = L_IM[0] * a + L_IM[1] * b + L_IM[2] * c
         if rank > 0:
             u, v, w = p * u, q * v - r * w, q * w + r * v
         else:
-            a, b, c = Y[RESIDUAL2, i], Y[RESIDUAL2 + 1, i], Y[RESIDUAL2 + 2, i]
+            a, b, c = vectors[RESIDUAL2, i], vectors[RESIDUAL2 + 1, i], vectors[RESIDUAL2 + 2, i]
             f = L_RE[0] * a + L_RE[1] * b + L_RE[2] * c
             g = L_IM[0] * a + L_IM[1] * b + L_IM[2] * c
             u += s * (L_REAL[0] * a + L_REAL[1] * b + L_REAL[2] * c)
             v, w = v + x * f - y * g, w + x * g + y * f
-        Y[CHANGE, i], Y[CHANGE + 1, i], Y[CHANGE + 2, i] = -u, -v, -w
+        vectors[CHANGE, i], vectors[CHANGE + 1, i], vectors[CHANGE + 2, i] = -u, -v, -w
 
 
 @kernel
-def correct(h, unit, Y, I, A, P):
+def correct(h, unit, run):
     """Solve for the corrections, apply them; the largest scaled change of a position or ``unit`` times a velocity."""
-    n, m, size = I[N_Q], I[N_PHI], I[N_ALL]
-    solve_stages(h, Y, I, A, P)
+    vectors, layout = run.vectors, run.layout
+    n, m, size = layout[N_Q], layout[N_PHI], layout[N_ALL]
+    solve_stages(h, run)
     largest = 0.0
     for k in range(3):
         b0, b1, b2 = h * h * SQUARE[k][0], h * h * SQUARE[k][1], h * h * SQUARE[k][2]
         for i in range(n):
-            Y[ERROR, i] = b0 * Y[CHANGE, i] + b1 * Y[CHANGE + 1, i] + b2 * Y[CHANGE + 2, i]
-            largest = larger(abs(Y[ERROR, i]) * Y[SCALE, i], largest)
+            vectors[ERROR, i] = b0 * vectors[CHANGE, i] + b1 * vectors[CHANGE + 1, i] + b2 * vectors[CHANGE + 2, i]
+            largest = larger(abs(vectors[ERROR, i]) * vectors[SCALE, i], largest)
         for i in range(n, size):
-            Y[ERROR2, i] = 0.0
-        multiply(A[COUPLING], P[COUPLING], Y, ERROR, ERROR2)
+            vectors[ERROR2, i] = 0.0
+        multiply(COUPLING, ERROR, ERROR2, run)
         a0, a1, a2 = INVERSE[k][0] / h, INVERSE[k][1] / h, INVERSE[k][2] / h
         for i in range(n):
-            Y[RESIDUAL2 + k, i] = -Y[RESIDUAL2 + k, i]
+            vectors[RESIDUAL2 + k, i] = -vectors[RESIDUAL2 + k, i]
         for i in range(n, n + m):
-            Y[RESIDUAL2 + k, i] += Y[ERROR2, i]
-            Y[RESIDUAL2 + k, i] -= a0 * Y[RESIDUAL, i] + a1 * Y[RESIDUAL + 1, i] + a2 * Y[RESIDUAL + 2, i]
-        solve(A[PROJECTION], P[PROJECTION], I, Y, RESIDUAL2 + k)
+            vectors[RESIDUAL2 + k, i] += vectors[ERROR2, i]
+            vectors[RESIDUAL2 + k, i] -= (
+                a0 * vectors[RESIDUAL, i] + a1 * vectors[RESIDUAL + 1, i] + a2 * vectors[RESIDUAL + 2, i]
+            )
+        solve(PROJECTION, RESIDUAL2 + k, run)
     for k in range(3):
         a0, a1, a2 = INVERSE[k][0] / h, INVERSE[k][1] / h, INVERSE[k][2] / h
         b0, b1, b2 = h * W[k][0], h * W[k][1], h * W[k][2]
         for i in range(n + m):
-            w0, w1, w2 = Y[RESIDUAL2, i], Y[RESIDUAL2 + 1, i], Y[RESIDUAL2 + 2, i]
-            Y[STAGE + k, i] += Y[CHANGE + k, i] - (a0 * w0 + a1 * w1 + a2 * w2)
-            Y[STAGE2 + k, i] += Y[RESIDUAL2 + k, i]
+            w0, w1, w2 = vectors[RESIDUAL2, i], vectors[RESIDUAL2 + 1, i], vectors[RESIDUAL2 + 2, i]
+            vectors[STAGE + k, i] += vectors[CHANGE + k, i] - (a0 * w0 + a1 * w1 + a2 * w2)
+            vectors[STAGE2 + k, i] += vectors[RESIDUAL2 + k, i]
         for i in range(n + m, size):
-            Y[STAGE + k, i] += Y[CHANGE + k, i]
+            vectors[STAGE + k, i] += vectors[CHANGE + k, i]
         for i in range(n):
-            e = b0 * Y[CHANGE, i] + b1 * Y[CHANGE + 1, i] + b2 * Y[CHANGE + 2, i]
-            Y[DV + k, i] = e - Y[RESIDUAL2 + k, i]
-    if P[DAMPING, P.shape[1] - 1] > 0:
-        couple(h, Y, I, A, P)
+            e = b0 * vectors[CHANGE, i] + b1 * vectors[CHANGE + 1, i] + b2 * vectors[CHANGE + 2, i]
+            vectors[DV + k, i] = e - vectors[RESIDUAL2 + k, i]
+    if has_entries(DAMPING, run):
+        couple(h, run)
     for k in range(3):
         for i in range(n):
-            largest = larger(unit * abs(Y[DV + k, i]) * Y[SCALE, i], largest)
+            largest = larger(unit * abs(vectors[DV + k, i]) * vectors[SCALE, i], largest)
     return largest
 
 
 @kernel
-def solve_stages(h, Y, I, A, P):
+def solve_stages(h, run):
     """e and kappa of all stages, in CHANGE, from the residuals."""
-    n, m, size = I[N_Q], I[N_PHI], I[N_ALL]
-    transform(0, n, h, 0, Y)
-    transform(n, n + m, h, 2, Y)
-    transform(n + m, size, h, 1, Y)
-    solve(A[0], P[0], I, Y, CHANGE)
-    complex_solve(A[COMPLEX], A[COMPLEX + 1], P[COMPLEX], I, Y[CHANGE + 1], Y[CHANGE + 2])
+    vectors, layout, matrices, pivots = run.vectors, run.layout, run.matrices, run.pivots
+    n, m, size = layout[N_Q], layout[N_PHI], layout[N_ALL]
+    transform(0, n, h, 0, run)
+    transform(n, n + m, h, 2, run)
+    transform(n + m, size, h, 1, run)
+    solve(0, CHANGE, run)
+    complex_solve(
+        matrices[COMPLEX], matrices[COMPLEX + 1], pivots[COMPLEX], layout, vectors[CHANGE + 1], vectors[CHANGE + 2]
+    )
     for i in range(size):
-        u, v, w = Y[CHANGE, i], 2.0 * Y[CHANGE + 1, i], 2.0 * Y[CHANGE + 2, i]
+        u, v, w = vectors[CHANGE, i], 2.0 * vectors[CHANGE + 1, i], 2.0 * vectors[CHANGE + 2, i]
         for k in range(3):
-            Y[CHANGE + k, i] = R_REAL[k] * u + R_RE[k] * v - R_IM[k] * w
+            vectors[CHANGE + k, i] = R_REAL[k] * u + R_RE[k] * v - R_IM[k] * w
 
 
 @rare
-def couple(h, Y, I, A, P):
+def couple(h, run):
     """What dw, in RESIDUAL2, makes of a by D and Gam_v."""
+    vectors, layout = run.vectors, run.layout
     for k in range(3):
-        for i in range(I[N_ALL]):
-            Y[ERROR, i], Y[RESIDUAL + k, i], Y[RESIDUAL2 + k, i] = -Y[RESIDUAL2 + k, i], 0.0, 0.0
-        multiply(A[DAMPING], P[DAMPING], Y, ERROR, RESIDUAL + k)
-    solve_stages(h, Y, I, A, P)
+        for i in range(layout[N_ALL]):
+            vectors[ERROR, i], vectors[RESIDUAL + k, i], vectors[RESIDUAL2 + k, i] = (
+                -vectors[RESIDUAL2 + k, i],
+                0.0,
+                0.0,
+            )
+        multiply(DAMPING, ERROR, RESIDUAL + k, run)
+    solve_stages(h, run)
     for k in range(3):
-        for i in range(I[N_ALL]):
-            Y[STAGE + k, i] += Y[CHANGE + k, i]
+        for i in range(layout[N_ALL]):
+            vectors[STAGE + k, i] += vectors[CHANGE + k, i]
         b0, b1, b2 = h * W[k][0], h * W[k][1], h * W[k][2]
-        for i in range(I[N_Q]):
-            Y[DV + k, i] += b0 * Y[CHANGE, i] + b1 * Y[CHANGE + 1, i] + b2 * Y[CHANGE + 2, i]
+        for i in range(layout[N_Q]):
+            vectors[DV + k, i] += b0 * vectors[CHANGE, i] + b1 * vectors[CHANGE + 1, i] + b2 * vectors[CHANGE + 2, i]
 
 
 @rare
-def estimate(inertia, h, speed, Y, F, I, A, P):
+def estimate(h, speed, run):
     """The error of the embedded formula of order 3: the largest of q, scaled, and of v, relative to ``speed`` moreover.
 
     Filtered by (1 - s J)^-1 with the real s, J being that of the equations of motion with their constraints: what is
     stiff has no part in it.
     """
-    n, s = I[N_Q], REAL * h
+    vectors, numbers, layout = run.vectors, run.numbers, run.layout
+    n, s = layout[N_Q], REAL * h
     for i in range(n):
-        a, b, c = Y[STAGE, i], Y[STAGE + 1, i], Y[STAGE + 2, i]
-        w = E1[0] * Y[STAGE2, i] + E1[1] * Y[STAGE2 + 1, i] + E1[2] * Y[STAGE2 + 2, i]
-        Y[ERROR, i] = h * (h * (E2[0] * a + E2[1] * b + E2[2] * c) + w)
-        Y[CHANGE, i] = h * (REAL * Y[XA, i] + E1[0] * a + E1[1] * b + E1[2] * c)
-    for i in range(I[N_ALL]):
-        Y[ERROR2, i], Y[MX, i] = 0.0, 0.0
-    multiply(A[COUPLING], P[COUPLING], Y, ERROR, ERROR2)
-    if I[MASS_KIND] > 0:
-        inertia(TIMES, CHANGE, MX, Y, F, I)
+        a, b, c = vectors[STAGE, i], vectors[STAGE + 1, i], vectors[STAGE + 2, i]
+        w = E1[0] * vectors[STAGE2, i] + E1[1] * vectors[STAGE2 + 1, i] + E1[2] * vectors[STAGE2 + 2, i]
+        vectors[ERROR, i] = h * (h * (E2[0] * a + E2[1] * b + E2[2] * c) + w)
+        vectors[CHANGE, i] = h * (REAL * vectors[UNKNOWN0, i] + E1[0] * a + E1[1] * b + E1[2] * c)
+    for i in range(layout[N_ALL]):
+        vectors[ERROR2, i], vectors[MX, i] = 0.0, 0.0
+    multiply(COUPLING, ERROR, ERROR2, run)
+    if layout[MASS_KIND] > 0:
+        inertia(TIMES, CHANGE, MX, run)
     for i in range(n):
-        Y[CHANGE, i] = F[I[MASS] + i] * Y[CHANGE, i] + Y[MX, i] - s * Y[ERROR2, i]
-    for i in range(n, n + I[N_PHI]):
-        Y[CHANGE, i] = 0.0
-    for i in range(n + I[N_PHI], I[N_ALL]):
-        Y[CHANGE, i] = -Y[ERROR2, i]
-    solve(A[0], P[0], I, Y, CHANGE)
+        vectors[CHANGE, i] = numbers[layout[MASS] + i] * vectors[CHANGE, i] + vectors[MX, i] - s * vectors[ERROR2, i]
+    for i in range(n, n + layout[N_PHI]):
+        vectors[CHANGE, i] = 0.0
+    for i in range(n + layout[N_PHI], layout[N_ALL]):
+        vectors[CHANGE, i] = -vectors[ERROR2, i]
+    solve(0, CHANGE, run)
     largest = 0.0
     for i in range(n):
-        of_q, of_v = Y[ERROR, i] + s * Y[CHANGE, i], Y[CHANGE, i]
-        largest = larger(max(abs(of_q), abs(of_v) / speed) * Y[SCALE, i], largest)
+        of_q, of_v = vectors[ERROR, i] + s * vectors[CHANGE, i], vectors[CHANGE, i]
+        largest = larger(max(abs(of_q), abs(of_v) / speed) * vectors[SCALE, i], largest)
     return largest

@@ -100,7 +100,7 @@ def test_the_model_says_of_frames_what_kernels_say():
     d, model = S.tables.coordinates["rod"], S.tables.models["rod"]
     e, rate = q[d : d + model.n], v[d : d + model.n]
     for frame, x, phi in (("a", -0.6, 0.0), ("b", 0.6, 0.0), ("s", 0.1, 0.3), ("n", -0.2, -0.4)):
-        pose, row = (x, 0.0, phi), S._work.Z[S.tables.frames[f"rod.{frame}"]]
+        pose, row = (x, 0.0, phi), S._work.frames[S.tables.frames[f"rod.{frame}"]]
         assert len(model.dofs(pose)) == (8 if frame == "s" else 4)
         for k, key in enumerate(("x", "y", "phi", "vx", "vy", "w")):
             assert model.frame(pose, key, e[None], rate[None])[0] == pytest.approx(row[k], rel=1e-13, abs=1e-13)
@@ -165,9 +165,11 @@ def test_mass_matrix():
     assert apart(M, expected) < 1e-14 and apart(model.M(q), expected) < 1e-14
     assert np.allclose(at.T @ M @ at, np.diag([1.0, 1.0, 1 / 12 + 0.03]), rtol=0, atol=1e-14)
     work, force = S.workspace(), np.random.default_rng(0).normal(size=S.n)
-    work.Y[buffer_layout.FP] = force
-    S.kernels(1).inertia(buffer_layout.INVERSE, buffer_layout.FP, buffer_layout.T1, work.Y, work.F, work.I)
-    assert apart(work.Y[buffer_layout.T1], np.linalg.solve(expected, force)) < 1e-11
+    work.vectors[buffer_layout.FORCE] = force
+    S.kernels(1).inertia(
+        buffer_layout.INVERSE, buffer_layout.FORCE, buffer_layout.TEMPORARY, work.vectors, work.numbers, work.layout
+    )
+    assert apart(work.vectors[buffer_layout.TEMPORARY], np.linalg.solve(expected, force)) < 1e-11
 
 
 # -- rigid motion ------------------------------------------------------------------------------------------------
@@ -249,7 +251,7 @@ def at_rest(S, load, steps=10):
         else:
             raise AssertionError("no equilibrium found")
     S.evaluate(0, q, None, lam)
-    return S._work.Z[S.tables.frames["rod.b"], :3].copy()
+    return S._work.frames[S.tables.frames["rod.b"], :3].copy()
 
 
 def inextensible(elements, load, EA, **options):
@@ -420,7 +422,7 @@ def test_angles_count_turns():
     for k, (q, angle) in enumerate(zip(t.q, exact, strict=True)):
         S.count_turns(q)
         S.evaluate(t.t[k], q)
-        assert S._work.Z[row, 2] == pytest.approx(angle, abs=1e-9)
+        assert S._work.frames[row, 2] == pytest.approx(angle, abs=1e-9)
 
 
 def test_a_spring_winds_up():
@@ -453,6 +455,6 @@ def test_cost_grows_with_the_number_of_elements():
     for n in (10, 20, 40):
         S = system(beam("  Revolute O(ground, rod.a);", n))
         pattern = analyse(S.unknowns, *S.tables.pattern, S.elimination_order())
-        counts.append([S.size, pattern.size, pattern.length, len(S.tables.F), len(S.tables.I)])
+        counts.append([S.size, pattern.size, pattern.length, len(S.tables.numbers), len(S.tables.layout)])
     counts = np.array(counts)
     assert np.array_equal(counts[2] - counts[1], 2 * (counts[1] - counts[0]))

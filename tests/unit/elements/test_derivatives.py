@@ -371,10 +371,10 @@ def test_kernels_at_frames(kind, variant):
             second = np.zeros((kind.rows, 6, 6))
         else:
             o = [
-                s.tables.I[s.tables.I[buffer_layout.PAIRS] + buffer_layout.PAIR * r + 3]
+                s.tables.layout[s.tables.layout[buffer_layout.PAIRS] + buffer_layout.PAIR * r + 3]
                 for r in range(row, row + kind.rows)
             ]
-            second = np.array([s._work.F[h : h + 36].reshape(6, 6) for h in o])
+            second = np.array([s._work.numbers[h : h + 36].reshape(6, 6) for h in o])
             agree(
                 C[:, buffer_layout.GRADIENT_RATE : buffer_layout.GRADIENT_RATE + 6],
                 np.einsum("i,kij->kj", v[at], second),
@@ -408,7 +408,7 @@ def test_signals_are_what_the_kernels_compute(kind, variant):
             for k, key in enumerate(own):
                 root = s.scene.signal_of(c, key)
                 found = values(s, [root, der(root)], np.array([t]), q[None], v[None])
-                rate = C[start + k, :3] @ s._work.Z[a, 3:6] + C[start + k, 3:6] @ s._work.Z[b, 3:6]
+                rate = C[start + k, :3] @ s._work.frames[a, 3:6] + C[start + k, 3:6] @ s._work.frames[b, 3:6]
                 # the same few operations in another order: a few roundings of values of some metres
                 assert found[0][0] == pytest.approx(C[start + k, buffer_layout.VALUE], abs=1e-13)
                 assert found[1][0] == pytest.approx(rate, abs=1e-12)
@@ -425,7 +425,7 @@ def test_springs_are_gradients_of_their_energy(kind):
     idle = s.scene.components
     others = [c for c in idle.values() if isinstance(c.kind, ForceKind) and c.kind is not kind]
     assert all({s.scene.frames[f].body for f in c.ports.values()} == {"ground"} for c in others)
-    weight = s.tables.F[s.tables.I[buffer_layout.FORCE0] :][: s.n]
+    weight = s.tables.numbers[s.tables.layout[buffer_layout.CONSTANT_FORCE] :][: s.n]
     for t, q, v, _ in states(s, names):
         slopes = gradients(s, roots, t, q, v)[1].sum(axis=0)
         for _, at, body in flexible(s):  # the body's own energy, weight included; a complex step is exact

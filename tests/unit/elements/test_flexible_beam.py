@@ -116,7 +116,7 @@ def test_frames_move_as_the_models_say():
     s = chain()
     q, v, _ = state(s)
     s.evaluate(0.0, q, v)
-    Z = s._work.Z
+    Z = s._work.frames
     for name, at, body in beams(s):
         for frame in ("p", "q"):
             pose = s.scene.frames[f"{name}.{frame}"]
@@ -143,92 +143,99 @@ def evaluated(s, sets=2, seed=0):
     """A workspace with the state evaluated in it, M and random vectors."""
     q, v, lam = state(s, seed)
     w = s.workspace()
-    w.Y[buffer_layout.Q, : s.n], w.Y[buffer_layout.V, : s.n] = q, v
-    w.Y[buffer_layout.X : buffer_layout.X2 + 1] = np.random.default_rng(seed + 9).normal(size=w.Y[:2].shape)
-    w.Y[buffer_layout.X, s.n : s.unknowns] = lam
+    w.vectors[buffer_layout.POSITION, : s.n], w.vectors[buffer_layout.VELOCITY, : s.n] = q, v
+    w.vectors[buffer_layout.UNKNOWN : buffer_layout.UNKNOWN2 + 1] = np.random.default_rng(seed + 9).normal(
+        size=w.vectors[:2].shape
+    )
+    w.vectors[buffer_layout.UNKNOWN, s.n : s.unknowns] = lam
     kernels = s.kernels(sets)
-    kernels.evaluate(0.0, w.Y, w.Z, w.C, w.F, w.I)
+    kernels.evaluate(0.0, w.vectors, w.frames, w.gradients, w.numbers, w.layout)
     return w, kernels, q, s.M(0.0, q)
 
 
 def test_evaluate_multiplies_with_what_m_has_beside_its_diagonal():
     s = chain()
     w, _, q, M = evaluated(s)
-    off, x = M - np.diag(s.mass()), w.Y[:, : s.n]
+    off, x = M - np.diag(s.mass()), w.vectors[:, : s.n]
     assert not np.allclose(off, np.diag(off.diagonal())) and np.abs(off.diagonal()).max() > 1e-3
-    close(x[buffer_layout.MX], off @ x[buffer_layout.X], 1e-13)
-    close(x[buffer_layout.MX2], off @ x[buffer_layout.X2], 1e-13)
+    close(x[buffer_layout.MX], off @ x[buffer_layout.UNKNOWN], 1e-13)
+    close(x[buffer_layout.MX2], off @ x[buffer_layout.UNKNOWN2], 1e-13)
     # and the rows are those that a method names
-    w.I[buffer_layout.INERTIA_ROW], w.I[buffer_layout.INERTIA_ROW2] = buffer_layout.V, buffer_layout.X
-    s.kernels(2).evaluate(0.0, w.Y, w.Z, w.C, w.F, w.I)
-    close(x[buffer_layout.MX], off @ x[buffer_layout.V], 1e-13)
-    close(x[buffer_layout.MX2], off @ x[buffer_layout.X], 1e-13)
-    assert np.array_equal(x[buffer_layout.Q], q)
+    w.layout[buffer_layout.INERTIA_ROW], w.layout[buffer_layout.INERTIA_ROW2] = (
+        buffer_layout.VELOCITY,
+        buffer_layout.UNKNOWN,
+    )
+    s.kernels(2).evaluate(0.0, w.vectors, w.frames, w.gradients, w.numbers, w.layout)
+    close(x[buffer_layout.MX], off @ x[buffer_layout.VELOCITY], 1e-13)
+    close(x[buffer_layout.MX2], off @ x[buffer_layout.UNKNOWN], 1e-13)
+    assert np.array_equal(x[buffer_layout.POSITION], q)
 
 
 def test_times_and_inverse():
     s = chain()
     w, kernels, _, M = evaluated(s)
-    x, inertia = w.Y[:, : s.n], kernels.inertia
-    inertia(buffer_layout.TIMES, buffer_layout.X2, buffer_layout.T1, w.Y, w.F, w.I)
-    close(x[buffer_layout.T1], (M - np.diag(s.mass())) @ x[buffer_layout.X2], 1e-13)
-    inertia(buffer_layout.INVERSE, buffer_layout.X, buffer_layout.T2, w.Y, w.F, w.I)
-    close(M @ x[buffer_layout.T2], x[buffer_layout.X], 1e-10)
-    close(x[buffer_layout.T2], s.solve_mass(0.0, x[buffer_layout.Q], x[buffer_layout.X]), 1e-10)
+    x, inertia = w.vectors[:, : s.n], kernels.inertia
+    inertia(buffer_layout.TIMES, buffer_layout.UNKNOWN2, buffer_layout.TEMPORARY, w.vectors, w.numbers, w.layout)
+    close(x[buffer_layout.TEMPORARY], (M - np.diag(s.mass())) @ x[buffer_layout.UNKNOWN2], 1e-13)
+    inertia(buffer_layout.INVERSE, buffer_layout.UNKNOWN, buffer_layout.TEMPORARY2, w.vectors, w.numbers, w.layout)
+    close(M @ x[buffer_layout.TEMPORARY2], x[buffer_layout.UNKNOWN], 1e-10)
+    close(x[buffer_layout.TEMPORARY2], s.solve_mass(0.0, x[buffer_layout.POSITION], x[buffer_layout.UNKNOWN]), 1e-10)
     # at other coordinates
     other = state(s, 1)[0]
-    w.Y[buffer_layout.Q, : s.n] = other
-    kernels.evaluate(0.0, w.Y, w.Z, w.C, w.F, w.I)
-    inertia(buffer_layout.INVERSE, buffer_layout.X, buffer_layout.T2, w.Y, w.F, w.I)
+    w.vectors[buffer_layout.POSITION, : s.n] = other
+    kernels.evaluate(0.0, w.vectors, w.frames, w.gradients, w.numbers, w.layout)
+    inertia(buffer_layout.INVERSE, buffer_layout.UNKNOWN, buffer_layout.TEMPORARY2, w.vectors, w.numbers, w.layout)
     there = s.M(0.0, other)
-    close(there @ x[buffer_layout.T2], x[buffer_layout.X], 1e-10)
-    assert np.abs(M @ x[buffer_layout.T2] - x[buffer_layout.X]).max() > 1e-2
-    assert np.array_equal(x[buffer_layout.Q], other)
+    close(there @ x[buffer_layout.TEMPORARY2], x[buffer_layout.UNKNOWN], 1e-10)
+    assert np.abs(M @ x[buffer_layout.TEMPORARY2] - x[buffer_layout.UNKNOWN]).max() > 1e-2
+    assert np.array_equal(x[buffer_layout.POSITION], other)
 
 
 def test_m_at_coordinates_of_its_own():
     """A method may keep M: it is looked at where and when it says, by values and by tangents."""
     s = chain()
     w, kernels, q, M = evaluated(s)
-    Y, n, A = w.Y, s.n, np.zeros(s.size)
+    Y, n, A = w.vectors, s.n, np.zeros(s.size)
     rows, columns = s.tables.pattern
 
     def looked_at(where, new):
-        Y[buffer_layout.Q_MASS, :n], w.I[buffer_layout.NEW_MASS] = where, new
-        kernels.evaluate(0.0, Y, w.Z, w.C, w.F, w.I)
-        kernels.tangent(0.0, 1.0, *[0.0] * 8, Y, w.Z, w.C, w.F, w.I, A)
+        Y[buffer_layout.MASS_POSITION, :n], w.layout[buffer_layout.NEW_MASS] = where, new
+        kernels.evaluate(0.0, Y, w.frames, w.gradients, w.numbers, w.layout)
+        kernels.tangent(0.0, 1.0, *[0.0] * 8, Y, w.frames, w.gradients, w.numbers, w.layout, A)
         found = np.zeros((s.unknowns, s.unknowns))
         np.add.at(found, (rows, columns), A)
-        kernels.inertia(buffer_layout.INVERSE, buffer_layout.X, buffer_layout.T2, Y, w.F, w.I)
+        kernels.inertia(buffer_layout.INVERSE, buffer_layout.UNKNOWN, buffer_layout.TEMPORARY2, Y, w.numbers, w.layout)
         return found[:n, :n]
 
-    w.I[buffer_layout.MASS_ROW] = buffer_layout.Q_MASS
+    w.layout[buffer_layout.MASS_ROW] = buffer_layout.MASS_POSITION
     former, other = state(s, 1)[0], state(s, 2)[0]
     there = s.M(0.0, former)
     for where, new in ((former, 1), (other, 0)):
         close(looked_at(where, new), there, 1e-13)
-        close(Y[buffer_layout.MX, :n], (there - np.diag(s.mass())) @ Y[buffer_layout.X, :n], 1e-13)
-        close(there @ Y[buffer_layout.T2, :n], Y[buffer_layout.X, :n], 1e-10)
+        close(Y[buffer_layout.MX, :n], (there - np.diag(s.mass())) @ Y[buffer_layout.UNKNOWN, :n], 1e-13)
+        close(there @ Y[buffer_layout.TEMPORARY2, :n], Y[buffer_layout.UNKNOWN, :n], 1e-10)
     close(looked_at(other, 1), s.M(0.0, other), 1e-13)
-    assert np.array_equal(Y[buffer_layout.Q, :n], q) and np.abs(there - M).max() > 1e-2
+    assert np.array_equal(Y[buffer_layout.POSITION, :n], q) and np.abs(there - M).max() > 1e-2
 
 
 def test_reactions_of_the_start_of_a_step_are_carried_over():
     """GP = M M_n^{-1} Phi_q(q_n)^T psi, n where KEEP was set."""
     s = chain()
     w, kernels, q, M_n = evaluated(s, sets=3)
-    Y, n = w.Y, s.n
+    Y, n = w.vectors, s.n
     G_n = s.Phi_q(0.0, q)
-    w.I[buffer_layout.KEEP] = 1
+    w.layout[buffer_layout.KEEP] = 1
     for seed in (3, 4):  # the second time nothing is kept: n is still where it was
-        Y[buffer_layout.Q, :n], Y[buffer_layout.V, :n], psi = state(s, seed)
-        Y[buffer_layout.X, n : s.unknowns] = psi
-        kernels.evaluate(0.0, Y, w.Z, w.C, w.F, w.I)
-        assert w.I[buffer_layout.KEEP] == 0
-        M = s.M(0.0, Y[buffer_layout.Q, :n])
+        Y[buffer_layout.POSITION, :n], Y[buffer_layout.VELOCITY, :n], psi = state(s, seed)
+        Y[buffer_layout.UNKNOWN, n : s.unknowns] = psi
+        kernels.evaluate(0.0, Y, w.frames, w.gradients, w.numbers, w.layout)
+        assert w.layout[buffer_layout.KEEP] == 0
+        M = s.M(0.0, Y[buffer_layout.POSITION, :n])
         expected = M @ np.linalg.solve(M_n, G_n.T @ psi)
-        close(Y[buffer_layout.GP, :n], expected, 1e-10)
+        close(Y[buffer_layout.PAST_FORCE, :n], expected, 1e-10)
         assert np.abs(G_n.T @ psi - expected).max() > 1e-2
         close(
-            Y[buffer_layout.GD, :n], s.Phi_q(0.0, Y[buffer_layout.Q, :n]).T @ Y[buffer_layout.X2, n : s.unknowns], 1e-12
+            Y[buffer_layout.FORCE2, :n],
+            s.Phi_q(0.0, Y[buffer_layout.POSITION, :n]).T @ Y[buffer_layout.UNKNOWN2, n : s.unknowns],
+            1e-12,
         )

@@ -1,6 +1,7 @@
 """Steps of controlled size: what local errors are said to be, steps of any lengths, and what is around them."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -53,7 +54,8 @@ def test_local_errors_add_up_to_the_error_attained(method):
         k = system.names().index("body.x")
         t = np.arange(h, 2.0 + h / 2, h)
         e_q, e_v = (
-            np.array(x) for x in zip(*(local_error(h, h, run.c, np.sin(s), np.cos(s)) for s in t - h / 2), strict=True)
+            np.array(x)
+            for x in zip(*(local_error(h, h, run.coefficients, np.sin(s), np.cos(s)) for s in t - h / 2), strict=True)
         )
         if module.METHOD.family == "BDF2":
             e_q, e_v = 1.5 * e_q, 1.5 * e_v
@@ -71,9 +73,9 @@ def prescribed(scene, method, steps):
     system, run = started(scene, method, 1.0, 1e3, tol=ANY)
     first = initial_state(system, graph.build(scene), 0.0)
     run.begin(first.q, first.v, first.a, first.lam, h=float(steps[0]))
-    run.K[loop_state.TOL] = 1e9
+    run.reals[loop_state.TOL] = 1e9
     for h in [*steps[1:], steps[-1]]:
-        run.K[loop_state.MOST_H] = h
+        run.reals[loop_state.MOST_H] = h
         assert run.advance(1) == loop_state.RUNNING
     assert run.count("rejected") == 0 and run.steps == len(steps)
     return system, run
@@ -110,13 +112,14 @@ def test_order_is_kept_whatever_the_steps(method, sequence):
 def test_bdf2_is_exact_for_quadratics(ratio):
     from mbdsl.integrators.methods import nstiff
 
-    c = np.zeros(4)
-    getattr(nstiff.set_ratio, "py_func", nstiff.set_ratio)(ratio, c)
-    h, last, s, p = ratio, 1.0, c[1] * ratio, c[2]
+    run = SimpleNamespace(memory=np.zeros(4))
+    getattr(nstiff.set_ratio, "py_func", nstiff.set_ratio)(ratio, run)
+    s_squared, s, p = run.memory[[nstiff.S_SQUARED, nstiff.S, nstiff.P]]
+    h, last, s, s_squared = ratio, 1.0, s * ratio, s_squared * ratio**2
     for k in range(3):
         now, before, end = 0.0**k, (-last) ** k, h**k
         assert now + p * (now - before) + s * k * h ** (k - 1 if k else 0) == pytest.approx(end, abs=1e-14)
-    assert c[0] == pytest.approx(c[1] ** 2, rel=1e-14)
+    assert s_squared == pytest.approx(s**2, rel=1e-14)
 
 
 def test_few_changes_of_the_step(tmp_path):
@@ -207,9 +210,9 @@ def test_rows_of_errors_are_apart():
                 buffer_layout.E_Q,
                 buffer_layout.E_V,
                 buffer_layout.E_X,
-                buffer_layout.T1,
-                buffer_layout.T2,
-                buffer_layout.Y2,
+                buffer_layout.TEMPORARY,
+                buffer_layout.TEMPORARY2,
+                buffer_layout.MULTIPLIED2,
             }
         )
         == 6

@@ -19,6 +19,7 @@ import mbdsl
 from mbdsl.compilation import buffer_layout
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.methods.nstiff import S
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import System, build
@@ -270,7 +271,7 @@ def integration(model, method):
     system, h = build(scene, mechanism), STEPS[model]
     start = initial_state(system, mechanism, 0.0)
     run = Integration(system, method, h, 0.0, 1000 * h, np.array([]))
-    run.K[loop_state.VELOCITY_TOL] = run.K[loop_state.RELATIVE_TOL] = 0.0
+    run.reals[loop_state.VELOCITY_TOL] = run.reals[loop_state.RELATIVE_TOL] = 0.0
     run.begin(start.q, start.v, start.a, start.lam)
     return system, run
 
@@ -280,17 +281,17 @@ def steps(model, method, done):
     system, run = integration(model, method)
     n, h = system.n, run.h
     assert not done or run.advance(done) == loop_state.RUNNING
-    Y = run.Y.copy()
-    a = Y[buffer_layout.Q1 if method == "hht-add" else buffer_layout.XA]
-    before = Before(
-        system, done * h, h, Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n], a[:n], Y[buffer_layout.XA, n:],
-        Y[buffer_layout.Q1, :n], Y[buffer_layout.V1, :n], method.startswith("nstiff") and run.c[1] == 1.0,
-    )  # fmt: skip
+    Y = run.vectors.copy()
+    a = Y[buffer_layout.KEPT if method == "hht-add" else buffer_layout.UNKNOWN0]
+    euler = method.startswith("nstiff") and run.memory[S] == 1.0
+    q, v, lam = Y[buffer_layout.POSITION0, :n], Y[buffer_layout.VELOCITY0, :n], Y[buffer_layout.UNKNOWN0, n:]
+    kept = Y[buffer_layout.KEPT, :n], Y[buffer_layout.KEPT2, :n]
+    before = Before(system, done * h, h, q, v, a[:n], lam, *kept, euler)
     assert run.advance(1) == loop_state.RUNNING
-    Y = run.Y
-    before.near = (Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n], Y[buffer_layout.XA, n:])
+    Y = run.vectors
+    before.near = (Y[buffer_layout.POSITION0, :n], Y[buffer_layout.VELOCITY0, :n], Y[buffer_layout.UNKNOWN0, n:])
     if method in SPLIT:
-        before.near += (Y[buffer_layout.XA + buffer_layout.PAST, n:],)
+        before.near += (Y[buffer_layout.UNKNOWN0 + buffer_layout.PAST, n:],)
     return before, before.near
 
 
@@ -300,21 +301,24 @@ def test_hht_si2_looks_at_the_mass_matrix_once_a_step(model):
     for method in ("hht-si2", "nstiff-si2"):
         S, run = integration(model, method)
         for _ in range(4):
-            q, v = run.Y[buffer_layout.Q0, : S.n].copy(), run.Y[buffer_layout.V0, : S.n].copy()
-            iterations = run.J[loop_state.ITERATIONS]
+            q, v = (
+                run.vectors[buffer_layout.POSITION0, : S.n].copy(),
+                run.vectors[buffer_layout.VELOCITY0, : S.n].copy(),
+            )
+            iterations = run.integers[loop_state.ITERATIONS]
             assert run.advance(1) == loop_state.RUNNING
-            assert run.J[loop_state.ITERATIONS] > iterations + 1
-            assert run.I[buffer_layout.NEW_MASS] == 0
-            used, end = run.Y[buffer_layout.Q_MASS, : S.n], run.Y[buffer_layout.Q0, : S.n]
-            a = run.Y[buffer_layout.XA, : S.n]
+            assert run.integers[loop_state.ITERATIONS] > iterations + 1
+            assert run.layout[buffer_layout.NEW_MASS] == 0
+            used, end = run.vectors[buffer_layout.MASS_POSITION, : S.n], run.vectors[buffer_layout.POSITION0, : S.n]
+            a = run.vectors[buffer_layout.UNKNOWN0, : S.n]
             if method == "hht-si2":
                 assert np.array_equal(used, q + (1 + ALPHA) * run.h * v)
                 beside = (S.M(0.0, used) - np.diag(S.mass())) @ a
-                assert run.Y[buffer_layout.MX, : S.n] == pytest.approx(
+                assert run.vectors[buffer_layout.MX, : S.n] == pytest.approx(
                     beside, rel=0, abs=1e-9 * max(1.0, np.abs(beside).max())
                 )
             else:
-                assert not used.any() and run.I[buffer_layout.MASS_ROW] == buffer_layout.Q
+                assert not used.any() and run.layout[buffer_layout.MASS_ROW] == buffer_layout.POSITION
             assert np.abs(end - q).max() > 1e-6
 
 

@@ -29,13 +29,13 @@ def test_real_systems(singular, plain):
     for _ in range(3):
         rows, M, columns = matrix(rng, singular)
         P, I = tables()
-        A, Y = np.zeros(N * N + 2 * N), rng.normal(size=(1, N))
+        A, y = np.zeros(N * N + 2 * N), rng.normal(size=N)
         A[: N * N] = (rows[:, None] * M * columns).ravel()
-        expected = None if singular else np.linalg.solve(M, Y[0] / rows) / columns
+        expected = None if singular else np.linalg.solve(M, y / rows) / columns
         assert plain(linear_solve.dense_factor)(A, P, I) != singular
         if not singular:
-            plain(linear_solve.dense_solve)(A, P, I, Y, 0)
-            assert Y[0] * columns == pytest.approx(expected * columns, rel=1e-9)
+            plain(linear_solve.dense_solve)(A, P, I, y)
+            assert y * columns == pytest.approx(expected * columns, rel=1e-9)
 
 
 @pytest.mark.parametrize("singular", [False, True])

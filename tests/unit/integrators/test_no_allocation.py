@@ -43,13 +43,13 @@ def running(model, method, tol=None):
 def calls(run, steps):
     """Calls that Python makes and hears of while the loop takes so many steps."""
     found = []
-    before, former = int(run.J[loop_state.STEP]), sys.getprofile()
+    before, former = int(run.integers[loop_state.STEP]), sys.getprofile()
     sys.setprofile(lambda frame, event, argument: found.append(event))
     try:
         status = run.advance(steps)
     finally:
         sys.setprofile(former)
-    assert status == loop_state.RUNNING and run.J[loop_state.STEP] - before == steps
+    assert status == loop_state.RUNNING and run.integers[loop_state.STEP] - before == steps
     return found
 
 

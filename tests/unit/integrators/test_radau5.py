@@ -159,14 +159,14 @@ def test_a_step(model, done):
     h = STEPS[model]
     S, run = begun(model, h)
     assert not done or run.advance(done) == loop_state.RUNNING
-    Y, n = run.Y.copy(), S.n
+    Y, n = run.vectors.copy(), S.n
     assert run.advance(1) == loop_state.RUNNING
-    q0, v0 = Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n]
-    a = np.zeros(n) if model == "double_pendulum" else Y[buffer_layout.XA, :n]  # its start is a transient
-    q, v = full_system(S, done * h, h, q0, v0, a, Y[buffer_layout.XA, n:])
+    q0, v0 = Y[buffer_layout.POSITION0, :n], Y[buffer_layout.VELOCITY0, :n]
+    a = np.zeros(n) if model == "double_pendulum" else Y[buffer_layout.UNKNOWN0, :n]  # its start is a transient
+    q, v = full_system(S, done * h, h, q0, v0, a, Y[buffer_layout.UNKNOWN0, n:])
     eps = 1e3 * np.finfo(float).eps * max(1.0, np.abs(q0).max())
-    assert np.abs(run.Y[buffer_layout.Q0, :n] - q).max() < eps
-    assert np.abs(run.Y[buffer_layout.V0, :n] - v).max() < eps / h
+    assert np.abs(run.vectors[buffer_layout.POSITION0, :n] - q).max() < eps
+    assert np.abs(run.vectors[buffer_layout.VELOCITY0, :n] - v).max() < eps / h
     moved = np.abs(q - q0).max(), np.abs(v - v0).max()
     assert moved[0] > 1e8 * eps and moved[1] > 1e6 * eps / h  # there was something to get wrong
 
@@ -180,7 +180,7 @@ def test_dense_and_sparse_elimination_agree(model):
         S, run = begun(model, STEPS[model])
         run._use(solver)
         assert run.advance(20) == loop_state.RUNNING
-        found.append(run.Y[buffer_layout.Q0, : S.n].copy())
+        found.append(run.vectors[buffer_layout.POSITION0, : S.n].copy())
     assert found[0] == pytest.approx(found[1], abs=1e-12)
 
 
@@ -191,9 +191,9 @@ def test_updates_that_are_not_listed(monkeypatch):
     analyse = sparse_lu.analyse
     monkeypatch.setattr(sparse_lu, "analyse", lambda *a: analyse(*a, most=0))
     other = begun("seven_body", 1e-4)[1]
-    assert len(other.I) < len(listed.I)
+    assert len(other.layout) < len(listed.layout)
     assert other.advance(5) == loop_state.RUNNING
-    assert np.array_equal(other.Y, listed.Y)
+    assert np.array_equal(other.vectors, listed.vectors)
 
 
 # -- controlled steps ------------------------------------------------------------------------------------------------
@@ -205,8 +205,8 @@ def test_the_same_in_pieces_with_controlled_steps():
         pass
     while runs[1].advance(3) == loop_state.RUNNING:
         pass
-    assert np.array_equal(runs[0].Y, runs[1].Y)
-    assert np.array_equal(runs[0].J, runs[1].J)
+    assert np.array_equal(runs[0].vectors, runs[1].vectors)
+    assert np.array_equal(runs[0].integers, runs[1].integers)
     assert np.array_equal(runs[0].out, runs[1].out)
 
 

@@ -237,9 +237,9 @@ def test_the_same_twice_and_in_pieces(method):
     runs[1].advance(1000)
     for _ in range(100):
         runs[2].advance(10)
-    assert np.array_equal(runs[0].Y, runs[1].Y)
-    assert np.array_equal(runs[0].Y, runs[2].Y)
-    assert np.array_equal(runs[0].J, runs[2].J)
+    assert np.array_equal(runs[0].vectors, runs[1].vectors)
+    assert np.array_equal(runs[0].vectors, runs[2].vectors)
+    assert np.array_equal(runs[0].integers, runs[2].integers)
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -1,10 +1,12 @@
 """What methods begin with, and what they carry from step to step, against Taylor expansions of motions that are known:
 polynomials of the degree up to which a formula is exact, and a cosine where it is of an order."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from mbdsl.compilation.buffer_layout import N_Q, Q1, ROWS, V1, XA
+from mbdsl.compilation.buffer_layout import KEPT, KEPT2, N_Q, ROWS, UNKNOWN0
 from mbdsl.errors import InitialisationError
 from mbdsl.integrators import start_values
 from mbdsl.integrators.loop import loop_state
@@ -37,7 +39,7 @@ def test_hht_i3_begins_with_the_acceleration_at_its_node(alpha):
     """That is q''(t_0 + alpha h), but for the square of alpha h times q''''/2."""
     for h in (0.1, 0.01):
         c = hht_i3.coefficients({"alpha": alpha})
-        (a,) = hht_i3.begin(np.array(c), start(h, *WAVE))[XA]
+        (a,) = hht_i3.begin(np.array(c), start(h, *WAVE))[UNKNOWN0]
         assert abs(a + np.sin(T0 + alpha * h)) <= 0.5 * (alpha * h) ** 2
 
 
@@ -51,10 +53,16 @@ def test_generalized_alpha_i3_carries_the_acceleration_at_its_node(rho):
     rows = generalized_alpha_i3.begin(c, start(h, *of_polynomial(0.3, -1.0, 0.7, 1.9)))
     (carried,) = rows[generalized_alpha_i3.CARRIED]
     assert carried == pytest.approx(a(T0 + node * h), rel=1e-14)
-    K, Y, I = np.zeros(loop_state.K_SIZE), np.zeros((ROWS, 1)), np.zeros(N_Q + 1, int)
-    I[N_Q], K[loop_state.H], K[loop_state.NODES], K[loop_state.NODES + 1] = 1, h, T0, T0 - before
-    Y[XA, 0], Y[XA + 1, 0], Y[generalized_alpha_i3.CARRIED, 0] = a(T0), a(T0 - before), carried
-    plain(generalized_alpha_i3.shift)(other, c, K, Y, I)
+    reals, Y, layout = np.zeros(loop_state.REALS), np.zeros((ROWS, 1)), np.zeros(N_Q + 1, int)
+    layout[N_Q], reals[loop_state.STEP_SIZE], reals[loop_state.NODES], reals[loop_state.NODES + 1] = (
+        1,
+        h,
+        T0,
+        T0 - before,
+    )
+    Y[UNKNOWN0, 0], Y[UNKNOWN0 + 1, 0], Y[generalized_alpha_i3.CARRIED, 0] = a(T0), a(T0 - before), carried
+    run = SimpleNamespace(coefficients=c, reals=reals, vectors=Y, layout=layout)
+    plain(generalized_alpha_i3.shift)(other, run)
     assert Y[generalized_alpha_i3.CARRIED, 0] == pytest.approx(a(T0 + node * other), rel=1e-13)
 
 
@@ -62,8 +70,8 @@ def test_nstiff_begins_with_the_step_before():
     """q of degree 3, and v of degree 2, exactly."""
     h, motion = 0.13, of_polynomial(0.3, -1.0, 0.7, 1.9)
     rows = nstiff.before(start(h, *motion))
-    assert rows[Q1] == pytest.approx(motion[0](T0 - h), rel=1e-14)
-    assert rows[V1] == pytest.approx(motion[1](T0 - h), rel=1e-14)
+    assert rows[KEPT] == pytest.approx(motion[0](T0 - h), rel=1e-14)
+    assert rows[KEPT2] == pytest.approx(motion[1](T0 - h), rel=1e-14)
 
 
 def test_rates_at_the_start_are_of_order_two():

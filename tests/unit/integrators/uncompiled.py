@@ -16,7 +16,7 @@ from mbdsl.elements.kind import ForceKind
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import modules
-from mbdsl.integrators.loop import linear_solve, split_correction
+from mbdsl.integrators.loop import linear_solve, run_data, split_correction
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
@@ -75,52 +75,60 @@ class Step:
         self.run.begin(start.q, start.v, start.a, start.lam)
         self.method, self.h, self.n, self.N = modules()[name], h, system.n, system.unknowns
         self.rows = min(2, self.method.METHOD.sets)
-        rng, Y = np.random.default_rng(3), self.run.Y
+        rng, vectors = np.random.default_rng(3), self.run.vectors
         n, N = self.n, self.N
-        Y[buffer_layout.Q0, :n] += rng.uniform(-0.1, 0.1, n)
-        Y[buffer_layout.XA, :n] += rng.normal(size=n)
-        Y[buffer_layout.X] = Y[buffer_layout.XA] + rng.normal(size=N)
-        Y[buffer_layout.F0, :n] += rng.normal(size=n)
-        Y[buffer_layout.X2] = 0.0 if at_rest else 0.3 * rng.normal(size=N)
-        Y[buffer_layout.V0, :n] += rng.normal(size=n)
+        vectors[buffer_layout.POSITION0, :n] += rng.uniform(-0.1, 0.1, n)
+        vectors[buffer_layout.UNKNOWN0, :n] += rng.normal(size=n)
+        vectors[buffer_layout.UNKNOWN] = vectors[buffer_layout.UNKNOWN0] + rng.normal(size=N)
+        vectors[buffer_layout.FORCE0, :n] += rng.normal(size=n)
+        vectors[buffer_layout.UNKNOWN2] = 0.0 if at_rest else 0.3 * rng.normal(size=N)
+        vectors[buffer_layout.VELOCITY0, :n] += rng.normal(size=n)
         # one step earlier
-        Y[buffer_layout.Q1, :n] = Y[buffer_layout.Q0, :n] - h * Y[buffer_layout.V0, :n]
-        Y[buffer_layout.V1, :n] = Y[buffer_layout.V0, :n] - h * rng.normal(size=n)
+        vectors[buffer_layout.KEPT, :n] = (
+            vectors[buffer_layout.POSITION0, :n] - h * vectors[buffer_layout.VELOCITY0, :n]
+        )
+        vectors[buffer_layout.KEPT2, :n] = vectors[buffer_layout.VELOCITY0, :n] - h * rng.normal(size=n)
         if at_rest:
-            Y[buffer_layout.V0] = 0.0
+            vectors[buffer_layout.VELOCITY0] = 0.0
             if name == "hht-add":  # nor does it move: the old Phi_q is the new one
-                Y[buffer_layout.X, :n] = Y[buffer_layout.X2, :n] = 0.0
+                vectors[buffer_layout.UNKNOWN, :n] = vectors[buffer_layout.UNKNOWN2, :n] = 0.0
             else:  # v at the end of the step is zero
-                Y[buffer_layout.V1] = 0.0
+                vectors[buffer_layout.KEPT2] = 0.0
                 ends = []
-                for Y[buffer_layout.V0, :n] in (0.0, 1.0):
+                for vectors[buffer_layout.VELOCITY0, :n] in (0.0, 1.0):
                     self.residual()
-                    ends.append(Y[buffer_layout.V, :n].copy())
-                Y[buffer_layout.V0, :n] = ends[0] / (ends[0] - ends[1])
+                    ends.append(vectors[buffer_layout.VELOCITY, :n].copy())
+                vectors[buffer_layout.VELOCITY0, :n] = ends[0] / (ends[0] - ends[1])
         if any(c.friction is not None for c in scene.components.values()):
-            for row in (buffer_layout.X, buffer_layout.X2):  # far from where a normal force changes its sign
-                Y[row, n:] += 1e5
+            for row in (
+                buffer_layout.UNKNOWN,
+                buffer_layout.UNKNOWN2,
+            ):  # far from where a normal force changes its sign
+                vectors[row, n:] += 1e5
         # the start of the step is where the past is
-        Y[buffer_layout.Q, :n], Y[buffer_layout.V, :n] = Y[buffer_layout.Q0, :n], Y[buffer_layout.V0, :n]
-        self.run.evaluate(0.0, *self.common()[1:])
-        self.run.I[buffer_layout.KEEP] = 1
+        vectors[buffer_layout.POSITION, :n], vectors[buffer_layout.VELOCITY, :n] = (
+            vectors[buffer_layout.POSITION0, :n],
+            vectors[buffer_layout.VELOCITY0, :n],
+        )
+        run_data.evaluate(0.0, self.data)
+        self.run.layout[buffer_layout.KEEP] = 1
         # unknowns that are none: the second multipliers of nonholonomic constraints
         self.active = np.ones((self.rows, N), bool)
         self.active[1:, n + system.m :] = False
 
-    def common(self):
-        r = self.run
-        return r.c, r.Y, r.Z, r.C, r.F, r.I
+    @property
+    def data(self):
+        return self.run.data()
 
     def residual(self):
-        c, Y, Z, C, F, I = self.common()
-        self.method.motion(self.h, c, Y, I)
-        self.run.evaluate(self.h, Y, Z, C, F, I)
-        self.method.residual(self.h, c, Y, F, I)
-        return Y[buffer_layout.R : buffer_layout.R + self.rows, : self.N].ravel().copy()
+        self.method.motion(self.h, self.data)
+        run_data.evaluate(self.h, self.data)
+        self.method.residual(self.h, self.data)
+        rows = slice(buffer_layout.RESIDUAL, buffer_layout.RESIDUAL + self.rows)
+        return self.run.vectors[rows, : self.N].ravel().copy()
 
     def unknowns(self):
-        return self.run.Y[buffer_layout.X : buffer_layout.X + self.rows]
+        return self.run.vectors[buffer_layout.UNKNOWN : buffer_layout.UNKNOWN + self.rows]
 
     def jacobian(self):
         """d(residuals)/d(unknowns) by five-point differences."""
@@ -140,16 +148,15 @@ class Step:
 
     def corrections(self):
         """The linear map from residuals to corrections that the method's matrix and solve make."""
-        c, Y, Z, C, F, I = self.common()
         self.residual()
-        assert self.method.matrix(self.run.tangent, self.h, self.h, c, Y, Z, C, F, I, self.run.A, self.run.P)
+        assert self.method.matrix(self.h, self.h, self.data)
         x, B = self.unknowns(), np.zeros((self.rows * self.N,) * 2)
         kept = x.copy()
         for k in range(x.size):
             x[:] = 0.0
-            Y[buffer_layout.R : buffer_layout.R + self.rows] = 0.0
-            Y[buffer_layout.R + k // self.N, k % self.N] = 1.0
-            self.method.correct(0, self.h, c, Y, I, self.run.A, self.run.P)
+            self.run.vectors[buffer_layout.RESIDUAL : buffer_layout.RESIDUAL + self.rows] = 0.0
+            self.run.vectors[buffer_layout.RESIDUAL + k // self.N, k % self.N] = 1.0
+            self.method.correct(0, self.h, self.data)
             B[:, k] = -x.ravel()
         x[:] = kept
         return B

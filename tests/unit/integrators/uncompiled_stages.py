@@ -13,7 +13,7 @@ import numpy as np
 import mbdsl
 from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.initial.consistent import initial_state
-from mbdsl.integrators.loop import linear_solve
+from mbdsl.integrators.loop import linear_solve, run_data
 from mbdsl.integrators.methods import radau5_stages
 from mbdsl.integrators.methods.radau5_coefficients import NODES
 from mbdsl.integrators.run import Integration
@@ -37,25 +37,25 @@ class Stages:
         self.run = run = Integration(system, "radau5", h, 0.0, 1.0, np.array([1.0]))
         run._use(linear_solve.DENSE)  # which finds a pivot wherever there is one
         run.begin(start.q, start.v, start.a, start.lam)
-        radau5_stages.set_metric(run.Y, run.F, run.I)
+        radau5_stages.set_metric(run.data())
         self.h, self.n, self.m, self.N, self.spoilt = h, system.n, system.m, system.unknowns, spoilt
-        rng, Y, n, N = np.random.default_rng(3), run.Y, system.n, system.unknowns
-        Y[buffer_layout.Q0, :n] += rng.uniform(-0.1, 0.1, n)
+        rng, vectors, n, N = np.random.default_rng(3), run.vectors, system.n, system.unknowns
+        vectors[buffer_layout.POSITION0, :n] += rng.uniform(-0.1, 0.1, n)
         lam = rng.normal(size=N - n)
         for k in range(3):
-            Y[radau5_stages.STAGE + k, n:] = (
-                Y[buffer_layout.XA, n:] + lam + (0.0 if at_rest else 0.1 * rng.normal(size=N - n))
+            vectors[radau5_stages.STAGE + k, n:] = (
+                vectors[buffer_layout.UNKNOWN0, n:] + lam + (0.0 if at_rest else 0.1 * rng.normal(size=N - n))
             )
         if at_rest:
-            Y[buffer_layout.V0] = 0.0
+            vectors[buffer_layout.VELOCITY0] = 0.0
         else:
-            Y[buffer_layout.V0, :n] += rng.normal(size=n)
-            Y[radau5_stages.STAGE : radau5_stages.STAGE + 3, :n] = rng.normal(size=(3, n))
-            Y[radau5_stages.STAGE2 : radau5_stages.STAGE2 + 3, : n + self.m] = (
+            vectors[buffer_layout.VELOCITY0, :n] += rng.normal(size=n)
+            vectors[radau5_stages.STAGE : radau5_stages.STAGE + 3, :n] = rng.normal(size=(3, n))
+            vectors[radau5_stages.STAGE2 : radau5_stages.STAGE2 + 3, : n + self.m] = (
                 0.01 * h**2 * rng.normal(size=(3, n + self.m))
             )
         if any(c.friction is not None for c in scene.components.values()):
-            Y[radau5_stages.STAGE : radau5_stages.STAGE + 3, n:] += (
+            vectors[radau5_stages.STAGE : radau5_stages.STAGE + 3, n:] += (
                 1e5  # far from where a normal force changes its sign
             )
         # unknowns that are none: the second multipliers of nonholonomic constraints
@@ -63,16 +63,16 @@ class Stages:
         self.active[3:, n + self.m :] = False
 
     def residual(self):
-        r = self.run
+        data = self.run.data()
         for k in (0, 2, 1):
-            radau5_stages.motion(k, self.h, r.Y, r.I)
-            r.I[buffer_layout.NEW_MASS] = 1
-            r.evaluate(NODES[k] * self.h, r.Y, r.Z, r.C, r.F, r.I)
-            radau5_stages.residual(k, r.Y, r.F, r.I)
-        return r.Y[radau5_stages.RESIDUAL : radau5_stages.RESIDUAL + 6].ravel().copy()
+            radau5_stages.motion(k, self.h, data)
+            data.layout[buffer_layout.NEW_MASS] = 1
+            run_data.evaluate(NODES[k] * self.h, data)
+            radau5_stages.residual(k, data)
+        return data.vectors[radau5_stages.RESIDUAL : radau5_stages.RESIDUAL + 6].ravel().copy()
 
     def unknowns(self):
-        return self.run.Y[radau5_stages.STAGE : radau5_stages.STAGE + 6]
+        return self.run.vectors[radau5_stages.STAGE : radau5_stages.STAGE + 6]
 
     def jacobian(self):
         """d(residuals)/d(unknowns) by five-point differences."""
@@ -90,20 +90,20 @@ class Stages:
 
     def corrections(self):
         """The linear map from residuals to corrections."""
-        r = self.run
         self.residual()
 
         def tangent(t, cM, cK, *more):
-            r.tangent(t, cM, (1.01 if self.spoilt else 1.0) * cK, *more)
+            self.run.tangent(t, cM, (1.01 if self.spoilt else 1.0) * cK, *more)
 
-        assert radau5_stages.matrices(tangent, NODES[1] * self.h, self.h, 1e-12, r.Y, r.Z, r.C, r.F, r.I, r.A, r.P)
+        data = self.run.data()._replace(tangent_at=tangent)
+        assert radau5_stages.matrices(NODES[1] * self.h, self.h, 1e-12, data)
         x = self.unknowns()
         B, kept = np.zeros((x.size, x.size)), x.copy()
         for k in range(x.size):
             x[:] = 0.0
-            r.Y[radau5_stages.RESIDUAL : radau5_stages.RESIDUAL + 6] = 0.0
-            r.Y[radau5_stages.RESIDUAL + k // self.N, k % self.N] = 1.0
-            radau5_stages.correct(self.h, self.h, r.Y, r.I, r.A, r.P)
+            data.vectors[radau5_stages.RESIDUAL : radau5_stages.RESIDUAL + 6] = 0.0
+            data.vectors[radau5_stages.RESIDUAL + k // self.N, k % self.N] = 1.0
+            radau5_stages.correct(self.h, self.h, data)
             B[:, k] = -x.ravel()
         x[:] = kept
         return B
