@@ -374,7 +374,7 @@ def _takes(motion: Motion, name: str) -> str:
     rows = [motion.system.tables.multipliers[key] - motion.system.n for key in reads]  # type: ignore[index]
     if not rows:
         return "a formula of coordinates and velocities"
-    if motion.own_reactions and motion.known[rows].all():
+    if motion.own_reactions and motion.whole.known[rows].all():
         return "a formula of multipliers, which the method gives"
     return "reactions that are not solved for: a linear solve at every point of output"
 

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Matrix: TypeAlias = "Array | csr_array"
 
-EPS = 1e-12  #: what takes the place of the zero block
+EPS = 1e-12  #: regularisation of the zero block
+REFINEMENTS = 3  #: of a solution with the regularised matrix
 RANK = 1e-10  #: singular values of J, relative to the largest, that count as zero
 
 
@@ -61,6 +62,30 @@ def null_space(J: Array) -> Array:
     return Vt[int((s > RANK * s.max(initial=0.0)).sum()) :].T
 
 
+def regularised(S: csr_array, n: int) -> Callable[[Array], Array]:
+    """A direct solver for a sparse [[A, U], [J, 0]] with n rows above the zero block, where -EPS I takes its place.
+
+    Iterative refinement with S removes the effect of that; see ``refined``. If S is exactly singular, x is NaN.
+    """
+    from scipy.sparse import csc_array, diags_array
+    from scipy.sparse.linalg import splu
+
+    shift = np.concatenate([np.zeros(n), np.full(S.shape[0] - n, -EPS)])
+    try:
+        return splu(csc_array(S + diags_array(shift))).solve
+    except RuntimeError:
+        return lambda b: np.full_like(b, np.nan)
+
+
+def refined(S: csr_array, n: int, b: Array, times: int = REFINEMENTS) -> Array:
+    """x of S x = b for S as in ``regularised``, after so many refinements."""
+    solve = regularised(S, n)
+    x = solve(b)
+    for _ in range(times):
+        x = x + solve(b - S @ x)
+    return x
+
+
 class Saddle:
     """[[A, U], [J, 0]] factorised; ``scale`` (n,) times coordinates is of order one.
 
@@ -86,21 +111,16 @@ class Saddle:
             except np.linalg.LinAlgError:
                 self._solve = lambda b: np.full_like(b, np.nan)
             return
-        from scipy.sparse import block_array, csc_array, diags_array
-        from scipy.sparse.linalg import splu
+        from scipy.sparse import block_array
 
         self._S = block_array([[A, U], [J, None]], format="csr") if m else A
-        shift = np.concatenate([np.zeros(self.n), np.full(m, -EPS)])
-        try:
-            self._solve = splu(csc_array(self._S + diags_array(shift))).solve
-        except RuntimeError:  # exactly singular
-            self._solve = lambda b: np.full_like(b, np.nan)
+        self._solve = regularised(self._S, self.n)
 
     def solve(self, b: Array, c: Array | None = None) -> tuple[Array, Array]:
         """x (n,) and mu (m,); not numbers where the matrix is singular."""
         right = np.concatenate([self.d * b / self.kappa, np.zeros(len(self.r)) if c is None else self.r * c])
         x = self._solve(right)
-        for _ in range(3):
+        for _ in range(REFINEMENTS):
             x = x + self._solve(right - self._S @ x)
         return self.d * x[: self.n], self.kappa * self.r * x[self.n :]
 

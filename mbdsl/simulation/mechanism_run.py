@@ -5,7 +5,7 @@ The reduced scene (:mod:`mbdsl.mechanism.reduction`) is solved; the results refe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mbdsl.bodies.contract import LARGEST_BEND
 from mbdsl.compilation import code_cache
 from mbdsl.elements.kind import JointKind
-from mbdsl.expressions.symbolic import coordinate
+from mbdsl.expressions.symbolic import RATE
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
 from mbdsl.initial.start_conditions import check_bending, check_loose
 from mbdsl.integrators import Run, backend, declared
@@ -26,8 +26,8 @@ from mbdsl.mechanism import graph
 from mbdsl.mechanism.reduction import Note, Part, Reduction, reduce
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.hermite import between
+from mbdsl.simulation.whole_scene import WholeScene
 from mbdsl.system import System, build
-from mbdsl.system.signals import values
 from mbdsl.system.tables import gravity
 
 Array = NDArray[np.float64]
@@ -37,7 +37,6 @@ FAR = 10.0
 #: number of steps of the first run between two checks of it
 GLANCE = 64
 NOISE = 1e-4  #: relative noise of accelerations from positions above which those of the equations are more accurate
-RATE = {"x": "vx", "y": "vy", "phi": "w"}
 
 
 @dataclass(frozen=True)
@@ -91,8 +90,8 @@ class Motion:
     system : System
         That of the scene as written, to which a trajectory refers. It is that of the only part if nothing was reduced.
     parts : list of Moving
-    known : (m + p,) of bool
-        The multipliers that the parts solve for; the others are computed from the motion on access.
+    whole : WholeScene
+        The map from the states of the parts to that of the scene.
     failed : Moving or None
         The part that failed.
     trial_steps : int
@@ -153,15 +152,8 @@ class Motion:
             for name, body in p.system.tables.models.items()
             if body.deforms
         ]
-        self.known = np.zeros(len(names), bool)
-        self._rows = []
-        for p in self.parts:
-            n, full = p.system.n, self.system.tables.multipliers
-            own = p.method != KINEMATIC
-            pairs = [(full[key] - self.system.n, k - n) for key, k in p.system.tables.multipliers.items() if own]
-            rows = np.array(pairs, np.int64).reshape(-1, 2)
-            self._rows.append(rows)
-            self.known[rows[:, 0]] = True
+        solved = [p.method != KINEMATIC for p in self.parts]
+        self.whole = WholeScene(self.system, self.reduction, [p.system for p in self.parts], solved)
 
     def watch(self) -> None:
         """Search fixed steps for peaks of laws between their ends; called after ``prepare``, before the first step."""
@@ -376,7 +368,7 @@ class Motion:
     def present(self) -> tuple[Array, Array, Array]:
         """Present q, v (n,) and lam (m + p,)."""
         states = [p.integration.state() for p in self.parts]
-        q, v, lam = self._whole(np.array([self.time]), [(q[None], v[None], lam[None]) for q, v, lam in states])
+        q, v, lam = self.whole.state(np.array([self.time]), [(q[None], v[None], lam[None]) for q, v, lam in states])
         return q[0], v[0], lam[0]
 
     def output(self, partial: bool) -> tuple[Array, Array, Array, Array, list[tuple[Array, Array]]]:
@@ -408,7 +400,7 @@ class Motion:
         if plan.shown is not None:
             rows = np.concatenate([[True], plan.shown[:done], np.ones(int(extra), bool)])
             times, states = times[rows], [(q[rows], v[rows], lam[rows]) for q, v, lam in states]
-        return times, *self._whole(times, states), [(q, v) for q, v, _ in states]
+        return times, *self.whole.state(times, states), [(q, v) for q, v, _ in states]
 
     def states(self) -> tuple[Array, Array, Array]:
         """Times (N,), q and v (N, n) at the start and at all times of the plan that the present run has reached."""
@@ -433,69 +425,17 @@ class Motion:
             times = np.unique(np.concatenate(known))
             times = times[times <= min(t[-1] for t in known)]
             states = [between(times, t, *own) for t, own in zip(known, states, strict=True)]
-        return times, *self._whole(times, states), [(q, v) for q, v, _ in states]
-
-    def _whole(self, t: Array, states: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Array, Array]:
-        """q, v (N, n) and lam (N, m + p) of the scene from those of its parts; nan where lam is not known."""
-        if self.parts and self.parts[0].system is self.system:
-            q, v, lam = (x.copy() for x in states[0])
-            return q, v, lam if self.known.all() else np.where(self.known, lam, np.nan)
-        system = self.system
-        q, v = np.zeros((len(t), system.n)), np.zeros((len(t), system.n))
-        lam = np.full((len(t), system.m + system.p), np.nan)
-        owner = {body: k for k, p in enumerate(self.parts) for body in p.system.tables.coordinates}
-        still = System(self.reduction.scene, self.reduction.graph, system.tables)
-        for body in system.scene.bodies():
-            frame = f"{body.name}.c"
-            k = owner.get(self.reduction.scene.frames[frame].body)
-            d, count = system.tables.coordinates[body.name], system.tables.models[body.name].n
-            if k is not None and count > len(RATE):  # flexible bodies are not reduced
-                part = self.parts[k].system.tables
-                own = part.coordinates[body.name]
-                system.set_turn(body.name, part.models[body.name].turn)
-                q[:, d : d + count] = states[k][0][:, own : own + count]
-                v[:, d : d + count] = states[k][1][:, own : own + count]
-                continue
-            keys = body.coordinates
-            roots = [coordinate(frame, key) for key in (*keys, *(RATE[key] for key in keys))]
-            where, (part_q, part_v) = (still, (q, v)) if k is None else (self.parts[k].system, states[k][:2])
-            found = values(where, roots, t, part_q, part_v)
-            for j in range(len(keys)):
-                q[:, d + j], v[:, d + j] = found[j], found[len(keys) + j]
-        for rows, (_, _, part_lam) in zip(self._rows, states, strict=True):
-            lam[:, rows[:, 0]] = part_lam[:, rows[:, 1]]
-        return q, v, lam
+        return times, *self.whole.state(times, states), [(q, v) for q, v, _ in states]
 
 
 def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | None]) -> Run:
     """A part's run: by compiled code or by a backend."""
+    arguments = system, method, plan.h, plan.start, plan.stop, plan.times, options
     if backend(method) is not None:
         from mbdsl.integrators.backends import External
 
-        return External(
-            system,
-            method,
-            plan.h,
-            plan.start,
-            plan.stop,
-            plan.times,
-            options,
-            tol=plan.tol,
-            every=plan.every,
-            longest=plan.longest,
-        )
-    return Integration(
-        system,
-        method,
-        plan.h,
-        plan.start,
-        plan.stop,
-        plan.times,
-        options,
-        tol=plan.tol,
-        every=plan.every,
-        longest=plan.longest,
-    )
+        return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
+    return Integration(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
 
 
 def constrained(scene: Scene) -> bool:

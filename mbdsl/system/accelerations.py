@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
-from mbdsl.numerics.saddle_point import least_squares
+from mbdsl.numerics.saddle_point import least_squares, refined
 from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
@@ -88,18 +88,13 @@ def _solve_motion(
             x = least_squares(K, b, 1e-13)  # of any rank
             r = b - K @ x
     else:
-        from scipy.sparse import block_array, csc_array, diags_array
-        from scipy.sparse.linalg import splu
+        from scipy.sparse import block_array, diags_array
 
         S = block_array([[M, U], [J, None]], format="csr")
         S, b = diags_array(d) @ S @ diags_array(d), d * b
-        shift = np.concatenate([np.zeros(n), np.full(m, -1e-12)])
-        lu = splu(csc_array(S + diags_array(shift)))
-        x = lu.solve(b)
-        for _ in range(3):
-            x = x + lu.solve(b - S @ x)
+        x = refined(S, n, b)
         r = b - S @ x
-    if np.abs(r).max(initial=0.0) > 1e-8 * np.abs(b).max(initial=0.0):
+    if not np.abs(r).max(initial=0.0) <= 1e-8 * np.abs(b).max(initial=0.0):  # or NaN
         names = system.names() + [system.constraint_names()[k] for k in kept]
         raise InitialisationError(
             f"no accelerations satisfy the equations of motion at t = {t:g} s; worst: {names[int(np.abs(r).argmax())]}",

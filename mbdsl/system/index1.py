@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.compilation import buffer_layout
+from mbdsl.numerics.saddle_point import refined
 from mbdsl.system.accelerations import balance
 from mbdsl.system.system import System
 
@@ -139,18 +140,7 @@ class Index1:
         return (d * x.T).T
 
     def _sparse(self, K, b: Array) -> Array:
-        """As above for a large K, balanced here; iterative refinement removes the effect of the regularisation."""
-        from scipy.sparse import csc_array, diags_array
-        from scipy.sparse.linalg import splu
+        """As above for a large K, balanced here."""
+        from scipy.sparse import diags_array
 
-        d, n = self._d, self.n
-        S = diags_array(d) @ K @ diags_array(d)
-        shift = np.concatenate([np.zeros(n), np.full(K.shape[0] - n, -1e-12)])
-        try:
-            lu = splu(csc_array(S + diags_array(shift)))
-        except RuntimeError:  # exactly singular
-            return np.full_like(b, np.nan)
-        x = lu.solve(b)
-        for _ in range(2):
-            x = x + lu.solve(b - S @ x)
-        return x
+        return refined(diags_array(self._d) @ K @ diags_array(self._d), self.n, b, times=2)

@@ -1,0 +1,41 @@
+"""Interpolation between the steps of a motion: exact for the polynomials of its degree, of order 4 for others."""
+
+import numpy as np
+import pytest
+
+from mbdsl.numerics.hermite import between
+
+
+def states(t, position, rate):
+    return position(t)[:, None], rate(t)[:, None], (2.0 + 3.0 * t)[:, None]
+
+
+def test_cubic_motions_are_exact():
+    known, t = np.array([-1.0, 0.5, 0.75, 2.0]), np.linspace(-1.0, 2.0, 61)
+    position, rate = np.poly1d([0.7, -1.3, 0.2, 5.0]), np.poly1d([2.1, -2.6, 0.2])
+    q, v, lam = between(t, known, *states(known, position, rate))
+    expected = states(t, position, rate)
+    for found, want in zip((q, v, lam), expected, strict=True):
+        np.testing.assert_allclose(found, want, rtol=0.0, atol=1e-13 * np.abs(want).max())
+
+
+def test_order_four():
+    t = np.linspace(0.0, 1.0, 201)
+    errors = []
+    for steps in (8, 16):
+        known = np.linspace(0.0, 1.0, steps + 1)
+        q, _, _ = between(t, known, *states(known, np.sin, np.cos))
+        errors.append(np.abs(q[:, 0] - np.sin(t)).max())
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.1)
+
+
+def test_known_states_are_returned_to_the_bit():
+    known = np.array([0.0, 0.1, 0.3])
+    given = states(known, np.sin, np.cos)
+    for found, want in zip(between(known, known, *given), given, strict=True):
+        assert np.array_equal(found, want)
+
+
+def test_a_single_state():
+    q, v, lam = between(np.array([0.0, 1.0]), np.array([0.0]), np.ones((1, 2)), np.zeros((1, 2)), np.ones((1, 1)))
+    assert q.tolist() == [[1.0, 1.0]] * 2 and v.tolist() == [[0.0, 0.0]] * 2 and lam.tolist() == [[1.0]] * 2
