@@ -1,1 +1,1 @@
-"""Bodies: for every kind its kernels and, with arrays, the model that the rest of the system sees."""
+"""Bodies: the kernels of every kind, and the NumPy model through which the other packages access it."""

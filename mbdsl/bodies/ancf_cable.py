@@ -1,10 +1,11 @@
-"""A beam in absolute nodal coordinates, as the system sees it: see :mod:`mbdsl.bodies.ancf_cable_kernels`.
+"""A flexible beam in absolute nodal coordinates: the body model for :mod:`mbdsl.bodies.ancf_cable_kernels`.
 
-Stretch is summed at three Lobatto points an element, curvature at three Gauss points. A cubic r that bends cannot keep
-|r'| = 1 throughout: where eps is asked to vanish at Gauss points, whatever their number, bending is paid for with
-stretch, and errors fall as Le^2 until Le^2 EA/EI is small (axial locking). At Lobatto points, the nodes are among
-them, and the one in the middle costs each element no more freedom than its own length: errors fall as Le^4, for any
-EA/EI. Fewer points leave motions without any force: a straight element has three ways to stretch and two to bend.
+Axial strain is integrated with three Lobatto points per element, curvature with three Gauss points. In a bent element,
+a cubic r cannot have |r'| = 1 everywhere. Requiring eps = 0 at Gauss points, however many, therefore couples bending to
+stretching, and errors decrease as Le^2 until Le^2 EA/EI is small (axial locking). The three Lobatto points are the
+nodes, which neighbouring elements share, and the midpoint, whose condition only fixes the length of the element: errors
+decrease as Le^4, for any EA/EI. Fewer points would leave modes of zero energy: a straight element has three axial and
+two bending modes.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from mbdsl.numerics.banded_cholesky import cholesky
 
 Array = NDArray[np.float64]
 
-#: points and weights on [0, 1]
+#: quadrature points and weights on [0, 1]
 LOBATTO3 = np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6
 GAUSS3 = 0.5 + np.sqrt(0.15) * np.array([-1.0, 0.0, 1.0]), np.array([5.0, 8.0, 5.0]) / 18
 GAUSS4 = tuple(0.5 * x for x in (1.0 + np.polynomial.legendre.leggauss(4)[0], np.polynomial.legendre.leggauss(4)[1]))
@@ -42,9 +43,9 @@ def _turning(slope: Array, rate: Array) -> Array:
 
 
 class CableBody:
-    """A flexible beam with x, y and the slopes dx, dy of nodes, from end a to end b.
+    """A flexible beam with the coordinates x, y and slopes dx, dy of its nodes, from end a to end b.
 
-    Turns are counted from the angle ``turn`` of end a; kernels have theirs in ``numbers`` at ``counter``.
+    Revolutions are counted from the angle ``turn`` of end a; kernels read theirs from ``numbers`` at ``counter``.
     """
 
     deforms = True
@@ -57,8 +58,8 @@ class CableBody:
         self.L = self.length / self.elements
         s, w = INERTIA
         S, d, _ = shapes(s, self.L)
-        # The angle's rate is that of r' but for stretching, which the rotary inertia takes for turning as well: M stays
-        # constant, and is exact for a beam that does not stretch.
+        # Only the component of the rate of r' normal to r' turns the section. The rotary inertia counts the axial one
+        # as well: M is then constant, and exact for an inextensible beam.
         self._density = self.L * (v["mass"] / self.length * (S.T * w) @ S + v["rotary"] * (d.T * w) @ d)
         self._first = self.L * v["mass"] / self.length * w @ S
         self.turn, self.counter = 0.0, -1
@@ -70,7 +71,7 @@ class CableBody:
 
     # -- masses --------------------------------------------------------------------------------------------------
     def _banded(self) -> Array:
-        """The mass matrix (n/2, n/2) of x, and as well of y."""
+        """The mass matrix (n/2, n/2) of the x coordinates, which is also that of the y coordinates."""
         M = np.zeros((self.n // 2, self.n // 2))
         for i in range(self.elements):
             M[2 * i : 2 * i + 4, 2 * i : 2 * i + 4] += self._density
@@ -109,7 +110,7 @@ class CableBody:
 
     # -- frames --------------------------------------------------------------------------------------------------
     def _station(self, pose: Pose) -> tuple[int, Array, Array]:
-        """The first of the coordinates that a frame moves with, S and S' for them: of a node, or of an element."""
+        """The first coordinate that a frame depends on, and S and S' there: those of a node, or of an element."""
         x = on_axis(pose, self.length) / self.L
         node = round(x)
         if abs(x - node) <= 1e-9 * self.elements:
@@ -142,8 +143,8 @@ class CableBody:
         return [*head, buffers.floats(factor), buffers.floats([0.0] * 64), self.counter]
 
     def frame(self, pose: Pose, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
-        """See the protocol. The angle of end a in the first state is the one closest to ``turn``; in each later state
-        it is the one closest to the extrapolation from the state before. Along the beam, angles follow the axis."""
+        """As :meth:`Body.frame`. In the first state, the angle of end a is the value closest to ``turn``; in each later
+        state, the value closest to the extrapolation from the previous state. Angles are continuous along the axis."""
         first, S, d = self._station(pose)
         e, rate = (x[:, first : first + 2 * len(S)].reshape(len(x), -1, 2) for x in (q, v))
         if key in ("x", "y", "vx", "vy"):

@@ -1,19 +1,19 @@
-"""How frames on a beam in absolute nodal coordinates move, and the beam's elastic forces: the planar ANCF cable.
+"""The planar ANCF cable: motion of frames on a beam in absolute nodal coordinates, and its elastic forces.
 
-Coordinates are, node by node, the position r and the slope r' = dr/dx of the axis, x being the undeformed length;
-between two nodes, r = S e with the four cubic Hermite polynomials S(x) and the element's eight coordinates e. So the
-mass matrix is constant, there are no velocity-dependent inertia forces, and a frame at x moves with
+The coordinates of each node are the position r and the slope r' = dr/dx of the axis, where x is the undeformed length.
+Between two nodes r = S e, with the four cubic Hermite polynomials S(x) and the element's eight coordinates e. Therefore
+the mass matrix is constant, there are no velocity-dependent inertia forces, and a frame at x moves with
 
-    r = S e,   theta = atan2(r'_y, r'_x),   B = [S; p^T S'],   p = J r'/|r'|^2,   J the turn by 90 degrees
+    r = S e,   theta = atan2(r'_y, r'_x),   B = [S; p^T S'],   p = J r'/|r'|^2,   J the rotation by 90 degrees
     (B v)_q = [0; (P S' v)^T S'],   P = d^2 theta/dr'^2 = [[-2 p_x p_y, p_x^2 - p_y^2], [., 2 p_x p_y]]
     d(B^T F)/dq = tau S'^T P S'
 
-A slope has no turns. That of end a is counted on from its angle in the state accepted last (``numbers[layout[TURN]]``,
-which evaluations only read), next to which it is; from there, turns are those of the axis, which bends by less than
-half a turn between two nodes. So angles depend on q and on that state only, and on nothing that was tried in between.
-(A cable's section is taken to be normal to its axis.)
+A slope vector does not contain the number of revolutions. The angle of end a is the value closest to its angle in the
+last accepted state (``numbers[layout[TURN]]``, which evaluations only read); from there, revolutions are counted along
+the axis, which bends by less than half a turn between two nodes. Thus angles depend on q and on the last accepted state
+only, and not on rejected iterates. (Sections are assumed to be normal to the axis.)
 
-Stretch and material curvature, and their energy, with damping after Kelvin and Voigt (retardation time T):
+Axial strain, material curvature, and their energy, with Kelvin-Voigt damping (retardation time T):
 
     eps = |r'| - 1,   K = r' x r''/|r'|^2 = theta',   U = 1/2 int EA eps^2 + EI K^2 dx
     N = EA (eps + T d eps/dt),   M = EI (K + T dK/dt),   Q = -int eps_e N + K_e M dx
@@ -21,10 +21,11 @@ Stretch and material curvature, and their energy, with damping after Kelvin and 
 With u = r'/|r'|^2: eps_r' = r'/|r'|, eps_r'r' = (1 - eps_r' eps_r'^T)/|r'|, K_r'' = p, K_r' = -J r''/|r'|^2 - 2 K u,
 K_r''r' = J/|r'|^2 - 2 p u^T, K_r'r' = 2 (J r'' u^T + u (J r'')^T)/|r'|^2 + 8 K u u^T - 2 K/|r'|^2.
 
-Where eps and K are taken is a table (:mod:`mbdsl.bodies.ancf_cable`). Source: J. Gerstmayr, H. Irschik, On the correct
-representation of bending and axial deformation in the absolute nodal coordinate formulation with an elastic line
-approach, J. Sound Vib. 318 (2008) 461-487. Record of a body in layout: see ``RECORD``; of a frame: number of its shape
-functions (4, or 2 at a node), first of its coordinates, offset in numbers of phi0, S, S', first slot.
+The points at which eps and K are evaluated are tables (:mod:`mbdsl.bodies.ancf_cable`). Source: J. Gerstmayr,
+H. Irschik, On the correct representation of bending and axial deformation in the absolute nodal coordinate formulation
+with an elastic line approach, J. Sound Vib. 318 (2008) 461-487. Record of a body in layout: see ``RECORD``. Record of a
+frame: number of its shape functions (4, or 2 at a node), its first coordinate, offset in numbers of phi0, S, S', first
+slot.
 """
 
 from math import atan2, floor, pi, sqrt
@@ -51,13 +52,13 @@ MASS = 1  #: the mass matrix is constant, but not diagonal
 #: the model that fills the tables
 MODEL = "mbdsl.bodies.ancf_cable"
 
-# -- record of a body: first coordinate, first frame, number of frames, of elements -----------------------------------
+# -- record of a body: first coordinate, first frame, number of frames, number of elements --------------------------
 FIRST, FRAME, N_FRAME, ELEMENTS = 0, 1, 2, 3
-#: offsets in numbers: of EA, EI, T; after the number of points, of weight and S' for eps; of weight, S' and S'' for K
+#: offsets of EA, EI, T in numbers; number of points, offset of weights and S' for eps; same for K, with S' and S''
 MATERIAL, N_STRETCH, STRETCH, N_BEND, BEND = 4, 5, 6, 7, 8
-#: first slot of the elements' 8 x 8 blocks, list of frame records, bandwidth and factor (in numbers) of M, scratch (64)
+#: first slot of the elements' 8 x 8 blocks, list of frame records, bandwidth of M; in numbers its factor, scratch (64)
 BLOCKS, OF_FRAMES, BAND, FACTOR, SCRATCH = 9, 10, 11, 12, 13
-#: offset in numbers of the angle of end a, as it was accepted last
+#: offset in numbers of the angle of end a in the last accepted state
 TURN = 14
 RECORD = 15
 FRAME_RECORD = 4
@@ -66,7 +67,7 @@ STRETCH_POINT, BEND_POINT = 5, 9
 
 @kernel
 def passed(ax, ay, bx, by):
-    """How often atan2 of a slope jumps back by a turn on the shorter way from a to b."""
+    """1 where atan2 jumps by -2 pi on the shorter rotation from slope a to slope b, -1 for a jump by 2 pi, else 0."""
     if ay >= 0.0 > by and ax * by - ay * bx > 0.0:
         return 1.0
     if ay < 0.0 <= by and ax * by - ay * bx < 0.0:
@@ -76,13 +77,16 @@ def passed(ax, ay, bx, by):
 
 @kernel
 def angle(x, y):
-    """atan2, where -0 is 0, as ``passed`` has it."""
+    """atan2(y, x) with -0 taken as 0, as ``passed`` assumes."""
     return atan2(y + 0.0, x)
 
 
 @kernel
 def move(block, vectors, frames, numbers, layout):
-    """Pose and rate of every frame, and p, which stands where rigid bodies have levers; wrenches start at zero."""
+    """Write pose, rate and p (in the columns LEVER) of every frame, and zero wrenches, to frames.
+
+    Reads the rows POSITION and VELOCITY of vectors.
+    """
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         d = layout[o + FIRST]
@@ -124,7 +128,7 @@ def move(block, vectors, frames, numbers, layout):
 
 @kernel
 def gather(block, wrench, lever, row, vectors, frames, numbers, layout):
-    """A row += B^T F for every frame's wrench F in the columns from ``wrench`` on, p in those from ``lever`` on."""
+    """vectors[row] += B^T F of every frame, with F and p in the columns of frames from ``wrench`` and ``lever`` on."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         for f in range(layout[o + N_FRAME]):
@@ -139,20 +143,20 @@ def gather(block, wrench, lever, row, vectors, frames, numbers, layout):
 
 @kernel
 def collect(block, vectors, frames, numbers, layout):
-    """f += B^T F."""
+    """vectors[FORCE] += B^T F with the accumulated wrenches F."""
     gather(block, WRENCH, LEVER, FORCE, vectors, frames, numbers, layout)
 
 
 @kernel
 def collect_with_mu(block, vectors, frames, numbers, layout):
-    """The same, and that of the wrenches of mu."""
+    """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of mu."""
     gather(block, WRENCH, LEVER, FORCE, vectors, frames, numbers, layout)
     gather(block, MU_WRENCH, LEVER, FORCE2, vectors, frames, numbers, layout)
 
 
 @kernel
 def collect_past(block, vectors, frames, numbers, layout):
-    """The same for those of psi, at the slopes of the start of the step."""
+    """vectors[PAST_FORCE] += B^T F with the wrenches of psi and the slopes at the start of the step."""
     gather(block, PAST_WRENCH, PAST_LEVER, PAST_FORCE, vectors, frames, numbers, layout)
 
 
@@ -166,7 +170,7 @@ def curvature(ax, ay, bx, by):
 
 @kernel
 def summed(c, k, q):
-    """x and y of a field at a point, by the element's shape functions there, from c[k] on, or their derivatives."""
+    """x and y of a field at a point: coordinates q times the shape functions, or their derivatives, in c from k on."""
     x, y = 0.0, 0.0
     for j in range(4):
         x += c[k + j] * q[2 * j]
@@ -176,7 +180,7 @@ def summed(c, k, q):
 
 @kernel
 def forces(block, vectors, numbers, layout):
-    """f += elastic and damping forces."""
+    """vectors[FORCE] += elastic and damping forces. Reads the rows POSITION and VELOCITY."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         m = layout[o + MATERIAL]
@@ -205,15 +209,15 @@ def forces(block, vectors, numbers, layout):
 
 @kernel
 def inertia(block, task, row, target, vectors, numbers, layout):
-    """Tasks of the mass matrix, see :mod:`mbdsl.compilation.buffer_layout`; constant entries are seen to in
-    :mod:`mbdsl.system.loops`."""
+    """Tasks of the mass matrix, see :mod:`mbdsl.compilation.buffer_layout`: here INVERSE, which writes vectors[target].
+    :mod:`mbdsl.system.loops` multiplies with the constant entries of M."""
     if task == INVERSE:
         for e in range(layout[block]):
             o = layout[block + 1] + RECORD * e
             d, k = layout[o + FIRST], 2 * (layout[o + ELEMENTS] + 1)
             for j in range(d, d + 2 * k):
                 vectors[target, j] = vectors[row, j]
-            # x and y know nothing of each other, and have the same masses
+            # x and y are not coupled in M, and have the same mass matrix
             cholesky_solve_pairs(k, layout[o + BAND], numbers[layout[o + FACTOR] :], vectors[target, d:])
 
 
@@ -222,7 +226,8 @@ def inertia(block, task, row, target, vectors, numbers, layout):
 
 @kernel
 def jacobians(block, vectors, frames, numbers, layout):
-    """B, then (B v)_q, of every frame, 3 x 2 k each; what is always zero has been zero from the start."""
+    """Write B, then (B v)_q, of every frame, 3 x 2 k each, to numbers. Entries that are always zero keep their initial
+    value, zero."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         for f in range(layout[o + N_FRAME]):
@@ -244,7 +249,7 @@ def jacobians(block, vectors, frames, numbers, layout):
 
 @kernel
 def stiffness(block, cK, frames, numbers, layout, matrix):
-    """A += cK * (-d(B^T F)/dq) at the accumulated wrenches."""
+    """matrix += cK * (-d(B^T F)/dq) with the accumulated wrenches F, from frames."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         for f in range(layout[o + N_FRAME]):
@@ -263,7 +268,7 @@ def stiffness(block, cK, frames, numbers, layout, matrix):
 
 @rare
 def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
-    """A += -cK Q_q - cD Q_v of the elastic and damping forces; M is constant."""
+    """matrix += -cK Q_q - cD Q_v with the elastic and damping forces Q; M is constant. Uses SCRATCH of numbers."""
     for e in range(layout[block]):
         o = layout[block + 1] + RECORD * e
         H = numbers[layout[o + SCRATCH] : layout[o + SCRATCH] + 64]
@@ -280,7 +285,7 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
 
 @kernel
 def of_stretch(o, cK, cD, q, v, H, numbers, layout):
-    """H (8 x 8) += an element's share of -cK Q_q - cD Q_v by stretch."""
+    """H (8 x 8) += the part of -cK Q_q - cD Q_v of one element that is due to its axial strain."""
     EA, T = numbers[layout[o + MATERIAL]], numbers[layout[o + MATERIAL] + 2]
     for g in range(layout[o + N_STRETCH]):
         c = numbers[layout[o + STRETCH] + STRETCH_POINT * g :]
@@ -305,7 +310,7 @@ def of_stretch(o, cK, cD, q, v, H, numbers, layout):
 
 @kernel
 def of_bending(o, cK, cD, q, v, H, numbers, layout):
-    """The same by bending."""
+    """H (8 x 8) += the part of -cK Q_q - cD Q_v of one element that is due to its curvature."""
     EI, T = numbers[layout[o + MATERIAL] + 1], numbers[layout[o + MATERIAL] + 2]
     for g in range(layout[o + N_BEND]):
         c = numbers[layout[o + BEND] + BEND_POINT * g :]
@@ -330,7 +335,7 @@ def of_bending(o, cK, cD, q, v, H, numbers, layout):
         for j in range(4):
             s, t = c[1 + j], c[5 + j]
             lx, ly = s * sx + t * tx, s * sy + t * ty
-            # columns x and y: what stands with the rows' S', then with their S''
+            # columns x and y: the factors of the rows' S', then of their S''
             axx, axy = kx * lx + s * aa + t * m, kx * ly + s * ab + t * bb
             ayx, ayy = ky * lx + s * ab + t * ba, ky * ly + s * ac - t * m
             bxx, bxy = px * lx + s * m, px * ly + s * ba

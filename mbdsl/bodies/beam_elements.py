@@ -1,4 +1,4 @@
-"""Finite elements of a straight beam: cubic ones (Hermite) for deflection, quadratic ones (Lagrange) for stretching."""
+"""Finite elements of a straight beam: cubic (Hermite) for deflection, quadratic (Lagrange) for axial displacement."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Reference = Literal["pinned-pinned", "clamped-free", "mean-axis"]
 
-GAUSS = 4  #: points in an element; exact to degree 7, and v v and x^2 v' v' are of degree 6
-DUST = 1e-14  #: integrals of modes below this part of the largest they could be are zero
-#: reference conditions -> coordinates held, of the axial and of the bending problem; negative ones from the far end
+GAUSS = 4  #: points per element; exact to degree 7, while v v and x^2 v' v' have degree 6
+DUST = 1e-14  #: integrals of modes that are smaller than this part of their upper bound are set to zero
+#: reference conditions -> axial and bending coordinates held at zero; negative indices count from the far end
 HELD: dict[Reference, tuple[tuple[int, ...], tuple[int, ...]]] = {
     "pinned-pinned": ((0,), (0, -2)),
     "clamped-free": ((0,), (0, 1)),
@@ -21,7 +21,7 @@ HELD: dict[Reference, tuple[tuple[int, ...], tuple[int, ...]]] = {
 
 
 def element(x: Array, L: float, n: int) -> tuple[NDArray[np.intp], Array]:
-    """Elements that points lie in, and where in them, from 0 to 1; at nodes and mid nodes exactly so."""
+    """Indices of the elements that contain x, and local coordinates from 0 to 1, exact at nodes and mid nodes."""
     y = x * (n / L)
     half = np.round(2 * y) / 2
     y = np.where(np.abs(y - half) < 1e-12 * n, half, y)
@@ -30,14 +30,14 @@ def element(x: Array, L: float, n: int) -> tuple[NDArray[np.intp], Array]:
 
 
 def spread(parts: list[Array], e: NDArray[np.intp], size: int) -> Array:
-    """Table (points, size) of shapes that are ``parts`` in elements e, whose first coordinate is 2 e."""
+    """Table (points, size) of shape functions: the values ``parts`` within element e, in the columns from 2 e on."""
     table = np.zeros((len(e), size))
     table[np.arange(len(e))[:, None], 2 * e[:, None] + np.arange(len(parts))] = np.array(parts).T
     return table
 
 
 def quadratic(x: Array, L: float, n: int) -> tuple[Array, Array]:
-    """s and s' at x of each axial coordinate: (points, 2 n + 1) each."""
+    """s and s' at x for each axial coordinate: (points, 2 n + 1) each."""
     e, r = element(x, L, n)
     s = [(1 - r) * (1 - 2 * r), 4 * r * (1 - r), r * (2 * r - 1)]
     ds = [(4 * r - 3) * (n / L), (4 - 8 * r) * (n / L), (4 * r - 1) * (n / L)]
@@ -45,7 +45,7 @@ def quadratic(x: Array, L: float, n: int) -> tuple[Array, Array]:
 
 
 def cubic(x: Array, L: float, n: int) -> tuple[Array, Array, Array]:
-    """v, v' and v'' at x of each coordinate of bending: (points, 2 n + 2) each."""
+    """v, v' and v'' at x for each bending coordinate: (points, 2 n + 2) each."""
     e, r = element(x, L, n)
     h, size = L / n, 2 * n + 2
     v = [(1 - r) ** 2 * (1 + 2 * r), h * r * (1 - r) ** 2, r**2 * (3 - 2 * r), -h * r**2 * (1 - r)]
@@ -57,14 +57,14 @@ def cubic(x: Array, L: float, n: int) -> tuple[Array, Array, Array]:
 
 
 def gauss(L: float, n: int) -> tuple[Array, Array]:
-    """Points and weights (4 n,) of the elements' quadrature."""
+    """Points and weights (4 n,) of the quadrature over all elements."""
     points, weights = np.polynomial.legendre.leggauss(GAUSS)
     h = L / n
     return (h * (np.arange(n)[:, None] + (1 + points) / 2)).ravel(), np.tile(h * weights / 2, n)
 
 
 def gram(f: Array, w: Array | float = 1.0) -> Array:
-    """Sum of f^T f w over the points, w >= 0, symmetric to the last digit."""
+    """Sum of w f^T f over the points, w >= 0; exactly symmetric."""
     f = np.sqrt(w)[..., None] * f
     return f.T @ f
 
@@ -74,7 +74,8 @@ def without_dust(A: Array, size: float) -> Array:
 
 
 def free(n: int, reference: Reference) -> tuple[Array, Array, tuple[str, ...]]:
-    """Finite element coordinates that the reference conditions leave, as shapes, node by node along the beam."""
+    """Shapes (axial, bending) and names of the element coordinates that the reference conditions leave free, node by
+    node along the beam."""
     size = 4 * n + 3
     bends = np.isin(np.arange(size) % 4, (1, 2))
     axial, bending = np.flatnonzero(~bends), np.flatnonzero(bends)

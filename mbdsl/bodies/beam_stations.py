@@ -1,15 +1,15 @@
-"""Where on a beam a frame is."""
+"""The position of a frame along the axis of a beam."""
 
 from __future__ import annotations
 
 
 def on_axis(pose: tuple[float, float, float], length: float) -> float:
-    """The distance [m] from frame a of a frame at ``pose`` (from the middle).
+    """The distance [m] along the axis from frame a to a frame at ``pose`` (relative to the middle of the beam).
 
     Raises
     ------
     ValueError
-        It is not on the beam's axis.
+        If the frame is not on the axis of the beam.
     """
     x, slack = pose[0] + length / 2, 1e-9 * length
     if abs(pose[1]) > slack or not -slack <= x <= length + slack:

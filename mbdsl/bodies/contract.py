@@ -1,16 +1,17 @@
-"""The contract of a body kind: a module of kernels, and beside it a model with arrays.
+"""The contract of a body kind: a module of kernels, and a class with the same quantities in NumPy, the model.
 
-The kernels (:mod:`mbdsl.bodies.rigid_body_kernels`, ...) are what emitted code calls. They move the body's frames,
-collect the forces on them and fill its part of the iteration matrix. ``kernels`` lists them with their parameters; the
-first is always the offset in ``layout`` of the block's header. The module also has
+Emitted code calls the kernels (:mod:`mbdsl.bodies.rigid_body_kernels`, ...). They compute the motion of the body's
+frames, collect the forces on them and assemble the body's part of the iteration matrix. ``kernels`` lists them with
+their parameters; the first is always the offset in ``layout`` of the block's header. The module also defines
 
 ``MASS``    0: the mass matrix is diagonal and constant; 1: constant; 2: it depends on q
-``MODEL``   the name of the module whose ``MODEL`` is the class of the model
+``MODEL``   the name of the module that contains the model, under the name ``MODEL``
 
-The model computes the same for single states, and fills the tables that the kernels read; :class:`Body` says what it
-has. An element of the language names the kernels of its bodies as ``motion`` (see ``mbdsl/elements/body.py``).
+The model computes the same quantities for single states, and fills the tables that the kernels read; :class:`Body`
+lists its members. The module of an element of the language names the kernels of its bodies as ``motion`` (see
+``mbdsl/elements/body.py``).
 
-``model_class`` checks all of this where a kind of body is met first.
+``model_class`` checks all of this when a kind of body is first used.
 """
 
 from __future__ import annotations
@@ -27,13 +28,13 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Pose = tuple[float, float, float]
-#: rotation of a section [rad] up to which theories of small deformation are followed; their error is about its square
+#: largest rotation of a section [rad] in theories of small deformation; their relative error is about its square
 LARGEST_BEND = 0.5
 POSITIONS, VELOCITIES = ("x", "y", "phi"), ("vx", "vy", "w")
 
 
 class Described(Protocol):
-    """The component of a scene that a model is made of: its kind, and the kind's parameters in SI units."""
+    """The component of a scene from which a model is built: its kind, and the kind's parameters in SI units."""
 
     @property
     def kind(self) -> Any: ...
@@ -43,78 +44,79 @@ class Described(Protocol):
 
 
 def kernels(mass: int) -> dict[str, str]:
-    """Kernel -> its parameters, of bodies whose ``MASS`` is ``mass``.
+    """The required kernels and their parameters, for bodies whose ``MASS`` is ``mass``.
 
-    All read ``layout`` and write nothing but what is named here; wrenches are in columns of ``frames``, coordinates in
-    rows of ``vectors``.
+    All kernels read ``layout``. They write only the buffers that are named here. Wrenches are columns of ``frames``;
+    coordinates and forces are rows of ``vectors``.
     """
     numbers = "numbers, " if mass else ""
     found = {
-        # frames: pose and rate of every frame; its wrenches are set to zero
+        # frames: pose and rate of every frame, and zero wrenches
         "move": "block, vectors, frames, numbers, layout",
-        "collect": f"block, vectors, frames, {numbers}layout",  # row FORCE += B^T F of every frame's wrench F
-        "collect_with_mu": f"block, vectors, frames, {numbers}layout",  # the same, and FORCE2 from the wrenches of mu
-        # PAST_FORCE += B^T F from the wrenches of psi, at the pose of the step's start
+        "collect": f"block, vectors, frames, {numbers}layout",  # row FORCE += B^T F with the wrench F of every frame
+        "collect_with_mu": f"block, vectors, frames, {numbers}layout",  # also row FORCE2, with those of mu
+        # row PAST_FORCE += B^T F with the wrenches of psi, at the pose of the step's start
         "collect_past": f"block, vectors, frames, {numbers}layout",
         "jacobians": "block, vectors, frames, numbers, layout",  # numbers: B = dz/dq and (B v)_q of every frame
     }
     if mass > 0:
-        # FORCE += elastic and damping forces, and those quadratic in velocities
+        # row FORCE += elastic and damping forces, and inertia forces quadratic in the velocities
         found["forces"] = "block, vectors, numbers, layout"
-        # row ``target`` += (M - its diagonal) times ``row``, or M^{-1}
+        # row ``target`` += (M - its constant diagonal) times ``row``, or = M^{-1} times ``row``
         found["inertia"] = "block, task, row, target, vectors, numbers, layout"
-        # matrix: the derivatives of both
+        # matrix += cM (M - its constant part) + cA (M a)_q - cK Q_q - cD Q_v with Q of ``forces``
         found["tangents"] = "block, cM, cK, cD, cA, vectors, numbers, layout, matrix"
     if mass > 1:
-        found["carry_over"] = "block, vectors, numbers, layout"  # what M of the start of the step adds
+        # row PAST_FORCE = M M_n^{-1} PAST_FORCE with M_n at the start of the step
+        found["carry_over"] = "block, vectors, numbers, layout"
     return found
 
 
 def optional_kernels(mass: int) -> dict[str, str]:
-    """Those that a body may have: without ``stiffness``, B is constant; without ``keep``, there is nothing to keep."""
+    """Optional kernels: without ``stiffness``, B is constant; without ``keep``, ``collect_past`` needs no storage."""
     numbers = "numbers, " if mass else ""
     return {
         "stiffness": f"block, cK, frames, {numbers}layout, matrix",  # matrix += cK (-d(B^T F)/dq) at the wrenches F
-        "keep": "block, numbers, layout",  # numbers: what ``collect_past`` reads of the start of the step
+        "keep": "block, numbers, layout",  # numbers: stores the data of the start of the step for ``collect_past``
     }
 
 
 class Body(Protocol):
-    """What a model of a body has; n is the number of its generalised coordinates.
+    """The members of a body model; n is the number of its generalised coordinates.
 
-    ``turned`` is for bodies with a ``counter`` only; all else is required.
+    ``turned`` is required only of bodies with a ``counter``, all else of every body.
     """
 
     n: int
-    #: whether it changes its shape: its coordinates are more than a pose, and results have them as ``q[k]``, ``dq[k]``
+    #: whether the body deforms: it has more coordinates than a pose, and results list them as ``q[k]``, ``dq[k]``
     deforms: bool
-    #: if q does not contain turns: the reference angle for counting them, and its offset in numbers; else -1
+    #: if q lacks the number of revolutions: the reference angle for counting them, and its offset in numbers; else -1
     turn: float
     counter: int
 
     def mass(self) -> Array:
-        """The constant part of its mass matrix's diagonal (n,)."""
+        """The constant part of the diagonal of the mass matrix (n,)."""
 
     def couplings(self) -> list[tuple[int, int, float]]:
-        """Constant entries (i, j, value) of its mass matrix with i < j."""
+        """Constant entries (i, j, value) of the mass matrix with i < j."""
 
     def M(self, q: Array) -> Array:
-        """Its mass matrix (n, n) at coordinates q (n,)."""
+        """The mass matrix (n, n) at coordinates q (n,)."""
 
     def weight(self, g: Array) -> Array:
         """The constant part (n,) of the generalised force of gravity g (2,) [m/s2]."""
 
     def scale(self, size: float) -> Array:
-        """Factors (n,) that make coordinates comparable with one another, ``size`` [m] being that of the mechanism."""
+        """Factors (n,) that make coordinates dimensionless and comparable; ``size`` [m] is that of the mechanism."""
 
     def eliminate(self) -> Sequence[int]:
-        """The order in which its coordinates are eliminated."""
+        """The order in which the coordinates are eliminated."""
 
     def dofs(self, pose: Pose) -> tuple[int, ...]:
-        """Which of its coordinates a frame at ``pose`` moves with."""
+        """Indices of the coordinates that a frame at ``pose`` depends on."""
 
     def record(self, buffers, d: int, first: int, poses: Sequence[Pose], g: Array) -> list[int]:
-        """Fill the tables: first coordinate and first frame of the body; the integers that stand in its block."""
+        """Fill the tables of a body with first coordinate d and first frame ``first``; return its record."""
 
     def frame(self, pose: Pose, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
         """Coordinate ``key`` of a frame for states q, v (N, n) at times t (N,); shape (N,)."""
@@ -126,22 +128,22 @@ class Body(Protocol):
         """q (n,) of the undeformed body with its reference point at ``pose``, and dq/dpose (n, 3)."""
 
     def turned(self, turn: float, q: Array, v: Array, t: Array | None = None) -> Array:
-        """The reference angle (N,) for counting turns, in states q, v (N, n) at times t (N,): in the first state the
-        one closest to ``turn``."""
+        """The reference angle (N,) for counting revolutions, in states q, v (N, n) at times t (N,); in the first state,
+        the value closest to ``turn``."""
 
     def rigid(self, q: Array) -> Array:
-        """Directions (n, 3) of its motions as a rigid body in the shape that it has at q (n,)."""
+        """Directions (n, 3) of the rigid-body motions, in the shape at q (n,)."""
 
     def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
         """Kinetic and potential energy (N,) of states q, v (N, n) in the field g."""
 
     def bend(self, q: Array) -> Array:
-        """The largest rotation (N,) [rad] that its theory takes for small; zeros where it takes none so."""
+        """The largest rotation (N,) [rad] that the theory assumes to be small; zeros if it assumes none to be."""
 
 
 @cache
 def model_class(module: ModuleType) -> type:
-    """The class of the models that belong to a module of kernels.
+    """The model class that belongs to a module of kernels.
 
     Parameters
     ----------
@@ -151,7 +153,7 @@ def model_class(module: ModuleType) -> type:
     Raises
     ------
     TypeError
-        If kernels or model are not as the contract says; the message lists all that is wrong.
+        If the kernels or the model violate the contract; the message lists all violations.
     """
     wrong = list(_wrong_kernels(module))
     found: Any = None

@@ -1,4 +1,4 @@
-"""A beam in its floating frame of reference, as the system sees it: see :mod:`mbdsl.bodies.floating_beam_kernels`."""
+"""A flexible beam in a floating frame of reference: the body model for :mod:`mbdsl.bodies.floating_beam_kernels`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ J = turned(np.pi / 2).round()
 
 
 class FloatingBody:
-    """A flexible beam with coordinates x, y of its floating frame's origin, its angle, and k elastic ones."""
+    """A flexible beam with the coordinates x, y and angle of its floating frame, and k elastic coordinates."""
 
     deforms = True
     turn, counter = 0.0, -1
@@ -54,9 +54,9 @@ class FloatingBody:
         self.k = len(self.beam.names)
         self.n = 3 + self.k
         b = self.beam
-        self.H = b.H - b.N_hat  # the share of stiffening belongs to everything but M_ff
-        self._slopes = b.bending[1::2]  # (elements + 1, k), of the nodes: what is to be small
-        # how far a coordinate of 1 moves any point: a node, or with a slope s of one, about s h/4 beside it
+        self.H = b.H - b.N_hat  # geometric stiffening contributes to all inertia terms except M_ff
+        self._slopes = b.bending[1::2]  # (elements + 1, k) slopes at the nodes, which the theory assumes to be small
+        # largest displacement by a unit of each coordinate: at a node; by slopes, about h/4 between nodes
         moved = np.concatenate([b.axial, b.bending[0::2], b.bending[1::2] * self.length / b.elements / 4])
         self._shapes = np.abs(moved).max(axis=0)
 
@@ -128,7 +128,7 @@ class FloatingBody:
 
     @staticmethod
     def _entries(buffers, d: int, *matrices: Array) -> tuple[int, int, int]:
-        """How many entries there are in any of them; where i, j, slot and their values stand."""
+        """The number of entries that are nonzero in any matrix; offsets of (i, j, slot) and of their values."""
         i, j = np.nonzero(np.abs(np.array(matrices)).sum(axis=0))
         ints = []
         for a, b in zip(i.tolist(), j.tolist(), strict=True):

@@ -1,14 +1,14 @@
 """A planar Euler-Bernoulli beam in the floating frame of reference: its elastic coordinates and their integrals.
 
-A point of the axis at material coordinate x in [0, L], seen from the floating frame, which lies at mid-length:
+A point of the axis at material coordinate x in [0, L] has, in the floating frame at mid-length, the position
 
     u(x) = (x - L/2 + s(x) - 1/2 q^T N(x) q,  v(x)),   s = S_u q,   v = S_v q,   N(x)_ij = int_0^x v'_i v'_j
 
-A section turns by v'. The quadratic term is the shortening of the chord by bending, without which a fast rotation
-would soften the beam instead of stiffening it. Frequencies are those of K against M_ff.
+A section rotates by v'. The quadratic term is the shortening of the chord by bending; without it, a fast rotation would
+soften the beam instead of stiffening it. Frequencies are those of K and M_ff.
 
-Inside, elements of equal length: v cubic (Hermite), s quadratic (Lagrange, with a mid node), so that the eigenvalues
-of both converge with the fourth power of the length. All integrals are exact.
+The beam is divided into elements of equal length: v is cubic (Hermite), s quadratic (Lagrange, with a mid node), so
+that the eigenvalues of both converge with the fourth power of the element length. All integrals are exact.
 
 Sources: Shabana, Dynamics of Multibody Systems, ch. 5 (frame, integrals, reference conditions); Kane, Ryan and
 Banerjee, J. Guidance 10 (1987) 139-151 (shortening); Craig and Bampton, AIAA J. 6 (1968) 1313-1319 (boundary modes).
@@ -30,8 +30,8 @@ from mbdsl.bodies.beam_modes import Basis, modal_shapes, shifted
 class Floating:
     """Elastic coordinates q (k,) of a beam and the integrals of their shapes over its length. Arrays are read-only.
 
-    Coordinates of finite elements are displacements [m] and slopes [rad]; those of modes are in m kg^(1/2), and with
-    them M_ff is the identity and K is diagonal.
+    Coordinates of finite elements are displacements [m] and slopes [rad]. Those of modes have the unit m kg^(1/2); M_ff
+    is then the identity, and K is diagonal.
     """
 
     names: tuple[str, ...]
@@ -50,9 +50,9 @@ class Floating:
     K: Array  #: (k, k) int EA s'^T s' + EI v''^T v''
     D: Array  #: (k, k) damping
     stiffening: bool
-    axial: Array  #: (2 n + 1, k) s of each coordinate at the nodes and mid nodes
-    bending: Array  #: (2 n + 2, k) v and v' of each coordinate at the nodes
-    modal: bool  #: the coordinates are modes
+    axial: Array  #: (2 n + 1, k) s for each coordinate at the nodes and mid nodes
+    bending: Array  #: (2 n + 2, k) v and v' for each coordinate at the nodes
+    modal: bool  #: whether the coordinates are modes
 
     @property
     def k(self) -> int:
@@ -64,7 +64,7 @@ class Floating:
         return len(self.bending) // 2 - 1
 
     def station(self, x: float) -> tuple[Array, Array]:
-        """U (3, k), whose rows are s, v and v' at x, and N (k, k) there, zero without stiffening; x in [0, L] [m]."""
+        """U (3, k) with the rows s, v and v' at x, and N (k, k) at x, zero without stiffening; x in [0, L] [m]."""
         L, n = self.L, self.elements
         if not -1e-12 * L <= x <= (1 + 1e-12) * L:
             raise ValueError(f"x = {x:g} m is not on the beam, which reaches from 0 to {L:g} m")
@@ -82,15 +82,16 @@ class Floating:
         return U, slopes.T @ slopes
 
     def frequencies(self) -> Array:
-        """(k,) [rad/s], of K against M_ff: of modes in the modes' order, of finite element coordinates ascending."""
+        """Natural frequencies (k,) [rad/s]: of modes in their order, of finite element coordinates ascending."""
         if self.modal:
             return np.sqrt(np.diag(self.K))
-        # axial and bending ones apart: their eigenvalues may differ by more than a double's digits
+        # axial and bending ones separately: the ratio of their eigenvalues may exceed the precision of doubles
         squares = []
         for shapes, per_element in ((self.axial, self.elements), (self.bending, self.elements**2)):
             part = np.flatnonzero(shapes.any(axis=0))
             M, K = (A[np.ix_(part, part)] for A in (self.M_ff, self.K))
-            shift = (np.diag(K) / np.diag(M)).max() / per_element  # halfway between the lowest and the highest
+            # the geometric mean of the lowest and the highest
+            shift = (np.diag(K) / np.diag(M)).max() / per_element
             squares.append(1 / shifted(K, M, shift)[1] - shift)
         return np.sqrt(np.sort(np.concatenate(squares)))
 
@@ -122,30 +123,30 @@ def discretise(
     elements : int
         Finite elements of equal length.
     modes : int, optional
-        How many modes to keep; without it the coordinates are those of the finite elements which the reference
-        conditions leave: ``u3``, ``v3``, ``t3`` at node 3 of nodes 0 to n, ``u3m`` in the middle of element 3, which
-        ends at node 3.
+        The number of modes to keep. By default the coordinates are those of the finite elements which the reference
+        conditions leave free: ``u3``, ``v3``, ``t3`` at node 3 of nodes 0 to n, ``u3m`` in the middle of element 3,
+        which ends at node 3.
     axial : int, optional
-        How many of the modes are axial ones, which then follow those of bending. Without it, modes are the ones of
-        lowest frequency (of Craig and Bampton's, three are of the ends, the others those of lowest frequency with the
-        ends held), in the order of their frequencies.
+        The number of axial modes among them; they follow the bending modes. By default the modes of lowest frequency
+        are kept, in the order of their frequencies (of the modes of Craig and Bampton, three belong to the ends, and
+        the others are those of lowest frequency with the ends held).
     basis : {"eigenmodes", "craig-bampton"}
-        Eigenmodes under the reference conditions; or static modes of what the ends can do and eigenmodes with the ends
-        held, both combined to modes that are orthogonal: displacements by forces and torques at the ends are exact.
+        Eigenmodes under the reference conditions; or static modes for displacements of the ends and eigenmodes with the
+        ends held, combined to orthogonal modes: displacements by forces and torques at the ends are then exact.
     reference : {"pinned-pinned", "clamped-free", "mean-axis"}
-        What ties the frame to the beam: s(0) = v(0) = v(L) = 0; s(0) = v(0) = v'(0) = 0; or no momentum and no angular
-        momentum by elastic rates (modes of the free beam; not for coordinates of finite elements).
+        The reference conditions, which define the frame: s(0) = v(0) = v(L) = 0; s(0) = v(0) = v'(0) = 0; or elastic
+        rates without linear and angular momentum (modes of the free beam; not for coordinates of finite elements).
     zeta : float
         Damping ratio of every mode.
     alpha, beta : float
-        Rayleigh damping alpha M_ff + beta K [1/s, s], which is added.
+        Rayleigh damping alpha M_ff + beta K [1/s, s], in addition to ``zeta``.
     stiffening : bool
-        Whether bending shortens the chord.
+        Whether bending shortens the chord (geometric stiffening).
 
     Raises
     ------
     ValueError
-        If there is no such beam or no such basis.
+        If the arguments define no beam or no basis.
     """
     _check_beam(L, rhoA, EA, EI, J, elements, zeta, alpha, beta)
     _check_basis(elements, modes, axial, basis, reference, zeta)
@@ -169,10 +170,10 @@ def discretise(
     g0 = rhoA * (w * arm) @ S_v + J * w @ slope
     G = rhoA * (S_u.T * w) @ S_v
     G = G - G.T
-    # order of integration exchanged: what lies beyond xi moves by v'(xi)^2
+    # order of integration exchanged: v'(xi)^2 displaces the part of the beam beyond xi
     N_bar = rhoA * stiffening * gram(slope, w * (L - x))
     N_hat = rhoA * stiffening * gram(slope, w * x * (L - x) / 2)
-    if modes is not None:  # by Cauchy and Schwarz, a mode of mass one has at most these
+    if modes is not None:  # upper bounds for modes of unit mass by the Cauchy-Schwarz inequality
         M_ff, K = np.eye(modes), np.diag(np.diag(K))
         H = without_dust(H, 1.0) if J else M_ff.copy()
         S_bar, G = without_dust(S_bar, m**0.5), without_dust(G, 1.0)
@@ -208,7 +209,7 @@ def _check_basis(n, modes, axial, basis, reference, zeta) -> None:
             raise ValueError("a basis of modes needs the number of modes")
         if zeta:
             raise ValueError(
-                "a damping ratio is one of modes; for finite element coordinates its matrix would be full: "
+                "a damping ratio is defined for modes; for finite element coordinates its matrix would be full: "
                 "give a number of modes, or Rayleigh damping"
             )
         return

@@ -1,18 +1,19 @@
-"""How frames on a beam in its floating frame of reference move, and the beam's own inertia and elastic forces.
+"""Motion of frames on a beam in a floating frame of reference, and the inertia and elastic forces of the beam.
 
-Coordinates are R = (x, y), the origin of the floating frame, its angle phi, and k elastic coordinates q. In the frame's
-axes a point of the axis is at u(q) = u0 + S q - 1/2 e_x q^T N q (the last term, the foreshortening by bending, with
-geometric stiffening only), turned by v'(q), linear in q. With A = A(phi), J the turn by 90 degrees, w = phi':
+The coordinates are the origin R = (x, y) of the floating frame, its angle phi, and k elastic coordinates q. In the axes
+of this frame, a point of the beam axis is at u(q) = u0 + S q - 1/2 e_x q^T N q; the last term is the foreshortening by
+bending (with geometric stiffening only). The section there is rotated by v'(q), which is linear in q. With A = A(phi),
+J the rotation by 90 degrees, w = phi':
 
     r = R + A u,   theta = phi + v',   B = [1, A J u, A u_j; 0, 1, v'_j],   u_j = S_j - e_x (N q)_j
 
 Kinetic energy, with integrals over the mass that are constants of the discretisation (m, I0, S_bar, h1, g0, H, G and
-N_bar; H holds the stiffening's share, complete to second order in q and q'):
+N_bar; H contains the stiffening terms and is complete to second order in q and q'):
 
     T = m/2 R'.R' + w R'.A J c + R'.A c' + P w^2/2 + w b.q' + 1/2 q'^T M_ff q'
     c = S_bar q - 1/2 e_x q^T N_bar q,   P = I0 + (2 h1 + H q).q,   b = g0 - G q
 
-so that, with c_j = dc/dq_j and g the field of gravity,
+so that, with c_j = dc/dq_j and the gravity field g,
 
     M = [[m, A J c, A c_j], [., P, b_j], [., ., M_ff]]
     Q_R   = m g - A (c'' + 2 w J c' - w^2 c),   c'' = -e_x q'^T N_bar q'
@@ -21,8 +22,8 @@ so that, with c_j = dc/dq_j and g the field of gravity,
 
 Source: A. A. Shabana, Dynamics of Multibody Systems, ch. 5; the foreshortening after T. R. Kane, R. R. Ryan, A. K.
 Banerjee, Dynamics of a cantilever beam attached to a moving base, J. Guidance 10 (1987). Record of a body: see
-``RECORD``; of a frame: number of its elastic coordinates, their list in layout, offsets in numbers of its constants, of
-N (or -1), of A u_j and of what that was at the start of the step, first slot.
+``RECORD``. Record of a frame: number of its elastic coordinates, offset in layout of their list, offsets in numbers of
+its constants, of N (or -1), of A u_j now and at the start of the step, first slot.
 """
 
 from math import cos, sin
@@ -57,23 +58,23 @@ MODEL = "mbdsl.bodies.floating_beam"
 
 # -- record of a body: first coordinate, first frame, number of frames, k; offsets in numbers of m, I0, g, S_bar, h1, g0
 FIRST, FRAME, N_FRAME, SIZE, CONSTANTS = 0, 1, 2, 3, 4
-#: entries of H, G, N_bar (how many; i, j, slot in layout; values in numbers), and of K, D
+#: nonzero entries of H, G, N_bar: their number, offset in layout of (i, j, slot), of values in numbers; same for K, D
 INERTIAL, INERTIAL_AT, INERTIAL_VALUES = 5, 6, 7
 ELASTIC, ELASTIC_AT, ELASTIC_VALUES = 8, 9, 10
-#: first slot of rows and columns of R and phi; offsets in numbers of c, c_j, ... at q, for M, at the start of the step
+#: first slot of rows and columns of R and phi; offsets in numbers of the parts at q, for M, at the start of the step
 BORDER, NOW, HELD, PAST = 11, 12, 13, 14
-#: list of frame records in layout; bandwidth of M_ff and offset of its Cholesky factor, scratch (8 k) in numbers
+#: list of frame records in layout; bandwidth of M_ff; offsets in numbers of its Cholesky factor and scratch (8 k)
 OF_FRAMES, BAND, FACTOR, SCRATCH = 15, 16, 17, 18
 RECORD = 19
 FRAME_RECORD = 7
-#: what stands from NOW on: cos phi, sin phi, c_x, c_y, P - I0, whether ``decompose`` was here; c_j (x, y), b, h1 + H q;
-#: what that found
+#: the parts, from NOW on: cos phi, sin phi, c_x, c_y, P - I0, 1 if ``decompose`` has run; c_j (x, y), b, h1 + H q;
+#: the results of ``decompose``
 COS, SIN, C_X, C_Y, P_Q, KNOWN, LISTS = 0, 1, 2, 3, 4, 5, 6
 
 
 @kernel
 def parts(o, row, at, vectors, numbers, layout):
-    """What M and the forces are made of at the coordinates in vectors[row]."""
+    """Write the parts that M and the forces consist of, at the coordinates vectors[row], to numbers from ``at`` on."""
     d, k, n = layout[o + FIRST], layout[o + SIZE], layout[o + CONSTANTS] + 4
     phi, q = vectors[row, d + 2], vectors[row, d + 3 :]
     c_x, c_y, P = 0.0, 0.0, 0.0
@@ -105,13 +106,16 @@ def parts(o, row, at, vectors, numbers, layout):
 
 @kernel
 def of_mass(o, layout):
-    """Where the parts that M is made of stand."""
+    """The offset in numbers of the parts for M."""
     return layout[o + NOW] if layout[MASS_ROW] == POSITION else layout[o + HELD]
 
 
 @kernel
 def move(block, vectors, frames, numbers, layout):
-    """Pose, rate and lever of every frame, and A u_j; wrenches start at zero."""
+    """Write pose, rate and lever of every frame, and zero wrenches, to frames; write A u_j to numbers.
+
+    Reads the rows POSITION and VELOCITY of vectors, and the row of MASS_ROW if it is new.
+    """
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         d, at = layout[o + FIRST], layout[o + NOW]
@@ -161,7 +165,7 @@ def move(block, vectors, frames, numbers, layout):
 
 @kernel
 def keep(block, numbers, layout):
-    """Where a step begins, what the last evaluation found is the past."""
+    """At the start of a step, copy the parts and A u_j of the last evaluation within numbers, for ``collect_past``."""
     if layout[KEEP]:
         for e in range(layout[block]):
             o = layout[layout[block + 1] + e]
@@ -177,7 +181,8 @@ def keep(block, numbers, layout):
 
 @kernel
 def gather(block, wrench, lever, columns, row, vectors, frames, numbers, layout):
-    """vectors[row] += B^T F for every frame's wrench F, with l and A u_j as they were where these say."""
+    """vectors[row] += B^T F of every frame, with F and l in the columns of frames from ``wrench`` and ``lever`` on, and
+    A u_j at the offset in entry ``columns`` of the frame's record."""
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         d = layout[o + FIRST]
@@ -196,13 +201,13 @@ def gather(block, wrench, lever, columns, row, vectors, frames, numbers, layout)
 
 @kernel
 def collect(block, vectors, frames, numbers, layout):
-    """f += B^T F."""
+    """vectors[FORCE] += B^T F with the accumulated wrenches F."""
     gather(block, WRENCH, LEVER, 4, FORCE, vectors, frames, numbers, layout)
 
 
 @kernel
 def collect_with_mu(block, vectors, frames, numbers, layout):
-    """The same, and that of the wrenches of mu: in one go."""
+    """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of mu, in the same loop."""
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         d = layout[o + FIRST]
@@ -225,13 +230,16 @@ def collect_with_mu(block, vectors, frames, numbers, layout):
 
 @kernel
 def collect_past(block, vectors, frames, numbers, layout):
-    """The same for those of psi, at the pose of the start of the step."""
+    """vectors[PAST_FORCE] += B^T F with the wrenches of psi, at the pose of the start of the step."""
     gather(block, PAST_WRENCH, PAST_LEVER, 5, PAST_FORCE, vectors, frames, numbers, layout)
 
 
 @kernel
 def forces(block, vectors, numbers, layout):
-    """f += velocity-dependent inertia forces, gravity beyond its constant part, elastic and damping forces."""
+    """vectors[FORCE] += velocity-dependent inertia forces, the variable part of gravity, elastic and damping forces.
+
+    Reads the rows POSITION and VELOCITY, and the parts in numbers; uses SCRATCH.
+    """
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         d, k, at, n, x = (
@@ -265,7 +273,7 @@ def forces(block, vectors, numbers, layout):
 
 @kernel
 def rates(o, y, x, numbers, layout):
-    """H y, G y and N_bar y, to numbers[x], numbers[x + k], numbers[x + 2 k]."""
+    """Write H y, G y and N_bar y to numbers from x, x + k and x + 2 k on."""
     k, entries, values = layout[o + SIZE], layout[o + INERTIAL_AT], layout[o + INERTIAL_VALUES]
     for j in range(3 * k):
         numbers[x + j] = 0.0
@@ -281,7 +289,7 @@ def rates(o, y, x, numbers, layout):
 
 @kernel
 def border(o, at, sign, row, target, vectors, numbers, layout):
-    """vectors[target] += sign (M - its constant part) vectors[row]: what M has in the rows and columns of R and phi."""
+    """vectors[target] += sign (M - its constant part) vectors[row], with the rows and columns of R and phi of M."""
     d, k = layout[o + FIRST], layout[o + SIZE]
     c, s, c_x, c_y = numbers[at + COS], numbers[at + SIN], numbers[at + C_X], numbers[at + C_Y]
     cx, cy, b = numbers[at + LISTS :], numbers[at + LISTS + k :], numbers[at + LISTS + 2 * k :]
@@ -302,7 +310,7 @@ def border(o, at, sign, row, target, vectors, numbers, layout):
 
 @kernel
 def inertia(block, task, row, target, vectors, numbers, layout):
-    """Tasks of the mass matrix, see :mod:`mbdsl.compilation.buffer_layout`."""
+    """Tasks of the mass matrix (:mod:`mbdsl.compilation.buffer_layout`): reads vectors[row], writes vectors[target]."""
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         if task == TIMES:
@@ -314,7 +322,7 @@ def inertia(block, task, row, target, vectors, numbers, layout):
 
 @kernel
 def carry_over(block, vectors, numbers, layout):
-    """GP <- M M_n^{-1} GP with M_n at the start of the step."""
+    """vectors[PAST_FORCE] = M M_n^{-1} vectors[PAST_FORCE] with M_n at the start of the step; uses row TEMPORARY."""
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         solve(o, layout[o + PAST], PAST_FORCE, TEMPORARY, vectors, numbers, layout)
@@ -324,8 +332,8 @@ def carry_over(block, vectors, numbers, layout):
 
 @kernel
 def decompose(o, at, numbers, layout):
-    """What M^{-1} takes at these coordinates: M_ff^{-1} M_fr (three columns), and the factors of the 3 x 3 Schur
-    complement, in the floating frame's axes. M is never formed, and M_ff was factorised beforehand."""
+    """Write the data of ``solve`` to numbers: M_ff^{-1} M_fr (three columns), and the factors of the 3 x 3 Schur
+    complement, in the axes of the floating frame. M is never formed, and M_ff was factorised with the tables."""
     k, n, x = layout[o + SIZE], layout[o + CONSTANTS], at + LISTS + 4 * layout[o + SIZE]
     c_x, c_y, lists = numbers[at + C_X], numbers[at + C_Y], at + LISTS
     for j in range(3 * k):
@@ -354,7 +362,7 @@ def decompose(o, at, numbers, layout):
 
 @kernel
 def solve(o, at, row, target, vectors, numbers, layout):
-    """vectors[target] <- M^{-1} vectors[row], after ``decompose``."""
+    """vectors[target] = M^{-1} vectors[row] with the results of ``decompose``; uses SCRATCH of numbers."""
     d, k, y = layout[o + FIRST], layout[o + SIZE], layout[o + SCRATCH]
     c, s, x = numbers[at + COS], numbers[at + SIN], at + LISTS + 4 * layout[o + SIZE]
     r0 = c * vectors[row, d] + s * vectors[row, d + 1]
@@ -385,7 +393,8 @@ def solve(o, at, row, target, vectors, numbers, layout):
 
 @kernel
 def jacobians(block, vectors, frames, numbers, layout):
-    """B, then (B v)_q, of every frame, 3 x (3 + k) each; what is always zero has been zero from the start."""
+    """Write B, then (B v)_q, of every frame, 3 x (3 + k) each, to numbers. Entries that are always zero keep their
+    initial value, zero."""
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         d, at = layout[o + FIRST], layout[o + NOW]
@@ -419,7 +428,7 @@ def jacobians(block, vectors, frames, numbers, layout):
 
 @kernel
 def stiffness(block, cK, frames, numbers, layout, matrix):
-    """A += cK * (-d(B^T F)/dq) at the accumulated wrenches."""
+    """matrix += cK * (-d(B^T F)/dq) with the accumulated wrenches F, from frames."""
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         c, s = numbers[layout[o + NOW] + COS], numbers[layout[o + NOW] + SIN]
@@ -440,8 +449,8 @@ def stiffness(block, cK, frames, numbers, layout, matrix):
 
 @rare
 def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
-    """A += cM M (but for its constant part) + cA (M a)_q - cK Q_q - cD Q_v, with a in the row that M is to be
-    differentiated with, and Q as ``forces`` says."""
+    """matrix += cM (M - its constant part) + cA (M a)_q - cK Q_q - cD Q_v, with the forces Q of ``forces``, and with a
+    in the row TANGENT_ROW of vectors. Uses SCRATCH of numbers."""
     for e in range(layout[block]):
         o = layout[layout[block + 1] + e]
         d, k, at, n, x = (
@@ -472,7 +481,7 @@ def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
             dP += 2.0 * Hq[j] * v[j]
             qx += cx[j] * a[3 + j]
             qy += cy[j] * a[3 + j]
-        # (R, phi), from what stands in the floating frame's axes and is turned with it
+        # entries (R, phi): computed in the axes of the floating frame, then rotated
         tx = -c_y * alpha + cA * qx + cK * (ddx - 2.0 * w * dy - w * w * c_x)
         ty = c_x * alpha + cA * qy + cK * (2.0 * w * dx - w * w * c_y)
         tx, ty = -ty - 2.0 * cD * (dy + w * c_x), tx + 2.0 * cD * (dx - w * c_y)

@@ -1,4 +1,4 @@
-"""How the one frame of a point mass moves with q = (x, y): B = [[1, 0], [0, 1], [0, 0]], constant."""
+"""Motion of the frames of a point mass with q = (x, y): B = [[1, 0], [0, 1], [0, 0]] is constant."""
 
 from mbdsl.compilation.buffer_layout import (
     FORCE,
@@ -19,6 +19,7 @@ MODEL = "mbdsl.bodies.rigid_body"
 
 @kernel
 def move(block, vectors, frames, numbers, layout):
+    """Write pose and rate of every frame, and zero wrenches, to frames. Reads the rows POSITION and VELOCITY."""
     for e in range(layout[block]):
         o = layout[block + 1] + 5 * e
         d, f0, k = layout[o], layout[o + 1], layout[o + 3]
@@ -32,6 +33,7 @@ def move(block, vectors, frames, numbers, layout):
 
 @kernel
 def gather(block, wrench, row, vectors, frames, layout):
+    """vectors[row] += B^T F of every frame, with F in the columns of frames from ``wrench`` on."""
     for e in range(layout[block]):
         o = layout[block + 1] + 5 * e
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
@@ -41,22 +43,26 @@ def gather(block, wrench, row, vectors, frames, layout):
 
 @kernel
 def collect(block, vectors, frames, layout):
+    """vectors[FORCE] += B^T F with the accumulated wrenches F."""
     gather(block, WRENCH, FORCE, vectors, frames, layout)
 
 
 @kernel
 def collect_with_mu(block, vectors, frames, layout):
+    """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of mu."""
     collect(block, vectors, frames, layout)
     gather(block, MU_WRENCH, FORCE2, vectors, frames, layout)
 
 
 @kernel
 def collect_past(block, vectors, frames, layout):
+    """vectors[PAST_FORCE] += B^T F with the wrenches of psi."""
     gather(block, PAST_WRENCH, PAST_FORCE, vectors, frames, layout)
 
 
 @kernel
 def jacobians(block, vectors, frames, numbers, layout):
+    """Write B, then (B v)_q = 0, of every frame, 3 x 2 each, to numbers."""
     for e in range(layout[block]):
         o = layout[block + 1] + 5 * e
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):

@@ -1,4 +1,4 @@
-"""The model of a rigid body, or of a point mass: see :mod:`mbdsl.bodies.rigid_body_kernels`."""
+"""The body model of a rigid body, or of a point mass: see :mod:`mbdsl.bodies.rigid_body_kernels`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mbdsl.bodies.contract import POSITIONS, VELOCITIES, Array, Described, Pose
 
 
 class Rigid:
-    """A rigid body by x, y of its centre of mass and, unless it is a point mass, its angle."""
+    """A rigid body with the coordinates x, y of its centre of mass and, unless it is a point mass, its angle."""
 
     deforms = False
     turn, counter = 0.0, -1
@@ -41,7 +41,7 @@ class Rigid:
         return tuple(range(self.n))
 
     def record(self, buffers, d: int, first: int, poses: Sequence[Pose], g: Array) -> list[int]:
-        """First coordinate, first frame, number of frames, offset of their poses, slot of the last coordinate."""
+        """First coordinate, first frame, number of frames, offset of their poses, slot (phi, phi) or (y, y)."""
         last = d + self.n - 1
         offset = buffers.floats(value for pose in poses for value in pose)
         return [d, first, len(poses), offset, buffers.slots((last,), (last,))]

@@ -1,4 +1,4 @@
-"""How frames on a planar rigid body move with its coordinates q = (x, y, phi) of the centre of mass.
+"""Motion of frames on a planar rigid body with the coordinates q = (x, y, phi) of its centre of mass.
 
 For a frame at s (body axes), l = A(phi) s:
 
@@ -6,8 +6,8 @@ For a frame at s (body axes), l = A(phi) s:
     B = dz/dq = [[1, 0, -l_y], [0, 1, l_x], [0, 0, 1]],   (B v)_q = [[0, 0, -l_x w], [0, 0, -l_y w], [0, 0, 0]]
     d(B^T F)/dq = -(l . F) in (phi, phi)
 
-These functions are all that joints and forces know of a body. Integer table, per body: first coordinate,
-first frame, number of frames, offset of the frames' (s_x, s_y, phi0), slot of (phi, phi) in the iteration matrix.
+Joints and forces access a body through these functions only. Record of a body in layout: first coordinate, first frame,
+number of frames, offset in numbers of the frames' (s_x, s_y, phi0), slot of (phi, phi) in the iteration matrix.
 """
 
 from math import cos, sin
@@ -34,7 +34,7 @@ MODEL = "mbdsl.bodies.rigid_body"
 
 @kernel
 def move(block, vectors, frames, numbers, layout):
-    """Pose, rate and lever of every frame; wrenches start at zero."""
+    """Write pose, rate and lever of every frame, and zero wrenches, to frames. Reads the rows POSITION and VELOCITY."""
     for e in range(layout[block]):
         o = layout[block + 1] + 5 * e
         d, f0, k = layout[o], layout[o + 1], layout[o + 3]
@@ -54,7 +54,7 @@ def move(block, vectors, frames, numbers, layout):
 
 @kernel
 def gather(block, wrench, lever, row, vectors, frames, layout):
-    """A row += B^T F for every frame's wrench F in the columns from ``wrench`` on, l in those from ``lever`` on."""
+    """vectors[row] += B^T F of every frame, with F and l in the columns of frames from ``wrench`` and ``lever`` on."""
     for e in range(layout[block]):
         o = layout[block + 1] + 5 * e
         d = layout[o]
@@ -67,13 +67,13 @@ def gather(block, wrench, lever, row, vectors, frames, layout):
 
 @kernel
 def collect(block, vectors, frames, layout):
-    """f += B^T F."""
+    """vectors[FORCE] += B^T F with the accumulated wrenches F."""
     gather(block, WRENCH, LEVER, FORCE, vectors, frames, layout)
 
 
 @kernel
 def collect_with_mu(block, vectors, frames, layout):
-    """The same, and that of the wrenches of the stabilising multipliers, Phi_q^T mu."""
+    """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of Phi_q^T mu."""
     for e in range(layout[block]):
         o = layout[block + 1] + 5 * e
         d = layout[o]
@@ -96,13 +96,14 @@ def collect_with_mu(block, vectors, frames, layout):
 
 @kernel
 def collect_past(block, vectors, frames, layout):
-    """The same for those of psi, at the pose of the start of the step."""
+    """vectors[PAST_FORCE] += B^T F with the wrenches of psi, at the pose of the start of the step."""
     gather(block, PAST_WRENCH, PAST_LEVER, PAST_FORCE, vectors, frames, layout)
 
 
 @kernel
 def jacobians(block, vectors, frames, numbers, layout):
-    """B, then (B v)_q, of every frame, 3 x 3 each, row by row; what is always zero has been zero from the start."""
+    """Write B, then (B v)_q, of every frame, 3 x 3 each, to numbers. Entries that are always zero keep their initial
+    value, zero."""
     for e in range(layout[block]):
         o = layout[block + 1] + 5 * e
         w = vectors[VELOCITY, layout[o] + 2]
@@ -116,7 +117,7 @@ def jacobians(block, vectors, frames, numbers, layout):
 
 @kernel
 def stiffness(block, cK, frames, layout, matrix):
-    """A += cK * (-d(B^T F)/dq) at the accumulated wrenches."""
+    """matrix += cK * (-d(B^T F)/dq) with the accumulated wrenches F, from frames."""
     for e in range(layout[block]):
         o = layout[block + 1] + 5 * e
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):

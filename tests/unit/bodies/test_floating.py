@@ -475,7 +475,7 @@ def test_arrays_are_read_only_as_they_are_shared():
         (dict(reference="mean-axis"), "mean-axis conditions are for modes"),
         (dict(basis="craig-bampton"), "a basis of modes needs the number of modes"),
         (dict(axial=2), "a basis of modes needs the number of modes"),
-        (dict(zeta=0.01), "a damping ratio is one of modes"),
+        (dict(zeta=0.01), "a damping ratio is defined for modes"),
         (dict(modes=0), "modes: 0, but there must be at least 1"),
         (dict(modes=9, elements=2), "modes: 9, but elements = 2 give 8 at most; take more elements"),
         (dict(modes=8, axial=5, elements=2), "axial modes: 5, but elements = 2 give 4 at most"),
