@@ -1,1 +1,1 @@
-"""Equilibria and small motions about a state: eigenvalues, eigenmodes, and the tangent bases that they are in."""
+"""Equilibria, and small motions about a state: eigenvalues, eigenmodes, and the tangent bases that they use."""

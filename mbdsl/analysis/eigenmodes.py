@@ -4,9 +4,9 @@ The equations of motion and their constraints, linearised about (t, q, v) with a
 
     M da + D dv + (K + (M a)_q) dq + U dlam = 0,   Phi_q dq = 0,   Gam_v dv + Gam_q dq = 0,
 
-in coordinates y of what the holonomic constraints leave free, and speeds u of what all leave:
+in coordinates y of the directions that the holonomic constraints allow, and speeds u of those that all allow:
 
-    dq = Z y,   dv = Z y' + Z' y,   y' = T u + S y,       L^T U = 0 with L of as many columns as u
+    dq = Z y,   dv = Z y' + Z' y,   y' = T u + S y,       L^T U = 0, where L has as many columns as u
 
     L^T M Z T u' + L^T (M Z (T' + S T) + (2 M Z' + D Z) T) u
                  + L^T (M Z (S' + S S) + (2 M Z' + D Z) S + M Z'' + D Z' + (K + (M a)_q) Z) y = 0.
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 Complex = NDArray[np.complex128]
 
 COUNT = 10  #: default number of modes
-CENTRE: Pose = (0.0, 0.0, 0.0)  #: of a beam: its frame c
+CENTRE: Pose = (0.0, 0.0, 0.0)  #: centre of a beam: its frame c
 LARGEST_MOVING = 3000  #: largest number of unknowns for modes about a motion, which use dense matrices
 
 

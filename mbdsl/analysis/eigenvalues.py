@@ -14,7 +14,7 @@ from mbdsl.numerics.saddle_point import Array, Matrix, Saddle, largest, null_spa
 from mbdsl.system import System
 
 Complex = NDArray[np.complex128]
-CENTRE: Pose = (0.0, 0.0, 0.0)  #: of a beam: its frame c
+CENTRE: Pose = (0.0, 0.0, 0.0)  #: centre of a beam: its frame c
 
 
 def reduced(
@@ -28,7 +28,7 @@ def reduced(
         L = null_space(U / row_size(U)[:, None]) / system.tables.scale[:, None]
         if L.shape[1] != T.shape[1]:
             raise UsageError(
-                "forces that depend on reactions take all from a constraint that is solved for", hint="another state"
+                "the reactions, with the forces that depend on them, are linearly dependent", hint="another state"
             )
     if not T.shape[1]:
         return [], []
@@ -36,7 +36,7 @@ def reduced(
     Mr = L.T @ M @ Z @ T
     Dr = L.T @ (M @ Z @ (T1 + S @ T) + DZ @ T)
     Kr = L.T @ (M @ Z @ (S1 + S @ S) + DZ @ S + M @ Z2 + D @ Z1 + K @ Z)
-    # residue of terms that cancel along the motion
+    # entries that are only the rounding residue of terms that cancel along the motion are set to zero
     size = 1e-9 * basis.rate * largest(np.abs(L).T @ np.abs(M) @ np.abs(Z))
     Dr = np.where(np.abs(Dr) > size, Dr, 0.0)
     Kr = np.where(np.abs(Kr) > size * basis.rate, Kr, 0.0)
@@ -63,7 +63,7 @@ def _undamped(M: Array, K: Array) -> tuple[list[complex], list[Complex]] | None:
         return None
     _, x = np.linalg.eigh(np.linalg.solve(C, np.linalg.solve(C, K).T))
     x = np.linalg.solve(C.T, x)
-    # as quotients, so that low frequencies are not affected by the rounding of high ones
+    # by Rayleigh quotients, so that low frequencies are not affected by the rounding of high ones
     work, size = (x * (K @ x)).sum(axis=0), (np.abs(x) * (np.abs(K) @ np.abs(x))).sum(axis=0)
     return _of_squares(np.where(np.abs(work) > 1e-13 * size, work, 0.0) / (x * (M @ x)).sum(axis=0), d[:, None] * x)
 
@@ -100,7 +100,7 @@ def _first_order(M: Array, D: Array, K: Array, T: Array, S: Array) -> tuple[list
     order = np.argsort(np.abs(values), kind="stable")
     values, x = values[order], x[:, order]
     largest_ = float(np.abs(values).max(initial=0.0))
-    # rounding turns double zeros into pairs of its square root: they are found as null vectors
+    # rounding splits a double zero into a pair of the size of its square root; null vectors show the zeros instead
     null = null_space_of(A)
     zeros = null.shape[1]
     if zeros:
@@ -127,7 +127,7 @@ def normalised(system: System, x: Complex) -> Complex:
 
 
 def one_of_each(values: Sequence[complex], shapes: Sequence[Complex]) -> tuple[list[complex], list[Complex]]:
-    """Ascending, without the conjugates; of real ones, growing before decaying."""
+    """Eigenvalues in ascending order without the conjugates; of real ones, growing before decaying."""
     kept = [(s, x) for s, x in zip(values, shapes, strict=True) if s.imag >= 0.0]
     kept.sort(key=lambda item: (round(abs(item[0]), 12), -item[0].real))
     return [s for s, _ in kept], [x for _, x in kept]

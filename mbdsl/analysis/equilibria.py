@@ -295,7 +295,7 @@ def _at_rest(system: System, t: float, q: Array) -> list[str]:
 
 
 def _without(system: System, t: float, q: Array, lam: Array, left_out: tuple[int, ...]) -> Array:
-    """The same constraint force with multipliers that are zero in the rows left out, of which there are few."""
+    """The multipliers of the same constraint force with zeros in the rows left out, of which there are few."""
     J = dense(system.velocity_jacobian(t, q, np.zeros(system.n)))
     kept = np.delete(np.arange(len(lam)), left_out)
     J = J / system.tables.scale

@@ -19,7 +19,7 @@ from mbdsl.system import System
 from mbdsl.system.signals import gradients
 
 Complex = NDArray[np.complex128]
-CENTRE: Pose = (0.0, 0.0, 0.0)  #: of a beam: its frame c
+CENTRE: Pose = (0.0, 0.0, 0.0)  #: centre of a beam: its frame c
 
 
 def of_positions(expression: Expr) -> bool:

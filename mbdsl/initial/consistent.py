@@ -54,7 +54,7 @@ class InitialState:
     a: Array
     lam: Array
     moved: tuple[Moved, ...] = ()
-    redundant: tuple[int, ...] = ()  #: constraint rows that depend on the others, not only in this pose
+    redundant: tuple[int, ...] = ()  #: constraint rows that depend on others in all poses
 
 
 def initial_state(
@@ -109,7 +109,7 @@ def _assembled(
         except InitialisationError:
             if isinstance(shape, AsIs):
                 raise
-    raise AssertionError("the last shape is as it is")
+    raise AssertionError("the last attempt returns or raises")
 
 
 def _shapes(system: System, graph: MechanismGraph, t: float, positions: list[InitialValue]) -> list[Shape]:
@@ -134,7 +134,7 @@ def initial_position(system: System, graph: MechanismGraph, t: float, metric: Me
         except InitialisationError:
             if isinstance(shape, AsIs):
                 raise
-    raise AssertionError("the last shape is as it is")
+    raise AssertionError("the last attempt returns or raises")
 
 
 # -- positions -----------------------------------------------------------------------------------------------
@@ -169,8 +169,8 @@ def _positions(system: System, t: float, shape: Shape, given: list[InitialValue]
                 return y  # assembled at the initial guess: no solution is nearer
             if violation < best_violation:
                 best, best_violation = y, violation
-            # Damped while the violation is large, and plain Gauss-Newton to end with: what is left then may be a
-            # solution at a dead centre, where damping never arrives.
+            # Damped while the violation is large, then plain Gauss-Newton: the remaining violation may be that of a
+            # solution at a dead centre, to which damped steps do not converge.
             plain = k >= 80 or violation < 1e-6
             solve = _constrained if plain else _damped
             value, d_q = metric.positions_at(t, q)
@@ -202,7 +202,7 @@ def _damped(weight: Array, r_w: Array, S: Matrix, r_s: Array, J: Matrix, r_c: Ar
     """
     n, m = len(r_w), len(r_c)
     b = np.concatenate([-weight * r_w - S.T @ r_s, -r_c])
-    # guesses far from the solution must not prevent the constraints from closing
+    # guesses far from the solution must not prevent convergence of the constraints
     mu = 0.1 * np.abs(r_c).max(initial=0.0) / (1.0 + np.abs(b[:n]).max(initial=0.0))
     if isinstance(J, np.ndarray):
         H = np.diag(weight**2) + S.T @ S
@@ -215,8 +215,8 @@ def _damped(weight: Array, r_w: Array, S: Matrix, r_s: Array, J: Matrix, r_c: Ar
 
 
 def _sizes(system: System, items: list[InitialValue], t: float, q: Array, v: Array) -> Array:
-    """What the targets of ``items`` change by where bodies move by the mechanism's size or turn by a radian; where they
-    are velocities, in the time in which the fastest body does so."""
+    """The change of each target of ``items`` when bodies move by the mechanism's size or rotate by a radian; if it is a
+    velocity, in the time in which the fastest body does so."""
     if not items:
         return np.zeros(0)
     _value, d_q, d_v = _stack(system, items, t, q, v)
@@ -395,7 +395,7 @@ def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue],
         f"no consistent initial {level} found at time {t:g}",
         span=wrong[0][2] if wrong else None,
         notes=tuple((text, span) for _, text, span in wrong),
-        hint="check lengths and fixed values; give guesses near the pose that is meant"
+        hint="check lengths and fixed values; give guesses near the intended pose"
         if velocity is None
         else "fix fewer velocities, or make them fit the joints and drivers",
     )

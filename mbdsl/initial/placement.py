@@ -44,7 +44,7 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
         if placement.joint is not None and _driven(system, placement.joint, drivers):
             values_said = [None, None, None]  # a driver has priority over a guess
         if values_said[2] is not None and placement.joint is not None:
-            # rotation about the joint, not about the centre of mass
+            # rotation about the joint instead of the centre of mass
             x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, drivers, values_said[2])
         x, y, phi = (new if new is not None else old for new, old in zip(values_said, (x, y, phi), strict=True))
         d, model = tables.coordinates[body.name], tables.models[body.name]

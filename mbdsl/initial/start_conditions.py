@@ -13,12 +13,12 @@ from mbdsl.system.signals import values
 
 
 def check_loose(reduction: Reduction, system: System, t: float) -> None:
-    """Check that initial values of parts that do not move freely hold.
+    """Check the initial values of parts that do not move freely.
 
     Raises
     ------
     InitialisationError
-        If the model contradicts itself.
+        If an initial value contradicts the welds and drivers.
     """
     if not reduction.loose:
         return

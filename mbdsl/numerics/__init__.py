@@ -1,1 +1,1 @@
-"""Numerical methods that know nothing of mechanisms."""
+"""Numerical methods that do not depend on mechanics."""

@@ -1,12 +1,12 @@
-"""Linear systems with banded matrices that were factorised when tables were filled
-(:mod:`mbdsl.numerics.banded_cholesky`)."""
+"""Solution of linear systems with the banded Cholesky factors of :mod:`mbdsl.numerics.banded_cholesky`, in compiled
+code."""
 
 from mbdsl.compilation.marks import kernel
 
 
 @kernel
 def cholesky_solve(k, band, L, y):
-    """y <- (L L^T)^{-1} y, row i of L holding its entries i - band ... i, the last one as its reciprocal."""
+    """y <- (L L^T)^{-1} y. Row i of L contains its entries i - band ... i, the last one as its reciprocal."""
     for i in range(k):
         z = y[i]
         for j in range(max(0, i - band), i):
@@ -21,7 +21,7 @@ def cholesky_solve(k, band, L, y):
 
 @kernel
 def cholesky_solve_pairs(k, band, L, y):
-    """The same for two right-hand sides that stand in turn, y[2 i] and y[2 i + 1]."""
+    """The same for two interleaved right-hand sides, y[2 i] and y[2 i + 1]."""
     for i in range(k):
         a, b = y[2 * i], y[2 * i + 1]
         for j in range(max(0, i - band), i):

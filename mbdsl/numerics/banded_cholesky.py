@@ -1,4 +1,4 @@
-"""Cholesky factors as :mod:`mbdsl.numerics.banded` reads them."""
+"""Banded Cholesky factorisation, in the format that :mod:`mbdsl.numerics.banded` reads."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 
 def cholesky(M: NDArray[np.float64]) -> tuple[int, list[float]]:
-    """Bandwidth, and the factor's rows within it, diagonal entries as their reciprocals."""
+    """The bandwidth, and the rows of the factor within it, with the reciprocals of diagonal entries."""
     k = len(M)
     i, j = np.nonzero(M)
     band = int(np.abs(i - j).max(initial=0))

@@ -1,11 +1,11 @@
-"""Tables of a model as piecewise cubics, for compiled code and for arrays alike."""
+"""Piecewise cubics of a model's tables, for compiled code and for arrays."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-#: how often a table can be differentiated before it has corners, and before it is zero throughout
+#: order of the first derivative with corners, and of the first that is zero everywhere
 SMOOTHNESS = {"linear": (0, 2), "monotone": (1, 4), "cubic": (2, 4)}
 
 
@@ -18,7 +18,7 @@ def piecewise(table) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     else:
         from scipy.interpolate import CubicSpline, PchipInterpolator
 
-        # not-a-knot needs four points, else a natural spline; periodic ends must meet exactly
+        # not-a-knot requires four points, else a natural spline; periodic ends must meet exactly
         if table.smoothness == "monotone":
             spline = PchipInterpolator(u, y)
         elif table.extrapolation == "periodic" and y[0] == y[-1]:

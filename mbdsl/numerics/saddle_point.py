@@ -1,8 +1,8 @@
 """Saddle-point systems [[A, U], [J, 0]] [x; mu] = [b; c], as statics and eigenmodes solve them.
 
-Coordinates are scaled as in :mod:`mbdsl.initial.consistent`, the rows of J and columns of U divided by their largest
-entries, and A by its own, so that lengths, units and stiffnesses say nothing about rank. Rows of J may depend on each
-other: a tiny block -EPS I keeps the matrix regular, and refinement takes its effect back.
+Coordinates are scaled as in :mod:`mbdsl.initial.consistent`, rows of J and columns of U by their largest entries, and A
+by its largest entry, so that the rank does not depend on lengths, units and stiffnesses. Rows of J may be linearly
+dependent: a block -EPS I keeps the matrix regular, and iterative refinement removes its effect.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Matrix: TypeAlias = "Array | csr_array"
 
-EPS = 1e-12  #: regularisation of the zero block
-REFINEMENTS = 3  #: of a solution with the regularised matrix
+EPS = 1e-12  #: the block -EPS I replaces the zero block
+REFINEMENTS = 3  #: iterations after the solution with the regularised matrix
 RANK = 1e-10  #: singular values of J, relative to the largest, that count as zero
 
 
@@ -55,7 +55,7 @@ def row_size(J: Matrix) -> Array:
 
 
 def null_space(J: Array) -> Array:
-    """Orthonormal columns that span what J (m, n) maps to zero."""
+    """An orthonormal basis of the null space of J (m, n)."""
     if not len(J):
         return np.eye(J.shape[1])
     _, s, Vt = np.linalg.svd(J, full_matrices=True)
@@ -63,9 +63,9 @@ def null_space(J: Array) -> Array:
 
 
 def regularised(S: csr_array, n: int) -> Callable[[Array], Array]:
-    """A direct solver for a sparse [[A, U], [J, 0]] with n rows above the zero block, where -EPS I takes its place.
+    """A direct solver for a sparse [[A, U], [J, 0]] with n rows above the zero block, which -EPS I replaces.
 
-    Iterative refinement with S removes the effect of that; see ``refined``. If S is exactly singular, x is NaN.
+    Iterative refinement with S removes the effect of EPS; see ``refined``. If S is exactly singular, x is NaN.
     """
     from scipy.sparse import csc_array, diags_array
     from scipy.sparse.linalg import splu
@@ -78,7 +78,7 @@ def regularised(S: csr_array, n: int) -> Callable[[Array], Array]:
 
 
 def refined(S: csr_array, n: int, b: Array, times: int = REFINEMENTS) -> Array:
-    """x of S x = b for S as in ``regularised``, after so many refinements."""
+    """x of S x = b for S as in ``regularised``, after ``times`` iterative refinements."""
     solve = regularised(S, n)
     x = solve(b)
     for _ in range(times):
@@ -87,7 +87,7 @@ def refined(S: csr_array, n: int, b: Array, times: int = REFINEMENTS) -> Array:
 
 
 class Saddle:
-    """[[A, U], [J, 0]] factorised; ``scale`` (n,) times coordinates is of order one.
+    """The factorised matrix [[A, U], [J, 0]]; ``scale`` (n,) times coordinates is of order one.
 
     A (n, n), U (n, m) and J (m, n) are dense or sparse; ``U`` is J^T where forces do not depend on multipliers.
     """
@@ -105,7 +105,7 @@ class Saddle:
         if isinstance(A, np.ndarray):
             self._S = np.block([[A, dense(U)], [dense(J), np.zeros((m, m))]])
             regular = self._S - np.diag(np.concatenate([np.zeros(self.n), np.full(m, EPS)]))
-            try:  # LU is kept by scipy only; the inverse serves as well, as solutions are refined
+            try:  # NumPy has no stored LU factorisation; the inverse suffices, as solutions are refined
                 inverse = np.linalg.inv(regular)
                 self._solve = lambda b: inverse @ b
             except np.linalg.LinAlgError:
@@ -117,7 +117,7 @@ class Saddle:
         self._solve = regularised(self._S, self.n)
 
     def solve(self, b: Array, c: Array | None = None) -> tuple[Array, Array]:
-        """x (n,) and mu (m,); not numbers where the matrix is singular."""
+        """x (n,) and mu (m,); nan if the matrix is singular."""
         right = np.concatenate([self.d * b / self.kappa, np.zeros(len(self.r)) if c is None else self.r * c])
         x = self._solve(right)
         for _ in range(REFINEMENTS):
@@ -126,12 +126,12 @@ class Saddle:
 
 
 def least_squares(A: Array, b: Array, rcond: float | None = None) -> Array:
-    """The shortest x of least ``|A x - b|``; LAPACK prints to the terminal where it is given what is not finite.
+    """The x of least norm that minimises ``|A x - b|``. LAPACK would print to the terminal if values were not finite.
 
     Raises
     ------
     LinAlgError
-        A or b holds a value that is not finite, or the singular values were not found.
+        If A or b contains a value that is not finite, or the singular values were not found.
     """
     if not (np.isfinite(A).all() and np.isfinite(b).all()):
         raise np.linalg.LinAlgError("least squares of values that are not finite")

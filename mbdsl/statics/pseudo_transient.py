@@ -44,7 +44,7 @@ class Search:
         self.system, self.t, self.scale = system, t, system.tables.scale
         self.still = np.zeros(system.n)
         self.start, self.iterations, self.symmetric = q, 0, True
-        self.longest, self.shift = 0.3, 0.0  # of a step; and what was added to the stiffness for the last one
+        self.longest, self.shift = 0.3, 0.0  # longest step; shift of the stiffness in the last step
         self._go(self._at(q, np.zeros(system.m + system.p)))
 
     # -- points ------------------------------------------------------------------------------------------------
@@ -186,7 +186,7 @@ class Search:
                 return
         raise self._stuck()
 
-    # -- what it has come to -----------------------------------------------------------------------------------
+    # -- stability ---------------------------------------------------------------------------------------------
     def stability(self) -> tuple[float | None, float, Array]:
         """The smallest stiffness within the constraints [J], the limit below which it is zero, and directions.
 
@@ -238,7 +238,7 @@ class Search:
         near = LinearOperator((n, n), lambda x: self.scale * inverse.solve(self.scale * x)[0], dtype=float)
         far = LinearOperator((n, n), lambda x: allowed(K @ allowed(x)), dtype=float)
         values, vectors = solve(near, k, v0=v0)
-        free = np.abs(values) > 1e-12 / self.kappa  # what constraints forbid has none
+        free = np.abs(values) > 1e-12 / self.kappa  # directions that the constraints forbid have zero compliance
         values, vectors = (1.0 / values[free]).real + sigma, vectors[:, free].real
         try:
             below, down = solve(far, 1, which="SA" if self.symmetric else "SR", v0=v0, tol=1e-2, maxiter=300)
@@ -248,7 +248,7 @@ class Search:
             values, vectors = np.append(values, below.real), np.hstack([vectors, down.real])
         return values, vectors
 
-    # -- what may go wrong ---------------------------------------------------------------------------------------
+    # -- errors --------------------------------------------------------------------------------------------------
     def _endless(self) -> EquilibriumError:
         names = movers(self.system, np.abs(self.g))
         return EquilibriumError(

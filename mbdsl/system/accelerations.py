@@ -11,7 +11,7 @@ from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
 
-#: residual and solution of a regular system, relative to its right-hand side
+#: bounds of the residual and of the solution of a regular system, relative to its right-hand side
 ACCURATE, BOUNDED = 1e-12, 1e8
 
 
@@ -49,8 +49,8 @@ def _solve_motion(
 ) -> tuple[Array, Array]:
     """a and lam with Q linearised about ``lam``.
 
-    All equations are balanced, because a mechanism of micrometres and micrograms has entries from 1 down to 1e-24,
-    whose ratios are unrelated to its rank.
+    Rows and columns are balanced, because a mechanism of micrometres and micrograms has entries from 1 down to 1e-24,
+    whose ratios do not show the rank.
     """
     kept = np.delete(np.arange(system.m + system.p), left_out)
     n, m = system.n, len(kept)
@@ -115,5 +115,5 @@ def balance(system: System, M: Array, J) -> Array:
     d = 1 / np.sqrt(np.where(M > 0.0, M, np.where(largest > 0.0, largest, 1.0) * square))
     rows = abs(J) @ d if M.ndim == 1 else np.einsum("...ij,...j->...i", abs(J), d)
     d = np.concatenate([d, 1 / np.where(rows > 0.0, rows, 1.0)], axis=-1)
-    # not halfway between powers, where rounding would decide: masses of 0.5 and 2 kg lie there
+    # the offset avoids half exponents, as of masses of 0.5 and 2 kg, where rounding errors would decide
     return np.exp2(np.floor(np.log2(d) + 0.4))

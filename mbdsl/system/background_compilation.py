@@ -15,7 +15,7 @@ from mbdsl.system.structure import Block
 
 
 def start(blocks: list[Block], has_tape: bool, sets: int) -> subprocess.Popen | None:
-    """Start to compile a structure; None if no process can be started."""
+    """Start compiling a structure in another process; None if no process can be started."""
     roles = [[b.role, b.module.__name__, b.driven] for b in blocks]
     return code_cache.beside(__name__, json.dumps([roles, has_tape, sets]))
 

@@ -1,6 +1,6 @@
-"""Accelerations and multipliers at many states: evaluated in one compiled loop, solved together.
+"""Accelerations and multipliers at many states: one compiled loop evaluates them, then all are solved together.
 
-The same equations as in :mod:`mbdsl.system.accelerations`, which gets the states at which they are nearly singular.
+The equations are those of :mod:`mbdsl.system.accelerations`, which also solves them where they are nearly singular.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from mbdsl.system.time_derivatives import Clock
 
 Array = NDArray[np.float64]
 
-#: states from which on a compiled loop is worth its loading; numbers in the matrices that are solved together
+#: least number of states for which loading the compiled loop pays off; most numbers in matrices solved together
 MANY, TOGETHER = 2000, 2**21
 SAMPLE = code_cache.Signature(
     (
@@ -36,8 +36,8 @@ def sample(
     evaluate, tangent, times, qs, vs, places, given, read, forces, tangents, rates, values,
     vectors, frames, gradients, numbers, layout, matrix,
 ):  # fmt: skip
-    """At every state, with ``given`` at the ``places`` of ``numbers``: the forces; the matrices of M, Phi_q and Gam_v
-    (tangents) and of (Phi_q v)_q and Gam_q (rates) as entries; and what ``numbers`` holds at ``read`` (values)."""
+    """At every state, with ``given`` written to the ``places`` of ``numbers``, write: the forces; the entries of the
+    matrices of M, Phi_q and Gam_v (tangents) and of (Phi_q v)_q and Gam_q (rates); ``numbers`` at ``read`` (values)."""
     n = qs.shape[1]
     for i in range(len(times)):
         for k in range(len(places)):
@@ -89,10 +89,10 @@ def sample({arguments}):
 def sampled(
     system: System, t: Array, q: Array, v: Array, left_out: tuple[int, ...], numbers: Mapping[int, Array]
 ) -> tuple[Array, Array, NDArray[np.bool_]] | None:
-    """a (N, n) and lam (N, m + p) at states (N,), (N, n), (N, n), and where they are known (N,).
+    """a (N, n) and lam (N, m + p) at states (N,), (N, n), (N, n), and a mask (N,) of the states that have them.
 
-    ``numbers`` are values (N,) by their place in the tables. None where states are few, or have to be taken one by one:
-    large models, friction in joints, frames that move as a function of time.
+    ``numbers`` are values (N,) by their offset in the tables. None if there are few states, or if they have to be
+    evaluated one by one: large models, friction in joints, frames that move as a function of time.
     """
     if len(t) < MANY or system.of_multipliers or system.unknowns > DENSE_LIMIT or not code_cache.enabled():
         return None
@@ -158,7 +158,7 @@ def _solve(system: System, M: Array, J: Array, f: Array, gamma_c: Array) -> tupl
     with np.errstate(all="ignore"):
         try:
             x = np.linalg.solve(K, b[:, :, None])[:, :, 0]
-        except np.linalg.LinAlgError:  # at one of them
+        except np.linalg.LinAlgError:  # singular at one of the states
             x = np.full_like(b, np.nan)
         r = np.abs(b - np.einsum("ijk,ik->ij", K, x)).max(axis=1, initial=0.0)
         size = np.abs(b).max(axis=1, initial=0.0)

@@ -11,10 +11,10 @@ from mbdsl.mechanism.scene import Component
 
 
 def motion_module(component: Component) -> ModuleType:
-    """The module whose kernels move a body's frames; for kinds with several it depends on the values."""
+    """The module whose kernels move a body's frames; for kinds with several modules it depends on the values."""
     found = modules()[component.kind.name].motion
     found = found(component.values) if callable(found) else found
-    model_class(found)  # keeps the contract
+    model_class(found)  # checks the contract
     return found
 
 

@@ -1,9 +1,9 @@
-"""Close approaches: where the argument of a condition almost changes its sign along a run, or barely changes it.
+"""Close approaches: points of a run where the argument of a condition almost changes its sign, or barely changes it.
 
-A stop acts where g = s + gap is below zero. A path that turns back shortly before g = 0 does not touch the stop, one
-that would turn back shortly behind it does; a small error of the path decides. Each approach of the path is recorded
-with its distance d from zero at the turning point: d > 0 where it turns back before zero, d < 0 where it would have
-turned back that far behind zero, were there no change. Two runs with different errors show how accurate d is
+A stop acts where g = s + gap is below zero. A path that turns back shortly before g = 0 does not touch the stop; a path
+that would turn back shortly behind it does. A small error of the path decides between the two. Each approach is
+recorded with its distance d from zero at the turning point: d > 0 where the path turns back before zero, d < 0 where it
+would turn back that far behind zero if the forces did not change. Two runs with different errors show how accurate d is
 (:mod:`mbdsl.simulation.undecided_contacts`).
 
 Between the ends of steps g is the cubic through its values and rates. Recorded are conditions on positions and time;
@@ -51,7 +51,7 @@ class Approach(NamedTuple):
 
 
 def arguments(system: System) -> list[Expr]:
-    """The arguments whose signs decide on the forces: differences of compared positions."""
+    """The arguments whose signs determine the forces: differences of compared positions."""
     found: dict[Expr, None] = {}
     for switch in system.tables.switches:
         compared = [n for n in walk(switch.node) if n.op in COMPARISONS]
@@ -92,8 +92,8 @@ class Approaches:
         ----------
         found : list of Approach
         past : (5, k)
-            Of each of k arguments, what the next call needs: its value, its first, second and third derivative at the
-            end of the last step, and the largest value so far.
+            For each of k arguments, the data that the next call needs: its value, its first, second and third
+            derivative at the end of the last step, and the largest value so far.
         rows : t (N,), q (N, n), v (N, n)
             The states at the ends of steps; the first is the start of the first step.
         inputs : values of inputs by name
@@ -123,7 +123,7 @@ class Approaches:
                     state = [*q[i] + at * (a + at * (c + at * e)), *(a + at * (2.0 * c + at * 3.0 * e)) / h[i]]
                     curvature = abs(2.0 * c2[i] + 6.0 * at * c3[i]) / h[i] ** 2
                     found.append(_approach(k, t[i] + at * h[i], side[i], d[i], curvature, error[i], state))
-                # crossings from one row to the next, from the last row of the former call on
+                # crossings between consecutive rows, beginning with the last row of the previous call
                 side = np.sign(value)
                 slope, bends = side * slope, side * bends
                 d = side * value - slope**2 / (2.0 * bends)
@@ -158,7 +158,7 @@ def _approach(number: int, t: float, side: float, d: float, curvature: float, er
 
 
 def _minimum(c1: Array, c2: Array, c3: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Where within 0 <= x < 1 c1 x + c2 x^2 + c3 x^3 has a minimum, and whether it has one."""
+    """The x in [0, 1) at which c1 x + c2 x^2 + c3 x^3 has a minimum, and whether there is one."""
     with np.errstate(all="ignore"):
         root = np.sqrt(np.maximum(c2 * c2 - 3.0 * c1 * c3, 0.0))
         # of the two stationary points the one with a positive second derivative

@@ -1,9 +1,9 @@
-"""Specialisation: a module is generated that calls only the kernels of the kinds in a scene.
+"""Code generation: a module that calls only the kernels of the kinds in a scene.
 
-It evaluates ``sets`` of multipliers: 1 for lam in f, 2 for Phi_q^T mu as well, 3 for Phi_q^T psi with the Phi_q of the
-start of the step as well.
+``evaluate`` has one, two or three ``sets`` of multipliers: lam in f; also Phi_q^T mu; also Phi_q^T psi, with the Phi_q
+of the start of the step.
 
-``emit`` writes the text, ``load`` compiles it or finds it compiled. The key is the structure of the scene and the
+``emit`` writes the text; ``load`` compiles it or loads it from the cache. The key is the structure of the scene and the
 digest of the package. It contains no number of the model, so that a changed parameter or expression compiles nothing.
 """
 
@@ -27,7 +27,7 @@ TANGENT_ARGUMENTS = "t, cM, cK, cD, cL, cP, cN, cV, cW, cA, vectors, frames, gra
 TANGENT = code_cache.Signature((*["float"] * 10, "matrix", "matrix", "matrix", "vector", "ints", "vector"))
 #: inertia(task, row, target, vectors, numbers, layout): tasks of :mod:`mbdsl.compilation.buffer_layout`
 INERTIA = code_cache.Signature(("int", "int", "int", "matrix", "vector", "ints"))
-#: a line of either: (count, arguments of tangent)
+#: a repeated line of ``evaluate`` or ``tangent``: (count, arguments of tangent)
 REPEATED = code_cache.Signature(("int", *TANGENT.takes))
 
 
@@ -83,7 +83,7 @@ def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]
 
 
 def _F(block: Block) -> str:
-    """The float tables as an argument, which flexible bodies require at further places."""
+    """The argument ``numbers``, which more kernels of flexible bodies take than of rigid ones."""
     return "numbers, " if block.module.MASS else ""
 
 
@@ -197,8 +197,8 @@ def _names(bodies: list[tuple[int, Block]], has_tape: bool) -> list[str]:
 
 
 def emit_repeated(blocks: list[Block], has_tape: bool, sets: int) -> tuple[str, list[Line], list[Line]]:
-    """A module to measure with: every line of ``evaluate`` as ``e0``, ``e1``, ... and of ``tangent`` as ``t0``, ...,
-    in a loop of its own; and these lines."""
+    """A module for measurements, in which every line of ``evaluate`` is a loop ``e0``, ``e1``, ... and every line of
+    ``tangent`` a loop ``t0``, ...; and these lines."""
     evaluate, tangent = evaluate_lines(blocks, has_tape, sets), tangent_lines(blocks, has_tape)
     text = _head(blocks, has_tape, "Emitted by mbdsl to measure scenes of")
     for name, lines in (("e", evaluate), ("t", tangent)):

@@ -1,8 +1,8 @@
-"""Expressions of the model within the step loop: a short program over registers for one compiled interpreter.
+"""Expressions of the model in the step loop: a program over registers, which one compiled interpreter runs.
 
-An expression is data for the compiled code, so that a change requires no compilation. Values and exact derivatives
-share their subexpressions: the value tape runs at every evaluation, the gradient tape continues it when the iteration
-matrix is built. An instruction is (op, target, a, b, c); operands are registers.
+For the compiled code an expression is data, so that a change requires no compilation. Values and exact derivatives
+share their subexpressions: the value tape runs at every evaluation; the gradient tape continues it when the iteration
+matrix is computed. An instruction is (op, target, a, b, c); operands are registers.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ class Tape:
     """A program under construction: ``code`` in order, ``registers`` with their initial content (constants, time)."""
 
     frames: dict[str, int]
-    multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> its entry in a row of Y
-    starts: dict[str, float] = field(default_factory=dict)  #: of inputs
+    multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> entry in a row of vectors
+    starts: dict[str, float] = field(default_factory=dict)  #: name of an input -> its start value
     inputs: dict[str, int] = field(default_factory=dict)  #: name -> register, of those in use
     code: list[tuple[int, int, int, int, int]] = field(default_factory=list)
     registers: list[float] = field(default_factory=lambda: [0.0])  #: register 0 is time
     tables: list = field(default_factory=list)
-    roots: list[Expr] = field(default_factory=list)  #: what was asked for
+    roots: list[Expr] = field(default_factory=list)  #: the expressions requested by ``add``
     _where: dict[Expr, int] = field(default_factory=dict)
 
     def add(self, root: Expr) -> int:
@@ -84,7 +84,7 @@ class Tape:
 
 @rare
 def search(v, o, n, numbers):
-    """The cell of v among the n breaks at o: it begins with the last break <= v, or with the last but one."""
+    """The index of the cell of v among the n breaks at o in numbers: the last break <= v, at most the last but one."""
     lo, hi = 0, n - 1
     while hi - lo > 1:
         mid = (lo + hi) // 2
@@ -97,7 +97,7 @@ def search(v, o, n, numbers):
 
 @rare
 def cell_of(u, header, knots, ends, numbers, layout):
-    """A number for the piece of a table that contains u; pieces end at ``knots``, at the table's ``ends``, or both."""
+    """An integer for the piece of a table that contains u; pieces end at ``knots``, at its ``ends``, or at both."""
     n, o, beyond = layout[header], layout[header + 1], layout[header + 2]
     first, last = numbers[o], numbers[o + n - 1]
     lap = 0
@@ -145,7 +145,7 @@ def interpolate(u, order, header, numbers, layout):
 
 @rare
 def run(t, first, count, vectors, frames, numbers, layout):
-    """Run instructions ``first`` ... ``first + count - 1`` of the tape."""
+    """Run instructions ``first`` ... ``first + count - 1`` of the tape; writes registers, in numbers."""
     r = layout[REGISTERS]
     numbers[r] = t
     for i in range(first, first + count):

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 
 def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Callable[[], None]]) -> None:
-    """Per row of the gradient table: a, b, first slot, second derivative, detail (see
-    mbdsl.compilation.buffer_layout)."""
+    """Write the record of each row of the gradient table: a, b, first slot, second derivative, detail (see
+    :mod:`mbdsl.compilation.buffer_layout`)."""
     n, ints, row = tables.n, [], 0
     counts = {"joint": 0, "spring": 0, "law": 0}
     details: list[tuple[int, list[int]]] = []
@@ -76,7 +76,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
 
 
 def _second_rate(u: Expr, registers: list[int], tape: Tape) -> Callable[[], None]:
-    """u'' is required for accelerations only and therefore belongs to the gradient tape."""
+    """u'' is needed for accelerations only, and therefore belongs to the gradient tape."""
 
     def fill() -> None:
         registers[2] = tape.add(der(der(u)))
@@ -85,8 +85,8 @@ def _second_rate(u: Expr, registers: list[int], tape: Tape) -> Callable[[], None
 
 
 def _law(tables: Tables, buffers, dofs, c, j, pair, tape, later) -> list[int]:
-    """Register of s, sign, number of frames that s depends on; per frame: its row and the registers of ds/dz; number of
-    multipliers that it depends on, and the registers of ds/dlam."""
+    """Record of a law: register of s, sign, number of frames that s depends on; per frame its row and the registers of
+    ds/dz; number of multipliers that s depends on, and the registers of ds/dlam."""
     law = law_expressions(c)[j]
     used = dict.fromkeys(frame_of(x) for x in leaves(law) if x.op == "coordinate")
     reactions = [x for x in leaves(law) if x.op == "multiplier"]

@@ -5,7 +5,7 @@
 Exact solutions satisfy Phi = 0, Phi_q v + Phi_t = 0 and Gam = 0 if they do so initially; numerical ones drift.
 ``project`` corrects them by the smallest change in the norm of the masses, with one linear system for both levels:
 
-    [[M, J^T], [J, 0]] [dq, dv; ...] = -[0, 0; (Phi, 0), (Phi_q v + Phi_t, Gam)],   until nothing changes
+    [[M, J^T], [J, 0]] [dq, dv; ...] = -[0, 0; (Phi, 0), (Phi_q v + Phi_t, Gam)],   repeated until convergence
 
 Source: the reduction is classical; projection onto invariants: E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical
 Integration* (2006), section IV.4; in the norm of the masses: C. Lubich, BIT 31 (1991), 545-550.
@@ -25,7 +25,7 @@ from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
 
-#: changes of coordinates, relative to the mechanism's size, at which a projection has converged
+#: relative change of coordinates at which a projection has converged
 ARRIVED = 1e-12
 #: largest number of iterations of a projection, and of accelerations if forces depend on multipliers
 MOST = 20
@@ -91,7 +91,7 @@ class Index1:
     def project(self, t: float, y: Array) -> Array:
         """The state (2n,) nearest to ``y`` that satisfies the constraints of positions and velocities.
 
-        If none is found, the last iterate, which violates the constraints or is nan.
+        If there is none, the last iterate is returned; it violates the constraints or is nan.
         """
         system, n, m = self.system, self.n, self.system.m
         if not m and not system.p:

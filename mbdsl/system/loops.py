@@ -1,5 +1,5 @@
-"""The loops over rows of the gradient table: scalar coordinates g(z) of pairs of frames contribute to f, Phi and the
-iteration matrix.
+"""The loops over the rows of the gradient table. They add the contributions of scalar coordinates g(z) of frame pairs
+to f, Phi and the iteration matrix.
 
 Kinds differ only in the dependence of g, its gradient G and its second derivative H on two frames. Therefore the loops
 ``fill`` and ``curve`` are compiled once for each kind; the others are the same for all constraints, springs and laws:
@@ -77,7 +77,7 @@ from mbdsl.compilation.marks import kernel, rare, square
 
 @kernel
 def fill(block, rows, gradient, frames, gradients, numbers, layout):
-    """g and G of all components of a kind."""
+    """Write g and G of all components of a kind to gradients. Reads frames, and parameters in numbers."""
     for e in range(layout[block]):
         r = layout[block + 1] + rows * e
         o = layout[PAIRS] + PAIR * r
@@ -92,7 +92,7 @@ def fill(block, rows, gradient, frames, gradients, numbers, layout):
 
 @kernel
 def curve(block, rows, hessian, frames, gradients, numbers, layout):
-    """d^2g/dz^2 and w^T d^2g/dz^2 of all components of a kind with a varying gradient."""
+    """Write d^2g/dz^2 to numbers and w^T d^2g/dz^2 to gradients, for all components of a kind with varying gradient."""
     for e in range(layout[block]):
         for k in range(rows):
             r = layout[block + 1] + rows * e + k
@@ -120,7 +120,7 @@ def curve(block, rows, hessian, frames, gradients, numbers, layout):
 
 @kernel
 def start(vectors, frames, numbers, layout):
-    """Initialise f with the constant generalised force, and the ground's wrenches with zero."""
+    """Write the constant generalised force to vectors[FORCE], 0 to vectors[FORCE2] and to the ground's wrenches."""
     for i in range(layout[N_Q]):
         vectors[FORCE, i] = numbers[layout[CONSTANT_FORCE] + i]
         vectors[FORCE2, i] = 0.0
@@ -131,7 +131,7 @@ def start(vectors, frames, numbers, layout):
 
 @kernel
 def carry(frames, numbers, layout):
-    """Pose and rates of frames that drivers move as functions of time."""
+    """Write pose and rates of the frames that drivers move from the registers, in numbers, to frames."""
     for k in range(layout[N_MOVING]):
         o = layout[MOVING] + MOVED * k
         for j in range(PAIR_POSE):
@@ -140,7 +140,7 @@ def carry(frames, numbers, layout):
 
 @kernel
 def constraints(vectors, frames, gradients, numbers, layout):
-    """Phi, Phi_q v + Phi_t, and the constraint forces -Phi_q^T lam on the frames."""
+    """Write Phi to vectors[FORCE] and Phi_q v + Phi_t to vectors[FORCE2]; WRENCH in frames -= Phi_q^T lam."""
     n, row = layout[N_Q], layout[LAM_ROW]
     for r in range(layout[N_PHI]):
         o = layout[PAIRS] + PAIR * r
@@ -160,7 +160,7 @@ def constraints(vectors, frames, gradients, numbers, layout):
 
 @kernel
 def drive(vectors, numbers, layout):
-    """Phi -= u(t) and Phi_q v + Phi_t -= u'(t) in the rows of drivers."""
+    """vectors[FORCE] -= u(t) and vectors[FORCE2] -= u'(t), that is Phi and Phi_q v + Phi_t, in the rows of drivers."""
     n = layout[N_Q]
     for r in range(layout[N_PHI]):
         o = layout[PAIRS] + PAIR * r
@@ -172,7 +172,7 @@ def drive(vectors, numbers, layout):
 
 @kernel
 def constraints_with_mu(vectors, frames, gradients, numbers, layout):
-    """As ``constraints``, with Phi_q^T mu on the frames; one loop costs half as much as two."""
+    """As ``constraints``; also MU_WRENCH in frames += Phi_q^T mu. One loop costs half as much as two."""
     n, row, mu_row = layout[N_Q], layout[LAM_ROW], layout[MU_ROW]
     for r in range(layout[N_PHI]):
         o = layout[PAIRS] + PAIR * r
@@ -195,7 +195,8 @@ def constraints_with_mu(vectors, frames, gradients, numbers, layout):
 
 @kernel
 def keep(vectors, frames, gradients, layout):
-    """At the start of a step, store the state of the last evaluation; wrenches of psi start at zero."""
+    """At the start of a step, store G and levers of the last evaluation (PAST_GRADIENT, PAST_LEVER). At every
+    evaluation, set vectors[PAST_FORCE] and PAST_WRENCH in frames to zero."""
     if layout[KEEP]:
         layout[KEEP] = 0
         for r in range(layout[N_PHI]):
@@ -213,7 +214,7 @@ def keep(vectors, frames, gradients, layout):
 
 @kernel
 def remember(vectors, frames, gradients, layout):
-    """Phi_q^T psi with the Phi_q of the start of the step, on the frames."""
+    """PAST_WRENCH in frames += Phi_q^T psi with the Phi_q of the start of the step."""
     n, row = layout[N_Q], layout[PSI_ROW]
     for r in range(layout[N_PHI]):
         o = layout[PAIRS] + PAIR * r
@@ -228,7 +229,7 @@ def remember(vectors, frames, gradients, layout):
 
 @kernel
 def gammas(vectors, frames, numbers, layout):
-    """Gam, and the constraint forces -Gam_v^T nu on the frames. Records: see :mod:`mbdsl.system.nonholonomic`."""
+    """Write Gam to vectors[FORCE]; WRENCH in frames -= Gam_v^T nu. Records: see :mod:`mbdsl.system.nonholonomic`."""
     first = layout[N_Q] + layout[N_PHI]
     for k in range(layout[N_GAM]):
         o = layout[layout[GAMMAS] + k]
@@ -245,7 +246,7 @@ def gammas(vectors, frames, numbers, layout):
 
 @kernel
 def springs(frames, gradients, numbers, layout):
-    """Linear springs and dampers: wrench -= G^T (k (g - g0) + c dg/dt)."""
+    """Linear springs and dampers: s = k (g - g0) + c dg/dt to gradients; WRENCH in frames -= G^T s."""
     for r in range(layout[N_PHI], layout[N_PHI] + layout[N_SPRINGS]):
         o = layout[PAIRS] + PAIR * r
         a, b, p = layout[o + FRAME_A], layout[o + FRAME_B], layout[o + DETAIL]
@@ -261,7 +262,7 @@ def springs(frames, gradients, numbers, layout):
 
 @kernel
 def laws(frames, gradients, numbers, layout):
-    """Forces by expression: wrench += sign G^T s. The leaf list starts with the register of s, and the sign."""
+    """Forces by expression: WRENCH in frames += sign G^T s. The leaf list starts with the register of s and sign."""
     first = layout[N_PHI] + layout[N_SPRINGS]
     for r in range(first, first + layout[N_LAWS]):
         o = layout[PAIRS] + PAIR * r
@@ -278,7 +279,7 @@ def laws(frames, gradients, numbers, layout):
 
 @kernel
 def inertia(task, row, target, vectors, numbers, layout):
-    """Tasks of the constant part of the mass matrix; INVERSE for bodies with a diagonal one."""
+    """Tasks of the mass matrix: TIMES for the constant off-diagonal entries, INVERSE for bodies with a diagonal one."""
     if task == TIMES:
         for i in range(layout[N_Q]):
             vectors[target, i] = 0.0
@@ -293,7 +294,7 @@ def inertia(task, row, target, vectors, numbers, layout):
 
 @rare
 def coupling_matrix(cM, numbers, layout, matrix):
-    """Matrix += cM times the constant off-diagonal entries of M."""
+    """matrix += cM times the constant off-diagonal entries of M."""
     for k in range(layout[N_COUPLINGS]):
         slot, value = layout[SLOTS] + layout[layout[COUPLINGS] + 3 * k + 2], cM * numbers[layout[COUPLING_VALUES] + k]
         matrix[layout[slot]] += value
@@ -302,7 +303,7 @@ def coupling_matrix(cM, numbers, layout, matrix):
 
 @rare
 def begin_matrix(cM, numbers, layout, matrix):
-    """Matrix = cM times the constant part of M's diagonal."""
+    """matrix = cM times the constant part of the diagonal of M."""
     for i in range(layout[SIZE]):
         matrix[i] = 0.0
     for i in range(layout[N_Q]):
@@ -311,8 +312,8 @@ def begin_matrix(cM, numbers, layout, matrix):
 
 @rare
 def frame_block(slot, fr, fc, cT, T, cTd, Td, numbers, layout, matrix):
-    """The matrix at the slots += B_r^T (cT T B_c + cTd Td (B v)_q,c), T and Td 3 x 3 blocks in ``numbers``
-    with rows of PAIR_POSE."""
+    """matrix, at the slots, += B_r^T (cT T B_c + cTd Td (B v)_q,c), with 3 x 3 blocks T and Td in ``numbers``, whose
+    rows have the stride PAIR_POSE."""
     nr, kr = layout[layout[FRAMES] + 2 * fr], layout[layout[FRAMES] + 2 * fr + 1]
     nc, kc = layout[layout[FRAMES] + 2 * fc], layout[layout[FRAMES] + 2 * fc + 1]
     for j in range(nc):
@@ -331,7 +332,7 @@ def frame_block(slot, fr, fc, cT, T, cTd, Td, numbers, layout, matrix):
 
 @rare
 def pair_blocks(slot, a, b, cT, T, cTd, Td, numbers, layout, matrix):
-    """The four blocks of 6 x 6 matrices T and Td in ``numbers`` over the frames (a, b); the slot behind them."""
+    """matrix += four such blocks, of 6 x 6 matrices T and Td over the frames (a, b); returns the next slot."""
     for i in range(2):
         for j in range(2):
             at = HALF * i + POSE * j
@@ -342,7 +343,7 @@ def pair_blocks(slot, a, b, cT, T, cTd, Td, numbers, layout, matrix):
 
 @rare
 def constraint_tangents(cK, cP, cN, vectors, gradients, numbers, layout, matrix):
-    """cK (Phi_q^T lam)_q; Phi_q^T to the right; cP Phi_q + cN (Phi_q v)_q below; 1 on the diagonal if left out."""
+    """matrix += cK (Phi_q^T lam)_q; Phi_q^T to the right; cP Phi_q + cN (Phi_q v)_q below; diagonal 1 if left out."""
     n, row = layout[N_Q], layout[LAM_ROW]
     for r in range(layout[N_PHI]):
         o = layout[PAIRS] + PAIR * r
@@ -373,7 +374,7 @@ def constraint_tangents(cK, cP, cN, vectors, gradients, numbers, layout, matrix)
                     value += gradients[r, POSE * side + l] * numbers[kb + l * nb + j]
                 matrix[layout[slot + j]] += value
                 matrix[layout[slot + nb + j]] += cP * value
-            if cN != 0.0:  # no method requires it
+            if cN != 0.0:  # no iteration matrix requires it
                 for j in range(nb):
                     rate = 0.0
                     for l in range(POSE):
@@ -388,7 +389,7 @@ def constraint_tangents(cK, cP, cN, vectors, gradients, numbers, layout, matrix)
 
 @rare
 def spring_tangents(cK, cD, gradients, numbers, layout, matrix):
-    """-df on frames: s H + G (k G + c w^T H) with respect to z, c G G with respect to w."""
+    """matrix += the derivatives of -f: s H + G (k G + c w^T H) with respect to z, c G G with respect to w."""
     scratch = numbers.size - TANGENT_SCRATCH
     for r in range(layout[N_PHI], layout[N_PHI] + layout[N_SPRINGS]):
         o = layout[PAIRS] + PAIR * r
@@ -408,9 +409,9 @@ def spring_tangents(cK, cD, gradients, numbers, layout, matrix):
 
 @rare
 def law_tangents(cK, cD, cL, gradients, numbers, layout, matrix):
-    """-df = s H - sign G ds/dz over every frame, and - sign G ds/dlam over every multiplier that s depends on.
+    """matrix += the derivatives of -f: s H - sign G ds/dz for every frame, - sign G ds/dlam for every multiplier of s.
 
-    (The s of H already holds the sign.)
+    (The s of s H already has the sign.)
     """
     scratch = numbers.size - TANGENT_SCRATCH
     first = layout[N_PHI] + layout[N_SPRINGS]
@@ -449,9 +450,9 @@ def law_tangents(cK, cD, cL, gradients, numbers, layout, matrix):
 
 @rare
 def gamma_tangents(cK, cD, cV, cW, vectors, numbers, layout, matrix):
-    """cK (Gam_v^T nu)_q + cD (Gam_v^T nu)_v; Gam_v^T to the right; cV Gam_v + cW Gam_q below.
+    """matrix += cK (Gam_v^T nu)_q + cD (Gam_v^T nu)_v; Gam_v^T to the right; cV Gam_v + cW Gam_q below.
 
-    A constraint that is left out, or out of play (cV = 0 = cW), has 1 on the diagonal.
+    A constraint that is left out, or inactive (cV = 0 = cW), has 1 on the diagonal.
     """
     scratch = numbers.size - TANGENT_SCRATCH
     first = layout[N_Q] + layout[N_PHI]

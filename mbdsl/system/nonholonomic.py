@@ -47,7 +47,7 @@ def tabulate(
 
 
 def _derivatives(gamma: Expr, used: list[str], rates, record: list[int], tape: Tape) -> Callable[[], None]:
-    """What only the iteration matrix and accelerations need belongs to the gradient tape."""
+    """Derivatives that only the iteration matrix and accelerations need belong to the gradient tape."""
 
     def fill() -> None:
         record[1] = tape.add(diff(gamma, TIME)[0])

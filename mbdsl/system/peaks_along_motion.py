@@ -1,4 +1,4 @@
-"""Peaks of laws on the path between two states of a motion that neither state shows.
+"""Peaks of laws between two states of a motion that the values at these states do not show.
 
 Between two states, the coordinates of frames are interpolated by the cubic polynomials through positions and velocities
 at both ends; reactions and time are linear. Along this path a law is a function of one variable, and its peaks are
@@ -27,11 +27,11 @@ Array = NDArray[np.float64]
 
 #: negligible height of a peak, relative to the term's value at both ends; relative to its largest value so far
 SLIGHT, TINY = 0.05, 1e-6
-#: intervals within which a term changes less than this part of the negligible height of a peak are not halved
+#: an interval is not halved if the term changes in it by less than this part of the negligible height of a peak
 NEGLIGIBLE = 0.25
-#: shortest step that is searched, and shortest interval within it, relative to the shortest possible step
+#: shortest step that is searched, and shortest interval in it, relative to the shortest possible step
 SHORT, SHORTEST = 4.0, 0.1
-#: rounding error of positions, relative to them; where the displacement in a step differs by no more than that from the
+#: rounding error of positions, relative to them; if the displacement in a step differs by no more than that from the
 #: one with a linear velocity, the velocity is taken as linear
 LOST = 64.0 * np.finfo(float).eps
 #: most steps that are searched together
@@ -60,11 +60,11 @@ class OnTheWay:
     def first(
         self, t: Array, q: Array, v: Array, lam: Array, inputs: Mapping[str, float], least: float, seen: Array
     ) -> list[Zone]:
-        """Zones (in time) of the first step on whose way a term has a peak that is not seen.
+        """Zones (in time) of the first step in which a term has a hidden peak.
 
         States at times t (K + 1,): q and v (K + 1, n), lam (K + 1, m + p). No step is shorter than ``least`` [s].
-        ``seen`` is how large terms have been at the ends of steps so far, which the run keeps; where nothing is found,
-        it is brought up to date. What is found does not depend on how many steps are looked at together.
+        ``seen`` is the largest magnitude of each term at the ends of steps so far, which the run keeps; it is updated
+        if nothing is found. The result does not depend on how many steps are searched together.
         """
         h, count = np.diff(t), len(t) - 1
         with np.errstate(all="ignore"):
@@ -86,8 +86,8 @@ class OnTheWay:
         return found
 
     def _suspected(self, f: Functions, resolved: NDArray, seen: Array) -> list[tuple[Array, Array, NDArray]]:
-        """Of every term: how large it has been (count,), what makes no difference in each step (count,), and the steps
-        on whose way it may do more than their ends tell."""
+        """For every term: its largest magnitude so far (count,), the negligible height of a peak in each step (count,),
+        and the steps in which its bounds exceed its values at the ends by more than that."""
         count = len(resolved)
         k, zero, one = np.arange(count), np.zeros(count), np.ones(count)
         found = []
@@ -106,7 +106,7 @@ class OnTheWay:
         return found
 
     def _ways(self, t: Array, q: Array, v: Array, lam: Array) -> dict[Expr, Array]:
-        """Coefficients (K, 4) of the polynomials for the leaves, in the completed part of a step (0 to 1)."""
+        """Coefficients (K, 4) of the polynomials for the leaves, over the completed part of a step (0 to 1)."""
         wanted: dict[Expr, None] = {}
         for x in self._leaves:
             if x.op == "coordinate":
@@ -136,8 +136,8 @@ class OnTheWay:
     def _hidden(
         self, n: int, f: Function, steps: NDArray, least: Array, size: Array, slight: Array
     ) -> tuple[int, list[tuple[float, float]]] | None:
-        """The first of ``steps`` on whose way a term has peaks that the ends do not show, and their zones as parts of
-        the step; None if there is no such step."""
+        """The first of ``steps`` in which a term has peaks that the ends do not show, and their zones as parts of the
+        step; None if there is no such step."""
         if not len(steps):
             return None
         start, end = np.zeros(len(steps)), np.ones(len(steps))
@@ -156,7 +156,7 @@ class OnTheWay:
 
 
 def _position(x: Expr) -> tuple[Expr, Expr]:
-    """The coordinate that a leaf is, or is the rate of; and its rate."""
+    """The position or angle that a leaf is, or whose rate it is; and the rate."""
     frame, key = x.value  # type: ignore[misc]
     where = str(POSITION.get(key, key))
     return coordinate(frame, where), coordinate(frame, RATE[where])
@@ -170,11 +170,11 @@ def _columns(*c: Array) -> Array:
 
 
 class Functions(NamedTuple):
-    """As :class:`mbdsl.system.peaks_in_time.Function`, of several terms."""
+    """Several terms: as :class:`mbdsl.system.peaks_in_time.Function`, with a list of results."""
 
     jet: Callable[[NDArray, Array, Array], list[Jet]]
     values: Callable[[NDArray, Array, Array], list[Jet]]  #: the same, without bounds on slopes
-    over: Callable[[NDArray], list[Jet]]  #: over all steps from one of those given up to the next one given
+    over: Callable[[NDArray], list[Jet]]  #: bounds over all steps from each given one to the next given one
     at: Callable[[NDArray, Array], list[Array]]
 
 
@@ -183,7 +183,7 @@ def _only(f: Functions) -> Function:
 
 
 def _along(terms: list[Expr], ways: dict[Expr, Array], inputs: Mapping[str, float]) -> Functions:
-    """Terms along the ways of several steps."""
+    """Terms along the paths of several steps."""
 
     def jet(k: NDArray, a: Array, b: Array, sloped: bool = True) -> list[Jet]:
         def leaf(x: Expr) -> Jet:

@@ -1,4 +1,4 @@
-"""Peaks of laws within fixed steps, found as within controlled steps, but for many short steps at once.
+"""Peaks of laws within fixed steps: the search of :mod:`mbdsl.system.peaks_along_motion`, for many short steps at once.
 
 Fixed steps do not end in zones. Therefore terms that depend on time alone are searched as well. The height of a peak is
 compared with the largest value of its term in all steps that are searched together and in those before them.
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 #: negligible height of a peak, relative to the term's largest value
 SMALL = 1e-3
-#: number of steps whose bounds are computed together; if these show no peak, the steps are not looked at singly
+#: number of steps whose bounds are computed together; only if these admit a peak, the steps are searched one by one
 TOGETHER = 16
 
 
@@ -42,7 +42,7 @@ class InFixedSteps(OnTheWay):
 
     @property
     def roots(self) -> list[Expr]:
-        """The expression of the model that each term belongs to."""
+        """The expression of the model to which each term belongs."""
         return self._roots
 
     def _suspected(self, f: Functions, resolved: NDArray, seen: Array) -> list[tuple[Array, Array, NDArray]]:
@@ -52,7 +52,7 @@ class InFixedSteps(OnTheWay):
         found = []
         for n, (y, jet) in enumerate(zip(states, f.over(first), strict=True)):
             size = max(seen[n], np.abs(y[np.isfinite(y)]).max(initial=0.0))
-            # a peak needs slopes of both signs, large enough to reach it within a step
+            # a peak requires slopes of both signs, large enough to reach its height within a step
             harmless = np.minimum(jet.d_hi, -jet.d_lo) <= SMALL * size
             k = np.flatnonzero(resolved & np.repeat(~np.broadcast_to(harmless, first.shape), TOGETHER)[:count])
             slight = np.zeros(count)

@@ -71,7 +71,7 @@ class Zone(NamedTuple):
 
 
 def terms(root: Expr) -> list[Expr]:
-    """``root`` as a sum of products, as far as it is no polynomial of low degree."""
+    """The products that ``root`` is a sum of; products of sums are expanded, except polynomials of low degree."""
     found: list[Expr] = []
     for part, negative in _summands(root):
         parts = _expanded(part)
@@ -80,7 +80,7 @@ def terms(root: Expr) -> list[Expr]:
 
 
 def _summands(root: Expr) -> list[tuple[Expr, bool]]:
-    """What ``root`` adds up, and whether it is negative there, in order; sums may have thousands of summands."""
+    """The summands of ``root`` in order, and whether each is negative; without recursion, as there may be thousands."""
     found, waiting = [], [(root, False)]
     while waiting:
         x, negative = waiting.pop()
@@ -114,7 +114,7 @@ def degree(root: Expr) -> float:
     resolve the motion of the mechanism, and with it these functions.
     """
     if root not in _DEGREES:
-        for x in walk(root):  # arguments come before what uses them
+        for x in walk(root):  # arguments come before the nodes that use them
             if x not in _DEGREES:
                 _DEGREES[x] = _degree(x, [_DEGREES[y] for y in x.args])
     return _DEGREES[root]
@@ -299,11 +299,11 @@ def turns(y: Array, least: float) -> list[int]:
 
 
 def zones(f: Function, points: Points, path: int, least: float, edges: bool = False) -> Array:
-    """Starts and ends (2, number) of the zones around the extrema of f on one path; with ``edges``, its ends count."""
+    """Starts and ends (2, number) of the zones around the extrema of f on one path; ``edges`` includes its ends."""
     on = points.k == path
     s, y = points.s[on], points.y[on]
     at = turns(y, least)
-    if not at:  # it is finite nowhere
+    if not at:  # finite nowhere
         return np.empty((2, 0))
     before, behind = [at[0], *at[:-1]], [*at[1:], at[-1]]
     ways = [
@@ -385,7 +385,7 @@ def _of_term(term: Expr, t0: float, t1: float) -> Iterator[Zone]:
 
 
 class Kept(Generic[T]):
-    """An iterable that remembers what an iterator has given."""
+    """An iterable over the items of an iterator, which it stores so that they can be iterated again."""
 
     def __init__(self, source: Iterator[T]) -> None:
         self._source, self._found = source, list[T]()

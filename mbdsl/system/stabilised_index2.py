@@ -5,9 +5,9 @@
     Phi = 0,  Gam = 0                       m + p
     Phi_q v + Phi_t = 0                     m
 
-lam has the multipliers of Phi and then nu, those of Gam; mu (m,) is zero in the solution and takes up what the
-discretisation does to velocities. W is a constant diagonal of masses, so that lengths meet angles as they do in M.
-A constraint that is left out becomes lam = 0 and mu = 0.
+lam contains the multipliers of Phi and then nu, those of Gam; mu (m,) is zero in the exact solution and compensates for
+the discretisation error of velocities. W is a constant diagonal of masses, so that lengths and angles are weighted as
+in M. For a constraint that is left out, the equations are lam = 0 and mu = 0.
 
 Source: C. W. Gear, B. Leimkuhler, G. K. Gupta, J. Comput. Appl. Math. 12-13 (1985), 77-90.
 """
@@ -125,7 +125,7 @@ class StabilisedIndex2:
         return F
 
     def _inertia(self, t: float) -> Array:
-        """M times row X of Y at the last evaluated state (n,)."""
+        """M times the row UNKNOWN of vectors at the last evaluated state (n,)."""
         system, n = self.system, self.n
         w = system._work
         assert w is not None

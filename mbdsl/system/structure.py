@@ -90,7 +90,7 @@ def by_law(c: Component) -> bool:
 
 
 def law_expressions(c: Component) -> list[Expr]:
-    """The magnitudes of a force given by an expression, or the friction of a joint."""
+    """The magnitudes of a force that is given by an expression, or the friction of a joint."""
     if isinstance(c.kind, ForceKind):
         return [expr(c.values[name]) for name in c.kind.laws]
     assert c.friction is not None

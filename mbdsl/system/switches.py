@@ -37,11 +37,11 @@ if TYPE_CHECKING:
     from mbdsl.mechanism.scene import Component, Scene
 
 TRUTH, VALUE, ORDER, QUOTIENT, CELL = range(5)
-#: what of a table is an event
+#: which points of a table are events
 KNOTS, ENDS = 1, 2
 CONDITIONS = ("lt", "le", "eq", "ne", "and", "or", "not")
 COMPARED = ("abs", "min", "max")
-#: for the signature: prime, so that no change of a single switch remains unnoticed
+#: of the signature; a prime, so that the change of a single switch always changes the signature
 PRIME, BASE = 2147483647, 1000003
 
 

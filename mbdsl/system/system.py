@@ -1,9 +1,9 @@
-"""The System: the DAE of a mechanism, the only object that an integrator or an external backend sees.
+"""The System: the DAE of a mechanism. Integrators and external backends access the mechanism only through it.
 
     q' = v,   M(q) v' + Phi_q^T lam + Gam_v^T nu = Q(t, q, v, lam, nu, u),   Phi(q, t) = 0,   Gam(v, q, t) = 0
 
-with m holonomic constraints Phi, p nonholonomic ones Gam and inputs u. All multipliers stand in one vector (m + p,),
-those of Phi first, which is what ``lam`` means below.
+with m holonomic constraints Phi, p nonholonomic ones Gam and inputs u. One vector (m + p,) contains all multipliers,
+those of Phi first; in what follows, ``lam`` is this vector.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: up to this many unknowns matrices are handed out dense: importing scipy would take longer than using it
+#: up to this many unknowns matrices are dense: importing scipy would take longer than dense algebra
 DENSE_LIMIT = 400
 
 
@@ -71,10 +71,10 @@ class System:
     _A: Array | None = None
     _clock: Clock | None = None
     _zones: dict[tuple[float, float, float], Kept[Zone]] = field(default_factory=dict)
-    _built: tuple[bool, float | None] = (False, None)  #: the other arguments of ``build``
+    _built: tuple[bool, float | None] = (False, None)  #: further arguments of ``build``
 
     def __reduce__(self) -> tuple:
-        """Pickled as what it is built from; compiled code does not travel."""
+        """Pickled as the arguments of ``build``, without compiled code."""
         return build, (self.scene, None, *self._built)
 
     @property
@@ -99,11 +99,11 @@ class System:
 
     @property
     def size(self) -> int:
-        """Number of entries of A that tangent fills when slots are kept apart (one a request)."""
+        """Number of entries of A that ``tangent`` fills if every requested entry has a slot of its own."""
         return len(self.tables.pattern[0])
 
     def kernels(self, sets: int = 1) -> Kernels:
-        """The compiled ``evaluate`` and ``tangent`` for this structure, for so many sets of multipliers."""
+        """The compiled functions of this structure, for ``sets`` sets of multipliers."""
         if sets not in self._kernels:
             self._kernels[sets] = emit.load(self.tables.blocks, self.tables.has_tape, sets)
         return self._kernels[sets]
@@ -113,11 +113,11 @@ class System:
         return emit.module_name(emit.emit(self.tables.blocks, self.tables.has_tape, sets))
 
     def compile_beside(self, sets: int = 1) -> subprocess.Popen | None:
-        """Start to compile the kernels in another process."""
+        """Start compiling the kernels in another process; None if no process can be started."""
         return background_compilation.start(self.tables.blocks, self.tables.has_tape, sets)
 
     def workspace(self, slots: NDArray[np.int64] | None = None, rows: int = buffer_layout.ROWS) -> Workspace:
-        """Fresh buffers. ``slots`` gives the position in A of every requested entry (default: one each)."""
+        """New buffers. ``slots`` gives the position in A of every requested entry (default: one position each)."""
         t = self.tables
         if slots is None:
             slots = np.arange(self.size)
@@ -144,7 +144,7 @@ class System:
         return w
 
     def _any_kernels(self, sets: int) -> Kernels:
-        """Kernels for at least so many sets of multipliers: what is loaded already costs nothing."""
+        """Kernels for at least ``sets`` sets of multipliers; loaded ones are preferred, because they cost nothing."""
         return self._kernels[max(self._kernels)] if max(self._kernels, default=0) >= sets else self.kernels(sets)
 
     def evaluate(self, t: float, q, v=None, lam=None) -> tuple[Array, Array, Array]:
@@ -157,7 +157,7 @@ class System:
         )
 
     def Q(self, t: float, q, v=None) -> Array:
-        """Generalised applied force (n,), without what depends on multipliers (see ``of_multipliers``)."""
+        """Generalised applied force (n,), without the part that depends on multipliers (see ``of_multipliers``)."""
         return self.evaluate(t, q, v)[0]
 
     @property
@@ -178,25 +178,25 @@ class System:
         return self.tangent(t, q, v, cW=1.0)[self.n + self.m :, : self.n]
 
     def set_input(self, name: str, value: float) -> None:
-        """The value of an input u in all that is evaluated from now on."""
+        """Set the value of an input u for all later evaluations."""
         if name in self.tables.inputs:
             self.set_number(self.tables.inputs[name], value)
 
     def set_number(self, at: int, value: float) -> None:
-        """A number of the float tables in all that is evaluated from now on."""
+        """Set an entry of ``numbers`` for all later evaluations."""
         if self._work is None:
             self._work = self.workspace()
         self._work.numbers[at] = value
 
     def set_turn(self, name: str, angle: float) -> None:
-        """Set the reference ``angle`` from which the turns of body ``name`` are counted, if q does not contain them."""
+        """Set the reference ``angle`` for counting the revolutions of body ``name``, if q does not contain them."""
         body = self.tables.models[name]
         if body.counter >= 0:
             body.turn = self.tables.numbers[body.counter] = angle
             self.set_number(body.counter, angle)
 
     def count_turns(self, q: Array, start: bool = False) -> None:
-        """Count turns up to the accepted state q (n,), which is the ``start`` of a motion or follows a step."""
+        """Count revolutions up to the accepted state q (n,), the ``start`` of a motion or the end of a step."""
         for name, body in self.tables.models.items():
             if body.counter >= 0:
                 if self._work is None:
@@ -227,7 +227,7 @@ class System:
         return self._work.gradients
 
     def mass(self) -> Array:
-        """The constant part of the mass matrix's diagonal (n,): all of it where there are rigid bodies only."""
+        """The constant part of the diagonal of the mass matrix (n,): all of M if there are rigid bodies only."""
         o = self.tables.layout[buffer_layout.MASS]
         return self.tables.numbers[o : o + self.n].copy()
 
@@ -240,7 +240,7 @@ class System:
         return self.tangent(t, q, cM=1.0)[: self.n, : self.n]
 
     def solve_mass(self, t: float, q, force: Array) -> Array:
-        """M^{-1} force (n,); coordinates without mass count as having one of 1."""
+        """M^{-1} force (n,); coordinates without mass are given a mass of 1."""
         mass = self.mass()
         if self.mass_is_diagonal:
             return force / np.where(mass > 0.0, mass, 1.0)
@@ -261,7 +261,7 @@ class System:
             cP Phi_q + cN N          0                      0
             cV Gam_v + cW Gam_q      0                      0
 
-        K = (Phi_q^T lam + Gam_v^T nu - Q)_q, K' = K + (M a)_q for an acceleration a (n,) that is given,
+        K = (Phi_q^T lam + Gam_v^T nu - Q)_q, K' = K + (M a)_q for a given acceleration a (n,),
         D = (Gam_v^T nu - Q)_v, N = (Phi_q v)_q. Dense up to ``DENSE_LIMIT`` unknowns, sparse above.
         """
         w = self._at(t, q, v, lam)
@@ -270,9 +270,10 @@ class System:
         return self.matrix(self.entries(t, cM=cM, cK=cK, cD=cD, cL=cL, cP=cP, cN=cN, cV=cV, cW=cW, cA=cA))
 
     def entries(self, t: float, *, cM=0.0, cK=0.0, cD=0.0, cL=0.0, cP=0.0, cN=0.0, cV=0.0, cW=0.0, cA=0.0) -> Array:
-        """The requested entries (size,) of that matrix at the state evaluated last, those at one place apart.
+        """The requested entries (size,) of the matrix of ``tangent`` at the last evaluated state; requests for the same
+        place are separate entries.
 
-        cA goes with (M a)_q alone, for the a in row X of Y. The array is overwritten by the next call.
+        cA is the factor of (M a)_q alone, with a in row UNKNOWN of vectors. The array is overwritten by the next call.
         """
         w = self._work
         assert w is not None
@@ -285,7 +286,7 @@ class System:
         return self._A
 
     def matrix(self, entries: Array) -> Array | csr_array:
-        """The matrix with these entries (size,): a fresh one, dense up to ``DENSE_LIMIT`` unknowns."""
+        """A new matrix with these entries (size,), dense up to ``DENSE_LIMIT`` unknowns."""
         size = self.unknowns
         rows, columns = self.tables.pattern
         if size <= DENSE_LIMIT:
@@ -312,7 +313,7 @@ class System:
         return (without - with_)[: self.n, self.n :]
 
     def velocity_jacobian(self, t: float, q, v) -> Array | csr_array:
-        """[Phi_q; Gam_v] (m + p, n), what multiplies v' in the constraints."""
+        """[Phi_q; Gam_v] (m + p, n), the factor of v' in the constraints at acceleration level."""
         return self.tangent(t, q, v, cP=1.0, cV=1.0)[self.n :, : self.n]
 
     def Phi_v_q(self, t: float, q, v) -> Array | csr_array:
@@ -329,7 +330,7 @@ class System:
         return -rate - self.in_time()
 
     def in_time(self) -> Array:
-        """What time alone adds to -gamma_c (m + p,), at the state of the last tangent: of drivers, and in Gam_t."""
+        """The partial time derivatives in -gamma_c (m + p,), of drivers and Gam, at the state of the last tangent."""
         w = self._work
         assert w is not None
         if self._clock is None:
@@ -338,10 +339,10 @@ class System:
 
     # -- where the equations of motion are not smooth ----------------------------------------------------------
     def switches(self, t: float, q, v, lam=None) -> NDArray[np.int64]:
-        """States of all switches of the expressions that make the motion: conditions, signs, cells of tables.
+        """States of all switches in the expressions of the equations: conditions, signs, cells of tables.
 
-        Where they are the same the equations of motion are smooth; a change between two states of a motion is found by
-        bisection. Empty where nothing switches. What each belongs to: ``tables.switches``; see
+        While they do not change, the equations of motion are smooth; a change between two states of a motion can be
+        located by bisection. Empty if there are no switches. ``tables.switches`` lists their expressions; see
         :mod:`mbdsl.system.switches`.
         """
         found = np.zeros(len(self.tables.switches), np.int64)
@@ -351,12 +352,12 @@ class System:
         return found
 
     def time_events(self, t0: float, t1: float, corners: bool = True) -> Iterator[float]:
-        """The times t0 < t < t1 [s], ascending, at which a switch changes that time alone decides on; generated lazily.
+        """The times t0 < t < t1 [s], ascending, at which switches that depend on time alone change; generated lazily.
 
         Without ``corners``, only those at which accelerations may jump: not at the knots of a linear table of forces.
-        To a few units in the last place: step onto slightly before, and go on from slightly behind. Found where
-        expressions are piecewise linear in time, as `time < 1 s`, tables over time, mod(time, 1 s) < 0.2 s. What is
-        not, as sin(time) < 0, shows in :meth:`switches` only.
+        They are exact to a few units in the last place: end a step slightly before, and begin the next slightly after.
+        They are found if the expressions are piecewise linear in time, such as `time < 1 s`, tables over time,
+        mod(time, 1 s) < 0.2 s. Changes of others, such as sin(time) < 0, show in :meth:`switches` only.
         """
         chosen = [switch for switch in self.tables.switches if corners or not switch.is_corner]
         chosen = [replace(switch, node=substitute(switch.node, self._at_rest)) for switch in chosen]
@@ -365,9 +366,9 @@ class System:
     def time_zones(self, t0: float, t1: float, longest: float = np.inf) -> Iterator[Zone]:
         """Zones between t0 and t1 [s] in which steps have to end because of functions of time; generated lazily.
 
-        Each zone lies around a pulse, a window or another extremum of a law, driver, table or condition that depends on
-        time alone, and holds all but a quarter of its height; see :mod:`mbdsl.system.peaks_in_time`. Left out is what
-        steps up to the ``longest`` [s] cannot pass over by its form.
+        Each zone surrounds a pulse, a window or another extremum of a law, driver, table or condition that depends on
+        time alone, and contains all but a quarter of its height; see :mod:`mbdsl.system.peaks_in_time`. Terms whose
+        form shows that steps up to the ``longest`` [s] cannot pass over their extrema are left out.
         """
         key = t0, t1, longest
         if key not in self._zones:
@@ -376,7 +377,7 @@ class System:
 
     @cached_property
     def laws(self) -> dict[Expr, Expr]:
-        """Every expression of the equations, and the same with numbers for the coordinates of frames at rest."""
+        """Every expression of the equations, and the same with numbers in place of coordinates of frames at rest."""
         return {x: substitute(x, self._at_rest) for x in self.tables.values}
 
     def _at_rest(self, x: Expr) -> Expr | None:
@@ -391,14 +392,14 @@ class System:
 
     @cached_property
     def on_the_way(self) -> OnTheWay:
-        """The search for peaks of laws between two states."""
+        """The search for hidden peaks of laws between two states."""
         from mbdsl.system.peaks_along_motion import OnTheWay
 
         return OnTheWay(self)
 
     @cached_property
     def close_approaches(self) -> Approaches:
-        """The search for conditions that a motion almost changes."""
+        """The search for conditions that a motion almost, or barely, changes."""
         from mbdsl.system.close_approaches import Approaches
 
         return Approaches(self)
@@ -456,8 +457,8 @@ def build(
 ) -> System:
     """Scene to System: numbers, tables and the text of the specialised code; compiles nothing yet.
 
-    ``general`` code has the loops of every kind that there is, whether the scene has it or not. ``size`` is that of the
-    mechanism [m], where the scene is but a part of it.
+    ``general`` code contains the loops of all kinds, whether or not the scene has them. ``size`` is that of the
+    mechanism [m], if the scene is only a part of it.
     """
     tables = build_tables(scene, general, size)
     mechanism = graph if graph is not None else build_graph(scene)

@@ -1,6 +1,6 @@
-"""From the Scene to flat buffers: numbering of coordinates, constraints and frames, and the tables that kernels read.
+"""Tables: numbers coordinates, constraints and frames of a Scene, and fills the flat buffers that kernels read.
 
-The result is data only; :mod:`mbdsl.system.emit` converts its *structure* (kinds and features) to code. Two scenes of
+The result is data only; :mod:`mbdsl.system.emit` generates code from its *structure* (kinds and features). Scenes of
 the same structure share their code, whatever their sizes and numbers.
 """
 
@@ -36,21 +36,21 @@ class Tables:
     p: int
     coordinates: dict[str, int]  #: body name -> first coordinate
     rows: dict[str, int]  #: joint name -> first holonomic constraint
-    velocity_rows: dict[str, int]  #: joint name -> first nonholonomic constraint, counted behind the holonomic ones
+    velocity_rows: dict[str, int]  #: joint name -> first nonholonomic constraint, counted after the holonomic ones
     frames: dict[str, int]  #: frame name -> row of the frame table
     models: dict[str, Body]  #: body name -> its model
     numbers: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     layout: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
     frame_table: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, buffer_layout.COLUMNS)))
     size: float = 1.0  #: of the mechanism [m]
-    from_start: bool = False  #: whether the size is that of initial positions, or 1 m because the model has no length
+    from_start: bool = False  #: whether the size is that of initial positions, or 1 m if the model has no length
     scale: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     lengths: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, bool))  #: which coordinates are lengths
     pattern: tuple[NDArray[np.int64], NDArray[np.int64]] = (np.empty(0, np.int64), np.empty(0, np.int64))
-    multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> its entry in a row of Y
+    multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> entry in a row of vectors
     inputs: dict[str, int] = field(default_factory=dict)  #: name -> offset in numbers, of inputs that are used
     switches: list[switches.Switch] = field(default_factory=list)
-    values: list[Expr] = field(default_factory=list)  #: laws, drivers and nonholonomic constraints, without derivatives
+    values: list[Expr] = field(default_factory=list)  #: expressions of laws, drivers and nonholonomic constraints
 
     def resize(self, size: float) -> None:
         """Set the size [m] of the mechanism: translations are scaled by it, angles are in radians."""
@@ -77,7 +77,7 @@ class Tables:
 
 
 class Buffers:
-    """Growing float and integer buffers; ``floats``/``ints`` give the offset of what they append."""
+    """Growing float and integer buffers; ``floats`` and ``ints`` return the offset of the appended values."""
 
     def __init__(self, header: int) -> None:
         self.numbers: list[float] = []
@@ -102,9 +102,9 @@ class Buffers:
 
 
 def build_tables(scene: Scene, general: bool = False, size: float | None = None) -> Tables:
-    """Number and tabulate ``scene``; with ``general``, with room for all kinds of elements.
+    """Number and tabulate ``scene``; ``general`` tables have space for all kinds of elements.
 
-    ``size`` is that of the mechanism [m], by which translations are scaled; default: that of the scene.
+    ``size`` is that of the mechanism [m], by which translations are scaled; default: the size of the scene.
     """
     bodies = scene.bodies()
     blocks = find_blocks(scene, general)
@@ -182,7 +182,7 @@ def _fill(tables: Tables, size: float | None) -> None:
         buffer_layout.UNKNOWN,
     )
 
-    # Frames: how many coordinates each depends on, and room for B and (B v)_q.
+    # Frames: the number of coordinates that each depends on, and space for B and (B v)_q.
     dofs: list[tuple[int, ...]] = []
     Z = np.zeros((max(1, len(frames)), buffer_layout.COLUMNS))
     lengths = []
@@ -226,7 +226,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     found = [g for b in tables.blocks if b.role == "gamma" for c in b.components for g in c.velocity_constraints]
     nonholonomic.tabulate(found, frames, dofs, n + m, buffers, tape, later)
     moving_frames.tabulate({f: scene.frames[name].motion for name, f in frames.items()}, buffers, tape, later)
-    # Values are complete, and so are their switches; those of derivatives are the same.
+    # All values are on the tape now, and with them all switches; derivatives have the same ones.
     forces = dict.fromkeys(
         x for b in tables.blocks if b.role == "law" for c in b.components for x in law_expressions(c)
     )
@@ -259,7 +259,7 @@ def _is_length(root: Expr) -> bool:
 
 
 def _multipliers(tables: Tables) -> dict[tuple[str, int], int]:
-    """(joint, k) -> the entry of its multiplier in a row of Y: those of holonomic constraints first."""
+    """(joint, k) -> the entry of its multiplier in a row of vectors: those of holonomic constraints first."""
     found = {}
     for c in tables.scene.components.values():
         if isinstance(c.kind, JointKind):
@@ -313,7 +313,7 @@ def _fill_mass(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None
 
 
 def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None:
-    """The integers of every body, from its model."""
+    """The record of every body, from its model."""
     names: dict[str, list[str]] = {}
     for name in tables.frames:
         names.setdefault(tables.scene.frames[name].body, []).append(name)
@@ -337,7 +337,7 @@ def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> No
 
 
 def _fill_tape(buffers: Buffers, tape: Tape, later: list[Callable[[], None]]) -> None:
-    """The gradients after the values, then the program and its tables."""
+    """Append the gradients to the values, then store the program and its tables."""
     layout = buffers.layout
     values = len(tape.code)
     for fill in later:
