@@ -434,8 +434,8 @@ def rows(c: Comparison) -> list[str]:
             lines.append(f"  {n:7d} {who:23} {text}{ratio}")
     for e in c.errors():
         ratios = [(name, *c.at_error(name, e)) for name in METHODS]
-        told = ", ".join(f"{name} {low:.3f} {middle:.3f}" for name, low, middle in ratios)
-        lines.append(f"  at an error of {e:.1e}: {told}")
+        ratio_text = ", ".join(f"{name} {low:.3f} {middle:.3f}" for name, low, middle in ratios)
+        lines.append(f"  at an error of {e:.1e}: {ratio_text}")
     lines.append(f"  extrapolated, the programs differ by {c.gap:.0e}")
     lines += [f"  {note}" for note in c.notes]
     return lines

@@ -218,11 +218,11 @@ def test_a_full_disk_ends_no_run(model, monkeypatch, capsys):
     monkeypatch.setattr("mbdsl.simulation.checkpoint.writing", full)
     found = simulate(model, step=0.01, checkpoint=Checkpoint("run.cp", 0.0))
     assert found.status == "done" and np.array_equal(found.q, whole.q)
-    told = "the last checkpoint is missing: cannot write `run.cp`: No space left on device"
-    assert told in found.stats["warnings"] and told not in whole.stats["warnings"]
+    warning = "the last checkpoint is missing: cannot write `run.cp`: No space left on device"
+    assert warning in found.stats["warnings"] and warning not in whole.stats["warnings"]
     with pytest.raises(Interrupted) as caught:
         simulate(model, step=0.01, checkpoint=Checkpoint("run.cp", 0.0), progress=Until(1))
-    assert len(caught.value.trajectory.t) > 1 and told in caught.value.trajectory.stats["warnings"]
+    assert len(caught.value.trajectory.t) > 1 and warning in caught.value.trajectory.stats["warnings"]
 
 
 def test_a_file_that_cannot_be_written_is_refused_before_the_run(model):

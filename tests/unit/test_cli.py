@@ -97,7 +97,7 @@ def test_module_runs_as_the_program():
 
 
 @pytest.mark.parametrize(
-    ("argv", "told"),
+    ("argv", "message"),
     [
         (["simulat", "x.mbd"], "error: there is no command `simulat`\n  = did you mean `simulate`?\n"),
         (["x.mbd"], "error: what to do with `x.mbd`?\n  = try:  mbdsl simulate x.mbd\n"),
@@ -124,10 +124,10 @@ def test_module_runs_as_the_program():
         (["simulate", "x.mbd", "--stats", "no/x.json"], "error: cannot write `no/x.json`: there is no folder `no`\n"),
     ],
 )
-def test_wrong_arguments(say, simulation, argv, told):
+def test_wrong_arguments(say, simulation, argv, message):
     code, out, err = say(*argv)
     assert (code, out) == (2, "")
-    assert told in err
+    assert message in err
     assert "Traceback" not in err
 
 
@@ -251,16 +251,16 @@ def raiser(problem):
 
 
 @pytest.mark.parametrize(
-    ("problem", "code", "told"),
+    ("problem", "code", "message"),
     [
         (ModelError("no", Span("m.mbd", 2, 3, 4, "  this")), 2, "m.mbd:2:3: error: no\n      this\n      ^^^^\n"),
         (InitialisationError("cannot be assembled"), 3, "error: cannot be assembled\n"),
         (KeyboardInterrupt(), 130, "interrupted\n"),
     ],
 )
-def test_problems_have_their_codes(say, simulation, problem, code, told):
+def test_problems_have_their_codes(say, simulation, problem, code, message):
     simulation.act = raiser(problem)
-    assert say("simulate", "m.mbd") == (code, "", told)
+    assert say("simulate", "m.mbd") == (code, "", message)
 
 
 def test_a_defect_is_one_line_and_a_request(say, simulation):
@@ -270,10 +270,10 @@ def test_a_defect_is_one_line_and_a_request(say, simulation):
     assert err.startswith("internal error: ZeroDivisionError: float division by zero\n")
     assert "please report it" in err
     for argv in (["simulate", "m.mbd", "--debug"], ["--debug", "simulate", "m.mbd"]):
-        code, _, told = say(*argv)
+        code, _, message = say(*argv)
         assert code == 1
-        assert told.startswith("Traceback")
-        assert told.endswith(err)
+        assert message.startswith("Traceback")
+        assert message.endswith(err)
 
 
 def test_debug_keeps_the_exit_code(say, simulation):

@@ -21,13 +21,13 @@ def written(path):
 def tell(path, data):
     """The message, or None if something was read."""
     path.write_bytes(data)
-    told = None
+    problem_text = None
     try:
         results.read(path)
     except UsageError as problem:
-        told = problem.message
-    assert told is None or "\n" not in told
-    return told
+        problem_text = problem.message
+    assert problem_text is None or "\n" not in problem_text
+    return problem_text
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -78,9 +78,9 @@ def test_a_study_is_given_a_damaged_reference(suffix, tmp_path, capsys):
         "annotation(experiment(StopTime = 0.01 s)); end M;"
     )
     code = main(["study", "convergence", str(model), "--steps", "1ms,2ms", "--reference", str(reference)])
-    told = capsys.readouterr().err
-    assert (code, told.count("\n")) == (2, 1)
-    assert told.startswith(f"error: `{reference}` is not a {suffix} result file, or is damaged: ")
+    problem_text = capsys.readouterr().err
+    assert (code, problem_text.count("\n")) == (2, 1)
+    assert problem_text.startswith(f"error: `{reference}` is not a {suffix} result file, or is damaged: ")
 
 
 @pytest.mark.parametrize(

@@ -19,8 +19,8 @@ def test_redundant_joints_are_told_with_those_they_follow_from():
     """The third rocker's pin, from all five others: the two loops that they make have one bar too many."""
     said = []
     mbdsl.simulate(HARD / "spare_rocker.mbd", step=1e-3, stop=2e-3, announce=said.append)
-    told = next(line for line in said if " follows from Revolute" in line)
-    left_out, others = told.split(" follows from ")
+    notice = next(line for line in said if " follows from Revolute" in line)
+    left_out, others = notice.split(" follows from ")
     assert left_out.strip() == f"Revolute A3 ({line_of('spare_rocker.mbd', 'Revolute A3')})"
     for joint in ("O1", "O2", "O3", "A1", "A2"):
         assert f"Revolute {joint} ({line_of('spare_rocker.mbd', f'Revolute {joint}')})" in others
@@ -35,12 +35,12 @@ def test_a_repeated_joint_follows_from_its_twin_alone():
 
 def test_a_misfit_that_is_let_pass_is_told():
     """Up to some 1e-10 of the size joints close; the run says that they do so not to rounding."""
-    for misfit, told in ((0.0, False), (1e-15, False), (1e-10, True)):
+    for misfit, expected in ((0.0, False), (1e-15, False), (1e-10, True)):
         said = []
         mbdsl.simulate(
             HARD / "two_lengths.mbd", step=1e-3, stop=2e-3, announce=said.append, parameters={"misfit": misfit}
         )
-        assert any("its misfit is" in line for line in said) is told, misfit
+        assert any("its misfit is" in line for line in said) is expected, misfit
 
 
 @pytest.mark.parametrize("misfit", [1e-8, 1e-6, 1e-3, 0.1])

@@ -206,7 +206,7 @@ def test_tolerances(tmp_path):
     extent = np.ptp(mbdsl.simulate(path)["rod.b.y"])
     for tol, wanted in ((1e-3, 1e-3), ("1mm", 1e-3), ("1 mm", 1e-3), ("1%", 0.01 * extent), (" 5 % ", 0.05 * extent)):
         assert effects(path, "rod.b.y", tol=tol, repeats=1).tol == pytest.approx(wanted, rel=1e-12)
-    for tol, told in (
+    for tol, message in (
         ("1 kg", "wrong unit: expected m, found kg"),
         ("much", "`much` is no number"),
         ("x%", "`x` is no number, with or without a unit, such as 1.5"),
@@ -215,7 +215,7 @@ def test_tolerances(tmp_path):
     ):
         with pytest.raises(UsageError, match="tol") as wrong:
             effects(path, "rod.b.y", tol=tol, repeats=1)
-        assert told in str(wrong.value)
+        assert message in str(wrong.value)
 
 
 def test_every_step_in_output(tmp_path):
@@ -258,11 +258,11 @@ def test_study_from_a_shell(say):
     assert out.startswith("SliderCrank: B.s from ")
     assert "\nnot in the scene: friction, flexibility\n" in out
     assert "to 0.001 m, the scene calls for: " in out
-    for argv, told in (
+    for argv, message in (
         (["--signal", "B.x"], "there is no signal `B.x`"),
         (["--signal", "B.s", "--tol", "1s"], "tol: `1s` has the wrong unit: expected m, found s"),
         (["--signal", "B.s", "--without", "drag"], "there is no effect `drag`"),
         (["--signal", "B.s", "--repeats", "0"], "repeats = 0: a time needs one run or more"),
     ):
         code, _, err = say("study", "effects", CRANK, "--stop", "0.1s", *argv)
-        assert code == 2 and told in err, err
+        assert code == 2 and message in err, err

@@ -417,14 +417,14 @@ def test_after_a_time():
 
 def test_arguments():
     scene = mbdsl.parse(PENDULUM.format(phi=0, more=""))
-    for given, told in (
+    for given, message in (
         ({"count": 0}, "number of modes is 1 or more"),
         ({"count": 1.5}, "number of modes"),
         ({"at": "rest"}, "`static`, `start` or a time"),
         ({"at": np.nan}, "not a finite number"),
         ({"at": -1.0}, "before the start"),
     ):
-        with pytest.raises(UsageError, match=told):
+        with pytest.raises(UsageError, match=message):
             eigen(scene, **given)
     found = eigen(scene)
     with pytest.raises(ModelError, match="no signal"):
@@ -477,7 +477,7 @@ def test_the_command(say):
 
 def test_wrong_requests(say):
     pendulum = MODELS / "pendulum.mbd"
-    for argv, told in (
+    for argv, message in (
         (["--count", "0"], "`0` is no number of modes"),
         (["--at", "1kg"], "wrong unit"),
         (["--at", "rest"], "`rest` is no number"),
@@ -485,4 +485,4 @@ def test_wrong_requests(say):
         (["--output", "no/m.csv"], "there is no folder `no`"),
     ):
         code, out, err = say("eigen", pendulum, *argv)
-        assert (code, out) == (2, "") and told in err and "Traceback" not in err, err
+        assert (code, out) == (2, "") and message in err and "Traceback" not in err, err

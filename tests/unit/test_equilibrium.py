@@ -337,7 +337,7 @@ def test_wrong_requests(say, tmp_path):
     code, out, err = say("static", "f.mbd")
     assert (code, out) == (3, "")
     assert err.startswith("f.mbd:1:29: error: no equilibrium: m keeps moving\n")
-    for argv, told in (
+    for argv, message in (
         (["p.mbd", "--signals", "rod.z"], "there is no signal `rod.z`"),
         (["p.mbd", "--output", "no/p.csv"], "there is no folder `no`"),
         (["p.mbd", "--output", "p.xls"], "known are .csv"),
@@ -346,4 +346,4 @@ def test_wrong_requests(say, tmp_path):
         (["none.mbd"], "none.mbd"),
     ):
         code, out, err = say("static", *argv)
-        assert (code, out) == (2, "") and told in err and "Traceback" not in err
+        assert (code, out) == (2, "") and message in err and "Traceback" not in err

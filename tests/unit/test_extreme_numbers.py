@@ -43,8 +43,8 @@ def test_the_number_is_named(run, line, said, capfd):
         run(parse(MODEL.format(line), "a.mbd"))
     assert said in caught.value.message
     assert caught.value.span.line == 3
-    told = capfd.readouterr()
-    assert "On entry to" not in told.out + told.err  # of LAPACK, past every stream of Python
+    captured = capfd.readouterr()
+    assert "On entry to" not in captured.out + captured.err  # of LAPACK, past every stream of Python
 
 
 def test_on_the_command_line(tmp_path, capsys):
@@ -52,8 +52,8 @@ def test_on_the_command_line(tmp_path, capsys):
     model.write_text(MODEL.format(BEAM.format("1e300", 1, 1, 1)))
     for command in (["simulate"], ["static"], ["eigen"], ["explain", "--no-time"], ["show", "--stage", "system"]):
         assert main([*command, str(model)]) == 2
-        told = capsys.readouterr().err
-        assert told.startswith(f"{model}:3:16: error: `length` of FlexibleBeam `r` is 1e+300: numbers so large")
+        captured = capsys.readouterr().err
+        assert captured.startswith(f"{model}:3:16: error: `length` of FlexibleBeam `r` is 1e+300: numbers so large")
 
 
 def test_other_failures_pass_on_as_they_are():

@@ -37,7 +37,7 @@ def test_loops(command, tmp_path, monkeypatch, capsys):
     Path("imports.mbd").write_text('import "loop.mbd";\nmodel M Ground ground; end M;\n')
     before = sorted(os.listdir())
     assert main([str(MODEL) if word == "MODEL" else word for word in command]) == 2
-    told = capsys.readouterr().err
-    assert "link" in told  # "Too many levels of symbolic links" is what POSIX says of it
-    assert "internal" not in told
+    stderr = capsys.readouterr().err
+    assert "link" in stderr  # "Too many levels of symbolic links" is what POSIX says of it
+    assert "internal" not in stderr
     assert sorted(os.listdir()) == before

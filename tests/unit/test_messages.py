@@ -28,9 +28,9 @@ def test_every_steering_character_is_escaped_and_no_letter_is():
     steering = [c for c in map(chr, range(sys.maxunicode + 1)) if unicodedata.category(c) in STEERING]
     assert len(steering) > 2000
     for c in steering:
-        told = visible(f"a{c}b", line=True)
-        assert told.isascii()
-        assert told.encode().decode("unicode_escape") == f"a{c}b"
+        shown = visible(f"a{c}b", line=True)
+        assert shown.isascii()
+        assert shown.encode().decode("unicode_escape") == f"a{c}b"
     plain = "ÄÖ\u00a0漢字 e\u0301 µ·10⁻⁶ \U0001f600"
     assert visible(plain) is plain or visible(plain) == plain
     assert visible("a\n\tb") == "a\n\tb"
@@ -51,9 +51,9 @@ def test_every_steering_character_is_escaped_and_no_letter_is():
 def test_the_caret_stands_under_its_word(before, columns):
     with pytest.raises(MbdslError) as caught:
         parse(MODEL.format(doc="", line=f"/*{before}*/ Rod x(foo = 1);"), "e.mbd")
-    told = caught.value.render()
-    assert harmless(told)
-    _, _, caret, *_ = told.splitlines()
+    shown = caught.value.render()
+    assert harmless(shown)
+    _, _, caret, *_ = shown.splitlines()
     assert caret.index("^") == 4 + len("  /*") + columns + len("*/ Rod x(")
     assert caret.strip() == "^^^"
 
@@ -93,9 +93,9 @@ def test_commands_show_no_control_characters(command, tmp_path, monkeypatch, cap
     )
     (tmp_path / name).write_text(text, encoding="utf-8")
     main([name if word == "MODEL" else word for word in command])
-    told = capsys.readouterr()
-    assert told.out + told.err
-    assert harmless(told.out + told.err)
+    shown = capsys.readouterr()
+    assert shown.out + shown.err
+    assert harmless(shown.out + shown.err)
 
 
 def test_progress_on_a_terminal():
@@ -107,10 +107,10 @@ def test_progress_on_a_terminal():
     line = Display(terminal)
     line.show(2.0, str, lambda block: f"reference of a{ESCAPE}{BIDI}\nb")
     line.close()
-    told = terminal.getvalue()
-    assert told.count("\r") == 3  # its own
-    assert harmless(told.replace("\r", ""))
-    assert r"\x1b]0;owned\x07\x1b[2J\u202e\nb" in told
+    shown = terminal.getvalue()
+    assert shown.count("\r") == 3  # its own
+    assert harmless(shown.replace("\r", ""))
+    assert r"\x1b]0;owned\x07\x1b[2J\u202e\nb" in shown
 
 
 def test_pages():

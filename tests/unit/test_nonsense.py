@@ -54,7 +54,7 @@ def test_a_step_and_a_tolerance_exclude_each_other():
 
 # -- tolerances -------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         ({"tol": "abc"}, "a tolerance is a number between 0 and 1, not 'abc'"),
         ({"tol": True}, "a tolerance is a number between 0 and 1, not True"),
@@ -68,8 +68,8 @@ def test_a_step_and_a_tolerance_exclude_each_other():
     ],
     ids=str,
 )
-def test_tolerances_that_no_run_keeps_are_refused(given, told):
-    with pytest.raises(UsageError, match=told):
+def test_tolerances_that_no_run_keeps_are_refused(given, message):
+    with pytest.raises(UsageError, match=message):
         simulate(pendulum("StopTime = 1 s"), **given)
 
 

@@ -130,11 +130,13 @@ def test_xarray_reads_the_netcdf(tmp_path):
 
 
 # -- what goes wrong -------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize(("name", "told"), [("r.xls", "unknown suffix `.xls`"), ("r", "no suffix on result file `r`")])
-def test_unknown_suffix_lists_the_known_ones(name, told):
+@pytest.mark.parametrize(
+    ("name", "expected"), [("r.xls", "unknown suffix `.xls`"), ("r", "no suffix on result file `r`")]
+)
+def test_unknown_suffix_lists_the_known_ones(name, expected):
     with pytest.raises(UsageError) as caught:
         results.write(name, {"time": np.zeros(1)})
-    assert told in caught.value.message
+    assert expected in caught.value.message
     assert caught.value.hint == "known are .csv, .mat, .nc, .npz"
 
 

@@ -116,7 +116,7 @@ def test_tolerance_by_default_and_no_steps(tmp_path, capsys):
     assert mbdsl.simulate(MODEL, method="scipy-dop853", stop=0.1).stats["tol"] == mbdsl.simulation.simulate.DEFAULT_TOL
     arguments = ["simulate", str(MODEL), "--method", "scipy-dop853", "--output", str(tmp_path / "x.csv")]
     assert cli.main([*arguments, "--step", "1ms"]) == 2
-    assert "no fixed steps" in (told := capsys.readouterr().err) and "tolerance" in told
+    assert "no fixed steps" in (message := capsys.readouterr().err) and "tolerance" in message
     assert cli.main([*arguments, "--tol", "1e-8", "--stop", "0.1 s"]) == 0
     assert re.search(r"steps of scipy-dop853 to t = 0.1 s, \d+ evaluations", capsys.readouterr().out)
     with pytest.raises(UsageError, match="no parameter alpha"):
@@ -134,8 +134,8 @@ def test_what_is_not_installed_is_named(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "sksundae", None)
     monkeypatch.setitem(sys.modules, "sksundae.ida", None)
     assert cli.main(["simulate", str(MODEL), "--method", "ida"]) == 2
-    told = capsys.readouterr().err
-    assert "ida needs sksundae" in told and 'pip install "mbdsl[sundials]"' in told
+    message = capsys.readouterr().err
+    assert "ida needs sksundae" in message and 'pip install "mbdsl[sundials]"' in message
 
 
 def test_nothing_of_theirs_is_loaded_without_them(tmp_path):
@@ -195,10 +195,10 @@ def test_another_package_registers_one(tmp_path, monkeypatch, capsys):
     assert declared("ida").source.startswith("Hindmarsh")
 
     assert cli.main(["methods"]) == 0
-    told = capsys.readouterr().out
-    assert re.search(r"^rk4 +order 4", told, re.MULTILINE) and "the classical Runge-Kutta formula" in told
-    assert "broken (of others): cannot be used: ModuleNotFoundError: No module named 'what_is_nowhere'" in told
-    assert "needs scikit-sundae" in told
+    listing = capsys.readouterr().out
+    assert re.search(r"^rk4 +order 4", listing, re.MULTILINE) and "the classical Runge-Kutta formula" in listing
+    assert "broken (of others): cannot be used: ModuleNotFoundError: No module named 'what_is_nowhere'" in listing
+    assert "needs scikit-sundae" in listing
     with pytest.raises(UsageError, match="no method `broken`") as caught:
         mbdsl.simulate(MODEL, method="broken")
     assert "what_is_nowhere" in caught.value.hint
@@ -269,8 +269,8 @@ def test_options_reach_them(registered, tmp_path):
     arguments = ["simulate", str(MODEL), "--method", "toy", "--stop", "0.1", "--output", str(tmp_path / "x.csv")]
     assert cli.main([*arguments, "--option", "theta=0.75", "--quiet"]) in (0, 4)
     assert seen[-1] == {"theta": 0.75}
-    for wrong, told in (("theta=2", "outside"), ("eta=1", "no parameter eta"), ("theta=x", "--option")):
-        with pytest.raises(UsageError, match=told):
+    for wrong, message in (("theta=2", "outside"), ("eta=1", "no parameter eta"), ("theta=x", "--option")):
+        with pytest.raises(UsageError, match=message):
             cli._run([*arguments, "--option", wrong])
 
 
@@ -341,7 +341,7 @@ def stopping(problem):
 
 
 @pytest.mark.parametrize(
-    ("solve", "told"),
+    ("solve", "message"),
     [
         (stopping, "there is no more to say"),
         (lambda problem: list(exact(problem))[:5], "ended before its time"),
@@ -351,9 +351,9 @@ def stopping(problem):
         (lambda problem: ((t, q[:1] if t > 0.55 else q, v) for t, q, v in exact(problem)), "shapes"),
     ],
 )
-def test_failures_are_told_and_results_kept(registered, solve, told):
+def test_failures_are_reported_and_results_kept(registered, solve, message):
     register(backend(solve))
-    with pytest.raises(IntegrationError, match=told) as caught:
+    with pytest.raises(IntegrationError, match=message) as caught:
         mbdsl.simulate(falling(), method="toy", step=0.1, stop=1.0, interval=0.1)
     assert "toy stopped at t = 0.5 s" in caught.value.message and caught.value.hint
     found = caught.value.trajectory

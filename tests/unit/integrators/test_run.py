@@ -333,12 +333,12 @@ def test_interruption_keeps_the_results(monkeypatch):
 
 
 def test_progress_is_told():
-    told = []
-    mbdsl.simulate(pendulum(), step=1e-3, stop=1.0, progress=told.append)
-    assert told
-    assert all(p.stop == 1.0 and p.start == 0.0 and p.h == 1e-3 for p in told)
-    assert [p.steps for p in told] == sorted(p.steps for p in told)
-    assert told[0].t == pytest.approx(told[0].steps * 1e-3)
+    reports = []
+    mbdsl.simulate(pendulum(), step=1e-3, stop=1.0, progress=reports.append)
+    assert reports
+    assert all(p.stop == 1.0 and p.start == 0.0 and p.h == 1e-3 for p in reports)
+    assert [p.steps for p in reports] == sorted(p.steps for p in reports)
+    assert reports[0].t == pytest.approx(reports[0].steps * 1e-3)
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -82,9 +82,9 @@ def test_a_model_from_a_text_is_bound_to_the_working_folder(folders):
 def test_nothing_is_shown_of_what_is_no_model(name, allowed, folders):
     with pytest.raises(ModelError) as caught:
         mbdsl.load(model(name), allow_imports=allowed)
-    told = caught.value.render()
-    assert "is no model" in told
-    assert not [word for word in ("root", "$6", "secret:") if word in told.replace("../secret", "")]
+    rendered = caught.value.render()
+    assert "is no model" in rendered
+    assert not [word for word in ("root", "$6", "secret:") if word in rendered.replace("../secret", "")]
     assert caught.value.span.file == "main.mbd"
 
 

@@ -19,7 +19,7 @@ def scene(text):
     return parse_text(f"{ARM} model M Ground ground; Rod rod(m = 1, length = 1); {text} end M;")
 
 
-def told(found):
+def properties(found):
     return {x.name: (x.start, x.unit) for x in found.inputs.values()}
 
 
@@ -47,7 +47,7 @@ def told(found):
     ],
 )
 def test_declarations(declaration, expected):
-    assert told(scene(declaration)) == expected
+    assert properties(scene(declaration)) == expected
 
 
 def test_what_is_known_of_an_input():

@@ -62,9 +62,9 @@ def test_reactions_are_the_constraint_force_on_frame_b(name, plain):
     velocities = [ex.coordinate("b.a", key) for key in ("vx", "vy", "w")]
     for row, multiplier in zip(component.velocity_constraints, lam[kind.rows :], strict=True):
         force -= multiplier * np.array([value(d, Z) for d in ex.diff(row, *velocities)])
-    told = {x.name: value(with_joint(name).signal(f"j.{x.name}"), Z, lam) for x in kind.reactions}
-    assert [told.get(key, 0.0) for key in ("fx", "fy", "tau")] == pytest.approx(force, abs=ROUNDING)
-    assert all(told.values()), "a reaction that is always zero is none"
+    by_name = {x.name: value(with_joint(name).signal(f"j.{x.name}"), Z, lam) for x in kind.reactions}
+    assert [by_name.get(key, 0.0) for key in ("fx", "fy", "tau")] == pytest.approx(force, abs=ROUNDING)
+    assert all(by_name.values()), "a reaction that is always zero is none"
 
 
 @pytest.mark.parametrize(("name", "at"), [("Distance", 0.6 + 0.8j), ("RollingDisc", 5 + 1j)])

@@ -111,9 +111,9 @@ def test_identifiers_are_unique_and_found(root):
 
 
 def test_hover_tells_every_point(work_precision):
-    told = data(only(work_precision))
-    assert (told["x"], told["y"]) == (work_precision.x_label, work_precision.y_label)
-    for series, name, points in zip(work_precision.series, told["names"], told["points"], strict=True):
+    payload = data(only(work_precision))
+    assert (payload["x"], payload["y"]) == (work_precision.x_label, work_precision.y_label)
+    for series, name, points in zip(work_precision.series, payload["names"], payload["points"], strict=True):
         assert name == series.name
         if series.style == "guide":
             assert points == []
@@ -123,18 +123,18 @@ def test_hover_tells_every_point(work_precision):
             assert [p[5] for p in points] == list(series.hover)
             assert all("…" in p[4] for p in points)
     # Further right is slower, further down is more exact.
-    exudyn = told["points"][told["names"].index("Exudyn")]
+    exudyn = payload["points"][payload["names"].index("Exudyn")]
     assert sorted(exudyn) == exudyn == sorted(exudyn, key=lambda p: p[1])
-    assert [p[6] for p in told["failed"]].count("hht-add") == 2
+    assert [p[6] for p in payload["failed"]].count("hht-add") == 2
 
 
 def test_marks_stand_where_the_data_says(work_precision):
     figure = only(work_precision)
-    told = data(figure)
-    k = told["names"].index("hht-si2")
+    payload = data(figure)
+    k = payload["names"].index("hht-si2")
     (group,) = [g for g in figure.all("g", class_="series") if g.attributes["data-series"] == str(k)]
     marks = [(float(c.attributes["cx"]), float(c.attributes["cy"])) for c in group.all("circle", class_="mark")]
-    assert marks == [tuple(p[:2]) for p in told["points"][k]]
+    assert marks == [tuple(p[:2]) for p in payload["points"][k]]
 
 
 def test_outcomes_and_floors_are_shown(work_precision):
@@ -205,8 +205,8 @@ def test_many_points_are_thinned_by_less_than_is_seen(energy):
     (line,) = group.all("path", class_="line")
     drawn = [tuple(map(float, p.split())) for p in re.split("[ML]", line.attributes["d"]) if p]
     assert 50 < len(drawn) < 700
-    told = [p[:2] for p in data(figure)["points"][2]]
-    for x, y in told:  # every tenth of a pixel is rounded, on either side
+    payload = [p[:2] for p in data(figure)["points"][2]]
+    for x, y in payload:  # every tenth of a pixel is rounded, on either side
         after = next(k for k, p in enumerate(drawn) if p[0] >= x - 0.05)
         (x0, y0), (x1, y1) = drawn[max(after - 1, 0)], drawn[after]
         at = y0 + (y1 - y0) * (x - x0) / (x1 - x0) if x1 > x0 else y1
@@ -250,8 +250,8 @@ def test_every_text_is_only_text():
     root = read(page)
     assert len(list(root.all("script"))) == 2  # the data and ours
     assert list(root.all("b")) == []
-    told = data(next(root.all("figure")))
-    assert told["points"][0][0][5] == told["x"] == told["names"][0] == EVIL
+    payload = data(next(root.all("figure")))
+    assert payload["points"][0][0][5] == payload["x"] == payload["names"][0] == EVIL
     assert next(root.all("h1")).text == EVIL
     assert [c.text for c in root.all("td")] == [EVIL]
 

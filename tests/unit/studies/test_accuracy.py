@@ -147,24 +147,26 @@ def test_methods_that_contradict_each_other(judged):
 
 def test_one_that_is_wrong_is_outvoted(judged):
     found = judged(lambda method, k: 0.01 * (method == "scipy-dop853"))
-    told = found.stats["accuracy"]
-    assert found.status == "done" and told["estimated"] <= 1e-4
-    assert "against scipy-dop853" in told["checked by"] and not told["checked by"].startswith("scipy-dop853")
+    stated = found.stats["accuracy"]
+    assert found.status == "done" and stated["estimated"] <= 1e-4
+    assert "against scipy-dop853" in stated["checked by"] and not stated["checked by"].startswith("scipy-dop853")
 
 
 def test_one_that_errs_much_does_not_judge(judged):
     """No other method has an error estimate below 1e-4: the result rests on its own runs, and the stats say so."""
     found = judged(lambda method, k: 0.01 + 0.01 * (k % 2))
-    told = found.stats["accuracy"]
-    assert found.status == "done" and told["checked by"] is None and "scipy-dop853 differs by" in told["not checked"]
+    stated = found.stats["accuracy"]
+    assert (
+        found.status == "done" and stated["checked by"] is None and "scipy-dop853 differs by" in stated["not checked"]
+    )
     exact = mbdsl.simulate(CRANK, method="hht-add", step=4e-6, stop=0.1)
     attained = difference(found, exact)
-    assert attained <= 1e-4 and attained / 10.0 < told["estimated"] < 1e-4
+    assert attained <= 1e-4 and attained / 10.0 < stated["estimated"] < 1e-4
 
 
 def test_checks_have_a_budget(judged):
-    told = judged(lambda method, k: 0.0, budget=1e-9).stats["accuracy"]
-    assert told["checked by"] is None and "there was no time left" in told["not checked"]
+    stated = judged(lambda method, k: 0.0, budget=1e-9).stats["accuracy"]
+    assert stated["checked by"] is None and "there was no time left" in stated["not checked"]
 
 
 def test_ctrl_c_keeps_what_there_is(judged):
@@ -388,8 +390,8 @@ def test_what_has_no_value_does_not_agree():
     ):
         (found,) = agree(Known(one), Known(other), ["A.fx"])
         assert found.digits == pytest.approx(digits) and found.difference == pytest.approx(differ, nan_ok=True)
-        told = str(Verification("radau5", None, 1e-6, (found,)))
-        assert ("no value" in told) == np.isnan(differ) and ("in one run alone" in told) == np.isinf(differ)
+        stated = str(Verification("radau5", None, 1e-6, (found,)))
+        assert ("no value" in stated) == np.isnan(differ) and ("in one run alone" in stated) == np.isinf(differ)
     with pytest.raises(AssertionError):
         agree(Known([0, 1, 2]), Known([0, 1, 2], (0.0, 1.1, 2.0)), ["A.fx"])
 
@@ -454,7 +456,7 @@ def test_studies_from_a_shell(say, tmp_path, monkeypatch):
     assert code == 0 and "\nslider_crank-convergence: convergence.csv, convergence.json, convergence.html\n" in out
     assert max(map(len, out.split("\n\nReference")[0].splitlines())) <= 100
     (tmp_path / "file").write_text("")
-    for more, told in (
+    for more, stated in (
         (("--output", "file"), "it is a file"),
         (("--output", "no/where"), "there is no folder `no`"),
         (("--steps", "1m"), "expected s, found m"),
@@ -463,7 +465,7 @@ def test_studies_from_a_shell(say, tmp_path, monkeypatch):
         (("--pictures", "png,bmp"), "unknown suffix `bmp`\n  = known are png, svg; none, "),
     ):
         code, out, err = say(*argv, *more)
-        assert code == 2 and told in err and out == "", err
+        assert code == 2 and stated in err and out == "", err
     Path("slider_crank-convergence/convergence-q.svg").mkdir()
     code, _, err = say(*argv, "--pictures", "svg")
     assert code == 2 and "convergence-q.svg`: Is a directory" in err

@@ -34,7 +34,7 @@ end T;"""
 SAID = {"y": "1", "u": "2", "smoothness": "linear", "beyond": "hold", "start": "0", "phi": "0", "law": "0 N.m"}
 
 
-def told(**changes):
+def key_of(**changes):
     return parse_text(TEXT.format(**{**SAID, "stop": "1", **changes})).fingerprint
 
 
@@ -45,8 +45,8 @@ def law(**factors):
 def test_texts_that_differ_in_one_number():
     changes = [{}, {"y": "999"}, {"u": "3"}, {"smoothness": "cubic"}, {"beyond": "linear"}, {"start": "1"}]
     changes += [{"phi": "1"}, *({"law": law(**c)} for c in ({}, {"c39": 500}, {"c30": 70}))]
-    assert len({told(**c) for c in changes}) == len(changes)
-    assert told(stop="2") == told()  # a run is given its times
+    assert len({key_of(**c) for c in changes}) == len(changes)
+    assert key_of(stop="2") == key_of()  # a run is given its times
 
 
 def variants(x):

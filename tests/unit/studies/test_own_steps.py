@@ -37,7 +37,7 @@ def test_what_is_left_of_constraints_is_seen_where_steps_end(given, sizes):
             most = max(np.abs(run[name]).max() for name in run.select([f"*.{key}[*]"]))
             assert row.errors[key].largest <= most + 1e-13, (row.case, key)
         assert row.errors["Phi"].largest < 1e-12 and row.errors["dPhi"].largest < 1e-10
-        assert not [told for told in found.summary() if "interpolated" in told]
+        assert not [line for line in found.summary() if "interpolated" in line]
 
 
 def test_a_long_run_is_not_kept_as_a_whole(given):

@@ -34,9 +34,9 @@ def test_a_file_that_is_no_reference(runner, tmp_path):
     path = tmp_path / "wrong.csv"
     columns = {n: solution[n] for n in ("time", "crank.phi", "rod.w", "A.fx")}
 
-    def refused(told, of=None, signals=(), **changed):
+    def refused(expected, of=None, signals=(), **changed):
         results.write(path, {**columns, **changed})
-        with pytest.raises(UsageError, match=told):
+        with pytest.raises(UsageError, match=expected):
             from_file(path, of or runner(points=50), signals)
 
     gap = columns["A.fx"].copy()
@@ -50,9 +50,9 @@ def test_a_file_that_is_no_reference(runner, tmp_path):
     refused(r"nothing at the stop time, 0.4567 s\n.*--stop 0.45", runner(0.4567))
     refused("times do not go up", time=-columns["time"])
     refused("times do not go up", time=columns["time"] * np.nan)
-    for rows, told in ((slice(0), "has no rows"), (slice(5), "ends at 0.04 s")):
+    for rows, expected in ((slice(0), "has no rows"), (slice(5), "ends at 0.04 s")):
         results.write(path, {n: x[rows] for n, x in columns.items()})
-        with pytest.raises(UsageError, match=told):
+        with pytest.raises(UsageError, match=expected):
             from_file(path, runner())
     results.write(path, {"time": columns["time"], "mass.x": columns["rod.w"]})
     with pytest.raises(UsageError, match=r"has no signal of SliderCrank: it has time, mass\.x"):
@@ -113,12 +113,12 @@ def test_wrong_models_are_told_as_such(study, tmp_path):
     path = tmp_path / "wrong.mbd"
     loose = "  Rod other(m = 1 kg, length = 1 m);\n"
     text = PENDULUM.read_text(encoding="utf-8")
-    for wrong, problem, told in (
+    for wrong, problem, expected in (
         (text.replace("  PointMass", loose + "  PointMass"), ModelError, "no path to ground"),
         (text.replace("guess mass.x = -L", "mass.x = -2 * L"), InitialisationError, "rod is violated"),
     ):
         path.write_text(wrong, encoding="utf-8")
-        with pytest.raises(problem, match=told):
+        with pytest.raises(problem, match=expected):
             study(path, store=tmp_path, methods=["hht-si2"])
 
 

@@ -151,8 +151,8 @@ def test_an_interrupted_study_tells_how_to_go_on(more, command, after, runs, say
     monkeypatch.setattr(running, "compute", interrupted)
     code, out, err = say("study", "drift", CRANK, "--stop", "0.02s", "--methods", "hht-si2", *more)
     assert code == 130 and out == ""
-    told = f"{runs} kept; {command} goes on from there" if runs else "no run had come to its end: nothing is kept"
-    assert err.splitlines()[-2:] == [told, "interrupted"]
+    expected = f"{runs} kept; {command} goes on from there" if runs else "no run had come to its end: nothing is kept"
+    assert err.splitlines()[-2:] == [expected, "interrupted"]
 
 
 def test_times_are_no_runs_that_are_kept(say, empty, monkeypatch):

@@ -160,8 +160,8 @@ def test_what_passes_is_not_kept(store, monkeypatch):
 
 
 def test_an_interruption_keeps_what_is_done(store):
-    def tell(told):
-        if told.done == 2:
+    def tell(reported):
+        if reported.done == 2:
             raise KeyboardInterrupt
 
     first = runner(store, tell=tell)
@@ -349,9 +349,9 @@ def test_the_code_that_makes_a_run_is_in_its_key():
 def test_a_method_that_is_edited_while_it_runs(store, monkeypatch):
     monkeypatch.setattr(running, "ALONE", -1.0)
     monkeypatch.setattr("mbdsl.studies.store.code", lambda: "as this process knows it")
-    told = []
-    runs = runner(store, workers=2, announce=told.append).compute(CASES)
-    assert all(run.done for run in runs.values()) and any("has changed" in line for line in told)
+    reported = []
+    runs = runner(store, workers=2, announce=reported.append).compute(CASES)
+    assert all(run.done for run in runs.values()) and any("has changed" in line for line in reported)
 
 
 def test_a_worker_says_that_it_has_no_room(store, monkeypatch):
@@ -384,25 +384,25 @@ def test_what_a_process_left_that_was_ended_goes(store):
 
 def test_times_alternate_and_are_kept(store):
     first, second = CASES[:2]
-    told = []
-    timed = runner(store, tell=lambda t: told.append(t.what))
+    reported = []
+    timed = runner(store, tell=lambda t: reported.append(t.what))
     runs = timed.compute([first, second])
-    told.clear()
+    reported.clear()
     seconds = timed.time([first, second], 3, lambda case: runs[case].stats["seconds"]["integrate"])
     assert [len(x) for x in seconds.values()] == [3, 3] and min(map(min, seconds.values())) > 0.0
-    assert told == [f"timing {first}", f"timing {second}"] * 3
-    told.clear()
-    assert runner(store, tell=lambda t: told.append(t.what)).time([first], 3, lambda case: 0.0) == {
+    assert reported == [f"timing {first}", f"timing {second}"] * 3
+    reported.clear()
+    assert runner(store, tell=lambda t: reported.append(t.what)).time([first], 3, lambda case: 0.0) == {
         first: seconds[first]
     }
-    assert told == []
+    assert reported == []
 
 
 def timing(store, cases, rounds, **given):
     of = runner(store, **given)
-    told = []
-    of.tell = lambda t: told.append(t.what)
-    return of.time(cases, rounds, lambda case: 0.01), told
+    reported = []
+    of.tell = lambda t: reported.append(t.what)
+    return of.time(cases, rounds, lambda case: 0.01), reported
 
 
 def test_times_of_two_days_are_not_mixed(store):
@@ -410,8 +410,8 @@ def test_times_of_two_days_are_not_mixed(store):
     first, second = CASES[:2]
     runner(store).compute(CASES)
     kept, _ = timing(store, [first], 2)
-    both, told = timing(store, [first, second], 2)
-    assert told == [f"timing {first}", f"timing {second}"] * 2 and both[first] != kept[first]
+    both, reported = timing(store, [first, second], 2)
+    assert reported == [f"timing {first}", f"timing {second}"] * 2 and both[first] != kept[first]
     assert timing(store, [first, second], 2) == (both, [])
     assert len(timing(store, [first, second], 3)[1]) == 6  # a third round of another day would be one of them
     again = runner(store)  # a session may go on

@@ -368,12 +368,12 @@ def test_angles_and_lengths_are_scaled():
 
 
 def test_wrong_arguments():
-    for wrong, told in (
+    for wrong, expected in (
         ({"methods": ["hht-si3"]}, "no method `hht-si3`"),
         ({"methods": []}, "needs a method"),
         ({"repeats": 0}, "repeats = 0"),
         ({"budget": 0.0}, "leaves no time"),
         ({"signals": ["crank.fi"]}, "no signal `crank.fi`"),
     ):
-        with pytest.raises(UsageError, match=told):
+        with pytest.raises(UsageError, match=expected):
             convergence(CRANK, **{"methods": ["hht-si2"], "steps": STEPS[:1], "stop": 0.05, **wrong})

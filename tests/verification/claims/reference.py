@@ -123,31 +123,35 @@ def integrate(claim: Claim, solver, rtol: float) -> tuple[np.ndarray, np.ndarray
             run = solver(fun, t, y, end, rtol=rtol, atol=atol, first_step=min(h, end - t) if h else None)
             crossed = False
             while run.status == "running" and not crossed:
-                told, was = run.t, run.y.copy()
+                t_before, was = run.t, run.y.copy()
                 run.step()
                 if run.status == "failed":
                     raise RuntimeError(f"{claim.name}: {solver.__name__} fails at {run.t}")
                 h = run.step_size
-                at = first_crossing(values, on, told, was, run) if on else None
+                at = first_crossing(values, on, t_before, was, run) if on else None
                 if at is None:
                     faster = np.abs(run.y[n:]) > [abs(y[n + k]) for k, (_, y) in enumerate(fastest)]
                     fastest = [(run.t, run.y) if more else x for x, more in zip(fastest, faster, strict=True)]
                     continue
                 i, low, high = at
                 # located by integration from the step's start: regula falsi (Illinois)
-                fl, fh, side = values(low, advance(told, was, low))[i], values(high, advance(told, was, high))[i], 0
+                fl, fh, side = (
+                    values(low, advance(t_before, was, low))[i],
+                    values(high, advance(t_before, was, high))[i],
+                    0,
+                )
                 for _ in range(80):
                     mid = (low * fh - high * fl) / (fh - fl) if fh != fl else 0.5 * (low + high)
                     if (fl > 0) == (fh > 0) or not low < mid < high:
                         break
-                    fm = values(mid, advance(told, was, mid))[i]
+                    fm = values(mid, advance(t_before, was, mid))[i]
                     if (fm > 0) == (fh > 0):
                         high, fh = mid, fm
                         fl, side = (fl / 2, 1) if side == 1 else (fl, 1)
                     else:
                         low, fl = mid, fm
                         fh, side = (fh / 2, -1) if side == -1 else (fh, -1)
-                t, y = high, advance(told, was, high)
+                t, y = high, advance(t_before, was, high)
                 on[i] = not on[i]
                 crossed, h = True, None
             if not crossed:

@@ -75,12 +75,12 @@ def watch(limit: float):
     """A progress callback that ends a run after ``limit`` seconds of computing."""
     begun: list[float] = []
 
-    def told(p) -> None:
+    def check_time(p) -> None:
         begun.append(time.process_time())
         if begun[-1] - begun[0] > limit:
             raise TooSlow
 
-    return told
+    return check_time
 
 
 def cell(name: str, way: str, method: str, asked: float | None, limit: float = 30.0, general: bool | None = None):
@@ -230,10 +230,10 @@ def page(results: dict[tuple, dict], limit: float) -> str:
         asked = max((x["truth"] / x["asked"] for _, x in found if x["asked"]), default=None)
         said = max((x["truth"] / max(x["said"], judge.FLOOR) for _, x in found if x["said"] is not None), default=None)
         lies = [job for job, x in results.items() if job[0] == name and x["verdict"] == judge.LIE]
-        told = ", ".join(f"{m or w} {a:g}" if a else m for _, w, m, a in lies) or "none"
+        lie_text = ", ".join(f"{m or w} {a:g}" if a else m for _, w, m, a in lies) or "none"
         agrees = CLAIMS[name].stored["agrees"]
         source = "closed form" if CLAIMS[name].exact else f"{agrees:.0e}"
-        lines.append(f"| {name} | {CLAIMS[name].family} | {source} | {number(asked)} | {number(said)} | {told} |")
+        lines.append(f"| {name} | {CLAIMS[name].family} | {source} | {number(asked)} | {number(said)} | {lie_text} |")
     return "\n".join(lines) + "\n"
 
 
