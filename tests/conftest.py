@@ -2,8 +2,8 @@
 
 import os
 
-# Tests run side by side, one a core: threads of BLAS would wait for each other instead of computing. Workers of
-# pytest-xdist take this over.
+# Tests run in parallel, one process a core: BLAS threads would compete for the cores. Workers of pytest-xdist inherit
+# the setting.
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
@@ -27,19 +27,20 @@ def order_of():
 
 @pytest.fixture(scope="session")
 def slopes():
-    """``slopes(method)``: between what the slope over all of the steps may be, for the order that is declared."""
+    """``slopes(method)``: the interval allowed for the slope over all steps, for the declared order."""
 
     def find(method):
         order = declared(method).order
         off = min(0.05 + 0.05 * order, 0.25)
-        return order - off, order + max(off, 0.15)  # newmark with gamma = 0.6 has more than 1.1
+        return order - off, order + max(off, 0.15)  # newmark with gamma = 0.6 comes out above 1.1
 
     return find
 
 
 @pytest.fixture(scope="session")
 def wrong_orders(order, slopes):
-    """``wrong_orders(method, steps, errors)``: those of ``{name: errors}`` whose slope is not the method's, with it."""
+    """``wrong_orders(method, steps, errors)``: the entries of ``{name: errors}`` whose slope is not the method's order,
+    each with its slope."""
 
     def find(method, steps, errors):
         low, high = slopes(method)
@@ -51,9 +52,10 @@ def wrong_orders(order, slopes):
 
 @pytest.fixture(scope="session")
 def halved():
-    """``halved(method, longest, times)``: steps, the longest one being that of hht-si2.
+    """``halved(method, longest, times)``: steps, each half of the one before; the longest is that of hht-si2.
 
-    Each halves the one before. Over all of them the error falls by 2^15 at most: with more, rounding would be seen.
+    Over all of them the error of an order-5 method falls by 2^15 at most; with more halvings, rounding would be
+    visible.
     """
 
     def find(method, longest, times=5):

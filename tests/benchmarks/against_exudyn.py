@@ -29,7 +29,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads go on spinning for a while, and count as our time
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # idle BLAS threads spin, which counts as processor time
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,22 +47,24 @@ Array = NDArray[np.float64]
 MODELS = Path(__file__).parents[2] / "models"
 METHODS = ("hht-i3", "hht-si2")
 ALPHA = -1 / 19  #: (1 + alpha)/(1 - alpha) = 0.9, the spectral radius at infinity that is Exudyn's default
-#: how Exudyn may solve: sparse matrices or not, modified Newton or not
+#: options of Exudyn's solver: sparse or dense matrices, full or modified Newton
 WAYS = {
     "dense": (False, False),
     "dense, modified": (False, True),
     "sparse": (True, False),
     "sparse, modified": (True, True),
 }
-DENSE_LIMIT = 512  #: bodies from which on dense matrices are not tried: a factorisation takes minutes
-HOPELESS = 2.5  #: a way so many times slower than the best at the largest step is not followed further, where
-JUDGED = 0.01  #: the difference is more than this [s]
-LEAST = 1e-9  #: what is left where noise makes a difference of two short times negative [s]
-TIMES = 4  #: times at which errors are measured, evenly over the run
-AGREE = 0.2  #: largest distance of the two extrapolated solutions, relative to the smallest error that is compared
-#: factors on Exudyn's tolerances for the solution that is extrapolated: the first that its Newton iteration can meet
+DENSE_LIMIT = 512  #: number of bodies above which dense matrices are not tried: a factorisation takes minutes
+#: an option that is slower than the best by this factor at the largest step is not run at smaller steps, if the
+#: difference is more than JUDGED
+HOPELESS = 2.5
+JUDGED = 0.01  #: [s]
+LEAST = 1e-9  #: least difference of two times [s]: noise can make the difference negative
+TIMES = 4  #: times at which errors are measured, spaced evenly over the run
+AGREE = 0.2  #: largest difference of the two extrapolated solutions, relative to the smallest error that is compared
+#: factors on Exudyn's tolerances for the extrapolated solution: the first that its Newton iteration reaches is used
 TIGHTER = (1e-3, 1e-2, 1e-1, 1.0)
-NOTICEABLE = 0.1  #: part of an error from which on it is said that a tolerance makes it
+NOTICEABLE = 0.1  #: a note is printed if the tolerance of the iteration contributes more than this part of the error
 
 
 @dataclass(frozen=True)
@@ -70,8 +72,8 @@ class Case:
     name: str
     stop: float
     steps: int  #: with the largest step; divisible by TIMES
-    target: float  #: ratio of times at equal error that is aimed at
-    model: str = ""  #: where it is not the name
+    target: float  #: target ratio of times at equal error
+    model: str = ""  #: model, if its name differs
     n: int | None = None  #: loops or links
     halvings: int = 3
 
@@ -99,13 +101,13 @@ CASES = (
 
 @dataclass
 class Seen:
-    """One run: seconds from the second step on, coordinates at the times of comparison, and what a step took."""
+    """One run: seconds from the second step on, coordinates at the times of comparison, and counts per step."""
 
     seconds: float
     states: Array  #: (TIMES, n)
     iterations: float
     matrices: float
-    whole: bool = True  #: every step was taken as it was asked for
+    whole: bool = True  #: all steps had the requested size
 
 
 class Ours:
@@ -133,9 +135,8 @@ class Ours:
 
 
 class Theirs:
-    """The same in Exudyn, at the same start; displacements count from there. Coordinates are kept at ``points``
-    times.
-    """
+    """The same model and start in Exudyn, whose displacements count from the start. Coordinates are stored at
+    ``points`` times."""
 
     def __init__(self, exu: Any, ours: Ours, points: int = TIMES) -> None:
         from exudyn import itemInterface as item
@@ -147,11 +148,11 @@ class Theirs:
         self.scene = ours.scene
         self.objects: dict[str, int] = {}
         self.markers: dict[tuple, int] = {}
-        self.offsets: dict[str, tuple[float, float]] = {}  #: from centre of mass to the point that coordinates are of
+        self.offsets: dict[str, tuple[float, float]] = {}  #: from the centre of mass to the compared point
         self.places: list[tuple[slice, tuple[float, float] | None]] = []
         self.gravity = np.zeros(2)
         for c in self.scene.components.values():
-            if c.kind.name == "PointOnLine":  # what Exudyn can hold on a line is a coordinate
+            if c.kind.name == "PointOnLine":  # Exudyn's constraint on a coordinate replaces a line
                 tip = self.scene.frames[c.ports["frame_b"]]
                 self.offsets[tip.body] = tip.x, tip.y
         for c in self.scene.components.values():
@@ -239,7 +240,7 @@ class Theirs:
         return self.markers[name, kind]
 
     def start(self) -> tuple[Array, Array]:
-        """q and v from which it starts, of the centres of mass, as mbdsl counts them."""
+        """Initial q and v of the centres of mass, in the convention of mbdsl."""
         initial = self.exu.ConfigurationType.Initial
         q = self.reference + self.mbs.systemData.GetODE2Coordinates(initial)
         return self._centres(q, np.array(self.mbs.systemData.GetODE2Coordinates_t(initial)))
@@ -264,7 +265,7 @@ class Theirs:
         return Seen(max(total - start, LEAST), states, it.newtonStepsCount / steps, it.newtonJacobiCount / steps, done)
 
     def _once(self, way: str, steps: int, taken: int, tighter: float) -> tuple[float, bool]:
-        """The first so many of the steps: seconds, and whether it came through."""
+        """The first ``steps`` steps: seconds, and whether the run succeeded."""
         sparse, modified = WAYS[way]
         s, kinds = self.exu.SimulationSettings(), self.exu.LinearSolverType
         t = s.timeIntegration
@@ -293,21 +294,21 @@ def displaced(q: Array, v: Array, x: float, y: float) -> tuple[Array, Array]:
 
 @dataclass
 class Curve:
-    """What one program was seen to take over its steps, largest first."""
+    """Measurements of one program at all its steps, largest step first."""
 
     seconds: list[list[float]] = field(default_factory=list)  #: of each round
     errors: list[float] = field(default_factory=list)
     seen: list[Seen] = field(default_factory=list)
 
     def at(self, error: float, seconds: Array) -> float:
-        """Seconds at an error inside its range."""
+        """Seconds at an error within its range, by interpolation."""
         order = np.argsort(self.errors)
         return float(np.exp(np.interp(np.log(error), np.log(self.errors)[order], np.log(seconds)[order])))
 
 
 @dataclass
 class Comparison:
-    """One model: curves by program, and what is wrong with them."""
+    """The comparison of one model: a curve for each program, and the reasons why it is invalid."""
 
     case: Case
     sizes: list[int]  #: numbers of steps
@@ -339,7 +340,7 @@ class Comparison:
         return ratio(self.smallest()), float(np.median([ratio(r) for r in self.rounds()]))
 
     def errors(self) -> Array:
-        """Three errors that every program reaches, none where there are no such."""
+        """Three errors that every program reaches; none if there are no such errors."""
         low = max(min(curve.errors) for curve in self.curves.values())
         high = min(max(curve.errors) for curve in self.curves.values())
         return np.geomspace(high, low, 3) if high > low > 0.0 else np.array([])
@@ -354,13 +355,14 @@ class Comparison:
         return ratio(self.smallest()), float(np.median([ratio(r) for r in self.rounds()]))
 
     def headline(self) -> tuple[float, float]:
-        """At the worst of the errors, with the best of our methods there: of the minima, and the median."""
+        """Ratio at the worst of the errors, with our fastest method there: of the minima, and the median over
+        rounds."""
         best = [min((self.at_error(m, e) for m in METHODS), key=lambda r: r[1]) for e in self.errors()]
         return max(r[0] for r in best), max(r[1] for r in best)
 
 
 def compare(exu: Any, case: Case, repeats: int, steps: int | None = None) -> Comparison:
-    """Run both programs on one model, alternately; ``steps`` shortens it to so many at the largest step."""
+    """Run both programs alternately on one model; ``steps`` limits the number of the largest steps."""
     first = steps or case.steps
     first += -first % TIMES
     found = Comparison(case, [first * 2**k for k in range(case.halvings + 1)], case.stop * first / case.steps)
@@ -457,7 +459,7 @@ def verdict(c: Comparison) -> str:
 
 
 def load() -> Any:
-    """Exudyn, in the build without range checks where there is one for this processor."""
+    """Exudyn, in the build without range checks if this processor has one."""
     sys.exudynFast = True  # type: ignore[attr-defined]
     import exudyn
 

@@ -1,9 +1,9 @@
-"""What it is worth to step onto discontinuities: error and work with and without, where the solution is known.
+"""Benefit of stepping onto discontinuities: error and work with and without it, for known solutions.
 
-    python tests/benchmarks/discontinuities.py [tolerance ...]
+python tests/benchmarks/discontinuities.py [tolerance ...]
 
-The scenes and their solutions are those of tests/unit/integrators/test_events.py. Without, steps are controlled by
-their errors alone.
+The scenes and their solutions are those of tests/unit/integrators/test_events.py. Without it, the steps are controlled
+by their errors alone.
 """
 
 import sys

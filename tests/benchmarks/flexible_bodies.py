@@ -1,13 +1,13 @@
-"""What elastic coordinates cost: the flexible slider crank with 2 ... 128 of them, in both formulations.
+"""Cost of elastic coordinates: the flexible slider crank with 2 ... 128 of them, in both formulations.
 
     python tests/benchmarks/flexible_bodies.py [--steps 2000] [--repeats 5]
 
-The rod is taken by eigenmodes and by all coordinates of its finite elements (floating frame of reference), and by
-absolute nodal coordinates. One process, one thread, warm; processor time of the step loops alone. How often Newton's
-iteration evaluates and factorises depends on the frequencies that come with more coordinates; so times are told per
-iteration as well. ``power`` is the exponent by which the time of an iteration has grown since the line before: 1 is
-linear. Matrices of modes are full by nature, those of elements are banded. Nothing is asserted: times belong to a
-machine and an hour.
+The rod is modelled by eigenmodes and by all coordinates of its finite elements (floating frame of reference), and by
+absolute nodal coordinates. One process, one thread, warm; processor time of the step loops alone. More coordinates add
+higher frequencies, which change the numbers of evaluations and factorisations of Newton's iteration; times are
+therefore also given per iteration. ``power`` is the exponent by which the time of an iteration has grown since the line
+before: 1 is linear. Matrices of modes are full by nature, those of elements are banded. Nothing is asserted: times
+belong to a machine and an hour.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads go on spinning for a while, and count as our time
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # idle BLAS threads spin, which counts as processor time
 
 import mbdsl
 from mbdsl.simulation.mechanism_run import Motion
@@ -45,7 +45,7 @@ end FlexibleSliderCrank;
 
 
 def formulations(k: int) -> dict[str, str]:
-    """How the rod is taken with (about) ``k`` elastic coordinates, by name; ANCF has 4 a node, 3 of them rigid."""
+    """Models of the rod with (about) ``k`` elastic coordinates, by name; ANCF has 4 a node, 3 of them rigid."""
     found = {"modes": f"modes = {k}, axial = {max(1, k // 4)}"}
     if k % 4 == 0:
         found["elements"] = f"elements = {k // 4}"
@@ -67,7 +67,7 @@ class Cost:
 
 
 def measure(how: str, method: str, steps: int, repeats: int) -> Cost:
-    """The least of ``repeats`` runs."""
+    """The fastest of ``repeats`` runs."""
     from mbdsl.lang.load import parse_text
 
     scene = parse_text(TEXT.format(how=how))

@@ -1,13 +1,13 @@
-"""What specialisation is worth: a step of the general path relative to the specialised one.
+"""Benefit of specialisation: time of a step of the general path relative to the specialised one.
 
     python tests/benchmarks/general_path.py [--repeats 25]
 
-The general path (``mbdsl simulate --general``) is one code for every scene, with the loops of every kind that there is,
-and solves the scene as it was written; the specialised one has the code that the scene calls for, and solves what is
-left when welds are merged, drivers carried out and independent parts taken apart. Every shipped model, with its own
-step and stop time, and a scene in which all of that happens. One process, one thread, warm; the two alternate within a
-round, and a ratio compares runs of the same round. Times are of the step loops alone, and the processor's, which a busy
-machine disturbs less. Nothing is asserted: times belong to a machine and an hour.
+The general path (``mbdsl simulate --general``) is one code for all scenes, with the loops of all kinds, and solves the
+scene as written. The specialised path has only the code that the scene needs, and solves the scene after its welds are
+merged, its driven bodies are turned into functions of time, and its independent parts are separated. Every shipped
+model, with its own step and stop time, and one scene with all of these reductions are run. One process, one thread,
+warm; the two alternate within a round, and a ratio compares runs of the same round. Times are of the step loops alone,
+and the processor's, which a busy machine disturbs less. Nothing is asserted: times belong to a machine and an hour.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from mbdsl.simulation.simulate import plan
 
 MODELS = Path(__file__).parents[2] / "models"
 PATHS = {"specialised": False, "general": True}
-#: a bracket on the ground and two pendulums on it that know nothing of each other, one of them on a driven arm, each of
-#: three bodies welded together
+#: a bracket on the ground with two independent pendulums, one of them on a driven arm; each consists of three welded
+#: bodies
 WELDED = """
 model Welded "welds, a driven arm and two independent parts"
   Ground ground;
@@ -58,7 +58,7 @@ end Welded;
 
 @dataclass
 class Cost:
-    """What one path was seen to take on one scene."""
+    """Measurements of one path on one scene."""
 
     us: list[float] = field(default_factory=list)  #: a step, in each round
     iterations: float = 0.0  #: a step
@@ -76,7 +76,7 @@ def measure(scene: Scene, repeats: int, method: str | None = None, steps: int | 
     """Both paths ``repeats`` times, in turn; ``steps`` shortens the runs."""
     costs = {name: Cost() for name in PATHS}
     for k in range(repeats + 1):
-        for name in PATHS if k % 2 else reversed(PATHS):  # what comes after what changes, too
+        for name in PATHS if k % 2 else reversed(PATHS):  # warm up again after the parameters have changed
             run = plan(scene, method, general=PATHS[name], interval=scene.experiment.stop)
             motion = Motion(scene, run)
             motion.prepare()
@@ -87,7 +87,7 @@ def measure(scene: Scene, repeats: int, method: str | None = None, steps: int | 
             cost = costs[name]
             cost.iterations, cost.sizes = motion.count("iterations") / done, motion.sizes
             cost.status = loop_state.DONE if steps and status == loop_state.RUNNING else status
-            if k > 0:  # the first round loads what is compiled
+            if k > 0:  # the first round loads the compiled code
                 cost.us.append(1e6 * seconds / done)
     return costs
 

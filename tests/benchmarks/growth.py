@@ -1,13 +1,13 @@
-"""What large models cost: a step, memory and set-up over the number of links or loops.
+"""Cost of large models: time of a step, memory and set-up over the number of links or loops.
 
     python tests/benchmarks/growth.py [--repeats 5]
 
 Chains (models/chain.mbd) and rows of four bars (models/four_bar.mbd), in few steps of 1 ms: a chain stretched out
-horizontally is chaotic soon. The cost of a step is fitted by a power of the number of links or loops, as it is and for
-an iteration, since larger models may take more iterations. Memory is the peak of a fresh process that loads, builds and
-integrates a chain; set-up is the time there from the start of parsing to the end of the first step, with everything
-compiled before. It is the processor's time that is measured, which a busy machine disturbs less. Nothing is asserted:
-times belong to a machine and an hour.
+horizontally is chaotic soon. The times of a step and of an iteration are fitted by powers of the number of links or
+loops; the second is needed because larger models may take more iterations. Memory is the peak of a fresh process that
+loads, builds and integrates a chain; set-up is the time in this process from the start of parsing to the end of the
+first step, with all code compiled before. Processor time is measured, which a busy machine disturbs less. Nothing is
+asserted: times belong to a machine and an hour.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads go on spinning for a while, and count as our time
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # idle BLAS threads spin, which counts as processor time
 
 import numpy as np
 
@@ -40,16 +40,16 @@ SIZES: dict[str, tuple[int, ...]] = {
     "chain": (64, 128, 256, 512, 1024, 2048, 4096),
     "four_bar": (10, 25, 50, 100, 200, 400),
 }
-PROCESSES = (64, 512, 1024, 2048, 4096)  #: links of the chains that are run in processes of their own
+PROCESSES = (64, 512, 1024, 2048, 4096)  #: numbers of links of the chains that are run in processes of their own
 STEP, STEPS = 1e-3, 40
-OFTEN = 1024  #: a model of so many links runs once a round, smaller ones more often, up to 8 times: they take no time
-#: aims: the exponent of the cost of a step and of memory; memory [MB] and set-up [s] of the longest chain
+OFTEN = 1024  #: a model with this number of links runs once a round; smaller ones run up to 8 times, as they are fast
+#: targets: exponents of the cost of a step and of memory; memory [MB] and set-up [s] of the longest chain
 EXPONENT, MEMORY, SETUP = 1.1, 600.0, 5.0
 
 
 @dataclass
 class Cost:
-    """What one method was seen to take on one model."""
+    """Measurements of one method on one model."""
 
     us: list[float] = field(default_factory=list)  #: a step, in each round
     iterations: float = 0.0  #: a step
@@ -86,7 +86,7 @@ def measure(model: str, sizes: Iterable[int], repeats: int) -> dict[str, dict[in
                     run.integers[loop_state.ITERATIONS] / done,
                     run.integers[loop_state.MATRICES] / done,
                 )
-                if k > 0:  # the first round loads what is compiled
+                if k > 0:  # the first round loads the compiled code
                     cost.us.append(1e6 * seconds / done)
     return costs
 
@@ -121,9 +121,9 @@ def rows(model: str, costs: dict[str, dict[int, Cost]]) -> list[str]:
 
 
 def peak() -> float:
-    """The most memory that this process ever had [MB]."""
+    """The peak memory of this process [MB]."""
     status = Path("/proc/self/status")
-    if status.exists():  # getrusage would count what the parent had when it forked
+    if status.exists():  # getrusage would include the memory of the parent at the fork
         return float(status.read_text().split("VmHWM:")[1].split()[0]) / 1024
     import resource
 
@@ -131,7 +131,7 @@ def peak() -> float:
 
 
 def one(n: int, method: str) -> None:
-    """Run a chain in this process, which does nothing else, and print what it took."""
+    """Run a chain in this process, which does nothing else, and print the measurements."""
     clock = time.process_time()
     run = begun(*assembled("chain", n), method)
     run.advance(1)

@@ -2,8 +2,8 @@
 
     python tests/benchmarks/method_costs.py [--repeats 25]
 
-One process, one thread, warm; the methods alternate within a round, so that whatever slows the machine down meets all
-of them, and a ratio compares runs of the same round. Times are of the step loops alone. Ratios depend on the step: at a
+One process, one thread, warm; the methods alternate within a round, so that disturbances of the machine affect all of
+them, and a ratio compares runs of the same round. Times are of the step loops alone. Ratios depend on the step: at a
 larger one the start of Newton's iteration is worse, and the methods differ in how many iterations and matrices that
 takes; hence the second table. Nothing is asserted: times belong to a machine and an hour.
 """
@@ -72,7 +72,7 @@ LARGER = (
 
 @dataclass
 class Cost:
-    """What one method was seen to take on one case."""
+    """Measurements of one method on one case."""
 
     us: list[float] = field(default_factory=list)  #: a step, in each round
     iterations: float = 0.0  #: a step
@@ -93,7 +93,7 @@ def measure(case: Case, repeats: int, steps: int | None = None) -> dict[str, Cos
     steps = steps or round(case.stop / case.h)
     costs = {name: Cost() for name in METHODS}
     for k in range(repeats + 1):
-        for name in METHODS if k % 2 else METHODS[::-1]:  # what comes after what changes, too
+        for name in METHODS if k % 2 else METHODS[::-1]:  # warm up again after the parameters have changed
             run = Integration(system, name, case.h, 0.0, case.h * steps, np.array([]))
             run.begin(start.q, start.v, start.a, start.lam, start.redundant)
             begun = time.perf_counter()
@@ -106,13 +106,13 @@ def measure(case: Case, repeats: int, steps: int | None = None) -> dict[str, Cos
                 run.integers[loop_state.MATRICES] / done,
             )
             cost.status = status
-            if k > 0:  # the first round loads what is compiled
+            if k > 0:  # the first round loads the compiled code
                 cost.us.append(1e6 * seconds / done)
     return costs
 
 
 def ratios(costs: dict[str, Cost], name: str) -> tuple[float, float]:
-    """Relative to the base: of the minima, and the median over rounds."""
+    """Ratios to the base method: of the minima, and the median over rounds."""
     base, cost = costs[BASE].us, costs[name].us
     return min(cost) / min(base), median(a / b for a, b in zip(cost, base, strict=True))
 

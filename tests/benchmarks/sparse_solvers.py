@@ -1,11 +1,12 @@
-"""Our sparse LU beside SciPy's SuperLU and LAPACK's dense LU, on the iteration matrices of chains and four-bar loops.
+"""Our sparse LU compared with SciPy's SuperLU and LAPACK's dense LU, on the iteration matrices of chains and four-bar
+loops.
 
-    python tests/benchmarks/sparse_solvers.py [--repeats 7]
+python tests/benchmarks/sparse_solvers.py [--repeats 7]
 
-Factorising and solving, each by itself, in microseconds; SuperLU with the order from the graph and without looking for
-pivots, which is what it is best at here, and with its own column order. Ours runs in the compiled step loop; SuperLU
-has to be called from Python, which is part of what it costs. The largest residual of each, relative to the right-hand
-side, stands beside it. Nothing is asserted of times.
+Times of factorisation and solution are measured separately, in microseconds. SuperLU runs with the order from the graph
+and without pivoting, its fastest setting here, and with its own column order. Our LU runs in the compiled step loop;
+SuperLU has to be called from Python, and its times include the call. The table also lists the largest residual of each,
+relative to the right-hand side. No time is asserted.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads go on spinning for a while, and count as our time
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # idle BLAS threads spin, which counts as processor time
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
@@ -63,7 +64,7 @@ def compiled() -> list[Callable]:
 
 
 def seconds(call: Callable[[int], object], repeats: int) -> float:
-    """Of one repetition, the least of some."""
+    """The least time of one repetition."""
     count, spent = 1, 0.0
     while spent < 2e-3:
         count *= 2
@@ -93,7 +94,7 @@ def compare(model: str, n: int, repeats: int) -> list[str]:
     system = build(scene, mechanism)
     start = initial_state(system, mechanism, 0.0)
     N, h = system.unknowns, 1e-3
-    # the matrix of hht-i3, all of it of the size of masses
+    # the matrix of hht-i3, scaled so that all entries have the size of masses
     M = csc_array(system.tangent(0.0, start.q, start.v, start.lam, cM=1 / 0.9, cK=0.3 * h * h, cD=0.6 * h, cP=1.0))
     b = np.random.default_rng(0).normal(size=N)
     order = system.elimination_order()

@@ -1,6 +1,6 @@
-"""How long a person waits: whole-process times of commands, from a shell, cold and warm.
+"""Waiting times of a user: whole-process times of commands, from a shell, cold and warm.
 
-    python tests/benchmarks/startup.py [--repeats 5]
+python tests/benchmarks/startup.py [--repeats 5]
 
 Cold is a fresh MBDSL_CACHE_DIR, as on a machine's first run (Python's own caches of compiled sources stay). Nothing is
 asserted: times belong to a machine and an hour.

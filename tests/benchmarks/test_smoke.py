@@ -1,4 +1,4 @@
-"""The benchmarks run and say what they should; no time is asserted."""
+"""The benchmarks run and print what they should; no time is asserted."""
 
 import importlib.util
 import json
@@ -21,7 +21,7 @@ def script(name):
 
 @pytest.mark.filterwarnings("ignore")  # of the other program
 def test_against_exudyn():
-    if importlib.util.find_spec("exudyn") is None:  # not imported here: the script chooses which build
+    if importlib.util.find_spec("exudyn") is None:  # not imported here: the script chooses the build
         pytest.skip("Exudyn is not installed: pip install 'mbdsl[bench]'")
     benchmark = script("against_exudyn")
     assert set(benchmark.METHODS) <= set(methods())
@@ -47,8 +47,8 @@ def test_ratios_against_exudyn():
         "sparse": benchmark.Curve([[30.0, 10.0]], [1e-4, 2.5e-5]),
     }
     assert found.at_step("hht-i3", 0) == (0.1, 0.1)
-    assert found.at_step("hht-i3", 1) == (0.2, 0.2)  # Exudyn by its best way there
-    assert len(found.errors()) == 0  # they meet at 1e-4 only
+    assert found.at_step("hht-i3", 1) == (0.2, 0.2)  # Exudyn by its fastest option there
+    assert len(found.errors()) == 0  # their ranges of errors overlap only at 1e-4
     found.curves["dense"].errors = found.curves["sparse"].errors = [4e-4, 1e-4]
     assert found.errors() == pytest.approx([4e-4, 2e-4, 1e-4])
     assert found.at_error("hht-i3", 2e-4) == pytest.approx((0.1, 0.1))
@@ -166,12 +166,12 @@ def test_work_precision(monkeypatch):
     text = benchmark.as_text(benchmark.table(study, theirs))
     assert "hht-i3" in text and ("> " in text) == bool(theirs)
     errors, seconds = [r.error for r in theirs], [r.seconds[0] for r in theirs]
-    assert errors == sorted(errors, reverse=True) and seconds == sorted(seconds)  # nothing that another beats
+    assert errors == sorted(errors, reverse=True) and seconds == sorted(seconds)  # no run that another one beats
     assert "hht-i3" in html(benchmark.page(study, theirs))
 
 
 def test_what_accuracy_costs_is_what_was_measured(monkeypatch):
-    """The tables of the page are those of the runs kept beside it; along straight lines between logarithms."""
+    """The tables of the page are those of the stored runs; interpolation is linear in the logarithms."""
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     benchmark = script("work_precision")
     page = benchmark.PAGE.read_text(encoding="utf-8")

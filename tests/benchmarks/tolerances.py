@@ -1,4 +1,4 @@
-"""What error controlled steps attain, over the tolerance, and what they take beside fixed steps of the same error.
+"""Error over tolerance of runs with error control, and their run times compared with fixed steps of the same error.
 
     python tests/benchmarks/tolerances.py [--models pendulum,...] [--methods hht-si2,...] [--tolerances 1e-3,...]
 
@@ -48,7 +48,7 @@ STEPS = {
 }
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6)
 MOST = 1_000_000
-#: cases of the second table: a model, what is changed in it, and steps between which one is looked for
+#: cases of the second table: a model, its changed parameters, and the range of steps for the search
 STIFF = (
     ("double_pendulum", {}, (4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4, 6e-5, 3e-5, 1.5e-5, 1e-5)),
     ("slider_crank", {"c": "2e5 N.s/m"}, (1e-2, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1e-4, 5e-5, 2.5e-5, 1.2e-5, 6e-6)),
@@ -57,7 +57,7 @@ STIFF = (
 
 @dataclass
 class Reference:
-    """q and v at the outputs, and what they may be wrong by."""
+    """q and v at the outputs, and bounds of their errors."""
 
     q: np.ndarray
     v: np.ndarray
@@ -107,7 +107,7 @@ def seconds(path: Path, parameters: dict[str, str], **how) -> tuple[float, Traje
 
 
 def beside_fixed(method: str, tolerances: Sequence[float], repeats: int = 7) -> str:
-    """Seconds of controlled and fixed steps of the same error."""
+    """Seconds of runs with controlled and with fixed steps of the same error."""
     lines = [f"{'model':18}{'tol':>8}{'error':>10}{'steps':>8}{'ms':>8}   fixed:{'h':>9}{'steps':>8}{'ms':>8}   ratio"]
     for name, parameters, fixed in STIFF:
         path = MODELS / f"{name}.mbd"

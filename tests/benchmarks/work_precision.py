@@ -1,12 +1,13 @@
-"""What accuracy costs in time: every method of mbdsl, and Exudyn where it is installed, on the same axes.
+"""Run time over error: every method of mbdsl, and Exudyn if it is installed, on the same axes.
 
     python tests/benchmarks/work_precision.py [--only NAME] [--repeats 5] [--output FOLDER]
 
 The work-precision study of the slider crank and of the seven body mechanism, with Exudyn's runs beside it: the same
 model and start, the same times of comparison, the same reference, and runs that are timed in turn with ours in one
-process. Exudyn solves by its generalised-alpha method and by its trapezoidal rule of index 2, in every way that
-``against_exudyn.py`` tries, with its own tolerances of Newton's iteration and with tighter ones; of all that, only what
-no other run of Exudyn beats in both error and time is its curve. Its times begin with the second step, as told there.
+process. Exudyn solves by its generalised-alpha method and by its trapezoidal rule of index 2, with all options that
+``against_exudyn.py`` tries, with its default tolerances of Newton's iteration and with tighter ones. Its curve consists
+of the runs that no other run of Exudyn beats in both error and time. Its times begin with the second step, as described
+there.
 
 Nothing is asserted: times belong to a machine and an hour. With ``--output`` the pictures, pages and numbers are
 written; with ``--output docs/work-precision`` the tables of docs/work-precision.md, too.
@@ -26,7 +27,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads go on spinning for a while, and count as our time
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # idle BLAS threads spin, which counts as processor time
 
 import against_exudyn
 import numpy as np
@@ -44,7 +45,7 @@ from mbdsl.studies.work_precision import WorkPrecision
 CASES = ("slider_crank", "seven_body")
 PAGE = Path(__file__).parents[2] / "docs" / "work-precision.md"
 DECADES = tuple(range(3, 11))  #: errors 1e-3 ... 1e-10
-TIGHTER = (1.0, 1e-2)  #: times Exudyn's tolerances
+TIGHTER = (1.0, 1e-2)  #: factors on Exudyn's tolerances
 SOLVERS = ("GeneralizedAlpha", "TrapezoidalIndex2")
 PATIENCE = 20.0  #: seconds of one run of Exudyn, at most
 LEVELS = 16  #: halvings of its step, at most
@@ -64,7 +65,7 @@ class Their:
 
 
 class Exudyn:
-    """The model in Exudyn, at the times of a study."""
+    """The model in Exudyn, with the output times of a study."""
 
     def __init__(self, study: Any) -> None:
         s = study.survey
@@ -74,21 +75,22 @@ class Exudyn:
         self.true, self.scale, self.points = s.reference.solution.q[1:], ours.system.tables.scale, s.setting.points
 
     def run(self, solver: str, way: str, tighter: float, steps: int) -> tuple[float, float]:
-        """Error, and seconds; the error is infinite where it does not come through."""
+        """Error and seconds; the error is infinite if the run fails."""
         self.program.solver = getattr(self.exu.DynamicSolverType, solver)
         seen = self.program.run(way, steps, tighter)
         error = float((np.abs(seen.states - self.true) * self.scale).max()) if seen.whole else math.inf
         return error if math.isfinite(error) else math.inf, seen.seconds
 
     def time(self, run: Their) -> float:
-        """Seconds: the least of three where they are few, as of ours."""
+        """Seconds: the least of three runs if they are short, as for our methods."""
         tries: list[float] = []
         while len(tries) < TRIES and (not tries or sum(tries) < SHORT):
             tries.append(self.run(run.solver, run.way, run.tighter, run.steps)[1])
         return min(tries)
 
     def explore(self, least: float) -> list[Their]:
-        """Steps halved until the error is ``least``, with all solvers and tolerances; what nothing else beats."""
+        """Halve the step until the error is ``least``, with all solvers and tolerances; return the runs that no other
+        beats."""
         found = []
         for solver in SOLVERS:
             seconds = {way: self.run(solver, way, 1.0, 8 * self.points)[1] for way in WAYS}
@@ -112,7 +114,7 @@ class Exudyn:
 
 
 def front(runs: list[Their]) -> list[Their]:
-    """What no other run beats in both, large errors first."""
+    """The runs that no other run beats in both error and time, large errors first."""
     kept: list[Their] = []
     for run in sorted(runs, key=lambda r: (median(r.seconds), r.error)):
         if not kept or run.error < kept[-1].error:
@@ -147,7 +149,7 @@ def compare(
         theirs = program.explore(10.0 ** -DECADES[-1])
     survey = study.survey
     done = [row for row in survey.rows if row.run.done]
-    survey.runner.budget = math.inf  # what is measured here is times: the budget was for the runs
+    survey.runner.budget = math.inf  # the budget limits the runs, not the timing
     for k in range(repeats):
         times = survey.runner.time([row.case for row in done], k + 1, lambda case: 0.0)
         for row in done:
@@ -171,7 +173,7 @@ def ratios(study: WorkPrecision, theirs: list[Their]) -> list[tuple[float, float
 
 
 def table(study: WorkPrecision, theirs: list[Their]) -> Table:
-    """The read-out; where Exudyn was not followed as far, its longest run is a bound."""
+    """The read-out; where Exudyn's runs end earlier, its longest run is a lower bound."""
     cells, longest = [], median(theirs[-1].seconds) if theirs else math.nan
     for error, other, row, own in ratios(study, theirs):
         bound = "" if math.isfinite(other) else "> "
@@ -204,7 +206,7 @@ def page(study: WorkPrecision, theirs: list[Their]) -> Page:
 
 
 def numbers(study: WorkPrecision, theirs: list[Their]) -> dict:
-    """What docs/work-precision.md is made from."""
+    """The numbers from which docs/work-precision.md is made."""
     points = [
         {"series": r.case.series, "with": r.case.arguments, "error": r.errors["q"].scaled, "seconds": median(r.seconds)}
         for r in study.points("q")
@@ -220,7 +222,7 @@ def markdown(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def tell(page: Path, name: str, text: str) -> None:
-    """Set what stands between the marks of a model in a page."""
+    """Replace the text between the marks of a model in a page."""
     before, rest = page.read_text(encoding="utf-8").split(f"<!-- {name} -->\n")
     _, after = rest.split("<!-- end -->\n", 1)
     page.write_text(f"{before}<!-- {name} -->\n\n{text}\n\n<!-- end -->\n{after}", encoding="utf-8")

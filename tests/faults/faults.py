@@ -1,6 +1,6 @@
 """Faults at random moments: a process that is killed, a disk that is full, a reader that has left.
 
-Run by hand, for as long as you like::
+Run by hand, for any length of time::
 
     python tests/faults/faults.py --minutes 10 --seed 7
 
@@ -27,7 +27,7 @@ from mbdsl import UsageError, results
 MODELS = Path(__file__).parents[2] / "models"
 #: a run of some tenths of a second after the start of Python
 RUN = ("simulate", str(MODELS / "slider_crank.mbd"), "--step", "2e-5", "--stop", "1s", "--quiet")
-LONGEST = 300.0  #: [s] after which a process hangs
+LONGEST = 300.0  #: [s] after which a process counts as hanging
 EXITS = {0, 2, 4, 130, 141}  #: exit codes that mbdsl promises
 OLD = b"time,x\r\n0.0,1.0\r\n"
 
@@ -38,7 +38,7 @@ def start(folder: Path, *arguments: str, **more) -> subprocess.Popen:
 
 
 def ended(process: subprocess.Popen) -> str:
-    """What a process says on standard error; it ends with a code of its own, and without a traceback."""
+    """Standard error of a process, which must end with one of the exit codes and without a traceback."""
     _, said = process.communicate(timeout=LONGEST)
     assert process.returncode in EXITS, (process.returncode, said)
     assert "Traceback" not in said and "internal error" not in said, said
@@ -46,7 +46,7 @@ def ended(process: subprocess.Popen) -> str:
 
 
 def whole(path: Path) -> bool:
-    """Whether a file holds all results of RUN; if it is there, it does."""
+    """Whether the result file exists; if it does, it must hold all results of RUN."""
     if not path.exists():
         return False
     columns, about = results.read(path)
@@ -55,14 +55,14 @@ def whole(path: Path) -> bool:
 
 
 def only(folder: Path, *names: str) -> None:
-    """A folder has these files, and parts of others, which are hidden."""
+    """A folder contains these files and, at most, hidden partial files."""
     extra = {p.name for p in folder.iterdir() if not p.name.startswith(".")} - set(names)
     assert not extra, extra
 
 
 # -- the faults ------------------------------------------------------------------------------------------------------
 def killed(folder: Path, draw: random.Random) -> None:
-    """SIGKILL at any moment: the file that was there before, or the whole new one; never a part of it."""
+    """SIGKILL at any moment: the old file or the whole new one is there, never a part of it."""
     path = folder / f"r{draw.choice(['.csv', '.npz', '.nc'])}"
     before = draw.random() < 0.5 and path.suffix == ".csv"
     if before:
@@ -92,7 +92,8 @@ def killed_and_resumed(folder: Path, draw: random.Random) -> None:
 
 
 def interrupted(folder: Path, draw: random.Random) -> None:
-    """Ctrl-C, SIGTERM or SIGHUP: what was computed is written, marked incomplete, and the exit code says so."""
+    """Ctrl-C, SIGTERM or SIGHUP: the computed results are written and marked incomplete, and the exit code is that of
+    the signal."""
     code = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); from mbdsl.cli import main; "
     code += "sys.exit(main(sys.argv[1:]))"  # a shell's background job ignores SIGINT
     given = {"cwd": folder, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
@@ -108,7 +109,7 @@ def interrupted(folder: Path, draw: random.Random) -> None:
 
 
 def disk_full(folder: Path, draw: random.Random) -> None:
-    """No file may grow beyond some bytes: the old file is as it was, and the exit code says so."""
+    """The size of files is limited: the old file stays as it was, and the exit code reports the failure."""
     import resource
 
     limit = draw.randrange(0, 40_000)
@@ -129,7 +130,7 @@ def disk_full(folder: Path, draw: random.Random) -> None:
 
 
 def reader_gone(folder: Path, draw: random.Random) -> None:
-    """A closed pipe on standard output or standard error: the result file is whole all the same."""
+    """Standard output or standard error is a closed pipe: the result file is complete all the same."""
     read, write = os.pipe()
     os.close(read)
     which = draw.choice(["stdout", "stderr"])
@@ -159,7 +160,7 @@ FAULTS = (killed, killed_and_resumed, interrupted, disk_full, reader_gone, cut)
 
 
 def one(fault, seed: int) -> None:
-    """A fault in a folder of its own."""
+    """Run a fault in a folder of its own."""
     with tempfile.TemporaryDirectory(prefix="mbdsl-fault-") as folder:
         fault(Path(folder), random.Random(seed))
 
@@ -170,7 +171,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="mbdsl-fault-") as folder:
-        ended(start(Path(folder), *RUN))  # compiled once
+        ended(start(Path(folder), *RUN))  # compile once
     until, count, wrong = time.monotonic() + 60.0 * args.minutes, Counter[str](), 0
     while time.monotonic() < until:
         seed = args.seed + count.total()

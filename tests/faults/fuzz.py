@@ -1,4 +1,4 @@
-"""Fuzzing of the language for as long as you like: tests/unit/lang/test_fuzz.py with one seed after another.
+"""Fuzzing of the language for any length of time: tests/unit/lang/test_fuzz.py with one seed after another.
 
 ::
 

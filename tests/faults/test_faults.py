@@ -1,4 +1,4 @@
-"""A few of the faults of faults.py, which runs for as long as one likes."""
+"""A few of the faults of faults.py, which runs for any length of time."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""Every shipped model with every backend: their motion is that of our own method, to the tolerance asked for."""
+"""Every shipped model with every backend: their motion agrees with that of our own method to the tolerance."""
 
 from pathlib import Path
 
@@ -29,7 +29,7 @@ RUNS = {
     "spring_mass": (0.1, 5e-5, {}),
     "stick_slip_belt": (0.01, 5e-6, {}),
 }
-#: those in which nothing is so stiff that its velocities matter more than its positions
+#: models without stiffness that would make velocities matter more than positions
 SMOOTH = set(RUNS) - {"crank_ivp", "double_pendulum", "flexible_pendulum", "flexible_slider_crank", "spin_up_beam"}
 SMOOTH -= {"stick_slip_belt"}
 

@@ -1,4 +1,4 @@
-"""The whole way from a shell: a model goes in, a result file and an exit code come out."""
+"""The whole path from a shell: from a model to a result file and an exit code."""
 
 import json
 import os
@@ -109,7 +109,7 @@ def test_interruption_keeps_what_there_is(tmp_path):
     finally:
         signal.signal(signal.SIGINT, before)
     with process:
-        for line in process.stderr:  # it says how far it is, after a while
+        for line in process.stderr:  # progress is shown after a while
             if "iterations/step" in line:
                 process.send_signal(signal.SIGINT)
                 break

@@ -1,12 +1,12 @@
-"""How hard mbdsl works for every shipped model, as upper bounds: a change that makes it work harder is seen.
+"""Upper bounds of the work for every shipped model: they detect a change that increases it.
 
-Counted with the model's own step, or 1 ms where it has none, and its stop time. Bounds lie 5 % above what was counted
-(and two above small counts): compilers order operations differently, and an iteration more or less now and then is none
-of our doing. Where a change makes it work less, lower them.
+Counted with the model's own step, or 1 ms where it has none, and its stop time. Bounds lie 5 % above the counts (and
+two above small counts), as compilers order operations differently, which sometimes changes the number of iterations by
+one. If a change reduces the work, lower the bounds.
 
-Where most steps are accepted after one or two iterations, rounding decides between the two: a change of the step in its
-last digit changes the count of a run by up to 15 % (standard deviation 1 to 8 %). There the mean of such runs is
-compared, whose standard deviation is below 2 %.
+If most steps are accepted after one or two iterations, rounding decides between the two: a change of the step in its
+last digit changes the count of a run by up to 15 % (standard deviation 1 to 8 %). For these models the mean of several
+such runs is compared, whose standard deviation is below 2 %.
 """
 
 from pathlib import Path
@@ -27,7 +27,7 @@ COUNTS = {
     ("crank_ivp", "hht-i3"): (10000, 26544, 121),
     ("double_pendulum", "hht-si2"): (2000, 3364, 3),
     ("double_pendulum", "hht-i3"): (2000, 5576, 2),
-    # kinematics, whatever the method: solved to rounding rather than to a method's error, of five unknowns each
+    # kinematics, with every method: solved to rounding rather than to a method's error, five unknowns each
     ("driven_crank", "hht-si2"): (2000, 5631, 31),
     ("driven_crank", "hht-i3"): (2000, 6858, 31),
     ("flexible_pendulum", "hht-si2"): (5000, 18119, 234),

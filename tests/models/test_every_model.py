@@ -1,4 +1,5 @@
-"""Every shipped model with every method: it starts, ends, keeps its joints together, and keeps its energy."""
+"""Every shipped model with every method: the run ends, the joints stay closed, and energy is conserved where it should
+be."""
 
 from pathlib import Path
 
@@ -27,7 +28,7 @@ RUNS = {
     "spring_mass": (0.5, 1e-3, {}),
     "stick_slip_belt": (0.6, 1e-4, {}),
 }
-#: those in which energy is neither put in nor taken out
+#: models without drivers, damping or friction
 CONSERVED = {"chain", "chaplygin_sleigh", "four_bar", "pendulum", "rolling_disc"}
 
 
@@ -49,5 +50,5 @@ def test_run(name, method):
     assert all(np.abs(found[row]).max() < 1e-10 for row in closed)
     if name in CONSERVED:
         energy, kinetic = found["energy.total"], found["energy.kinetic"]
-        # of first order with newmark, and 1e-4 of the second
+        # of first order with newmark, and 1e-4 with methods of second order
         assert np.abs(energy - energy[0]).max() < (1e-2 if compiled()[method].order == 1 else 1e-4) * kinetic.max()

@@ -1,4 +1,4 @@
-"""Mutation testing: small errors put into the numerics one at a time, each of which some test has to catch.
+"""Mutation testing: small errors are put into the numerics one at a time, and some test has to detect each of them.
 
 Run by hand::
 
@@ -6,11 +6,11 @@ Run by hand::
     python tests/mutation/mutate.py mbdsl/bodies --each 20 --seed 7 --report bodies.json
 
 A mutant is a copy of one file in which a sign is flipped, ``+`` and ``-`` are swapped, a constant is 1 % larger, an
-index is one larger, or a comparison goes the other way. It runs uncompiled (``NUMBA_DISABLE_JIT=1``), as compiling
-anew takes longer than any test, in a process forked from one that has loaded what does not change. Tests are those that
-``NEAREST`` names for the file, the nearest first, up to the first that fails. What takes more than ``--limit`` seconds
-does not end, or its tests take longer than that: a timeout says nothing where the tests of the file do. Those that
-survive are printed with their lines, for a person to judge.
+index is one larger, or a comparison goes the other way. It runs uncompiled (``NUMBA_DISABLE_JIT=1``), as compilation
+takes longer than any test, in a process forked from one that has loaded all unchanged modules. ``NEAREST`` names the
+tests of the file, the nearest first; they run up to the first failure. After ``--limit`` seconds a mutant counts as a
+timeout, which is inconclusive if the tests take longer than that without it, too. Surviving mutants are printed with
+their lines, for a person to judge.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ FOLDERS = (
     *("mbdsl/elements", "mbdsl/bodies", "mbdsl/numerics", "mbdsl/expressions", "mbdsl/system", "mbdsl/initial"),
     "mbdsl/integrators",
 )
-#: what an element computes at frames, its signals and its corners; derivatives of the whole system take longest
+#: elements: motion of frames, signals, corner cases; derivatives of the whole system take longest
 FORMULAS = "tests/unit/lang/test_joint_formulas.py", "tests/unit/elements/test_corners.py"
 DERIVATIVES = "tests/unit/elements/test_derivatives.py"
 KERNELS = (
@@ -51,13 +51,13 @@ KERNELS = (
     f"{DERIVATIVES}::test_what_replaces_springs_resists_as_they_do",
     f"{DERIVATIVES}::test_forces_and_torques_do_the_work_of_their_laws",
 )
-#: without those that solve for shapes or integrate
+#: without the tests that solve for shapes or integrate
 CABLE = (
     "tests/unit/bodies/test_cable.py",
     "-k",
     "not tip and not circle and not small_loads and not swings and not agree and not turns and not winds and not cost",
 )
-#: what is assembled and where it starts
+#: assembly of the equations, and initial values
 STARTS = "tests/unit/test_initial.py", "tests/unit/test_reductions.py"
 MODES = "tests/unit/test_eigenmodes.py"
 #: peaks of laws between steps; radau5 and long runs take minutes uncompiled
@@ -65,7 +65,7 @@ UNSEEN, FIXED = "tests/verification/test_unseen.py", "tests/verification/test_un
 PEAKS = (FIXED, "-k", "not radau5 and not far and not checkpoint and not hht")
 INTEGRATORS = "tests/unit/integrators"
 QUICK = f"{INTEGRATORS}/test_starts.py", f"{INTEGRATORS}/test_generalized_alpha.py"
-#: a few steps against the same equations written out in full
+#: a few steps, compared with the same equations written out in full
 FULL = (f"{INTEGRATORS}/test_full_systems.py", "-k", "not test_a_step or (slider_crank and not flexible)")
 CONTROL = (f"{INTEGRATORS}/test_control.py", "-k", "local_errors or bdf2 or anew or rows")
 STEPS = (*CONTROL[:1], f"{INTEGRATORS}/test_run.py", "-k", f"{CONTROL[2]} or (newmark and not order)")
@@ -76,9 +76,9 @@ RADAU5 = (
 )
 BACKENDS = f"{INTEGRATORS}/test_backends.py"
 JUMPS = "tests/verification/test_jumps_at_steps.py"
-#: a method by its name; the order of a method takes minutes uncompiled
+#: tests of a method, selected by its name; tests of its order take minutes uncompiled
 METHODS = (*QUICK, FULL[0], CONTROL[0], f"{INTEGRATORS}/test_run.py", "tests/unit/test_stepping.py")
-#: beginning of a file's path -> its tests, in this order; the longest beginning that fits counts
+#: beginning of a file's path -> its tests, in this order; the longest matching beginning counts
 NEAREST = {
     "mbdsl/elements/": KERNELS,
     "mbdsl/numerics/": STARTS,
@@ -188,17 +188,17 @@ NEAREST = {
     "mbdsl/integrators/loop/switch_location": ("tests/unit/test_switches.py", "tests/unit/integrators/test_events.py"),
     "mbdsl/integrators/loop/turn_counting": ("tests/unit/bodies/test_turns.py",),
 }
-#: subscripts of these are types
+#: subscripts of these names are types
 GENERIC = {"tuple", "list", "dict", "Callable", "NDArray", "Mapping", "Sequence"}
-#: where a child leaves the name of the test that failed
+#: file in which a child stores the name of the test that failed
 FAILED = Path("failed.txt")
 SWAPPED = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Lt: ast.Gt, ast.Gt: ast.Lt, ast.LtE: ast.GtE, ast.GtE: ast.LtE}
 
 
 def mutations(tree: ast.Module) -> list[tuple[int, str, object]]:
-    """What can be changed: the line, what is done, and a function that does it to a node of a copy of the tree."""
+    """The possible changes: the line, a description, and a function that changes a node of a copy of the tree."""
     found = []
-    # what messages and annotations say is not numerics
+    # messages and annotations are not numerics
     silent = [node for node in ast.walk(tree) if isinstance(node, ast.JoinedStr | ast.Raise)]
     silent += [x for node in ast.walk(tree) for x in (getattr(node, "annotation", 0), getattr(node, "returns", 0)) if x]
     quiet = {id(below) for node in silent for below in ast.walk(node)}
@@ -255,7 +255,7 @@ def tests_of(path: str) -> tuple[str, ...]:
 
 
 def load() -> None:
-    """Whatever children need and no mutant changes."""
+    """Load the modules that children need and no mutant changes."""
     import hypothesis.core
     import hypothesis.strategies  # noqa: F401
     import numpy  # noqa: F401
@@ -264,7 +264,7 @@ def load() -> None:
 
 
 class First:
-    """A plugin of pytest that leaves the name of the first test that fails, or of the file that cannot be loaded."""
+    """A plugin of pytest that stores the name of the first test that fails, or of the file that cannot be loaded."""
 
     def pytest_runtest_logreport(self, report) -> None:
         if report.failed and not FAILED.exists():
@@ -286,11 +286,11 @@ def run(folder: Path, tests: tuple[str, ...], limit: float) -> str:
             with open("tests.log", "w") as log:
                 os.dup2(log.fileno(), 1)
                 os.dup2(log.fileno(), 2)
-            # compiled code does not warn, and no test expects that it does
+            # compiled code does not warn, and no test expects warnings of it
             options = ["-x", "-q", "-p", "no:cacheprovider", "-W", "ignore::RuntimeWarning"]
-            options += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]  # of what `load` has loaded
+            options += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]  # modules that `load` has loaded
             code = int(pytest.main([*options, *tests], plugins=[First()]))
-        except BaseException:  # it must not go on as if it were its parent
+        except BaseException:  # it must not continue as its parent
             traceback.print_exc()
         sys.stdout.flush()
         sys.stderr.flush()

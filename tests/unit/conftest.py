@@ -25,5 +25,5 @@ def _plain(kernel):
 
 @pytest.fixture
 def plain():
-    """A kernel as Python: where it has been compiled for others of this process, it cannot be called from here."""
+    """A kernel as a Python function; skipped if it has been compiled for others in this process."""
     return _plain

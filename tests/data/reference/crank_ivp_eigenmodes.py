@@ -3,7 +3,7 @@
 Minimal coordinates: phi1 = 150 t is given, phi2 follows from the guide, q are the rod's elastic coordinates. Points of
 the rod are at L1 exp(i phi1) + exp(i phi2) (x + u + i v); all integrals by 40 Gauss points; the slider sits on the end.
 With the test set's shapes and its J2 this gives the numbers of the independent model in flexible_crank_ivp.json, which
-checks it; with eigenmodes of a rod pinned at one end and guided at the other it is what a beam of mbdsl is.
+checks it; with eigenmodes of a rod pinned at one end and guided at the other it is the same model as a beam of mbdsl.
 """
 
 import json

@@ -46,7 +46,7 @@ def exudyn_cable(n, L, EA, EI, rhoA, step, end, gravity=0.0, spin=None, write=0.
     settings = exu.SimulationSettings()
     t = settings.timeIntegration
     t.endTime, t.numberOfSteps = end, round(end / step)
-    t.newton.absoluteTolerance = 1e-6  # the default is below what rounding lets the residual reach: steps would fail
+    t.newton.absoluteTolerance = 1e-6  # Exudyn's default lies below the rounding of the residual: steps would fail
     t.newton.useModifiedNewton = False
     t.verboseMode = 0
     settings.solution.file.write = False

@@ -87,7 +87,7 @@ class Crank:
         return phi2, w2, length, rate
 
     def solve(self, a, b):
-        """a x = b; in more than double precision by refinement."""
+        """Solve a x = b; by iterative refinement beyond double precision."""
         if self.real is np.float64:
             return np.linalg.solve(a, b)
         inverse = np.linalg.inv(a.astype(float))
@@ -195,7 +195,7 @@ def extrapolate(f, y, steps, H, k):
         table = []
         for j in range(1, k + 1):
             h = H / (2 * j)
-            z0, z1 = 0 * y, h * f0  # increments: less is lost to rounding
+            z0, z1 = 0 * y, h * f0  # increments are summed, which loses less to rounding
             for _ in range(2 * j - 1):
                 z0, z1 = z1, z0 + 2 * h * f(y + z1)
             row = [z1]
@@ -294,7 +294,7 @@ def main():
         "flexible_2_bending": ((2, 0), (20000, 8), (16000, 8)),
         "rigid": ((0, 0), (8000, 8), (4000, 9)),
     }
-    if len(sys.argv) > 1:  # one case, into a file of its own
+    if len(sys.argv) > 1:  # one case, written to a file of its own
         name, target = sys.argv[1], Path(sys.argv[2])
         target.write_text(json.dumps({name: case(*cases[name][0], *cases[name][1:])}, indent=1) + "\n")
         return

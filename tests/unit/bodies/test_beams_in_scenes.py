@@ -1,4 +1,4 @@
-"""Flexible beams as parts of models: where they start, what they are told wrong, what they are counted as."""
+"""Flexible beams as parts of models: their initial shapes, the messages about wrong ones, and how they are counted."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def run(scene, stop=0.02, step=1e-3, **more):
 
 @pytest.mark.parametrize("formulation", ['reference = "clamped-free"', 'formulation = "ancf"'])
 def test_a_static_start_stays(formulation):
-    """m g L^3/8EI; what bending shortens the lever by is of the square of that, 4e-5."""
+    """m g L^3/8EI; bending shortens the lever by the square of that, 4e-5."""
     t = run(model(f'{STEEL}, {formulation}, shape = "static"', "Fixed clamp(world, beam.a);"))
     sag = 9.81 / (8 * 200.0)
     assert t["beam.b.y"][0] == pytest.approx(-sag, rel=2 * sag**2)
@@ -54,8 +54,8 @@ def test_a_static_start_holds_what_is_said_of_positions(formulation):
 
 @pytest.mark.parametrize("formulation", ["elements = 4", 'formulation = "ancf"'])
 def test_a_static_start_moves_nothing_as_a_whole(formulation):
-    """A beam on a pin keeps its angle on average though nothing holds it, a free one stays straight under its weight,
-    what has no shape stays where it is, and a beam that is to be undeformed is straight."""
+    """A beam on a pin keeps its mean angle although nothing holds it; a free one stays straight under its weight; one
+    that has no static shape stays where it is; and one that is declared undeformed is straight."""
     rest = f"""Revolute pin(world, beam.a); Rod rod(m = 1 kg, length = 1 m); Revolute R(world, rod.a);
         Body lump(m = 1 kg, I = 1 kg.m2); FreeMotion F(world, lump.c);
         FlexibleBeam free({STEEL}, {formulation}, shape = "static"); FreeMotion G(world, free.c);
@@ -118,7 +118,7 @@ def test_what_bends_too_far_is_no_result():
         run(model(f'{SOFT}, modes = 4, reference = "clamped-free"', "Fixed clamp(world, beam.a);"), stop=0.5)
     assert "ancf" in caught.value.hint
     found = caught.value.trajectory
-    assert 0.05 < found.t[-1] <= 0.5 and len(found) == round(found.t[-1] / 1e-3) + 1  # what was computed is there
+    assert 0.05 < found.t[-1] <= 0.5 and len(found) == round(found.t[-1] / 1e-3) + 1  # the results up to then are there
     assert caught.value.trajectory.status == "failed"
     t = run(model(f'{SOFT}, formulation = "ancf"', "Fixed clamp(world, beam.a);"), stop=0.5)
     assert np.abs(t["beam.b.phi"]).max() > 0.8
@@ -128,7 +128,7 @@ def test_what_bends_too_far_is_no_result():
 
 
 def test_parts_are_put_together_again():
-    """A pendulum, a beam and a cable that have nothing to do with one another: three parts, each as by itself."""
+    """A pendulum, a beam and a cable without connection: three parts, each computed as if it were alone."""
     beam, cable = f"FlexibleBeam beam({STEEL}, modes = 3);", f'FlexibleBeam cable({SOFT}, formulation = "ancf");'
     rest = {
         "rod": "Rod rod(m = 1 kg, length = 1 m); Revolute R(world, rod.a);",
@@ -202,7 +202,7 @@ def test_what_bends_too_far_is_seen_between_outputs_by_steps_and_at_rest():
 
 
 def test_a_beam_that_cannot_shorten_is_told_so():
-    """Held by pins at both ends, and shorter when it bends, it needs something that stretches."""
+    """Pinned at both ends, it becomes shorter when it bends, and needs a mode that stretches."""
     pins = "Revolute pin(world, beam.a); Frame wall(world, r = {1 m, 0}); Revolute other(wall, beam.b);"
     with pytest.raises(IntegrationError) as caught:
         run(model(f"{STEEL}, modes = 4", pins))

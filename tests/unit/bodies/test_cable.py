@@ -26,7 +26,7 @@ from mbdsl.system import build
 H, TOLERANCE = 2e-4, 1e-8
 DATA = Path(__file__).parents[2] / "data" / "reference" / "elastica.json"
 METHODS = ("hht-i3", "hht-si2", "hht-add", "nstiff-si2", "newmark", "nstiff")
-#: one of every way to be attached: at a node, inside an element, turned; by constraints, springs and laws
+#: one of each kind of attachment: at a node, inside an element, turned; by constraints, springs and laws
 ATTACHED = """
 model Attached
   Ground ground(g = 9.81);
@@ -49,7 +49,7 @@ def system(text):
 
 
 def beam(rest="", elements=8, EA=1e3, beta=0.0, rotary=0.0, more=""):
-    """A beam of length, mass and EI of one with what ``rest`` adds, or nothing that holds it."""
+    """A beam whose length, mass and EI are 1, with the components ``rest``, or free."""
     rest = rest or "  FreeMotion free(ground, rod.c);"
     return (
         f"model M\n  Ground ground(g = 0);\n  FlexibleBeam rod(length = 1, mass = 1, S = {EA!r}, I = 1, E = 1, "
@@ -201,7 +201,8 @@ def test_forces_turn_with_the_beam():
 
 
 def test_errors_of_all_nodes_count_alike():
-    """Positions as parts of the mechanism's size; slopes as what they move the next node by."""
+    """Positions are compared as parts of the mechanism's size; slopes by the displacement of the next node that they
+    cause."""
     S = system(beam(elements=5))
     assert S.tables.scale.size == S.n == 24
     assert S.tables.scale.reshape(6, 4) == pytest.approx(np.array([[1.0, 1.0, 0.2, 0.2]] * 6) / S.tables.size)
@@ -274,7 +275,7 @@ def orders(errors):
 @pytest.mark.parametrize(("EA", "steps"), [(1e6, 10), (1e8, 40)])
 @pytest.mark.parametrize("P", [1.0, 5.0, 10.0])
 def test_dead_load_at_the_tip(P, EA, steps):
-    """The elastica: 1e-4 with eight elements, order 4, however much more it resists stretching than bending."""
+    """The elastica: 1e-4 with eight elements, order 4, for any ratio of axial to bending stiffness."""
     errors = [np.abs(inextensible(n, {"py": P}, EA, steps=steps) - elastica()[P]).max() for n in (4, 8, 16)]
     assert errors[1] < 1e-4
     assert (orders(errors) > 3.5).all()
@@ -377,7 +378,7 @@ def energy(t, g=9.81):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_hanging_beam_swings(method):
-    """Without damping energy is lost by the method alone, with its order; with it, at every step."""
+    """Without damping, energy is lost by the method alone, with its order; with damping, at every step."""
     order = 1 if method == "newmark" else 2
     run = lambda h, beta: mbdsl.simulate(  # noqa: E731
         mbdsl.parse(hanging(4, beta)), method=method, step=h, stop=0.4, interval=0, force=True
@@ -409,7 +410,7 @@ def test_methods_agree():
 
 
 def test_angles_count_turns():
-    """A driver turns the end of a beam five times; what it demands is about the angle as kernels count it."""
+    """A driver turns the end of a beam five times; its torque is about the angle that the kernels count."""
     driven = "RotationalDriver d(ground, rod.a, phi = 5 * (1 rad/s * time - sin(1 rad/s * time)));"
     rest = f"  Revolute O(ground, rod.a);\n  {driven}"
     text = beam(rest + "\ninitial equation\n  guess rod.phi = 0;", 2)
@@ -426,7 +427,7 @@ def test_angles_count_turns():
 
 
 def test_a_spring_winds_up():
-    """A torque winds up a torsional spring by several turns, and gets back what it gave: E - tau phi + k phi^2/2."""
+    """A torque winds up a torsional spring by several turns, and recovers its work: E - tau phi + k phi^2/2."""
     rest = (
         "  Revolute O(ground, rod.a);\n  RotationalSpringDamper k(ground, rod.a, k = 0.05);\n"
         "  Torque tau(rod.a, tau = 0.6);\ninitial equation\n  rod.phi = 0;\n  rod.w = 0;"
@@ -435,7 +436,7 @@ def test_a_spring_winds_up():
     phi = t.system.tables.models["rod"].frame((-0.5, 0, 0), "phi", t.q, t.v)
     E = energy(t, g=0.0) - 0.6 * phi + 0.025 * phi**2
     assert phi.max() > 3 * 2 * np.pi
-    # some is lost to the method: what the sudden torque sets to vibrating; a turn missed would be 0.6 * 2 pi
+    # the method damps the vibration that the sudden torque excites; a missed turn would be 0.6 * 2 pi
     assert np.abs(E - E[0]).max() < 1e-3 * 0.6 * phi.max()
 
 
@@ -450,7 +451,7 @@ def test_where_it_is_placed_says_how_often_it_has_turned(turn):
 
 
 def test_cost_grows_with_the_number_of_elements():
-    """Entries of the iteration matrix, of its factors and of the tables: as many for every element more."""
+    """Entries of the iteration matrix, of its factors and of the tables grow by the same number with every element."""
     counts = []
     for n in (10, 20, 40):
         S = system(beam("  Revolute O(ground, rod.a);", n))

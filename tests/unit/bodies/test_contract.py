@@ -1,4 +1,4 @@
-"""Bodies keep their contract, and what breaks it is told in full where the body is met first."""
+"""Bodies fulfil their contract; all violations are listed when a body is first used."""
 
 from types import SimpleNamespace
 
@@ -16,7 +16,7 @@ ALL = (ancf_cable_kernels, floating_beam_kernels, point_mass_kernels, rigid_body
 
 
 def changed(module, **changes):
-    """A module with these changes; what becomes None is missing."""
+    """A module with these changes; a name set to None is missing."""
     return SimpleNamespace(**{k: v for k, v in (vars(module) | changes).items() if v is not None and k[:2] != "__"},
                            __name__="broken_kernels")  # fmt: skip
 
@@ -54,7 +54,7 @@ def test_kernels_that_break_it():
         "MASS is 3, expected 0, 1 or 2",
         "MODEL is missing: the name of the module of its model",
     ]
-    # as a body that deforms it needs more: kernels of its own, and the float tables in others
+    # a body that deforms needs more: kernels of its own, and the float table in others
     reasons = reason(changed(rigid_body_kernels, MASS=2))
     assert "the kernel inertia(block, task, row, target, Y, F, I) is missing" in reasons
     assert "the kernel carry_over(block, Y, F, I) is missing" in reasons
@@ -78,7 +78,7 @@ def test_models_that_break_it(monkeypatch):
 
 
 def test_a_scene_meets_it(monkeypatch):
-    """Before anything is compiled of it."""
+    """before any of its code is compiled"""
     monkeypatch.delattr(rigid_body_kernels, "collect")
     model_class.cache_clear()
     from mbdsl.lang.load import parse_text

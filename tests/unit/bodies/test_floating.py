@@ -1,6 +1,6 @@
 """The floating frame's elastic coordinates against closed forms of beams, and their integrals against quadrature.
 
-Quadrature sees a beam through ``station`` alone, with more points than are needed and N from slopes of its own.
+The quadrature uses only ``station`` of a beam, with more points than needed, and computes N from its slopes.
 """
 
 import json
@@ -19,7 +19,7 @@ L, RHOA, EA, EI, J = 0.7, 2.3, 4.1e5, 37.0, 0.011
 BEAM = dict(L=L, rhoA=RHOA, EA=EA, EI=EI)
 REFERENCES = ("pinned-pinned", "clamped-free", "mean-axis")
 
-#: what is integrated and solved below: unreduced, of modes, and of the ends' modes, with and without a choice of axial
+#: beams of the tests below: unreduced, with modes, and with modes of the ends, with and without axial modes
 CASES = {
     "elements pinned": dict(elements=3),
     "elements clamped": dict(elements=4, reference="clamped-free", J=J),
@@ -67,11 +67,11 @@ def test_frequencies_of_bending_converge_with_order_four(reference, i):
 
     def error(n):
         found = beam(elements=int(n), modes=3, axial=0, reference=reference).frequencies()[i]
-        assert found > exact  # as Rayleigh's quotient says
+        assert found > exact  # an upper bound, as Rayleigh's quotient
         return found / exact - 1
 
     assert 3.8 < slope_of(error) < 4.3
-    assert error(40) == pytest.approx((root / 40) ** 4 / 1440, rel=0.05)  # the theory's constant too
+    assert error(40) == pytest.approx((root / 40) ** 4 / 1440, rel=0.05)  # the constant of the theory, too
 
 
 @pytest.mark.parametrize("i", range(3))
@@ -267,7 +267,7 @@ def test_mean_axis_modes_have_no_momentum(basis, J):
     assert not f.S_bar.any()
     assert not f.g0.any()
     assert f.h1.any()
-    # dust is not what makes them zero
+    # they are zero exactly, not by a threshold
     x, w, U, _ = stations(f)
     assert np.abs(RHOA * np.einsum("p,pai->ai", w, U[:, :2])).max() < 1e-14 * f.m**0.5
     angular = RHOA * (w * (x - L / 2)) @ U[:, 1] + J * w @ U[:, 2]
@@ -518,8 +518,8 @@ def test_every_number_of_modes_that_elements_have(basis, reference):
 @pytest.mark.parametrize("reference", REFERENCES)
 @pytest.mark.parametrize("basis", ["eigenmodes", "craig-bampton"])
 def test_modes_are_those_of_any_unit_of_length(basis, reference):
-    """A beam of the same mass whose numbers are in a unit 2^10 times as small: lengths, also those of modes, are 2^10
-    times as large, slopes are what they were, and so are the signs. Rounding of 11 modes in 64 coordinates: 1e-12."""
+    """A beam of the same mass in a unit of length 2^10 times as small: lengths, also those of modes, are 2^10 times as
+    large; slopes and signs are the same. Rounding of 11 modes in 64 coordinates: 1e-12."""
     unit = 2.0**10
     more = dict(elements=16, modes=11, basis=basis, reference=reference)
     one = discretise(L, RHOA, EA, EI, J, **more)

@@ -1,12 +1,12 @@
-"""Turns of ANCF beams, whose coordinates are slopes: they follow from the states that a motion went through, and from
-nothing that was tried in between."""
+"""Turns of ANCF beams, whose coordinates are slopes: they follow from the accepted states of a motion, and not from
+trial states."""
 
 import numpy as np
 import pytest
 
 import mbdsl
 
-#: without gravity it may stand at any angle: what happens is the same
+#: without gravity the motion is the same at any angle
 DRIVEN = """model Driven parameter Angle start = 0 deg; Ground ground(g = 0);
 FlexibleBeam strip(length = 1 m, mass = 0.5 kg, E = 1e8, S = 1e-4 m2, I = 1e-9, formulation = "ancf", elements = 2);
 Revolute pin(ground, strip.a); RotationalDriver drive(pin, phi = start + 0.2*sin(9*time));
@@ -36,8 +36,9 @@ def driven(degrees, **given):
     ids=lambda given: given["method"],
 )
 def test_a_motion_does_not_know_where_angles_are_zero(given):
-    """From 190 degrees, where atan2 has jumped, and two turns further: as from 0. What differs is rounding of angles of
-    13 rad, 2e-15, in a stiff beam's forces over (h omega)^2; or what the tolerance leaves."""
+    """From 190 degrees, where atan2 has jumped, and two turns further: the same motion as from 0. The difference is the
+    rounding of angles of 13 rad, 2e-15, in a stiff beam's forces over (h omega)^2, or the error that the tolerance
+    allows."""
     truth = driven(0.0, **given)
     for degrees in (190.0, -530.0, 910.0):
         assert np.abs(driven(degrees, **given) - truth).max() < 1e-5 * np.abs(truth[0]).max()

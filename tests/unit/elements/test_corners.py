@@ -1,4 +1,4 @@
-"""Corners of elements that no shipped scene goes to: lengths of zero, small couplings, multipliers of velocities."""
+"""Corner cases of elements that no shipped scene reaches: zero lengths, small couplings, multipliers of velocities."""
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ VelocityConstraint row(gamma = a.vx*a.vx*cos(b.phi) + 0.3 m*a.w*b.vy + a.x/(10 m
 
 
 def test_a_distance_of_zero_pulls_nowhere():
-    """It has no direction: a unit vector of either sense would be as wrong as no number."""
+    """A distance of zero has no direction: any unit vector would be as wrong as NaN."""
     Z, G = np.zeros((2, COLUMNS)), np.full((1, GRADIENT_COLUMNS), 7.0)
     Z[:, :2] = 0.3, -0.2
     distance = getattr(coordinates.distance, "py_func", coordinates.distance)
@@ -28,8 +28,8 @@ def test_a_distance_of_zero_pulls_nowhere():
 
 
 def test_only_rounding_is_dust():
-    """What is summed over some hundred points is rounded to 1e-14 of what it could be; a coupling of a millionth, as of
-    a mass that is off the middle by as much, is real."""
+    """A sum over some hundred points has a rounding error of 1e-14 of its largest possible value; a coupling of a
+    millionth, as of a mass that is off the middle by a millionth, is real."""
     kept = np.array([1.0, -1e-6, 1e-9, 1e-12])
     assert list(without_dust(3.0 * kept, 3.0)) == list(3.0 * kept)
     assert list(without_dust(np.array([2e-15, -5e-15]), 1.0)) == [0.0, 0.0]

@@ -1,9 +1,9 @@
-"""Every derivative of every kind against differences of what it is a derivative of.
+"""Every derivative of every kind, compared with differences of its function.
 
-Kinds are discovered, never listed: a new element file is tested by existing. Each pair kind is set between frames of
+Kinds are discovered, never listed: a new element file is tested automatically. Each pair kind is set between frames of
 every combination of bodies (two of each body kind, off their centres of mass and turned; flexible ones as ``VARIANTS``
-says; the ground; one body with itself) in a scene that has every other kind too, between two frames of the ground where
-it can do nothing. All these scenes have one structure, so that the code is compiled once.
+says; the ground; one body with itself) in a scene that also has every other kind, between two frames of the ground,
+where these have no effect. All these scenes have one structure, so that the code is compiled once.
 
 Differences are five-point with step H: their truncation error is H^4/30 f^(5), with f^(5) up to 5!/l^5 = 4e3 at the
 smallest distance l = 0.5 m allowed here and magnitudes s, lam of a few units, that is 3e-14 * 4e3 * 10 = 1e-9; rounding
@@ -39,8 +39,8 @@ NO_GRAPH = MechanismGraph.__new__(MechanismGraph)
 KINDS = {name: m.KIND for name, m in modules().items()}
 PAIRS = [k for k in KINDS.values() if isinstance(k, PairKind) and (k.rows or k.name == "FreeMotion")]
 BODIES = [k for k in KINDS.values() if isinstance(k, BodyKind) and k.coordinates]
-#: bodies of these kinds, one a variant: what is chosen rather than drawn. As soft as they are, no stiffness of theirs
-#: is much larger than all else, which would hide errors.
+#: bodies of these kinds, one a variant: parameters that are chosen rather than drawn. The bodies are soft, so that none
+#: of their stiffnesses is much larger than the other terms, which would hide errors.
 VARIANTS = {
     "FlexibleBeam": (
         dict(formulation='"floating"', elements=2, length=1.3, E=1.5, reference='"pinned-pinned"', alpha=0.3, beta=0.2),
@@ -50,14 +50,15 @@ VARIANTS = {
         ),
     ),
 }  # fmt: skip
-#: what of them is drawn
+#: their parameters that are drawn
 DRAWN = {"FlexibleBeam": ("mass", "S", "I", "rotary")}
 #: parameters of friction, given in one variant only
 FRICTION = {p.name for speed in "vw" for p in friction.parameters(speed, "m/s", 1.0)}
 
 
 def variants(kind):
-    """How a kind can be given: with linear springs or laws, with or without friction, or in the one way there is."""
+    """The variants of a kind: with linear springs or laws, with or without friction; one variant if there is no
+    choice."""
     optional = [p.name for p in kind.parameters if p.law and p.default is None]
     if isinstance(kind, JointKind) and kind.friction:
         return ("", "friction")
@@ -161,7 +162,8 @@ def scene(tested: str, variant: str, centred: bool = False):
         rotating = [k.name for k in BODIES if len(k.coordinates) == 3 and k.name not in VARIANTS]
         ends = [(f"{rotating[0]}1.c", f"{rotating[-1]}2.c")]
     else:
-        # every pair of places, a place being two bodies of a kind, or a flexible one, which is then joined to itself
+        # every pair of places, a place being two bodies of a rigid kind, or a flexible body, which is then joined to
+        # itself
         rigid = [kind for kind in BODIES if kind.name not in VARIANTS]
         places = [("ground", "ground"), *((f"{kind.name}1", f"{kind.name}2") for kind in rigid)]
         places += [(f"{name}{i + 1}",) * 2 for name in VARIANTS for i in range(len(VARIANTS[name]))]
@@ -176,7 +178,7 @@ def scene(tested: str, variant: str, centred: bool = False):
 
 @cache
 def system(tested: str, variant: str, centred: bool = False) -> System:
-    # The graph, which has no say in the numbers, would refuse joints that join the ground to itself.
+    # The graph does not affect the numbers; it would refuse joints that join the ground to itself.
     return build(scene(tested, variant, centred)[0], NO_GRAPH)
 
 
@@ -241,7 +243,7 @@ def jacobian(f, x):
 
 
 def matrix(value):
-    """Whatever a System gives, which is sparse where it is large, as an array."""
+    """A quantity of a System, which is sparse if it is large, as an array."""
     return value.toarray() if hasattr(value, "toarray") else np.asarray(value)
 
 
@@ -307,7 +309,7 @@ def test_derivatives_of_the_system(kind, variant):
 
 
 def wrong(right: System, method: str) -> System:
-    """A system in which the largest entry that ``method`` gives is off by a millionth."""
+    """A system in which the largest entry returned by ``method`` is wrong by a millionth."""
 
     def off(*args, **more):
         value = matrix(getattr(right, method)(*args, **more))
@@ -336,7 +338,7 @@ def wrong(right: System, method: str) -> System:
     ],
 )
 def test_the_check_sees_a_wrong_derivative(method):
-    # among much larger numbers of idle components an error would drown: a kind is taken that has them itself
+    # an error would drown among the much larger numbers of idle components: a kind is used that has such terms itself
     kinds_ = {"damping": ("SpringDamper", "linear"), "Gam_v": ("KnifeEdge", ""), "Gam_q": ("KnifeEdge", "")}
     kind, variant = kinds_.get(method, ("Revolute", "friction") if method == "Q_lam" else ("DistanceDriver", ""))
     right = system(kind, variant)
@@ -380,7 +382,7 @@ def test_kernels_at_frames(kind, variant):
                 np.einsum("i,kij->kj", v[at], second),
                 "rate of the gradient",
             )
-        if kind.name != "Force":  # its rows are directions, of no coordinate
+        if kind.name != "Force":  # its rows are directions, not gradients of a coordinate
             agree(
                 C[:, :6], jacobian(lambda z, t=t, q=q, v=v: moved(t, q, v, z, buffer_layout.VALUE), q[at]), "gradient"
             )
@@ -435,7 +437,7 @@ def test_springs_are_gradients_of_their_energy(kind):
         assert s.Q(t, q) - weight == pytest.approx(-slopes, abs=1e-12)
 
 
-#: kind -> coefficients, and the coordinates whose rates they resist
+#: kind -> coefficients, and the coordinates whose rates they damp
 DAMPERS = {
     "SpringDamper": ("c = 0.7", ("s",), (0.7,)),
     "TranslationalSpringDamper": ("c = 0.7", ("s",), (0.7,)),
@@ -462,7 +464,7 @@ end Flying;
 
 @pytest.mark.parametrize("name", DAMPERS)
 def test_dampers_take_the_power_that_their_coefficients_say(name):
-    """Nothing but the damper acts: forces times velocities are -c times the squares of the rates of its coordinates."""
+    """Only the damper acts: forces times velocities equal -c times the squares of the rates of its coordinates."""
     given, keys, c = DAMPERS[name]
     scene = mbdsl.parse(FLYING.format(f"{name} d(a.f, b.f, {given});"))
     s, rng = build(scene), np.random.default_rng(1)
@@ -477,7 +479,7 @@ def test_dampers_take_the_power_that_their_coefficients_say(name):
     ("name", "law"), [(k.name, k.laws[0]) for k in PAIRS if isinstance(k, ForceKind) and k.springs and k.laws]
 )
 def test_what_replaces_springs_resists_as_they_do(name, law):
-    """A force of 0.7 N pulls frames together, a torque of 0.7 N.m turns them back: 0.7 times the rate, taken."""
+    """A force of 0.7 N pulls frames together, a torque of 0.7 N.m turns them back: the power is -0.7 times the rate."""
     (law,) = KINDS[name].laws
     torque = law == "torque"
     scene = mbdsl.parse(FLYING.format(f"{name} d(a.f, b.f, {law} = 0.7 {'N.m' if torque else 'N'});"))

@@ -1,5 +1,5 @@
-"""Flexible beams of every sort in one chain: their forces are those of Lagrange's equations, their kernels agree with
-their models, and the tasks of the mass matrix are those of the matrix itself.
+"""Flexible beams of all kinds in one chain: their forces satisfy Lagrange's equations, their kernels agree with their
+models, and the operations with the mass matrix agree with the matrix itself.
 
 Differences are five-point with step H, of energies that are quadratic in the rates and trigonometric in one angle:
 truncation H^4/30 f^(5) = 3e-14 f^(5) and rounding eps/H = 2e-13 of values up to 1e3.
@@ -17,7 +17,7 @@ from mbdsl.system import build
 from mbdsl.system.tables import gravity
 
 H, TOLERANCE = 1e-3, 1e-9
-#: what kinds of beams there are, of one structure of code
+#: the kinds of beams, all with one structure of the code
 BEAMS = {
     "pinned": dict(elements=2, rotary=0.02, alpha=0.3, beta=0.1),
     "clamped": dict(elements=3, reference='"clamped-free"', rotary=0.05),
@@ -192,7 +192,7 @@ def test_times_and_inverse():
 
 
 def test_m_at_coordinates_of_its_own():
-    """A method may keep M: it is looked at where and when it says, by values and by tangents."""
+    """A method may keep M: M is then evaluated at the state and time where it was kept, in values and in tangents."""
     s = chain()
     w, kernels, q, M = evaluated(s)
     Y, n, A = w.vectors, s.n, np.zeros(s.size)
@@ -225,7 +225,7 @@ def test_reactions_of_the_start_of_a_step_are_carried_over():
     Y, n = w.vectors, s.n
     G_n = s.Phi_q(0.0, q)
     w.layout[buffer_layout.KEEP] = 1
-    for seed in (3, 4):  # the second time nothing is kept: n is still where it was
+    for seed in (3, 4):  # nothing is kept the second time: n is still the earlier state
         Y[buffer_layout.POSITION, :n], Y[buffer_layout.VELOCITY, :n], psi = state(s, seed)
         Y[buffer_layout.UNKNOWN, n : s.unknowns] = psi
         kernels.evaluate(0.0, Y, w.frames, w.gradients, w.numbers, w.layout)
