@@ -20,8 +20,8 @@ METHODS = ("scipy-dop853", "scipy-radau", "scipy-lsoda", "ida")
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", CASES)
 def test_accuracy_across_events(name, method):
-    """The tolerance is kept; a jump is met once. At the stop without damping the force has a corner only, where it is
-    entered; where it is left nothing but rounding tells which."""
+    """The tolerance is reached; a jump is passed once. Without damping, the force at the stop has only a corner at the
+    entry; at the exit, only rounding decides whether the switch changes."""
     scene, solution, times = CASES[name]
     found, error = solved(scene, solution, method, 1e-6)
     assert error <= 1e-5
@@ -32,8 +32,8 @@ def test_accuracy_across_events(name, method):
 
 
 def test_an_event_costs_few_steps():
-    """With a table of six knots over time DOP853, exact for each piece, needs steps for no other reason than the
-    longest step, 1/50 of the run."""
+    """For DOP853, which is exact on each piece of a table of six knots over time, only the longest step, 1/50 of the
+    run, limits the steps."""
     scene, solution, times = CASES["table"]
     found, error = solved(scene, solution, "scipy-dop853", 1e-8)
     assert error < 1e-12 and found.stats["steps"] < 50 + 5 * (len(times) + 1)
@@ -58,7 +58,7 @@ def test_sliding_along_a_switch_stops_and_says_so(method):
         mbdsl.simulate(slide("2 N*sign(v)", 0.0, 1.0), method=method, tol=1e-4)
     assert "TranslationalSpringDamper spring" in str(caught.value) and "tanh" in caught.value.hint
     assert caught.value.span is not None
-    end = caught.value.trajectory  # some see it one output (2 ms) later, at rest
+    end = caught.value.trajectory  # some detect it one output (2 ms) later, at rest
     assert -5e-5 < end.t[-1] - 0.5 < 2e-3 + 5e-5  # an error of 1e-4 of v is 5e-5 s of time
     assert end["rail.s"][-1] == pytest.approx(0.25, abs=1e-4) and abs(end["rail.v"][-1]) < 1e-4
     with pytest.raises(IntegrationError, match="to and fro") as caught:
@@ -91,7 +91,7 @@ def test_noise_around_a_switch_is_no_event(method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_every_step(method):
-    """Each once, in order, to the stop time; each on the solution."""
+    """Each event once, in order, up to the stop time; each state on the solution."""
     scene, solution, _ = CASES["force"]
     found = mbdsl.simulate(scene, method=method, tol=1e-6, interval=0.0)
     assert found.t[0] == 0.0 and found.t[-1] == 1.0 and (np.diff(found.t) > 0.0).all()

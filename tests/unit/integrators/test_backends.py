@@ -1,4 +1,4 @@
-"""Backends: how they are found and registered, what they are given, and what becomes of what they give."""
+"""Backends: discovery and registration, their input, and the treatment of their output."""
 
 import importlib
 import re
@@ -26,7 +26,7 @@ OWN = ("scipy-dop853", "scipy-radau", "scipy-lsoda", "ida")
 
 @pytest.fixture(autouse=True)
 def registered(monkeypatch):
-    """What a test registers, and nothing else."""
+    """The backends that a test registers, and no others."""
     given = {}
     monkeypatch.setattr(integrators, "_given", given)
     integrators._registered.cache_clear()
@@ -82,7 +82,7 @@ def test_reactions_are_those_of_the_motion(method):
 
 @pytest.mark.parametrize("method", OWN)
 def test_steps_end_at_breaks(method):
-    """No step passes over a time at which the equations are said to jump, and what comes after is as exact."""
+    """No step passes a time at which the equations jump, and the states after it are as accurate."""
     system = build(mbdsl.load(MODEL))
     system.kernels(2)
     start = initial_state(system, system.graph, 0.0)
@@ -99,7 +99,8 @@ def test_steps_end_at_breaks(method):
 
 
 def test_parts_and_kinematics_go_their_own_ways():
-    """Two masses fall side by side, each by itself; the driven crank is solved by kinematics whatever is chosen."""
+    """Two masses fall side by side, each solved by itself; the driven crank is solved by kinematics with every
+    method."""
     found = mbdsl.simulate(falling(), method="scipy-dop853", stop=1.0, interval=0.1)
     assert found.stats["solved"]["parts"] == 2
     for name in ("one", "two"):
@@ -190,7 +191,7 @@ def test_another_package_registers_one(tmp_path, monkeypatch, capsys):
     assert declared("rk4").order == 4 and "rk4" in available() and "rk4" not in compiled()
     found = mbdsl.simulate(MODEL, method="rk4", step=1e-3, stop=0.1)
     own = mbdsl.simulate(MODEL, method="scipy-dop853", tol=1e-10, stop=0.1)
-    assert found.stats["steps"] == 500 and np.abs(found.q - own.q).max() < 1e-9  # a step for each output
+    assert found.stats["steps"] == 500 and np.abs(found.q - own.q).max() < 1e-9  # one step for each output
     assert {name.split()[0] for name in problems()} == {"broken", "missing", "empty", "other", "ida"}
     assert declared("ida").source.startswith("Hindmarsh")
 
@@ -247,7 +248,7 @@ def test_registered_in_the_process(registered):
     assert mbdsl.simulate(falling(), method="toy", step=0.1, stop=1.0, interval=0.5)["one.y"][-1] == pytest.approx(
         1.0 - 9.81 / 2
     )
-    register(backend(exact))  # again, as in a notebook
+    register(backend(exact))  # twice, as in a notebook
     with pytest.raises(UsageError, match="there is a method of that name already"):
         register(backend(exact, "hht-si2"))
     with pytest.raises(UsageError, match="no METHOD"):
@@ -304,7 +305,7 @@ end Two;
 
 @pytest.mark.parametrize("method", ["scipy-radau", "ida"])
 def test_work_is_counted_over_all_events(method):
-    """Each of the five smooth pieces needs a matrix of its own, and each matrix at least a factorisation."""
+    """Each of the five smooth pieces needs a matrix of its own, and each matrix at least one factorisation."""
     b = Builder("Jumps")
     ground, p = b.Ground("ground", g=0.0), b.PointMass("p", m=2.0)
     b.SpringDamper("s", ground, p, k=100.0, s0=1.0)
@@ -317,7 +318,7 @@ def test_work_is_counted_over_all_events(method):
 
 
 def hesitating(problem):
-    """Three states around each output, as where an event is located there."""
+    """Three states around each output, as if an event were located there."""
     for t, q, v in exact(problem):
         for early in (5e-11, 3e-11, 0.0):
             yield t - early * problem.h, q, v
@@ -363,7 +364,7 @@ def test_failures_are_reported_and_results_kept(registered, solve, message):
 
 @pytest.mark.parametrize("method", OWN)
 def test_a_law_that_leaves_its_domain_ends_all_of_them(method):
-    """A torque of sqrt(0.5 - phi) has no value behind 0.5 rad: what was there before is kept."""
+    """A torque of sqrt(0.5 - phi) has no value beyond 0.5 rad: the results up to there are kept."""
     b = Builder("Domain")
     ground, wheel = b.Ground("ground"), b.Body("wheel", m=1.0, I=1.0)
     b.Revolute("pin", ground, wheel.c)

@@ -1,4 +1,4 @@
-"""Steps of controlled size: what local errors are said to be, steps of any lengths, and what is around them."""
+"""Steps of controlled size: estimates of local errors, variable steps, and the events around them."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -43,9 +43,9 @@ def started(scene, method, h, stop, tol=None):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_local_errors_add_up_to_the_error_attained(method):
-    """x'' = -x from x = 1, at rest: local errors as declared, with the exact jerk sin t and snap cos t, carried to
-    t = 2 by the exact solution, are the error there, but for a part that vanishes with h. What a two-step method takes
-    over from the step before makes 1/(1 - 1/3) of it."""
+    """x'' = -x from x = 1, at rest: the declared local errors, with the exact jerk sin t and snap cos t, carried to t =
+    2 by the exact solution, are the error there, except for a part that vanishes with h. In a two-step method, the
+    carry-over from the step before multiplies this by 1/(1 - 1/3)."""
     module, ratios = modules()[method], []
     local_error = getattr(module.local_error, "py_func", module.local_error)
     for h in (2e-2, 1e-2, 5e-3):
@@ -123,7 +123,8 @@ def test_bdf2_is_exact_for_quadratics(ratio):
 
 
 def test_few_changes_of_the_step(tmp_path):
-    """The step is kept while little would change: a matrix for a hundred steps, and hardly a step in vain."""
+    """The step is kept while the optimal one differs little: one matrix for a hundred steps, and hardly a rejected
+    step."""
     run = mbdsl.simulate(MODELS / "slider_crank.mbd", tol=1e-6)
     assert run.stats["rejected"] < 0.01 * run.stats["steps"]
     assert run.stats["matrix_evaluations"] < 0.02 * run.stats["steps"]
@@ -134,7 +135,7 @@ def test_few_changes_of_the_step(tmp_path):
 def test_every_step_is_written_and_the_last_ends_at_the_stop_time():
     run = mbdsl.simulate(MODELS / "slider_crank.mbd", tol=1e-6, stop=0.7, interval=0)
     h = np.diff(run.t)
-    assert len(run.t) == run.stats["steps"] + 1 > 4096  # more than there is room for at once
+    assert len(run.t) == run.stats["steps"] + 1 > 4096  # more outputs in one step than the buffer can hold
     assert run.t[0] == 0.0 and run.t[-1] == 0.7
     assert h.min() > 0.0
     assert h[-1] > 0.4 * h[-2]  # no rest
@@ -173,7 +174,7 @@ def test_what_is_determined_by_constraints_moves_in_small_steps():
 
 
 def test_begin_anew_at_a_later_time():
-    """As behind a jump: the same motion, from another time on, with a history of its own."""
+    """A restart, as after a jump: the same motion from another time, with a history of its own."""
     system, run = started(oscillator(), "hht-si2", 1.0, 2.0, tol=1e-6)
     while run.time < 1.0:
         assert run.advance(1) == loop_state.RUNNING
@@ -220,7 +221,7 @@ def test_rows_of_errors_are_apart():
 
 
 def test_tolerance_of_the_model():
-    """It is used where the model gives no Step, and nobody else gives either."""
+    """The default tolerance is used if neither the model nor the caller gives a Step or a Tolerance."""
     text = (MODELS / "rolling_disc.mbd").read_text(encoding="utf-8")
     assert "StopTime = 2 s)" in text
     scene = mbdsl.parse(text.replace("StopTime = 2 s)", "StopTime = 2 s, Tolerance = 1e-4)"))

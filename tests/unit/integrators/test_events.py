@@ -33,7 +33,7 @@ def slide(force, s=0.0, v=0.0, stop=1.0, more=""):
 
 @pytest.fixture
 def seen(monkeypatch):
-    """The events of the run made last."""
+    """The events of the last run."""
     runs, begin = [], Events.begin
     monkeypatch.setattr(Events, "begin", lambda self, *given: (runs.append(self), begin(self, *given))[1])
     return lambda: runs[-1].times
@@ -99,7 +99,7 @@ CASES = {
     "friction": (slide("100 N/m*s + 2 N*sign(v)", 1.0), friction, [0.0, pi / 10, pi / 5, 3 * pi / 10]),
     "table": (slide("-u(time)", more=TABLE), by_table, list(KNOTS[1:-1])),
 }
-#: where forces go on without a jump
+#: scenes whose forces do not jump
 CORNERS = ("stop", "table")
 
 
@@ -114,14 +114,14 @@ def solved(scene, solution, method, tol):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", CASES)
 def test_accuracy_across_events(name, method, seen):
-    """The tolerance is kept, at a time that the tolerance allows; what an event costs is a few steps."""
+    """The run keeps the tolerance and takes no longer than the tolerance allows; an event costs a few steps."""
     scene, solution, times = CASES[name]
     tol = 1e-3 if available()[method].order == 1 else 1e-5
     found, error = solved(scene, solution, method, tol)
     assert error <= 10 * tol
-    if name in CORNERS:  # they are stepped onto only where a step across would be wrong
+    if name in CORNERS:  # a step ends at an event only if a step across it would be wrong
         times = [t for t in times if any(abs(t - x) < 1e-3 for x in seen())]
-    # an event is off by what the motion is off by
+    # the error of an event's time follows from the error of the motion
     assert seen() == pytest.approx(times, abs=10 * tol)
     assert found.stats["events"] == len(times)
     assert found.stats["rejected"] <= 4 * len(CASES[name][2]) + 6
@@ -129,8 +129,8 @@ def test_accuracy_across_events(name, method, seen):
 
 @pytest.mark.parametrize("name", CASES)
 def test_radau5_across_events_to_eight_digits(name):
-    """As without events. By error control alone errors are 2 to 12 times the tolerance (with the switched force 0.2),
-    with ten times as many rejected steps."""
+    """The same scenes without events: with error control alone, the errors are 2 to 12 times the tolerance (0.2 times
+    with the switched force), with ten times as many rejected steps."""
     scene, solution, times = CASES[name]
     found, error = solved(scene, solution, "radau5", 1e-8)
     assert error <= 2e-9
@@ -139,7 +139,7 @@ def test_radau5_across_events_to_eight_digits(name):
 
 
 def test_every_step_of_radau5_is_written():
-    """Those that end at a jump among them."""
+    """Output times, also if they coincide with a jump."""
     scene, solution, _ = CASES["force"]
     found = mbdsl.simulate(scene, method="radau5", tol=1e-6, interval=0)
     assert len(found.t) == found.stats["steps"] + 1 and found.t[-1] == 1.0
@@ -148,7 +148,8 @@ def test_every_step_of_radau5_is_written():
 
 
 def test_events_where_the_motion_is_known_exactly(seen):
-    """To 1e-12: in time beforehand; at a stop that is reached with constant speed, by bisection."""
+    """Located to 1e-12: known in advance if it depends on time; by bisection at a stop that is reached with constant
+    speed."""
     for name, expected in (("force", 0.3137), ("damped stop", 0.3)):
         scene, solution, _ = CASES[name]
         solved(scene, solution, "hht-si2", 1e-4)
@@ -156,7 +157,7 @@ def test_events_where_the_motion_is_known_exactly(seen):
 
 
 def test_a_stop_is_stepped_onto(seen):
-    """Where it is stiff enough to matter."""
+    """With a stop that is stiff enough to matter."""
     scene, solution, times = CASES["stop"]
     solved(scene, solution, "hht-si2", 1e-5)
     assert seen()[:1] == pytest.approx(times[:1], abs=1e-12)
@@ -201,7 +202,7 @@ def pendulum(times):
     t, y, found = 0.0, np.array([-2.0, 0.0]), {}
     while t < 1.0:
         end = 0.4 if t < 0.4 else 1.0
-        # whichever side it goes to from the switch itself
+        # at the switch itself, the motion may go to either side
         above = y[0] > -1.0 if abs(y[0] + 1.0) > 1e-9 else y[1] > 0.0
         run = solve_ivp(
             rate(t >= 0.4, above), (t, end), y, "DOP853", rtol=1e-12, atol=1e-13, dense_output=True, events=meets
@@ -216,7 +217,8 @@ def pendulum(times):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_reactions_jump_with_what_causes_them(method):
-    """A constrained body; behind each jump velocities are on the constraints and reactions are the new ones."""
+    """A constrained body: after each jump its velocities satisfy the constraints, and its reactions are those of the
+    new forces."""
     tol = 1e-3 if available()[method].order == 1 else 1e-5
     found = mbdsl.simulate(mbdsl.parse(PENDULUM), method=method, tol=tol, interval=0.01)
     keep = np.abs(found.t - 0.4) > 1e-9
@@ -236,7 +238,7 @@ def test_sliding_along_a_switch_stops_and_says_so():
     with pytest.raises(IntegrationError, match="to and fro") as caught:
         mbdsl.simulate(scene, method="hht-si2", tol=1e-4)
     assert "TranslationalSpringDamper spring" in str(caught.value) and "tanh" in caught.value.hint
-    # v vanishes there to the tolerance, which is 2 N/kg times an error of the time
+    # v vanishes there to the tolerance, which equals 2 N/kg times an error of the time
     assert caught.value.trajectory.t[-1] == pytest.approx(0.5, abs=5e-5)
 
 
@@ -248,14 +250,14 @@ def test_smooth_friction_has_no_events():
 
 
 def test_a_corner_that_steps_do_not_notice_is_passed():
-    """A force of |x| has a corner of no consequence: a = 1e-6 |x|."""
+    """A force of |x| has a corner without effect on the error: a = 1e-6 |x|."""
     found = mbdsl.simulate(slide("1e-6 N/m*abs(s)", -0.5, 1.0), method="hht-si2", tol=1e-4)
     assert found.stats["events"] == 0 and found.stats["rejected"] == 0
     assert found["rail.s"][-1] == pytest.approx(0.5, abs=1e-6)
 
 
 def test_many_knots_cost_no_steps():
-    """A measured force: 500 corners of a table that the motion does not notice, between points of 7 rad/s."""
+    """A measured force: 500 corners of a table that have no effect on the error, between points of 7 rad/s."""
     points = "; ".join(f"{k / 500!r} s, {sin(7 * k / 500)!r} N" for k in range(501))
     found = mbdsl.simulate(slide("-u(time)", more=f"Table u(table = [{points}]);"), method="hht-si2", tol=1e-4)
     assert found["rail.s"][-1] == pytest.approx(1 / 7 - sin(7) / 49, abs=1e-3)
@@ -263,7 +265,7 @@ def test_many_knots_cost_no_steps():
 
 
 def test_noise_around_a_switch_is_no_event():
-    """A coordinate that stays where its law has a corner, but for rounding, in a mechanism of a metre."""
+    """A coordinate that stays at a corner of its law except for rounding, in a mechanism of a metre."""
     law = "100 N/m*s + (if s > 0 m then 1e3 N/m*s else 0 N)"
     rod = "Rod far(m = 1 kg, length = 1 m); Fixed hold(ground, far.a);"
     found = mbdsl.simulate(slide(law, 1e-17, 0.0, more=rod), tol=1e-6)

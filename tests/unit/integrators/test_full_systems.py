@@ -1,4 +1,4 @@
-"""What a method converges to is the solution of its full system, which is solved here as one and in plain words.
+"""Each method converges to the solution of its full system of equations, which is solved here without splitting.
 
 The equations are those of Negrut, Jay and Khude (2009), in a, lam (index 3); a, abar, lam, mu; v', q', lam, mu; and
 a, psi_I, psi_II: neither the splitting nor the unknowns that mbdsl iterates on, and with M(q) as a matrix. Newton's
@@ -59,7 +59,7 @@ METHODS = (
     "generalized-alpha",
     "generalized-alpha-i3",
 )
-#: steps after which everything moves
+#: steps after which all parts of the mechanism move
 LATE = 25
 EPS = np.finfo(float).eps
 ALPHA, B = -0.1, 0.0
@@ -68,23 +68,23 @@ BETA, GAMMA = (1 - ALPHA) ** 2 / 4, 1 / 2 - ALPHA
 
 @dataclass
 class Before:
-    """What a step starts from."""
+    """The state from which a step starts."""
 
     system: System
     t: float
     h: float
     q: np.ndarray
     v: np.ndarray
-    a: np.ndarray  #: a_n; of hht-add, that of the applied forces
+    a: np.ndarray  #: a_n; for hht-add, the acceleration of the applied forces
     lam: np.ndarray
     q1: np.ndarray  #: one step earlier; of generalized-alpha, A_n
     v1: np.ndarray
     first_order: bool  #: backward Euler, for a stiff start
-    near: tuple[np.ndarray, ...] = ()  #: where mbdsl finds the end of the step
+    near: tuple[np.ndarray, ...] = ()  #: the end of the step by mbdsl
 
 
 def solve(residual, x, d):
-    """Newton's method with differences of d in x, until changes do not fall any more; d is also their scale."""
+    """Newton's method with differences of d in x, until the corrections stop decreasing; d is also their scale."""
     J = np.empty((x.size, x.size))
     last = np.inf
     for _ in range(40):
@@ -149,8 +149,8 @@ def nstiff(s, mass_at=None):
 
 
 def hht_si2(s, pose=None, mass_at=None):
-    """q, v, lam, mu at the end of the step. ``pose``: where the second Phi_q is taken, if not at q_{n+1}; ``mass_at``:
-    the same for M, if not where the method says."""
+    """q, v, lam, mu at the end of the step. ``pose``: where the second Phi_q is evaluated, if not at q_{n+1};
+    ``mass_at``: the same for M, if not where the method evaluates it."""
     S, h, n, m, t = s.system, s.h, s.system.n, s.system.m, s.t + s.h
     M = S.M(t, s.q + (1 + ALPHA) * h * s.v if mass_at is None else mass_at)
     f0 = S.evaluate(s.t, s.q, s.v, s.lam)[0]
@@ -226,8 +226,8 @@ def generalized_alpha(s, pose=None, mass_at=None):
 
 
 def hht_add(s, pose=None, mass_at=None):
-    """q, v, psi_I, psi_II, with M at both ends of the step. Its Newton's method starts near mbdsl's end of the step: in
-    the stiff pendulum's transient it would arrive nowhere from its start."""
+    """q, v, psi_I, psi_II, with M at both ends of the step. Newton's method starts near mbdsl's end of the step: from
+    the start of the step it would not converge in the stiff pendulum's transient."""
     S, h, n, m, t = s.system, s.h, s.system.n, s.system.m, s.t + s.h
     M0, G0 = S.M(s.t, s.q), S.Phi_q(s.t, s.q)
     fa0 = np.linalg.solve(M0, S.Q(s.t, s.q, s.v))
@@ -265,7 +265,7 @@ FULL = {**SPLIT, **INDEX_3}
 
 
 def integration(model, method):
-    """A system and a run of it that stops iterating at rounding."""
+    """A system, and a run of it whose iteration stops at rounding."""
     scene = mbdsl.parse(SOFT) if model == "soft" else mbdsl.load(MODELS / f"{model}.mbd")
     mechanism = graph.build(scene)
     system, h = build(scene, mechanism), STEPS[model]
@@ -277,7 +277,7 @@ def integration(model, method):
 
 
 def steps(model, method, done):
-    """A run after ``done`` steps, as the state before the next one; and q, v and multipliers after that."""
+    """The state after ``done`` steps of a run, before the next one; and q, v and multipliers after the next one."""
     system, run = integration(model, method)
     n, h = system.n, run.h
     assert not done or run.advance(done) == loop_state.RUNNING
@@ -297,7 +297,7 @@ def steps(model, method, done):
 
 @pytest.mark.parametrize("model", FLEXIBLE)
 def test_hht_si2_looks_at_the_mass_matrix_once_a_step(model):
-    """At the predictor, however many iterations there are; other methods at every iterate."""
+    """Evaluated at the predictor, for any number of iterations; other methods evaluate it at every iterate."""
     for method in ("hht-si2", "nstiff-si2"):
         S, run = integration(model, method)
         for _ in range(4):
@@ -327,7 +327,7 @@ def distances(found, expected):
 
 
 def tolerances(s, method, expected):
-    """Of q, v, lam (or psi_I) and mu (or psi_II)."""
+    """Differences of q, v, lam (or psi_I) and mu (or psi_II)."""
     q = 256 * EPS * max(1.0, np.abs(s.q).max())
     v = max(2 * q / s.h, 256 * EPS * np.abs(s.v).max())
     force = 1e-10 * np.abs(expected[2]).max()
@@ -347,9 +347,9 @@ def test_a_step(model, method, done):
     expected = FULL[method](s)
     off, allowed = distances(found, expected), tolerances(s, method, expected)
     assert (off < allowed).all(), (off, allowed)
-    if done >= LATE and model in FLEXIBLE:  # and it would be seen if M were that of the step's start
+    if done >= LATE and model in FLEXIBLE:  # the test would detect M of the step's start
         other = distances(FULL[method](s, mass_at=s.q), expected)
         assert (other / allowed).max() > 100
-    if done >= LATE and method in SPLIT:  # or if Phi_q were
+    if done >= LATE and method in SPLIT:  # or a Phi_q of the step's start
         other = distances(FULL[method](s, pose=s.q), expected)
         assert (other / allowed).max() > 100

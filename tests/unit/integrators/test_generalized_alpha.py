@@ -51,7 +51,7 @@ def oscillator(w):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("rho", [0.0, 0.6, 1.0])
 def test_an_oscillator_follows_the_amplification_matrix(method, rho):
-    """Twenty steps from the method's own start, q''' = 0 there: bit by bit what the matrix makes of it."""
+    """Twenty steps from the method's own start, with q''' = 0 there, agree with powers of the matrix."""
     w, h, steps = 10.0, 0.02, 20
     r = mbdsl.simulate(oscillator(w), method=method, step=h, stop=steps * h, interval=0.0, options={"rho": rho})
     a = -(w**2) * 0.1 * h**2

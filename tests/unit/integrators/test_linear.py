@@ -16,7 +16,7 @@ def tables():
 
 
 def matrix(rng, singular):
-    """Well conditioned, or with a column twice, but for units of rows and columns."""
+    """A well-conditioned matrix, or one with a repeated column, apart from the units of rows and columns."""
     M = rng.normal(size=(N, N))
     M[:, 3] = M[:, 1] if singular else M[:, 3]
     rows, columns = 10.0 ** rng.integers(-9, 10, size=(2, N))

@@ -28,7 +28,7 @@ pytestmark = pytest.mark.skipif(not code_cache.enabled(), reason="uncompiled, ev
 
 
 def running(model, method, tol=None):
-    """An integration under way, that writes every tenth step: what happens only once is over."""
+    """A running integration that writes every tenth step, after its first steps, which do some work once."""
     mechanism = graph.build(mbdsl.load(MODELS / f"{model}.mbd"))
     system, h = build(mechanism.scene, mechanism), STEPS[model]
     steps = 2 * MANY
@@ -41,7 +41,7 @@ def running(model, method, tol=None):
 
 
 def calls(run, steps):
-    """Calls that Python makes and hears of while the loop takes so many steps."""
+    """Calls of Python functions that the profiler sees while the loop takes ``steps`` steps."""
     found = []
     before, former = int(run.integers[loop_state.STEP]), sys.getprofile()
     sys.setprofile(lambda frame, event, argument: found.append(event))
@@ -54,7 +54,7 @@ def calls(run, steps):
 
 
 def memory(run, steps):
-    """Blocks of Python's allocator that are left, and the peak of bytes that it was asked for, numpy's among them."""
+    """Blocks of Python's allocator that are left, and the peak of allocated bytes, including those of numpy."""
     gc.collect()
     tracemalloc.start()
     try:
@@ -79,7 +79,7 @@ def test_python_does_the_same_for_ten_steps_as_for_ten_thousand(model, method):
 @pytest.mark.parametrize("model", STEPS)
 def test_no_memory_is_taken(model):
     run = running(model, "hht-si2")
-    memory(run, FEW)  # what the measurement itself is for the first time
+    memory(run, FEW)  # the measurement itself allocates on its first use
     (blocks, peak), (more_blocks, more_peak) = memory(run, FEW), memory(run, MANY - 5 * FEW)
     # a few objects of the call itself; one float a step would be a hundred times this
     assert abs(more_blocks - blocks) < 100
@@ -100,12 +100,12 @@ def test_the_measure_sees_allocations():
 # -- the compiled code itself ----------------------------------------------------------------------------------------
 
 
-#: functions of C that compiled code may call: none of them allocates, or knows of Python
+#: functions of C that compiled code may call: none of them allocates or uses Python
 MATHEMATICS = re.compile(r"(a?(sin|cos|tan)h?|atan2|exp|log|log10|sqrt|pow|hypot|floor|ceil|fmod|mem(set|cpy|move))")
 
 
 def symbols(name):
-    """What the machine code that is kept of a module needs from outside."""
+    """The external symbols of a module's stored machine code."""
     body = code_cache._body(name)
     assert body is not None
     return body.split(b"\n", 4)[3].decode().split()
@@ -118,7 +118,7 @@ def test_compiled_code_calls_mathematics_only(model):
     for sets in (1, 2, 3):
         system.kernels(sets)
         found = symbols(system.module_name(sets))
-        assert {"tan", "hypot"} <= set(found)  # of the tape: there is something to see
+        assert {"tan", "hypot"} <= set(found)  # they come from the tape: the list is not empty
         assert [name for name in found if not MATHEMATICS.fullmatch(name)] == []
 
 
@@ -139,7 +139,7 @@ def test_what_allocates_does_not_compile():
 
 
 def test_controlled_steps_of_radau5():
-    """Of numba's own allocations, as many in one step as in five hundred."""
+    """numba counts its own allocations: as many in one step as in five hundred."""
     from numba.core.runtime import _nrt_python, rtsys
 
     _nrt_python.memsys_enable_stats()

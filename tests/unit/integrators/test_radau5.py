@@ -50,7 +50,8 @@ def test_what_diagonalises_it():
 
 
 def test_the_embedded_formula_is_of_order_three():
-    """With f of the start, the difference to the formula of order 5 vanishes for f of degree 2, not for that of 3."""
+    """With f at the start, the difference to the formula of order 5 vanishes for f of degree 2, not for f of degree
+    3."""
     errors = [radau5_coefficients.REAL * (k == 0) + np.array(radau5_coefficients.E1) @ C**k for k in range(4)]
     assert errors[:3] == pytest.approx([0, 0, 0], abs=1e-15)
     assert abs(errors[3]) > 0.01
@@ -69,7 +70,7 @@ def uncompiled():
 
 
 def test_corrections_are_newtons_but_for_terms_of_order_h(uncompiled):
-    """Stages lie h apart and share their matrices; where a disc rolls, nothing changes between them."""
+    """The stages are h apart and share their matrices; for a rolling disc, nothing changes between them."""
     assert len(uncompiled["moving"]) >= 8
     for name, (coarse, fine) in uncompiled["moving"].items():
         assert fine < 0.01, name
@@ -78,11 +79,11 @@ def test_corrections_are_newtons_but_for_terms_of_order_h(uncompiled):
 
 
 def test_corrections_at_rest_are_exact(uncompiled):
-    """Stages are then in one place, and this sees every block of the splitting, K and D however stiff among them.
-    Dampers that are not stiff are left to the next iteration: the crank's."""
+    """The stages are then at one state, and the test covers every block of the splitting, with K and D of any
+    stiffness. Dampers that are not stiff are left to the next iteration: those of the crank."""
     for name, left in uncompiled["at rest"].items():
         assert left < {"slider_crank": 1e-6}.get(name, 1e-8), name
-    assert uncompiled["spoilt"]["slider_crank"] > 1e-5  # K wrong by 1 %, of h^2 K/M = 0.1
+    assert uncompiled["spoilt"]["slider_crank"] > 1e-5  # K is wrong by 1 %, of h^2 K/M = 0.1
 
 
 # -- a step ----------------------------------------------------------------------------------------------------------
@@ -117,9 +118,9 @@ def begun(model, h, stop=None, tol=None, times=()):
 
 
 def full_system(S, t, h, q0, v0, a, lam):
-    """q and v at the end of the step from the stages' equations as they stand, by Newton's method with differences.
+    """q and v at the end of the step from the unsplit equations of the stages, by Newton's method with differences.
 
-    w multiplies M here, with no splitting; unknowns start at the accelerations and multipliers of the step's start.
+    w multiplies M here; the unknowns start at the accelerations and multipliers of the step's start.
     """
     n, m = S.n, S.m
     counts = np.cumsum([3 * n, 3 * n, 3 * m])
@@ -168,7 +169,7 @@ def test_a_step(model, done):
     assert np.abs(run.vectors[buffer_layout.POSITION0, :n] - q).max() < eps
     assert np.abs(run.vectors[buffer_layout.VELOCITY0, :n] - v).max() < eps / h
     moved = np.abs(q - q0).max(), np.abs(v - v0).max()
-    assert moved[0] > 1e8 * eps and moved[1] > 1e6 * eps / h  # there was something to get wrong
+    assert moved[0] > 1e8 * eps and moved[1] > 1e6 * eps / h  # the step is long enough for an error to show
 
 
 @pytest.mark.parametrize("model", ["slider_crank", "soft"])
@@ -185,7 +186,7 @@ def test_dense_and_sparse_elimination_agree(model):
 
 
 def test_updates_that_are_not_listed(monkeypatch):
-    """Large mechanisms look for what a pivot changes."""
+    """Large mechanisms test whether a pivot changes."""
     listed = begun("seven_body", 1e-4)[1]
     assert listed.advance(5) == loop_state.RUNNING
     analyse = sparse_lu.analyse
@@ -263,7 +264,7 @@ def test_not_a_number_ends_a_controlled_run_with_its_results():
 
 
 def test_a_force_too_large_for_any_step_ends_it():
-    """It comes within no time at all, by tanh, which is no switch: in the shortest step there is, 4e-15 s, it changes
+    """It rises almost instantly, by tanh, which is not a switch: within the shortest possible step, 4e-15 s, it changes
     the speed by a hundred thousand times the tolerance."""
     law = "1e10 N.m*(1 + tanh(1e18*(time/1 s - 0.5)))"
     with pytest.raises(IntegrationError, match="no step is small enough for the tolerance") as caught:
@@ -292,7 +293,7 @@ def test_a_coordinate_without_mass():
 
 
 def test_singular_poses_are_passed():
-    """Two parallelograms, whose bars all lie in one line about once in a second."""
+    """Two parallelograms, whose bars are collinear about once a second."""
     found = mbdsl.simulate(MODELS / "four_bar.mbd", method="radau5", tol=1e-8, stop=2.0)
     energy = found["energy.total"]
     assert np.abs(energy - energy[0]).max() < 1e-6 * np.abs(found["energy.kinetic"]).max()

@@ -1,4 +1,4 @@
-"""What the driver does around a method: steps, stop times, output, failures, determinism."""
+"""The driver around a method: steps, stop times, output, failures, determinism."""
 
 from pathlib import Path
 
@@ -52,7 +52,8 @@ def refusal(method, **options):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_options_of_every_method(method):
-    """Both ends of the interval are in it, though others may not fit; what is beyond, or no number, is refused."""
+    """Both ends of the interval are allowed, though other options may not fit them; values outside, and NaN, are
+    refused."""
     for name, option in methods()[method].parameters.items():
         assert check_options(method, {name: None})[name] == option.default
         assert option.default is None or option.lower <= option.default <= option.upper
@@ -88,7 +89,7 @@ def test_the_trapezoidal_rule_is_refused_on_constrained_models():
     assert "force" in caught.value.hint
     forced = mbdsl.simulate(pendulum(), method="newmark", stop=0.1, options=given, force=True)
     assert forced["mass.y"][-1] == pytest.approx(-G * 0.1**2 / 2, rel=1e-3)
-    free = Builder("Free")  # without constraints it is a good method
+    free = Builder("Free")  # it is a good method without constraints
     mass = free.PointMass("mass", m=1.0)
     free.FreeMotion("free", free.Ground("ground"), mass)
     assert mbdsl.simulate(free, method="newmark", stop=0.1, options=given)["mass.y"][-1] == pytest.approx(
@@ -132,7 +133,8 @@ def test_arguments_that_make_no_sense(arguments, message):
 @pytest.mark.parametrize("name", ["mass.x", "mass.vx", "rod.fy"])
 @pytest.mark.parametrize("method", METHODS)
 def test_stop_times_are_hit_exactly(method, name, order, slopes):
-    """All steps are shortened alike, so that the last one ends there; q, v and reactions are of order 2."""
+    """All steps are shortened equally, so that the last one ends at the stop time; q, v and reactions are of order
+    2."""
     steps = [1.0 / (n + 0.3) for n in (64, 128, 256, 512)]
     expected, errors = dict(zip(("mass.x", "mass.vx", "rod.fy"), exact(1.0), strict=True))[name], []
     for h in steps:
@@ -146,7 +148,7 @@ def test_stop_times_are_hit_exactly(method, name, order, slopes):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_output_between_steps(method, order, slopes):
-    """Interpolation adds nothing: errors at times that are no multiples of the step fall with order 2 as well."""
+    """Interpolation adds no error: errors at times that are not multiples of the step fall with order 2 as well."""
     steps = [2.0**-k for k in (6, 7, 8, 9)]
     errors = []
     for h in steps:
@@ -160,7 +162,7 @@ def test_output_between_steps(method, order, slopes):
 
 
 def test_interpolation_is_of_higher_order_than_the_method():
-    """Between steps, output differs from that at the steps' own smooth curve by less than the method's error."""
+    """Between steps, the output differs from the smooth curve through the steps by less than the method's error."""
     r = mbdsl.simulate(pendulum(), step=0.01, stop=1.0, interval=0.0)
     fine = mbdsl.simulate(pendulum(), step=0.01, stop=1.0, interval=0.0025)
     assert fine["mass.x"][::4] == pytest.approx(r["mass.x"], abs=1e-15)
@@ -187,7 +189,7 @@ def test_default_interval_gives_501_points():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_single_step(method):
-    """As long as the run: x = -1 + O(h^4), y = -g h^2/2."""
+    """One step as long as the run: x = -1 + O(h^4), y = -g h^2/2."""
     h = 1e-3
     r = mbdsl.simulate(pendulum(), method=method, step=h, stop=h, interval=0.0)
     assert r.stats["steps"] == 1
@@ -231,7 +233,7 @@ def begun(method, scene=None, h=1e-3, stop=10.0):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_the_same_twice_and_in_pieces(method):
-    """Bit for bit: the state of a run is all in its buffers."""
+    """Bit for bit: the buffers hold the whole state of a run."""
     runs = [begun(method) for _ in range(3)]
     runs[0].advance(1000)
     runs[1].advance(1000)
@@ -263,7 +265,7 @@ def test_the_loop_allocates_nothing(method):
 
 
 def broken(law):
-    """A wheel that turns at 1 rad/s, and a torque that is no number from some time on."""
+    """A wheel that turns at 1 rad/s, and a torque that is NaN from some time on."""
     b = Builder("Broken")
     ground, wheel = b.Ground("ground"), b.Body("wheel", m=1.0, I=1.0)
     b.Revolute("pin", ground, wheel.c)
@@ -324,7 +326,7 @@ def test_interruption_keeps_the_results(monkeypatch):
     monkeypatch.setattr(Integration, "advance", interrupted)
     with pytest.raises(mbdsl.Interrupted, match=r"interrupted at t = 0\.1 s") as caught:
         mbdsl.simulate(pendulum(), step=1e-3, stop=1.0, interval=0.01)
-    assert isinstance(caught.value, KeyboardInterrupt)  # a loop over runs ends, as for any Ctrl-C
+    assert isinstance(caught.value, KeyboardInterrupt)  # it must end a loop over runs, as any Ctrl-C does
     r = caught.value.trajectory
     assert r.status == "interrupted"
     assert r.stats["steps"] == 100
@@ -343,7 +345,7 @@ def test_progress_is_told():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_counts(method):
-    """Where the matrix hardly changes it is kept: fewer factorisations than steps, no more than one iteration more."""
+    """If the matrix hardly changes, it is kept: fewer factorisations than steps, and at most one more iteration."""
     r = mbdsl.simulate(pendulum(), method=method, step=1e-3, stop=2.0)
     s = r.stats
     assert (s["n"], s["m"], s["p"], s["steps"], s["h"]) == (2, 1, 0, 2000, 1e-3)

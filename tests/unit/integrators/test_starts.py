@@ -1,5 +1,5 @@
-"""What methods begin with, and what they carry from step to step, against Taylor expansions of motions that are known:
-polynomials of the degree up to which a formula is exact, and a cosine where it is of an order."""
+"""Initial values of methods and their transfer from step to step, compared with Taylor expansions of known motions:
+polynomials of the degree up to which a formula is exact, and a cosine for the order."""
 
 from types import SimpleNamespace
 
@@ -21,7 +21,7 @@ def plain(kernel):
 
 
 def start(h, *derivatives):
-    """At T0, from q and its first three derivatives as functions."""
+    """The motion at T0, from q and its first three derivatives as functions."""
     q, v, a, jerk = (np.array([f(T0)]) for f in derivatives)
     return Start(h, q, v, a, np.zeros(0), a, jerk, jerk, False)
 
@@ -36,7 +36,7 @@ WAVE = (np.sin, np.cos, lambda t: -np.sin(t), lambda t: -np.cos(t))
 
 @pytest.mark.parametrize("alpha", [-0.05, -0.3])
 def test_hht_i3_begins_with_the_acceleration_at_its_node(alpha):
-    """That is q''(t_0 + alpha h), but for the square of alpha h times q''''/2."""
+    """It equals q''(t_0 + alpha h), except for the square of alpha h times q''''/2."""
     for h in (0.1, 0.01):
         c = hht_i3.coefficients({"alpha": alpha})
         (a,) = hht_i3.begin(np.array(c), start(h, *WAVE))[UNKNOWN0]

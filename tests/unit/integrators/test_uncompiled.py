@@ -1,4 +1,5 @@
-"""The same source without a compiler: the same results; and Newton's corrections against differences of residuals."""
+"""The same source without a compiler gives the same results; Newton's corrections are compared with differences of
+residuals."""
 
 import importlib.util
 import json
@@ -14,7 +15,7 @@ from mbdsl.integrators import compiled as methods
 from mbdsl.integrators import modules
 
 SCRIPT = Path(__file__).with_name("uncompiled.py")
-#: methods whose correction is Newton's with the exact matrix (that of the others may leave terms of order h)
+#: methods whose correction is Newton's with the exact matrix (the matrices of the others may neglect terms of order h)
 NAMES = [name for name in methods() if not hasattr(modules()[name], "advance")]  # see uncompiled.py
 EXACT = {name for name, method in methods().items() if method.index == 3}
 
@@ -28,8 +29,8 @@ def uncompiled():
 
 
 def test_compiled_and_uncompiled_results_are_the_same(uncompiled):
-    """Compilers may contract and reorder; forty steps of values of size 1 keep twelve digits, multipliers of size 100
-    (which are what is left of h^2) eight."""
+    """Compilers may contract and reorder operations; forty steps with values of size 1 keep twelve digits, and
+    multipliers of size 100 (found from differences over h^2) eight."""
     spec = importlib.util.spec_from_file_location("uncompiled", SCRIPT)
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
@@ -46,27 +47,27 @@ def test_compiled_and_uncompiled_results_are_the_same(uncompiled):
 
 
 def test_corrections_are_newtons(uncompiled):
-    """What a correction leaves of an error: nothing but rounding (5e-16 of residuals of size 1e5, over differences of
-    1e-5 in q) with the exact matrix; with a splitting, terms of order h."""
+    """The part of an error that one correction leaves: with the exact matrix only rounding (5e-16 of residuals of size
+    1e5, over differences of 1e-5 in q); with a splitting, terms of order h."""
     assert set(uncompiled["contraction"]) == {f"{m.stem} {name}" for m in MODELS for name in NAMES}
     for key, ((_, coarse), (largest, fine)) in uncompiled["contraction"].items():
         if key.split()[1] in EXACT:
             assert largest < 1e-8, key
         else:
             assert fine < 0.1, key
-            if key.startswith("crank_ivp"):  # h^2 K is large at any step, and what is neglected a part of it
+            if key.startswith("crank_ivp"):  # h^2 K is large at any step, and the neglected terms are a part of it
                 assert fine < 3e-3, key
                 continue
-            if key.startswith("stick_slip"):  # how friction depends on the projection's multipliers is neglected
+            if key.startswith("stick_slip"):  # the dependence of friction on the projection's multipliers is neglected
                 assert fine < 0.01, key
                 continue
             assert fine < max(0.4 * coarse, 1e-6), key  # eigenvalues of a nilpotent matrix: the root of rounding
 
 
 def test_corrections_at_rest_without_dampers_are_exact(uncompiled):
-    """Then nothing of order h is there to be neglected: this sees every block of a split matrix. Of beams some entries
-    are 1e3 times larger than others, which rounding does not mind; and what hht-add says of M of psi_I at the start of
-    the step changes with M(q), which is of order h^2 and neglected."""
+    """Then no term of order h is neglected, and the test covers every block of a split matrix. Some entries of beams
+    are 1e3 times larger than others, which does not matter for rounding; the term M of psi_I at the start of the step
+    in hht-add changes with M(q), which is of order h^2 and neglected."""
     assert len(uncompiled["at rest"]) >= 4 * len(NAMES)
     for key, ((coarse, _), (left, radius)) in uncompiled["at rest"].items():
         flexible = key.split()[0] in FLEXIBLE
@@ -81,7 +82,8 @@ MODELS = sorted((Path(__file__).parents[3] / "models").glob("*.mbd"))
 
 
 def test_the_comparison_sees_a_wrong_matrix():
-    """In this process kernels may be compiled; a process of its own that spoils K, or M where a pendulum has no K."""
+    """Kernels may be compiled in this process; therefore a process of its own modifies K, or M if a pendulum has no
+    K."""
     code = f"""
 import runpy, sys
 sys.argv = ["uncompiled.py"]

@@ -1,4 +1,5 @@
-"""Run by test_uncompiled.py in a process of its own, with NUMBA_DISABLE_JIT=1: what is easier, or only possible, there.
+"""Run by test_uncompiled.py in a process of its own, with NUMBA_DISABLE_JIT=1: checks that are easier, or only
+possible, without compilation.
 
 Prints a JSON object: trajectories of a few steps; and for every method and shipped model, how one correction compares
 with the Jacobian of the residual by differences.
@@ -21,11 +22,11 @@ from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 
-#: those that the step loop of the driver is for; what brings its own has tests of its own
+#: methods that use the step loop of the driver; methods with a loop of their own have tests of their own
 NAMES = [name for name in methods() if not hasattr(modules()[name], "advance")]
 MODELS = sorted((Path(__file__).parents[3] / "models").glob("*.mbd"))
 
-#: laws, tables and drivers: everything that the interpreter of expressions does
+#: laws, tables and drivers: all functions of the interpreter of expressions
 EXPRESSIVE = """
 model Expressive
   Ground ground;
@@ -62,16 +63,16 @@ STEPS = {"crank_ivp": 1e-5}
 
 
 class Step:
-    """One method on one model at a state off the motion, with everything that its residual reads."""
+    """One method on one model at a state off the motion, with all data that its residual reads."""
 
     def __init__(self, path, name, h, at_rest):
-        # Differences cannot follow friction that turns round within 0.1 mm/s.
+        # Differences cannot resolve friction that reverses within 0.1 mm/s.
         scene = mbdsl.load(path, {"v_s": 50.0} if path.stem == "stick_slip_belt" else {})
         mechanism = graph.build(scene)
         system = build(scene, mechanism)
         start = initial_state(system, mechanism, 0.0)
         self.run = Integration(system, name, h, 0.0, 1.0, np.array([1.0]))
-        self.run._use(linear_solve.DENSE)  # which finds a pivot wherever there is one
+        self.run._use(linear_solve.DENSE)  # a solver that finds any pivot
         self.run.begin(start.q, start.v, start.a, start.lam)
         self.method, self.h, self.n, self.N = modules()[name], h, system.n, system.unknowns
         self.rows = min(2, self.method.METHOD.sets)
@@ -90,7 +91,7 @@ class Step:
         vectors[buffer_layout.KEPT2, :n] = vectors[buffer_layout.VELOCITY0, :n] - h * rng.normal(size=n)
         if at_rest:
             vectors[buffer_layout.VELOCITY0] = 0.0
-            if name == "hht-add":  # nor does it move: the old Phi_q is the new one
+            if name == "hht-add":  # the pose does not change: the old Phi_q is the new one
                 vectors[buffer_layout.UNKNOWN, :n] = vectors[buffer_layout.UNKNOWN2, :n] = 0.0
             else:  # v at the end of the step is zero
                 vectors[buffer_layout.KEPT2] = 0.0
@@ -105,14 +106,14 @@ class Step:
                 buffer_layout.UNKNOWN2,
             ):  # far from where a normal force changes its sign
                 vectors[row, n:] += 1e5
-        # the start of the step is where the past is
+        # the start of the step holds the history
         vectors[buffer_layout.POSITION, :n], vectors[buffer_layout.VELOCITY, :n] = (
             vectors[buffer_layout.POSITION0, :n],
             vectors[buffer_layout.VELOCITY0, :n],
         )
         run_data.evaluate(0.0, self.data)
         self.run.layout[buffer_layout.KEEP] = 1
-        # unknowns that are none: the second multipliers of nonholonomic constraints
+        # not unknowns: the second multipliers of nonholonomic constraints
         self.active = np.ones((self.rows, N), bool)
         self.active[1:, n + system.m :] = False
 
@@ -135,7 +136,8 @@ class Step:
         x = self.unknowns()
         J = np.zeros((x.size, x.size))
         for k in range(x.size):
-            # a change of the unknowns moves q by h^2 of it, v by h; but q' - v, which nstiff-si2 has, moves q by h
+            # a change of the unknowns moves q by h^2 times it, v by h; but q' - v, an unknown of nstiff-si2, moves q by
+            # h
             of_velocity = k >= self.N and self.method.METHOD.name == "nstiff-si2"
             d = (3e-5 if of_velocity else 1e-2) / self.h
             kept, f = x.flat[k], []
@@ -147,7 +149,7 @@ class Step:
         return J
 
     def corrections(self):
-        """The linear map from residuals to corrections that the method's matrix and solve make."""
+        """The linear map from residuals to corrections by the method's matrix and solve."""
         self.residual()
         assert self.method.matrix(self.h, self.h, self.data)
         x, B = self.unknowns(), np.zeros((self.rows * self.N,) * 2)
@@ -163,8 +165,8 @@ class Step:
 
 
 def contraction(path, name, h, at_rest=False):
-    """What one correction leaves of an error, zero for Newton's method with the exact Jacobian: largest entry of the
-    matrix that says so, and its spectral radius, which is free of units."""
+    """Error matrix of one correction, zero for Newton's method with the exact Jacobian: its largest entry and its
+    spectral radius, which does not depend on units."""
     step = Step(path, name, h, at_rest)
     left = np.eye(step.rows * step.N) - step.corrections() @ step.jacobian()
     active = step.active.ravel()
@@ -174,7 +176,7 @@ def contraction(path, name, h, at_rest=False):
 
 if __name__ == "__main__":
     assert not code_cache.enabled()
-    split_correction.EARLY = split_correction.LATE = 0.0  # nothing is left to the next iteration on purpose
+    split_correction.EARLY = split_correction.LATE = 0.0  # no term is left to the next iteration on purpose
     found: dict[str, dict] = {"runs": runs(), "contraction": {}, "at rest": {}}
     for path in MODELS:
         for name in NAMES:

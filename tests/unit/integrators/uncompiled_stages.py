@@ -1,4 +1,5 @@
-"""Run by test_radau5.py in a process of its own, with NUMBA_DISABLE_JIT=1: what is easier, or only possible, there.
+"""Run by test_radau5.py in a process of its own, with NUMBA_DISABLE_JIT=1: checks that are easier, or only possible,
+without compilation.
 
 Prints a JSON object: for every shipped model, how one correction of all stages compares with the Jacobian of their
 equations by differences.
@@ -26,16 +27,17 @@ STEPS = {"crank_ivp": 1e-5}
 
 
 class Stages:
-    """The stages on one model at a state off the motion; ``at_rest``, all in the same place, and w = mu = 0."""
+    """The stages on one model at a state off the motion; with ``at_rest`` they are all at the same state, and w = mu =
+    0."""
 
     def __init__(self, path, h, at_rest=False, spoilt=False):
-        # Differences cannot follow friction that turns round within 0.1 mm/s.
+        # Differences cannot resolve friction that reverses within 0.1 mm/s.
         scene = mbdsl.load(path, {"v_s": 50.0} if path.stem == "stick_slip_belt" else {})
         mechanism = graph.build(scene)
         system = build(scene, mechanism)
         start = initial_state(system, mechanism, 0.0)
         self.run = run = Integration(system, "radau5", h, 0.0, 1.0, np.array([1.0]))
-        run._use(linear_solve.DENSE)  # which finds a pivot wherever there is one
+        run._use(linear_solve.DENSE)  # a solver that finds any pivot
         run.begin(start.q, start.v, start.a, start.lam)
         radau5_stages.set_metric(run.data())
         self.h, self.n, self.m, self.N, self.spoilt = h, system.n, system.m, system.unknowns, spoilt
@@ -58,7 +60,7 @@ class Stages:
             vectors[radau5_stages.STAGE : radau5_stages.STAGE + 3, n:] += (
                 1e5  # far from where a normal force changes its sign
             )
-        # unknowns that are none: the second multipliers of nonholonomic constraints
+        # not unknowns: the second multipliers of nonholonomic constraints
         self.active = np.ones((6, N), bool)
         self.active[3:, n + self.m :] = False
 
@@ -110,7 +112,7 @@ class Stages:
 
 
 def contraction(path, h, **how):
-    """The spectral radius of what one correction leaves of an error, zero for Newton's method."""
+    """The spectral radius of the error matrix of one correction, zero for Newton's method."""
     step = Stages(path, h, **how)
     left = np.eye(6 * step.N) - step.corrections() @ step.jacobian()
     active = step.active.ravel()

@@ -1,4 +1,4 @@
-"""Values with dimensions: what may be added, multiplied and given to what."""
+"""Values with dimensions: which ones may be added, multiplied and assigned."""
 
 import math
 

@@ -119,7 +119,7 @@ def test_expressions(first, second):
     )
 
 
-#: texts that would take for ever, or all memory, if nothing stopped them
+#: texts that would run forever, or exhaust the memory, without limits
 BOMBS = {
     "brackets": "model M parameter x = " + "(" * 100_000,
     "minus signs": "model M parameter x = " + "-" * 100_000 + "1; Ground g; end M;",

@@ -1,4 +1,5 @@
-"""Imports: not out of the model's folder, links followed, unless allowed; nothing of files that are no model."""
+"""Imports stay within the model's folder, links followed, unless allowed; messages show no content of files that are
+not models."""
 
 import os
 import pickle
@@ -17,7 +18,7 @@ SECRET = "root:$6$secret:0:0"
 
 @pytest.fixture
 def folders(tmp_path, monkeypatch):
-    """A folder of a model, with one inside; a file beside it that is a model and one that is none."""
+    """A folder of a model with a subfolder; outside of it one file that is a model and one that is not."""
     inner = tmp_path / "models" / "parts"
     inner.mkdir(parents=True)
     (tmp_path / "arm.mbd").write_text(ARM)
@@ -48,7 +49,7 @@ def test_inside(name, folders):
     "name", ["../arm.mbd", "parts/out.mbd", "parts/up/arm.mbd", "parts/../../arm.mbd", "../nowhere.mbd", "../secret"]
 )
 def test_outside(name, folders):
-    """Whether a file is there or not is not told either."""
+    """The message does not reveal whether a file exists."""
     for path in (model(name), (folders / "models" / "main.mbd")):
         with pytest.raises(ModelError) as caught:
             mbdsl.load(path)
@@ -117,7 +118,7 @@ def test_lines_of_imported_models_are_shown(folders):
     ids=" ".join,
 )
 def test_every_command_that_reads_a_model(command, folders, capsys):
-    """The last two by their parsers: they run for seconds."""
+    """The last two directly by their parsers: they run for seconds."""
     path = model("../arm.mbd")
     if command[0] in ("recommend", "study"):
         from mbdsl.cli import make_parser
@@ -144,7 +145,7 @@ def test_other_processes_of_a_study_get_what_was_read(folders):
 
 
 def test_shipped_models():
-    """Those of models/hard that vary a model of models/ need it; `mbdsl study hard` allows them that folder."""
+    """Models of models/hard that vary a model of models/ need it; `mbdsl study hard` allows them that folder."""
     shipped = Path(__file__).parents[3] / "models"
     for path in sorted(shipped.rglob("*.mbd")):
         outside = 'import "../' in path.read_text(encoding="utf-8")

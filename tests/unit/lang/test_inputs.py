@@ -1,4 +1,4 @@
-"""Inputs: what they are called, where they start, what becomes of them in sub-models and arrays."""
+"""Inputs: their names, start values, and use in sub-models and arrays."""
 
 import math
 

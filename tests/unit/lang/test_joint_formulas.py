@@ -25,7 +25,7 @@ def scene(text):
 
 
 def with_joint(name):
-    """A scene with a component of the kind between two rods, all that it needs given as 1."""
+    """A scene with a component of the kind between two rods, with all required parameters set to 1."""
     given = ", ".join(f"{p.name} = 1" for p in JOINTS[name].KIND.parameters if p.name in ("length", "radius") or p.law)
     return scene(f"{name} j(a.b, b.a, {given});" if given else f"{name} j(a.b, b.a);")
 
@@ -106,7 +106,7 @@ def test_material_points_of_disc_and_line_meet_without_slip():
 
     (row,) = component.velocity_constraints
     assert value(row, Z) == pytest.approx(t @ (velocity(1, contact) - velocity(0, contact)), abs=ROUNDING)
-    # what touches moves along with the line also across it where the disc neither lifts off nor digs in
+    # across the line, the contact point moves with the line, as the disc neither lifts off nor penetrates
     Z[1, 3:5] += velocity(0, contact) - velocity(1, contact)
     assert value(row, Z) == pytest.approx(0.0, abs=ROUNDING)
 
@@ -169,7 +169,7 @@ def test_friction_of_a_slide(kind):
 
 
 def test_speeds_from_which_friction_slides():
-    """Defaults that docs/language.md names: 0.01 rad/s and 1 mm/s."""
+    """The defaults named by docs/language.md: 0.01 rad/s and 1 mm/s."""
     found = scene(
         "Revolute r(a.b, b.a, mu = 1, radius = 1); Prismatic p(a.b, b.a, mu = 1); PointOnLine l(a.b, b.a, mu = 1);"
     ).components

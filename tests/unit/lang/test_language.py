@@ -1,4 +1,4 @@
-"""Every feature of the language, seen in the Scene that it gives."""
+"""Every feature of the language, checked in the resulting Scene."""
 
 # ruff: noqa: E501  models in one line
 
@@ -298,7 +298,7 @@ def test_laws():
 
 
 def test_names_of_the_model_around_win_in_laws():
-    """As in Modelica: a modifier is written, and read, in the model around."""
+    """As in Modelica: a modifier is written, and evaluated, in the enclosing model."""
     found = scene(
         f"{ROD} parameter AngularVelocity w = 10 rad/s; parameter Length s = 3 m; Revolute J(g0, rod.a);"
         "Torque t(rod.b, tau = 0.033 N.m*sin(w*time)); RotationalDriver d(J, phi = w*time);"
@@ -528,4 +528,4 @@ def test_big_models_are_read_quickly():
     start = time.process_time()
     found = load(chain, {"N": 4096})
     assert len(found.components) == 2 * 4096 + 1
-    assert time.process_time() - start < 4.0  # about 1 s; the rest is for slow machines
+    assert time.process_time() - start < 4.0  # takes about 1 s; the margin is for slow machines

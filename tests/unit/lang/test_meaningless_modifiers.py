@@ -1,4 +1,4 @@
-"""A modifier that changes nothing is refused at its place; those that mean something still do."""
+"""A modifier without effect is refused at its place; modifiers with an effect are accepted."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Every wrong model of tests/data/wrong gives exactly the message beside it.
+"""Every wrong model of tests/data/wrong gives exactly the message in the file of the same name.
 
 To accept changed messages, after reading them: ``python tests/unit/lang/test_wrong_models.py``.
 """
@@ -16,7 +16,7 @@ MODELS = sorted(p.stem for p in FOLDER.glob("*.mbd"))
 
 
 def message(name: str) -> str:
-    """What is told about a model, with paths as seen from its folder."""
+    """The messages about a model, with paths relative to its folder."""
     before = os.getcwd()
     os.chdir(FOLDER)
     try:
@@ -52,7 +52,7 @@ def test_there_are_many_and_none_is_without_its_message():
 
 
 def test_messages_differ():
-    """Each mistake has its own words."""
+    """Each mistake has a message of its own."""
     said = {}
     for name in MODELS:
         first, *rest = (FOLDER / f"{name}.txt").read_text(encoding="utf-8").splitlines()

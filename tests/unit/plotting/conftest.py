@@ -1,4 +1,4 @@
-"""A page as a study makes one: everything that can be on it, with numbers that look like real ones."""
+"""A page as a study makes one: all elements that can be on it, with realistic numbers."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Where numbers are on an axis, and what stands at its ticks."""
+"""Positions of numbers on an axis, and the labels of its ticks."""
 
 import math
 
@@ -12,7 +12,7 @@ def labels(a):
 
 
 def values(a):
-    """What the ticks stand for, read back from their places."""
+    """The values of the ticks, recovered from their positions."""
     ends = a.low, a.high
     read = [ends[0] + p * (ends[1] - ends[0]) for p, _ in a.ticks]
     return [10.0**v for v in read] if a.log else read
@@ -57,7 +57,7 @@ def test_linear_labels_with_their_scale_are_the_numbers(ends):
 
 
 def read(text):
-    """The number that a text shows."""
+    """The number that a label shows."""
     usual = text.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-"))
     if "·10" in usual:
         return float(usual.replace("·10", "e"))

@@ -1,4 +1,4 @@
-"""Colours and marks: one look for a name, told apart, with contrast."""
+"""Colours and markers: one style for each name, distinguishable, with contrast."""
 
 from itertools import combinations
 
@@ -31,7 +31,7 @@ def test_contrast_against_the_paper(look):
 
 
 def test_every_method_has_a_mark_of_its_own():
-    """So that neither colour-blindness nor a print in grey confuses two."""
+    """Neither colour-blindness nor a print in grey makes two of them look alike."""
     for (a, one), (b, other) in combinations(METHODS.items(), 2):
         assert (one.mark, one.filled, bool(one.dash)) != (other.mark, other.filled, bool(other.dash)), (a, b)
 

@@ -39,7 +39,7 @@ class Element:
 
 
 class Reader(HTMLParser):
-    """Builds the tree, and insists that what is opened is closed."""
+    """Builds the tree, and requires that every opened element is closed."""
 
     def __init__(self):
         super().__init__(convert_charrefs=True)
@@ -122,7 +122,7 @@ def test_hover_tells_every_point(work_precision):
         if series.hover is not None:
             assert [p[5] for p in points] == list(series.hover)
             assert all("…" in p[4] for p in points)
-    # Further right is slower, further down is more exact.
+    # Further right is slower, further down is more accurate.
     exudyn = payload["points"][payload["names"].index("Exudyn")]
     assert sorted(exudyn) == exudyn == sorted(exudyn, key=lambda p: p[1])
     assert [p[6] for p in payload["failed"]].count("hht-add") == 2
@@ -140,7 +140,7 @@ def test_marks_stand_where_the_data_says(work_precision):
 def test_outcomes_and_floors_are_shown(work_precision):
     figure = only(work_precision)
     groups = [g.text for g in figure.all("g", class_="outcome")]
-    assert len(groups) == 3  # those of hht-add share their text
+    assert len(groups) == 3  # those of hht-add share one text
     assert any("diverged at t = 0.0123 s" in text for text in groups)
     (listed,) = figure.all("ul", class_="outcomes")
     assert "scipy-radau: not installed" in listed.text
@@ -180,7 +180,7 @@ def test_no_two_texts_of_outcomes_overlap(work_precision):
         assert row[0][0] >= 0.0
         assert row[-1][1] <= 860.0
     (listed,) = figure.all("ul", class_="outcomes")
-    assert len(list(listed.all("li"))) == 14  # also what found no row
+    assert len(list(listed.all("li"))) == 14  # also the ones without a row
 
 
 def test_a_gap_divides_a_line():
@@ -206,7 +206,7 @@ def test_many_points_are_thinned_by_less_than_is_seen(energy):
     drawn = [tuple(map(float, p.split())) for p in re.split("[ML]", line.attributes["d"]) if p]
     assert 50 < len(drawn) < 700
     payload = [p[:2] for p in data(figure)["points"][2]]
-    for x, y in payload:  # every tenth of a pixel is rounded, on either side
+    for x, y in payload:  # each is rounded to a tenth of a pixel
         after = next(k for k, p in enumerate(drawn) if p[0] >= x - 0.05)
         (x0, y0), (x1, y1) = drawn[max(after - 1, 0)], drawn[after]
         at = y0 + (y1 - y0) * (x - x0) / (x1 - x0) if x1 > x0 else y1
@@ -220,7 +220,7 @@ def test_equal_axes_have_one_scale(ratio):
     points = data(only(Figure("k", "t", "x", "y", [series], False, False, equal=True)))["points"][0]
     wide = max(p[0] for p in points) - min(p[0] for p in points)
     high = max(p[1] for p in points) - min(p[1] for p in points)
-    assert high == pytest.approx(ratio * wide, abs=0.1 * (1.0 + ratio))  # places are rounded to 0.1 px
+    assert high == pytest.approx(ratio * wide, abs=0.1 * (1.0 + ratio))  # positions are rounded to 0.1 px
 
 
 def test_tables(root, page):
@@ -248,7 +248,7 @@ def test_every_text_is_only_text():
     table = Table(EVIL, [EVIL, EVIL], [[EVIL, EVIL]], EVIL)
     page = Page(EVIL, [EVIL], [figure, table], [(EVIL, EVIL), ("long", EVIL * 20)])
     root = read(page)
-    assert len(list(root.all("script"))) == 2  # the data and ours
+    assert len(list(root.all("script"))) == 2  # the data script and our own script
     assert list(root.all("b")) == []
     payload = data(next(root.all("figure")))
     assert payload["points"][0][0][5] == payload["x"] == payload["names"][0] == EVIL

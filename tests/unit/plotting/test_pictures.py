@@ -1,4 +1,4 @@
-"""PNG and SVG by matplotlib: written, the same each time, and never at a loss. Warnings are errors here."""
+"""PNG and SVG by matplotlib: written, reproducible, and robust against all input. Warnings are errors here."""
 
 import math
 import sys

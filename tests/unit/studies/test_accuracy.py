@@ -1,4 +1,4 @@
-"""An accuracy that is asked for: recommended, reached, and verified."""
+"""Requested accuracies: recommended, reached, and verified."""
 
 import shlex
 from pathlib import Path
@@ -36,7 +36,7 @@ def test_the_error_is_what_was_asked_for(wanted, exact):
     attained = difference(found, exact())
     said = found.stats["accuracy"]
     assert attained <= wanted
-    # an estimate from two steps is as good as errors are asymptotic; the truth itself is known to 1e-10
+    # an estimate from two steps is as good as the errors are asymptotic; the reference itself is accurate to 1e-10
     assert attained / 2.0 < said["estimated"] + 1e-10
     assert said["estimated"] <= wanted
     assert said["asked"] == wanted and said["checked by"] and len(said["runs"]) >= 4
@@ -95,7 +95,8 @@ end Top;
 
 
 def test_rounding_that_the_motion_amplifies_counts():
-    """At rest on top: all methods agree that nothing moves, but an error eps in the position grows to eps cosh(5 T)."""
+    """At rest at the top: all methods agree that nothing moves, but an error eps in the position grows to eps cosh(5
+    T)."""
     least = np.finfo(float).eps * np.cosh(5.0 * 4.0)
     found = mbdsl.simulate(mbdsl.parse(TOP.format("")), accuracy=1e-4)
     assert least < found.stats["accuracy"]["estimated"] < 1e3 * least
@@ -188,7 +189,8 @@ def test_ctrl_c_keeps_what_there_is(judged):
 
 @pytest.mark.parametrize("p", [-0.2, 0.5, 1.0, 2.0, 5.0])
 def test_an_estimate_follows_from_differences_that_were_seen(p, monkeypatch):
-    """Solutions x(h) with errors of order p, whatever the method promises; of order -0.2 they do not converge."""
+    """Solutions x(h) with errors of order p, different from the order of the method; with order -0.2 they do not
+    converge."""
     errors = {h: h**p for h in (0.1, 0.05, 0.02)}
     monkeypatch.setattr(ladders, "difference", lambda one, other: abs(errors[one] - errors[other]))
     ladder = Ladder("radau5", True, [])
@@ -234,7 +236,7 @@ def test_recommended_is_exact_enough(tmp_path, exact):
 
 
 def test_quick_methods_are_compared_whatever_slow_ones_take(tmp_path, exact):
-    """By methods of order 2 the error takes some 100,000 steps, and all the time that there is."""
+    """With methods of order 2 this error takes some 100,000 steps, and the whole budget of time."""
     methods = ["hht-si2", "radau5"]
     found = recommend(CRANK, 1e-8, stop=0.5, store=tmp_path, methods=methods, repeats=1, budget=10.0)
     best = found.best.case
@@ -301,7 +303,7 @@ def test_digits():
 
 
 def test_what_is_at_rest_is_no_doubt():
-    """A velocity of rounding alone, beside one of a metre a second."""
+    """A velocity of rounding size, compared with one of a metre a second."""
     one = mbdsl.simulate(CRANK, stop=0.5, step=1e-3)
     other = mbdsl.simulate(CRANK, stop=0.5, step=1e-3, method="nstiff-si2")
     found = {a.signal: a for a in agree(one, other, ["crank.vx", "crank.a.vx"])}
@@ -312,7 +314,7 @@ def test_what_is_at_rest_is_no_doubt():
 def test_rounding_is_no_difference(step):
     """Of a crank whose guide takes no force along it: residuals, forces that vanish, and energy that is conserved.
 
-    Each of these alone, as no other signal says then how large it could be.
+    Each is tested alone, as no other signal then gives a scale.
     """
     one = mbdsl.simulate(CRANK, stop=100 * step, step=step)
     for name in ("B.fx", "A.Phi[1]", "B.dPhi[1]", "crank.a.vx", "crank.a.x"):
@@ -320,14 +322,14 @@ def test_rounding_is_no_difference(step):
         assert found.digits > 3.0, found
     coarse = mbdsl.simulate(CRANK, stop=0.5, step=0.02)
     (found,) = verify(coarse, ["A.fx"]).agreements
-    assert found.digits < 3.0  # what is no rounding is still told
+    assert found.digits < 3.0  # a difference above rounding is still reported
 
 
 def test_a_second_run_has_a_budget():
     one = mbdsl.simulate(CRANK, stop=2.0, tol=1e-7)
     found = verify(one, ["crank.phi"], budget=1e-9)
     assert not found.agreements and "no time left" in found.problem and "--budget" in found.problem
-    # of fixed steps what there is can be compared
+    # with fixed steps, the common times can be compared
     late = mbdsl.simulate(CRANK, stop=2.0, step=2e-5, interval=0.01)
     found = verify(late, ["crank.phi"], budget=0.01)
     assert found.agreements[0].digits > 5.0 and 0.0 < found.until < 2.0 and "only" in str(found)
@@ -336,7 +338,7 @@ def test_a_second_run_has_a_budget():
 
 @pytest.mark.parametrize("how", [{}, {"tol": 1e-6}, {"method": "radau5", "tol": 1e-9}, {"method": "scipy-dop853"}])
 def test_every_step_is_verified_at_its_own_time(how):
-    """Controlled steps of two runs have no time in common, and are too long for what lies between them."""
+    """Controlled steps of two runs have no common times, and are too long to interpolate between them."""
     names = ["crank.phi", "crank.w", "B.s"]
     even, every = (mbdsl.simulate(CRANK, **how, stop=0.1, interval=interval) for interval in (None, 0.0))
     digits = [{a.signal: a.digits for a in verify(one, names).agreements} for one in (even, every)]
@@ -398,7 +400,7 @@ def test_what_has_no_value_does_not_agree():
 
 def test_a_second_run_that_fails_is_told():
     one = mbdsl.simulate(MODELS / "pendulum.mbd", stop=0.1, step=1e-3)
-    one.stats["h"] = 1e-20  # a step that nobody can take
+    one.stats["h"] = 1e-20  # a step that no method can take
     found = verify(one, ["mass.x"])
     assert "too small" in found.problem and str(found).startswith("not verified: nstiff-si2")
 
@@ -412,7 +414,7 @@ def test_simulate_from_a_shell(say, tmp_path):
     argv = ("simulate", CRANK, "--stop", "0.1s", "--output", "a.csv", "--stats", "a.json")
     code, out, err = say(*argv, "--accuracy", "1e-4", "--verify")
     assert code == 0 and "warning" not in err
-    # which method is the cheapest, and so what verifies it, is up to the machine
+    # the machine decides which method is the cheapest, and so which one verifies it
     assert "accuracy 0.0001: estimated error " in out and "\nverified by " in out
     stats = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
     assert stats["accuracy"]["asked"] == 1e-4 and min(stats["verify"]["digits"].values()) > 3.0
@@ -481,8 +483,8 @@ def test_studies_from_a_shell(say, tmp_path, monkeypatch):
 def test_what_cannot_be_written_is_told_before_the_work(say, monkeypatch):
     from mbdsl.lang import load
 
-    monkeypatch.setattr(load, "load", None)  # nothing is read before
-    Path("file").touch()  # nobody can write into it
+    monkeypatch.setattr(load, "load", None)  # refused before anything is read
+    Path("file").touch()  # a folder that cannot be written
     for argv in (("study", "convergence", CRANK), ("study", "convergence", CRANK, "--methods", "hht-si2")):
         code, _, err = say(*argv, "--output", "file/folder")
         assert code == 2 and err.startswith("error: cannot write into `file/folder`: ")

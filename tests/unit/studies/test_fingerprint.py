@@ -18,7 +18,7 @@ from mbdsl.mechanism.scene import Component, Experiment
 
 ROOT = Path(__file__).parents[3]
 MODELS = sorted((ROOT / "models").glob("*.mbd"))
-#: what a run does not depend on, or is given in the place of
+#: properties that do not affect a run, or that a run replaces
 APART = {"span", "doc", "files", "parameters"}
 TIMES = {"start", "stop", "interval"}
 
@@ -50,7 +50,7 @@ def test_texts_that_differ_in_one_number():
 
 
 def variants(x):
-    """Copies of ``x`` with one number changed by its last digit; all of them."""
+    """Copies of ``x``, each with one of its numbers changed in the last digit."""
     if isinstance(x, Expr):
         nodes = walk(x)
         for n in nodes:

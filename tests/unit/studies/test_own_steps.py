@@ -1,4 +1,4 @@
-"""What studies measure where steps end, and which steps those are."""
+"""Studies measure at the ends of steps; the selection of these steps."""
 
 import pickle
 from pathlib import Path
@@ -29,7 +29,7 @@ def given(tmp_path_factory):
 
 @pytest.mark.parametrize("sizes", [{}, {"steps": [4.1e-3, 1.7e-3]}, {"tols": [1e-4]}])
 def test_what_is_left_of_constraints_is_seen_where_steps_end(given, sizes):
-    """Between steps positions are off the constraints by what interpolation adds, a thousand times more."""
+    """Between steps, interpolation moves positions off the constraints, by a thousand times more."""
     found = drift(CRANK, methods=["hht-si2"], **sizes, **given)
     for row in found.survey.rows:
         run = mbdsl.simulate(CRANK, method="hht-si2", step=row.case.step, tol=row.case.tol, stop=0.5, interval=0.0)
@@ -49,7 +49,7 @@ def test_a_long_run_is_not_kept_as_a_whole(given):
 
 
 def test_what_takes_nothing_is_run_again_when_the_budget_is_spent(given):
-    """Where dear runs have spent it, cheap ones would be left with what interpolation adds."""
+    """If expensive runs have used the budget, cheap runs would be left with the interpolation error."""
     asked = {"methods": ["hht-si2"], "tols": [1e-3], **given}
     found = drift(CRANK, **asked)
     runner, (case,) = found.survey.runner, [row.case for row in found.survey.rows]
@@ -69,15 +69,15 @@ def test_a_case_goes_to_another_process_as_it_is():
 
 
 def test_what_could_not_be_run_again_is_told(given, monkeypatch):
-    """A run whose steps are too many to be looked at is seen at the output times alone."""
+    """A run with too many steps is measured at the output times alone."""
     monkeypatch.setattr("mbdsl.studies.survey.MANY", 100)
     found = drift(CRANK, methods=["hht-si2"], tols=[1e-4], **given)
     assert "Constraints and energy of 1 case are those of output interpolated between steps." in found.summary()
-    assert found.survey.rows[0].errors["dPhi"].largest > 1e-8  # a thousand times what it is where steps end
+    assert found.survey.rows[0].errors["dPhi"].largest > 1e-8  # a thousand times the value at the ends of steps
 
 
 def test_energy_is_seen_where_steps_end(given):
-    """Interpolated velocities have an energy of their own."""
+    """Interpolated velocities have a different energy."""
     found = energy(PENDULUM, methods=["hht-si2"], tols=[1e-4], **given)
     (row,) = found.survey.rows
     E = mbdsl.simulate(PENDULUM, method="hht-si2", tol=1e-4, stop=0.5, interval=0.0)["energy.total"]

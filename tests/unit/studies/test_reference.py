@@ -1,4 +1,4 @@
-"""The reference: a file of one's own, that there is none, and what its numbers that are none do to errors."""
+"""The reference: a file of the user, a missing reference, and the effect of its NaN values on errors."""
 
 from pathlib import Path
 
@@ -65,7 +65,7 @@ def test_a_file_that_is_no_reference(runner, tmp_path):
 
 
 def test_points_of_a_file_as_reference(runner, tmp_path):
-    """As many as its times allow, whatever numbers these are divided by."""
+    """The number follows from the times, whatever numbers these are divided by."""
     path = tmp_path / "exact.csv"
     for count, points in ((1, 100), (2, 2), (10, 10), (101, 101), (200, 200), (500, 125), (502, 251), (503, 503)):
         t = np.linspace(0.0, 0.5, count + 1)
@@ -101,7 +101,7 @@ def test_no_number_is_no_small_error():
         assert (e.largest, e.scaled) == (largest, 2.0 * largest)
         assert (e.end, e.scaled_end) == pytest.approx((end, 2.0 * end), nan_ok=True)
     one["x"] = other["x"] = np.array(still)
-    assert error(q, one, other).largest == 0.5  # what y says
+    assert error(q, one, other).largest == 0.5  # the value of y
     itself = Quantity("Phi", "constraints", "m", ("x",), (1.0,), True)
     assert error(itself, Known(x=np.array([0.0, nan, 1.0])), Known()).largest == inf
     reference = Reference(other, "one", Known(x=np.array([nan] * 3), y=np.array(still)), "another")

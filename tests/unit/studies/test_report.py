@@ -1,4 +1,4 @@
-"""What a study leaves behind: the command that runs it again, the model's text, rounds of timing, and what is kept."""
+"""Output of a study: the command that repeats it, the model's text, rounds of timing, and the stored runs."""
 
 import json
 import math
@@ -35,7 +35,7 @@ def facts(folder):
 
 
 def runs_the_same(say, kind, *argv):
-    """Run a study, and the command that it leaves: the facts of both, which must be the same."""
+    """Run a study, then the command that it prints: the facts of both, which must be the same."""
     code, _, err = say("study", kind, *argv, "--pictures", "none", "--output", "first")
     assert code == 0, err
     first = facts("first")
@@ -50,7 +50,7 @@ def runs_the_same(say, kind, *argv):
 
 
 def test_the_command_of_what_was_chosen_by_the_study(say):
-    """With neither steps nor tolerances given it gives neither: they would not be chosen the same way."""
+    """With neither steps nor tolerances given, the command has neither: they would not be chosen in the same way."""
     words, found = runs_the_same(say, "drift", CRANK, "--stop", "0.1s", "--methods", "newmark,scipy-dop853")
     assert not {"--steps", "--tols", "--repeats"} & set(words)
     assert [len(sizes) for sizes in found["cases"].values()] == [4, 3] and len(found["rows"]) == 7
@@ -87,7 +87,7 @@ def test_what_is_recommended_is_quoted():
 
 
 def test_times_of_different_kinds_are_not_compared(monkeypatch, tmp_path):
-    """Where the budget did not do to time all that were found, those of the search stand for all."""
+    """If the budget did not suffice to time all found runs, the times of the search are used for all."""
     asked = {"methods": ["hht-si2", "newmark"], "stop": 0.1, "repeats": 2, "store": tmp_path}
     assert not recommend(CRANK, 1e-2, **asked).note
     monkeypatch.setattr(running.Runner, "time", lambda self, cases, *how: {cases[0]: [1e-9] * 2})
@@ -100,7 +100,7 @@ def test_times_of_different_kinds_are_not_compared(monkeypatch, tmp_path):
 
 
 def test_the_text_is_that_which_was_run(tmp_path):
-    """Files may be edited before anything is written; and two of them may have the same name."""
+    """Files may be edited before the report is written; and two of them may have the same name."""
     names = ["main.mbd", "a/parts.mbd", "b/parts.mbd"]
     text = CRANK.read_text(encoding="utf-8")
     said = {

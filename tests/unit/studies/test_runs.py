@@ -1,4 +1,4 @@
-"""Runs of a study: kept, found again, computed side by side, interrupted, and out of time."""
+"""Runs of a study: stored, found again, computed in parallel, interrupted, and out of time."""
 
 import multiprocessing
 import os
@@ -60,7 +60,7 @@ def test_everything_that_determines_a_run_is_in_its_key(tmp_path, monkeypatch):
     case = CASES[0]
     copy = tmp_path / "copy.mbd"
     copy.write_text(CRANK.read_text(encoding="utf-8"), encoding="utf-8")
-    assert key_of(setting(copy, 0.2), case) == key_of(base, case)  # where the file is does not matter
+    assert key_of(setting(copy, 0.2), case) == key_of(base, case)  # the location of the file does not matter
     copy.write_text(CRANK.read_text(encoding="utf-8").replace("k = 100 N/m", "k = 101 N/m"), encoding="utf-8")
     keys = {
         key_of(base, case),
@@ -116,7 +116,7 @@ def test_a_spoilt_file_is_computed_anew(store):
 
 
 def test_no_damage_of_a_file_is_read(store):
-    """Cut anywhere, or with a bit turned over anywhere: what is in it is what was put there, or nothing."""
+    """A file that is cut anywhere, or has a bit flipped anywhere, gives the stored values or nothing."""
     case = CASES[0]
     t = np.linspace(0.0, 1.0, 6)
     store.put("run", Computed(case, t, t[:, None], t[:, None], t[:, None], {"steps": 5}))
@@ -135,7 +135,7 @@ def test_no_damage_of_a_file_is_read(store):
 
 
 def test_a_damaged_length_is_not_read(store):
-    """numpy would take the part of a long array for the whole."""
+    """numpy abbreviates long arrays in their text."""
     t = np.linspace(0.0, 1.0, 10_000)
     store.put("run", Computed(CASES[0], t, t[:, None], t[:, None], t[:, None]))
     path = store.folder / "run.npz"
@@ -146,7 +146,7 @@ def test_a_damaged_length_is_not_read(store):
 
 
 def test_what_passes_is_not_kept(store, monkeypatch):
-    """There may be more memory another day."""
+    """There may be more memory on another day."""
 
     def full(*args, **given):
         raise MemoryError("Unable to allocate 8 GiB")
@@ -174,7 +174,7 @@ def test_an_interruption_keeps_what_is_done(store):
 
 
 def test_out_of_time(store):
-    """What does not fit into the budget is told, and not kept."""
+    """A run that does not fit into the budget is reported, and not stored."""
     runs = runner(store, budget=1e-9).compute(CASES)
     assert {run.problem for run in runs.values()} == {OUT_OF_TIME}
     long = Case("hht-si2", step=1e-7)  # half a minute
@@ -204,7 +204,7 @@ def forbidden(*arguments):
 
 @pytest.mark.parametrize("kind", ["file that is edited", "builder"])
 def test_workers_get_the_scene(kind, store, tmp_path, monkeypatch):
-    """Whatever it was made from: workers read no file."""
+    """From any source of the scene: workers read no file."""
     if kind == "builder":
         model = mbdsl.Builder("P")
         model.Revolute("pin", model.Ground("ground"), model.Rod("rod", m=1.0, length=1.0).a)
@@ -227,7 +227,7 @@ def test_workers_get_the_scene(kind, store, tmp_path, monkeypatch):
 
 
 def test_a_worker_that_ends_loses_its_case_only(store):
-    """As if the system had ended it in the midst of a long run: another takes its place."""
+    """The system kills a worker during a long run: another one takes its place."""
     long, done = Case("hht-si2", step=1e-7), {}
 
     def left():
@@ -268,7 +268,8 @@ def test_a_scene_that_cannot_travel_is_computed_here(store, monkeypatch):
 
 
 def test_the_surroundings_of_a_worker(store, capfd, monkeypatch, tmp_path):
-    """BLAS with one thread, no main module of ours, deaf to Ctrl-C, and silent; nothing of that is left here."""
+    """Workers use BLAS with one thread, import no main module, ignore Ctrl-C, and print nothing; this process is
+    unchanged."""
     monkeypatch.setattr(cache_folder, "environment", lambda: {cache_folder.HANDED: str(tmp_path)})
     monkeypatch.setattr(sys.modules["__main__"], "__file__", str(tmp_path / "script.py"), raising=False)
     (tmp_path / "script.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w')")
@@ -317,7 +318,7 @@ def runs_on(pid):
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("by", [signal.SIGKILL, signal.SIGINT] if sys.platform != "win32" else [])
 def test_a_worker_ends_with_its_parent(by, store, tmp_path):
-    """In the midst of long runs; killed, or by Ctrl-C, which only the parent hears. The script has no guard."""
+    """During long runs: by SIGKILL, or by Ctrl-C, which only the parent receives. The script has no guard."""
     script = tmp_path / "script.py"
     script.write_text(SCRIPT.format(model=str(CRANK), folder=str(store.folder)))
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
@@ -355,7 +356,7 @@ def test_a_method_that_is_edited_while_it_runs(store, monkeypatch):
 
 
 def test_a_worker_says_that_it_has_no_room(store, monkeypatch):
-    """Its parent computes the case then, as after any answer of a worker that takes no more cases."""
+    """The parent then computes the case, as after any worker that accepts no more cases."""
     of, case = setting(CRANK, 0.2), CASES[0]
     monkeypatch.setattr(workers, "_work", (of, store), raising=False)
     assert workers._compute(case, key_of(of, case), 9.0) == ("", True)
@@ -406,15 +407,15 @@ def timing(store, cases, rounds, **given):
 
 
 def test_times_of_two_days_are_not_mixed(store):
-    """A machine may be half as quick on another day: methods are compared by times of one session alone."""
+    """A machine may be half as fast on another day: methods are compared by times of one session only."""
     first, second = CASES[:2]
     runner(store).compute(CASES)
     kept, _ = timing(store, [first], 2)
     both, reported = timing(store, [first, second], 2)
     assert reported == [f"timing {first}", f"timing {second}"] * 2 and both[first] != kept[first]
     assert timing(store, [first, second], 2) == (both, [])
-    assert len(timing(store, [first, second], 3)[1]) == 6  # a third round of another day would be one of them
-    again = runner(store)  # a session may go on
+    assert len(timing(store, [first, second], 3)[1]) == 6  # a third round from another day would be one of them
+    again = runner(store)  # a session may be continued
     one = again.time([first, second], 4, lambda case: 0.0)
     more = again.time([first, second], 5, lambda case: 0.0)
     assert [more[case][:4] for case in (first, second)] == [one[case] for case in (first, second)]
@@ -454,7 +455,7 @@ def test_ladders_reach_all_output_times():
 
 def test_output_points_that_steps_share():
     assert common_points(2.0, [8e-3, 4e-3, 2e-3]) == 125  # of 250, 500 and 1000 steps
-    assert common_points(2.0, [1e-3, 0.7e-3]) == 100  # nothing in common: outputs are between steps
+    assert common_points(2.0, [1e-3, 0.7e-3]) == 100  # no common step times: outputs lie between steps
 
 
 def test_no_time_to_look_at():

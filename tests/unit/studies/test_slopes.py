@@ -1,4 +1,4 @@
-"""Slopes of errors whose parts are known: a power, what is not yet one, rounding, and noise."""
+"""Slopes of errors with known parts: a power, terms of higher order, rounding, and noise."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What studies find: orders, energy, drift, times; and that a wrong method shows."""
+"""Results of studies: orders, energy, drift, times; and that a wrong method is detected."""
 
 import json
 import types
@@ -47,12 +47,12 @@ def test_slopes_are_the_orders(study):
 
 
 def test_the_reference_is_right(study):
-    """Against a run that is independent of both families that it came from."""
+    """Compared with a run that is independent of both families from which it was made."""
     exact = mbdsl.simulate(CRANK, method="hht-add", step=2e-6, stop=0.5, interval=0.1)
     solution = study.survey.reference.solution
     for name in ("crank.phi", "rod.w"):
         there = solution[name][::10]
-        # 4e-11 by hht-add at this step, and what the study trusts is far less
+        # 4e-11 by hht-add at this step, far below the error bound of the reference
         assert np.abs(exact[name] - there).max() < 5e-10
     q = study.survey.quantity("q")
     assert 9.0 < study.survey.reference.digits(q) < 16.0
@@ -105,7 +105,7 @@ def test_what_the_reference_does_not_tell_is_no_point(study):
 
 
 def test_lines_of_the_orders_are_drawn(study):
-    """Beside the points that they are compared with; what only guides does not change the axes."""
+    """In the same figure as the compared points; guide lines do not change the axes."""
     figure = next(f for f in study.figures() if f.key == "v")
     guides = {s.name: s for s in figure.series if s.style == "guide"}
     assert list(guides) == ["order 1", "order 2"]
@@ -118,7 +118,7 @@ def test_lines_of_the_orders_are_drawn(study):
 
 
 def test_what_the_reference_does_not_tell_is_as_exact_as_that(study):
-    """A case that is better than can be told meets all that can be told: it is no reason to leave it out."""
+    """A case whose error is below the reference's resolution meets every target above it, and is not left out."""
     rows = [replace(row, seconds=[1.0 / row.case.step]) for row in study.survey.rows if row.case.method == "hht-si2"]
     survey = replace(study.survey, rows=rows, reference=replace(study.survey.reference, _floors={}))
     floor = rows[2].errors["q"].scaled * 1.5
@@ -148,7 +148,7 @@ def test_failures_stay_in_the_picture(given):
 def test_errors_over_tolerances(given):
     found = convergence(CRANK, methods=["scipy-dop853"], tols=[1e-4, 1e-6, 1e-8], **given)
     e = [row.errors["q"].scaled for row in found.survey.rows]
-    # a tolerance is of the error attained; DOP853 may be far better, where its longest step decides
+    # the tolerance limits the attained error; DOP853 may be far better if its longest step decides
     assert all(0.0 < x < 3.0 * row.case.tol for row, x in zip(found.survey.rows, e, strict=True))
     assert [f.key for f in found.figures()][:2] == ["q-tol", "v-tol"]
     guide = found.figures()[0].series[-1]
@@ -176,7 +176,7 @@ def register(monkeypatch):
 
 
 def test_a_dropped_order_shows(register, given):
-    """gamma off by 0.05 leaves a method that converges, with order 1."""
+    """gamma off by 0.05 leaves a method that converges with order 1."""
     coefficients = integrators.modules()["hht-si2"].METHOD.coefficients
 
     def off(options):
@@ -192,7 +192,7 @@ def test_a_dropped_order_shows(register, given):
 
 
 def test_a_wrong_sign_shows(register, given):
-    """With alpha of the wrong sign in the equation of motion: order 1, and another slope than declared."""
+    """With the wrong sign of alpha in the equation of motion: order 1, another slope than declared."""
     coefficients = integrators.modules()["hht-si2"].METHOD.coefficients
 
     def off(options):
@@ -205,7 +205,7 @@ def test_a_wrong_sign_shows(register, given):
 
 
 def test_a_method_of_other_equations_shows(register, given):
-    """beta and gamma of h/2 in place of h: it comes to something, but not to the solution."""
+    """beta and gamma of h/2 in place of h: it converges, but not to the solution."""
     coefficients = integrators.modules()["hht-si2"].METHOD.coefficients
 
     def off(options):
@@ -269,7 +269,7 @@ def test_drift(given):
     assert [f.key for f in found.figures()] == ["Phi-time", "Phi", "dPhi-time", "dPhi"]
     with pytest.raises(IntegrationError, match="no run came to its end"):
         drift(CRANK, methods=["hht-i3"], steps=[0.5], **{**given, "stop": 2.0})
-    # nothing is compared, so nothing is said of differences; pictures have the units of the table
+    # nothing is compared, so no differences are reported; pictures have the units of the table
     assert [q.key for q in found.survey.quantities] == ["Phi", "dPhi"]
     assert not {"q", "v scaled", "reactions", "energy"} & {name for record in found.records() for name in record}
     figure = next(f for f in found.figures() if f.key == "dPhi")
@@ -306,7 +306,7 @@ def test_front_and_the_cheapest():
         timed("hht-i3", 1.0, 1e-4, 4.0),
         timed("hht-si2", 4.0, 2e-3, 1.5),
         timed("hht-si2", 2.0, 5e-4, 3.0),
-        timed("nstiff", 4.0, 2e-2, 1.1),  # beaten in both
+        timed("nstiff", 4.0, 2e-2, 1.1),  # beaten in both error and time
     ]
     assert [(r.case.method, r.case.step) for r in front(rows, "q")] == [
         ("hht-i3", 4.0),
