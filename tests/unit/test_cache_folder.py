@@ -1,6 +1,8 @@
-"""The folder of machine code and of runs: what others can have written is not used; what cannot be kept stops no run.
+"""The folder of machine code and of runs: files that others can have written are not used; a failure to store stops no
+run.
 
-Other users are real where the tests run as root, who can give files away; elsewhere the status of a file is changed.
+Other users are real if the tests run as root, who can change the owner of files; elsewhere the status of a file is
+changed.
 """
 
 import errno
@@ -39,7 +41,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def forget():
-    """As a new process does."""
+    """The module as in a new process."""
     cache_folder._chosen.cache_clear()
     cache_folder._own.cache_clear()
     cache_folder._said.clear()
@@ -47,7 +49,7 @@ def forget():
 
 @pytest.fixture
 def give_away(monkeypatch):
-    """Make a file or folder another user's."""
+    """Change the owner of a file or folder to another user."""
 
     def give(path):
         if os.geteuid() == 0:
@@ -61,7 +63,7 @@ def give_away(monkeypatch):
 
 
 def _which(status):
-    return status.st_dev, status.st_ino, status.st_mtime_ns  # numbers of files are used again
+    return status.st_dev, status.st_ino, status.st_mtime_ns  # inode numbers are used again
 
 
 def _lying(real, which):
@@ -83,7 +85,7 @@ def planted(folder, name=OBJECT, data=b"machine code"):
 
 
 def replaced(folder, capsys):
-    """Another folder is written into; one line says why the right one is not; the line."""
+    """Another folder is used, and one line states the reason; returns this line."""
     own = cache_folder.own()
     assert own is not None and own != folder
     assert stat.S_IMODE(own.stat().st_mode) == 0o700 or not trusted_files.has_owners()
@@ -94,11 +96,11 @@ def replaced(folder, capsys):
     return line
 
 
-# -- whose folder it is ----------------------------------------------------------------------------------------------
+# -- the owner of the folder ----------------------------------------------------------------------------------------
 
 
 def test_it_is_made_for_the_user_alone(folder):
-    """Under any umask, with all folders on the way."""
+    """With any umask, and for all folders on the path."""
     former = os.umask(0)
     try:
         path = cache_folder.keep(OBJECT, b"code")
@@ -114,7 +116,7 @@ def test_it_is_made_for_the_user_alone(folder):
 @needs_owners
 @pytest.mark.parametrize("which", ["folder", "parent", "version"])
 def test_of_another_user(folder, capsys, give_away, which):
-    """Nothing is read from it, and nothing written into it."""
+    """No file in it is read, and none is written."""
     path = planted(folder)
     assert cache_folder.read(OBJECT) == b"machine code"
     forget()
@@ -177,9 +179,9 @@ def test_a_file_in_its_place(folder, capsys):
 
 @pytest.mark.parametrize("home", ["~", "", "some/where"])
 def test_no_home_makes_no_relative_folder(folder, tmp_path, monkeypatch, capsys, home):
-    """``~`` is what Python says where HOME is not set and the user is not known."""
+    """Python returns ``~`` if HOME is not set and the user is not known."""
     monkeypatch.delenv("MBDSL_CACHE_DIR")
-    monkeypatch.setenv("XDG_CACHE_HOME", "also/relative")  # the specification says to ignore it then
+    monkeypatch.setenv("XDG_CACHE_HOME", "also/relative")  # the specification requires that it is ignored then
     monkeypatch.setattr(os.path, "expanduser", lambda path: home)
     monkeypatch.chdir(tmp_path)
     assert "there is no home folder" in replaced(folder, capsys)
@@ -201,13 +203,13 @@ def test_without_owners_all_is_trusted(folder, monkeypatch):
     assert cache_folder.read(OBJECT) == b"machine code" and cache_folder.own() == folder
 
 
-# -- what is in it ---------------------------------------------------------------------------------------------------
+# -- files in the folder --------------------------------------------------------------------------------------------
 
 
 @needs_owners
 @pytest.mark.parametrize("kind", ["another's", "writable", "by the group", "link", "pipe", "folder"])
 def test_files_that_others_can_have_written(folder, tmp_path, give_away, kind):
-    """They are not read, not waited for, and replaced by our own."""
+    """Files of others are not read, not waited for, and replaced by our own."""
     path = planted(folder)
     if kind == "another's":
         give_away(path)
@@ -229,7 +231,7 @@ def test_files_that_others_can_have_written(folder, tmp_path, give_away, kind):
 
 @needs_owners
 def test_machine_code_of_others_is_not_run(folder, give_away, monkeypatch):
-    """Whole, of the right sources and the right text, but not written by us."""
+    """A complete file with the right sources and the right text, but written by another user."""
     body = "\n".join(
         [
             code_cache._of_sources(["mbdsl.compilation.marks"]),
@@ -251,7 +253,7 @@ def test_machine_code_of_others_is_not_run(folder, give_away, monkeypatch):
 @needs_owners
 @pytest.mark.parametrize("kind", ["another's", "writable", "link"])
 def test_a_folder_of_another_library(folder, give_away, kind):
-    """numba reads its own files, pickles among them."""
+    """numba reads its own files, among them pickles."""
     name = f"{VERSION}/0123456789abcdef"
     inner = cache_folder.subfolder(name)
     assert inner == folder / name
@@ -275,7 +277,7 @@ def test_a_folder_of_another_library(folder, give_away, kind):
 
 @pytest.fixture
 def read_only(folder, monkeypatch):
-    """As in an image, or at a site; root would write all the same."""
+    """A read-only folder, as in an image or at a site; root could write all the same."""
     real = trusted_files.create
 
     def create(path):
@@ -287,7 +289,7 @@ def read_only(folder, monkeypatch):
 
 
 def test_a_read_only_folder_is_read(folder, read_only, capsys):
-    """Without a word, as long as it has what is needed; what it lacks is put elsewhere."""
+    """It is used silently if it has all that is needed; missing files are written elsewhere."""
     planted(folder)
     assert cache_folder.read(OBJECT) == b"machine code"
     assert capsys.readouterr().err == ""
@@ -297,7 +299,8 @@ def test_a_read_only_folder_is_read(folder, read_only, capsys):
 
 @needs_owners
 def test_a_folder_of_root_is_read(folder, monkeypatch, capsys):
-    """By any user: what is root's is as good as one's own. Another user who runs the tests stands for root."""
+    """Any user may use it: a folder of root is trusted like one's own. Another user who runs the tests stands for
+    root."""
     monkeypatch.setattr(os, "geteuid", lambda: OTHER)
     if os.getuid() != 0:
         monkeypatch.setattr(trusted_files, "_is_ours", lambda owner: owner in (0, os.getuid()))
@@ -321,7 +324,7 @@ print(v[0], code_cache.beside("sys") is None or cache_folder.own() is not None, 
 
 
 def run(code, tmp_path, *arguments, **environment):
-    """A process of its own, whose temporary folders are in ``tmp_path / "tmp"``."""
+    """Run a process whose temporary folders are in ``tmp_path / "tmp"``."""
     (tmp_path / "tmp").mkdir(exist_ok=True)
     environment = {
         **os.environ,
@@ -336,7 +339,8 @@ def run(code, tmp_path, *arguments, **environment):
 @needs_owners
 @pytest.mark.skipif(not code_cache.enabled(), reason="nothing is compiled")
 def test_a_full_disk_stops_nothing(tmp_path):
-    """A limit of 0 bytes a file: the code is compiled and runs, one line says that it is not kept, nothing is left."""
+    """A limit of 0 bytes a file: the code is compiled and runs, one line says that it is not stored, no file is
+    left."""
     done = run(FULL, tmp_path, MBDSL_CACHE_DIR=str(tmp_path / "cache"))
     assert done.stdout == "3.0 True compiling for the first time; the result cannot be kept ...\n"
     (line,) = done.stderr.splitlines()
@@ -393,7 +397,7 @@ def test_a_temporary_folder_is_handed_on_and_ends_with_its_process(tmp_path):
     child, parent = done.stdout.splitlines()
     own = parent.split()[-2]
     assert child == f"b'of the parent' {own} {Path(own, 'b')}" and parent == f"b'of the child' {own} True"
-    assert len(done.stderr.splitlines()) == 1  # the child has nothing to say
+    assert len(done.stderr.splitlines()) == 1  # the child prints nothing
     assert Path(own).parent == tmp_path / "tmp" and os.listdir(tmp_path / "tmp") == []
 
 
@@ -414,7 +418,7 @@ def test_temporary_folders_of_killed_processes_go(tmp_path, monkeypatch):
     assert {path for path in tmp_path.iterdir() if path.is_dir()} == {recent, alive, others}
 
 
-# -- how much is kept ------------------------------------------------------------------------------------------------
+# -- the size of the cache ------------------------------------------------------------------------------------------
 
 
 def test_what_was_not_used_for_longest_goes(folder, monkeypatch):
@@ -427,7 +431,7 @@ def test_what_was_not_used_for_longest_goes(folder, monkeypatch):
     foreign = planted(folder, f"{VERSION}/thesis.tex", bytes(5000))
     older = planted(folder, "0.0.9-py310-0123456789abcdef/mbdsl_a.o", bytes(10))
     os.utime(older, (1e9, 1e9))
-    assert cache_folder.read(f"{VERSION}/mbdsl_0.o") is not None  # so that it was used today
+    assert cache_folder.read(f"{VERSION}/mbdsl_0.o") is not None  # so that its last use is today
     cache_folder.keep(f"{VERSION}/mbdsl_new.o", bytes(1000))
     left = {path.name.split(".")[0] for path in (folder / VERSION).iterdir()}
     assert left == {"mbdsl_0", "mbdsl_3", "mbdsl_new", "thesis"}
@@ -436,7 +440,7 @@ def test_what_was_not_used_for_longest_goes(folder, monkeypatch):
 
 
 def test_a_folder_that_another_process_has_just_removed(folder, monkeypatch):
-    """As it was empty."""
+    """The folder is as it was when it was empty."""
     real = trusted_files.write
 
     def write(path, data):
@@ -463,7 +467,7 @@ def test_files_that_were_not_finished_go(folder):
 
 
 def filled(folder):
-    """A folder with everything that mbdsl writes."""
+    """A folder with all files that mbdsl writes."""
     planted(folder, OBJECT, bytes(400_000))
     inner = (
         "0123456789abcdef/name_0f/index.nbi",
@@ -496,7 +500,7 @@ def test_the_command_empties_the_folder(folder, say):
 
 
 def test_the_command_leaves_what_mbdsl_did_not_write(folder, say, tmp_path):
-    """MBDSL_CACHE_DIR may be a folder of other things; links are not followed."""
+    """MBDSL_CACHE_DIR may be a folder with other files; links are not followed."""
     names = ("letter.o", f"{VERSION}/notes.txt", "studies/mine.npz", "src-py311-0123456789abcdef/a.o", "a.part")
     foreign = [planted(folder, name) for name in names]
     target = planted(tmp_path / "target", "mbdsl_a.o")
@@ -547,7 +551,7 @@ def computed():
 
 @needs_owners
 def test_runs_that_others_can_have_written_are_not_read(folder, give_away):
-    """Wherever the store is."""
+    """For any place of the store."""
     for store in (Store(), Store(folder / "named")):
         assert store.put(KEY, computed()) and store.get(KEY, CASE) is not None
         path = store.folder / f"{KEY}.npz"

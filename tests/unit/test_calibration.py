@@ -1,4 +1,4 @@
-"""What is made of runs that fail where others do not: a claim is about times that two runs have come to."""
+"""Calibration with failing runs: an error is estimated up to the time that two runs have reached."""
 
 from types import SimpleNamespace
 
@@ -13,7 +13,7 @@ T, TOL = np.linspace(0.0, 1.0, 201), 1e-4
 
 
 class Sine:
-    """q = sin t, with the ``error(eps)`` times t in q and v; where it ``fails``, at 0.3 or 0.4 s in turn."""
+    """q = sin t, with an error of ``error(eps)`` times t in q and v; a failing run ends at 0.3 or 0.4 s in turn."""
 
     def __init__(self, fails, steps=10, error=lambda eps: 0.1 * eps, status=loop_state.TOO_SMALL):
         self.plan = Plan("hht-si2", 1.0, 0.0, 1.0, T[1:], {}, tol=TOL)
@@ -55,7 +55,7 @@ class Sine:
 @pytest.mark.parametrize("fails", [(3e-3, 1.0), (1e-4, 3e-3), (5e-5, 1e-4), (5e-5, 3e-3)], ids=str)
 @pytest.mark.filterwarnings("error")
 def test_trial_runs_that_fail(fails):
-    """The claim is true of the run that is left, whichever failed."""
+    """The estimate is true for the remaining run, whichever run failed."""
     motion = Sine(lambda eps: fails[0] < eps < fails[1])
     status, found = calibrated(motion, TOL, motion.run)
     true = 0.1 * motion.eps
@@ -66,7 +66,7 @@ def test_trial_runs_that_fail(fails):
 
 @pytest.mark.parametrize("status", [loop_state.TOO_SMALL, loop_state.DIVERGED])
 def test_the_best_run_is_looked_for_behind_a_failure(status):
-    """Runs pass down to an eps of 2e-6, and err by 100 eps: 5e-7 would be needed."""
+    """Runs succeed down to an eps of 2e-6, and have errors of 100 eps: 5e-7 would be needed."""
     motion = Sine(lambda eps: eps < 2e-6, error=lambda eps: 100.0 * eps, status=status)
     assert calibrated(motion, TOL, motion.run)[0] == loop_state.DONE
     assert 2e-6 < motion.eps < 8e-6
@@ -79,7 +79,8 @@ def test_the_best_run_is_looked_for_behind_a_failure(status):
 
 
 def test_a_failure_behind_a_leap_is_made_up_for():
-    """The first two runs err by much more than eps times a constant; what they ask for fails, and is not needed."""
+    """The errors of the first two runs are much more than eps times a constant; the runs that they suggest fail, and
+    are not needed."""
     motion = Sine(lambda eps: eps < 5e-6, error=lambda eps: eps + 2500.0 * eps**2)
     status, found = calibrated(motion, TOL, motion.run)
     true = motion.error(motion.eps)
@@ -89,7 +90,7 @@ def test_a_failure_behind_a_leap_is_made_up_for():
 
 
 def test_what_takes_too_many_steps_is_not_tried():
-    """Steps go with eps^-1/2, and 5e-13 would be needed: 4e8 steps at 1e6 of 1e-7."""
+    """The number of steps grows as eps^-1/2, and 5e-13 would be needed: 4e8 steps at 1e6 of 1e-7."""
     motion = Sine(lambda eps: False, steps=1_000_000)
     found = calibrated(motion, 1e-13, motion.run)[1]
     assert min(motion.tried) > 1e-9
@@ -98,7 +99,7 @@ def test_what_takes_too_many_steps_is_not_tried():
 
 
 def test_nothing_is_claimed_of_times_that_one_run_has_come_to():
-    """One run comes to its end, and there are too many steps to make another."""
+    """One run reaches the stop time, and another one would take too many steps."""
     motion = Sine(lambda eps: eps > 1e-5, steps=15_000_000)
     status, found = calibrated(motion, TOL, motion.run)
     assert status == loop_state.DONE

@@ -1,4 +1,4 @@
-"""A run that was stopped and resumed is the run that was not stopped, to the last bit."""
+"""A run that is stopped and resumed gives the results of an uninterrupted run, bit for bit."""
 
 import os
 import shutil
@@ -12,7 +12,7 @@ from mbdsl.integrators import compiled
 from mbdsl.simulation.checkpoint import Checkpoint, about
 from mbdsl.simulation.resume import resume
 
-# A switch in the state, corners in time, friction, a part whose motion is a function of time, and one of its own.
+# A switch in the state, corners in time, friction, a part that is a function of time, and an independent part.
 TEXT = """model Stops
   Ground g0;
   Table push(table = [0 s, 0 N; 0.03 s, 5 N; 0.05 s, 0 N], extrapolation = "periodic");
@@ -42,7 +42,7 @@ def model(tmp_path, monkeypatch):
 
 
 class Until:
-    """Lets a run go on for some slices of steps, and keeps copies of its file on the way."""
+    """Let a run advance for some slices of steps, and copy its checkpoint files."""
 
     def __init__(self, count, copies=None):
         self.count, self.copies = count, copies
@@ -56,7 +56,7 @@ class Until:
 
 
 def written(run, path):
-    """The bytes of all that a run says of itself but the time it took."""
+    """The bytes of all results of a run, except its time of computing."""
     stats = {key: value for key, value in run.stats.items() if key != "seconds"}
     names = (*run.default_names, "pin.fx") if "pin.fx" in run.names else run.default_names
     columns = {"time": run.t, **{name: run[name] for name in names}}
@@ -87,7 +87,7 @@ def test_stopped_and_resumed(model, method, steps):
     third = resume("run.cp", progress=Until(0, copies))
     expected = written(whole, "whole.npz")
     assert written(third, "resumed.npz") == expected
-    # a process that was killed behind any of its checkpoints
+    # a process that was killed after any of its checkpoints
     for copy in {copies[0], copies[-1]}:
         assert written(resume(copy), "resumed.npz") == expected
 
@@ -146,7 +146,7 @@ def test_the_commands(model, say, monkeypatch):
         "to continue:  mbdsl resume run.cp\ninterrupted\n"
     )
     folder = os.path.basename(os.getcwd())
-    monkeypatch.chdir("..")  # what a command writes is where the first one would have written it
+    monkeypatch.chdir("..")  # the command writes to the same file as the first one
     assert say("resume", f"{folder}/run.cp", "--quiet") == (0, "", "")
     assert not os.path.exists(f"{folder}/run.cp") and os.path.exists(f"{folder}/s.json")
     with open(f"{folder}/part.csv", "rb") as part, open(f"{folder}/whole.csv", "rb") as whole:
@@ -179,7 +179,7 @@ def test_damaged_and_foreign_files(kept, say):
         with open("cut.cp", "wb") as stream:
             stream.write(kept[:cut])
         assert say("resume", "cut.cp")[0] == 2
-    for at in rng.integers(0, len(kept), 40):  # a bit, anywhere: it is seen, or it has no part in anything
+    for at in rng.integers(0, len(kept), 40):  # any bit: the change is detected, or the bit has no effect
         with open("bit.cp", "wb") as stream:
             stream.write(kept[:at] + bytes([kept[at] ^ 4]) + kept[at + 1 :])
         try:

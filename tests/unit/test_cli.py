@@ -1,4 +1,4 @@
-"""The command line's own work: arguments, exit codes, messages, progress, files. The simulation is a double here."""
+"""The command line: arguments, exit codes, messages, progress, files. The simulation is replaced by a double."""
 
 import io
 import json
@@ -45,7 +45,7 @@ class Trajectory:
 
 @pytest.fixture
 def simulation(monkeypatch, tmp_path):
-    """Replaces loading and simulating; ``given`` collects what was asked, ``act`` says what happens."""
+    """Replaces loading and simulating; ``given`` collects the arguments, ``act`` determines the result."""
     double = types.SimpleNamespace(given={}, act=lambda **given: Trajectory())
 
     def simulated(scene, **given):

@@ -67,8 +67,8 @@ def test_without_conditions_on_positions_nothing_is_recorded(law):
 
 @pytest.mark.parametrize("k", [0.01, 1e6])
 def test_effect(k):
-    """A stop at 1.000001 that runs do not resolve: at most the velocity that a stiff one gives back, or k times the
-    depth for the duration of a contact with a soft one, both from the path s = -1 + (t - pi)^2/2."""
+    """A stop at 1.000001 that the runs do not resolve: the bound is the velocity that a stiff stop returns, or k times
+    the depth times the duration of contact with a soft one, both from the path s = -1 + (t - pi)^2/2."""
     law = f"if s < -1.000001 then {k}*((1*s) + 1.000001) else 0"
     last = run(law, 1e-9)
     depth = 1e-4

@@ -1,4 +1,4 @@
-"""Machine code: kept as objects, loaded without numba, and replaced by something slower where that fails."""
+"""Machine code: stored as objects, loaded without numba, and replaced by a slower way if that fails."""
 
 import os
 import subprocess
@@ -38,7 +38,7 @@ needs_numba = pytest.mark.skipif(not code_cache.enabled(), reason="nothing is co
 
 @pytest.fixture
 def fresh(tmp_path, monkeypatch):
-    """Nothing is kept, and nothing loaded; the folder where objects will be."""
+    """Nothing is stored or loaded; returns the folder of the objects."""
     monkeypatch.setenv("MBDSL_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(cache_folder, "_said", [])
     monkeypatch.setattr(code_cache, "_functions", {})
@@ -114,7 +114,7 @@ def test_another_text_of_the_same_name_is_compiled_again(fresh):
 
 @needs_numba
 def test_an_object_whose_sources_have_changed_is_compiled_again(fresh, tmp_path, monkeypatch):
-    """Kernels of a module outside of the package; an edit of another module is none of its business."""
+    """Kernels of a module outside of the package; they do not depend on edits of other modules."""
     library = tmp_path / "library"
     library.mkdir()
     source = library / "threefold.py"
@@ -160,7 +160,7 @@ text = "from mbdsl.system import emit"
     ],
 )
 def test_sources_of_machine_code(of, imported):
-    """Also those that are imported by the imported, within parentheses or not; but no declarations."""
+    """Also indirect imports, with or without parentheses; but no declarations."""
     found = code_cache._sources([import_module(of)])
     assert of in found and imported in found
     assert not {"mbdsl.elements.kind", "mbdsl.integrators.method"} & set(found)
@@ -281,5 +281,5 @@ print(len(failures), *failures)
 
 @needs_numba
 def test_threads_share_a_cold_start(tmp_path):
-    """Those that come while numba is being imported wait for it."""
+    """Threads that need it while numba is being imported wait for it."""
     assert run(THREADS, tmp_path) == ["0"]

@@ -34,7 +34,7 @@ def test_a_repeated_joint_follows_from_its_twin_alone():
 
 
 def test_a_misfit_that_is_let_pass_is_told():
-    """Up to some 1e-10 of the size joints close; the run says that they do so not to rounding."""
+    """Joints may close to some 1e-10 of the size; the run then reports that they do not close to rounding."""
     for misfit, expected in ((0.0, False), (1e-15, False), (1e-10, True)):
         said = []
         mbdsl.simulate(

@@ -1,4 +1,4 @@
-"""The pages say what is true: every ``mbd`` snippet is read.
+"""The pages are true: every ``mbd`` snippet is parsed.
 
 A snippet that contains a whole model is read as it is; any other stands, as docs/language.md says, for a part of a
 model with a ground, two rods and two joints.

@@ -1,9 +1,9 @@
-"""README and docs say what is true: their commands and Python snippets run, and print what is shown.
+"""README and docs are true: their commands and Python snippets run, and print the output that is shown.
 
 In order of the page, in one folder that has the models: ``mbd`` fences whose first line is ``// NAME.mbd`` become that
-file; in ``bash`` and ``console`` fences every ``mbdsl`` command runs; what a ``console`` fence shows below ``$ ...``
-has to be what is printed, "..." standing for anything there or, in a line of its own, for any lines; ``python``
-fences run one after the other.
+file; in ``bash`` and ``console`` fences every ``mbdsl`` command runs; the text of a ``console`` fence below ``$ ...``
+has to be the printed output, where "..." stands for any text or, in a line of its own, for any lines; ``python`` fences
+run one after the other.
 """
 
 import contextlib
@@ -32,7 +32,7 @@ def run(command):
         if words and Path(words[0]).name == "mbdsl":
             with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
                 code = cli.main(words[1:])
-    # what depends on the machine, and on what ran before: progress of runs of more than a second, and compiling
+    # output that depends on the machine or on earlier runs: progress of runs of more than a second, and compiling
     lines = printed.getvalue().splitlines(keepends=True)
     return code, "".join(line for line in lines if not re.match(r" *\d+%  t = |compiling for the first time", line))
 
@@ -60,7 +60,7 @@ def test_page(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
     monkeypatch.setattr(sys, "argv", ["mbdsl"])
-    monkeypatch.setattr("mbdsl.integrators._given", {})  # what a page registers
+    monkeypatch.setattr("mbdsl.integrators._given", {})  # registrations by a page
     names = {"__name__": "__main__"}
     for language, body in FENCE.findall(page.read_text(encoding="utf-8")):
         if language == "mbd" and (name := re.match(r"// (\w+\.mbd)\n", body)):

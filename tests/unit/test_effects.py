@@ -1,4 +1,5 @@
-"""Effects left out on request, in the text, by the Builder and from a shell; and what leaving them out is worth."""
+"""Effects left out by option, in the text, by the Builder and from a shell; and the change that leaving them out
+makes."""
 
 from pathlib import Path
 
@@ -94,7 +95,7 @@ def test_laws_of_dampers_lose_what_they_say_of_velocities():
     scene = parsed(', Without = "damping"')
     assert "w" not in text(scene.components["law"].values["torque"])
     assert scene.components["linear"].values["c"] == 0.0 and scene.components["linear"].values["k"] == 2.0
-    # a torque that somebody applies is no damper
+    # an applied torque is not a damper
     assert scene.components["torque"].values["tau"] == parsed().components["torque"].values["tau"]
 
 
@@ -174,7 +175,7 @@ def test_error_of_the_step():
 
 
 def weak(tmp_path, interval="10 ms"):
-    """Gravity moves it; friction and damping hardly matter, each alone less than both together."""
+    """Gravity drives the motion; friction and damping hardly matter, each alone less than both together."""
     path = tmp_path / "weak.mbd"
     path.write_text(
         "model Weak Ground ground; Rod rod(m = 1 kg, length = 1 m);"
@@ -193,7 +194,7 @@ def test_dispensable_together(tmp_path):
     both = effects(path, "rod.phi", tol=0.1, repeats=1)
     assert both.dispensable is not None and set(both.dispensable) == {"friction", "damping"}
     assert both.together.change > large  # both take energy
-    # each of them alone would do, but together they are too much: the smaller one goes
+    # each of them alone could be left out, but not both: the smaller one is left out
     between = (large + both.together.change) / 2
     one = effects(path, "rod.phi", tol=between, repeats=1)
     assert one.dispensable == (min(alone, key=alone.get),)
@@ -219,7 +220,7 @@ def test_tolerances(tmp_path):
 
 
 def test_every_step_in_output(tmp_path):
-    """Where the model writes every step, half the step would give twice as many points."""
+    """If the model writes every step, half the step would give twice as many points."""
     study = effects(weak(tmp_path, "0 s"), "rod.phi", repeats=1)
     assert study.error == pytest.approx(effects(weak(tmp_path, "1 ms"), "rod.phi", repeats=1).error)
 
@@ -238,7 +239,7 @@ def test_what_the_model_leaves_out_stays_out():
 
 
 def test_a_run_that_fails_is_a_row(tmp_path):
-    """The rod falls faster than what is below the root does; without gravity, that goes below zero."""
+    """The rod falls faster than the parts below its root; without gravity, this difference becomes negative."""
     path = tmp_path / "falls.mbd"
     path.write_text(
         "model Falls Ground ground; Rod rod(m = 1 kg, length = 1 m); Revolute pin(ground, rod.a);"

@@ -95,7 +95,7 @@ def test_a_mass_between_two_springs():
 
 
 def test_what_rolls():
-    """As if with one and a half times the mass; the disc turns as it goes."""
+    """The effective mass is one and a half times the mass, as the disc rolls."""
     found = eigen(MODELS / "rolling_disc.mbd")
     assert values(found) == pytest.approx([1j * np.sqrt(50.0 / 3.0)], rel=1e-12)
     ratio = found.displacement(0, "disc.phi") / found.displacement(0, "contact.s")
@@ -214,7 +214,7 @@ def test_sparse_is_dense(damper):
 
 
 def test_sparse_free_motion():
-    """Afloat, everything can go anywhere and turn: three zeros, and nothing else resists."""
+    """Free in the plane, it can translate and turn: three zero frequencies, and no other rigid-body mode."""
     text = CHAIN.format(N=100, one="", more=" RotationalSpringDamper d[i](J[i], k = 5 N.m/rad);")
     text = text.replace("Revolute J[1](ground, link[1].a)", "FreeMotion J[1](ground, link[1].a)")
     found = modes(text.replace("ground;", "ground(g = 0);", 1), count=5)
@@ -228,7 +228,7 @@ def test_sparse_free_motion():
 @pytest.mark.parametrize("omega", [0.0, 1.0, 3.0, 4.5])
 @pytest.mark.parametrize("angle", [0.0, 0.3, 1.6])
 def test_a_bead_on_a_turning_rod(omega, angle):
-    """omega_n^2 = k/m - Omega^2, wherever the rod points to."""
+    """omega_n^2 = k/m - Omega^2, for any angle of the rod."""
     k, m, s0 = 50.0, 2.0, 0.5
     s = k * s0 / (k - m * omega**2)
     found = modes(
@@ -297,7 +297,7 @@ def test_a_beam_that_turns_slowly(kind):
         assert np.abs(values(found).real).max() <= 1e-9 * np.abs(values(found)).max()
     assert values(slow)[-elastic:] == pytest.approx(values(rest)[-elastic:], rel=1e-5, abs=1e-3)
     # Tension is in the floating frame's kinetic energy; a cable has none before it is stretched, and softens by w^2.
-    # Elements can stretch, too, and are about to: their start is not steady, and says nothing of tension.
+    # Elements can stretch as well, and their start is not steady, so that they have no tension there.
     beta, x, step = 3.9266023120479185, (np.arange(4000) + 0.5) / 4000, 1 / 4000
     shape = np.sin(beta * x) / np.sin(beta) + np.sinh(beta * x) / np.sinh(beta)
     slope = beta * (np.cos(beta * x) / np.sin(beta) + np.cosh(beta * x) / np.sinh(beta))
@@ -311,14 +311,14 @@ def test_a_beam_that_turns_slowly(kind):
 
 @pytest.mark.parametrize("kind", ["floating", "ancf"])
 def test_a_beam_that_flies_and_turns(kind):
-    """Seen in axes that turn with it, what goes straight on turns the other way."""
+    """In axes that turn with it, a straight motion turns the other way."""
     found = modes(
         f"""model S Ground world(g = 0); FlexibleBeam b({FLEXIBLE}, {BEAMS[kind][0]}); FreeMotion f(world, b.c);
         initial equation f.w = 0.5 rad/s; f.vx = 1 m/s; annotation(experiment(StopTime = 1 s)); end S;""",
         "start",
     )
     assert np.abs(values(found)[:3]) == pytest.approx([0.0, 0.5, 0.5], abs=1e-3)
-    # clamped-free modes can bend and turn: free-free ones are approximate
+    # clamped-free modes can bend and turn: free-free frequencies are approximate
     wanted = 22.3733 * np.sqrt(200.0)
     assert abs(values(found)[3]) == pytest.approx(wanted, rel=5e-3)
     assert np.abs(values(found).real).max() <= 1e-8 * np.abs(values(found)).max()
@@ -367,7 +367,7 @@ def test_a_cantilever_on_a_hub(ratio):
     assert total == 33
     assert np.abs(np.real(other)).max() <= 1e-9 * abs(other[-1])
     assert other[:2] == pytest.approx(values(found)[:2], rel=2e-3)
-    # without the stiffening it is softer with speed, and flies apart in the end
+    # without the stiffening it softens with speed, and becomes unstable in the end
     plain = values(eigen(turning(floating + ", stiffening = false"), "start", None))
     wanted = first * np.sqrt(abs(1.0 - ratio**2)) * (1j if ratio < 1.0 else 1.0)
     assert plain[0] == pytest.approx(wanted, rel=1e-3)
@@ -402,7 +402,7 @@ def test_differences_of_the_equations_of_motion():
 
 
 def test_after_a_time():
-    """Where a driven bead has come after a second; the state is that of a simulation."""
+    """The state of a driven bead after a second, as a simulation returns it."""
     found = eigen(MODELS / "slider_crank.mbd", 0.5)
     run = mbdsl.simulate(MODELS / "slider_crank.mbd", stop=0.5, interval=0.5)
     assert found.t == 0.5
@@ -471,7 +471,7 @@ def test_the_command(say):
     with open("m.json") as stream:
         (mode,) = json.load(stream)["modes"]
     assert mode["damping"] == pytest.approx(0.1)
-    assert np.hypot(*mode["shape"]["block.y"]) == pytest.approx(0.5)  # the only length, of the spring, is the size
+    assert np.hypot(*mode["shape"]["block.y"]) == pytest.approx(0.5)  # the only length, that of the spring, is the size
     assert mode["bodies"] == {"block": 1.0}
 
 

@@ -1,6 +1,6 @@
-"""The emitted code holds what a scene calls for and nothing else; its structure, never a number, decides.
+"""The emitted code has the functions that a scene needs and no others; it depends on its structure, never on a number.
 
-What is in is written down here, model by model and effect by effect, and not asked of the code that emits.
+The expected contents are listed here, model by model and effect by effect; they are not read from the emitting code.
 """
 
 import re
@@ -15,7 +15,7 @@ from mbdsl.mechanism.reduction import reduce
 from mbdsl.system import build, emit
 
 MODELS = Path(__file__).parents[2] / "models"
-#: effect -> what is in the code of every scene that has it, and in no other
+#: effect -> functions in the code of every scene that has it, and of no other
 TRACES = {
     "joints": {"loops.constraints", "loops.constraint_tangents"},
     "drivers": {"loops.drive"},
@@ -54,10 +54,10 @@ EXPECTED = {
 }
 ROD = "Ground ground; Rod rod(m = 1 kg, length = 1 m); Rod tip(m = 1 kg, length = 1 m);"
 JOINED = f"{ROD} Revolute pin(ground, rod.a); Revolute knee(rod.b, tip.a);"
-#: small scenes, each with one thing more than JOINED
+#: small scenes, each with one element more than JOINED
 SCENES = {
     "": ("joints", "rigid_body_kernels revolute"),
-    # not of the joint's own coordinate from the ground on: it remains a constraint
+    # not of the joint's own coordinate from the ground: it remains a constraint
     "RotationalDriver d(ground, tip.c, phi = 1 rad/s*time);": (
         "joints, drivers, expressions",
         "rigid_body_kernels revolute rotational_driver",
@@ -98,13 +98,13 @@ def codes(scene, sets=1):
 
 
 def names(code):
-    """Functions of loops and tape, and modules of kernels, that the code names anywhere below its title."""
+    """Functions of loops and tape, and modules of kernels, that occur in the code below its title."""
     text = code.split('"""', 2)[2]
     found = set(re.findall(r"\b(?:loops|expression_tape)\.\w+|\b(?:[A-Z]+_LENGTH|INERTIA_ROW|TIMES)\b", text)) - ALWAYS
     modules = set(re.findall(r"import mbdsl_kind_(\w+)|from mbdsl\.bodies import (\w+)", text))
     called = set(re.findall(r"^    (\w+)\.\w+\(", text, re.MULTILINE)) - {"loops", "expression_tape"}
     imported = {a or b for a, b in modules}
-    assert called == imported  # nothing is imported in vain
+    assert called == imported  # every import is used
     return found, imported
 
 
@@ -118,7 +118,7 @@ def check(code, effects, modules):
 def test_every_model_is_here():
     assert set(EXPECTED) == {path.stem for path in MODELS.glob("*.mbd")}
     every = {effect for effects, _ in (*EXPECTED.values(), *SCENES.values()) for effect in effects.split(", ")}
-    assert every == set(TRACES)  # each is in somewhere, and out elsewhere
+    assert every == set(TRACES)  # each occurs in some model, and is missing in another
     assert all(any(effect not in effects for effects, _ in EXPECTED.values()) for effect in TRACES)
 
 
@@ -135,7 +135,7 @@ def test_one_thing_more_is_one_trace_more(more):
 
 
 def test_general_code_holds_everything():
-    """The same reader finds every trace where all are in."""
+    """The same search finds every function in the code that has all of them."""
     s = build(small(""), general=True)
     found, imported = names(emit.emit(s.tables.blocks, s.tables.has_tape, 1))
     assert found == set().union(*TRACES.values())
@@ -157,7 +157,7 @@ def test_sets_of_multipliers(name):
 
 
 def test_methods_have_as_many_sets_as_they_enforce_levels():
-    """What code a method is compiled with: of index 3 none has any mu."""
+    """The definitions with which a method's code is compiled: methods of index 3 have no mu."""
     sets = {name: module.METHOD.sets for name, module in methods().items()}
     of_index_3 = {name for name, module in methods().items() if module.METHOD.index == 3}
     assert {name for name, number in sets.items() if number == 1} == of_index_3 > {"newmark", "hht-i3", "nstiff"}
@@ -175,7 +175,7 @@ def test_friction_leaves_no_trace():
     wrist = "Rod last(m = 1 kg, length = 1 m); Revolute wrist(tip.b, last.a, mu = {}, radius = 1 cm);"
     assert codes(small(wrist.format(0))) == codes(small(""))
     assert TRACES["laws"] < names(codes(small(wrist.format(0.1)))[0])[0]
-    # where nothing is free, friction changes no motion
+    # in a kinematic part, friction changes no motion
     pin = "Revolute wrist(ground, tip.b, mu = 0.1, radius = 1 cm);"
     assert codes(small(pin)) == codes(small(""))
 

@@ -1,4 +1,5 @@
-"""Static equilibria against closed forms, from far away and from saddles; what has none; the command."""
+"""Static equilibria compared with closed forms, from distant starts and from saddles; models without equilibrium; the
+command."""
 
 import json
 from pathlib import Path
@@ -16,7 +17,7 @@ G = 9.81
 MODELS = Path(__file__).parents[2] / "models"
 PENDULUM = """model P Ground ground; Rod rod(m = 2 kg, length = 1 m); Revolute pin(ground, rod.a);{more}
 initial equation pin.phi = {phi} deg; end P;"""
-#: a chain of N links between two walls as far apart as 0.6 of its length
+#: a chain of N links between two walls, whose distance is 0.6 of its length
 CHAIN = """model C Ground ground(frames(wall = {{{span} m, 0 m, 0}}));
 Rod link[{N}](each m = 1 kg, each length = 0.5 m); Revolute J[1](ground, link[1].a);
 for i in 2:{N} loop Revolute J[i](link[i - 1].b, link[i].a); end for; Revolute E(link[{N}].b, ground.wall);
@@ -31,7 +32,7 @@ def found(text):
 
 
 def check_balance(e):
-    """Forces and constraints, evaluated anew."""
+    """Forces and constraints, evaluated again."""
     system = e.system
     f, Phi, _ = system.evaluate(e.t, e.q, np.zeros(system.n), e.lam)
     size = np.abs(system.velocity_jacobian(e.t, e.q, np.zeros(system.n)).T @ e.lam).max(initial=1.0)
@@ -49,7 +50,8 @@ def test_a_pendulum_hangs(phi):
     assert np.sin(e["rod.phi"]) == pytest.approx(-1.0, abs=1e-14)
     assert (e["pin.fx"], e["pin.fy"]) == pytest.approx((0.0, 2.0 * G), abs=1e-12)
     assert e.stability == "stable" and e.stable
-    # off an unstable one an implicit step doubles the way at most: 24 times from 1e-6 deg to 0.3 rad, then Newton's
+    # off an unstable one, an implicit step at most doubles the distance: 24 times from 1e-6 deg to 0.3 rad, then
+    # Newton's
     assert e.iterations <= 40
     assert ("unstable" in " ".join(e.notes)) == (phi == 90.0)
     assert e["energy.kinetic"] == e["rod.alpha"] == e["rod.w"] == 0.0
@@ -76,8 +78,8 @@ def test_many_turns():
 
 @pytest.mark.parametrize(("N", "phi"), [(2, 90), (5, 90), (8, 0), (8, 45), (90, 90)])
 def test_rows_of_links_hang(N, phi):
-    """However many saddles there are on the way; 90 links are solved sparsely. Rounding of N weights, each found to eps
-    of what all bear, is N^2 eps of one."""
+    """For any number of saddles on the way; 90 links are solved sparsely. Rounding of N weights, each known to eps of
+    the total, is N^2 eps of one weight."""
     e = found(ROW.format(N=N, phi=phi))
     rounding = max(1e-12, 10 * N**2 * np.finfo(float).eps)
     check_balance(e)
@@ -88,7 +90,7 @@ def test_rows_of_links_hang(N, phi):
 
 @pytest.mark.parametrize("N", [20, 100])
 def test_a_hanging_chain(N):
-    """Symmetric, each end bears half the weight, and the horizontal force is that of link by link statics."""
+    """By symmetry, each end carries half the weight; the horizontal force follows from the statics of each link."""
     e = found(CHAIN.format(N=N, half=N // 2, span=0.3 * N))
     check_balance(e)
     assert e.stable
@@ -141,7 +143,7 @@ def test_a_mass_on_a_spring():
 
 
 def test_soft_and_stiff_together():
-    """A mass of a tonne on a spring of 1 N/m falls ten kilometres; what holds the spring gives way by 10 um."""
+    """A mass of a tonne on a spring of 1 N/m falls ten kilometres; the support of the spring yields by 10 um."""
     e = found("""model S Ground ground; Body a(m = 1 kg, I = 1 kg.m2); Body b(m = 1000 kg, I = 1 kg.m2);
         Prismatic s(ground, a.c); RotationalSpringDamper r(ground, b.c, k = 1 N.m/rad);
         SpringDamper stiff(ground, a.c, k = 1e9 N/m, s0 = 1 m); SpringDamper soft(a.c, b.c, k = 1 N/m, s0 = 1 m);
@@ -153,7 +155,8 @@ def test_soft_and_stiff_together():
 
 @pytest.mark.parametrize("load", [1.0, 5.0, 8.0])
 def test_a_truss_that_softens(load):
-    """Two springs between walls, pushed down at their joint: 2 k (s - s0) y/s = F, before and after it snaps."""
+    """Two springs between walls, pushed down at their joint: 2 k (s - s0) y/s = F, before and after the
+    snap-through."""
     e = found(f"""model T Ground ground(g = 0, frames(l = {{-1 m, 0 m, 0}}, r = {{1 m, 0 m, 0}}));
         PointMass m(m = 1 kg); SpringDamper a(ground.l, m, k = 100 N/m, s0 = 1.2 m);
         SpringDamper b(ground.r, m, k = 100 N/m, s0 = 1.2 m); Force f(m, fy = -{load} N);
@@ -162,7 +165,7 @@ def test_a_truss_that_softens(load):
     y, s = e["m.y"], np.hypot(1.0, e["m.y"])
     assert e["m.x"] == pytest.approx(0.0, abs=1e-12)
     assert -2.0 * 100.0 * (s - 1.2) * y / s == pytest.approx(load, rel=1e-10)
-    # the largest force that it bears is 2 k (s0^(2/3) - 1)^(3/2), as of a von Mises truss
+    # the largest force is 2 k (s0^(2/3) - 1)^(3/2), as for a von Mises truss
     assert (y > 0.0) == (load < 200.0 * (1.2 ** (2 / 3) - 1.0) ** 1.5)
     assert e.stable
 
@@ -176,7 +179,7 @@ def test_from_the_ridge_it_falls_to_a_side():
 
 
 def test_springs_that_balance_each_other():
-    """Nothing but rounding is left of 1 kN against 1 kN."""
+    """The residual of 1 kN against 1 kN is only rounding."""
     e = found("""model T Ground ground(g = 0, frames(l = {-1 m, 0 m, 0}, r = {1 m, 0 m, 0})); PointMass m(m = 1 kg);
         SpringDamper a(ground.l, m, k = 1234.5 N/m, s0 = 0.1 m);
         SpringDamper b(ground.r, m, k = 1234.5 N/m, s0 = 0.1 m);

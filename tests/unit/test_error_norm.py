@@ -1,4 +1,4 @@
-"""The norm of tolerances, against what it says by hand, and under changes of units."""
+"""The error norm of tolerances, compared with values by hand, and under changes of units."""
 
 import numpy as np
 import pytest
@@ -82,7 +82,7 @@ def test_units_change_neither_steps_nor_the_error_that_is_claimed(runs):
 
 
 def test_the_true_error_is_what_is_claimed_in_all_units(runs):
-    """The claim of a run with half the error is at most that; the closed form decides."""
+    """A run with half the error estimates at most that; the closed form gives the error."""
     for (run, x, v), (L, _, _) in zip(runs, UNITS, strict=True):
         true = max(np.abs(run["b.x"] - x).max() / (2.0 * L), np.abs(run["b.vx"] - v).max() / np.abs(v).max())
         assert true < 3e-4

@@ -1,4 +1,4 @@
-"""Numbers that no computation can take end in a message that names them, at their place, and not in a traceback."""
+"""Numbers that overflow the computation end in a message with their name and place, and not in a traceback."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_the_number_is_named(run, line, said, capfd):
     assert said in caught.value.message
     assert caught.value.span.line == 3
     captured = capfd.readouterr()
-    assert "On entry to" not in captured.out + captured.err  # of LAPACK, past every stream of Python
+    assert "On entry to" not in captured.out + captured.err  # LAPACK prints it, bypassing Python's streams
 
 
 def test_on_the_command_line(tmp_path, capsys):

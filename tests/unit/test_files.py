@@ -137,7 +137,7 @@ def test_what_fails_half_way_leaves_what_was_there(tmp_path):
 
 
 def test_all_files_are_written_whole():
-    """By this module alone; caches and stores, which may lose what they hold, do the same on their own."""
+    """By this module alone; caches and stores, whose files may be lost, write on their own."""
     package = Path(output_files.__file__).parents[1]
     own = {f"storage/{name}.py" for name in ("output_files", "cache_folder", "trusted_files")}
     own |= {"compilation/code_cache.py", "studies/store.py", "lang/lalr.py", "lang/kind_reference.py"}
@@ -242,7 +242,7 @@ def test_one_interruption_while_results_are_written(say, model, monkeypatch):
 @posix
 @pytest.mark.parametrize("where", ["_collect", "doubts"])
 def test_one_interruption_after_the_last_step(say, model, monkeypatch, where):
-    """Between the step loop and the writing."""
+    """Between the step loop and the writing of results."""
     from mbdsl.simulation import simulate
 
     known = getattr(simulate, where)

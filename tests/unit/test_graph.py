@@ -18,7 +18,7 @@ from mbdsl.mechanism.scene import Component, Frame, Scene
 
 
 class Mechanism:
-    """The shortest way to a scene: frames are made as they are named, components get a line of their own."""
+    """A short way to make a scene: frames are made when they are named, and components get a line of their own."""
 
     def __init__(self):
         self.components, self.frames = {}, {}
@@ -223,11 +223,11 @@ def test_a_hub_with_many_arms_does_not_fill():
 
 
 def triangle():
-    """A loop that must not be closed on b and c alone: they would be fixed twice as long as a is not eliminated."""
+    """A loop that must not be closed on b and c alone: they would be determined twice until a is eliminated."""
     m = mechanism("a", "b", "c", "z").add("A", "Revolute", "world", "a.a")
     m.add("W", "Fixed", "world", "z.a").add("Z", "Fixed", "z.b", "c.a")
     m.add("B", "Revolute", "a.b", "b.a").add("C", "Revolute", "b.b", "c.b").body(*"defgh")
-    for k, (i, j) in enumerate(combinations("adefgh", 2)):  # springs that make a the dearest body to eliminate
+    for k, (i, j) in enumerate(combinations("adefgh", 2)):  # springs that make a the most expensive body to eliminate
         m.add(f"S{k}", "SpringDamper", f"{i}.b", f"{j}.b")
     return m
 
@@ -271,7 +271,7 @@ def test_point_mass_goes_with_its_neighbour_before_their_joint():
     ],
 )
 def test_rows_of_velocities_come_after_all_bodies_that_they_see_move(row, needed):
-    """Else they may vanish with the rest held: a blade at the end of the last link, across the link."""
+    """Otherwise they may vanish with the other bodies held: a blade at the end of the last link, across the link."""
     chain = "Revolute p(ground, a.a); Revolute q(a.b, b.a); Revolute r(b.b, c.a); "
     order = written(f"{chain} {row}; Torque t(p, tau = 0.1 m*r.fx);").elimination_order()
     assert sorted(order) == sorted("abcpqrx")
@@ -370,7 +370,7 @@ def test_joint_of_a_body_with_itself(frames):
     assert "joins" in error.message and "to itself" in error.message and error.span.line == 4
 
 
-# -- what is only suspicious ----------------------------------------------------------------------------------------
+# -- suspicious, but not refused -------------------------------------------------------------------------------------
 def test_the_same_joint_twice():
     (warning,) = chain(1).add("again", "Revolute", "link0.a", "world").build().warnings
     assert warning.render().startswith("m.mbd:4:3: warning: Revolute `again` repeats `J0`: same frames, same values")

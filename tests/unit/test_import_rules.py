@@ -1,4 +1,4 @@
-"""Who may import whom. Kept by reading the files, and by looking at what a fresh process has loaded."""
+"""Imports between rooms, checked by reading the files and by the modules that a fresh process has loaded."""
 
 import ast
 import subprocess
@@ -12,17 +12,17 @@ import mbdsl
 PACKAGE = Path(mbdsl.__file__).parent
 NUMERICS = ("numpy", "scipy", "numba", "matplotlib", "networkx", "pandas", "xarray")
 AT_IMPORT, IN_FUNCTION, FOR_TYPES = "at import", "in a function", "for the type checker"
-#: from the top floor down: what is in a room imports from its own room and from those after it, and nothing else
+#: from the top down: a room imports from itself and from the rooms after it only
 ROOMS = (
     *("__init__", "__main__", "cli", "api", "studies", "analysis", "explanation", "simulation", "statics", "initial"),
     *("integrators", "lang", "system", "mechanism", "elements", "bodies", "plotting", "results"),
     *("expressions", "numerics", "compilation", "storage", "errors", "messages", "version"),
 )
-#: the imports that run up, and why
+#: the imports that run upwards, with the reason
 UPWARD = {
     ("mbdsl.errors", "mbdsl.simulation.trajectory"): "for type checkers: the results that an error brings with it",
 }
-#: the imports that close circles, and why; none of them is made while a module is imported
+#: the imports that close circles, with the reason; none of them is executed while a module is imported
 CIRCLES = {
     ("mbdsl.elements.kind", "mbdsl.elements"): "a kind is pickled by its name, and found again among all kinds",
     ("mbdsl.expressions.symbolic", "mbdsl.expressions.printing"): "an expression prints itself as text",
@@ -43,7 +43,7 @@ CIRCLES = {
     ("mbdsl.integrators.missed_peaks", "mbdsl.integrators.run"): "type of the run, whose states they read",
     ("mbdsl.studies.hard_page", "mbdsl.studies.hard"): "type of the results that the page shows",
 }
-#: part of the package -> what it reaches by no number of imports, not even inside functions
+#: part of the package -> modules that it reaches by no number of imports, not even inside functions
 FORBIDDEN = {
     "elements": ("mbdsl.errors", "mbdsl.storage", *NUMERICS),
     "bodies": ("mbdsl.errors", "mbdsl.storage", "mbdsl.expressions"),
@@ -57,9 +57,9 @@ FORBIDDEN = {
     "plotting": ("mbdsl.expressions", "mbdsl.elements"),
     "results": ("mbdsl.expressions", "mbdsl.elements"),
 }
-#: part -> what its own files do not import: an integrator sees a System, and not what it is made from
+#: part -> modules that its own files do not import: an integrator sees a System, and not the parts of a System
 UNSEEN = {"integrators": ("mbdsl.elements", "mbdsl.bodies", "mbdsl.mechanism", "mbdsl.compilation.object_code")}
-#: what is not loaded, by any number of imports, while a part is imported: extras, and what is slow to load
+#: modules that are not loaded while a part is imported: extras, and packages that are slow to load
 LATE = {
     "mechanism": NUMERICS,
     "lang": NUMERICS,
@@ -72,7 +72,7 @@ LATE = {
 
 
 def imports(node, when=AT_IMPORT):
-    """(Name, when it is imported) of what a syntax tree imports."""
+    """(Name, time of the import) of the imports in a syntax tree."""
     if isinstance(node, ast.Import):
         yield from ((alias.name, when) for alias in node.names)
     elif isinstance(node, ast.ImportFrom):
@@ -115,7 +115,7 @@ ARROWS = _arrows()
 
 
 def closure(names, kinds):
-    """What modules reach by imports of these kinds -> the way there; importing a module imports its packages."""
+    """Modules reached by imports of these kinds -> the path to them; importing a module imports its packages."""
     ways = {name: (name,) for name in names}
     pending = list(ways)
     while pending:
@@ -157,7 +157,7 @@ def test_every_file_is_in_a_room():
 
 
 def test_no_import_runs_up():
-    """Imports for the type checker are counted. As none runs up, none does by any number of imports."""
+    """Imports for the type checker are included. As none runs upwards, no chain of them does."""
     floor = {name: k for k, name in enumerate(ROOMS)}
     up = {
         (name, target)
@@ -180,7 +180,7 @@ def test_no_imports_go_round_in_circles():
 
 
 def _without_circles(left):
-    """Modules in an order in which each comes after what it imports."""
+    """Modules in an order in which each comes after its imports."""
     left, done = {name: set(targets) for name, targets in left.items()}, []
     while ready := [name for name, targets in left.items() if targets <= set(done)]:
         done += ready
@@ -232,7 +232,7 @@ def test_the_reader_of_imports_sees_them():
 
 
 def test_the_closure_sees_far():
-    """From the command line, by way of functions, to the kernels' marks; at import, not even to numpy."""
+    """From the command line, through functions, to the kernels' marks; at import, not even to numpy."""
     ways = closure(["mbdsl.cli.simulate"], (AT_IMPORT, IN_FUNCTION))
     assert {"mbdsl.compilation.marks", "mbdsl.studies.ladder", "numpy"} <= set(ways)
     assert len(ways["mbdsl.compilation.marks"]) > 3

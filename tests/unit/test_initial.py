@@ -1,4 +1,5 @@
-"""Consistent initial values: the fixed stay, guesses move least, and what cannot be is told in the model's words."""
+"""Consistent initial values: fixed values stay, guesses change least, and impossible ones are reported in terms of the
+model."""
 
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from mbdsl.system import build
 from mbdsl.system.accelerations import balance
 from mbdsl.system.system import DENSE_LIMIT
 
-#: assembly ends where constraints hold to 1e-13 of the mechanism's size; solves lose two digits more
+#: assembly ends where constraints hold to 1e-13 of the mechanism's size; linear solves lose two digits more
 EXACT = 1e-12
 
 
@@ -98,7 +99,7 @@ def test_guesses_move_least():
     b.initial(p.vy, -1.0, fixed=False)
     system, s = start(b)
     along = np.array([np.cos(np.pi / 6), np.sin(np.pi / 6)])
-    # every coordinate also has a weight of 1e-3 against 1 towards where it was first placed: a millionth in squares
+    # every coordinate also has a weight of 1e-3, against 1, towards its first placement: a millionth in squares
     assert s.q == pytest.approx(along * (along @ (1.0, 2.0)), abs=3e-6)
     assert s.v == pytest.approx(along * (along @ (3.0, -1.0)), abs=3e-6)
     consistent(system, s)
@@ -106,7 +107,7 @@ def test_guesses_move_least():
 
 
 def test_what_nothing_was_said_about_moves_first():
-    """Of two points joined by a link, the one with a guess stays."""
+    """Of two points joined by a link, the one with a guess stays in place."""
     b = Builder("Link")
     ground = b.Ground("ground")
     p, q = b.PointMass("p", m=1.0), b.PointMass("q", m=1.0)
@@ -190,7 +191,8 @@ def test_start_at_a_dead_centre():
 
 
 def test_a_fixed_pose_at_the_end_of_reach():
-    """The slider at its dead centre is where constraint and fixed value touch: their Jacobian is singular there."""
+    """At the dead centre of the slider, the constraint and the fixed value are tangent: their Jacobian is singular
+    there."""
     system, s = start(CRANK.format("B.s = 0.9; guess crank.phi = 0.1; guess rod.phi = 0;"))
     position = system.Phi(0.0, s.q)
     # a double root is found to the root of the tolerance
@@ -219,7 +221,8 @@ end Parallel;
 
 
 def test_redundant_constraints():
-    """The motion of a parallelogram with a third crank is known; its multipliers are not, but some solve."""
+    """The motion of a parallelogram with a third crank is unique; its multipliers are not, but one solution satisfies
+    the equations."""
     system, s = start(PARALLEL)
     consistent(system, s)
     assert system.m - len(s.redundant) == system.n - 1
@@ -304,7 +307,7 @@ def test_assembly_is_free_of_scale(size):
 
 
 def test_balanced_equations_have_entries_near_one():
-    """Whatever the masses: powers of two, each of which brings a mass or a row of J to between 0.4 and 2."""
+    """For any masses: powers of two, each of which brings a mass or a row of J to between 0.4 and 2."""
     system, s = start("""
 model Link
   Ground ground;
@@ -332,7 +335,7 @@ def test_dense_and_sparse_steps_agree(solve):
 
 
 def test_steps_of_assembly_end_where_the_gradient_is_along_constraints():
-    """J d = -r_c, and d/dd (|r_w + W d|^2 + |r_s + S d|^2) has no part across the rows of J."""
+    """J d = -r_c, and the gradient of |r_w + W d|^2 + |r_s + S d|^2 has no component in the null space of J."""
     rng = np.random.default_rng(2)
     weight, r_w, r_s, r_c = (rng.uniform(0.5, 1.5, k) for k in (7, 7, 4, 3))
     S, J = rng.normal(size=(4, 7)), rng.normal(size=(3, 7))
@@ -367,7 +370,7 @@ def test_long_chain_is_assembled():
 
 @pytest.mark.parametrize("n", [1, 5, 6, 20])
 def test_four_bars_start_where_they_are_meant_to(n):
-    """Couplers are told where they are but not how they turn; whatever N, nothing that was said has to move."""
+    """The positions of couplers are given, but not their angles; for any N, no given value has to change."""
     path = Path(__file__).parents[2] / "models" / "four_bar.mbd"
     r = mbdsl.simulate(mbdsl.load(path, {"N": n}), step=1e-3, stop=1e-3)
     assert not r.moved
@@ -378,7 +381,8 @@ def test_four_bars_start_where_they_are_meant_to(n):
 @pytest.mark.parametrize("length", [1e-9, 1e-3, 1.0, 1e6])
 @pytest.mark.parametrize("where", [0.0, 7.0])
 def test_size_of_a_mechanism_of_points(length, where):
-    """As far as frames on the ground are apart; else a length that is given, else one at the start; wherever it is."""
+    """The largest distance of frames on the ground; otherwise a given length, otherwise a length at the start; at any
+    place."""
 
     def size(*frames, s0=0.0, start=0.0):
         b = Builder("Points")

@@ -1,4 +1,4 @@
-"""Bounds of expressions: what numpy samples of random expressions, and of their exact derivatives, lies within them."""
+"""Bounds of expressions contain numpy samples of random expressions and of their exact derivatives."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ TABLES = [
     for smoothness in ("linear", "monotone", "cubic")
     for beyond in ("hold", "linear", "periodic", "error")
 ]
-BEYOND, PERIODIC = TABLES[1], TABLES[6]  # goes on with its last slope; of monotone slopes
+BEYOND, PERIODIC = TABLES[1], TABLES[6]  # extrapolated with its last slope; of monotone slopes
 ARITY = {"select": 3, **dict.fromkeys("sin cos tan asin acos atan sinh cosh tanh exp log log10 sqrt".split(), 1)}
 ARITY |= dict.fromkeys("neg abs sign floor ceil not".split(), 1)
 JUMPS = ("sign", "floor", "ceil", "mod", "lt", "le", "eq", "ne", "and", "or", "not", "select", "tan", "atan2", "ratio")
@@ -42,7 +42,7 @@ NUMBERS = some.floats(-3.0, 3.0).map(lambda x: round(x, 9))
 
 
 def sampled(root, t):
-    """Values of an expression; not a number where one of its parts is none."""
+    """Values of an expression; NaN if one of its parts is NaN."""
     parts = list(walk(root))
     with np.errstate(all="ignore"):
         try:
@@ -74,7 +74,7 @@ def test_samples_lie_within(root, a, width):
     t = np.linspace(a, b, 41)
     y = sampled(root, t)
     finite = np.isfinite(y)
-    # what rounding makes of intermediate values that cancel is not the expression's own
+    # rounding of intermediate values that cancel is not a value of the expression
     noise = 1e-12 * (1.0 + np.abs(y[finite]).max(initial=0.0))
     assert (y[finite] >= lo - noise).all() and (y[finite] <= hi + noise).all()
     if finite.all():
@@ -119,7 +119,8 @@ def test_bounds_of_waves_are_sharp_in_all_periods(name):
 
 
 def test_ways_lie_within_their_bounds():
-    """Cubic polynomials of random coefficients, and of each by itself, over whole steps, parts of them, and several."""
+    """Cubic polynomials with random coefficients, one or all at a time, over whole steps, parts of them, and several
+    steps."""
     x = coordinate("b", "x")
     ways = np.concatenate([np.eye(4), -np.eye(4), np.random.default_rng(5).normal(size=(40, 4))])
     k, s = np.arange(len(ways)), np.linspace(0.0, 1.0, 33)

@@ -1,4 +1,4 @@
-"""A link that leads back to itself, wherever a file is named: one line, exit code 2, and nothing is written."""
+"""A link that leads back to itself, in place of any file argument: one line, exit code 2, and no file is written."""
 
 import os
 from pathlib import Path
@@ -38,6 +38,6 @@ def test_loops(command, tmp_path, monkeypatch, capsys):
     before = sorted(os.listdir())
     assert main([str(MODEL) if word == "MODEL" else word for word in command]) == 2
     stderr = capsys.readouterr().err
-    assert "link" in stderr  # "Too many levels of symbolic links" is what POSIX says of it
+    assert "link" in stderr  # POSIX's text is "Too many levels of symbolic links"
     assert "internal" not in stderr
     assert sorted(os.listdir()) == before

@@ -1,4 +1,4 @@
-"""What a model, a name or an argument holds reaches a terminal or a page as text, never as a command to it."""
+"""Text of a model, a name or an argument reaches a terminal or a page as text, never as a command to it."""
 
 import io
 import sys
@@ -15,7 +15,8 @@ from mbdsl.plotting.figures import Figure, Page, Series, Table
 from mbdsl.plotting.pages import html
 
 ESCAPE, BIDI = "\x1b]0;owned\x07\x1b[2J", "\u202e"
-#: categories of The Unicode Standard, table 4-4, that steer or hide: control, format, surrogates, separators of lines
+#: categories of The Unicode Standard, table 4-4, that control or hide text: control, format, surrogates, line
+#: separators
 STEERING = {"Cc", "Cf", "Cs", "Zl", "Zp"}
 MODEL = "model E {doc}\n  Ground ground;\n  Rod r(m = 1 kg, length = 1 m);\n  {line}\nend E;\n"
 

@@ -1,4 +1,4 @@
-"""Names that a model may not take, because the tool has them, and names that it may."""
+"""Names that a model may not use because mbdsl defines them, and names that it may use."""
 
 import numpy as np
 import pytest

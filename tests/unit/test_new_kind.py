@@ -1,7 +1,7 @@
-"""A kind more in the library costs a scene without it nothing: not a byte of its code, and no compilation.
+"""Another kind in the library costs a scene without it nothing: not a byte of its code, and no compilation.
 
-In processes of their own, since kinds are found once. The new one lies in a folder that is put on the path of the
-package of elements: whoever installs such a file gets the same.
+The tests run in processes of their own, since kinds are discovered once. The new kind lies in a folder that is added to
+the path of the package of elements, as an installed file would be.
 """
 
 import json
@@ -110,9 +110,10 @@ def model(tmp_path, kind):
 
 
 def test_a_scene_without_it_is_untouched(folder):
-    """Same code, same name, same cache, where all is found compiled: nothing is announced, nothing new is emitted."""
+    """The code, its name and its cache are the same, and all is found compiled: nothing is announced, nothing is
+    emitted."""
     cache = cache_folder.own()
-    run(SLIDER_CRANK, cache)  # whatever is still to be compiled
+    run(SLIDER_CRANK, cache)  # code that still has to be compiled
     before, after = run(SLIDER_CRANK, cache), run(SLIDER_CRANK, cache, folder)
     assert after["kinds"] == before["kinds"] + 1
     for key in ("codes", "names", "cache", "emitted", "said", "q"):
@@ -121,7 +122,7 @@ def test_a_scene_without_it_is_untouched(folder):
 
 
 def test_a_file_more_in_the_package(tmp_path):
-    """One file, no list: put beside the others it is a word of the language, and no other scene is compiled again."""
+    """One file, no list: it becomes a word of the language, and no other scene is compiled again."""
     shutil.copytree(ROOT / "mbdsl", tmp_path / "mbdsl", ignore=shutil.ignore_patterns("__pycache__"))
     cache, element = tmp_path / "cache", tmp_path / "mbdsl" / "elements" / f"{NAME}.py"
     before = run(SLIDER_CRANK, cache, root=tmp_path)
@@ -144,7 +145,7 @@ def test_a_scene_with_it_has_it(folder, tmp_path):
     found = run(model(tmp_path, "Tether t(hook, weight, force = 3 N);"), cache, folder)
     assert f"import mbdsl_kind_{NAME} as {NAME}" in found["codes"][0]
     assert f"{NAME}.fill" in found["codes"][0] and f"{NAME}.curve" in found["codes"][0]
-    # the same by a kind that is there: a spring and damper whose law is the tension
+    # the same force by an existing kind: a spring and damper whose law is the tension
     twin = run(model(tmp_path, "SpringDamper t(hook, weight, force = 3 N);"), cache)
     assert NAME not in twin["codes"][0]
     assert found["q"] == twin["q"]

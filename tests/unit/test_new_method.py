@@ -1,7 +1,7 @@
-"""An integrator is one file: put into the package, it takes part in every check that is about all methods.
+"""An integrator is one file: once it is in the package, every check of all methods includes it.
 
-The file is BDF3, a method of order 3, which nothing in mbdsl or its tests knows of. Processes of their own find it in a
-copy of the package and run the checks below on it, those of its order among them.
+The file is BDF3, a method of order 3 that neither mbdsl nor its tests mention. Separate processes find it in a copy of
+the package and run the checks below on it, including those of its order.
 """
 
 import os
@@ -75,9 +75,9 @@ def finish(h, run):
         y[Q2, i], y[V2, i] = y[Q1, i], y[V1, i]
         y[Q1, i], y[V1, i] = y[POSITION0, i], y[VELOCITY0, i]
 '''
-#: BDF3 is not A-stable: the modes of flexible beams, which are hardly damped, grow with the steps of these tests
+#: BDF3 is not A-stable: in these tests, the nearly undamped modes of flexible beams grow with the steps
 CHOSEN = "bdf3 and not flexible"
-#: file -> tests of it that are to run on the method, each at least so many times
+#: file -> tests of it that have to run on the method, each at least this number of times
 CHECKS = {
     "verification/test_orders.py": {"test_order_of_positions_velocities_and_reactions": 1},
     "verification/test_nonholonomic.py": {"test_chaplygin_sleigh": 1, "test_rolling_disc": 1},
@@ -108,7 +108,7 @@ print(json.dumps(names["contraction"](path, "bdf3", 1e-2, False)))
 
 @pytest.fixture(scope="module")
 def environment(tmp_path_factory):
-    """Of processes for which the file is in the package."""
+    """Environment of processes in which the file is in the package."""
     root = tmp_path_factory.mktemp("copy")
     shutil.copytree(PACKAGE, root / "mbdsl", ignore=shutil.ignore_patterns("__pycache__"))
     (root / "mbdsl" / "integrators" / "methods" / "bdf3.py").write_text(METHOD, encoding="utf-8")
@@ -137,7 +137,7 @@ def test_every_check_of_all_methods_runs_on_it(environment, tmp_path):
 
 
 def test_its_correction_is_newtons(environment, tmp_path):
-    """What a correction leaves of an error is rounding, as with the other methods of index 3."""
+    """One correction leaves only rounding of an error, as with the other methods of index 3."""
     code = UNCOMPILED.format(script=str(TESTS / "unit" / "integrators" / "uncompiled.py"))
     largest, _ = eval(output({**environment, "NUMBA_DISABLE_JIT": "1"}, tmp_path, "-c", code))
     assert largest < 1e-8

@@ -145,7 +145,7 @@ def test_handles_of_another_builder_are_refused(use):
 
 # -- other names of frames ----------------------------------------------------------------------------------------
 def test_other_names_of_frames_have_signals():
-    """The same point, whatever it is called: an alias, a connector of a sub-model, an alias of that."""
+    """The same point under any name: an alias, a connector of a sub-model, an alias of that."""
     text = """model Arm
       Frame F; Frame tip = rod.b; Rod rod(m = 2 kg, length = 1 m);
     equation connect(F, rod.a); end Arm;

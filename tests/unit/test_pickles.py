@@ -1,4 +1,4 @@
-"""Scenes, trajectories and errors go to other processes and back, and are the same there."""
+"""Scenes, trajectories and errors can be sent to other processes and back, and stay the same."""
 
 import copy
 import multiprocessing
@@ -39,7 +39,7 @@ def test_scenes(path):
 
 
 def test_long_expressions():
-    """Chains of thousands of terms, as loops make them, and terms that occur in many places."""
+    """Chains of thousands of terms, as loops produce them, and terms that occur in many places."""
     x = coordinate("r.c", "x")
     for k in range(20_000):
         x = x * TIME + float(k)
@@ -80,7 +80,7 @@ def test_errors(kind):
 
 
 def fail(given):
-    """What a worker does: a run that comes to an end where a rod is too short."""
+    """Run in a worker: a simulation that ends where a rod is too short."""
     return mbdsl.simulate(given, step=1e-3, stop=2.0)
 
 

@@ -1,4 +1,4 @@
-"""Placing of bodies goes by what kinds declare, not by what they call it."""
+"""The placement of bodies depends on the declarations of kinds, not on names."""
 
 import sys
 from dataclasses import replace
@@ -42,7 +42,7 @@ def placed(text):
 
 @pytest.fixture
 def renamed(monkeypatch):
-    """The model with kinds of other names, all of whose own names are others, too."""
+    """The model with kinds whose names, and whose parameters and signals, are all renamed."""
     text = MODEL
     for kind, (name, changes) in OTHERS.items():
         source = elements.modules()[kind]
@@ -92,7 +92,7 @@ def test_kinds_with_other_names_are_placed_the_same(renamed):
 
 
 def test_the_model_shows_it():
-    """Worked out by hand: rods one behind the other, each turned by what its joint says."""
+    """By hand: rods one behind the other, each turned by the value of its joint."""
     q, _ = placed(MODEL)
     angles = np.cumsum([0.7 + 0.1, 0.5, 0.2, -0.3])
     assert q[2:12:3] == pytest.approx(angles)
@@ -110,7 +110,7 @@ def test_the_model_shows_it():
 
 
 def test_parameters_are_declared():
-    """What a kind names for placing are its own signals and parameters."""
+    """The names that a kind declares for placement are its own signals and parameters."""
     for module in elements.modules().values():
         kind = module.KIND
         has = {x.name for x in (*kind.signals, *kind.parameters)}

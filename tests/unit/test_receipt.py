@@ -1,4 +1,4 @@
-"""``explain``: what is in, what is out, how much of it, and that shares are shares; no time is asserted."""
+"""``explain``: the effects that are in and out, their amounts and their shares of time; no time is asserted."""
 
 import re
 from pathlib import Path
@@ -10,7 +10,7 @@ from mbdsl.errors import UsageError
 from mbdsl.explanation.receipt import explain
 
 MODELS = Path(__file__).parents[2] / "models"
-#: model -> what is in, beside bodies; coordinates, constraints and nonholonomic ones: as written, as solved
+#: model -> its effects except bodies; coordinates, constraints and nonholonomic ones: as written, as solved
 FACTS = {
     "chain": ("joints, gravity", (24, 16, 0), (24, 16, 0)),
     "chaplygin_sleigh": ("nonholonomic rows", (3, 0, 1), (3, 0, 1)),
@@ -115,7 +115,7 @@ def test_parts():
 
 
 def test_driven_by_itself():
-    """A driven rod that nothing hangs on costs nothing: no frame of it is in any code."""
+    """A driven rod without attachments costs nothing: none of its frames is in any code."""
     b = Builder("Aside")
     ground, rod, driven = b.Ground("ground"), b.Rod("rod", m=1.0, length=1.0), b.Rod("driven", m=1.0, length=1.0)
     b.Revolute("A", ground, rod.a)
@@ -141,14 +141,14 @@ def test_nothing_to_solve():
     "name", ["slider_crank", "seven_body", "stick_slip_belt", "rolling_disc", "driven_crank", "crank_ivp"]
 )
 def test_shares(name):
-    """Each between nothing and all; what is not accounted for is the method's. How large they are is the machine's."""
+    """Each share is between 0 and 1; the rest belongs to the method. The sizes of the shares depend on the machine."""
     found = explain(MODELS / f"{name}.mbd")
     timed = {e.effect: e.share for e in found.entries if e.share is not None}
     assert found.step > 0.0
     assert all(0.0 <= share < 1.0 for share in timed.values())
-    assert sum(timed.values()) + (found.remainder or 0.0) == pytest.approx(1.0)  # None where the machine is too busy
+    assert sum(timed.values()) + (found.remainder or 0.0) == pytest.approx(1.0)  # None if the machine is too busy
     assert all(e.present for e in found.entries if e.share is not None)
-    # all that has code of its own has a share
+    # every part with code of its own has a share
     assert {e.effect for e in found.entries if any("." in kernel for kernel in e.kernels)} <= set(timed)
     assert re.search(r"\na step takes [\d.e+]+ us \([\w-]+, h = .* s\); ", str(found))
 

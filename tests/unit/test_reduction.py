@@ -1,4 +1,4 @@
-"""What is merged, carried, dropped and split before a scene is solved, and that nobody can tell from the results."""
+"""Bodies that are merged, carried, dropped and split before a scene is solved; the results do not change."""
 
 from pathlib import Path
 
@@ -31,7 +31,7 @@ initial equation
   annotation(experiment(StopTime = 1 s));
 end Welded;
 """
-#: the same as one body: sums of masses, moments about the common centre of mass
+#: the same bodies as one: sums of masses, moments about the common centre of mass
 ONE = """
 model One
   Ground ground;
@@ -72,7 +72,7 @@ def test_poses():
 
 def test_welded_bodies_become_one():
     found = reduction(WELDED)
-    assert actions(found) == [("merged", ("b", "a", "disc"))]  # of b something is said at the start
+    assert actions(found) == [("merged", ("b", "a", "disc"))]  # b has an initial value
     (part,) = found.parts
     assert (part.graph.coordinates, part.graph.rows) == (3, 2)
     assert set(found.notes[0].by) == {"corner", "bolt"}
@@ -105,9 +105,9 @@ def test_welded_bodies_move_as_the_sum_of_them():
     assert a.system.n == 9
     assert a.stats["solved"] == {"n": 3, "m": 2, "p": 0, "parts": 1}
     for one, other in (("a.phi", "a.phi"), ("disc.c.x", "a.d.x"), ("disc.w", "a.w"), ("pin.fx", "pin.fx")):
-        # Newton's iteration ends in another place. Each run leaves 1.2e-4 of a step's own error in positions (1e-5 of
-        # h^2 times the second difference of a, of which a twelfth is the error), two leave twice that: ten times, as
-        # contractions are estimates.
+        # Newton's iteration ends at another point. Each run leaves 1.2e-4 of the local error of a step in positions
+        # (1e-5 of h^2 times the second difference of a, of which a twelfth is the error), two runs twice that: ten
+        # times that is allowed, as contractions are estimates.
         error = np.abs(a[one] - finer[one]).max() * 4 / 3
         assert np.abs(a[one] - b[other]).max() < 2.4e-3 * error, one
     lost, other, least = (x["energy.total"] - x["energy.total"][0] for x in (a, b, finer))
@@ -116,7 +116,7 @@ def test_welded_bodies_move_as_the_sum_of_them():
 
 
 def test_reactions_of_welds_are_there_when_asked_for():
-    """Of a weld that is cut, force and torque are what moves what hangs on it."""
+    """The force and torque of a weld that is cut accelerate the bodies attached to it."""
     a = simulate(mbdsl.parse(WELDED))
     assert np.isnan(a._lam).any()  # nothing is computed before
     spring = np.stack([a["disc.c.x"], a["disc.c.y"]]) / a["spring.s"] * a["spring.force"]
@@ -130,7 +130,7 @@ def test_reactions_of_welds_are_there_when_asked_for():
 
 
 def test_merged_and_general_go_to_the_same_limit():
-    """Not to rounding: the discretised motion depends on the coordinates it is discretised in."""
+    """Not to rounding: the discretised motion depends on the coordinates."""
     gaps = []
     for h in (2e-3, 1e-3, 5e-4):
         a, b = (simulate(mbdsl.parse(WELDED), step=h, general=general) for general in (False, True))
@@ -172,8 +172,8 @@ def test_what_is_welded_to_the_ground_is_ground():
     )
     finer = simulate(mbdsl.parse(text), step=5e-4)
     assert np.abs(a["swing.phi"] - alone["swing.phi"]).max() < 1e-3 * np.abs(a["swing.phi"] - finer["swing.phi"]).max()
-    # the foot bears the weights, the swing, and the spring, which pulls the arm's end down by k y; of all these, the
-    # pin's force is the method's own, of order 2, and the foot's follows from the motion
+    # the foot carries the weights, the inertia forces, and the spring, which pulls the arm's end down by k y; the force
+    # of the pin is found by the method, of order 2, and that of the foot follows from the motion
     gaps = []
     for h in (2e-3, 1e-3):
         a = simulate(mbdsl.parse(text), step=h)
@@ -257,7 +257,7 @@ def test_what_drivers_move_is_a_function_of_time():
 
 
 def test_driven_arm():
-    """What time alone moves is as exact as sin and cos. The tip, and everything in the general scene, is solved
+    """Parts that depend on time alone are as accurate as sin and cos. The tip, and the whole general scene, are solved
     iteratively: each of 1000 steps leaves an error of up to 1e-11 of the size in positions, 8e-12 of the largest
     velocity, and 1e-5 h^2 of the second difference of accelerations, which is 4e-5 of that in reactions
     (docs/methods.md)."""
@@ -277,7 +277,7 @@ def test_driven_arm():
     left |= {f"wrist.{key}": 4e-5 * np.abs(np.diff(b[f"wrist.{key}"], 2)).max() for key in ("fx", "fy")}
     for name, most in left.items():
         assert np.abs(a[name] - b[name]).max() < most, name
-    # mu R N tanh(w/w_s): where it turns round, at w_s = 0.01 rad/s, it follows what is left of w
+    # mu R N tanh(w/w_s): at the reversal, with w_s = 0.01 rad/s, it depends on the remaining w
     normal = np.hypot(b["wrist.fx"], b["wrist.fy"]).max()
     most = 0.1 * 0.01 * (normal * left["tip.w"] / 0.01 + np.hypot(left["wrist.fx"], left["wrist.fy"]))
     assert np.abs(a["wrist.friction"] - b["wrist.friction"]).max() < most
@@ -317,7 +317,8 @@ def test_accelerations_at_the_start_where_drivers_move_frames():
 
 
 def test_torques_of_drives_follow_from_the_motion():
-    """What the drives put in is in the energy, or lost by friction: from reactions that nothing was solved for."""
+    """The work of the drivers is in the energy, or lost by friction: computed from reactions for which no system was
+    solved."""
     gaps = []
     for h in (2e-3, 1e-3, 5e-4):
         a = simulate(mbdsl.parse(ARM), step=h, interval=0)
@@ -335,7 +336,7 @@ def test_torques_of_drives_follow_from_the_motion():
 
 @pytest.mark.parametrize("extra", ["", "PointMass rider(m = 1 kg); Revolute seat(b.b, rider);"])
 def test_everything_driven(extra):
-    """Two driven links: nothing is left to be solved; with a point mass on them, only its constraints."""
+    """Two driven links: nothing remains to be solved; with a point mass on them, only its constraints."""
     text = f"""
     model Driven
       Ground ground;
@@ -357,7 +358,7 @@ def test_everything_driven(extra):
     assert np.abs(a["b.b.vx"] + 1j * a["b.b.vy"] - 0.3 - 1j * np.exp(1j * a.t)).max() < 1e-14
     if extra:
         assert np.abs(a["rider.x"] + 1j * a["rider.y"] - end).max() < 1e-13
-    # the drive lifts what hangs on it: torque about the pin by gravity and inertia (of constant turning: none)
+    # the driver carries the attached bodies: torque about the pin by gravity and inertia (zero for constant rotation)
     masses = 1.0 * 0.5 + (1.0 if extra else 0.0)
     assert a["d2.tau"] == pytest.approx(masses * 9.81 * np.cos(a.t), abs=1e-9)
 
@@ -380,7 +381,7 @@ def test_a_body_that_is_held_twice_is_not_carried():
 
 
 def test_kinematics_of_a_truss():
-    """As many constraints as coordinates without any driver: it stands still, under whatever load."""
+    """As many constraints as coordinates without any driver: it stands still under any load."""
     text = """
     model Truss
       Ground ground;
@@ -402,12 +403,13 @@ def test_kinematics_of_a_truss():
     a = simulate(mbdsl.parse(text))
     assert a["a.b.y"] == pytest.approx(np.sqrt(0.75), abs=1e-14)
     assert np.abs(a.v).max() < 1e-11  # Newton's floor is 4 eps size/h = 2e-12, before Phi_q^-1 magnifies it
-    # each foot bears half of the load and of the weights
+    # each foot carries half of the load and of the weights
     assert a["A.fy"] == pytest.approx(50 + 9.81, abs=1e-9)
 
 
 def test_what_only_counts_as_kinematic_is_solved_as_it_moves():
-    """A parallelogram of three equal rockers: one constraint too many, one freedom; counting sees none of it."""
+    """A parallelogram of three equal rockers: one constraint too many, one degree of freedom; counting does not show
+    it."""
     text = """
     model Parallelogram
       Ground ground;
@@ -533,11 +535,11 @@ def test_many_welds_take_no_time_to_find():
     assert found.parts[0].graph.scene.components["rod[7]"].values["m"] == 3.0
 
 
-# -- what a review found -------------------------------------------------------------------------------------------
+# -- found by reviews -----------------------------------------------------------------------------------------------
 
 
 def test_kinematics_with_too_large_steps_says_so():
-    """Newton's iteration finds another assembly if it has to look far: a crank that turns by a radian a step."""
+    """Newton's iteration finds another assembly if the step is large: a crank that turns by a radian a step."""
     text = """
     model Quick
       Ground ground;
@@ -567,7 +569,8 @@ def test_kinematics_with_too_large_steps_says_so():
 
 @pytest.mark.parametrize("said", ["", "lo.b.x = 0.55 m;", "guess up.phi = 20 deg; lo.b.vx = 1 m/s;"])
 def test_what_is_not_said_does_not_depend_on_welds(said):
-    """Nothing says how the welded pair moves at the start: as little as it can, each of its bodies counted."""
+    """No initial value determines the velocity of the welded pair: it is the smallest possible, counting each of its
+    bodies."""
     text = f"""
     model Unsaid
       Ground ground;
@@ -629,7 +632,7 @@ def test_nothing_that_was_computed_is_lost_when_a_part_fails(first, second):
 
 
 def test_a_point_without_reactions_costs_only_itself():
-    """A parallelogram stretched out: its positions are known there, its reactions are not."""
+    """A stretched parallelogram: its positions are known there, its reactions are not."""
     text = """
     model Flat
       Ground ground;

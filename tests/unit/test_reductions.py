@@ -56,7 +56,7 @@ def test_index_1(path):
 
 
 def test_projection_is_the_nearest_in_the_norm_of_the_masses():
-    """M dq is a combination of the constraints' gradients, up to what these change by over dq."""
+    """M dq is a combination of the constraints' gradients, up to their change over dq."""
     system, state = next(parts(MODELS[[p.stem for p in MODELS].index("slider_crank")]))
     f = Index1(system)
     q, v = beside(system, state, 1e-6)
@@ -110,7 +110,7 @@ def test_redundant_constraints_have_no_multipliers(tmp_path):
 
 
 def test_large_systems_are_solved_sparse(monkeypatch):
-    """The same by sparse matrices as by dense ones: what large systems take."""
+    """The same by sparse matrices as by dense ones, as in large systems."""
     path = MODELS[[p.stem for p in MODELS].index("seven_body")]
     system, state = next(parts(path))
     y = np.concatenate(beside(system, state, 1e-5))
@@ -123,7 +123,7 @@ def test_large_systems_are_solved_sparse(monkeypatch):
 
 
 def test_what_has_no_value_is_no_number():
-    """Solvers then try a shorter step."""
+    """Solvers react with a shorter step."""
     system, state = next(parts(MODELS[[p.stem for p in MODELS].index("seven_body")]))
     f = Index1(system)
     y = f.join(state.q, state.v)

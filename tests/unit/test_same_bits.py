@@ -1,4 +1,4 @@
-"""What docs/methods.md says is the same to the last bit."""
+"""The results that docs/methods.md promises to be equal to the last bit."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ CRANK = Path(__file__).parents[2] / "models" / "slider_crank.mbd"
 
 @pytest.mark.parametrize("given", [{"method": "hht-si2", "step": 1e-3}, {"method": "radau5", "tol": 1e-6}])
 def test_a_run_is_repeated_to_the_last_bit(given):
-    """With another scene solved in between, whose buffers and statics might have been left behind."""
+    """Another scene is solved in between, whose buffers and statics might be left behind."""
     first = mbdsl.simulate(CRANK, stop=0.05, interval=0.01, **given)
     mbdsl.simulate(CRANK, stop=0.02, parameters={"c": "4 N.s/m"}, **given)
     again = mbdsl.simulate(CRANK, stop=0.05, interval=0.01, **given)
@@ -20,7 +20,7 @@ def test_a_run_is_repeated_to_the_last_bit(given):
 
 
 def test_fixed_steps_do_not_know_of_outputs_nor_of_pauses():
-    """The same steps, looked at every millisecond, every ten, and after pauses."""
+    """The same steps with outputs every millisecond, every ten, and after pauses."""
     often = mbdsl.simulate(CRANK, method="hht-si2", step=1e-3, stop=0.05, interval=1e-3)
     seldom = mbdsl.simulate(CRANK, method="hht-si2", step=1e-3, stop=0.05, interval=1e-2)
     paused = mbdsl.Simulation(CRANK, method="hht-si2", step=1e-3)

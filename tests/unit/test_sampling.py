@@ -1,4 +1,4 @@
-"""Reactions and accelerations of many states: closed forms, and what one state after the other gives."""
+"""Reactions and accelerations of many states: closed forms, and the results of one state after the other."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A Scene is a value: it cannot be changed, is equal by content, and depends on nothing of the parser."""
+"""A Scene is a value: it is immutable, equal by content, and holds no object of the parser."""
 
 import copy
 import pickle
@@ -118,7 +118,7 @@ def test_copies(again):
 
 
 def test_pickles_hold_nothing_of_the_parser(shipped):
-    """Neither do they hold what was computed from the scene."""
+    """Nor do they hold results computed from the scene."""
     made = mbdsl.Builder("M")
     made.Revolute("pin", made.Ground("g"), made.Rod("rod", m=1.0, length=1.0).a)
     for found in (made.scene(), *(one for one, _ in shipped)):

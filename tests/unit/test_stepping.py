@@ -1,6 +1,6 @@
-"""Runs taken step by step: the same as runs in one go, and inputs that jump without costing an order.
+"""Runs step by step: the same as uninterrupted runs, and inputs that jump without a loss of order.
 
-The controlled arm is a rod on a pin, phi'' = 3 (u - g/2 cos phi); its reference is the same controller on that
+The controlled arm is a rod on a pin, phi'' = 3 (u - g/2 cos phi); its reference is the same controller on this
 equation, integrated between the controller's instants to 1e-12.
 """
 
@@ -46,7 +46,7 @@ def reference():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_order_over_jumps_of_inputs(method, reference, slopes):
-    """125 jumps a second; were they ignored in what a method keeps of the past, all would be of order 1."""
+    """125 jumps a second; without a restart of the method's history, the order would be 1."""
     errors = []
     for h in (2e-3, 1e-3, 0.5e-3):
         sim = mbdsl.Simulation(mbdsl.parse(ARM), method=method, step=h)
@@ -54,7 +54,7 @@ def test_order_over_jumps_of_inputs(method, reference, slopes):
             sim.inputs["u"] = -20.0 * sim["arm.phi"] - 3.0 * sim["arm.w"]
             sim.step(round(PERIOD / h))
         errors.append(np.abs([sim["arm.phi"] - reference[0], sim["arm.w"] - reference[1]]))
-    if methods()[method].order > 4:  # nothing but rounding is left
+    if methods()[method].order > 4:  # only rounding remains
         assert np.max(errors) < 1e-11
         return
     found = np.log2(np.array(errors[:-1]) / errors[1:])
@@ -78,7 +78,7 @@ def test_reaction_behind_a_jump(method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_the_same_as_in_one_go(method):
-    """Bit for bit, where no input changes."""
+    """Bit for bit, if no input changes."""
     scene = mbdsl.parse(ARM)
     sim = mbdsl.Simulation(scene, method=method, step=1e-3)
     sim.step(100)

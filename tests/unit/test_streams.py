@@ -1,5 +1,5 @@
-"""Standard output or error that is closed or full: the work is done, and what could not be told is told or is in the
-exit code. Each in a process of its own, as a shell starts it."""
+"""Standard output or error that is closed or full: the work is done, and the exit code or the other stream reports the
+lost output. Each test runs in a process of its own, started by a shell."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""States of switches against what the expressions say, and time events against a search for changes of state."""
+"""States of switches compared with their expressions, and time events compared with a search for changes of state."""
 
 import itertools
 import math
@@ -91,12 +91,12 @@ def test_the_signature_tells_all_states_apart(plain):
         PHI * TIME,
         call("tanh", W / 0.01),
         table(PHI, "cubic", "linear"),
-        table(PHI, "cubic", "periodic"),  # ends meet: as smooth there as at any knot
+        table(PHI, "cubic", "periodic"),  # the two ends coincide: as smooth there as at any knot
         table(PHI, "monotone", "linear"),
         table(PHI, "cubic", "periodic", 1),
         Expr("table", (PHI,), (Table("p", (0.0, 1.0), (0.0, 2.0), "cubic", "linear"), 0)),
         call("select", call("lt", PHI, 0.5), W, W),
-        call("abs", multiplier("pin", 0)) * W,  # no jump, and rounding would switch it where there is no reaction
+        call("abs", multiplier("pin", 0)) * W,  # no jump, and rounding would switch it when there is no reaction
     ],
 )
 def test_what_is_smooth_has_no_switches(law):
@@ -111,7 +111,7 @@ def test_a_branch_that_is_not_taken_does_not_switch():
     s = system(law)
     assert states(s, phi=0.0, w=-2.5) == [1, -1, 0]
     assert states(s, phi=1.0, w=-2.5) == [0, 0, -3]
-    # used elsewhere as well, it does
+    # used elsewhere as well, it is a switch
     assert states(system(law, 2.0 * call("sign", W)), phi=1.0, w=-2.5) == [0, -1, -3]
 
 
@@ -150,7 +150,7 @@ def test_drivers_switch_and_what_is_only_looked_at_does_not():
 
 @pytest.mark.parametrize("path", sorted(MODELS.glob("*.mbd")), ids=lambda path: path.stem)
 def test_shipped_models(path):
-    """The one that has an `if`, and friction that is smooth by tanh."""
+    """Of two laws, the one with an `if`; friction is smooth by tanh."""
     found = build(mbdsl.load(path)).tables.switches
     assert len(found) == (1 if path.stem == "spin_up_beam" else 0)
 
@@ -162,7 +162,7 @@ def test_times_known_beforehand():
     at = call("lt", TIME, 0.3137)
     assert list(system(call("select", at, 1.0, 2.0)).time_events(0.0, 1.0)) == [0.3137]
     assert list(system(call("select", at, 1.0, 2.0)).time_events(0.3137, 1.0)) == []
-    both = call("and", call("lt", 0.25, TIME), call("lt", PHI, 0.1))  # what of it time alone decides on
+    both = call("and", call("lt", 0.25, TIME), call("lt", PHI, 0.1))  # the parts that depend on time alone
     assert list(system(call("select", both, 1.0, 2.0)).time_events(0.0, 1.0)) == [0.25]
     s = system(table(2.0 * TIME - 1.0, "linear", "hold"), call("abs", 0.7 - TIME))
     assert list(s.time_events(-1.0, 9.0)) == pytest.approx([0.0, 0.5, 0.7, 0.75, 1.5], abs=1e-15)
@@ -197,7 +197,7 @@ def _combined(inner):
     return some.one_of(
         some.builds(lambda a, b: a + b, inner, inner),
         some.builds(lambda a, k: k * a, inner, numbers),
-        # not at levels that something else keeps to, but for rounding
+        # not at levels that another law uses, except for rounding
         some.builds(lambda op, a: call(op, a + 0.0123), some.sampled_from(["abs", "floor", "ceil", "sign"]), inner),
         some.builds(lambda op, a, b: call(op, a, b + 0.0179), some.sampled_from(["min", "max"]), inner, inner),
         some.builds(lambda a: call("mod", a, 0.7), inner),
@@ -209,7 +209,8 @@ def _combined(inner):
 piecewise_linear = some.recursive(some.one_of(some.just(TIME), some.builds(lambda k: TIME + k, numbers)), _combined)
 
 
-# the same laws in every run: where two sides of a comparison coincide, rounding decides, and chance would find them
+# the same laws in every run: if two sides of a comparison coincide, rounding decides, and a random search would find
+# such cases
 @settings(max_examples=200, deadline=None, derandomize=True)
 @given(piecewise_linear)
 def test_between_time_events_no_switch_changes(law):
@@ -225,7 +226,7 @@ def test_between_time_events_no_switch_changes(law):
 @settings(max_examples=100, deadline=None, derandomize=True)
 @given(piecewise_linear, some.floats(-2.0, 3.0), some.floats(-2.0, 3.0))
 def test_a_law_is_linear_where_no_switch_changes(law, a, b):
-    """Without events in between, three points of it lie on a line: nothing that bends is without a switch."""
+    """Without events in between, three points lie on a line: no kink is without a switch."""
     s = system(law)
     if abs(b - a) < 1e-6 or list(s.time_events(min(a, b), max(a, b))):
         return

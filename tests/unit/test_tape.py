@@ -34,7 +34,7 @@ DOMAINS = {
     "tan": (-1.2, 1.2),
 }
 STEPS = {"floor", "ceil", "sign", "lt", "le", "eq", "ne", "and", "or", "not"}  #: piecewise constant
-#: operands that meet conditions and equality, as a smooth argument hardly ever would
+#: operands for conditions and equality, which a smooth argument hardly ever satisfies
 EXACT = [0.0, 1.0, -1.0, 2.0, -0.5]
 
 
@@ -72,7 +72,7 @@ def system(laws):
 
 
 def results(s, t, q, v):
-    """What the tape gave for each law."""
+    """The value of the tape for each law."""
     s.evaluate(t, q, v)
     return -s.gradient_table()[s.m :, buffer_layout.MAGNITUDE].copy()  # the table holds -sign s
 

@@ -1,4 +1,4 @@
-"""What a model of this suite is: its text, its motion in minimal coordinates, and where its answer is kept."""
+"""A model of this suite: its text, its motion in minimal coordinates, and the file of its answer."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from jets import Jet, jet
 
 DATA = Path(__file__).parents[2] / "data" / "claims"
-OUTPUTS = 100  #: evenly spaced, the start left out
+OUTPUTS = 100  #: spaced evenly, without the start
 G = 9.81
 
 
@@ -41,7 +41,7 @@ class Claim:
     switches: Callable | None = None
     breaks: Sequence[float] = ()  #: where the reference starts anew: corners in time, and both ends of what is short
     atol: float = 1e-15  #: of the reference [m or rad, and per s]
-    rounding: float = 1e-14  #: of a closed form: what rounding of its times, say, leaves
+    rounding: float = 1e-14  #: of a closed form, for example from the rounding of its times
 
     @property
     def times(self):
@@ -49,17 +49,17 @@ class Claim:
 
     @cached_property
     def stored(self) -> dict:
-        """The stored answer, empty where there is none yet."""
+        """The stored answer, empty if there is none yet."""
         path = DATA / f"{self.family}.json"
         return json.loads(path.read_text(encoding="utf-8")).get(self.name, {}) if path.exists() else {}
 
     def truth(self) -> dict[str, np.ndarray]:
-        """Signal -> (N,) of the stored answer [m, rad; m/s, rad/s], the start left out."""
+        """Signal -> (N,) of the stored answer [m, rad; m/s, rad/s], without the start."""
         return self._signals(self.times, *(np.array(self.stored[key]) for key in ("z", "v")))
 
     def between(self) -> dict[str, np.ndarray]:
-        """The same for the largest velocity of the run: of a closed form at many more times; of others at the outputs,
-        and where velocities are largest, as far as that is stored."""
+        """The same for the largest velocity of the run: of closed forms from many more times; of others at the outputs,
+        and at the stored times of the largest velocities."""
         if self.exact is None:
             found = self.truth()
             for t, z, v in self.stored.get("fastest", ()):

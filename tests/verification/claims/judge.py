@@ -8,16 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from claim import Claim
 
-ASKED, SAID = 3.0, 10.0  #: times what was asked for, and what was said, that the truth may be
-QUIET = 0.1  #: part of what was said below which the truth is called pessimistic
-FLOOR = 1e-13  #: rounding: nothing is said below
+ASKED, SAID = 3.0, 10.0  #: the true error may be this factor times the requested and the stated one
+QUIET = 0.1  #: below this part of the stated error, the statement counts as pessimistic
+FLOOR = 1e-13  #: rounding: lower statements are raised to this value
 
 TRUE, PESSIMISTIC, STOPPED, UNKNOWN, LATE, LIE = "true", "pessimistic", "stopped", "not known", "too slow", "LIE"
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """``truth`` is the error of the run, ``said`` what it claims, ``asked`` what it was to be."""
+    """Verdict: ``truth`` is the error of the run, ``said`` its stated error, ``asked`` the requested accuracy."""
 
     verdict: str
     asked: float | None = None
@@ -52,7 +52,7 @@ def error(claim: Claim, run, until: float = math.inf) -> float:
 
 
 def judge(claim: Claim, run, asked: float | None, said: float | None, until: float = math.inf) -> Verdict:
-    """Whether the run kept what it promised."""
+    """Whether the run kept its promise."""
     truth = error(claim, run, until)
     floor = max(FLOOR, SAID * claim.stored["agrees"])
     if asked is not None and not truth <= ASKED * max(asked, floor):
@@ -65,7 +65,8 @@ def judge(claim: Claim, run, asked: float | None, said: float | None, until: flo
 
 
 def stopped(claim: Claim, run, asked: float | None, reason: str) -> Verdict:
-    """A run that ends with the reason, or says until when it keeps what was asked for: that has to be true."""
+    """A run that ends with a reason, or states until when it keeps the requested accuracy: the statement has to be
+    true."""
     until = None if run is None else run.stats.get("horizon")
     if until is None or asked is None:
         return Verdict(STOPPED, asked, reason=reason)

@@ -21,7 +21,7 @@ def bell(t, at, width, height=1.0):
 
 
 def around(at, width):
-    """Where the reference of a pulse starts anew."""
+    """Times at which the reference of a pulse restarts."""
     return [at + k * width for k in (-8, -3, 0, 3, 8)]
 
 

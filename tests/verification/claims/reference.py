@@ -1,10 +1,10 @@
 """The answers: ``python tests/verification/claims/reference.py [NAME ...]`` writes tests/data/claims/FAMILY.json.
 
-Closed forms where there are. Otherwise SciPy's DOP853 at rtol 1e-13 in minimal
-coordinates, started anew at every output, at every time that the model names and at every switch, which is located by
-integrating up to it, not by interpolation; equations of motion from poses by hand, with second-order jets. A second
-solver, of another kind and at 1e-11, says to how many digits: ``agrees`` is the largest difference, positions over
-their largest, velocities likewise. mbdsl takes no part.
+Closed forms where they exist; otherwise SciPy's DOP853 at rtol 1e-13 in minimal coordinates, restarted at every output,
+at every time that the model names and at every switch, which is located by integrating up to it, not by interpolation;
+equations of motion from poses by hand, with second-order jets. A second solver, of another kind and at 1e-11, gives the
+number of correct digits: ``agrees`` is the largest difference, positions over their largest, velocities likewise. mbdsl
+takes no part.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from scipy.integrate import DOP853, LSODA
 
 from models import CLAIMS
 
-GRAZE = 1e-15  #: of a switch's own unit: less is no crossing
+GRAZE = 1e-15  #: in the unit of the switch: less does not count as a crossing
 
 
 def accelerations(claim: Claim):
@@ -51,9 +51,9 @@ def accelerations(claim: Claim):
 
 
 def first_crossing(values, on, t, y, run):
-    """(switch, from, to) of what comes to its other side first in the last step of ``run``, or None.
+    """(switch, from, to) of the first crossing in the last step of ``run``, or None.
 
-    At eight points inside the step, and at the extremum between any three.
+    Searched at eight points inside the step, and at the extremum between any three.
     """
     inside = run.dense_output()
     at = np.linspace(t, run.t, 9)
@@ -87,7 +87,7 @@ def first_crossing(values, on, t, y, run):
 
 
 def integrate(claim: Claim, solver, rtol: float) -> tuple[np.ndarray, np.ndarray, list]:
-    """z and z' at the outputs, and (t, z, z') where each of z' is largest: mostly between two outputs."""
+    """z and z' at the outputs, and (t, z, z') at the largest value of each z': mostly between two outputs."""
     rate = claim.rate or accelerations(claim)
     n = len(claim.z)
     y = np.array([*claim.z, *claim.v], float)
@@ -101,7 +101,7 @@ def integrate(claim: Claim, solver, rtol: float) -> tuple[np.ndarray, np.ndarray
         return np.array(switches(t, y[:n], y[n:]))
 
     def advance(t, y, end, step=None):
-        """From t to end without any switch, by one or more steps."""
+        """From t to end without switches, by one or more steps."""
         if not end > t:
             return y
         run = solver(fun, t, y, end, rtol=rtol, atol=atol, first_step=step)

@@ -99,8 +99,8 @@ SUBSET = [
     ("Delayed", "--tol", "radau5", 1e-06),
 ]
 
-#: rates are large for a short time, at a periapsis, in a contact, at a jump: these are not to be taken for sensitive;
-#: of contacts by less than the error of the first runs, which the following runs decide
+#: rates are large for a short time, at a periapsis, in a contact, at a jump: these must not count as sensitive; and
+#: contacts missed by less than the error of the first runs, which the following runs decide
 REACHED = [
     ("Orbit", "--tol", "hht-si2", 0.0001),
     ("OrbitClose", "--tol", "radau5", 1e-05),

@@ -1,7 +1,7 @@
 """Every claim against every method: ``python tests/verification/claims/table.py --output docs/claims.md``.
 
-Results go, one a line, to ``--results`` (default claims.jsonl in the cache); what is there already for the same sources
-is not run again. Two processes; a cell that takes longer than ``--limit`` seconds of computing is called too slow.
+Results go, one a line, to ``--results`` (default claims.jsonl in the cache); existing results of the same sources are
+not computed again. Two processes; a cell that takes longer than ``--limit`` seconds of computing is called too slow.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ from claim import OUTPUTS  # noqa: E402
 
 from models import CLAIMS  # noqa: E402
 
-#: (way, method, what is asked for): of every model
+#: (way, method, requested accuracy): for every model
 ALWAYS = [("--tol", "hht-si2", 1e-4), ("--tol", "radau5", 1e-6), ("--accuracy", "", 1e-4)]
-#: of every model so many of these in turn, or all of them by --all
+#: number of these for every model, in turn; --all takes all of them
 IN_TURN = [
     ("--tol", "scipy-dop853", 1e-6),
     ("--tol", "generalized-alpha", 1e-4),
@@ -61,14 +61,14 @@ FURTHER = {"GrazeFaint": [("--tol", "radau5", 1e-3), ("--tol", "radau5", 1e-4), 
 
 
 def ways(name: str, every: bool = False) -> list[tuple]:
-    """Ways to claim an accuracy that a model is held against."""
+    """The ways of claiming an accuracy by which a model is tested."""
     first = TURNS * list(CLAIMS).index(name)
     turns = IN_TURN if every else [IN_TURN[(first + k) % len(IN_TURN)] for k in range(TURNS)]
     return list(dict.fromkeys([*ALWAYS, *turns, *FURTHER.get(name, [])]))
 
 
 class TooSlow(KeyboardInterrupt):
-    """The cell has had its time."""
+    """The cell has used its time."""
 
 
 def watch(limit: float):
@@ -90,7 +90,7 @@ def cell(name: str, way: str, method: str, asked: float | None, limit: float = 3
 
     claim = CLAIMS[name]
     if general is None:
-        general = claim.name in mechanisms.CLAIMS  # one code, compiled once, serves them all
+        general = claim.name in mechanisms.CLAIMS  # one code, compiled once, for all of them
     common = {"interval": claim.stop / OUTPUTS, "progress": watch(limit), "general": general}
     try:
         with warnings.catch_warnings():
@@ -121,7 +121,7 @@ def cell(name: str, way: str, method: str, asked: float | None, limit: float = 3
 
 
 def verified(claim, scene, method, asked, common):
-    """What two runs differ by, in the norm of the rule: the largest of positions and velocities."""
+    """The difference of two runs in the norm of the rule: the largest of positions and velocities."""
     import mbdsl
     from mbdsl.errors import IntegrationError
     from mbdsl.studies.verify import verify
@@ -146,7 +146,7 @@ def verified(claim, scene, method, asked, common):
 
 
 def recommended(scene, asked, common):
-    """The run that is recommended, and the error that it is said to have."""
+    """The recommended run, and its stated error."""
     import mbdsl
     from mbdsl.studies.recommendation import recommend
 
@@ -166,7 +166,7 @@ def worker(conn, limit: float) -> None:
 
 
 def compute(jobs: list[tuple], limit: float, keep) -> None:
-    """Run ``jobs``, (name, way, method, asked), in a process of its own that is ended where it hangs."""
+    """Run ``jobs``, (name, way, method, asked), in a process of its own that is killed if it hangs."""
     context = multiprocessing.get_context("spawn")
     process = conn = None
     while True:

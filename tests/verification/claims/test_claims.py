@@ -1,6 +1,6 @@
-"""Models made to fool an error estimate: what is said of an accuracy is true, or the run ends with the reason.
+"""Models made to mislead an error estimate: the stated accuracy is true, or the run ends with the reason.
 
-A part of all cells, cheap ones; ``table.py`` runs the rest and makes docs/claims.md.
+A subset of cheap cells; ``table.py`` runs the rest and makes docs/claims.md.
 """
 
 import math
@@ -43,7 +43,7 @@ def test_every_model_has_an_answer():
 
 
 def test_lies_are_found():
-    """The judge itself: a run that claims a tenth of a thousandth of its error, and one that keeps its word."""
+    """The judge itself: a run that states a tenth of a thousandth of its error, and one whose statement is true."""
     import mbdsl
 
     claim = CLAIMS["TwoHundred"]
