@@ -55,7 +55,7 @@ def test_every_promise_names_a_test_that_exists():
         assert f"def {test}(" in (ROOT / file).read_text(encoding="utf-8"), f"{file}::{test}"
         found += 1
     assert found > 20
-    promises = re.split(r"^\*\*", text, flags=re.MULTILINE)[1:]  # each begins in bold; its tests come before the next
+    promises = re.split(r"^\*\*", text, flags=re.MULTILINE)[1:]  # each paragraph begins in bold, and names its tests
     assert len(promises) > 15
     assert not [promise.splitlines()[0] for promise in promises if not re.search(r"`(tests/|::)", promise)]
 

@@ -120,7 +120,7 @@ def test_reactions_of_welds_are_there_when_asked_for():
     a = simulate(mbdsl.parse(WELDED))
     assert np.isnan(a._lam).any()  # nothing is computed before
     spring = np.stack([a["disc.c.x"], a["disc.c.y"]]) / a["spring.s"] * a["spring.force"]
-    force = 0.5 * np.stack([a["disc.ax"], a["disc.ay"] + 9.81]) + spring  # on the disc: what is not spring nor weight
+    force = 0.5 * np.stack([a["disc.ax"], a["disc.ay"] + 9.81]) + spring  # on the disc: without spring and weight
     # reactions act on frame_b, here of b
     assert np.abs(a["bolt.fx"] + force[0]).max() < 1e-9 * np.abs(force).max()
     assert np.abs(a["bolt.fy"] + force[1]).max() < 1e-9 * np.abs(force).max()
@@ -589,7 +589,7 @@ def test_what_is_not_said_does_not_depend_on_welds(said):
     a, b = (simulate(mbdsl.parse(text), general=general) for general in (False, True))
     assert b.stats["solved"]["n"] == 9 and a.stats["solved"]["n"] == 3
     assert np.abs(b.v[0]).max() > 0.1
-    assert np.abs(a.q[0] - b.q[0]).max() < 1e-7  # where the least is flat, its place is known to the root of rounding
+    assert np.abs(a.q[0] - b.q[0]).max() < 1e-7  # near a flat minimum, the position is known to the root of rounding
     assert np.abs(a.v[0] - b.v[0]).max() < 1e-7
 
 

@@ -8,13 +8,15 @@ MARKS = re.compile(r"\b(told|somebody|whoever)\b", re.IGNORECASE)
 TEXTS = {".py", ".md", ".js", ".css", ".toml", ".yml", ".lark"}
 #: folders and files that are still to be rewritten
 TO_DO = ("mbdsl/compilation/", "mbdsl/integrators/")
+#: stored texts of others, and this file
+LEFT_OUT = ("tests/data/", "tests/unit/test_words.py")
 
 
-def test_no_page_or_file_of_the_package_has_a_mark():
-    files = [*ROOT.glob("*.*"), *(ROOT / "docs").rglob("*"), *(ROOT / "mbdsl").rglob("*")]
+def test_no_page_file_or_test_has_a_mark():
+    files = [*ROOT.glob("*.*"), *(path for folder in ("docs", "mbdsl", "tests") for path in (ROOT / folder).rglob("*"))]
     names = {path.relative_to(ROOT).as_posix(): path for path in files if path.suffix in TEXTS}
-    names = {name: path for name, path in names.items() if name != "CHANGELOG.md" and not name.startswith(TO_DO)}
-    assert len(names) > 250
+    names = {name: path for name, path in names.items() if not name.startswith((*TO_DO, *LEFT_OUT))}
+    assert len(names) > 350
     lines = [
         f"{name}:{number}: {line.strip()}"
         for name, path in names.items()

@@ -1,4 +1,4 @@
-"""What the verification tests share: methods, reference data, shipped models."""
+"""Fixtures of the verification tests: methods, reference data, shipped models."""
 
 import json
 from pathlib import Path
@@ -10,7 +10,7 @@ from mbdsl.integrators import compiled, declared
 TESTS = Path(__file__).parents[1]
 MODELS = TESTS.parent / "models"
 
-#: those of the paper that most of these tests compare with
+#: the methods of the paper, with which most of these tests compare
 PAPER = [name for name, method in compiled().items() if method.source.startswith("Negrut, Jay, Khude")]
 
 
@@ -22,7 +22,7 @@ def method(request):
 
 @pytest.fixture(params=[name for name in PAPER if declared(name).order == 2], scope="session")
 def second_order(request):
-    """Each of those that are of second order."""
+    """Each method of second order."""
     return request.param
 
 

@@ -1,12 +1,12 @@
-"""Motions that are known otherwise: closed forms, published values, an independent solver, symmetry.
+"""Motions that are known from other sources: closed forms, published values, an independent solver, symmetry.
 
-Errors of the methods are C h^2; a test either sees them fall with order 2, or compares where the method is exact. Steps
-are chosen so that errors at the smallest stay far above rounding and at the largest are asymptotic.
+Errors of the methods are C h^2; a test either checks that they fall with order 2, or compares cases in which the method
+is exact. Steps are chosen so that errors at the smallest stay far above rounding and at the largest are asymptotic.
 
-Where two runs solve the same discrete equations in different words, they differ by what Newton's method leaves: it may
-stop at 1e-4 h^4 |a| in a position, 2e-4 h^3 |a| in a velocity, a step. With h = 1e-3, |a| up to 50 and up to 1000 steps
-velocities differ by up to 1e-8 and positions by less. The discretisation error itself, of which
-nothing is seen then, is of the order of 1e-5.
+Two runs that solve the same discrete equations in different forms differ by the tolerance of Newton's method: in each
+step it may stop at 1e-4 h^4 |a| in a position and 2e-4 h^3 |a| in a velocity. With h = 1e-3, |a| up to 50 and up to
+1000 steps velocities differ by up to 1e-8 and positions by less. The discretisation error, which is the same in both,
+is of the order of 1e-5.
 """
 
 import numpy as np
@@ -96,23 +96,23 @@ def driven_crank(t, r=0.3, l=0.6, w=2 * np.pi, phi0=np.pi / 6, m1=3.0, m2=0.9, m
 
 @pytest.mark.parametrize("h", STEPS)
 def test_driven_crank_is_a_matter_of_kinematics(model, h):
-    """Nothing is free: all of it is exact to rounding at any step, reactions included."""
+    """There is no degree of freedom: all results are exact to rounding at any step, including the reactions."""
     found = mbdsl.simulate(model("driven_crank"), step=h, stop=1.0, interval=0.125)
     for name, value in driven_crank(found.t).items():
         assert np.abs(found[name] - value).max() < 1e-12 * max(1.0, np.abs(value).max()), name
 
 
 def test_driven_crank(model, order, method):
-    """As a differential-algebraic equation, which only the general computation takes it for."""
+    """As a differential-algebraic equation, which only the general computation solves."""
     driven = model("driven_crank")
     found = [mbdsl.simulate(driven, method=method, step=h, stop=1.0, interval=0.125, general=True) for h in STEPS]
     exact = driven_crank(found[0].t)
     for name in ("crank.phi", "rod.phi", "slider.x", "rod.x"):
-        # no freedom is left: positions are those of the constraints, to Newton's tolerance of 1e-4 h^4 |a|
+        # no degree of freedom is left: positions satisfy the constraints, to Newton's tolerance of 1e-4 h^4 |a|
         assert max(np.abs(f[name] - exact[name]).max() for f in found) < 1e-10, name
     late = (
         found[0].t >= 0.5
-    )  # the drive starts with a jolt in the discrete accelerations, damped by hht in some 50 steps
+    )  # the drive starts with a jump of the discrete accelerations, which hht damps in some 50 steps
     for name in ("rod.w", "slider.vx", "rod.vy", "drive.tau"):
         errors = [np.abs(f[name] - exact[name])[late].max() for f in found]
         exactly = {"hht-si2": name != "drive.tau", "nstiff-si2": name != "drive.tau", "hht-add": True}
@@ -139,7 +139,7 @@ def test_spring_mass_damper(model, order, method):
     s, v = oscillator(found[0].t, 0.7)
     assert LOW < order(STEPS, [np.abs(f["slide.s"] - s).max() for f in found]) < HIGH
     assert LOW < order(STEPS, [np.abs(f["slide.v"] - v).max() for f in found]) < HIGH
-    # the force is k (s - s0) + c v of the states found, so it is off by no more than they are
+    # the force is k (s - s0) + c v of the computed states, so its error is that of the states
     bound = 200 * np.abs(found[-1]["slide.s"] - s).max() + 4 * np.abs(found[-1]["slide.v"] - v).max()
     assert found[-1]["spring.force"] == pytest.approx(200 * (s - 0.5) + 4 * v, rel=1e-12, abs=bound)
 
@@ -220,9 +220,9 @@ def test_double_pendulum_of_distances(order, method):
 
 @pytest.mark.parametrize("method", ["hht-i3", "hht-si2"])
 def test_four_bar(model, reference, order, method):
-    """Two parallelograms of equal bars turn through poses in which the constraints lose rank, and stay what they are.
+    """Two parallelograms of equal bars pass poses in which the constraints lose rank, and remain parallelograms.
 
-    Order 2 shows at every published time; passing a pose where a step ends close to it disturbs single values.
+    Order 2 shows at every published time; a step that ends close to such a pose disturbs single values.
     """
     steps = [2e-3, 1e-3, 5e-4]
     found = [mbdsl.simulate(model("four_bar"), method=method, step=h, stop=10.0, interval=1.0) for h in steps]
@@ -236,7 +236,7 @@ def test_four_bar(model, reference, order, method):
     assert np.abs(found[-1]["R[1].phi"] - found[-1]["R[3].phi"]).max() < 1e-8  # still parallelograms
 
 
-# -- one thing said in two ways --------------------------------------------------------------------------------
+# -- one mechanism written in two ways -------------------------------------------------------------------------
 
 
 def same(first, second, names, tolerance):
@@ -245,7 +245,7 @@ def same(first, second, names, tolerance):
 
 
 def test_slider_by_slot_and_by_prismatic():
-    """A point held on a line, and a body held by a prismatic joint: the same where nothing turns the body."""
+    """A point held on a line and a body held by a prismatic joint agree if no torque turns the body."""
 
     def crank(prismatic):
         b = Builder("Crank")
@@ -271,7 +271,7 @@ def test_slider_by_slot_and_by_prismatic():
 
 
 def test_springs_along_a_line_and_between_points():
-    """On a line whose ends do not pass each other, both kinds of spring and damper are one."""
+    """On a line whose ends do not pass each other, both kinds of spring and damper are equivalent."""
 
     def hung(kind):
         b = Builder("Hung")

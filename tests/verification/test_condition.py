@@ -1,9 +1,9 @@
 """Small steps: iteration matrices stay well conditioned as h -> 0, and results stay near rounding.
 
 The rows of the constraints are divided by h or h^2 in every method. With that an iteration matrix tends to a
-saddle-point matrix of M and Phi_q; without it the condition number would grow like 1/h or 1/h^2. What no scaling takes
-away is that a position is known to eps only: an index-3 method finds v from differences of positions, with noise of
-eps/h, and a and the reactions with noise of eps/h^2. A stabilised method finds v from its own constraints, to eps.
+saddle-point matrix of M and Phi_q; without it the condition number would grow like 1/h or 1/h^2. Scaling cannot change
+that a position is known to eps only: an index-3 method finds v from differences of positions, with noise of eps/h, and
+a and the reactions with noise of eps/h^2. A stabilised method finds v from its own constraints, to eps.
 """
 
 import numpy as np
@@ -23,12 +23,12 @@ STEPS = [10.0**-k for k in range(2, 9)]
 INDEX3 = [name for name, method in compiled().items() if method.index == 3]
 #: the powers of h by which the constraint rows of A[0] and A[1] are scaled (A[1] is the projection of positions)
 POWERS = {name: (2,) if name in INDEX3 else (1, 2) for name in compiled()}
-PHI, W = np.deg2rad(40), 6.0  #: the crank's angle and angular velocity at the start: everything moves
+PHI, W = np.deg2rad(40), 6.0  #: the crank's angle and angular velocity at the start: all bodies move
 
 
 @pytest.fixture(scope="module")
 def crank(model):
-    """The slider crank, moving from the start on: (scene, system, initial state)."""
+    """The slider crank, moving from the start: (scene, system, initial state)."""
     text = model("slider_crank").read_text(encoding="utf-8")
     for old, new in (
         ("phi = 0 deg;\n  crank.w = 0", f"phi = 40 deg;\n  crank.w = {W}"),
@@ -43,7 +43,7 @@ def crank(model):
 
 
 def factorised(run, k):
-    """The k-th matrix that the method factorised last: L times U, rows exchanged back."""
+    """The k-th matrix that the method factorised last: L times U, with the row exchanges undone."""
     N = run.system.unknowns
     factors = run.matrices[k, : N * N].reshape(N, N)
     matrix = (np.tril(factors, -1) + np.eye(N)) @ np.triu(factors)
@@ -53,7 +53,7 @@ def factorised(run, k):
 
 
 def matrices(crank, method, h):
-    """Those of the fourth step, in dense form; A[0], and A[1] where the method has two systems."""
+    """The matrices of the fourth step, in dense form; A[0], and A[1] if the method has two systems."""
     _scene, system, start = crank
     run = Integration(system, method, h, 0.0, 10 * h, np.array([]))
     run._use(linear_solve.DENSE)
@@ -78,7 +78,7 @@ def test_every_factorised_matrix_is_looked_at():
 
 
 def test_condition_tends_to_a_limit(crank, method):
-    """What depends on h in a matrix is of order h; and the limit is that of a well-conditioned mechanism."""
+    """The part of a matrix that depends on h is of order h; the limit is that of a well-conditioned mechanism."""
     found = np.array([[np.linalg.cond(A) for A in matrices(crank, method, h)] for h in STEPS])
     limit = found[-1]
     assert (limit < 100).all()
@@ -88,7 +88,7 @@ def test_condition_tends_to_a_limit(crank, method):
 
 
 def test_condition_without_scaling(crank, method):
-    """The same rows as they would be undivided: what the test above would see."""
+    """The same rows without the division: the test above would detect it."""
     _scene, system, _start = crank
     for k, power in enumerate(POWERS[method]):
         found = []
@@ -97,7 +97,7 @@ def test_condition_without_scaling(crank, method):
             A[system.n :] *= h**power
             found.append(np.linalg.cond(A))
         slope = np.polyfit(np.log(STEPS[2:5]), np.log(found), 1)[0]
-        assert slope == pytest.approx(-power, abs=1e-3)  # what is not that power of h is smaller by 10 h
+        assert slope == pytest.approx(-power, abs=1e-3)  # terms of other powers of h are smaller by 10 h
 
 
 # -- results at a tiny step --------------------------------------------------------------------------------------

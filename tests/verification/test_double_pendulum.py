@@ -1,8 +1,9 @@
 """The stiff double pendulum: order in positions, velocities and reactions, with steps far longer than its fast motion.
 
 Within the first 10 us the damper in the knee, 50,000 N.m.s/rad on a light link, pulls the knee's rate from rest to that
-of a slow creep. Nobody resolves that; a method that damps must forget it. References: two-degree-of-freedom ODE by
-Radau IIA, to 12 digits at 0.2 s. Reactions: Newton's and Euler's equations of the links, written here by hand.
+of a slow creep. No step resolves that; a method with numerical damping must forget it. References:
+two-degree-of-freedom ODE by Radau IIA, to 12 digits at 0.2 s. Reactions: Newton's and Euler's equations of the links,
+written here by hand.
 """
 
 import numpy as np
@@ -11,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 import mbdsl
 
-STOP = 0.2  #: by then the jump of the start has died away, and the knee is still creeping
+STOP = 0.2  #: by then the jump of the start has decayed, and the knee still creeps
 #: Five halvings. The BDF methods err six times as much as HHT and are not asymptotic with 4 ms, hht-i3 still rings from
 #: the start at 0.2 s with 8 ms. The forces in the pins hang on the knee's rate by 50,000 N.m.s/rad: what Newton's
 #: iteration leaves in it, 1e-10 rad/s, is an error of 1e-5 N, that of the discretisation with HHT and 0.1 ms.
@@ -118,7 +119,7 @@ def soft(data):
 
 
 def test_order_of_radau5(model, soft, order):
-    """Of a knee that is not stiff: 5 in rates, 6 in angles, where the fifth order's error is small."""
+    """For a knee that is not stiff: order 5 in rates and 6 in angles, where the error of fifth order is small."""
     steps, errors = [2.0**-k for k in range(4, 8)], []
     for h in steps:
         end = mbdsl.simulate(model("double_pendulum"), method="radau5", step=h, stop=1.0, interval=1.0, parameters=SOFT)

@@ -1,4 +1,4 @@
-"""Runs with fixed steps that cannot be right say so, and those that can do not."""
+"""Runs with fixed steps that cannot be right warn, and runs that can be right do not."""
 
 from pathlib import Path
 
@@ -23,9 +23,9 @@ def ball(k):
 
 
 def test_a_ball_that_rises_above_where_it_fell_from():
-    """It cannot: nothing brings energy. And its contact has omega = sqrt(k/m), 1592 Hz, whatever the step is."""
+    """It cannot be right: no source brings energy. And its contact has omega = sqrt(k/m), 1592 Hz, for any step."""
     run = simulate(ball(1e8), step=1e-3)
-    assert np.ptp(run["ball.y"]) > 1.2  # or this test is about nothing
+    assert np.ptp(run["ball.y"]) > 1.2  # otherwise this test would check nothing
     growth, contact = run.stats["warnings"]
     assert growth.startswith("energy grows by ")
     assert "but the model has no source of energy: the step of 0.001 s is too long" in growth
@@ -100,7 +100,7 @@ def test_a_contact_of_a_small_body_that_turns_is_found():
 
 
 def test_rounding_of_energy_is_none_of_it():
-    """A mass that hangs on a spring, 10 nm off its rest: 1e-14 J are exchanged, of 16 J."""
+    """A mass that hangs on a spring, 10 nm from its rest position: it exchanges 1e-14 J, of 16 J."""
     run = simulate(MODELS / "spring_mass.mbd", step=1e-3, stop=1.0, parameters={"s1": 0.59810001, "c": 0.0})
     assert 0.0 < run["energy.kinetic"].max() < 1e-13
     assert run.stats["warnings"] == []

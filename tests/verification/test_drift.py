@@ -1,4 +1,5 @@
-"""Constraints on velocities of the slider crank, over 10 s and at every step: kept to rounding, or near them with h^p.
+"""Constraints on velocities of the slider crank, over 10 s and at every step: satisfied to rounding, or with an error
+of order h^p.
 
 The stabilised methods solve for them. The index-3 methods do not: there dPhi is an error like others, bounded, and
 falls with the method's order; while the mechanism goes round its violation runs along a closed curve.
@@ -44,7 +45,7 @@ def test_falls(violation, order, method, order_of_method):
     """At least with the method's order; newmark's falls with h^2 as well."""
     worst = np.transpose([np.abs(violation(method, h)).max(axis=1) for h in STEPS])
     assert worst.max() < 1e-2
-    assert worst.min() > 1e-9  # it is there to be seen
+    assert worst.min() > 1e-9  # the violation is large enough to be measured
     for row in worst:
         assert order(STEPS, row) > order_of_method
 

@@ -38,7 +38,7 @@ def test_mean_error(scene, method, wrong_orders):
 
 
 def test_energy_is_lost_not_gained(scene, method):
-    """Over 50 s the energy falls, by less than the 2 J that the motion turns around; a method unstable here gains."""
+    """Over 50 s the energy falls, by less than the 2 J of kinetic energy; an unstable method would gain energy."""
     _, E = energy(scene, method, 2.0**-10, 50.0)
     late, early = E[-1024:].mean(), E[:1024].mean()
     assert -2.0 < late < early < 1e-3
@@ -53,7 +53,7 @@ def lost(t, E):
 
 
 def growth(alpha, wh):
-    """By how much HHT multiplies the amplitude of an undamped oscillator a step: its amplification matrix, by hand.
+    """Factor of HHT on the amplitude of an undamped oscillator in one step: from its amplification matrix, by hand.
 
     Of (q, h v, h^2 a): a/(1 + alpha) + w^2 q - alpha/(1 + alpha) w^2 q_n = 0 with the formulas for q and v.
     """
@@ -66,7 +66,7 @@ def growth(alpha, wh):
 @pytest.mark.parametrize("method", HHT)
 @pytest.mark.parametrize("alpha", [-0.3, -0.05])
 def test_loss_of_an_oscillator(model, method, alpha):
-    """A mass on a spring, where it is known what HHT loses of the energy that the amplitude stands for."""
+    """A mass on a spring: the loss of HHT follows from the amplitude."""
     h, k, m = 2.0**-8, 200.0, 2.0
     found = mbdsl.simulate(
         model("spring_mass"), method=method, step=h, stop=20.0, interval=0.0,
@@ -74,7 +74,7 @@ def test_loss_of_an_oscillator(model, method, alpha):
     )  # fmt: skip
     amplitude = 0.7 - (0.5 + m * 9.81 / k)
     rate = -2 * np.log(growth(alpha, np.sqrt(k / m) * h)) / h
-    # E wavers by (w h)^2 about what the amplitude stands for
+    # E oscillates by (w h)^2 about the energy of the amplitude
     assert lost(found.t, found["energy.total"]) == pytest.approx(rate * k * amplitude**2 / 2, rel=2 * k / m * h**2)
 
 

@@ -1,8 +1,8 @@
 """The flexible slider crank with a rod of ANCF cable elements, in another program: the same equations, other methods.
 
-Values and how far they are to be trusted: exudyn_flexible_slider_crank.json, whose own steps and elements differ by
-less than that. Differences at 0.1 s are those of the deflection's ringing, at 0.5 s what Exudyn's Newton tolerance
-leaves in phi1.
+Values and their error bounds: exudyn_flexible_slider_crank.json, whose results with different steps and elements differ
+by less. Differences at 0.1 s are those of the deflection's ringing, at 0.5 s what Exudyn's Newton tolerance leaves in
+phi1.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""A soft cable that is let go: large deformation against two other programs, up to what they are trusted to."""
+"""A soft cable that is released: large deformation compared with two other programs, within their error bounds."""
 
 import numpy as np
 import pytest
@@ -24,8 +24,8 @@ def distance(model, reference):
 
 
 def test_tip(distance):
-    """More elements and shorter steps come closer: 16 elements see no short waves, 64 are as good as trust goes."""
+    """More elements and shorter steps come closer: 16 elements do not resolve short waves, 64 reach the error bound."""
     coarse, middle, fine = distance(16, 1e-4), distance(32, 1e-4), distance(64, 5e-5)
     assert fine < TRUSTED
     assert fine < middle < coarse / 8
-    assert coarse > 5 * TRUSTED  # else nothing was to be seen
+    assert coarse > 5 * TRUSTED  # otherwise the difference could not be seen

@@ -27,7 +27,7 @@ REACTIONS = ["O.fx", "O.fy", "A.fx", "A.fy", "B.fy"]
 
 
 def variant(model, where, more):
-    """The shipped model with more said of its rod."""
+    """The shipped model with further parameters of its rod."""
     text = model("flexible_slider_crank").read_text(encoding="utf-8")
     assert "modes = modes," in text
     path = where / "variant.mbd"
@@ -36,7 +36,8 @@ def variant(model, where, more):
 
 
 def signals(row, beam, bending, axial):
-    """What mbdsl calls the quantities of a reference's row; modes of ``beam`` have mass one and a sign of their own."""
+    """The quantities of a reference's row, from the signals of mbdsl; modes of ``beam`` have mass one and a sign of
+    their own."""
     phi, psi = float(row["phi1"]), float(row["phi2"])
     q, dq = (np.array(row[key], dtype=float) for key in ("q", "qd"))
     n, j = np.arange(1, bending + 1), 2 * np.arange(1, axial + 1) - 1
@@ -129,7 +130,8 @@ def test_order_with_other_damping(run, exact, steps, wrong_orders, alpha):
 
 
 def test_another_method_as_the_reference(run, exact, steps, method, wrong_orders):
-    """What a BDF method finds with steps 8 or 16 times shorter serves as a reference, too; for BDF, an HHT method."""
+    """A run of a BDF method with steps 8 or 16 times shorter serves as a second reference; for BDF, a run of an HHT
+    method."""
     fine = run("nstiff-si2", 6.25e-7)
     if method.startswith("nstiff"):
         fine = run("hht-add", 6.25e-7)
@@ -169,7 +171,7 @@ def test_mean_energy_error_with_the_ringing_resolved(scene, method, order):
     low, high = {"newmark": (0.9, 1.1), "nstiff": (2.0, 3.0), "nstiff-si2": (2.0, 3.0)}.get(method, (1.9, 2.4))
     errors = [mean_error(scene, method, h, 0.01) for h in steps]
     assert low < order(steps, errors) < high
-    # what rings, M_ff dq^2/2 = 1e-6 J, is what there is to lose: errors are small against it
+    # the vibration, M_ff dq^2/2 = 1e-6 J, is the energy that can be lost: errors are small compared with it
     assert errors[-1] < 1e-6 if method != "newmark" else errors[-1] < errors[0] / 6
 
 
@@ -202,7 +204,7 @@ def difference(one, other, names):
 
 
 def test_without_modes_it_is_the_rigid_one(model, rigid, method):
-    """The same body in the same order: the same arithmetic, up to an order of operations of three masses."""
+    """The same body in the same order: the same arithmetic, except for the order of operations of three masses."""
     one = mbdsl.simulate(rigid, method=method, step=1e-3, stop=1.0, interval=0.1)
     other = mbdsl.simulate(
         model("flexible_slider_crank"), method=method, step=1e-3, stop=1.0, interval=0.1, parameters={"modes": 0.0}
@@ -213,10 +215,11 @@ def test_without_modes_it_is_the_rigid_one(model, rigid, method):
 
 @pytest.mark.parametrize("method", ["newmark", "hht-i3", "nstiff"])
 def test_a_stiff_rod_tends_to_the_rigid_one(model, rigid, method, tmp_path, order):
-    """Deflections are as 1/E, and so is what they change, at a step that leaves all modes unresolved (h w > 4).
+    """Deflections are proportional to 1/E, and so are their effects, at a step that leaves all modes unresolved (h w >
+    4).
 
-    To a stiff limit the index-3 methods are blind: for them an elastic coordinate held by its stiffness is as one held
-    by a constraint. From E = 1e14 Pa on the difference is what Newton's method leaves.
+    Index-3 methods do not distinguish a stiff limit from a constraint: an elastic coordinate held by its stiffness is
+    treated like one held by a constraint. From E = 1e14 Pa on, the difference is the tolerance of Newton's method.
     """
     one = mbdsl.simulate(rigid, method=method, step=1e-3, stop=1.0, interval=0.1)
     moduli = [1e12 / 4, 1e12, 4e12]
@@ -236,8 +239,8 @@ def test_a_stiff_rod_tends_to_the_rigid_one(model, rigid, method, tmp_path, orde
 
 @pytest.mark.parametrize("method", ["nstiff-si2", "hht-add", "hht-si2"])
 def test_in_the_stiff_limit_methods_differ_by_their_order(model, rigid, method, tmp_path, wrong_orders):
-    """Those that correct velocities do so with constraints, not with what a stiffness holds: rigid or very stiff is a
-    difference there, of the size of their errors, and it falls with the square of the step (h w > 1e2; hht-add bears
+    """Methods that correct velocities do so with constraints, not with stiffnesses: between rigid and very stiff there
+    remains a difference of the size of their errors, which falls with the square of the step (h w > 1e2; hht-add bears
     less than 300: > 10)."""
     stiff = stiffer(model, tmp_path, 1e13 if method == "hht-add" else 1e15)
     steps, found = [2e-3, 1e-3, 5e-4, 2.5e-4], []

@@ -64,7 +64,7 @@ def test_small_steps(model, rows, method):
 
 @pytest.mark.parametrize("h", [1e-3, 2e-3])
 def test_where_hht_add_stops_with_five_loops(model, h):
-    """Whether it stops depends on rounding. Until then energy is kept; the message tells the reason and a remedy."""
+    """Rounding decides whether it stops. Until then energy is conserved; the message gives the reason and a remedy."""
     failure, five = None, {"N": 5}
     try:
         found = mbdsl.simulate(model("four_bar"), method="hht-add", step=h, stop=10.0, parameters=five)

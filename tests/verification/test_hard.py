@@ -47,7 +47,7 @@ def test_stiff_double_pendulum(reference, order, method):
 
 @pytest.mark.parametrize("method", ["hht-i3", "hht-si2"])
 def test_stiff_double_pendulum_with_long_steps(reference, order, method):
-    """Implicit methods go on with steps far longer than the fast motion, and are of order 2 there already."""
+    """Implicit methods run with steps far longer than the fast motion, and already have order 2 there."""
     data = reference("double_pendulum")
     expected = np.array([y[1] for y in data["y"][:3]])
     steps, errors = [4e-3, 2e-3, 1e-3], []
@@ -78,7 +78,7 @@ def test_body_without_inertia(order, method):
 
 
 def test_chain_of_many_links(model, order, method):
-    """64 links: beyond what a dense matrix would be good for; energy to order 2."""
+    """64 links: more than a dense matrix would be suited for; energy to order 2."""
     steps, errors = [2e-3, 1e-3, 5e-4], []
     for h in steps:
         r = mbdsl.simulate(model("chain"), method=method, step=h, stop=0.5, interval=0.1, parameters={"N": 64})
@@ -120,10 +120,10 @@ def mechanism(length, mass, time=1.0):
     ],
 )
 def test_similar_mechanisms_move_alike(method, length, mass, time):
-    """Units do not matter: the scaled mechanism makes the scaled motion, with the same work.
+    """Units have no effect: the scaled mechanism has the scaled motion, with the same work.
 
-    The runs differ by rounding and by where Newton's method stops, each 1.2e-4 of the local error at most: ten times
-    both is allowed of the discretisation error as halving the step shows it.
+    The runs differ by rounding and by the point at which Newton's method stops, each 1.2e-4 of the local error at most:
+    ten times both is allowed, relative to the discretisation error as halving the step shows it.
     """
     (unit, _), (scaled, force) = mechanism(1.0, 1.0), mechanism(length, mass, time)
     plain, coarse = (mbdsl.simulate(unit, method=method, step=h, stop=1.0, interval=0.1) for h in (1e-3, 2e-3))

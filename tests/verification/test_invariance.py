@@ -1,8 +1,8 @@
-"""Every shipped model moves alike wherever it stands, however it is turned, mirrored and ordered, whenever it begins.
+"""The motion of every shipped model does not depend on its position, orientation, reflection, order or start time.
 
-Where nothing but rounding differs, Newton's method stops at 16 eps of the largest coordinate, in every step anew; what
-this makes of positions is h times as much of velocities and h^2 as much of accelerations, forces go with the mass. Or
-it stops below 1e-4 of the local error, a step earlier or later. Both are magnified as any disturbance of the start is.
+If only rounding differs, Newton's method stops at 16 eps of the largest coordinate in every step; a difference in
+positions causes 1/h of it in velocities and 1/h^2 in accelerations, and forces in proportion to the mass. Or it stops
+below 1e-4 of the local error, an iteration earlier or later. Both differences grow like any disturbance of the start.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ RUNS = {
 }
 METHODS = ("hht-si2", "nstiff", "radau5")
 
-#: scalars that change sign where a scene is mirrored; all others do not
+#: scalars that change sign when a scene is mirrored; all others keep it
 ODD = {
     "Fixed": ("phi0",),
     "Prismatic": ("phi0",),
@@ -51,14 +51,14 @@ ODD = {
     "Torque": ("tau",),
     "RotationalDriver": ("phi",),
 }
-#: kinds whose values have no sign to change
+#: kinds whose values have no sign
 EVEN = {"Ground", "Rod", "Body", "PointMass", "FlexibleBeam", "Revolute", "PointOnLine", "Distance", "KnifeEdge"}
 EVEN |= {"RollingDisc", "SpringDamper", "TranslationalDriver", "TranslationalSpringDamper"}
 
 
 @dataclass(frozen=True)
 class Change:
-    """Another place, direction and hand of the world's axes, and another zero of time.
+    """Another origin, direction and handedness of the world's axes, and another zero of time.
 
     r_new = A(turn) (x, hand y) + shift,  phi_new = hand phi + turn,  t_new = t + later
     """
@@ -73,7 +73,7 @@ class Change:
         return c * x - s * self.hand * y + fx, s * x + c * self.hand * y + fy, self.hand * phi + self.turn
 
     def back(self, key: str, z: dict):
-        """What the coordinate ``key`` was before the change, of a frame with coordinates ``z`` after it."""
+        """The value of the coordinate ``key`` before the change, of a frame with coordinates ``z`` after it."""
         c, s = math.cos(self.turn), math.sin(self.turn)
         if key in ("x", "y"):
             x, y = z["x"] - self.shift[0], z["y"] - self.shift[1]
@@ -103,7 +103,7 @@ class Change:
         return of(root)
 
     def scene(self, scene: Scene, start: list[InitialValue]) -> Scene:
-        """The scene in the other axes; ``start``: what else is known there of how it begins."""
+        """The scene in the other axes; ``start``: further initial values in these axes."""
         # A disc on the left of a line is on the right of its image: the line is followed the other way.
         discs = [c.ports["frame_a"] for c in scene.components.values() if c.kind.name == "RollingDisc"]
         turned = dict.fromkeys(discs, math.pi) if self.hand < 0.0 else {}
@@ -161,13 +161,13 @@ CHANGES = {
 
 
 def reordered(scene: Scene) -> Scene:
-    """Everything the other way round."""
+    """All components in the reverse order."""
     components, frames = dict(reversed(scene.components.items())), dict(reversed(scene.frames.items()))
     return replace(scene, components=components, frames=frames, initial=scene.initial[::-1])
 
 
 def disturbed(scene: Scene, by: float, size: float) -> Scene:
-    """Positions at the start are others by a part ``by`` of the mechanism's size, and of a radian."""
+    """Positions at the start are changed by a part ``by`` of the mechanism's size, and of a radian."""
 
     def moved(x: InitialValue) -> InitialValue:
         if is_velocity_level(x.target):
@@ -192,7 +192,7 @@ def differences(one: dict, other: dict) -> dict[str, float]:
 
 @cache
 def base(name: str, method: str):
-    """The scene, its run, signals and those of a run with half the step, how much a disturbance grows."""
+    """The scene, its run, its signals, those of a run with half the step, and the growth of a disturbance."""
     stop, step, parameters = RUNS[name]
     scene = load(MODELS / f"{name}.mbd", parameters)
     found = run(scene, method, step, stop)
@@ -208,7 +208,7 @@ def base(name: str, method: str):
 
 
 def allowed(name: str, method: str, trajectory) -> dict[str, float]:
-    """How far signals of a run that should be the same may be from those of the model as it is."""
+    """Bounds of the differences between signals of an equivalent run and those of the original model."""
     stop, step, _ = RUNS[name]
     scene, _, of, error, growth = base(name, method)
     size, bodies = trajectory.system.tables.size, scene.bodies()
@@ -228,7 +228,7 @@ def allowed(name: str, method: str, trajectory) -> dict[str, float]:
 @pytest.mark.parametrize("name", RUNS)
 @pytest.mark.parametrize("change", CHANGES)
 def test_other_axes(name, method, change):
-    """The start is said again in the new axes: from what is left open, assembly starts along the axes."""
+    """The start is given in the new axes: assembly places undetermined coordinates along the axes."""
     stop, step, _ = RUNS[name]
     change = CHANGES[change]
     scene, before, of, *_ = base(name, method)

@@ -23,7 +23,7 @@ initial equation
 end DryPin;
 """
 STEPS = [2.0**-k for k in range(6, 12)]
-FINE = [2.0**-k for k in range(10, 16)]  #: for order 1, where terms of order 2 have to be a tenth of those of order 1
+FINE = [2.0**-k for k in range(10, 16)]  #: for order 1, whose terms of order 2 have to be a tenth of those of order 1
 
 
 def acceleration(phi, w):
@@ -50,7 +50,7 @@ def exact():
 
 
 def test_order(exact, method, order):
-    """hht-add's forces can take only its psi_II for a reaction, which is of order 1."""
+    """The forces of hht-add can only use its psi_II as a reaction, which is of order 1."""
     scene = mbdsl.parse(MODEL)
     first = method in ("newmark", "hht-add")
     steps, errors = FINE if first else STEPS, []
@@ -64,10 +64,11 @@ def test_order(exact, method, order):
 
 
 def test_it_resists(method):
-    """Much energy is lost, and friction does as much work as that: the signal is what acts.
+    """Much energy is lost, and friction does that much work: the signal is the acting force.
 
-    Work and loss differ by what the method itself loses, of its order: newmark's halves with the step. hht-add's forces
-    take psi_II for the reaction, as far from it as h is from the motion's 0.5 s, and the signal has the reaction.
+    Work and loss differ by the loss of the method itself, with its order: newmark's halves with the step. The forces of
+    hht-add use psi_II for the reaction, with a difference of h relative to the motion's 0.5 s, and the signal has the
+    reaction.
     """
     missing = []
     for h in (2e-3, 1e-3):

@@ -44,12 +44,12 @@ def test_order_is_kept(any_method):
         errors.append(np.abs(np.array([run["guide.s"], run["guide.v"]])[:, -1] - motion(1.0)).max())
     order = declared(any_method).order
     assert errors[1] < 1e-12 or np.log2(errors[0] / errors[1]) > order - 0.15
-    # across, nothing moves: reactions are what pushes, on either side of the jump
+    # across the guide nothing moves: the reaction balances the force, on either side of the jump
     assert np.abs(run["guide.fy"][[2, 4]]) == pytest.approx([1.0, 6.0], abs=1e-6)
 
 
 def test_a_run_taken_up_again_finds_the_jumps_still_to_come():
-    """As from a checkpoint, which keeps the next of them as a number: it comes out the same to the last bit."""
+    """As from a checkpoint, which stores the next jump as a number: the result is the same to the last bit."""
     scene, found = mbdsl.parse(MODEL), []
     for stops in ([], [100, 121]):
         mechanism = graph.build(scene)
@@ -68,7 +68,7 @@ def test_a_run_taken_up_again_finds_the_jumps_still_to_come():
 
 
 def test_two_jumps_at_the_end_of_one_step():
-    """At times that differ by 2e-13 s, more than rounding: as if they were at the same."""
+    """At times that differ by 2e-13 s, more than rounding: they are treated as equal."""
     found = []
     for shift in (0.0, 2e-13):
         law = f"40*time + (if time >= 0.3 then 4 else 0) + (if time >= 0.3 + {shift!r} then 4 else 0)"

@@ -48,7 +48,7 @@ def run(scene):
             assert found.stats["steps"] == STEPS
             assert len(found) == STEPS // EVERY + 1
             known[key] = (W * found["beam.q[4]"][1:], found["beam.dq[4]"][1:], found["energy.total"][1:])
-            # nothing else moves
+            # no other mode moves
             assert np.abs(found["beam.phi"]).max() < 1e-9
         return known[key]
 
@@ -56,14 +56,14 @@ def run(scene):
 
 
 def turned(x, y, expected):
-    """Angle a step by which (x, y) turns: the one near what is expected that gives the angles found."""
+    """Angle by which (x, y) turns in a step: the value near the expected one that agrees with the measured angles."""
     angles = np.unwrap(np.angle((y + 1j * x) * np.exp(-1j * expected * EVERY * np.arange(len(x)))))
     return expected + np.polyfit(EVERY * np.arange(len(x)), angles, 1)[0]
 
 
 @pytest.mark.parametrize("method", TRAPEZOIDAL)
 def test_the_trapezoidal_rule_keeps_the_energy(run, method):
-    """But for rounding: 2.2e-16 a step, at random or, at worst, 5.5e-11 in all; measured: 1.5e-13."""
+    """Constant except for rounding: 2.2e-16 a step, at random or, at worst, 5.5e-11 in all; measured: 1.5e-13."""
     _, _, E = run(method, **TRAPEZOIDAL[method])
     assert E[0] > 0.0
     assert np.abs(E / E[0] - 1).max() < 1e-11
@@ -81,14 +81,14 @@ def test_period_of_the_trapezoidal_rule(run, method):
 @pytest.mark.parametrize("method", ["hht-i3", "hht-add", "hht-si2"])
 @pytest.mark.parametrize("alpha", [-0.3, -0.05])
 def test_decay_and_period_with_alpha(run, method, alpha):
-    """To leading order; what is next, (h w)^2 = 1e-2 of it and less, is in the bounds."""
+    """To leading order; the next term, (h w)^2 = 1e-2 of it and less, is in the bounds."""
     x, y, E = run(method, alpha=alpha)
     late = 1 / 12 - alpha / 4 - 3 * alpha**2 / 8
     expected = HW * (1 - late * HW**2)
     assert (1 - turned(x, y, expected) / HW) / HW**2 == pytest.approx(late, rel=2e-2)
     decay = -np.polyfit(EVERY * np.arange(len(E)), np.log(E) / 2, 1)[0]
     assert decay == pytest.approx(-alpha * (1 + alpha) ** 2 / 8 * HW**4, rel=2e-2)
-    # by a phase of the vibration that E is taken at, it wavers by (h w)^2 and so; it never grows by more
+    # E oscillates by about (h w)^2 with the phase of the vibration; it never grows by more
     assert (np.diff(E) / E[:-1]).max() < 2 * HW**2
     averages = E.reshape(20, -1).mean(axis=1)
     assert (np.diff(averages) < 0.0).all()

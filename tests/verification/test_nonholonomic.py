@@ -140,8 +140,8 @@ initial equation skate.x = 0 m; skate.y = 0 m; skate.phi = 0; skate.w = 1.5 rad/
 @pytest.mark.parametrize("method", ["nstiff", "hht-i3", "generalized-alpha-i3"])
 def test_a_blade_whose_normal_turns(method):
     """It turns evenly, phi = w t. Along it v' = g cos(phi), so v = g/w sin(w t); across, m v w + m g sin(phi) is the
-    force. Steps differ all the way: what methods of index 3 set right at each change belongs to holonomic constraints
-    alone. The truth is within three times the tolerance, relative to the way and to the largest speed; the force
+    force. Steps change all the time; the correction of index-3 methods at each change applies to holonomic constraints
+    only. The error is within three times the tolerance, relative to the path and to the largest speed; the force
     follows from accelerations and is of the same order."""
     g, w, m, tol = 4.905, 1.5, 2.0, 1e-4
     run = mbdsl.simulate(mbdsl.parse(SKATE), method=method, tol=tol, stop=10.0, interval=0.25)
@@ -153,7 +153,7 @@ def test_a_blade_whose_normal_turns(method):
     assert np.abs(np.abs(run.lam[:, 0]) - np.abs(2 * m * g * np.sin(w * run.t))).max() < 3 * tol * 2 * m * g
 
 
-# -- what integrates a constraint on velocities errs in positions along its normal ------------------------------------
+# -- integrated velocity constraints have errors in positions along their normal --------------------------------------
 
 WHEEL = """model Wheel Ground ground(g = 0 m/s2); Body wheel(m = 1 kg, I = 0.1 kg.m2); Revolute O(ground, wheel.c);
 RotationalVelocityDriver drive(O, w = 2 + 30*exp(-((time - 1.111)/1e-2)^2));
@@ -162,8 +162,8 @@ initial equation wheel.phi = 0.5; guess wheel.w = 2; end Wheel;"""
 
 @pytest.mark.parametrize(("method", "tol"), [("hht-si2", 1e-6), ("hht-i3", 1e-6), ("nstiff", 1e-4)])
 def test_the_angle_under_a_driven_speed(method, tol):
-    """The speed is that of the driver, but the angle its integral, and as wrong as the step makes it: steps that left
-    that out of their error did not converge, or took ten times as many."""
+    """The speed is that of the driver, but the angle is its integral, with the error of the step: steps whose error
+    estimate left that out did not converge, or took ten times as many."""
     run = mbdsl.simulate(mbdsl.parse(WHEEL), method=method, tol=tol, stop=3.0, interval=0.03, general=True)
     angle = 0.5 + 2 * run.t + 0.15 * np.sqrt(np.pi) * (erf((run.t - 1.111) / 1e-2) + 1)
     assert np.abs(run["wheel.phi"] - angle).max() < min(3 * tol, 10 * run.stats["error"])

@@ -95,7 +95,7 @@ def test_order_with_other_damping(errors, steps, order, method, alpha):
 
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.9])
 def test_order_with_other_radii(errors, steps, order, rho):
-    # the damping of rho = 0 goes with h^3, and is seen beside h^2 in the angle
+    # the damping of rho = 0 goes with h^3, and is visible in the angle in comparison with h^2
     for name in ("crank.phi", "crank.w", "O.fx", "A.fy", "B.fy"):
         found = errors("generalized-alpha", rho=rho)[name]
         assert LOW < order(steps("generalized-alpha")[-3:], found[-3:]) < HIGH, name
@@ -116,7 +116,7 @@ def test_gamma_of_newmark(order, gamma, expected):
 
 
 def test_error_grows_with_damping(errors):
-    """The parameter arrives: alpha = -1/3 is less exact than alpha = 0, by a third or so."""
+    """The parameter has an effect: alpha = -1/3 is less accurate than alpha = 0, by about a third."""
     for method in HHT:
         least, most = (errors(method, alpha=alpha)["crank.w"][-1] for alpha in (0.0, -1 / 3))
         assert 1.2 * least < most < 3.0 * least

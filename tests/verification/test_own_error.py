@@ -1,7 +1,7 @@
-"""What runs with controlled steps say of their own error is true, or they stop with the reason and the time.
+"""The error estimates of runs with controlled steps are true, or the runs stop with the reason and the time.
 
-Motions that magnify errors, at once or late, bounce, or blow up, by methods of our own and others'. Truth: closed
-forms, and SciPy's DOP853 at 1e-13 in one coordinate, begun anew where the force has a corner. Errors are counted in the
+Motions that magnify errors, immediately or late, bounce, or diverge, by our own methods and by backends. Truth: closed
+forms, and SciPy's DOP853 at 1e-13 in one coordinate, restarted where the force has a corner. Errors are counted in the
 mechanism's size, velocities relative to the largest.
 """
 
@@ -55,7 +55,7 @@ initial equation
   annotation(experiment(StopTime = 18.84955592153876));
 end Orbit;
 """
-#: its rate of growth upside down, squared
+#: squared growth rate of the inverted pendulum
 RATE2 = 9.81 / 1.25
 
 
@@ -119,7 +119,7 @@ CASES = {
 }
 
 
-#: a backend calls Python for every step: once is enough
+#: a backend calls Python for every step: one case is enough
 RUNS = [(name, method) for name in CASES for method in ("hht-si2", "radau5")] + [("oscillator", "scipy-dop853")]
 
 
@@ -136,7 +136,7 @@ def test_the_true_error_is_near_the_claim(name, method, tol):
     assert found.stats["error"] <= tol and found.stats["horizon"] is None
 
 
-#: scene, and when errors of 1e-16 are about as large as the tolerance of 1e-5, by growth rates
+#: scene, and the time when errors of 1e-16 have grown to about the tolerance of 1e-5, by growth rates
 HORIZONS = {
     # exp(sqrt(RATE2) t)
     "inverted pendulum": (PENDULUM.format(phi=0.0, stop=30), np.log(1e11) / np.sqrt(RATE2)),
@@ -153,17 +153,17 @@ HORIZONS = {
 @pytest.mark.parametrize("method", ["hht-si2", "radau5"])
 @pytest.mark.parametrize("name", HORIZONS)
 def test_what_rounding_decides_is_not_claimed(name, method):
-    """Within a fifth of the time that growth rates give; errors of 1e-13 in place of 1e-16 make a quarter of it."""
+    """Within a fifth of the time that growth rates give; errors of 1e-13 in place of 1e-16 reduce it by a quarter."""
     text, time = HORIZONS[name]
     found, reached = run(mbdsl.parse(text), method, 1e-5)
     assert not reached
     assert found.status == "inaccurate" and "not reached" in found.message
     assert 0.7 * time < found.stats["horizon"] < 1.2 * time
-    assert found.t[-1] == found.scene.experiment.stop  # all of it is there
+    assert found.t[-1] == found.scene.experiment.stop  # the file has all results
 
 
 def test_before_that_all_is_well():
-    """Upside down, a milliradian aside, the same pendulum falls as a closed form in elliptic functions says."""
+    """Upside down, a milliradian off, the same pendulum falls along a closed form in elliptic functions."""
     found, reached = run(mbdsl.parse(PENDULUM.format(phi=1e-3, stop=3)), "hht-si2", 1e-5)
     k = np.cos(0.5e-3)
     cd = ellipj(np.sqrt(RATE2) * found.t + ellipk(k * k), k * k)[0]
@@ -253,7 +253,7 @@ def test_a_tolerance_that_is_not_asked_for_is_no_reason_to_stop():
 
 
 def test_outputs_asked_for_are_those_of_a_run_that_fails():
-    """The force has no value from t = 1 s on; what comes before has the tolerance asked for."""
+    """The force has no value from t = 1 s on; the results before that have the requested tolerance."""
     text = BLOCK.format(force="100*s - 1*sqrt(1 - time)", s=0.1, v=0.0, stop=2)
     times = [0.1, 0.35, 0.9, 0.95, 1.5, 2.0]
     f = smooth(lambda t, y: [y[1], -100 * y[0] + np.sqrt(np.maximum(0.0, 1 - t))], [0.1, 0.0])

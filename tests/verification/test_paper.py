@@ -1,4 +1,4 @@
-"""docs/paper.md: every figure has its place, the tables are made of numbers.json, and its numbers are found again."""
+"""docs/paper.md: every figure has its place, the tables are made from numbers.json, and its numbers are reproduced."""
 
 import json
 import re
@@ -77,10 +77,11 @@ def test_pictures_are_drawn(again):
 
 
 def test_numbers_are_found_again(again):
-    """All of the longer steps. Times are of a machine, and what iterations leave of constraints is only bounded.
+    """All of the longer steps. Times depend on the machine, and the residuals of constraints after the iteration are
+    only bounded.
 
-    Two numbers of four digits differ by 1e-3 where they are rounded apart. Elsewhere an iteration more or less, as
-    rounding has it, changes an error by what an iteration leaves of it: 1e-4 of a step's error at most.
+    Two numbers of four digits differ by 1e-3 if they are rounded differently. Elsewhere an iteration more or less,
+    decided by rounding, changes an error by the residual of the iteration: 1e-4 of a step's error at most.
     """
     kept, found = dict(leaves(NUMBERS)), dict(leaves(json.loads((again / "numbers.json").read_text(encoding="utf-8"))))
     compared = [path for path in found if path[0] != "figure 16"]
@@ -96,7 +97,7 @@ def test_numbers_are_found_again(again):
 
 
 def test_violations_are_the_formula():
-    """c h^2 Phi_q q''' as it is, up to what is of the next order in h."""
+    """c h^2 Phi_q q''' itself, up to terms of the next order in h."""
     found = NUMBERS["figures 11 to 15"]
     for method, predicted in found["predicted"].items():
         off = [abs(found["largest"][method][h] / value - 1) for h, value in predicted.items()]

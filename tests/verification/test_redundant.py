@@ -1,4 +1,4 @@
-"""Redundant constraints: left out with a word about it, and the motion is right."""
+"""Redundant constraints are left out with a message, and the motion is right."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def allowed(declaration):
 
 def test_parallelogram(any_method):
     said, method, declaration = [], any_method, declared(any_method)
-    # what controls its steps passes a singular pose by going close to it
+    # runs with controlled steps pass a singular pose by going close to it
     steps = {"tol": 1e-8} if declaration.steps[0] == "controlled" else {"step": 1e-3}
     trajectory = mbdsl.simulate(mbdsl.parse(PARALLELOGRAM), method=method, announce=said.append, **steps)
 
@@ -61,7 +61,8 @@ def test_parallelogram(any_method):
 
 
 def test_start_in_a_singular_pose(any_method):
-    """In line, more rows depend on each other than are redundant: which way it moves on is not determined."""
+    """When the bars are collinear, more rows depend on each other than are redundant: the continuation is not
+    determined."""
     scene = mbdsl.parse(PARALLELOGRAM.replace("60 deg", "0 deg"))
     with pytest.raises(IntegrationError, match="singular") as caught:
         mbdsl.simulate(scene, step=1e-3, method=any_method)

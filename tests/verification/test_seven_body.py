@@ -1,6 +1,6 @@
 """Andrews' squeezer, ten pins and one freedom: order in positions, velocities and reactions; the published end state.
 
-Reference: closed-form loops and a quadrature of the energy, to 18 digits. What the pins carry there follows from
+Reference: closed-form loops and a quadrature of the energy, to 18 digits. The forces of the pins follow there from
 Newton's and Euler's equations of the seven plates, written here by hand.
 """
 
@@ -120,7 +120,7 @@ SPECIAL = {
 
 
 def test_order(data, scene, any_method, halved, wrong_orders):
-    """Every angle, every angular velocity, and what every pin carries."""
+    """Every angle, every angular velocity, and all forces of the pins."""
     q, v = state(data["samples"]["0.01"])
     _, forces = newton_euler(data, q, v)
     errors, steps = {}, SPECIAL.get(any_method) or halved(any_method, LONGEST)
@@ -136,7 +136,7 @@ def test_order(data, scene, any_method, halved, wrong_orders):
 
 
 def published(data):
-    """The published angles at 30 ms, good to 9 or 10 digits, after a look at the reference, good to 18."""
+    """The published angles at 30 ms, accurate to 9 or 10 digits, after a check of the reference, accurate to 18."""
     angles = np.array([float(x) for x in data["published_t0p03"]["q"]])
     assert angles == pytest.approx([float(x) for x in data["reference_t0p03"]["q"]], rel=3e-10)
     return angles
@@ -159,7 +159,7 @@ def test_published_end_state(data, scene, method):
 
 @pytest.mark.parametrize("tol", [1e-4, 1e-6, 1e-8, 1e-10])
 def test_published_end_state_with_controlled_steps(data, scene, tol):
-    """Errors are twice the tolerance: the crank turns by 15.8 rad, and magnifies what steps get wrong."""
+    """Errors are twice the tolerance: the crank turns by 15.8 rad, and magnifies the errors of steps."""
     exact = np.array([float(x) for x in data["reference_t0p03"]["q"]])
     end = mbdsl.simulate(scene, method="radau5", tol=tol, interval=0.03)
     found = relative([end[f"{body}.phi"][-1] for body in BODIES])

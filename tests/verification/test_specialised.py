@@ -1,9 +1,9 @@
-"""Specialisation changes what is computed, not what comes out.
+"""Specialisation changes the computation, not its results.
 
-Every shipped model against the general computation: the code of every kind that there is, nothing merged, moved, split
-or solved beforehand. Where only code is left out, both do the same operations in the same order: results are equal to
-the last bit (compilers have no leave to reorder what is written). Where drivers were turned into functions of time, one
-of the two solves for what the other one knows.
+Every shipped model against the general computation: the code of all kinds, nothing merged, carried, split or solved
+beforehand. If only code is left out, both do the same operations in the same order: results are equal to the last bit
+(compilers must not reorder them). If drivers were turned into functions of time, the general computation solves for
+quantities that the specialised one knows.
 """
 
 from pathlib import Path
@@ -18,9 +18,9 @@ MODELS = Path(__file__).parents[2] / "models"
 #: models whose drivers became functions of time
 REDUCED = {"crank_ivp", "driven_crank", "spin_up_beam", "stick_slip_belt"}
 SAME = sorted({path.stem for path in MODELS.glob("*.mbd")} - REDUCED)
-#: those that enforce velocity constraints, so that velocities are not of the order of the method
+#: methods that enforce velocity constraints, so that velocities do not have the method's error
 STABILISED = {name for name, method in available().items() if "dPhi" in method.enforces}
-#: model -> (step, stop) where its own would be long for one more method; else 100 steps of 1 ms
+#: model -> (step, stop) if its own would take long for another method; otherwise 100 steps of 1 ms
 SHORT = {"seven_body": (1e-5, 1e-3), "stick_slip_belt": (1e-4, 0.1)}
 
 
@@ -62,17 +62,17 @@ def test_equal_with_every_method(name, method):
 
 
 def test_codes_differ():
-    """Else nothing was compared: the general code has what the scene has not."""
+    """Otherwise nothing was compared: the general code has functions that the scene does not need."""
     a, b = both("pendulum", stop=0.01)
     assert "mbdsl_kind_revolute" not in a.system.code and "loops.springs" not in a.system.code
     assert "mbdsl_kind_revolute" in b.system.code and "loops.springs" in b.system.code
 
 
-# -- what is known as a function of time -----------------------------------------------------------------------------
+# -- quantities known as functions of time ---------------------------------------------------------------------------
 
 
 def test_belt(method):
-    """The belt is carried in the one and driven in the other: Newton's iteration ends elsewhere.
+    """The belt is carried in one and driven in the other: Newton's iteration ends at another point.
 
     It leaves 1e-11 of the mechanism, or 1e-5 of the method's own error; friction that changes its sign over 0.1 mm/s
     turns differences of velocities, of 8e-12 of the largest, into forces some 1e3 times as large.
@@ -136,7 +136,7 @@ def test_general_and_specialised_agree_without(effects):
     a, b = both("slider_crank", without=effects)
     whole = mbdsl.simulate(MODELS / "slider_crank.mbd")
     assert np.array_equal(a.q, b.q) and np.array_equal(a.lam, b.lam)
-    assert np.abs(a.q - whole.q).max() > 1e-2  # it does matter
+    assert np.abs(a.q - whole.q).max() > 1e-2  # the effect does matter
 
 
 def test_general_and_specialised_agree_without_friction():

@@ -26,7 +26,7 @@ L, K = 10.0, np.sqrt(1.2 * 36 / 28e6)
 
 @pytest.fixture(scope="module")
 def variant(model, tmp_path_factory):
-    """``variant(text)``: the shipped model with this said of its elastic coordinates."""
+    """``variant(text)``: the shipped model with these elastic coordinates."""
     text = model("spin_up_beam").read_text(encoding="utf-8")
     assert SHIPPED in text
 
@@ -58,7 +58,7 @@ def parts(difference, exact):
 
 @pytest.mark.parametrize("space", SPACES)
 def test_history(variant, exact, space):
-    """Six modes, 12, Craig-Bampton's or eight elements: the theory's error, and nothing of the step."""
+    """Six modes, 12, Craig-Bampton's or eight elements: the error is that of the theory, not of the step."""
     scene = variant(SPACES[space])
     found, fine = (tip(scene, "hht-si2", h) for h in (2e-3, 1e-3))
     assert parts(found - fine, exact).max() < THEORY / 20
@@ -68,7 +68,8 @@ def test_history(variant, exact, space):
 
 
 def test_absolute_nodal_coordinates(variant, exact):
-    """No theory of small deformation: elements alone err, with an order of nearly 4. And both formulations agree."""
+    """Without the assumption of small deformation, only the elements have an error, of nearly order 4. Both
+    formulations agree."""
     coarse, fine = (tip(variant(f'formulation = "ancf", elements = {n},'), "hht-si2", 1e-3) for n in (4, 8))
     errors = [parts(found - exact, exact) for found in (coarse, fine)]
     assert (errors[1] < errors[0] / 8).all()
@@ -94,7 +95,7 @@ def test_newmark_is_of_first_order(variant, exact, order):
     errors = np.array([parts(tip(scene, "newmark", h) - fine, exact) for h in steps])
     assert errors[1, 1] < 0.016
     assert order(steps, errors[:, 1]) > 0.95
-    # and what it tends to is the same
+    # and it tends to the same solution
     assert parts(2 * tip(scene, "newmark", 5e-4) - tip(scene, "newmark", 1e-3) - fine, exact).max() < THEORY / 5
 
 
@@ -106,7 +107,7 @@ def test_hht_add_says_that_it_cannot(model):
 
 
 def partial_sum(axial):
-    """Steady u(L) with so many eigenmodes sin(k_j x), k_j = (2 j - 1) pi/(2 L)."""
+    """Steady u(L) with this number of eigenmodes sin(k_j x), k_j = (2 j - 1) pi/(2 L)."""
     k = (2 * np.arange(1, axial + 1) - 1) * np.pi / (2 * L)
     return (2 * K**2 / L / (k**2 * (k**2 - K**2))).sum()
 

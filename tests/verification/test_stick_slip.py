@@ -1,4 +1,5 @@
-"""A block on a belt: sticks, slips, sticks again. Against its law by an independent solver, and against Coulomb's."""
+"""A block on a belt sticks, slips and sticks again: compared with its law by an independent solver, and with Coulomb's
+law."""
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ W = np.sqrt(K / M)
 
 
 def coulomb(t):
-    """Position of the block with a friction that drops at once from mu_s to mu: stuck until the spring pulls mu_s N."""
+    """Position of the block with friction that drops at once from mu_s to mu: it sticks until the spring pulls with
+    mu_s N."""
     high, low = MU_S * N / K, MU * N / K
     stuck = high / BELT
     slip = 2 * (np.pi - np.arctan((high - low) * W / BELT)) / W  # until the block is as fast as the belt again
@@ -76,7 +78,7 @@ def test_law(model, method, expected):
 
 
 def test_coulomb_in_the_limit(model, order):
-    """Period and largest deflection come to those of Coulomb's law as v_s and v_st = 40 v_s go to zero."""
+    """Period and largest deflection tend to those of Coulomb's law as v_s and v_st = 40 v_s go to zero."""
     speeds, periods, deflections = [4e-4, 2e-4, 1e-4, 5e-5], [], []
     for v_s in speeds:
         found = mbdsl.simulate(
@@ -91,7 +93,7 @@ def test_coulomb_in_the_limit(model, order):
     deflection = coulomb(np.linspace(0.5, 0.9, 100_001))[0].max()
     for values, limit in ((periods, period), (deflections, deflection)):
         errors = np.subtract(values, limit)
-        assert (errors > 0).all()  # friction that falls slowly holds longer
+        assert (errors > 0).all()  # friction that decreases slowly holds longer
         assert (np.diff(errors) < 0).all()
         assert 0.6 < order(speeds, errors) < 1.0
         assert errors[-1] < 0.015 * limit

@@ -1,4 +1,5 @@
-"""Modes far too fast for the step (h w of 1e3 to 1e5): numerical damping takes them at its rate, nothing else notices.
+"""Modes far too fast for the step (h w of 1e3 to 1e5): numerical damping removes them at its rate, without other
+effects.
 
 In the limit h w -> inf the amplification matrices have, by hand,
 
@@ -15,7 +16,7 @@ from mbdsl.errors import InitialisationError
 
 # -- one axial mode, pulled at from a time on --------------------------------------------------------------------------
 
-H, N, JUMP = 1e-3, 60, 11  #: the force is there from step 11 on
+H, N, JUMP = 1e-3, 60, 11  #: the force begins at step 11
 #: h w. hht-add has M^{-1} Q in its equations: what rounding and Newton's method leave in q is multiplied by w^2 there;
 #: at 1e4 its rates are disturbed by some percent now and then.
 HW = {"hht-add": 100.0}
@@ -46,7 +47,7 @@ def by_hand(alpha, beta, gamma, hw=1e4):
     rates = []
     for k in range(JUMP, N + 1):
         ahead = q + v + (0.5 - beta) * a
-        before = q - (k > JUMP)  # there is no force at the end of the step before
+        before = q - (k > JUMP)  # the force at the end of the step before is zero
         new = -(hw**2 * (ahead - 1.0 - alpha / (1 + alpha) * before)) / (1 / (1 + alpha) + hw**2 * beta)
         q, v, a = ahead + beta * new, v + (1 - gamma) * a + gamma * new, new
         rates.append(v)
@@ -54,7 +55,7 @@ def by_hand(alpha, beta, gamma, hw=1e4):
 
 
 def disobedience(rates, eigenvalues):
-    """How far the first rates are from the recurrence whose solutions are these eigenvalues' powers."""
+    """Largest difference between the first rates and the recurrence whose solutions are powers of these eigenvalues."""
     recurrence = np.poly(eigenvalues)
     return max(abs(recurrence @ rates[k + len(eigenvalues) : k - 1 if k else None : -1]) for k in range(10))
 
@@ -115,7 +116,7 @@ def crank(model, where, frequency):
 
 @pytest.fixture(scope="module")
 def exact(reference):
-    """At 0.1 and 0.25 s, of the mechanism whose rod does not stretch at all."""
+    """At 0.1 and 0.25 s, of the mechanism whose rod does not stretch."""
     rows = reference("flexible_slider_crank")["data"]["flexible_2_bending"]["rows"][:2]
     assert [row["t"] for row in rows] == ["0.1", "0.25"]
     return {
@@ -170,7 +171,7 @@ def test_newton_with_a_mode_that_is_very_stiff(model, method, tmp_path):
 
 
 def test_hht_add_refuses_what_it_cannot_bear(model, tmp_path):
-    """Its reactions, of 60 N at most, would be wrong by 1 N with h w = 500, by 200 N with 1e4, in silence."""
+    """Its reactions, of 60 N at most, would silently be wrong by 1 N with h w = 500, and by 200 N with 1e4."""
     fast = crank(model, tmp_path, 1e7)
     with pytest.raises(InitialisationError, match=r"magnified.* of rod\.q\[6\] with 1\.0e\+07 rad/s, 500 times"):
         mbdsl.simulate(fast, method="hht-add", step=5e-5, stop=0.1)

@@ -1,10 +1,9 @@
-"""Forces that come suddenly in a motion that was quiet: steps that have grown long must not pass them.
+"""Sudden forces in a quiet motion: steps that have grown long must not pass over them.
 
 A block slides freely and meets a blow that depends on time, a soft wall whose force grows by e^40 in a step's reach, a
-spring that throws it back within 0.2 ms, or a wall that is there within a micrometre. Errors, and what the run says of
-its own, against radau5 at a tolerance of 1e-9, which agrees with 1e-8 to that (the hard wall turns rounding of
-positions, 1e-16 of 1 um, into 1e-10 of velocities). All forces are smooth: there is no switch that could be
-located.
+spring that throws it back within 0.2 ms, or a wall that is there within a micrometre. Errors, and the stated errors of
+the runs, are compared with radau5 at a tolerance of 1e-9, which agrees with 1e-8 to that (the hard wall turns rounding
+of positions, 1e-16 of 1 um, into 1e-10 of velocities). All forces are smooth: there is no switch that could be located.
 """
 
 import numpy as np
@@ -36,12 +35,12 @@ FORCES = {
 def case(request):
     scene = mbdsl.parse(TEXT.format(force=FORCES[request.param][0], v=FORCES[request.param][1]))
     exact, check = (mbdsl.simulate(scene, method="radau5", tol=tol) for tol in (1e-9, 1e-8))
-    assert distance(check, exact) < 3 * (1e-8 + 1e-9)  # what they promise
+    assert distance(check, exact) < 3 * (1e-8 + 1e-9)  # the promised tolerance
     return scene, exact
 
 
 def distance(run, exact):
-    """In q of metres, and in v relative to the largest."""
+    """Error of q in metres, and of v relative to the largest."""
     speed = np.abs(exact.v).max()
     return max(np.abs(run.q - exact.q).max(), np.abs(run.v - exact.v).max() / speed)
 
@@ -52,5 +51,5 @@ def test_it_is_met(case, method, tol):
     scene, exact = case
     run = mbdsl.simulate(scene, method=method, tol=tol)
     error = distance(run, exact)
-    assert error < 10 * tol  # what a tolerance promises where trial runs have met the blow in few steps
+    assert error < 10 * tol  # the tolerance is reached if the trial runs have met the blow in few steps
     assert error < 10 * run.stats["error"]

@@ -1,8 +1,8 @@
-"""The error attained is the tolerance: between a tenth of it, where no cheaper run was made, and all of it, or nearly.
+"""The attained error lies between a tenth of the tolerance, if no cheaper run was made, and nearly all of it.
 
-Half of the tolerance is aimed at, with a factor between eps and the error that two runs of larger errors have told; it
-changes from there on by a fifth or so. Errors are measured as :mod:`mbdsl.simulation.tolerance_calibration` does,
-against closed forms and reference data.
+The target is half of the tolerance, with the factor between eps and the error that two runs of larger errors have
+given; this factor changes by about a fifth afterwards. Errors are measured as
+:mod:`mbdsl.simulation.tolerance_calibration` does, against closed forms and reference data.
 """
 
 import numpy as np
@@ -67,17 +67,17 @@ def test_models(model, fine, name, tol):
 
 
 def test_growth_of_errors_is_taken_into_account(model):
-    """The four-bars magnify errors by twenty, as their singular poses let them: steps are the shorter for it."""
+    """The four-bars magnify errors by twenty in their singular poses: steps are correspondingly shorter."""
     run = mbdsl.simulate(model("four_bar"), tol=1e-4)
     finer = mbdsl.simulate(model("four_bar"), step=2e-4)
     assert scaled(run, finer.q, finer.v) < MOST * 1e-4
 
 
 def test_transient_is_passed(model):
-    """What the stiff damper takes away within microseconds does not cost thousands of steps."""
+    """A transient that the stiff damper removes within microseconds does not cost thousands of steps."""
     run = mbdsl.simulate(model("double_pendulum"), tol=1e-5, interval=0)
     assert (run.t < 1e-4).sum() < 0.2 * len(run.t)
-    assert run.stats["steps"] < 0.6 * 6500  # which is what fixed steps take
+    assert run.stats["steps"] < 0.6 * 6500  # as fixed steps would
 
 
 @pytest.mark.parametrize("tol", [1e-5, 1e-7])
@@ -120,7 +120,7 @@ def test_a_start_that_is_no_size(d):
         np.abs(run["b.vx"] - 5 * d * np.sinh(5 * run.t)).max() / (5 * way),
     )
     assert LEAST * 1e-4 < error < MOST * run.stats["error"] <= MOST * 1e-4
-    assert steps < 50_000  # two millions, of steps held to parts of d
+    assert steps < 50_000  # of two million steps that are limited to parts of d
 
 
 def test_a_start_that_is_no_size_in_other_units():

@@ -1,8 +1,7 @@
-"""Every shipped model moves alike, to the last bit, whatever units of length, mass and time its numbers are in.
+"""The motion of every shipped model is the same, to the last bit, in all units of length, mass and time of its numbers.
 
-With factors that are powers of two all of the arithmetic is the same, but for exponents: whatever differs shows a
-constant that has a unit, and none, somewhere in between. Text is read in units whose base is not the metre, the
-kilogram and the second.
+With factors that are powers of two, the arithmetic is the same except for exponents: a difference reveals a constant
+that should have a unit and has none. Text is read in units whose base is not the metre, the kilogram and the second.
 """
 
 import re
@@ -36,14 +35,14 @@ RUNS = {
     "spring_mass": (0.1, 1e-3, {}),
     "stick_slip_belt": (0.01, 1e-4, {}),
 }
-#: numbers are so many times as large: mechanisms of micrometres, micrograms and milliseconds, and the other way round;
-#: even powers, so that the square root of a mass is scaled exactly, too
+#: factors on the numbers: mechanisms of micrometres, micrograms and milliseconds, and the reverse; even powers, so that
+#: the square root of a mass is scaled exactly, too
 SCALES = {"small": (2.0**-20, 2.0**-16, 2.0**-10), "large": (2.0**14, 2.0**8, 2.0**6), "slow": (1.0, 1.0, 2.0**10)}
 COUNTS = ("steps", "rejected", "iterations", "evaluations", "matrix_evaluations", "events")
 
 
 def factor(unit: str, scales: tuple[float, float, float]) -> float:
-    """How many times as large a number in ``unit`` is."""
+    """The factor on a number in ``unit``."""
     if unit in ("", "1"):
         return 1.0
     of = dict(zip(units.BASE, units.dimension(unit), strict=True))
@@ -53,7 +52,7 @@ def factor(unit: str, scales: tuple[float, float, float]) -> float:
 
 @contextmanager
 def written_in(scales):
-    """In here texts are read, and defaults taken, in the units of ``scales``."""
+    """Within this context, texts are read, and defaults taken, in the units of ``scales``."""
     with pytest.MonkeyPatch.context() as patch:
         for table in (units._PREFIXED, units._PLAIN):
             for name, (value, dimension) in list(table.items()):
@@ -76,14 +75,14 @@ def _forget():
 
 
 def text_with_units(name: str) -> str:
-    """The model, its numbers all with their units: those that are bare would be taken for SI."""
+    """The model with units on all of its numbers: bare numbers would be taken as SI."""
     text = (MODELS / f"{name}.mbd").read_text(encoding="utf-8")
     text = re.sub(r'(\(unit = "([^"]+)"\) = [0-9.e+-]+)(?=[ ;])', r"\1 \2", text)
     return re.sub(r"\bg = ([1-9][0-9.]*)\)", r"g = \1 m/s2)", text)
 
 
 def signals(trajectory) -> dict[str, np.ndarray]:
-    """What can be compared: all coordinates of frames and signals of joints and forces; {name: (N,)}."""
+    """The quantities to compare: all coordinates of frames and signals of joints and forces; {name: (N,)}."""
     keys = ("x", "y", "phi", "vx", "vy", "w", "s", "v", "fx", "fy", "tau", "force", "torque", "friction")
     return {name: trajectory[name] for name in trajectory.names if name.rsplit(".", 1)[-1] in keys}
 

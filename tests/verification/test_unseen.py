@@ -1,4 +1,4 @@
-"""What lies between steps is seen: pulses and windows much shorter than the steps of a quiet motion.
+"""Events between steps are found: pulses and windows much shorter than the steps of a quiet motion.
 
 A mass of 1 kg slides without friction; a law, a table, a window or a driver acts for a tiny part of the time or of the
 way. Answers are closed forms: the momentum and the place that an impulse leaves, the work done on the way.
@@ -35,12 +35,12 @@ CENTRE, PEAK = 3.3337, float(1.0 / np.sqrt(np.pi))
 
 
 def gauss(width, centre):
-    """Of impulse 1 N.s."""
+    """A pulse with an impulse of 1 N.s."""
     return f"{PEAK / width!r}*exp(-((time - {centre})/{width})^2)"
 
 
 def windows():
-    """sin(100 t) > 0.99999 for t in [0, 1]: middles, and the length of each."""
+    """sin(100 t) > 0.99999 for t in [0, 1]: middles of the intervals, and their length."""
     k = np.arange(16)
     return (np.pi / 2.0 + 2.0 * np.pi * k) / 100.0, 2.0 * np.arccos(0.99999) / 100.0
 
@@ -151,7 +151,7 @@ def test_summands_that_cancel_have_no_peaks(law):
 
 
 def test_a_law_without_values_has_no_peaks():
-    """The root of a negative number, which an if leaves out."""
+    """The square root of a negative number, which an if excludes."""
     text = TEXT.format(tables="", force="sqrt(time/1 s - 9)*1 N*(if time > 9 s then 1 else 0)", v=0.0, stop=4.0)
     assert list(build(mbdsl.parse(text)).time_zones(0.0, 4.0)) == []
 
@@ -178,7 +178,7 @@ WAYS = {
 @pytest.mark.parametrize("method", OWN)
 @pytest.mark.parametrize("name", WAYS)
 def test_what_the_state_does_on_the_way_is_seen(name, method, tol):
-    """To 20 um more than the tolerance: what the motion takes within the windows is left out of the answers."""
+    """To 20 um more than the tolerance: the answers leave out the motion within the windows."""
     force, v, exact = WAYS[name]
     text = TEXT.format(tables="", force=force, v=v, stop=2.0)
     run = mbdsl.simulate(mbdsl.parse(text), method=method, tol=tol)
@@ -196,7 +196,7 @@ def test_a_backend_looks_on_its_way():
 
 @pytest.mark.parametrize("method", ["hht-si2", "radau5", "scipy-dop853"])
 def test_a_pulse_whose_time_depends_on_a_frame_at_rest_is_seen(method):
-    """A load that passes a marker on the ground: time and a coordinate that is a constant."""
+    """A load that passes a marker on the ground: it depends on time and on a constant coordinate."""
     centre = "2.3456 + ground.phi/(1 rad)"
     pulse = f"{PEAK / 1e-4!r}*exp(-((time/(1 s) - {centre})/1e-4)^2)"
     window = f"if time/(1 s) > {centre} and time/(1 s) < {centre} + 1e-3 then 1000 else 0"
@@ -207,8 +207,8 @@ def test_a_pulse_whose_time_depends_on_a_frame_at_rest_is_seen(method):
 
 @pytest.mark.parametrize("together", [1, 2, 32])
 def test_a_backend_returns_to_a_step_with_all_that_followed(together, monkeypatch):
-    """A narrow hill on the way, v^2 = 1 + 2 W behind it, and known times on both sides of it: each is met once, and no
-    output is lost or repeated, the one at a known time included."""
+    """A narrow hill on the way, v^2 = 1 + 2 W after it, and known times on both sides of it: each is met once, and no
+    output is lost or repeated, including the one at a known time."""
     monkeypatch.setattr(_pieces, "TOGETHER", together)
     hill = f"{0.5 * PEAK / 1e-4!r}*exp(-((s - 1.02)/1e-4)^2)"
     steps = "(if time > 1 then 1e-3 else 0) + (if time > 1.311 and time < 1.315 then 250 else 0)"
@@ -224,7 +224,8 @@ SPRING = "-(100 N/m)*s - (3 N.s/m)*v - (5 N/m3)*s^3 + (1 N.s/m2)*s*v"
 
 
 def test_what_cannot_hide_is_not_looked_at():
-    """Springs, dampers, cubes and products of positions and speeds have no narrow peaks: nothing is noted for them."""
+    """Springs, dampers, cubes and products of positions and speeds have no narrow peaks: no peak is registered for
+    them."""
     from mbdsl.system import build
 
     for force, looked_at in ((SPRING, 0), ("(100 N)*tanh(v/(1 mm/s))", 1)):
@@ -234,8 +235,8 @@ def test_what_cannot_hide_is_not_looked_at():
 
 @pytest.mark.parametrize("tol", [1e-6, 1e-9])
 def test_a_condition_that_rounding_decides_ends_the_run_at_once(tol):
-    """The pistons of `chatter_engine.mbd` move along y, and their forces ask for the sign of a speed along x, that is,
-    of rounding errors. At 1e-9, steps of 1e-14 s followed one another for minutes."""
+    """The pistons of `chatter_engine.mbd` move along y, and their forces depend on the sign of a speed along x, which
+    is rounding. At 1e-9, steps of 1e-14 s followed one another for minutes."""
     model = Path(__file__).parents[1] / "data" / "chatter_engine.mbd"
     with pytest.raises(mbdsl.MbdslError, match="to and fro") as raised:
         mbdsl.simulate(model, method="radau5", tol=tol)
@@ -277,7 +278,8 @@ initial equation mass.x = 0.5; mass.y = 0; mass.vx = 1; mass.vy = 0; end Growing
 
 
 def test_what_is_seen_does_not_depend_on_pauses_nor_on_runs_before():
-    """Peaks that are weighed against the largest so far, looked at behind so many steps at once: the same bits."""
+    """Peaks are compared with the largest one so far, after different numbers of steps: the results have the same
+    bits."""
     from mbdsl.integrators.loop import loop_state
     from mbdsl.simulation.mechanism_run import Motion
     from mbdsl.simulation.simulate import plan
@@ -298,7 +300,7 @@ def test_what_is_seen_does_not_depend_on_pauses_nor_on_runs_before():
 
 
 def test_a_law_of_many_terms():
-    """A sum of a thousand narrow peaks is taken apart without running out of stack."""
+    """A sum of a thousand narrow peaks is split without exhausting the stack."""
     from mbdsl.system import build
 
     peaks = " + ".join(f"(1 N)*exp(-((s - {k} mm)/(1 mm))^2)" for k in range(1200))

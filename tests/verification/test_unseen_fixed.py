@@ -1,4 +1,5 @@
-"""Fixed steps that pass over a pulse or a window say so, with the law, its line, the time, and a step that sees it.
+"""Runs with fixed steps that pass over a pulse or a window warn, with the law, its line, the time, and a sufficient
+step.
 
 A mass of 1 kg slides without friction. The truth is the momentum of the force, or its work: of 1 N.s or 1 J here, which
 steps of 50 ms miss altogether.
@@ -81,15 +82,15 @@ def test_a_missed_peak_is_named_and_what_is_advised_sees_it(name, method, tmp_pa
     if method == "radau5":  # whose stages may meet it
         assert abs(run["s.v"][-1] - v1) > 0.1
     else:
-        assert abs(run["s.v"][-1] - v0) < 1e-6  # all of it is missed
+        assert abs(run["s.v"][-1] - v0) < 1e-6  # the whole pulse is missed
     (text,) = peaks(run)
     found = SAYS.search(text)
     assert found, text
     time, start, end, advised = (float(x) for x in found.groups())
     assert start < when < end and end - start == pytest.approx(h, rel=1e-3)
-    # on the way, the motion without the force is taken; times are printed with 6 digits
+    # on the path, the motion without the force is used; times are printed with 6 digits
     assert abs(time - when) < 0.2 * h
-    if name != "far behind":  # or it takes a million steps
+    if name != "far behind":  # otherwise it takes a million steps
         run = simulate(path, method=method, step=advised)
         assert peaks(run) == []
         assert abs(run["s.v"][-1] - v1) < advised * largest

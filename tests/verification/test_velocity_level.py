@@ -1,4 +1,4 @@
-"""Velocity drivers and velocity constraints that users write, against closed forms, by all methods."""
+"""Velocity drivers and velocity constraints written by users, compared with closed forms, by all methods."""
 
 import numpy as np
 import pytest

@@ -299,8 +299,8 @@ from mbdsl.studies.cases import Case, setting
 from mbdsl.studies.store import Store
 print("begun", flush=True)
 runner.ALONE = -1.0
-def tell(told):
-    print(told.done, *(process.pid for process in multiprocessing.active_children()), flush=True)
+def tell(progress):
+    print(progress.done, *(process.pid for process in multiprocessing.active_children()), flush=True)
 cases = [Case("hht-si2", step=h) for h in (4e-3, 2e-3, 1e-7, 1e-8)]
 runner.Runner(setting({model!r}), Store({folder!r}), workers=2, tell=tell).compute(cases)
 """

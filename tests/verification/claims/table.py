@@ -221,9 +221,15 @@ def page(results: dict[tuple, dict], limit: float) -> str:
     missing = cells - sum(job[1:] in ways(job[0]) for job in results)
     if missing:
         lines += [f"This page is incomplete: {missing} of {cells} runs have not been made yet.", ""]
-    lines += ["## By way of claiming", "", *counts("way", way)]
+    lines += ["## By option", "", *counts("option", way)]
     lines += ["## By family", "", *counts("family", lambda job: CLAIMS[job[0]].family)]
-    lines += ["## Models", "", "Truth over asked and truth over said are the largest over all ways.", ""]
+    lines += [
+        "## Models",
+        "",
+        "`truth/asked` is the true error over the requested error, `truth/said` the true error over the stated error; each",
+        "is the largest value over all runs of the model.",
+        "",
+    ]
     lines += ["| model | family | answer | truth/asked | truth/said | lies |", "|---|---|---|---|---|---|"]
     for name in (x for x in CLAIMS if x in names):
         found = [(job, x) for job, x in results.items() if job[0] == name and x["truth"] is not None]
@@ -241,26 +247,27 @@ INTRODUCTION = """# Claims
 
 <!-- made by `python tests/verification/claims/table.py --output docs/claims.md` -->
 
-{models} models built to fool an error estimate, run in every way that claims an accuracy: {cells} runs. The models are
-in `tests/verification/claims/`; each has an independent answer, a closed form or SciPy's DOP853 at a tolerance of 1e-13
-in minimal coordinates, restarted at every event. The column `answer` shows how closely another solver agrees with it.
+{models} models built to mislead an error estimate, run with every option that states an accuracy: {cells} runs. The models
+are in `tests/verification/claims/`; each has an independent answer: a closed form, or a solution by SciPy's DOP853 in
+minimal coordinates at a tolerance of 1e-13, restarted at every event. The column `answer` shows the difference from a
+second solver.
 
-The rule: the true error is at most 3 times the error asked for, and at most 10 times the error claimed
+The rule: the true error is at most 3 times the requested error, and at most 10 times the stated error
 (`stats["error"]`, `stats["accuracy"]["estimated"]`, the difference that `--verify` shows, the error that `recommend`
 shows). Errors are the largest over all outputs: positions relative to the mechanism's size, angles in radians,
 velocities also relative to the largest of the run.
 
-- *true*: the rule is kept, and the claim is at most 10 times the true error.
-- *pessimistic*: the rule is kept, and the claim is more than 10 times the true error.
+- *true*: the rule holds, and the stated error is at most 10 times the true error.
+- *pessimistic*: the rule holds, and the stated error is more than 10 times the true error.
 - *stopped*: the run ends with a reason and exit code 4 instead of a result.
-- *not known*: the run says that its error is not known; the true error is at most 3 times the one asked for.
-- *too slow*: the run was cut off after {limit:g} s of computing.
-- *LIE*: anything else.
+- *not known*: the run states that its error is not known; the true error is at most 3 times the requested one.
+- *too slow*: the run was ended after {limit:g} s of computing.
+- *LIE*: all other runs.
 
-Every model is run with `--tol` by hht-si2 and radau5, with `--accuracy`, and in {turns} of the other ways in turn;
-`--all` runs all. `GrazeFaint` is run in three further ways: a mass touches a stiff stop by 1e-6 of its way, and the
-first runs by which the error is estimated miss it alike. Mechanisms run with the code for every kind of element
-(`--general`).
+Every model is run with `--tol` by hht-si2 and radau5, with `--accuracy`, and with {turns} of the other options in turn;
+`--all` runs all options. `GrazeFaint` is run with three further options: a mass touches a stiff stop by 1e-6 of its
+path, and all of the first runs, from which the error is estimated, miss the stop. Mechanisms run with the code for
+every kind of element (`--general`).
 """
 
 

@@ -1,7 +1,7 @@
-"""The answers of the hard cases, from closed forms, SciPy in minimal coordinates, or published data; nothing of mbdsl.
+"""The answers of the hard cases, from closed forms, SciPy in minimal coordinates, or published data; mbdsl is not used.
 
 ``python tests/verification/hard/answers.py`` writes ``models/hard/*.json``. Each function below gives the cases of the
-model of its name; its first line says where the answer comes from. Lengths in m, angles in rad, times in s.
+model of its name; its docstring names the source of the answer. Lengths in m, angles in rad, times in s.
 """
 
 import json
@@ -83,7 +83,7 @@ def stiff_mass():
 
 
 def two_time_scales():
-    """Closed form: the two normal modes. The fast one, of 1e-6 m, may be damped away."""
+    """Closed form: the two normal modes. A method may damp the fast one, of 1e-6 m."""
     cases = []
     t = np.linspace(0, 5, 11)[1:]
     for stiff in (1e4, 1e8):
@@ -100,7 +100,7 @@ def two_time_scales():
 
 
 def bushing_joint():
-    """Three coordinates, DOP853 (1e6 N/m); beyond that the pendulum on a pin: the bushing gives by 1e-8 m or less."""
+    """Three coordinates, DOP853 (1e6 N/m); stiffer bushings deflect by 1e-8 m or less: a pendulum on a pin."""
     phi = np.deg2rad(300)
     cases = []
     for k in (1e6, 1e9, 1e12):
@@ -109,7 +109,7 @@ def bushing_joint():
             y = y[:, [2, 5]]
         else:
             t, y = solved(lambda t, y: [y[1], -1.5 * G * np.cos(y[0])], [phi, 0.0], 1.0)
-        # with 1e6 N/m the bushing rings by m g/k, 1e-5 m and 0.01 rad/s, which methods that damp lose
+        # with 1e6 N/m the bushing vibrates by m g/k, 1e-5 m and 0.01 rad/s, which methods with damping lose
         rings = 3e-3 if k == 1e6 else 1e-3
         checks = [*at(t, rod__phi=y[:, 0], rod__w=(y[:, 1], 3.0, rings)), energy(0.5 * G * np.sin(phi), 1.0)]
         cases.append(case(f"k = {k:.0e} N/m", 1.0, checks, parameters={"k": k}))
@@ -120,13 +120,13 @@ def bushing_joint():
 
 
 def step_sizes():
-    """One coordinate, DOP853; the reaction in the slot from the rod's moments about its other end."""
+    """One coordinate, DOP853; the reaction in the slot from the moments about the rod's other end."""
     cases = []
     for step, stop in ((1e-9, 1e-6), (1e-7, 1e-4), (1e-5, 1e-2), (5e-2, 1.0), (0.5, 1.0)):
         t, y = solved(m.slider_crank, [np.deg2rad(40), 6.0], stop, min(10, round(stop / step)), atol=1e-15)
         slot = [m.slot(t_, y_) for t_, y_ in zip(t, y, strict=True)]
         checks = at(t, crank__phi=y[:, 0], crank__w=(y[:, 1], 10.0), B__fy=(slot, 30.0, 1e-2, False))
-        # long steps have the error that they have; a step of half a turn may also stop
+        # long steps have correspondingly large errors; a step of half a turn may also stop
         cases.append(case(f"{stop / step:g} steps of {step:g} s", stop, checks, step, None))
     return "2. Steps from 1 ns to half a turn", cases
 
@@ -135,7 +135,7 @@ def step_sizes():
 
 
 def flat_four_bar():
-    """IFToMM A02: its equation of one coordinate, 18 digits (tests/data/reference/four_bar_N2.json)."""
+    """IFToMM A02: the equation of motion in one coordinate, 18 digits (tests/data/reference/four_bar_N2.json)."""
     rows = json.loads((ROOT / "tests/data/reference/four_bar_N2.json").read_text())["reference_N2"][1:]
     t = [float(r["t"]) for r in rows]
     checks = at(t, **{"R[1].b.x": [float(r["B0x"]) for r in rows], "R[1].b.y": [float(r["B0y"]) for r in rows]})
@@ -145,7 +145,7 @@ def flat_four_bar():
 
 
 def folding_crank():
-    """The energy of one coordinate along the smooth branch, DOP853."""
+    """Conservation of energy in one coordinate along the smooth branch, DOP853."""
     t, y = solved(m.folding, [0.3, 5.0], 2.0)
     smooth = at(t, crank__phi=y[:, 0], rod__phi=-y[:, 0], crank__w=(y[:, 1], 8.0))
     total = m.folding_energy(0.3, 5.0)
@@ -153,7 +153,7 @@ def folding_crank():
 
 
 def parallelogram():
-    """The equation of one coordinate on the branch of the parallelogram, DOP853. Velocities tell the branch."""
+    """The equation of motion in one coordinate on the parallelogram's branch, which the velocities show, DOP853."""
 
     def rhs(t, y):
         return [y[1], -(0.5 + 0.5 + 1.0) * G * np.cos(y[0]) / (2 / 3 + 1)]
@@ -168,7 +168,7 @@ def parallelogram():
 
 
 def beyond_reach():
-    """Geometry: 1.2 m + 0.5 m/s t is the arm's length at 1 s."""
+    """Geometry: the distance 1.2 m + 0.5 m/s t reaches the length of the arm at 1 s."""
     stops = {"code": 4, "says": ["actuator"], "after": 0.9, "before": 1.001}
     return "3. Singular poses", [case("an actuator", 2.0, stops=stops)]
 
@@ -184,7 +184,7 @@ def locked_crank():
 
 
 def spare_rocker():
-    """The equation of one coordinate, DOP853; geometry: with a misfit beyond rounding it cannot be assembled."""
+    """The equation of motion in one coordinate, DOP853; with a misfit beyond rounding, no assembly exists."""
 
     def rhs(t, y):
         return [y[1], -3.5 / 3 * G * np.cos(y[0])]
@@ -202,7 +202,7 @@ def spare_rocker():
 
 
 def two_lengths():
-    """A pendulum, DOP853; no point has two distances from another."""
+    """A pendulum, DOP853; a point cannot have two distances from another point."""
     t, y = solved(lambda t, y: [y[1], -G * np.cos(y[0])], [np.arctan2(-0.8, 0.6), 0.0], 1.0)
     checks = at(t, mass__x=np.cos(y[:, 0]), mass__y=np.sin(y[:, 0]))
     cases = [case(f"misfit {e:g} m", 1.0, checks, parameters={"misfit": e}) for e in (0, 1e-14)]
@@ -215,7 +215,7 @@ def two_lengths():
 
 
 def far_guesses():
-    """Trigonometry, and the slider crank in one coordinate, DOP853."""
+    """Trigonometry; the motion of the slider crank in one coordinate, DOP853."""
     cases = []
     for name, angle, away in (("right", 20, 0), ("left", 170, 0), ("a kilometre away", 20, 1e3),
                               ("100 turns away", 36020, 1)):  # fmt: skip
@@ -273,7 +273,7 @@ def no_inertia():
 
 
 def any_size():
-    """One coordinate, DOP853, in the pendulum's own time."""
+    """One coordinate, DOP853, in dimensionless time."""
     cases = []
     for L in (1e-9, 1e-4, 1.0, 1e6):
         T = float(np.sqrt(L))
@@ -297,7 +297,7 @@ def stiff_stop():
     """Closed form: parabolas, and arcs of a sine on the spring."""
     cases = []
     for k, step in ((1e4, 1e-3), (1e6, 1e-4), (1e8, 1e-4)):
-        # away from the contacts, where a position does not hang on when they were
+        # away from the contacts, where positions depend little on the times of contact
         t = np.linspace(0.2, 4.1, 14)
         checks = [*at(t, ball__y=m.bounced(t, k)), energy(10.0, 10.0, signal="kept")]
         cases.append(case(f"k = {k:.0e} N/m", 4.1, checks, step, parameters={"k": k}))
@@ -316,7 +316,7 @@ def rattle():
 
 
 def sign_friction():
-    """Closed form: it stops at 1 m after 1 s. A run may also stop there, with the law's name."""
+    """Closed form: the mass stops at 1 m after 1 s. A run may also end there with a message that names the law."""
     checks = at([0.5, 0.9, 1.5], block__x=[0.75, 0.99, 1.0], block__vx=([1.0, 0.2, 0.0], 2.0, 2e-3))
     return "7. Discontinuity", [case("", 1.5, checks)]
 
@@ -333,7 +333,7 @@ def step_force():
     t = np.linspace(0, 1.1, 12)[1:]
     on, pulse, after = (np.maximum(t - x, 0) for x in (0.3333, 0.7, 0.707))
     x, v = on**2 + 50 * pulse**2 - 50 * after**2, 2 * on + 100 * pulse - 100 * after
-    # with fixed steps a jump inside a step is one of the order h
+    # with fixed steps, a jump inside a step causes an error of order h
     return "7. Discontinuity", [case("", 1.1, at(t, mass__x=(x, 1.0, 0.1), mass__vx=(v, 2.0, 0.1)))]
 
 
@@ -341,14 +341,14 @@ def step_force():
 
 
 def million_steps():
-    """The energy at the start, and its equation in one coordinate, DOP853: 420 swings."""
+    """The energy is constant; motion in one coordinate, DOP853: 420 swings."""
     t, y = solved(lambda t, y: [y[1], -1.5 * G * np.cos(y[0])], [-np.pi / 6, 0.0], 1000.0)
     checks = [*at(t, rod__phi=y[:, 0]), energy(-0.25 * G, 0.25 * G, grows=1e-5, within=1e-4)]
     return "8. Long runs", [case("", 1000.0, checks, 1e-3, 1e-4)]
 
 
 def many_turns():
-    """phi = w t: an angle of 1e5 rad is known to 1e-11, and the run adds rounding of as many steps."""
+    """phi = w t: an angle of 1e5 rad is known to 1e-11, and every step of the run adds a rounding error."""
     t = np.linspace(0, 100, 11)[1:]
     checks = at(t, wheel__phi=(1000 * t, 1.0, 1e-7), wheel__w=(1000 + 0 * t, 1000.0, 1e-12))
     return "8. Long runs", [case("16,000 turns", 100.0, [*checks, energy(1e6 / 24, 1e6 / 24, 1e-12, 1e-12)])]
@@ -374,7 +374,7 @@ def post_buckling():
 
 
 def spin_up():
-    """A beam in the turning frame, DOP853 (tests/data/reference/spin_up_beam.json); six modes err by 6e-4 m."""
+    """A beam in the rotating frame, DOP853 (tests/data/reference/spin_up_beam.json); six modes err by 6e-4 m."""
     rows = json.loads((ROOT / "tests/data/reference/spin_up_beam.json").read_text())["rows"]
     t, _u1, u2, _ = np.array([row for row in rows if row[0] in (2, 5, 7, 10, 13, 16, 20)]).T
     with_ = case("with stiffening", 20.0, at(t, u2=(u2, 10.0)), 2e-3, 1e-4)
@@ -385,7 +385,7 @@ def spin_up():
 
 
 def many_modes():
-    """Closed form: the sum over Euler's and Bernoulli's modes."""
+    """Closed form: the sum over the Euler-Bernoulli modes."""
     t = np.linspace(0, 3, 11)[1:]
     y = m.dropped_cantilever(t, 0.01)
     return "9. Flexible bodies", [case("", 3.0, at(t, beam__b__y=(y, 5e-3)), 1e-3, None)]
@@ -428,13 +428,13 @@ def light_link():
 
 
 def pole():
-    """x = 1/(1 - t): nothing is right behind 1 s."""
+    """x = 1/(1 - t): there is no solution beyond 1 s."""
     stops = {"code": 4, "after": 0.9, "before": 1.02}
     return "11. Divergence", [case("", 2.0, None, 1e-3, 1e-4, stops=stops)]
 
 
 def out_of_domain():
-    """x'' = -sqrt(1 - x) reaches x = 1 m at the time of a quadrature, and not beyond."""
+    """x'' = -sqrt(1 - x): x reaches 1 m at a time given by a quadrature, and the force has no value beyond."""
     w, dw = np.polynomial.legendre.leggauss(60)
     s = 0.5 * (w + 1)
     t = float(0.5 * dw @ (1 / np.sqrt(4 - 4 / 3 * (1 - (1 - s) ** 1.5))))
@@ -451,7 +451,7 @@ MODELS = (
 
 
 def said(model):
-    """What the file of a model holds."""
+    """The contents of the file of a model."""
     group, cases = model()
     return {"group": group, "answer": model.__doc__, "cases": cases}
 

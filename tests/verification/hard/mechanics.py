@@ -23,7 +23,7 @@ def links(masses, lengths, knee=0.0):
         if knee:
             torque = knee * (phi[1] - phi[0])
             f[:2] += torque, -torque
-        # mass ratios of 1e9: rows are scaled before they are solved
+        # mass ratios of 1e9: rows are scaled before the system is solved
         size = np.sqrt(np.diag(M))
         return np.concatenate([w, np.linalg.solve(M / np.outer(size, size), f / size) / size])
 
@@ -132,7 +132,7 @@ def bounced(t, k, g=10.0, height=1.0):
     fall = np.sqrt(2 * height / g)
     v, w = g * fall, np.sqrt(k)
 
-    def arc(s):  # since it touched: y'' = -k y - g
+    def arc(s):  # since the contact: y'' = -k y - g
         return -v / w * np.sin(w * s) + g / k * (np.cos(w * s) - 1)
 
     contact = brentq(arc, 1.5 / w, 5.0 / w, xtol=1e-16)

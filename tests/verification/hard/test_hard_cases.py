@@ -1,6 +1,6 @@
-"""The hard cases: answers are reproduced, the default method is right or says why not, and verdicts can fail.
+"""The hard cases: answers are reproduced, the default method is right or gives the reason, and verdicts can fail.
 
-``mbdsl study hard`` runs the whole matrix, which takes an hour; here are the cases that share a few structures.
+``mbdsl study hard`` runs the whole matrix, which takes an hour; these tests run the cases that share a few structures.
 """
 
 import importlib
@@ -23,7 +23,7 @@ ROOT = Path(__file__).parents[3]
 FOLDER = ROOT / "models" / "hard"
 PAGE = ROOT / "docs" / "hard-cases.md"
 CASES = read(FOLDER)
-#: models that the default method is held to here, by their structures; the page has them all
+#: models on which the default method is tested here, grouped by structure; the page has all of them
 HERE = (
     *("any_size", "mass_ratio", "light_link", "many_turns", "stiff_knee"),  # rods on pins
     *("folding_crank", "far_guesses", "over_fixed", "step_sizes"),  # slider cranks
@@ -31,7 +31,7 @@ HERE = (
     *("stiff_mass", "two_time_scales", "rattle", "kinked_force", "step_force"),  # forces on points
     *("sign_friction", "pole", "out_of_domain"),
 )
-#: cases that take more than a second, or are not done at all
+#: cases that take more than a second, or do not end
 LONG = {
     *("two_time_scales: 1e+08 N/m by 10 N/m", "stiff_knee: k = 1e+07 N.m/rad", "stiff_knee: k = 1e+10 N.m/rad"),
     *("rattle: k = 1e+06 N/m", "pole"),
@@ -60,7 +60,7 @@ def test_every_model_has_answers(answers):
 
 
 def numbers(found):
-    """All numbers, and everything else, in order."""
+    """All numbers, and all other values, in order."""
     if isinstance(found, dict):
         found = [x for key in found for x in (key, found[key])]
     if isinstance(found, (list, tuple)):
@@ -69,7 +69,8 @@ def numbers(found):
 
 
 def test_answers_are_reproduced(answers):
-    """What is shipped is what answers.py computes; DOP853 at 1e-13 loses some digits where motions are sensitive."""
+    """The shipped answers are those that answers.py computes; DOP853 at 1e-13 loses some digits on sensitive
+    motions."""
     for model in answers.MODELS:
         if model.__name__ in SLOW_ANSWERS:
             continue
@@ -82,7 +83,7 @@ def test_answers_are_reproduced(answers):
 
 @pytest.mark.parametrize("one", [c for c in CASES if c.model.stem in HERE and str(c) not in LONG], ids=str)
 def test_default_method(one):
-    """Right, or off as the step explains, or stopped as it has to."""
+    """Right, or with the error of the step, or stopped as expected."""
     starts = one.stops is None or one.stops.code != 3
     for tol in (False, True)[: 1 + starts]:
         cell = measure(one, "hht-si2", tol)
@@ -92,8 +93,8 @@ def test_default_method(one):
 
 @pytest.mark.parametrize("step", ["1e-09 s", "1e-07 s", "1e-05 s"])
 def test_reactions_of_index_3_at_tiny_steps(step):
-    """Multipliers of index 3 are differences of positions over h^2: with 1 ns of rounding, they would be 70 times the
-    largest reaction off. Reactions from the equations on the level of accelerations are not."""
+    """Multipliers of index 3 are differences of positions over h^2: with 1 ns, rounding would give an error of 70 times
+    the largest reaction. Reactions from the equations of accelerations do not have this error."""
     assert measure(case(f"step_sizes: 1000 steps of {step}"), "hht-i3").verdict == "right"
 
 
@@ -105,7 +106,7 @@ def wrong(name, method="hht-si2", tol=False, **changes):
 
 
 def test_a_wrong_answer_is_found():
-    """Values that are off by a hundredth, by the step or with a tolerance, are no error of the step."""
+    """Values that are off by a hundredth, at one step or with one tolerance, are not an error of the step."""
     checks = tuple(replace(c, values=list(np.multiply(c.values, 1.01))) for c in case("any_size: 1 m").checks)
     for tol in (False, True):
         cell = wrong("any_size: 1 m", tol=tol, checks=checks)
@@ -139,7 +140,7 @@ def test_a_run_that_takes_too_long_is_left():
 
 
 def test_divergence_is_told_and_results_are_kept(tmp_path, capsys):
-    """Exit code 4, when, in which equation by its name in the model, and a file with the results so far."""
+    """Exit code 4, with the time, the equation by its name in the model, and a file with the results so far."""
     output = tmp_path / "pole.csv"
     argv = ("simulate", str(FOLDER / "pole.mbd"), "--stop", "2 s", "--step", "1ms", "--output", str(output))
     assert cli.main(argv) == 4
