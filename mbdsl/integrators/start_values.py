@@ -114,13 +114,13 @@ def _projected(system: System, t: float, q: Array, v: Array, right: Array, left_
 
 
 def check_stiffness(system: System, method: str, t: float, h: float, q: Array, v: Array, lam: Array) -> None:
-    """What M^{-1} Q makes of the rounding of q must be less than what the reactions are."""
+    """Refuse a step with which the rounding of q, magnified by M^{-1} Q, would exceed the reactions."""
     K, M = system.stiffness(t, q, v, lam).diagonal(), system.M(t, q).diagonal()
     fastest = np.sqrt(np.maximum(K / M, 0.0))
     k = int(fastest.argmax()) if system.n else 0
     if system.n and h * fastest[k] > STIFFEST:
         raise InitialisationError(
-            f"{method} finds reactions from M^-1 Q, where rounding is magnified by what is stiff: of "
-            f"{system.names()[k]} with {fastest[k]:.1e} rad/s, {h * fastest[k]:.0f} times 1/h",
+            f"{method} finds reactions from M^-1 Q, where stiffness magnifies rounding: "
+            f"{system.names()[k]} has {fastest[k]:.1e} rad/s, {h * fastest[k]:.0f} times 1/h",
             hint=f"a step below {STIFFEST / fastest[k]:.2g} s, no such (axial?) mode, or another method",
         )

@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 METHOD = Method(
     "ida",
-    doc="SUNDIALS IDA: BDF formulas of variable order, for what is stiff",
+    doc="SUNDIALS IDA: BDF formulas of variable order, for stiff models",
     order=5,
     index=2,
     enforces=("Phi", "dPhi"),

@@ -1,4 +1,4 @@
-"""SciPy's Radau on the index-1 reduction: Radau IIA of order 5, for what is stiff."""
+"""SciPy's Radau on the index-1 reduction: Radau IIA of order 5, for stiff models."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from mbdsl.integrators.method import Method
 
 METHOD = Method(
     "scipy-radau",
-    doc="SciPy's Radau: Radau IIA of order 5, for what is stiff",
+    doc="SciPy's Radau: Radau IIA of order 5, for stiff models",
     order=5,
     index=1,
     enforces=("Phi", "dPhi"),

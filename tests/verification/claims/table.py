@@ -226,8 +226,8 @@ def page(results: dict[tuple, dict], limit: float) -> str:
     lines += [
         "## Models",
         "",
-        "`truth/asked` is the true error over the requested error, `truth/said` the true error over the stated error; each",
-        "is the largest value over all runs of the model.",
+        "`truth/asked` is the true error over the requested error, `truth/said` the true error over the stated error;",
+        "each is the largest value over all runs of the model.",
         "",
     ]
     lines += ["| model | family | answer | truth/asked | truth/said | lies |", "|---|---|---|---|---|---|"]
@@ -247,10 +247,10 @@ INTRODUCTION = """# Claims
 
 <!-- made by `python tests/verification/claims/table.py --output docs/claims.md` -->
 
-{models} models built to mislead an error estimate, run with every option that states an accuracy: {cells} runs. The models
-are in `tests/verification/claims/`; each has an independent answer: a closed form, or a solution by SciPy's DOP853 in
-minimal coordinates at a tolerance of 1e-13, restarted at every event. The column `answer` shows the difference from a
-second solver.
+{models} models built to mislead an error estimate, run with every option that states an accuracy: {cells} runs. The
+models are in `tests/verification/claims/`; each has an independent answer: a closed form, or a solution by SciPy's
+DOP853 in minimal coordinates at a tolerance of 1e-13, restarted at every event. The column `answer` shows the
+difference from a second solver.
 
 The rule: the true error is at most 3 times the requested error, and at most 10 times the stated error
 (`stats["error"]`, `stats["accuracy"]["estimated"]`, the difference that `--verify` shows, the error that `recommend`
