@@ -12,7 +12,7 @@ KIND = JointKind(
     "Distance",
     doc="A massless rigid link: the distance of the two frame origins stays constant.",
     rows=1,
-    parameters=(Parameter("length", "m", doc="the distance kept", positive=True),),
+    parameters=(Parameter("length", "m", doc="the constant distance", positive=True),),
     signals=(
         Signal("s", "m", "hypot(frame_b.x - frame_a.x, frame_b.y - frame_a.y)", "distance of the frames"),
         Signal("v", "m/s", "der(s)", "its rate"),

@@ -116,7 +116,7 @@ def rigid(values: Mapping) -> tuple[float, float, float]:
 KIND = BodyKind(
     "FlexibleBeam",
     doc="A uniform straight beam that bends and stretches in the plane, with frames a and b at its ends, c in its "
-    "middle, and any others on its axis; they turn with the section that they are on.",
+    "middle, and further frames on its axis; each frame rotates with its cross-section.",
     parameters=(
         Parameter("length", "m", doc="length, undeformed", positive=True),
         Parameter("density", "kg/m3", None, "of the material; or give the mass", positive=True),
@@ -132,37 +132,45 @@ KIND = BodyKind(
             'small deformation in a floating frame, or large deformation by absolute nodal coordinates ("ancf")',
             choices=(FLOATING, ANCF),
         ),
-        Parameter("elements", "1", None, "finite elements; default 4, with modes 16 or more, with ANCF 8"),
+        Parameter("elements", "1", None, "number of finite elements; default 4, with modes at least 16, with ANCF 8"),
         Parameter(
-            "modes", "1", None, "elastic coordinates; 0: a rigid rod; left out: all that the elements have", minimum=0.0
+            "modes",
+            "1",
+            None,
+            "number of elastic coordinates; 0: a rigid rod; default: all those of the elements",
+            minimum=0.0,
         ),
         Parameter(
-            "axial", "1", None, "how many of the modes are axial ones; default: lowest frequencies first", minimum=0.0
+            "axial", "1", None, "number of axial modes; default: those among the lowest frequencies", minimum=0.0
         ),
         Parameter(
             "basis",
             "",
             "eigenmodes",
-            "what the modes are: eigenmodes under the reference conditions, or static shapes of what the ends do with "
-            "eigenmodes between fixed ends (Craig-Bampton), made orthogonal",
+            "kind of the modes: eigenmodes under the reference conditions, or static shapes for displacements of the "
+            "ends and eigenmodes between fixed ends (Craig-Bampton), orthogonalised",
             choices=("eigenmodes", "craig-bampton"),
         ),
         Parameter(
             "reference",
             "",
             "pinned-pinned",
-            "where the floating frame is: through both ends, tangent at frame a, or the mean axis",
+            "position of the floating frame: through both ends, tangent at frame a, or the mean axis",
             choices=("pinned-pinned", "clamped-free", "mean-axis"),
         ),
         Parameter("stiffening", "", True, "geometric stiffening: bending shortens the beam (floating frame)"),
         Parameter("zeta", "1", 0.0, "damping ratio of every mode", minimum=0.0),
-        Parameter("alpha", "1/s", 0.0, "Rayleigh damping: part of the elastic mass", minimum=0.0),
-        Parameter("beta", "s", 0.0, "Rayleigh damping: part of the stiffness, as of a material", minimum=0.0),
+        Parameter(
+            "alpha", "1/s", 0.0, "Rayleigh damping: factor on the mass matrix of the elastic coordinates", minimum=0.0
+        ),
+        Parameter(
+            "beta", "s", 0.0, "Rayleigh damping: factor on the stiffness matrix, as of a viscous material", minimum=0.0
+        ),
         Parameter(
             "shape",
             "",
             "undeformed",
-            "at the start: undeformed, or that of the static equilibrium under the loads there",
+            "initial shape: undeformed, or that of the static equilibrium under the initial loads",
             choices=("undeformed", "static"),
         ),
         Parameter("frames", "", (), "further frames: frames(tip = {x, 0, phi}, ...) from the middle, on the axis"),

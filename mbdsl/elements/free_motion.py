@@ -4,7 +4,7 @@ from mbdsl.elements.kind import JointKind, Signal
 
 KIND = JointKind(
     "FreeMotion",
-    doc="Nothing holds frame_b; it says that a body without joints or forces is meant to fly.",
+    doc="No constraint on frame_b: declares that a body without joints or forces may move freely.",
     rows=0,
     signals=(
         Signal("x", "m", "frame_b.x - frame_a.x", "in world axes"),

@@ -15,7 +15,7 @@ KIND = JointKind(
     doc="A pin joint: the origins of frame_a and frame_b coincide.",
     rows=2,
     parameters=(
-        Parameter("radius", "m", None, "radius of the pin, where there is friction", positive=True),
+        Parameter("radius", "m", None, "radius of the pin; required with friction", positive=True),
         *friction.parameters("w", "rad/s", 0.01),
     ),
     signals=(
