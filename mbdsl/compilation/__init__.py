@@ -1,1 +1,1 @@
-"""Kernels to machine code: marks, layout of the buffers, compilation, and the cache of compiled code."""
+"""Compilation of kernels to machine code: marks, layout of the buffers, compiler, and the cache of compiled code."""

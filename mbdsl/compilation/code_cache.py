@@ -1,12 +1,11 @@
-"""Compilation: marked kernels become machine code, and stay plain Python where numba is absent or switched off.
+"""Compilation of marked kernels and the cache of their machine code; without numba, kernels run as plain Python.
 
-Element files only mark their kernels (:mod:`mbdsl.compilation.marks`), because ``mbdsl check`` reads the files
-without numerics. :func:`functions` makes one object of an emitted module and all the kernels that it calls.
+Element files only mark their kernels (:mod:`mbdsl.compilation.marks`), because ``mbdsl check`` imports these files
+without numerics. :func:`functions` compiles an emitted module and all kernels that it calls to one object.
 
-Objects are kept on disk, with a digest of the sources that they come from, under a folder named by the digest of the
-compiler: an edited kernel can never meet the machine code of its former self, and what is added to the library or
-edited elsewhere leaves it alone. What is kept is loaded without numba, the import of which takes longer than
-most models take to simulate.
+Objects are cached on disk with a digest of their sources, in a folder named by a digest of the compiler. After an edit
+of a kernel its old machine code is therefore never used again, and edits of other files do not invalidate it. Cached
+objects are loaded without numba, because the import of numba takes longer than the simulation of most models.
 """
 
 from __future__ import annotations
@@ -33,21 +32,21 @@ _kernels: dict[Callable, Callable] = {}
 _functions: dict[str, list[Callable]] = {}
 _emitted: set[str] = set()
 _alone = False
-#: one thread at a time imports numba, compiles, or loads: others find that done
+#: held while numba is imported, or code is compiled or loaded: other threads wait and use the result
 lock = threading.RLock()
 
 
 def alone() -> None:
-    """This process is our own, and calls no BLAS from compiled code.
+    """Declare that this process runs mbdsl only, whose compiled code calls no BLAS.
 
-    Then numba need not load scipy.linalg, which saves a fifth of a second.
+    numba is then imported without scipy.linalg, which saves a fifth of a second.
     """
     global _alone
     _alone = True
 
 
 def numba() -> ModuleType | None:
-    """The numba module, or None where it cannot be imported (then everything runs as Python, slowly)."""
+    """The numba module, or None if it cannot be imported; kernels then run as plain Python, slowly."""
     with lock:
         return _imported()
 
@@ -59,7 +58,7 @@ def _imported() -> ModuleType | None:
         import numba
 
         if spared and "numba.np.arraymath" not in sys.modules:
-            sys.modules[blas] = None  # type: ignore[assignment]  # importing it fails, which numba is prepared for
+            sys.modules[blas] = None  # type: ignore[assignment]  # its import then fails, which numba handles
             importlib.import_module("numba.np.arraymath")
     except ImportError as error:
         warnings.warn(f"numba cannot be imported ({error}); running uncompiled, some 100 times slower", stacklevel=2)
@@ -71,8 +70,8 @@ def _imported() -> ModuleType | None:
 
 
 def enabled() -> bool:
-    """Whether kernels are compiled at all. Does not import numba to know it, unless it is missing."""
-    if "numba" in sys.modules:  # but another thread may still be importing it
+    """Whether kernels are compiled. numba is not imported to find out, except to warn that it is missing."""
+    if "numba" in sys.modules:  # another thread may still be importing it
         module = numba()
         return module is not None and not module.config.DISABLE_JIT
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
@@ -82,12 +81,12 @@ def enabled() -> bool:
 
 @cache
 def version() -> str:
-    """Name of the folder, within :mod:`mbdsl.storage.cache_folder`, of objects and emitted modules for this process."""
+    """Name of the subfolder of the cache folder with the objects and emitted modules that this process can use."""
     return f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{_digest()[:16]}"
 
 
 def _digest() -> str:
-    """Of what all machine code depends on: how it is compiled, the compiler with its settings, the processor."""
+    """Digest of the common dependencies of all machine code: this package, numba and its settings, the processor."""
     files = list(Path(__file__).parent.glob("*.py"))
     for name in ("numba", "llvmlite"):
         spec = importlib.util.find_spec(name)
@@ -112,9 +111,9 @@ def _digest() -> str:
 def functions(
     name: str, text: str, signatures: Mapping[str, Signature], modules: Callable[[], Iterable[ModuleType]]
 ) -> list[Callable]:
-    """Functions of the module ``name`` with the emitted ``text``: compiled, or found compiled, or plain Python.
+    """Functions of the module ``name`` with the emitted ``text``: from the cache, newly compiled, or as plain Python.
 
-    ``modules()`` imports and returns the modules whose kernels are called.
+    ``modules()`` imports and returns the modules whose kernels the text calls.
     """
     with lock:
         if name not in _functions:
@@ -127,17 +126,17 @@ def functions(
 
 
 def is_compiled(name: str) -> bool:
-    """Whether the module ``name`` needs no compilation: it is on disk, or kernels run as Python."""
+    """Whether the module ``name`` needs no compilation: its code is on disk, or kernels run as plain Python."""
     return not enabled() or _body(name) is not None or _is_ordinary(name)
 
 
 def import_text(name: str, text: str) -> ModuleType:
-    """The module ``name`` made from emitted ``text``, which is also kept as a file for those who want to read it."""
+    """Make the module ``name`` from emitted ``text``; a copy of the text is written to the cache folder for readers."""
     with lock:
         if name not in sys.modules:
             module = ModuleType(name)
             module.__file__ = _text_file(name, text)
-            exec(compile(text, module.__file__, "exec"), vars(module))  # never what lies on disk
+            exec(compile(text, module.__file__, "exec"), vars(module))  # the file on disk is never executed
             _emitted.add(name)
             sys.modules[name] = module  # other emitted modules import it by its name
         return sys.modules[name]
@@ -175,15 +174,16 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
             cache_folder.keep(_object(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
             return linked
         except Exception as error:
-            # What lies inside numba changes; what it promises takes longer, to compile and to load.
+            # numba's internals differ between versions; its public interface is slower to compile and to load.
             told = f"{type(error).__name__}: {error}".splitlines()[0]
-            warnings.warn(f"compiling in the ordinary way: {told}", stacklevel=2)
+            warnings.warn(f"compiling with numba's cfunc, which is slower: {told}", stacklevel=2)
             cache_folder.keep(_ordinary(name), "\n".join([*head, told]).encode())
     from mbdsl.compilation import numba_cfunc
 
     _kernels.clear()
     activate(*called, wrap=numba_cfunc.compile_kernel)
-    folder = cache_folder.subfolder(f"{version()}/{head[0][:16]}")  # numba would look at the emitted file only
+    # numba's cache checks only the emitted file for changes: a folder by the digest of all sources
+    folder = cache_folder.subfolder(f"{version()}/{head[0][:16]}")
     found: list[Callable] = [numba_cfunc.compile_function(given[f], signatures[f], folder) for f in given]
     if folder is not None:
         cache_folder.close(folder)
@@ -191,23 +191,22 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
 
 
 def activate(*modules: ModuleType, wrap: Callable) -> None:
-    """Replace every marked kernel that ``modules`` define or import, there and where it comes from, by its compiled
-    function.
+    """Replace the marked kernels of ``modules``, and of all modules that define them, by ``wrap(kernel)``.
 
-    Compilation itself happens when a kernel is first called from compiled code, so the order does not matter.
+    A kernel is compiled when compiled code first calls it, so that the order of replacement does not matter.
     """
     for module in _with_imports(modules):
         for name, value in list(vars(module).items()):
             if getattr(value, "__mbdsl_kernel__", False):
                 function = getattr(value, "py_func", value)
                 if function not in _kernels:
-                    # A call hands over every array piece by piece, which costs more than most kernels.
+                    # A call passes every field of every array, which takes longer than most kernels: inline them.
                     _kernels[function] = wrap(function, forceinline=not hasattr(function, "__mbdsl_rare__"))
                 setattr(module, name, _kernels[function])
 
 
 def _with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:
-    """``modules`` and those that their kernels come from."""
+    """``modules`` and all modules that define the kernels in them."""
     found = dict.fromkeys(modules)
     pending = list(found)
     while pending:
@@ -228,12 +227,12 @@ def _object(name: str) -> str:
 
 
 def _ordinary(name: str) -> str:
-    """There, and saying why, if the code is not kept as an object but by numba."""
+    """Name of the file that exists, with the reason in it, if ``numba_cfunc`` had to compile the module."""
     return f"{version()}/{name}.ordinary"
 
 
 def _is_ordinary(name: str) -> bool:
-    """Whether code of the present sources is kept by numba; others may compile in our way again."""
+    """Whether the present sources were compiled by ``numba_cfunc``; changed sources are tried as an object again."""
     try:
         digest, sources, _ = (cache_folder.read(_ordinary(name)) or b"").decode().split("\n", 2)
     except ValueError:
@@ -246,7 +245,7 @@ def _of_text(text: str) -> str:
 
 
 def _kept(name: str, text: str, signatures: Mapping[str, Signature]) -> list[Callable] | None:
-    """The functions of an object on disk; None if it is not there, or of another text, or needs what is not there."""
+    """The functions of an object on disk; None if it is missing, has another text, or needs unknown symbols."""
     body = _body(name)
     if body is None or body.split(b"\n", 3)[2].decode() != _of_text(text):
         return None
@@ -254,7 +253,7 @@ def _kept(name: str, text: str, signatures: Mapping[str, Signature]) -> list[Cal
 
 
 def _body(name: str) -> bytes | None:
-    """What is on disk of a module; None if there is nothing, or it is not whole, or its sources have changed."""
+    """The cached file of a module; None if it is missing or incomplete, or its sources have changed."""
     try:
         said, body = (cache_folder.read(_object(name)) or b"").split(b"\n", 1)
         digest, sources, _ = body.split(b"\n", 2)
@@ -265,15 +264,15 @@ def _body(name: str) -> bytes | None:
     return body
 
 
-#: rooms whose modules hold kernels, or constants that kernels read
+#: packages whose modules define kernels, or constants that kernels read
 _ROOMS = tuple(f"mbdsl.{room}." for room in ("bodies", "elements", "integrators", "numerics", "system"))
-#: what element and method files take their declarations from, which no kernel reads
+#: modules that element and method files import for their declarations; no kernel reads them
 _DECLARATIONS = ("mbdsl.elements.kind", "mbdsl.integrators.method")
 
 
 def _sources(modules: Iterable[ModuleType]) -> list[str]:
-    """Names of the modules that kernels, or constants that they read, come from, directly or not."""
-    found = {"mbdsl.system.emit"}  # emitted loops are part of what is compiled
+    """Names of the modules that define the kernels, or constants that the kernels read, directly or not."""
+    found = {"mbdsl.system.emit"}  # it writes the emitted loops, which are compiled too
     pending = [module.__name__ for module in modules]
     while pending:
         name = pending.pop()
@@ -286,7 +285,7 @@ def _sources(modules: Iterable[ModuleType]) -> list[str]:
 
 
 def _imported_kernels(text: str) -> Iterator[str]:
-    """Names of modules, and of what may be modules, that the imports at the head of a source name."""
+    """Names in the imports at module level of a source; a name imported from a package may be a module."""
     for node in ast.parse(text).body:
         names: list[str] = []
         if isinstance(node, ast.Import):
@@ -297,7 +296,7 @@ def _imported_kernels(text: str) -> Iterator[str]:
 
 
 def _source(name: str) -> Path | None:
-    """The file of a module; None for packages, and for modules that were emitted."""
+    """The file of a module; None for packages and emitted modules."""
     if name.startswith("mbdsl."):
         path = Path(__file__).parents[1].joinpath(*name.split(".")[1:]).with_suffix(".py")
         if path.exists():
@@ -309,7 +308,7 @@ def _source(name: str) -> Path | None:
 
 
 def _of_sources(names: Iterable[str]) -> str | None:
-    """Digest of the sources of modules; None if one is not there."""
+    """Digest of the sources of modules; None if one is missing."""
     digest = hashlib.sha256()
     for name in names:
         path = _source(name)
@@ -324,7 +323,7 @@ def _linked(name: str, body: bytes, signatures: Mapping[str, Signature]) -> list
 
     _, _, _, needs, code = body.split(b"\n", 4)
     engine = _engine()
-    # a name that is missing would end the process
+    # LLVM ends the process if a symbol is missing
     if not all(binding.address_of_symbol(symbol) for symbol in needs.decode().split()):
         return None
     engine.add_object_file(binding.ObjectFileRef.from_data(code))
@@ -347,10 +346,10 @@ def _engine():
 
 
 def beside(module: str, *arguments: str) -> subprocess.Popen | None:
-    """Call ``module.main(*arguments)`` in another process, to compile there what this one will find on disk.
+    """Call ``module.main(*arguments)`` in another process, which compiles code into the cache for this one.
 
-    It imports from where this process does and from nowhere else: not from the folder that a model happens to be in.
-    None where no process can be had, or no file be kept: then everything is compiled here, one after the other.
+    The other process has the import path of this one and nothing else, in particular not the folder of the model.
+    None if no process can be started, or the cache cannot be written: this process then compiles all code itself.
     """
     if cache_folder.own() is None:
         return None

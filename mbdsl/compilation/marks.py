@@ -1,6 +1,6 @@
 """Marks for kernels: array-only functions that :mod:`mbdsl.compilation.code_cache` compiles when numerics start.
 
-Files that hold kernels are also read where no numerics may be loaded; therefore they only mark them.
+Files with kernels are also imported by commands that must not load numerics. Therefore a mark only sets an attribute.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ Function = TypeVar("Function", bound=Callable)
 
 
 def kernel(function: Function) -> Function:
-    """Mark ``function`` for compilation. What takes other kernels as arguments is compiled once for each of them."""
+    """Mark ``function`` for compilation. A kernel that takes kernels as arguments is compiled once for each of them."""
     function.__mbdsl_kernel__ = True  # type: ignore[attr-defined]
     return function
 
 
 def rare(function: Function) -> Function:
-    """Mark a kernel that is not worth inlining: seldom called, or long."""
+    """Mark a kernel that is not inlined, because it is long or seldom called."""
     function.__mbdsl_rare__ = True  # type: ignore[attr-defined]
     return kernel(function)
 
 
 def square(numbers, at):
-    """The 6 x 6 matrix that stands in ``numbers`` from ``at`` on."""
+    """The 6 x 6 matrix in ``numbers`` that begins at index ``at``: a view."""
     return numbers[at : at + 36].reshape((6, 6))

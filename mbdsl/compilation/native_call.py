@@ -1,4 +1,4 @@
-"""Compiled functions as Python calls them: by address, with arrays as address and shape."""
+"""Calls of compiled functions from Python, by address; arrays are passed as address and shape."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ import numpy as np
 
 
 class Signature(NamedTuple):
-    """What a compiled function takes and gives.
+    """Types of the arguments and of the result of a compiled function.
 
-    It takes "float", "int", arrays ("vector" and "matrix" of floats, "ints", "int matrix"), and other compiled
-    functions; it gives "int" or "none".
+    Arguments are "float", "int", arrays ("vector" and "matrix" of floats, "ints", "int matrix"), or other compiled
+    functions, given by their signatures; the result is "int" or "none".
     """
 
     takes: tuple[str | Signature, ...]
     gives: str = "none"
 
 
-#: arrays by kind: number of axes, and their type
+#: kind of an array -> number of axes, and type of its entries
 ARRAYS: dict[object, tuple[int, np.dtype]] = {
     "vector": (1, np.dtype(np.float64)),
     "matrix": (2, np.dtype(np.float64)),
@@ -33,10 +33,10 @@ ARRAYS: dict[object, tuple[int, np.dtype]] = {
 
 
 class Native:
-    """A compiled function, called by its address; other such functions may be among its arguments.
+    """A compiled function, called by its address; other compiled functions may be among its arguments.
 
-    From Python all arguments are handed over in one block, arrays as their address and shape: what takes most of the
-    time of a call from Python is the number of its arguments.
+    A call from Python passes all arguments in one block, because the time of such a call grows with the number of its
+    arguments. Arrays are passed as address and shape.
     """
 
     def __init__(self, address: int, packed: int, signature: Signature, owner: object) -> None:
@@ -48,8 +48,8 @@ class Native:
         starts = [0, *accumulate(map(len, words))]
         self._others = [(k, starts[k]) for k, kind in enumerate(self._arrays) if kind is None]
         self._last: tuple[list, list] = [], []
-        self._as_parameter_ = address  # what ctypes, and other functions, take for it
-        self._owner = owner  # of the memory
+        self._as_parameter_ = address  # the value of the function as an argument of ctypes or of compiled functions
+        self._owner = owner  # keeps the machine code in memory
 
     def __call__(self, *arguments):
         last, block = self._last
@@ -63,8 +63,11 @@ class Native:
         return self._call(self._pack(*words))
 
     def _look_at(self, arguments: tuple) -> tuple[list, list]:
-        """Which arrays are given, and a block of words with their addresses and shapes: mostly the next call is given
-        the same ones again, and to ask an array where it is takes longer than the call."""
+        """Weak references to the arrays among the arguments, and a block of words with their addresses and shapes.
+
+        Both are kept for the next call, which mostly has the same arrays: to get the address of an array takes longer
+        than the call.
+        """
         arrays, words = [], []
         for k, (x, kind) in enumerate(zip(arguments, self._arrays, strict=True)):
             if kind is None:

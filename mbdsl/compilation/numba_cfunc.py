@@ -1,6 +1,6 @@
-"""Compilation with what numba promises: slower, and numba is imported in every run.
+"""Compilation with numba's public interface only: the fallback if :mod:`mbdsl.compilation.object_code` fails.
 
-Where :mod:`mbdsl.compilation.object_code` fails, this takes over; it gives functions of the same kind.
+It returns functions of the same kind, but compiles more slowly, and every run imports numba.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def numba_signature(signature: Signature):
 
 
 def numba_type(kind: str | Signature):
-    """The numba type of an argument; functions are pointers."""
+    """The numba type of an argument; a function is passed as a pointer."""
     return TYPES[kind] if isinstance(kind, str) else types.ExternalFunctionPointer(numba_signature(kind), None)
 
 
@@ -44,7 +44,7 @@ def _type_square(context):
 
 @lower_builtin(marks.square, types.Array, types.Integer)
 def _square(context, builder, signature, arguments):
-    """Only the view: reshape would call a function that comes with numba."""
+    """Code for ``marks.square`` as a view; ``reshape`` would call a function of numba's library."""
     F = context.make_array(signature.args[0])(context, builder, arguments[0])
     six, row, entry = (context.get_constant(types.intp, k) for k in (6, 48, 8))
     view = context.make_array(signature.return_type)(context, builder)
@@ -53,8 +53,11 @@ def _square(context, builder, signature, arguments):
 
 
 class Flat(Native):
-    """A function called with numba's own view of arrays: two pointers for memory that it manages, number and size of
-    entries, address, shape, strides."""
+    """A compiled function that takes arrays in numba's form.
+
+    Such an array is seven or more arguments: two pointers for memory that numba manages, number of entries, size of an
+    entry, address, shape and strides.
+    """
 
     def __init__(self, address: int, signature: Signature, owner: object) -> None:
         super().__init__(address, address, signature, owner)
@@ -68,7 +71,7 @@ class Flat(Native):
         function = ctypes.CFUNCTYPE(ctypes.c_int64 if signature.gives == "int" else None, *c_types)(address)
 
         def call(words):
-            """As a packed function is called."""
+            """Unpack the block of words that :class:`Native` makes, and call the function."""
             pieces: list = []
             for kind in signature.takes:
                 if kind in ARRAYS:
@@ -86,13 +89,13 @@ def compile_kernel(function: Callable, **options) -> Callable:
 
 
 def compile_function(function: Callable, signature: Signature, folder: Path | None) -> Native:
-    """A function that Python and other such functions may call; kept in ``folder``, if there is one and it has room."""
+    """Compile a function that Python and compiled functions can call; cache it in ``folder`` if that is possible."""
     options = {"error_model": "numpy", "_nrt": False}
     if folder is not None:
         former, config.CACHE_DIR = config.CACHE_DIR, str(folder)
         try:
             made = cfunc(numba_signature(signature), cache=True, **options)(function)
-        except (OSError, RuntimeError):  # numba finds no place for its files, or no room
+        except (OSError, RuntimeError):  # numba cannot write its files
             folder = None
         finally:
             config.CACHE_DIR = former

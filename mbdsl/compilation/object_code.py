@@ -1,11 +1,12 @@
-"""Native object code from kernels, by numba: the only file that knows numba's inside.
+"""Compilation of kernels to native object code, by numba's internals, which only this file uses.
 
-numba optimises every function by itself, writes machine code for it, and does so again for whatever calls it. Here a
-function is only a container of its unoptimised code; what is called from outside is linked with everything it needs,
-optimised once, and becomes one object, which llvmlite alone can load (:mod:`mbdsl.compilation.code_cache`).
+numba optimises every function separately and generates its machine code, and repeats this for each caller. Here a
+function is compiled only to unoptimised code, kept in a container. The entry functions are linked with all code that
+they call, optimised once, and written as one object, which llvmlite loads without numba
+(:mod:`mbdsl.compilation.code_cache`).
 
-Seen from outside the functions are C functions. An array is handed over piece by piece, as numba's own ``cfunc`` does.
-Checked with numba 0.60 and 0.68; where anything of it fails, ``cfunc`` takes over.
+The entry functions have the C calling convention. Arrays are passed by their fields, as by numba's ``cfunc``. Tested
+with numba 0.60 and 0.68; if any of it fails, :mod:`mbdsl.compilation.numba_cfunc` compiles the kernels instead.
 """
 
 from __future__ import annotations
@@ -25,17 +26,17 @@ from numba.np.arrayobj import populate_array
 from mbdsl.compilation.native_call import ARRAYS, Signature
 from mbdsl.compilation.numba_cfunc import numba_signature
 
-#: without numba's runtime nothing can be allocated, and no time goes into counting references
+#: without numba's runtime (_nrt) kernels cannot allocate memory, and no references are counted
 OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 class Object(NamedTuple):
-    needs: list[str]  #: symbols that have to be there
+    needs: list[str]  #: external symbols that the code refers to
     code: bytes
 
 
 class Container(JITCodeLibrary):
-    """The code of one function, and what it calls; never executed by itself."""
+    """The unoptimised code of one function, with the libraries of the functions that it calls; never executed."""
 
     def finalize(self) -> None:
         self._finalized = True
@@ -45,13 +46,13 @@ class Container(JITCodeLibrary):
 
     @property
     def codegen(self):
-        return self  # asked for by numba to make a function callable, which takes:
+        return self  # numba calls set_env of it to make a function callable
 
     def set_env(self, name: str, env: object) -> None:
         pass
 
     def everything(self, seen: set | None = None) -> Iterator[JITCodeLibrary]:
-        """The libraries needed, each once, behind all that it needs."""
+        """All libraries that this one needs, directly or not, each once and after those that it needs itself."""
         seen = set() if seen is None else seen
         for library in self._linking_libraries:
             if library not in seen:
@@ -61,17 +62,17 @@ class Container(JITCodeLibrary):
                 yield library
 
     def link(self, entries: set[str]) -> Object:
-        """All of it as one object, where nothing but ``entries`` can be seen from outside."""
+        """Link all code into one object that exports only ``entries``."""
         module = self._final_module
-        # LLVM drops a function that nobody has asked for yet, and a library may be listed for a branch that is gone:
-        # whoever asks comes first
+        # LLVM drops functions that the code linked so far does not call, and a listed library may be needed only by a
+        # branch that was removed: link every caller before the functions that it calls
         for library in reversed(list(self.everything())):
             module.link_in(library._get_module_for_linking(), preserve=True)
         for part in (*module.functions, *module.global_variables):
             if not part.is_declaration and part.name not in entries:
                 part.linkage = "internal"
         former, config.LOOP_VECTORIZE = config.LOOP_VECTORIZE, 0
-        try:  # most loops are over a few entries: what prepares a vector costs more than it saves
+        try:  # most loops have few iterations: the setup of vectorised code costs more time than it saves
             self._optimize_final_module()
         finally:
             config.LOOP_VECTORIZE = former
@@ -82,7 +83,7 @@ class Container(JITCodeLibrary):
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class Lowering(NativeLowering):
-    """numba's, into a container."""
+    """numba's pass that generates native code; the code goes into a :class:`Container`."""
 
     _name = "mbdsl_lowering"
 
@@ -92,25 +93,25 @@ class Lowering(NativeLowering):
 
 
 class Compiler(CompilerBase):
-    """numba's, with our lowering."""
+    """numba's compiler with :class:`Lowering` in place of numba's pass."""
 
     def define_pipelines(self):
         pipeline = DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes = [(Lowering if step is NativeLowering else step, why) for step, why in pipeline.passes]
         if passes == pipeline.passes:
-            raise RuntimeError("numba compiles in another way than it used to")
+            raise RuntimeError("this version of numba has other compiler passes")
         pipeline.passes = passes
         pipeline.finalize()
         return [pipeline]
 
 
 def compile_kernel(function: Callable, **options):
-    """``function`` as other kernels may call it."""
+    """Compile ``function`` for calls from other kernels."""
     return njit(pipeline_class=Compiler, **OPTIONS, **options)(function)
 
 
 def compile_object(functions: Mapping[str, tuple[Callable, Signature]]) -> Object:
-    """An object with C functions by these names, and for each one that takes its arguments in one block."""
+    """Compile an object that exports each function by its name, and by ``name.packed`` with arguments in one block."""
     context = cpu_target.target_context
     library = Container(context.codegen(), "mbdsl")
     module = library.create_ir_module("entries")
@@ -136,7 +137,10 @@ def compile_object(functions: Mapping[str, tuple[Callable, Signature]]) -> Objec
 
 
 def _add_packed(context, module, function, signature: Signature, wanted) -> None:
-    """``function`` with its arguments in one block of words; arrays as address and shape."""
+    """Add to ``module`` a function that unpacks its arguments from one block of words, and calls ``function``.
+
+    Arrays are in the block as address and shape.
+    """
     word = ir.IntType(64)
     packed = ir.Function(module, ir.FunctionType(word, [word.as_pointer()]), f"{function.name}.packed")
     builder = ir.IRBuilder(packed.append_basic_block())

@@ -174,7 +174,7 @@ def test_where_numba_has_changed_inside_its_surface_will_do(fresh, monkeypatch):
         raise AttributeError("not what it was")
 
     monkeypatch.setattr(object_code, "compile_object", fail)
-    with pytest.warns(UserWarning, match="in the ordinary way: AttributeError: not what it was"):
+    with pytest.warns(UserWarning, match="numba's cfunc, which is slower: AttributeError: not what it was"):
         check(*functions())
     assert (fresh / "scales.ordinary").read_text().endswith("\nAttributeError: not what it was")
     assert code_cache.is_compiled("scales")
