@@ -1,1 +1,1 @@
-"""Backends that come with mbdsl: integrators of others, one file each. What they need is imported when they run."""
+"""The backends of this package, one file each; a file imports its third-party library only when it runs."""

@@ -1,12 +1,13 @@
-"""Smooth pieces of a motion: a solver ends where the equations jump, and another one begins behind.
+"""Integration of a motion in smooth pieces: a solver stops where the equations jump, and a new one starts behind it.
 
-Times known beforehand are stepped onto. Other switches (:mod:`mbdsl.system.switches`) are looked at in the middle and
-at the end of every step; where one has changed and accelerations jump, the step ends there, found by bisection on the
-solver's own interpolant. Where they have a corner and no jump, the test of errors has done all that is needed.
+Steps end at known times of jumps. The states of other switches (:mod:`mbdsl.system.switches`) are compared in the
+middle and at the end of every step. If a switch has changed and accelerations jump, the step ends at that time, which
+is found by bisection on the solver's own interpolant. If accelerations have a corner and no jump, the step is kept,
+because the solver's error estimate has covered it.
 
-A step across a jump may have no solution, and a solver then comes closer and closer until it gives up: the little that
-is left goes with the acceleration there. Where forces drive the motion back from both sides of a switch, as sign(v)
-does at rest, no piece can begin, and the run stops and says so.
+A step across a jump may have no solution; a solver then takes shorter and shorter steps until it fails. The remaining
+time to the jump is bridged with constant acceleration. If forces drive the motion back from both sides of a switch, as
+sign(v) does at rest, no piece can start, and the run stops with the message ``SLIDING``.
 """
 
 from __future__ import annotations
@@ -32,33 +33,33 @@ State = tuple[float, Array, Array]
 
 NOT_FINITE = "the equations give values that are not finite"
 DOMAIN = "an expression leaves its domain, as sqrt at 0 or a table at its end"
-#: units in the last place of the largest time: what a known time may be off by
+#: bound of the rounding error of a known time [units in the last place of the largest time]
 ULPS = 64
 #: most repetitions of a step that passes over a peak
 TRIES = 100
 UNSEEN = "a force acts for so short a time that no step can end within it"
 UNSEEN_HINT = "try a wider window, or another method; see `mbdsl methods`"
-#: most steps that are searched for peaks together; how many more than before a peak are searched next, after one was
-#: found. The number then doubles with each search
+#: largest number of steps that are searched for peaks together; number of steps beyond a peak in the search after it
+#: was found. This number doubles with each search
 TOGETHER, FEW = 32, 2
-#: corners passed in one step before it is taken as it is
+#: largest number of corners located within one step; more are not searched for jumps
 CORNERS = 10
 
 
 class Solver(Protocol):
-    """What takes steps within one piece."""
+    """The interface of an integrator within one piece."""
 
     @property
     def t(self) -> float:
         """The time reached [s]."""
 
     def step(self) -> None:
-        """One step.
+        """Take one step.
 
         Raises
         ------
         IntegrationError
-            If none is possible.
+            If no step is possible.
         """
 
     def at(self, t: float) -> tuple[Array, Array]:
@@ -66,7 +67,7 @@ class Solver(Protocol):
 
 
 def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver]) -> Iterator[State]:
-    """States at all steps and outputs; ``begin(t, q, v, stop)`` gives a solver for the time until ``stop``.
+    """Yield the states at all steps and outputs; ``begin(t, q, v, stop)`` returns a solver for the time until ``stop``.
 
     Several steps are taken, then all of them are searched for peaks of laws at once. If a step has passed over a peak,
     the run returns to the start of that step.
@@ -80,7 +81,7 @@ def solve(problem: Problem, begin: Callable[[float, Array, Array, float], Solver
         try:
             for x in islice(walk, batch):
                 taken.append(x)
-                while x.kind == OUTPUT:  # lies within a step
+                while x.kind == OUTPUT:  # within a step: take the end of the step, too
                     taken.append(x := next(walk))
         except IntegrationError as failure:
             stopped = failure
@@ -109,7 +110,7 @@ class _Taken(NamedTuple):
     """A state of the run, not yet accepted."""
 
     kind: int
-    counts: Counter[str]  #: of events and steps so far
+    counts: Counter[str]  #: numbers of events and steps up to this state
     state: State
 
 
@@ -122,7 +123,7 @@ def _walk(
     q: Array,
     v: Array,
 ) -> Iterator[_Taken]:
-    """The states from t on; the steps between them are not yet searched for peaks."""
+    """Yield the states from t on; the steps between them are not yet searched for peaks."""
 
     def taken(kind: int, *state) -> _Taken:
         return _Taken(kind, problem.counts.copy(), state)
@@ -156,7 +157,7 @@ def _walk(
                 yield taken(STEP, t, q, v)
             if jumped:
                 t, q, v = switches.leave(t, q, v, stop)
-                while output <= t:  # what was passed over
+                while output <= t:  # output times that were passed over
                     yield taken(OUTPUT, output, q, v)
                     output = next(due)
                 yield taken(BEHIND, t, q, v)
@@ -196,12 +197,12 @@ class _Peaks:
         return None if first is None else 0.5 * (first.start + first.end)
 
     def unseen(self, states: list[State]) -> int:
-        """How many of the steps between states may be kept: all, or those before the first peak that no state shows.
+        """Number of steps between ``states`` to keep: all, or those before the first peak that no state shows.
 
         Raises
         ------
         IntegrationError
-            If no step is short enough.
+            If a peak is still passed over after ``TRIES`` repetitions.
         """
         last = len(states) - 1
         if last and self._system.on_the_way.terms:
@@ -228,7 +229,7 @@ class _Peaks:
 
 
 class _Switches:
-    """The switches of a problem, as they are in the present piece."""
+    """The switches of a problem, with their states in the present piece."""
 
     def __init__(self, problem: Problem) -> None:
         self._system, self._counts, self._span = problem.system, problem.counts, problem.stop - problem.start
@@ -247,24 +248,24 @@ class _Switches:
         return self._system.switches(t, q, v, lam)
 
     def begin(self, t: float, q: Array, v: Array) -> None:
-        """A piece begins.
+        """Set the states of the switches at the start of a piece.
 
         Raises
         ------
         IntegrationError
-            If there is no motion from there.
+            If accelerations do not exist there.
         """
         if not np.isfinite(self._f(t, self._f.join(q, v))).all():
             raise IntegrationError(NOT_FINITE, hint=DOMAIN)
         self._old = self.states(t, q, v)
 
     def move(self, t: float, q: Array, v: Array, s: float) -> State:
-        """The state after a time s so short that the acceleration stays as it is.
+        """The state after a short time s with constant acceleration, projected onto the constraints.
 
         Raises
         ------
         IntegrationError
-            If there is none.
+            If it has values that are not finite.
         """
         a = self._f.motion(t, q, v)[0]
         y = self._f.project(t + s, self._f.join(q + s * (v + s / 2 * a), v + s * a))
@@ -273,7 +274,7 @@ class _Switches:
         return t + s, *self._f.split(y)
 
     def first_jump(self, solver: Solver, start: float) -> float:
-        """Where in the last step of ``solver`` the equations jump first; its end if they do not."""
+        """The time in the last step of ``solver`` at which the equations first jump; its end if they do not."""
         if not self._any:
             return solver.t
         left = CORNERS
@@ -291,23 +292,23 @@ class _Switches:
         return bool((self.states(t, q, v) == self._old).all())
 
     def _bisect(self, at: Callable[[float], State], low: float, high: float) -> tuple[float, float]:
-        """Times between which a switch changes that has changed at ``high``."""
+        """Narrow the interval from low to high, in which a switch changes, by bisection of the states ``at(t)``."""
         while high - low > self.near / ULPS and low < (middle := 0.5 * (low + high)) < high:
             low, high = (middle, high) if self._same(*at(middle)) else (low, middle)
         return low, high
 
     def _jumps(self, before: State, behind: State, further: State) -> bool:
-        """Whether accelerations change at once, compared with what they are there and further on."""
+        """Whether accelerations jump from ``before`` to ``behind``, relative to these and to those at ``further``."""
         a, b, c = (self._f.motion(*x)[0] for x in (before, behind, further))
         return not (np.abs(a - b) <= JUMP * np.abs([a, b, c]).max(axis=0)).all()
 
     def pass_over(self, t: float, q: Array, v: Array, stop: float, failure: IntegrationError) -> State:
-        """The state behind a switch that a solver has come close to and given up.
+        """The state behind a switch, shortly before which a solver has failed.
 
         Raises
         ------
         IntegrationError
-            If there is no switch; that of the solver.
+            The solver's ``failure``, if there is no switch within reach.
         """
         found = self._next(t, q, v, stop)
         if found is None:
@@ -315,7 +316,7 @@ class _Switches:
         return found
 
     def _next(self, t: float, q: Array, v: Array, stop: float) -> State | None:
-        """The state behind the next switch, if that is as good as here."""
+        """The state behind the next switch, or None if none changes within STANDSTILL of the run."""
         most = min(STANDSTILL * self._span, stop - t)
         if not self._any or self._same(*self.move(t, q, v, most)):
             return None
@@ -323,12 +324,14 @@ class _Switches:
         return self.move(t, q, v, end - t)
 
     def leave(self, t: float, q: Array, v: Array, stop: float) -> State:
-        """The state from which the motion goes on where a switch has just changed.
+        """The state from which the next piece starts, after a switch has changed at t.
+
+        Switches that change within STANDSTILL of the run are passed over.
 
         Raises
         ------
         IntegrationError
-            If it does not leave the switch behind.
+            If the motion does not get away from the switches.
         """
         for _ in range(CROWD):
             self._counts["events"] += 1

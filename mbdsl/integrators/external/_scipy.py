@@ -1,9 +1,10 @@
-"""SciPy's ODE solvers on the index-1 reduction, step by step, the state projected onto the constraints after each.
+"""SciPy's ODE solvers on the index-1 reduction, with a projection onto the constraints after each step.
 
-One-step methods go on from the projected state. A multistep method cannot: its history would not fit. It is given
-f(t, P(t, y)) instead, with P the projection, so that it drifts without consequence, and P(t, y) is what comes out.
+One-step methods continue from the projected state. Multistep methods cannot, because the projection would not agree
+with their history. They integrate f(t, P(t, y)) instead, where P is the projection. Their y drifts, but f does not
+depend on the drift, and the state that is returned is P(t, y).
 
-The tolerance is that of a step, per coordinate and velocity; what steps add up to is somewhat larger.
+The tolerance is that of one step, for each coordinate and velocity; the error of many steps is somewhat larger.
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ from mbdsl.system.index1 import Index1
 
 Array = NDArray[np.float64]
 
-#: the least relative tolerance that SciPy takes
+#: smallest relative tolerance that SciPy accepts
 LEAST = 2.3e-14
 
 
 def weights(problem: Problem, share: float) -> tuple[Array, Array]:
-    """Relative and absolute tolerances (2n,) of a step: ``share`` of what is asked for.
+    """Relative and absolute tolerances (2n,) of a step: ``share`` times those of the problem.
 
-    Relative ones are for velocities only: a crank that has turned a hundred times is to be as exact as before.
+    Only velocities have relative tolerances: a crank must have the same accuracy after a hundred turns as before.
     """
     assert problem.tol is not None
     q, v = problem.tolerances()
@@ -41,7 +42,7 @@ def weights(problem: Problem, share: float) -> tuple[Array, Array]:
 
 
 def solve(problem: Problem, make: Callable[..., Any], share: float, multistep: bool = False) -> Iterator[State]:
-    """States at all steps and outputs; ``make(f, t, y, stop, rtol, atol)`` gives an ``OdeSolver``."""
+    """Yield the states at all steps and outputs; ``make(f, t, y, stop, rtol, atol)`` returns an ``OdeSolver``."""
     f = Index1(problem.system, problem.left_out)
     rtol, atol = weights(problem, share)
 
@@ -56,7 +57,7 @@ def solve(problem: Problem, make: Callable[..., Any], share: float, multistep: b
 
 
 class _Piece:
-    """Of a motion; see :class:`mbdsl.integrators.external._pieces.Solver`."""
+    """A SciPy solver within one piece of a motion; see :class:`mbdsl.integrators.external._pieces.Solver`."""
 
     def __init__(self, f: Index1, solver: Any, multistep: bool, counts: Counter[str]) -> None:
         self._f, self._solver, self._multistep = f, solver, multistep
@@ -70,10 +71,10 @@ class _Piece:
         f, solver, counts = self._f, self._solver, self._counts
         self._interpolant: Callable[[float], Array] | None = None
         with warnings.catch_warnings(), np.errstate(all="ignore"):
-            warnings.simplefilter("ignore")  # what they warn of, they also report
+            warnings.simplefilter("ignore")  # the solvers also report failures by their status
             message = solver.step()
         if solver.status == "failed":
-            raise IntegrationError(message or "the solver gives no reason")
+            raise IntegrationError(message or "the solver failed without a message")
         self._end = f.project(solver.t, solver.y)
         if not self._multistep:
             solver.y, solver.f = self._end, f(solver.t, self._end)

@@ -1,8 +1,8 @@
 """SUNDIALS IDA on the stabilised index-2 form, with its exact sparse Jacobian, through scikit-sundae.
 
-BDF formulas of order 1 to 5. Multipliers are left out of the test of errors, by weights: theirs say nothing about the
-motion, and are of an order less. States that come out are projected onto the constraints, which holds them to rounding
-where the formulas hold them to the tolerance.
+BDF formulas of order 1 to 5. Weights exclude the multipliers from the error test, because their errors do not affect
+the motion and their order is lower by one. The states that are returned are projected onto the constraints, which then
+hold to rounding; without the projection they would hold to the tolerance.
 
 Source: A. C. Hindmarsh et al., ACM Trans. Math. Softw. 31 (2005), 363-396.
 """
@@ -39,13 +39,13 @@ METHOD = Method(
     searches=True,
     needs="scikit-sundae: pip install mbdsl[sundials]",
 )
-#: the tolerance of a step, as a part of that asked for
+#: tolerance of a step, relative to that of the problem
 SHARE = 0.01
-#: weight of a multiplier is so small that no test sees it
+#: tolerance of multipliers, so large that it excludes them from the error test
 UNSEEN = 1e30
-#: residual where there is none: IDA goes round in circles with what is no number, and takes a shorter step with this
+#: replaces residuals that are nan: IDA then takes a shorter step; with nan it would repeat the same step without end
 NOWHERE = 1e30
-#: unknowns beyond which the sparse solver is faster
+#: number of unknowns above which the sparse solver is faster
 DENSE = 100
 
 
@@ -60,7 +60,7 @@ def _states(problem: Problem) -> Iterator[tuple[float, Array, Array]]:
 
 
 class _Piece:
-    """Of a motion; see :class:`mbdsl.integrators.external._pieces.Solver`."""
+    """IDA within one piece of a motion; see :class:`mbdsl.integrators.external._pieces.Solver`."""
 
     def __init__(
         self, problem: Problem, F: StabilisedIndex2, onto: Index1, t: float, q: Array, v: Array, stop: float
@@ -74,7 +74,7 @@ class _Piece:
 
     def step(self) -> None:
         if self._looked_at != self.t:
-            self._solver.step(self.t, "normal", self._stop)  # or the next step would be this one again
+            self._solver.step(self.t, "normal", self._stop)  # otherwise the next call would return this step again
         found = self._solver.step(self._stop, "onestep", self._stop)
         if not found.success:
             raise IntegrationError(found.message)
@@ -100,7 +100,7 @@ def _solver(problem: Problem, F: StabilisedIndex2):
     from sksundae.ida import IDA
 
     q, v = problem.tolerances()
-    least = 16.0 * np.finfo(float).eps * max(abs(problem.start), abs(problem.stop))  # or it never gives up
+    least = 16.0 * np.finfo(float).eps * max(abs(problem.start), abs(problem.stop))  # without a limit it never fails
     unseen = np.full(len(F.algebraic), UNSEEN)
     rows, starts = F.pattern
     columns = np.repeat(np.arange(F.size), np.diff(starts))
@@ -116,12 +116,12 @@ def _solver(problem: Problem, F: StabilisedIndex2):
 
     options: dict[str, Any] = {"linsolver": "dense", "jacfn": dense}
     if F.size > DENSE:
-        small = rows.astype(np.int32), starts.astype(np.int32)  # the indices that it reads
+        small = rows.astype(np.int32), starts.astype(np.int32)  # IDA reads 32-bit indices
         pattern = csc_array((np.ones(len(rows)), *small), shape=(F.size, F.size))
         options = {"linsolver": "sparse", "jacfn": sparse, "sparsity": pattern}
     atol = np.concatenate([SHARE * q, SHARE * v, unseen])
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that a Jacobian is given and a pattern too
+        warnings.simplefilter("ignore")  # a warning that both a Jacobian and a pattern are given
         most = min(problem.longest, problem.stop - problem.start)
         options.update(algebraic_idx=F.algebraic.tolist(), min_step=least, max_step=most)
         return IDA(residual, rtol=1e-15, atol=atol, **options)

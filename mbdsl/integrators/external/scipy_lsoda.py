@@ -1,4 +1,4 @@
-"""SciPy's LSODA on the index-1 reduction: Adams or BDF formulas of variable order, whichever fits."""
+"""SciPy's LSODA on the index-1 reduction: variable order, with automatic choice of Adams or BDF formulas."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from mbdsl.integrators.method import Method
 
 METHOD = Method(
     "scipy-lsoda",
-    doc="SciPy's LSODA: Adams or BDF formulas of variable order, whichever fits",
+    doc="SciPy's LSODA: variable order, with automatic choice of Adams or BDF formulas",
     order=12,
     index=1,
     enforces=("Phi", "dPhi"),
@@ -20,7 +20,7 @@ METHOD = Method(
     searches=True,
 )
 
-#: rates below this are none: LSODA makes not-a-number of what is next to underflow
+#: smaller rates are set to zero, because LSODA computes nan from numbers close to underflow
 NOTHING = 1e-200
 
 

@@ -26,7 +26,7 @@ def solve(problem: Problem):
 
     def make(f, t, y, stop, rtol, atol):
         solver = Radau(f, t, y, stop, rtol=rtol.max(), atol=atol, max_step=problem.longest)
-        solver.rtol = rtol  # it takes but one, from which it also finds when its iteration stops
+        solver.rtol = rtol  # the constructor takes one value, which also sets the tolerance of its Newton iteration
         return solver
 
     return _scipy.solve(problem, make, share=1.0)
