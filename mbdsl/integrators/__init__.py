@@ -1,14 +1,12 @@
-"""Integration methods, found by looking, never listed: one file each.
+"""Registry of integration methods: one file each, discovered in their packages; there is no list of them.
 
-A method of our own is a module of :mod:`mbdsl.integrators.methods` with a ``METHOD`` and kernels. A backend has a
-``METHOD`` and a function ``solve`` (see :mod:`mbdsl.integrators.backends`); it is a module of
-:mod:`mbdsl.integrators.external`, or belongs to another distribution, which registers it by an entry point of the group
-"mbdsl.integrators":
+A compiled method is a module of :mod:`mbdsl.integrators.methods` with a ``METHOD`` and kernels. A backend (a
+third-party integrator) has a ``METHOD`` and a function ``solve``, see :mod:`mbdsl.integrators.backends`. It is a module
+of :mod:`mbdsl.integrators.external`, or is passed to ``register``, or belongs to another distribution that declares an
+entry point of the group "mbdsl.integrators":
 
     [project.entry-points."mbdsl.integrators"]
     name = "package.module"
-
-or is given to ``register``.
 """
 
 from __future__ import annotations
@@ -26,7 +24,7 @@ from mbdsl.messages import did_you_mean
 __all__ = ["Method", "Option", "Run", "available", "backend", "compiled", "declared", "modules", "problems", "register"]
 
 GROUP = "mbdsl.integrators"
-_given: dict[str, object] = {}  # by ``register``
+_given: dict[str, object] = {}  # backends passed to ``register``
 
 
 def _found(package: str, path) -> dict[str, ModuleType]:
@@ -40,7 +38,7 @@ def _found(package: str, path) -> dict[str, ModuleType]:
 
 @cache
 def modules() -> dict[str, ModuleType]:
-    """Method name -> the module that implements it, of compiled methods."""
+    """Method name -> module, for all compiled methods."""
     from mbdsl.integrators import methods
 
     return _found(methods.__name__, methods.__path__)
@@ -48,7 +46,7 @@ def modules() -> dict[str, ModuleType]:
 
 @cache
 def _external() -> dict[str, ModuleType]:
-    """The same of the backends that come with this package; none of them loads what it needs before it runs."""
+    """Method name -> module, for the backends of this package; a backend imports its library only when it runs."""
     from mbdsl.integrators import external
 
     return _found(external.__name__, external.__path__)
@@ -56,7 +54,7 @@ def _external() -> dict[str, ModuleType]:
 
 @cache
 def _registered() -> tuple[dict[str, object], dict[str, str]]:
-    """Backends of other distributions, and why others of theirs are of no use; looking for them takes time."""
+    """Backends of other distributions by name, and reasons why other entry points are unusable; the search is slow."""
     from importlib.metadata import entry_points
 
     found: dict[str, object] = {}
@@ -68,25 +66,25 @@ def _registered() -> tuple[dict[str, object], dict[str, str]]:
             if problem is None:
                 found[point.name] = backend
                 continue
-        except Exception as error:  # whatever goes wrong in a package that is not ours
+        except Exception as error:  # any error in the code of another package
             problem = f"{type(error).__name__}: {error}"
-        if found.get(point.name) is None:  # a distribution may be seen twice
+        if found.get(point.name) is None:  # a distribution may be listed twice
             wrong[f"{point.name} (of {source})"] = problem
     return found, wrong
 
 
 def _misfit(name: str, backend: object) -> str | None:
-    """What keeps an object from being a backend of this name."""
+    """The reason why an object is not a backend of this name, or None."""
     method = getattr(backend, "METHOD", None)
     if not isinstance(method, Method) or not callable(getattr(backend, "solve", None)):
         return "it has no METHOD (an mbdsl.integrators.Method), or no function solve"
     if method.name != name:
-        return f"its METHOD is called {method.name}"
+        return f"the name in its METHOD is {method.name}"
     return "there is a method of that name already" if name in modules() or name in _external() else None
 
 
 def backend(name: str) -> Any:
-    """The object with ``METHOD`` and ``solve`` by this name; None where it is a compiled method or there is none."""
+    """The backend of this name, an object with ``METHOD`` and ``solve``; None if there is none."""
     if name in modules():
         return None
     return _given.get(name) or _external().get(name) or _registered()[0].get(name)
@@ -95,7 +93,7 @@ def backend(name: str) -> Any:
 def register(backend: object) -> None:
     """Register a third-party integrator in this process, by the name in its ``METHOD``.
 
-    Registering it again replaces the former one.
+    It replaces an integrator registered by the same name before.
 
     Parameters
     ----------
@@ -114,7 +112,7 @@ def register(backend: object) -> None:
 
 
 def compiled() -> dict[str, Method]:
-    """Method name -> declaration, by name, of our own that can be chosen."""
+    """Method name -> declaration, for the compiled methods that users can choose."""
     return {name: module.METHOD for name, module in modules().items() if module.METHOD.chosen}
 
 
@@ -131,7 +129,7 @@ def available() -> dict[str, Method]:
 
 
 def problems() -> dict[str, str]:
-    """What is registered, but of no use -> why."""
+    """Unusable entry point -> the reason."""
     return _registered()[1]
 
 
@@ -141,7 +139,7 @@ def declared(name: str) -> Method:
     Raises
     ------
     UsageError
-        If there is none of this name.
+        If no method has this name.
     """
     found = modules().get(name) or backend(name)
     if found is None:

@@ -1,14 +1,14 @@
-"""Backends: integrators that are handed a system's equations, and hand back states.
+"""Backends: third-party integrators, which receive the equations of a system and return states.
 
 A backend is a module (or any object) with
 
     METHOD           its declaration, a :class:`mbdsl.integrators.Method`
-    solve(problem)   a generator of states: (t, q, v), and lam (m + p,) behind them where METHOD.own_reactions
+    solve(problem)   a generator of states (t, q, v), or (t, q, v, lam) with lam (m + p,) if METHOD.own_reactions
 
-It yields a state at every one of ``problem.times``, and may yield others, in order of time: what has been yielded is
-kept where the run ends early, and between two states a run can be interrupted. Turns of beams in absolute nodal
-coordinates are counted from the state yielded last: a backend should yield every step that it has accepted. What it
-cannot solve it reports by raising ``IntegrationError`` with a reason in words. :class:`External` makes a run of it.
+It yields a state at each of ``problem.times``, and may yield others, in order of time. If the run ends early, the
+states yielded so far are kept; a run can be interrupted between two states. Turns of beams in absolute nodal
+coordinates are counted from the last state: a backend should therefore yield every step that it has accepted. It
+reports a failure by ``IntegrationError`` with the reason. :class:`External` is the run of a backend.
 """
 
 from __future__ import annotations
@@ -32,48 +32,48 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: status beside those of :mod:`mbdsl.integrators.loop.loop_state`: ``External.reason`` says why
+#: status in addition to those of :mod:`mbdsl.integrators.loop.loop_state`; the reason is in ``External.reason``
 FAILED = -1
 
 
 @dataclass(frozen=True)
 class Problem:
-    """What is to be solved, and how.
+    """The initial value problem that a backend solves.
 
     Attributes
     ----------
     system : System
-        The equations: single quantities of it, or by its reductions :class:`mbdsl.system.index1.Index1` and
-        :class:`mbdsl.system.stabilised_index2.StabilisedIndex2`.
+        The equations: its methods evaluate single quantities; :class:`mbdsl.system.index1.Index1` and
+        :class:`mbdsl.system.stabilised_index2.StabilisedIndex2` are reduced forms.
     start, stop : float [s]
     times : (outputs,) [s]
-        Where states are wanted, after the start; the last is ``stop``.
+        Output times after the start; the last is ``stop``.
     q, v, a : (n,)
-        Consistent state at the start, with accelerations.
+        Consistent initial state, with accelerations.
     lam : (m + p,)
-        Multipliers there.
+        Initial multipliers.
     left_out : tuple of int
         Redundant constraints: their multipliers are zero.
     h : float [s]
-        Step, where steps are fixed.
+        Step size of fixed steps.
     tol : float or None
-        Largest error asked for where steps are controlled: of angles [rad], and of positions as part of the
-        mechanism's size; see ``tolerances``.
+        Tolerance of controlled steps: of angles [rad], and of positions relative to the mechanism's size; see
+        ``tolerances``.
     options : mapping
         Parameters of the method.
     breaks : iterable of float [s]
-        Times at which the equations have a jump or a corner, known beforehand, in order; no step should pass over one.
-        They come one by one, once: there may be very many. Others show in ``System.switches``.
+        Known times of jumps and corners of the equations, in order; no step should pass over one. They are generated
+        lazily, because there may be very many. Other jumps and corners are detected by ``System.switches``.
     zones : iterable of Zone
         Intervals of time (``start``, ``end``) [s] in each of which a step should end, because a law or table has a
         peak there that a longer step would miss; ordered by their ends, and generated lazily.
     longest : float [s]
-        The longest step allowed where steps are controlled.
+        Largest allowed size of controlled steps.
     counts : collections.Counter
-        To be filled in: "steps", "rejected", "iterations" (of Newton's method), "matrix_evaluations",
-        "factorisations", "evaluations" (of the equations), "events" (jumps met).
+        The backend fills in "steps", "rejected", "iterations" (of Newton's method), "matrix_evaluations",
+        "factorisations", "evaluations" (of the equations), and "events" (jumps encountered).
     approaches : list of Approach
-        To be filled in: where a condition almost changes (:mod:`mbdsl.system.close_approaches`).
+        The backend fills in states at which a condition almost changes (:mod:`mbdsl.system.close_approaches`).
     """
 
     system: System
@@ -95,11 +95,12 @@ class Problem:
     approaches: list[Approach] = field(default_factory=list)
 
     def tolerances(self) -> tuple[Array, Array]:
-        """What ``tol`` means for each coordinate and each velocity (n,), absolutely.
+        """Absolute tolerances of all coordinates and of all velocities, (n,) each.
 
-        That of velocities is relative to those at the start. Where the start is slow, it is between what would pass
-        the mechanism's size once in the run, and what accelerations at the start would lead to: these may belong to
-        a short transient.
+        Tolerances of velocities are ``tol`` times a reference velocity. This is the largest of the initial velocity,
+        the mechanism's size per length of the run, and the geometric mean of that and of the velocity that the initial
+        acceleration reaches over the mechanism's size. It is a mean because this acceleration may belong to a short
+        transient.
         """
         assert self.tol is not None
         scale, slow = self.system.tables.scale, 1.0 / ((self.stop - self.start) or 1.0)
@@ -109,9 +110,9 @@ class Problem:
 
 
 class External:
-    """A run by a backend; see :class:`mbdsl.integrators.Run`. With ``every``, all states are kept, and ``times`` found.
+    """A run by a backend; see :class:`mbdsl.integrators.Run`. With ``every``, all states and their times are kept.
 
-    ``reason`` says why it failed and ``hint`` what to try, if the backend has said so; ``cause`` is the exception.
+    After a failure, ``reason`` and ``hint`` are its reason and remedy, and ``cause`` is the exception of the backend.
     """
 
     def __init__(
@@ -151,11 +152,11 @@ class External:
         return self.count("steps")
 
     def count(self, what: str) -> int:
-        """How many of ``Problem.counts``; 0 where nobody counts."""
+        """A number in ``Problem.counts``; 0 if the backend does not count it."""
         return int(self._counts[what])
 
     def begin(self, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...] = ()) -> None:
-        """Set the consistent state at the start, and the redundant constraints that are not solved for."""
+        """Set the consistent initial state, and the redundant constraints that are left out."""
         span = self._given["start"], self._given["stop"]
         from mbdsl.system.peaks_in_time import Kept
 
@@ -169,15 +170,14 @@ class External:
         self._states: Iterator[tuple] = iter(self._backend.solve(problem))
 
     def advance(self, steps: int) -> int:
-        """Take at most so many states from the backend; a status of :mod:`mbdsl.integrators.loop.loop_state`, or
-        FAILED."""
+        """Take at most ``steps`` states from the backend; return a status of ``loop_state``, or FAILED."""
         for _ in range(steps):
             if self._done:
                 return loop_state.DONE
             try:
                 self._keep(*next(self._states))
             except StopIteration:
-                return self._fail("it ended before its time", None)
+                return self._fail("it ended before the stop time", None)
             except MbdslError as problem:
                 self.hint = problem.hint or ""
                 return self._fail(problem.message, problem)
@@ -195,18 +195,18 @@ class External:
         return FAILED
 
     def _keep(self, t: float, q: Array, v: Array, lam: Array | None = None) -> None:
-        """A state; where it is at the next time of output, it is written."""
+        """Check a state of the backend and keep it; write it if it belongs to the next output time."""
         times = self._given["times"]
-        last = int(np.searchsorted(times, self.time, side="right"))  # the next one due
+        last = int(np.searchsorted(times, self.time, side="right"))  # index of the next output time
         due, before = float(times[last]), float(times[last - 1]) if last else self._given["start"]
         near = 1e-9 * (due - before)
         if not self.time - near <= t <= due + near:
-            raise ValueError(f"it gave a state at t = {t:.9g} s, after {self.time:.9g} s, where {due:.9g} s was due")
-        q, v = np.array(q, float), np.array(v, float)  # the backend may go on with its own
+            raise ValueError(f"it yielded t = {t:.9g} s after {self.time:.9g} s, with an output due at {due:.9g} s")
+        q, v = np.array(q, float), np.array(v, float)  # copies: the backend may change its arrays
         if q.shape != (self.system.n,) or v.shape != q.shape:
-            raise ValueError(f"it gave q and v of shapes {q.shape} and {v.shape} for n = {self.system.n}")
+            raise ValueError(f"it yielded q and v of shapes {q.shape} and {v.shape} for n = {self.system.n}")
         if not (np.isfinite(q).all() and np.isfinite(v).all()):
-            raise ArithmeticError(f"its state at t = {t:.9g} s is not made of finite numbers")
+            raise ArithmeticError(f"its state at t = {t:.9g} s has values that are not finite")
         given = np.full(len(self._lam), np.nan) if lam is None else lam
         on_time = t >= due - near
         moved = t > self.time
@@ -217,7 +217,7 @@ class External:
             self._write(np.concatenate([q, v, given]))
 
     def _write(self, row: Array) -> None:
-        if self.written == len(self.out):  # only where all states are kept
+        if self.written == len(self.out):  # only if all states are kept
             more = max(64, self.written)
             self.out = np.concatenate([self.out, np.zeros((more, self.out.shape[1]))])
             self.times = np.concatenate([self.times, np.full(more, np.inf)])
@@ -225,20 +225,20 @@ class External:
         self.written += 1
 
     def state(self) -> tuple[Array, Array, Array]:
-        """q, v (n,) and lam (m + p,) as they are now."""
+        """The present q, v (n,) and lam (m + p,)."""
         return self._q, self._v, self._lam
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
-        raise UsageError(f"{self.method} cannot be stopped to change inputs", hint="take a method with fixed steps")
+        raise UsageError(f"{self.method} cannot change inputs during a run", hint="take a method with fixed steps")
 
 
 def require(module: str, extra: str, name: str):
-    """Import what a backend needs.
+    """Import the ``module`` that the backend ``name`` needs.
 
     Raises
     ------
     UsageError
-        If it is not installed.
+        If it is not installed; the remedy names the ``extra`` of mbdsl that installs it.
     """
     import importlib
 

@@ -1,11 +1,11 @@
-"""Events: the exact time at which a switch changes, and the new beginning behind it.
+"""Events: location of the exact time at which a switch changes, and restart of the run behind it.
 
-A step has ended shortly before (:mod:`mbdsl.integrators.loop.switch_location`), or at a time that was known beforehand.
-The little that is left goes with the acceleration there: q + s v + s^2/2 a, v + s a. What its third power leaves of the
-constraints is taken out, in the metric of M. Behind the switch a and lam are found anew; q and v go on.
+A step ends shortly before a switch (:mod:`mbdsl.integrators.loop.switch_location`), or at a known time. The motion over
+the remaining time s to the switch has constant acceleration: q + s v + s^2/2 a, v + s a. A projection in the metric of
+M removes the constraint error of O(s^3). Behind the switch, a and lam are computed anew; q and v are continuous.
 
-Where forces drive the motion back from both sides of a switch, as sign(v) does at rest, events follow one another and
-time does not go on. No step has a solution then, however short, and the run stops and says so.
+If forces drive the motion back from both sides of a switch, as sign(v) does at rest, events follow one another without
+progress of time. No step has a solution there, however short, and the run stops with the message ``SLIDING``.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 States = NDArray[np.int64]
 
-#: part of the last step that may be left to a switch
+#: largest remaining time to a switch, relative to the last step
 LEFT = 1e-3
-#: so many events within this part of the whole time are no progress
+#: a run makes no progress if more than this number of events lie within this part of its length
 CROWD, STANDSTILL = 10, 1e-5
-#: nor are so many within this part: they would take hours
+#: nor with this number within this part: it would take hours
 MANY, HARDLY = 200, 1e-4
-#: what is then said
-SLIDING = "a condition changes to and fro without end: on both sides of it forces drive the motion back"
-SLIDING_HINT = "let the force pass steadily from one side to the other, as tanh(v/v_s) in place of sign(v)"
+#: message and remedy of a run without progress
+SLIDING = "a condition changes back and forth without end: on both sides of it, forces drive the motion back"
+SLIDING_HINT = "make the force continuous, for example by tanh(v/v_s) in place of sign(v)"
 
 
 class Events:
@@ -48,7 +48,7 @@ class Events:
     Attributes
     ----------
     times : list of float
-        When switches have changed so far [s], as far as they are stepped onto.
+        Times [s] of the events so far: changes of switches at which the run was restarted.
     """
 
     def __init__(self, run: Integration) -> None:
@@ -62,18 +62,18 @@ class Events:
 
     @property
     def changing(self) -> list[Switch]:
-        """The switches that have changed without progress."""
+        """The switches that change without progress of time."""
         if not self._recent:
             return self._hidden
         states = np.array([s for _, s in self._recent])
         return _changed(self.system, states.min(axis=0), states.max(axis=0)) or self._hidden
 
     def blame(self, switches: list[Switch]) -> None:
-        """Name ``switches`` that keep changing within steps, however short."""
+        """Record ``switches`` that change within every step, however short; ``changing`` returns them."""
         self._hidden = switches
 
     def begin(self, t: float, q: Array, v: Array, lam: Array) -> None:
-        """At the start of the run."""
+        """Initialise the switches at the start of the run."""
         run, reals, integers, switches = self.run, self.run.reals, self.run.integers, self.system.tables.switches
         if switches:
             integers[loop_state.WATCHING] = True
@@ -84,26 +84,29 @@ class Events:
             reals[loop_state.STEP_SIZE] = run.h = min(run.h, reals[loop_state.NEXT_EVENT] - t)
 
     def _next(self, t: float) -> None:
-        """Steps are to end before the next event that is known: as far before as rounding may matter."""
+        """Set NEXT_EVENT to a time before the next known event, by more than the rounding error of times."""
         before = self.run.reals[loop_state.LEAST_H]
         later = (x - before for x in self._known)
         self.run.reals[loop_state.NEXT_EVENT] = next((x for x in later if x > t + before), np.inf)
 
     def rejoin(self) -> None:
-        """Find the times of events still to come, after the run was restored from a checkpoint."""
+        """Generate the known times that are still to come, after the run was restored from a checkpoint."""
         run, before, due = self.run, self.run.reals[loop_state.LEAST_H], self.run.reals[loop_state.NEXT_EVENT]
         if due < np.inf:
             known = self.system.time_events(run.start, run.stop, corners=declared(run.method).order > 2)
             self._known = dropwhile(lambda x: x - before <= due, known)
 
     def resume(self) -> None:
-        """After inputs have changed."""
+        """Set the signature of the switches after a change of inputs."""
         run = self.run
         q, v, lam = run.state()
         run.integers[loop_state.SIGNATURE] = combined(self.system.switches(run.time, q, v, lam))
 
     def come(self) -> int:
-        """A step was cut short, or ended at a known time: begin anew if a switch changes here; a status."""
+        """Restart the run if a switch changes here, where a step was cut short or ended at a known time.
+
+        Returns a status.
+        """
         run, reals, integers, system = self.run, self.run.reals, self.run.integers, self.system
         t, (q, v, lam) = run.time, run.state()
         least, known, cut = (
@@ -113,13 +116,13 @@ class Events:
         )
         at_once = not (known or cut)  # there was no room for a step
         h, integers[loop_state.CUT] = reals[loop_state.STEP_SIZE] if known else reals[loop_state.UNCUT], 0
-        if not known:  # without an event, too: a step may be cut short again and again
+        if not known:  # also without an event, a step may be cut short again and again
             self._cut = [*self._cut[1 - 2 * MANY :], t]
             if len(self._cut) == 2 * MANY and t - self._cut[0] < HARDLY * (run.stop - run.start):
                 self._recent = self._recent or [(t, system.switches(t, q, v, lam))]
                 return loop_state.SLIDING
         run.synchronise()
-        old, s = system.switches(t, q, v, lam), 2 * least  # over what a known time may be off by
+        old, s = system.switches(t, q, v, lam), 2 * least  # s: past the rounding error of a known time
         if known:
             self._next(t + s)
         try:
@@ -143,9 +146,9 @@ class Events:
             return loop_state.NOT_FINITE if not np.isfinite(system.Q(t, q, v)).all() else loop_state.SINGULAR
 
     def _distance(self, t: float, q: Array, v: Array, a: Array, lam: Array, old: States, most: float) -> float | None:
-        """The time to where a switch has just changed, if that is not further than ``most``."""
+        """The time from t until just behind the next change of a switch; None if it is longer than ``most``."""
         if combined(old) != self.run.integers[loop_state.SIGNATURE]:
-            return 0.0  # by what Newton's last correction did
+            return 0.0  # the last Newton correction of the step has changed a switch
 
         def same(s: float) -> bool:
             return bool((self.system.switches(t + s, q + s * (v + s / 2 * a), v + s * a, lam) == old).all())
@@ -159,7 +162,7 @@ class Events:
         return high
 
     def _progress(self, t: float, states: States) -> int:
-        """Whether time goes on; a status."""
+        """Record an event at t; return the status SLIDING if events make no progress, else RUNNING."""
         if self._recent and t - self._recent[0][0] > STANDSTILL * (self.run.stop - self.run.start):
             self._recent = []
         self._recent.append((t, states))

@@ -1,4 +1,4 @@
-"""What a method declares about itself; see any file of a method for how it is used."""
+"""The declaration of an integration method, its start values, and the interface of a run."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Option:
-    """A parameter of a method: default (None: it follows from the others) and the interval it is allowed in."""
+    """A parameter of a method: default (None: computed from the other parameters), bounds, and description."""
 
     default: float | None
     lower: float
@@ -29,11 +29,10 @@ class Option:
 
 @dataclass(frozen=True)
 class Start:
-    """A consistent state from which a method begins: q, v, a (n,), lam (m + p,); ``fa`` = M^{-1} Q (n,), Q without
-    constraint forces of Phi; all at t_0.
+    """The consistent initial state of a method at t_0: q, v, a (n,), lam (m + p,), and fa = M^{-1} Q (n,).
 
-    ``jerk`` and ``fa_rate`` (n,) are the rates of a and fa. Where the start is ``stiff``, they are zero, and a
-    belongs to a transient that is over long before the first step ends.
+    Q excludes the constraint forces of Phi. ``jerk`` and ``fa_rate`` (n,) are the rates of a and fa. If the start is
+    ``stiff``, a belongs to a transient that ends long before the first step does, and both rates are set to zero.
     """
 
     h: float
@@ -51,25 +50,27 @@ class Start:
 class Method:
     """Declaration of an integration method.
 
-    ``coefficients`` turns checked options into the numbers c that the kernels read, and that no kernel changes;
-    ``check`` says what is wrong with options together, on a model that is constrained or not (None: nothing; "forced"
-    problems may be overruled). ``begin(c, start)`` gives the rows of ``vectors`` that the first step needs, vectors of
-    n or N entries by row, and ``memory(c, start)`` the numbers that the method carries from step to step in addition.
+    ``coefficients`` maps checked options to the numbers c that the kernels read; no kernel changes them. ``check``
+    returns an error message if the values of the options do not go together, or None. ``check_constrained`` does so for
+    constrained models; a user may override it (``force``). ``begin(c, start)`` returns the history that the first step
+    needs: rows of ``vectors``, as vectors of n or N entries by row. ``memory(c, start)`` returns the other numbers that
+    the method carries from step to step.
 
-    ``multipliers`` are the rows of ``vectors`` with the multipliers in f, in Phi_q^T mu, and as force laws read them.
-    Of these ``sets``, the third is that in Phi_q^T psi with Phi_q of the start of the step, always in UNKNOWN.
-    ``own_reactions`` is False where reactions have to be found from the acceleration-level equations; ``inverts_mass``
-    tells that every coordinate needs a mass. What nobody can choose is not ``chosen``. ``steps`` are "fixed",
-    "controlled" (by an estimate of their error), or both, the first of which is taken if nobody asks for the other.
+    ``sets`` is the number of sets of multipliers: lam in f; mu in Phi_q^T mu; psi in Phi_q^T psi with Phi_q at the
+    start of the step. ``multipliers`` are the rows of ``vectors`` with lam, with mu, and with the multipliers that
+    force laws read; psi is always in UNKNOWN. ``own_reactions`` is False if reactions have to be computed from the
+    acceleration-level equations; ``inverts_mass`` is True if every coordinate needs a mass. Users can only choose
+    methods that are ``chosen``. ``steps`` are "fixed", "controlled" (by an error estimate), or both; the default is
+    the first.
 
-    A method that is not of this package (see :mod:`mbdsl.integrators.backends`) has neither ``coefficients`` nor
-    ``begin``, ``own_reactions`` if it yields multipliers, and says what ``needs`` to be installed. Where its order
-    varies, ``order`` is the highest. ``searches`` says that its steps end in all ``Problem.zones`` and are searched for
-    peaks of laws that depend on the state (``System.on_the_way``).
+    A third-party integrator (see :mod:`mbdsl.integrators.backends`) has neither ``coefficients`` nor ``begin``. Its
+    ``own_reactions`` is True if it yields multipliers, and ``needs`` names the software to be installed. If its order
+    varies, ``order`` is the highest. ``searches`` is True if its steps end in all ``Problem.zones`` and are searched
+    for peaks of laws that depend on the state (``System.on_the_way``).
 
-    ``relative_step`` is the length of a step, relative to one of hht-si2, from which the errors fall with the order;
-    verification takes its steps from it. ``diverges`` completes the message of a constrained model for which Newton's
-    iteration diverges.
+    ``relative_step`` is the step size, relative to that of hht-si2, below which errors decrease with the order;
+    verification scales its steps by it. ``diverges`` is appended to the error message if Newton's iteration diverges
+    for a constrained model.
     """
 
     name: str
@@ -90,35 +91,35 @@ class Method:
     own_reactions: bool = True
     inverts_mass: bool = False
     mass_row: int = (
-        POSITION  #: row with the coordinates that M is evaluated at; another than POSITION is read once a step
+        POSITION  #: row of the coordinates at which M is evaluated; a row other than POSITION is read once a step
     )
-    inertia_rows: tuple[int, int] = (UNKNOWN, UNKNOWN2)  #: rows that M is multiplied with
+    inertia_rows: tuple[int, int] = (UNKNOWN, UNKNOWN2)  #: rows that M multiplies
     tangent_row: int = UNKNOWN  #: x in (M x)_q of the iteration matrix
     chosen: bool = True
     steps: tuple[str, ...] = ("fixed",)
     needs: str = ""
     searches: bool = False
-    family: str = ""  #: of methods whose errors may agree with each other; empty: the method is one of its own
+    family: str = ""  #: methods of one family may have similar errors; empty: a family of its own
     relative_step: float = 1.0
     diverges: str = ""
-    rows: int = 0  #: rows of ``vectors`` that are the method's own, behind the common ones
-    acceleration_row: int = UNKNOWN  #: UNKNOWN or UNKNOWN2: differences of that over steps are those of accelerations
-    node: Callable[[Array], float] = lambda c: 1.0  #: when in a step that acceleration is, in parts of the step
+    rows: int = 0  #: number of the method's own rows of ``vectors``, after the common ones
+    acceleration_row: int = UNKNOWN  #: UNKNOWN or UNKNOWN2: its differences over steps are those of accelerations
+    node: Callable[[Array], float] = lambda c: 1.0  #: time within a step that this acceleration belongs to [steps]
     mass_weight: Callable[[Array], float] = lambda c: 1.0  #: factor on M in the (first) iteration matrix
-    damping_weight: Callable[[Array], float] = lambda c: 2 / 3  #: the same on h D
+    damping_weight: Callable[[Array], float] = lambda c: 2 / 3  #: factor on h D in that matrix
 
 
 class Run(Protocol):
-    """A system on its way by some method: what a motion asks of each of its parts.
+    """The interface of a run: the integration of one system by some method. A motion has a run for each of its parts.
 
     Attributes
     ----------
     out : (outputs, n + n + m + p)
         q, v, lam at the output times after the start; the first ``written`` rows are filled.
     times : (outputs,)
-        Those times; where every step is output, those of the steps.
+        The output times; if every step is output, the times at the ends of the steps.
     pivoting_from : float or None
-        Since when pivots are searched for.
+        Time since which the linear solver searches for pivots.
     """
 
     system: System
@@ -140,16 +141,16 @@ class Run(Protocol):
         """Outputs written."""
 
     def count(self, what: str) -> int:
-        """How many "rejected", "events", "iterations", "matrix_evaluations", "factorisations"; 0 where none counts."""
+        """Number of "rejected", "events", "iterations", "matrix_evaluations", "factorisations"; 0 if not counted."""
 
     def begin(self, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...] = ()) -> None:
-        """Set the consistent state at the start, and the redundant constraints that are not solved for."""
+        """Set the consistent initial state, and the redundant constraints that are left out."""
 
     def advance(self, steps: int) -> int:
-        """Take at most so many steps; a status of :mod:`mbdsl.integrators.loop.loop_state`."""
+        """Take at most ``steps`` steps; return a status of :mod:`mbdsl.integrators.loop.loop_state`."""
 
     def state(self) -> tuple[Array, Array, Array]:
-        """q, v (n,) and lam (m + p,) as they are now; views."""
+        """The present q, v (n,) and lam (m + p,), as views."""
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
-        """From here on the inputs have other values."""
+        """Set inputs to new values from the present time on."""

@@ -1,8 +1,8 @@
 """Peaks of laws that fixed steps have passed over: a pulse, or a window of position, between the ends of a step.
 
-The compiled loop records the states at the ends of steps. Many steps are searched at a time, as controlled steps are
-(:mod:`mbdsl.system.peaks_along_motion`), but for peaks of functions of time as well. The steps do not change: the first
-peak that the ends of its step do not show is kept for a warning, and ends the search.
+The compiled loop records the states at the ends of steps. Many steps are searched together, as controlled steps are
+(:mod:`mbdsl.system.peaks_along_motion`), and functions of time are searched as well. The step size does not change: the
+first peak that the ends of its step do not show is kept for a warning, and the search ends.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 #: most steps that are searched together, and most numbers recorded for them
 BATCH, NUMBERS = 4096, 400_000
-#: shortest peak that is certainly found, relative to the step
+#: width of the narrowest peak that is certainly found, relative to the step
 SHORTEST = 1e-8
 
 
@@ -60,7 +60,7 @@ class Overlooked:
             run.integers[NOTED] = 1
 
     def advance(self, steps: int, call: Callable[[int], int]) -> int:
-        """Take at most so many steps by the compiled loop, and return a status."""
+        """Take at most ``steps`` steps in the compiled loop; return a status."""
         integers, status = self._run.integers, RUNNING
         while steps > 0 and status == RUNNING and integers[NOTES] > 0:
             before, room = self._run.steps, int(integers[NOTES] - integers[NOTED])

@@ -1,4 +1,4 @@
-"""Parameters of a method as they are given: checked, with defaults in place of what is not."""
+"""Check of a method's parameters, and defaults for those that are not given."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from mbdsl.integrators import declared
 def check_options(
     name: str, options: Mapping[str, float | None], constrained: bool = False, force: bool = False
 ) -> dict[str, float | None]:
-    """Options of a method with defaults filled in.
+    """The given options of a method, completed by defaults.
 
     Raises
     ------
     UsageError
-        For a parameter that the method does not have, a value outside its interval, values that do not go together, or
-        (not with ``force``) a choice known to fail on constrained models.
+        If the method does not have a parameter, a value is outside its bounds, values do not go together, or (unless
+        ``force``) the values are known to fail on constrained models.
     """
     method = declared(name)
     parameters = method.parameters

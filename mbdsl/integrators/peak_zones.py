@@ -47,13 +47,13 @@ States = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 LONGEST = 0.02
 #: most steps that are searched together, and most numbers recorded for them
 BATCH, NUMBERS = 1024, 400_000
-#: number of successive steps that together advance the run by less than a part of it, in so many of which a switch
-#: changes, as a part of them: a sliding motion
+#: a motion slides if MANY successive steps advance the run by less than STANDSTILL of its length, and a switch changes
+#: in more than the fraction OFTEN of them
 MANY, STANDSTILL, OFTEN = 256, 1e-6, 0.125
-#: steps that are searched after a peak was found; then twice as many each time
+#: number of steps searched after a peak was found; it then doubles with each search
 FEW = 8
-#: most returns of the run for peaks within an interval, and the length of that relative to the run: a force may change
-#: sign with the velocity that it causes in every step, however short
+#: largest number of returns for peaks within one interval, and its length relative to the run; the number has a limit
+#: because a force may change sign with the velocity that it causes in every step, however short
 MOST, PLACE = 40, 1e-9
 
 
@@ -73,7 +73,7 @@ class Landings:
         self._tries, self._from = 0, -np.inf
 
     def begin(self, t: float) -> None:
-        """At the start of the run."""
+        """Generate the zones from t on, at the start of the run."""
         run = self._run
         self._zones = run.system.time_zones(t, run.stop, LONGEST * (run.stop - run.start))
         self.refill()
@@ -87,7 +87,7 @@ class Landings:
         self._zones = (zone for zone in every if (zone.start, zone.end) not in held)
 
     def refill(self) -> None:
-        """The next zones, for the compiled loop."""
+        """Write the next zones into ``reals`` for the compiled loop."""
         run = self._run
         ahead = ((z.start, z.end) for z in self._zones if z.start > run.time)
         self._pending += islice(ahead, max(0, ROOM - len(self._pending)))
@@ -103,7 +103,7 @@ class Landings:
         self.refill()
 
     def advance(self, steps: int, call: Callable[[int], int]) -> int:
-        """Take at most so many steps by the compiled loop, search them for hidden peaks, and return a status."""
+        """Take at most ``steps`` steps in the compiled loop, search them for hidden peaks, and return a status."""
         run = self._run
         if not run.integers[NOTES]:
             while (status := call(steps)) == LOOK:
@@ -147,7 +147,7 @@ class Landings:
         return status
 
     def _chattering(self, rows: np.ndarray) -> list[Switch]:
-        """The switches that change in many of the last steps, if those make next to no progress."""
+        """The switches that change in many of the recorded steps, if these advance the run by almost no time."""
         run, n = self._run, self._run.system.n
         if len(rows) < MANY or rows[-1, 0] - rows[0, 0] > STANDSTILL * (run.stop - run.start):
             return []
@@ -157,7 +157,7 @@ class Landings:
         return [x for x, count in zip(run.system.tables.switches, changes, strict=True) if count > OFTEN * len(rows)]
 
     def _states(self, rows: np.ndarray) -> States:
-        """The columns of the records."""
+        """Split recorded rows into t, q, v and lam."""
         n = self._run.system.n
         return rows[:, 0], rows[:, 1 : 1 + n], rows[:, 1 + n : 1 + 2 * n], rows[:, 1 + 2 * n :]
 

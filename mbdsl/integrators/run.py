@@ -1,4 +1,4 @@
-"""One integration in progress: the buffers, the compiled loop, and ``advance``."""
+"""The run of a compiled method on one system: its buffers, start and restart, and calls of the compiled step loop."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ from mbdsl.system.close_approaches import Approach
 
 Array = NDArray[np.float64]
 
-#: h^3 times the jerk at the start, relative to the mechanism, beyond which it belongs to a transient
+#: h^3 times the initial jerk, relative to the mechanism's size, above which the jerk belongs to a transient
 TRANSIENT = 1e-4
-#: longest controlled step, as a part of the run, for want of a shorter one: what lies between steps is not seen
+#: longest controlled step relative to the run, unless a shorter one is given: a longer step could pass over events
 LONGEST = 0.02
-#: outputs of a run where nothing is said about them: within what is between two, velocities may forget
+#: default number of output intervals; errors of velocities that dampers remove within one interval are not counted
 POINTS = 500
-#: largest displacement in a controlled step of what constraints determine, relative to the mechanism
+#: largest displacement in a controlled step of kinematics, relative to the mechanism's size
 LARGEST = 0.1
-#: floats of stored output beyond which a larger interval is asked for
+#: largest number of floats in the stored output; a run with more stops and asks for an output interval
 MOST_OUTPUT = 250_000_000
-#: rows of output that are made room for at once, where their number is not known
+#: number of rows of output that are allocated at once if every step is output
 ROOM = 4096
 #: largest system that the dense solver with pivoting may take over
 PIVOTING_LIMIT = 2000
@@ -51,8 +51,8 @@ PIVOTING_LIMIT = 2000
 class Integration:
     """Buffers and compiled functions of one run from a consistent initial state.
 
-    ``h`` is the step and divides stop - start; with a tolerance ``tol`` it is all of that, and becomes the first step
-    when the run begins. With ``every``, each step is output, and ``times`` are found.
+    ``h`` is the step size, a whole fraction of stop - start. With a tolerance ``tol`` it is stop - start at first, and
+    the size of the first step after ``begin``. With ``every``, each step is output, and ``times`` are the steps' ends.
     """
 
     system: System
@@ -61,12 +61,12 @@ class Integration:
     start: float
     stop: float
     times: Array  #: output times after the start
-    options: Mapping[str, float | None] | None = None  #: all of the method's, as completed; None: the defaults
+    options: Mapping[str, float | None] | None = None  #: all options of the method, completed; None: the defaults
     left_out: tuple[int, ...] = ()
     tol: float | None = None
     every: bool = False
-    longest: float = np.inf  #: steps of controlled size may not be longer
-    pivoting_from: float | None = None  #: since when pivots are searched for, as the order from the graph lost one
+    longest: float = np.inf  #: largest allowed size of controlled steps
+    pivoting_from: float | None = None  #: time since which the dense solver with pivoting replaces the sparse one
 
     def __post_init__(self) -> None:
         self.overlooked: Overlooked | None = None
@@ -79,11 +79,11 @@ class Integration:
 
     @property
     def controlled(self) -> bool:
-        """Whether the lengths of steps follow from local errors."""
+        """Whether :mod:`mbdsl.integrators.loop.step_control` controls the step size by local errors."""
         return self.tol is not None and controls_locally(self.method)
 
     def anew(self, times: Array, tol: float | None, every: bool, longest: float) -> Integration:
-        """Another run of the same System, which has not begun yet."""
+        """A copy of this run for the same System, before its start, with other output times and tolerance."""
         run = copy(self)
         run.times, run.tol, run.every, run.longest, run.pivoting_from = times, tol, every, longest, None
         del run.vectors, run.layout
@@ -91,7 +91,7 @@ class Integration:
         return run
 
     def _prepare(self) -> None:
-        """The buffers."""
+        """Allocate the buffers, and set the constants of the run in them."""
         declaration = modules()[self.method].METHOD
         self._use(linear_solve.SPARSE_LU)
         options = check_options(self.method, {}, force=True) if self.options is None else self.options
@@ -110,19 +110,20 @@ class Integration:
         self.reals[loop_state.STEP_END] = self.reals[loop_state.NOW] = self.start
         self.reals[loop_state.TOL] = self.tol or 0.0
         self.reals[loop_state.CONTRACTION] = 0.1
-        # parts of h times the speed, of the local error, and of the size: where a rings, its differences say nothing
-        # (All but the stabilised index-2 methods find reactions from what 1/h^2 magnifies.)
+        # Newton's tolerances, relative to h times the speed, to the local error, and to the mechanism's size. The last
+        # one bounds the second, because differences of an oscillating a do not show the local error. The second is
+        # smaller for methods other than stabilised index 2, whose reactions have the error of positions times 1/h^2.
         self.reals[loop_state.VELOCITY_TOL : loop_state.LOOSEST + 1] = (
             8e-12,
             1e-5 if declaration.sets == 2 else 1e-6,
             1e-11,
         )
-        # What turns unknowns and residuals into positions; the largest change of an unknown from step to step, as a
-        # position, that means anything: of an acceleration, no motion worth following has it.
+        # UNIT converts unknowns and residuals to positions. WILD is the largest change of an unknown over a step, as a
+        # position: the step is too large for a motion whose acceleration changes more.
         self.reals[loop_state.UNIT], self.reals[loop_state.WILD] = self.h**2, 25.0
         if declaration.order == 0:
-            # There is no local error, and nothing that is left adds up over steps; but there are other assemblies, and
-            # who makes steps so large may end up in one.
+            # Kinematics has no local error, and errors of the iteration do not accumulate. But after a large step the
+            # iteration may find another assembly of the mechanism: a bound on displacements.
             self.reals[loop_state.RELATIVE_TOL : loop_state.WILD + 1] = 1e300, 4e-15, 1.0, 0.5
         self.integers[loop_state.LAST_STEP], self.integers[loop_state.SAME] = steps, step_control.LONG_AGO
         self.reals[loop_state.NEXT_EVENT] = np.inf
@@ -133,11 +134,11 @@ class Integration:
         self.integers[loop_state.STABILISED] = declaration.sets > 1
 
     def _load(self) -> None:
-        """The compiled functions."""
+        """Load or compile the step loop of the method and the functions of the scene."""
         module = modules()[self.method]
         sets = module.METHOD.sets
         code, loop = self.system.module_name(sets), loop_name(self.method)
-        # What has to be compiled is compiled side by side: the scene's code elsewhere, the method's loop here.
+        # If both have to be compiled: the scene's code in another process, and the method's loop here at the same time
         with code_cache.lock:
             both = not code_cache.is_compiled(code) and not code_cache.is_compiled(loop)
             other = self.system.compile_beside(sets) if both else None
@@ -148,9 +149,9 @@ class Integration:
         self.evaluate, self.tangent, self.inertia = kernels.evaluate, kernels.tangent, kernels.inertia
 
     def _stop_at_events(self) -> None:
-        """Where steps of any length may end."""
+        """Prepare switches, zones and the bounds of the step size, for a run with a tolerance."""
         self.events, self.landings = Events(self), Landings(self)
-        self.seen = np.zeros(len(self.system.on_the_way.terms))  # how large these have been
+        self.seen = np.zeros(len(self.system.on_the_way.terms))  # largest values of these terms so far
         reals, integers, span = self.reals, self.integers, self.stop - self.start
         integers[loop_state.EVERY], reals[loop_state.NEXT_EVENT], reals[loop_state.MOST_H] = (
             self.every,
@@ -166,7 +167,7 @@ class Integration:
         between = self.times[0] - self.start if len(self.times) and not self.every else span
         reals[loop_state.FORGOTTEN] = min(span / POINTS, between)
         reals[loop_state.EXPONENT] = 1.0 / (method.order + 1)
-        reals[loop_state.LARGEST] = min(LARGEST, (100.0 * tol) ** 0.25)  # q between outputs is of order 4
+        reals[loop_state.LARGEST] = min(LARGEST, (100.0 * tol) ** 0.25)  # interpolation between steps has order 4
         reals[loop_state.NODE], reals[loop_state.MASS_WEIGHT] = (
             method.node(self.coefficients),
             method.mass_weight(self.coefficients),
@@ -174,7 +175,7 @@ class Integration:
         reals[loop_state.DAMPING] = method.damping_weight(self.coefficients)
 
     def _use(self, solver: int) -> None:
-        """Lay out the buffers for a solver; the vectors keep their content."""
+        """Lay out the buffers for a linear solver; ``vectors`` and the tables of the scene keep their content."""
         system, N = self.system, self.system.unknowns
         rows, columns = system.tables.pattern
         if solver == linear_solve.SPARSE_LU:
@@ -182,7 +183,7 @@ class Integration:
             slots, size, length, table = pattern.slots, pattern.size, pattern.length, pattern.table
         else:
             slots, size, table = rows * N + columns, N * N, np.empty(0, np.int64)
-            length = size + 2 * N  # the scales of rows and columns
+            length = size + 2 * N  # with the scales of rows and columns
         method = modules()[self.method].METHOD
         work = system.workspace(slots, buffer_layout.ROWS + method.rows)
         kept = self.layout[buffer_layout.KEEP] if hasattr(self, "layout") else 0
@@ -216,7 +217,7 @@ class Integration:
         self.layout[buffer_layout.ACCELERATION] = method.acceleration_row
         self.layout[buffer_layout.PSI_ROW], self.layout[buffer_layout.KEEP] = buffer_layout.UNKNOWN, kept
         count = method.matrices + 2 * self.controlled
-        self.matrices = np.zeros((count, length + 1))  # the last entry is the method's own
+        self.matrices = np.zeros((count, length + 1))  # the method may use the last entry of each
         self.pivots = np.zeros((count, max(N, 2 * size + 1)), np.int64)  # pivots, or rows and columns of entries
         self.solver = solver
         self._leave_out()
@@ -240,10 +241,10 @@ class Integration:
         h: float | None = None,
         longest: float = np.inf,
     ) -> None:
-        """Set the consistent state at the start, and the redundant constraints that are not solved for.
+        """Set the consistent initial state, and the redundant constraints that are left out.
 
-        Controlled steps may begin anew at a later time ``t``, as behind a jump, with a first step ``h``, or one
-        that is found and at most the ``longest``.
+        A run with a tolerance may restart at a later time ``t``, as after a jump. Its first step is ``h``; by default
+        it is estimated, and at most ``longest``.
 
         Raises
         ------
@@ -278,7 +279,7 @@ class Integration:
         if method.inverts_mass:
             check_stiffness(system, self.method, t0, self.h, q, v, lam)
         stiff = not controlled and self.h * largest(jerk) > largest(a) and self.h**3 * largest(jerk) > TRANSIENT
-        if stiff:  # a method damps what it cannot follow, but must not be thrown off by it
+        if stiff:  # the method damps the transient; extrapolated over a step, its rates would spoil the start values
             jerk, fa_rate = np.zeros(n), np.zeros(n)
         if t is None:
             self.numbers[self._counters] = system.tables.numbers[self._counters]
@@ -303,13 +304,13 @@ class Integration:
         elif self.tol is None and method.order:
             self.jumps = Jumps(system, self.start, self.stop, self.h)
             self.reals[loop_state.NEXT_EVENT] = self.jumps.next[0]
-        # what the start's own evaluation finds is the past of the first step
+        # this evaluation gives the gradients at the start of the first step
         self.evaluate(t0, vectors, self.frames, self.gradients, self.numbers, self.layout)
         self.layout[buffer_layout.KEEP] = 1
         self.integers[loop_state.HISTORY] = 1
 
     def watch(self) -> None:
-        """Search fixed steps for peaks of laws that they pass over; called before the first step."""
+        """Search fixed steps for peaks of laws that they pass over; to be called before the first step."""
         if self.tol is None and self.stop > self.start:
             self.overlooked = Overlooked(self)
 
@@ -326,7 +327,7 @@ class Integration:
         )
 
     def _begin_control(self, t: float, q: Array, v: Array, jerk: Array) -> None:
-        """No steps yet, but the accelerations of one that might have been."""
+        """Begin a history of controlled steps: it has the accelerations of a fictitious step before the start."""
         system, reals, integers, h, n = self.system, self.reals, self.integers, self.h, self.system.n
         reals[loop_state.NOW], reals[loop_state.STEP_SIZE], reals[loop_state.LAST_H] = t, h, h
         if reals[loop_state.EXPONENT] < 1.0:
@@ -346,10 +347,10 @@ class Integration:
                 system, t, q, v, jerk, self.left_out
             )
             self.vectors[buffer_layout.VELOCITY0, :n] += error
-            self.vectors[buffer_layout.KEPT2, :n] += error  # where it is read, that is v of a step before
+            self.vectors[buffer_layout.KEPT2, :n] += error  # v of the previous step, in methods that read this row
 
     def _begin_own(self, t: float, longest: float, jerk: Array) -> None:
-        """No steps yet, of a method that finds the first one itself, up to the ``longest``."""
+        """Begin a history for a method that controls its own steps; its first step is at most ``longest``."""
         reals, n, d = self.reals, self.system.n, 1e-3 * self.h
         reals[loop_state.NOW], reals[loop_state.STEP_SIZE], reals[loop_state.LAST_H], reals[loop_state.UNCUT] = (
             t,
@@ -362,9 +363,10 @@ class Integration:
         reals[loop_state.NODES : loop_state.NODES + 2] = t, t - d
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
-        """From here on the inputs have other values; accelerations and forces jump by what that makes of them.
+        """Set inputs to new values from the present time on; accelerations and forces jump accordingly.
 
-        What a method keeps of the past is linear in them, so that order 2 is kept over any number of jumps.
+        The history of a method is linear in accelerations and forces, and the jump is added to it. Order 2 is therefore
+        kept over any number of jumps.
         """
         system, t = self.system, self.time
         used = {name: value for name, value in inputs.items() if name in system.tables.inputs}
@@ -379,12 +381,14 @@ class Integration:
             self.events.resume()
 
     def jump(self, before: float, behind: float, change: Callable[[], None] = lambda: None) -> None:
-        """Accelerations and forces jump between two times that are one but for rounding, or by a ``change``.
+        """Add a jump of accelerations and forces to the history.
+
+        It is the difference between two times, equal up to rounding, or the effect of ``change()`` at one time.
 
         Raises
         ------
         InitialisationError
-            If there are none, as in a singular pose.
+            If accelerations do not exist, as in a singular pose.
         """
         system, vectors, n = self.system, self.vectors, self.system.n
         q, v = vectors[buffer_layout.POSITION0, :n], vectors[buffer_layout.VELOCITY0, :n]
@@ -410,9 +414,9 @@ class Integration:
             vectors[row : row + past, : len(part)] += part
 
     def _cross_jump(self) -> None:
-        """A step has ended shortly before a jump of forces at a time that was known: go on behind it."""
+        """Continue behind a scheduled jump of forces; the last step has ended shortly before it."""
         if self.time < self.stop:
-            with suppress(InitialisationError):  # no accelerations, as in a singular pose: steps go on as they can
+            with suppress(InitialisationError):  # in a singular pose, which has no accelerations: keep the old history
                 self.jump(*self.jumps.next)
             self.integers[loop_state.FRESH] = 0
             if not controls_locally(self.method):
@@ -432,7 +436,7 @@ class Integration:
             reals[loop_state.SPEED] = max(reals[loop_state.SPEED] / longest, 1.0 / (self.stop - self.start))
 
     def synchronise(self) -> None:
-        """The system's numbers become those of the run: whoever looked at another time has left others there."""
+        """Set inputs and counted turns of the system to those of the run; other evaluations may have changed them."""
         system = self.system
         for name, at in system.tables.inputs.items():
             system.set_input(name, self.numbers[at])
@@ -441,7 +445,7 @@ class Integration:
 
     @property
     def _counters(self) -> list[int]:
-        """Where in ``numbers`` the angles are that turns are counted on from."""
+        """Offsets in ``numbers`` of the angles whose turns are counted."""
         return [body.counter for body in self.system.tables.models.values() if body.counter >= 0]
 
     @property
@@ -467,11 +471,11 @@ class Integration:
         return int(self.integers[loop_state.OUTPUT])
 
     def count(self, what: str) -> int:
-        """How many "rejected", "iterations", "matrix_evaluations" or "factorisations"."""
+        """Number of "rejected", "events", "iterations", "matrix_evaluations", "factorisations"; 0 if not counted."""
         return int(self.integers[loop_state.COUNTERS[what]]) if what in loop_state.COUNTERS else 0
 
     def state(self) -> tuple[Array, Array, Array]:
-        """q, v (n,) and lam (m + p,) as they are now; views."""
+        """The present q, v (n,) and lam (m + p,), as views."""
         n, vectors = self.system.n, self.vectors
         return (
             vectors[buffer_layout.POSITION0, :n],
@@ -480,7 +484,13 @@ class Integration:
         )
 
     def advance(self, steps: int = sys.maxsize) -> int:
-        """Take at most ``steps`` steps; a status of :mod:`mbdsl.integrators.loop.loop_state`."""
+        """Take at most ``steps`` steps; return a status of :mod:`mbdsl.integrators.loop.loop_state`.
+
+        Raises
+        ------
+        UsageError
+            If every step is output, and the output would need too much memory.
+        """
         if self.every:
             status = loop_state.RUNNING
             while steps > 0 and status == loop_state.RUNNING:
@@ -497,7 +507,7 @@ class Integration:
         return self._advance_by(steps)
 
     def _make_room(self) -> None:
-        """For as many outputs as are written at most before it is asked again."""
+        """Allocate rows of output for the next ``ROOM`` steps."""
         used = self.written
         if len(self.times) < used + ROOM:
             more = max(ROOM, used // 2)
@@ -521,7 +531,7 @@ class Integration:
             and self.solver == linear_solve.SPARSE_LU
             and self.system.unknowns <= PIVOTING_LIMIT
         ):
-            # The order from the graph gave no usable pivots here: go on with a solver that searches for them.
+            # the elimination order gives no usable pivot here: continue with the dense solver with pivoting
             self._use(linear_solve.DENSE)
             self.pivoting_from = self.time
             self.integers[loop_state.FRESH] = 0
@@ -529,7 +539,7 @@ class Integration:
         return status
 
     def data(self) -> RunData:
-        """What kernels of the step loop are called with."""
+        """The arguments of the step loop's kernels."""
         return RunData(
             self.evaluate,
             self.tangent,

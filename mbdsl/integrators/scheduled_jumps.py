@@ -43,14 +43,14 @@ class Jumps:
         for step, times in groupby(events, key=lambda t: round((t - start) / h)):
             end = start + step * h
             near = [t for t in times if abs(t - end) <= NEAR * h]
-            if step > 0 and near:  # several may be meant to be there
+            if step > 0 and near:  # several jumps may lie at the same end
                 yield min(*near, end) - clear, max(*near, end) + clear
 
     def go_on(self) -> None:
-        """Turn to the next one."""
+        """Move on to the next jump."""
         self.next = next(self._known, (np.inf, np.inf))
 
     def rejoin(self, due: float) -> None:
-        """Find the jumps still to come, from the one before which a step ends at ``due``."""
+        """Generate the jumps still to come, after a run was restored; the first is that with ``next[0]`` = ``due``."""
         self._known = dropwhile(lambda times: times[0] < due, self._at_ends())
         self.go_on()

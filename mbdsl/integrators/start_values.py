@@ -1,4 +1,4 @@
-"""What a run begins with: rates of accelerations at its start, a first step, what is normal to the constraints."""
+"""Start values of a run: rates of initial accelerations, the first step, and projections onto the constraints."""
 
 from __future__ import annotations
 
@@ -13,12 +13,15 @@ from mbdsl.system.accelerations import accelerations
 
 Array = NDArray[np.float64]
 
-#: h omega up to which M^{-1} Q is of use: beyond, reactions are wrong by percents, and soon by more than they are
+#: largest h omega for reactions from M^{-1} Q; above it their error is some percent, and soon exceeds them
 STIFFEST = 300.0
 
 
 def rate(after: Callable[[float], Array], now: Array, e: float) -> Array:
-    """The rate of a quantity (n,) at the start, by one-sided differences over the time e; zero where there is none."""
+    """The rate of a quantity (n,) at the start, by one-sided differences over the time e; zero if it does not exist.
+
+    ``now`` is its value at the start, and ``after(s)`` that at the time s later.
+    """
     try:
         found = (4 * after(e) - after(2 * e) - 3 * now) / (2 * e)
     except InitialisationError:
@@ -27,7 +30,7 @@ def rate(after: Callable[[float], Array], now: Array, e: float) -> Array:
 
 
 def applied(system: System, t: float, q: Array, v: Array, lam: Array) -> Array:
-    """fa = M^{-1} Q (n,), with the forces of nonholonomic constraints."""
+    """fa = M^{-1} Q (n,), where Q contains the forces of nonholonomic constraints."""
     force = system.evaluate(t, q, v, lam)[0] + system.constraint_force(t, q, lam[: system.m])
     return system.solve_mass(t, q, force)
 
@@ -35,7 +38,7 @@ def applied(system: System, t: float, q: Array, v: Array, lam: Array) -> Array:
 def rates(
     system: System, t: float, e: float, q: Array, v: Array, a: Array, lam: Array, left_out: tuple[int, ...]
 ) -> tuple[Array, Array, Array]:
-    """fa, and the rates of a and of fa (n,), by differences over the time e."""
+    """fa, the rate of a and the rate of fa, (n,) each; the rates by differences over the time e."""
 
     def motion(s: float) -> tuple[Array, Array]:
         return q + s * v + s * s / 2 * a, v + s * a
@@ -60,10 +63,10 @@ def first_step(
     a: Array,
     jerk: Array,
 ) -> float:
-    """A first step, up to h, that errs by about as much as is allowed, as far as that can be known.
+    """The first step, at most h, whose estimated error is about the allowed one.
 
-    In a symmetric start derivatives may vanish that are as large as others a moment later: none is taken for less than
-    what ``speed`` and accelerations tell of the time in which things change.
+    Derivatives may vanish at a symmetric start and be large shortly after. Therefore lower bounds of jerk and snap
+    follow from the time scale of ``speed`` and of the accelerations.
     """
     fast = float(np.abs(a * scale).max(initial=0.0))
     w = max(1.0 / span, speed, fast**0.5)
@@ -77,7 +80,7 @@ def first_step(
 
 
 def normal_part(system: System, t: float, q: Array, v: Array, x: Array, left_out: tuple[int, ...]) -> Array:
-    """The part of x (n,) along the holonomic constraints' normals, in the metric of M; nonholonomic ones have none."""
+    """The part of x (n,) along the normals of the holonomic constraints, in the metric of M."""
     right = np.zeros(system.unknowns)
     right[system.n : system.n + system.m] = system.Phi_q(t, q) @ x
     found = _projected(system, t, q, v, right, left_out)
@@ -85,7 +88,7 @@ def normal_part(system: System, t: float, q: Array, v: Array, x: Array, left_out
 
 
 def onto_constraints(system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> tuple[Array, Array]:
-    """q and v (n,) close by, in the metric of M, that satisfy Phi, its rate and Gam but for second powers."""
+    """q and v (n,) projected onto Phi, its rate and Gam by one Newton step, in the metric of M."""
     n, m = system.n, system.m
     right = np.zeros(system.unknowns)
     right[n : n + m] = -system.Phi(t, q)
@@ -97,7 +100,7 @@ def onto_constraints(system: System, t: float, q: Array, v: Array, left_out: tup
 
 
 def _projected(system: System, t: float, q: Array, v: Array, right: Array, left_out: tuple[int, ...]) -> Array | None:
-    """x (n,) of [[M, J^T], [J, 0]] [x; .] = right, with J = [Phi_q; Gam_v]; None if singular."""
+    """x (n,) from [[M, J^T], [J, 0]] [x; .] = right, with J = [Phi_q; Gam_v]; None if the matrix is singular."""
     kept = np.setdiff1d(np.arange(system.unknowns), system.n + np.array(left_out, int))
     matrix = system.tangent(t, q, v, cM=1.0, cP=1.0, cV=1.0)
     found = np.zeros(system.unknowns)
@@ -114,7 +117,13 @@ def _projected(system: System, t: float, q: Array, v: Array, right: Array, left_
 
 
 def check_stiffness(system: System, method: str, t: float, h: float, q: Array, v: Array, lam: Array) -> None:
-    """Refuse a step with which the rounding of q, magnified by M^{-1} Q, would exceed the reactions."""
+    """Check that the rounding of q, multiplied by M^{-1} K, is smaller than the reactions.
+
+    Raises
+    ------
+    InitialisationError
+        If it is larger.
+    """
     K, M = system.stiffness(t, q, v, lam).diagonal(), system.M(t, q).diagonal()
     fastest = np.sqrt(np.maximum(K / M, 0.0))
     k = int(fastest.argmax()) if system.n else 0
@@ -122,5 +131,5 @@ def check_stiffness(system: System, method: str, t: float, h: float, q: Array, v
         raise InitialisationError(
             f"{method} finds reactions from M^-1 Q, where stiffness magnifies rounding: "
             f"{system.names()[k]} has {fastest[k]:.1e} rad/s, {h * fastest[k]:.0f} times 1/h",
-            hint=f"a step below {STIFFEST / fastest[k]:.2g} s, no such (axial?) mode, or another method",
+            hint=f"take a step below {STIFFEST / fastest[k]:.2g} s or another method, or remove this (axial?) mode",
         )

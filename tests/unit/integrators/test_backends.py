@@ -345,10 +345,10 @@ def stopping(problem):
     ("solve", "message"),
     [
         (stopping, "there is no more to say"),
-        (lambda problem: list(exact(problem))[:5], "ended before its time"),
+        (lambda problem: list(exact(problem))[:5], "ended before the stop time"),
         (lambda problem: ((t, q, v if t < 0.55 else 1 // 0) for t, q, v in exact(problem)), "ZeroDivision"),
         (lambda problem: ((t, q * (np.nan if t > 0.55 else 1), v) for t, q, v in exact(problem)), "finite"),
-        (lambda problem: (s for k, s in enumerate(exact(problem)) if k != 5), "where 0.6 s was due"),
+        (lambda problem: (s for k, s in enumerate(exact(problem)) if k != 5), "an output due at 0.6 s"),
         (lambda problem: ((t, q[:1] if t > 0.55 else q, v) for t, q, v in exact(problem)), "shapes"),
     ],
 )
