@@ -1,1 +1,1 @@
-"""The step loop that compiled methods share, and the numerics of a step."""
+"""The step loop of compiled methods: Newton's iteration, linear algebra, step size control, and switches."""

@@ -1,4 +1,4 @@
-"""The compiled step loop of a method: the shared driver with its kernels, or a loop of its own."""
+"""Compilation of a method's step loop: the shared driver with the method's kernels, or the method's own loop."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ ADVANCE = code_cache.Signature(
     ),
     gives="int",
 )
-#: kernels of controlled steps, which methods have, or which do nothing
+#: kernels of controlled steps; a method that lacks one gets the default in ``step_control``
 CONTROL = ("estimate", "local_error", "change_step")
 _BUFFERS = ", ".join(RunData._fields)
 
 
 def loop_name(method: str) -> str:
-    """The name under which the compiled step loop of a method is kept."""
+    """The name of the emitted module with the step loop of a method."""
     return "mbdsl_method_" + modules()[method].__name__.rsplit(".", 1)[-1]
 
 
 def controls_locally(method: str) -> bool:
-    """Whether controlled steps of a method are those of :mod:`mbdsl.integrators.loop.step_control`, and not its own."""
+    """Whether :mod:`mbdsl.integrators.loop.step_control` controls the steps of a method, and not its own loop."""
     return method in modules() and not hasattr(modules()[method], "advance")
 
 
 def compiled(name: str, module: ModuleType) -> Callable:
-    """The step loop compiled for one method: its kernels are known to the compiler, the scene's are pointers."""
+    """Compile the step loop of one method, with its kernels; the functions of the scene are arguments (pointers)."""
     short = module.__name__.rsplit(".", 1)[-1]
-    if hasattr(module, "advance"):  # it has a step loop of its own
+    if hasattr(module, "advance"):  # the method has its own step loop
         called, imports, sources = "method.advance(", "run_data", [module]
     else:
         of = {f: "method" if hasattr(module, f) or f not in CONTROL else "step_control" for f in Formulas._fields}

@@ -1,6 +1,7 @@
-"""The linear algebra of :mod:`mbdsl.integrators.loop.linear_solve` for a complex matrix, in real and imaginary parts.
+"""Factorisation and solution of linear systems with a complex matrix, stored as its real and imaginary parts.
 
-Pattern, order and tables are those of the real matrices. Parts are kept apart, so that the buffers stay what they are.
+Pattern, order, tables and algorithms are those of the real matrices (:mod:`mbdsl.integrators.loop.linear_solve`). The
+two parts are separate matrices of the run, so that the buffers remain real.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from mbdsl.integrators.loop.sparse_lu import LOST, place
 
 @kernel
 def complex_factor(real, imag, pivots, layout):
-    """Factorise real + i imag in place; False where it is singular to rounding."""
+    """Factorise real + i imag in place; False if it is numerically singular."""
     return (
         sparse_factor(real, imag, layout) if layout[SOLVER] == SPARSE_LU else dense_factor(real, imag, pivots, layout)
     )
@@ -21,7 +22,7 @@ def complex_factor(real, imag, pivots, layout):
 
 @kernel
 def complex_solve(real, imag, pivots, layout, y, z):
-    """y + iz <- (real + i imag)^{-1} (y + iz)."""
+    """y + i z <- A^{-1} (y + i z), with the factors of A in real + i imag."""
     if layout[SOLVER] == SPARSE_LU:
         sparse_solve(real, imag, layout, y, z)
     else:
@@ -30,7 +31,7 @@ def complex_solve(real, imag, pivots, layout, y, z):
 
 @kernel
 def invert(real, imag, k):
-    """Entry k becomes its reciprocal."""
+    """Replace entry k by its reciprocal."""
     a, b = real[k], imag[k]
     size = a * a + b * b
     real[k], imag[k] = a / size, -b / size
@@ -38,6 +39,7 @@ def invert(real, imag, k):
 
 @rare
 def sparse_factor(real, imag, layout):
+    """Factorise in place: D, L and U are overwritten, W and (in ``real``) G written. False if a pivot is lost."""
     n, o = layout[N_ALL], layout[SPARSE]
     order, starts = layout[o : o + n], layout[o + n : o + 2 * n + 1]
     c, table = starts[n], o + 2 * n + 1
@@ -73,6 +75,7 @@ def sparse_factor(real, imag, layout):
 
 @kernel
 def sparse_solve(real, imag, layout, y, z):
+    """y + i z <- A^{-1} (y + i z); reads D, L and W."""
     n, o = layout[N_ALL], layout[SPARSE]
     c, table = layout[o + 2 * n], o + 2 * n + 1
     i, j, k, l = layout[table:], layout[table + c :], layout[table + 2 * c :], layout[table + 3 * c :]
@@ -91,7 +94,10 @@ def sparse_solve(real, imag, layout, y, z):
 
 @rare
 def dense_factor(real, imag, pivots, layout):
-    """LU of row-major matrices, pivot rows in pivots, pivots compared after scaling rows and columns (behind real)."""
+    """Factorise row-major matrices in place, write pivot rows to ``pivots``; False if they are singular.
+
+    Pivots are compared after scaling of rows and columns; the scales are written behind ``real``.
+    """
     n = layout[N_ALL]
     r, c = n * n, n * n + n
     for i in range(n):
@@ -135,6 +141,7 @@ def dense_factor(real, imag, pivots, layout):
 
 @rare
 def dense_solve(real, imag, pivots, layout, y, z):
+    """y + i z <- A^{-1} (y + i z); reads the factors and ``pivots``."""
     n = layout[N_ALL]
     for k in range(n):
         if pivots[k] != k:

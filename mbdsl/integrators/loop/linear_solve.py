@@ -1,7 +1,7 @@
-"""Linear algebra of the iteration matrix behind two names, ``factor`` and ``solve``.
+"""Factorisation and solution of linear systems with the matrices of a run, sparse or dense.
 
-Normally the sparse LU of :mod:`mbdsl.integrators.loop.sparse_lu`; where that loses a pivot (massless coordinates,
-redundant constraints, singular poses), a dense LU with partial pivoting.
+The sparse LU of :mod:`mbdsl.integrators.loop.sparse_lu` is used until it loses a pivot (massless coordinates, redundant
+constraints, singular poses); from then on, a dense LU with partial pivoting.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ DENSE, SPARSE_LU = 0, 1  #: values of layout[SOLVER]
 
 @kernel
 def factor(k, run):
-    """Factorise matrix k in place; False where it is singular to rounding."""
+    """Factorise matrix k in place; False if it is numerically singular."""
     matrix, pivots, layout = run.matrices[k], run.pivots[k], run.layout
     return sparse_factor(matrix, layout) if layout[SOLVER] == SPARSE_LU else dense_factor(matrix, pivots, layout)
 
 
 @kernel
 def solve(k, row, run):
-    """The row of ``vectors`` <- the inverse of matrix k times that row."""
+    """vectors[row] <- A^{-1} vectors[row], where A is the factorised matrix k."""
     if run.layout[SOLVER] == SPARSE_LU:
         sparse_solve(run.matrices[k], run.layout, run.vectors[row])
     else:
@@ -31,7 +31,7 @@ def solve(k, row, run):
 
 @kernel
 def solve_both(run):
-    """``solve`` for matrix 0 and row CORRECTION, and for matrix 1 and row CORRECTION2."""
+    """``solve`` with matrix 0 for row CORRECTION, and with matrix 1 for row CORRECTION2."""
     first, second = run.vectors[CORRECTION], run.vectors[CORRECTION2]
     if run.layout[SOLVER] == SPARSE_LU:
         sparse_solve_both(run.matrices, run.layout, first, second)
@@ -42,11 +42,14 @@ def solve_both(run):
 
 @rare
 def compress(k, run):
-    """Leave nothing of matrix k, which is not factorised, but its entries in the columns of the coordinates: their
-    values in ``matrices``, their rows and columns in ``pivots``, their number at the end of ``pivots``."""
+    """Replace matrix k, which must not be factorised, by a list of its nonzero entries in the columns of coordinates.
+
+    Writes their values to matrices[k], their rows and columns to pivots[k], and their number to the last entry of
+    pivots[k]. ``multiply`` reads this list.
+    """
     matrix, places, layout = run.matrices[k], run.pivots[k], run.layout
     n, m, o, count = layout[N_ALL], layout[N_Q], layout[SPARSE], 0
-    entries = layout[o + 2 * n] if layout[SOLVER] == SPARSE_LU else 0  # below the diagonal
+    entries = layout[o + 2 * n] if layout[SOLVER] == SPARSE_LU else 0  # number of entries below the diagonal
     lower = o + 2 * n + 1
     for p in range(layout[SIZE]):
         r, c = p // n, p % n
@@ -65,19 +68,19 @@ def compress(k, run):
 
 @kernel
 def clear(k, run):
-    """Leave matrix k without entries, for ``multiply``."""
+    """Make the list of the compressed matrix k empty."""
     run.pivots[k, run.pivots.shape[1] - 1] = 0
 
 
 @kernel
 def has_entries(k, run):
-    """Whether a compressed matrix k has any."""
+    """Whether the list of the compressed matrix k has entries."""
     return run.pivots[k, run.pivots.shape[1] - 1] > 0
 
 
 @kernel
 def multiply(k, row, target, run):
-    """Row ``target`` of ``vectors`` += the compressed matrix k times another row."""
+    """vectors[target] <- vectors[target] + A vectors[row], where A is the compressed matrix k."""
     matrix, places, x, y = run.matrices[k], run.pivots[k], run.vectors[row], run.vectors[target]
     for e in range(places[places.size - 1]):
         y[places[2 * e]] += matrix[e] * x[places[2 * e + 1]]
@@ -85,15 +88,16 @@ def multiply(k, row, target, run):
 
 @kernel
 def larger(a, b):
-    """max(a, b), or not a number if a is none."""
+    """max(a, b), or nan if a is nan."""
     return a if a > b or a != a else b
 
 
 @rare
 def dense_factor(matrix, pivots, layout):
-    """LU of the row-major N x N matrix, pivot rows in ``pivots``.
+    """Factorise the row-major N x N ``matrix`` in place, write pivot rows to ``pivots``; False if it is singular.
 
-    Pivots are compared after scaling rows and columns (behind the matrix): a small body's mass is no lost pivot.
+    Pivots are compared after scaling of rows and columns: the mass of a small body must not count as a lost pivot. The
+    scales are written behind the matrix.
     """
     n = layout[N_ALL]
     r, c = n * n, n * n + n
@@ -131,6 +135,7 @@ def dense_factor(matrix, pivots, layout):
 
 @rare
 def dense_solve(matrix, pivots, layout, y):
+    """y <- A^{-1} y; reads the factors of A in ``matrix`` and ``pivots``."""
     n = layout[N_ALL]
     for k in range(n):
         if pivots[k] != k:

@@ -1,37 +1,46 @@
-"""Names for what a run keeps in ``reals`` and ``integers``, and for what its loop answers."""
+"""Names of the statuses that a step loop returns, and of the entries of a run's buffers ``reals`` and ``integers``."""
 
 from __future__ import annotations
 
 # -- status --------------------------------------------------------------------------------------------------
+# EVENT: a step has ended at a known time or shortly before a switch; LOOK: ``reals`` holds no further zone
 RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EVENT, LOOK = range(10)
 
 # -- reals of the run ----------------------------------------------------------------------------------------
+# times of start and stop; step size; time at the end of the step; contraction of Newton's iteration; its tolerances,
+# relative to h times the speed, to the local error and to the mechanism's size; factor from unknowns to positions;
+# largest change of an unknown over a step, as a position
 START, STOP, STEP_SIZE, STEP_END, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, LOOSEST, UNIT, WILD = range(10)
-# of controlled steps: the time reached; tolerance; largest velocity so far; the step before, the shortest and the
-# longest allowed; 1/(order + 1); where in a step its accelerations belong; factor on M in the iteration matrix; the
-# largest displacement; time within which velocities may forget; factor on h D
+# of controlled steps: time reached; tolerance; largest scaled velocity so far; sizes of the last step, the smallest and
+# the largest allowed step; 1/(order + 1); time of accelerations within a step, relative to the step; factor on M in the
+# iteration matrix; largest displacement in kinematics; time in which dampers may remove errors of velocities; factor on
+# h D in the iteration matrix
 NOW, TOL, SPEED, LAST_H, LEAST_H, MOST_H, EXPONENT, NODE, MASS_WEIGHT, LARGEST, FORGOTTEN, DAMPING = range(10, 22)
-NODES, TIMES = 22, 26  #: times that the unknowns of the last four steps belong to: accelerations, multipliers
-# of switches: the next time that is known beforehand; the step before it was cut short
+NODES, TIMES = 22, 26  #: times of the accelerations, and of the multipliers, of the last four steps, newest first
+# of switches: next known time of an event; step size before the step was cut short
 NEXT_EVENT, UNCUT = 30, 31
-#: zones in which a step has to end: start and end of each, so many at once (:mod:`mbdsl.integrators.loop.zone_landing`)
+#: start and end of the next zones, and the number of zones held (:mod:`mbdsl.integrators.loop.zone_landing`)
 ZONE, ROOM = 32, 32
 REALS = ZONE + 2 * ROOM
 
 # -- integers of the run -------------------------------------------------------------------------------------
+# steps done, and their total number; Newton iterations; matrix evaluations; factorisations; outputs written; whether
+# the iteration matrix can be used (0: it has to be renewed); steps in the history; order of extrapolation; whether
+# UNKNOWN2 is used; steps since the contraction was measured
 STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, ORDER, STABILISED, UNSEEN = range(11)
-# of controlled steps: whether they are; rejected ones; those since the start, or since the last one that was changed in
-# length; in a row rejected; whether every step is output, or ends at the next output at most;
-# where dampers are stiff, after how many steps what they take away is looked at; for how many steps corrections in the
-# last digit are known to be rounding
+# of controlled steps: whether steps are controlled; rejected steps; steps since the start, and since the last change of
+# the step size; successive rejections; whether every step is output; whether no step passes over an output time; steps
+# until the effect of stiff dampers is evaluated (0: there are none); steps for which corrections in the last digit
+# count as rounding
 CONTROLLED, REJECTED, SINCE, SAME, IN_A_ROW, EVERY, LANDING, DAMPED, ROUNDING = range(11, 20)
-# of switches: whether they are watched, their signature, whether corners may be passed, how often the step was cut
-# short, and events
+# of switches: whether there are any; their signature; whether all are switches of forces, so that corners may be
+# passed; number of times that the present step was cut short; number of events
 WATCHING, SIGNATURE, CORNERS, CUT, EVENTS = range(20, 25)
-# of zones: which is next, how many are known; states that are noted behind the other reals, and room for how many
+# of zones: index of the next zone; number of zones in ``reals``; number of states recorded behind the other reals, and
+# its limit
 NEXT_ZONE, ZONES, NOTED, NOTES = range(25, 29)
 INTEGERS = 29
-#: what statistics call them
+#: name in the statistics -> index in ``integers``
 COUNTERS = {
     "rejected": REJECTED,
     "events": EVENTS,

@@ -1,25 +1,26 @@
-"""Sparse LU without pivoting, on a pattern and an order that are found once from the mechanism's graph.
+"""Sparse LU without pivoting; pattern and elimination order are computed once, from the mechanism's graph.
 
-Bodies are eliminated before the joints between them: the pivots of a body are its masses, those of a joint the
-effective inverse masses that it sees, so that no search for pivots is needed while masses are positive and
-constraints independent. Growth is watched; where a pivot is lost, ``factor`` says so, and the dense solver with
-pivoting takes over.
+Bodies are eliminated before the joints between them. The pivots of a body are its masses, those of a joint effective
+inverse masses. Therefore no search for pivots is needed as long as masses are positive and constraints are independent.
+The growth of entries is monitored: ``sparse_factor`` returns False if a pivot is lost, and the dense solver with
+pivoting then replaces this one.
 
 The pattern is symmetric. With c entries below the diagonal, a matrix is stored as
 
     D (N)   pivots, then their reciprocals, in the numbering of the unknowns
-    L (c)   column by column in the order of elimination; divided by its pivots once it is factorised
-    U (c)   row by row in that order: entry (k, i) where L has (i, k)
+    L (c)   column by column in the order of elimination; divided by its pivots after factorisation
+    U (c)   row by row in that order: entry (k, i) at the place of (i, k) in L
     W (c)   U divided by its pivots, column by column from the last
-    G (N)   what pivots would have been without cancellation
+    G (N)   sums of the magnitudes of all terms of the pivots, for comparison
 
-and a matrix is assembled in the first three. All loops of a solve are over single entries, in the unknowns' own
-numbering: no entry waits for the one before it, and there are no short inner loops to be mispredicted.
+A matrix is assembled in D, L and U. The loops of a solve run over single entries, numbered as the unknowns. Successive
+entries are independent of each other, and there are no short inner loops, which cause branch mispredictions.
 
-Tables, at layout[SPARSE]: ``order`` (N: in which unknowns are eliminated), ``starts`` (N + 1: columns of L), rows and
-columns of L (c each), rows, columns and places in U of W (c each), and for every pivot k the places of all that it
-changes, (i, j) for i and j in column k of L: ``updates``. Where there are more than ``MOST`` of these they are looked
-for instead, with ``rank`` (N), the inverse of the order.
+Tables, at layout[SPARSE]: ``order`` (N: unknowns in the order of elimination), ``starts`` (N + 1: first entry of each
+column of L), rows and columns of L (c each), rows, columns and places in U of W (c each), a flag, and ``updates``: for
+every pivot k the places of all entries that it changes, (i, j) for i and j in column k of L. If there are more than
+``MOST`` of them, the flag is 0, and ``rank`` (N), the inverse of ``order``, replaces the updates: each place is then
+searched for.
 """
 
 from __future__ import annotations
@@ -34,16 +35,18 @@ from mbdsl.compilation.marks import kernel, rare
 
 Ints = NDArray[np.int64]
 
-#: a pivot this much smaller than what it was made of is what cancellation left over
+#: a pivot is lost, and only rounding is left of it, if it is smaller than this part of its entry in G
 LOST = 1e-11
-#: longest list of updates that is made (8 bytes each)
+#: largest number of updates in the table (8 bytes each)
 MOST = 10_000_000
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """Symbolic factorisation: ``table`` for the kernels, ``slots`` of the requested entries; ``size`` is of what a
-    matrix is assembled in, ``length`` of the whole of it."""
+    """Symbolic factorisation: the ``table`` of the kernels, and the ``slots`` (places) of the given entries.
+
+    A matrix is assembled in its first ``size`` entries; with W and G it has ``length`` entries.
+    """
 
     table: Ints
     slots: Ints
@@ -62,7 +65,7 @@ def analyse(n: int, rows: Ints, columns: Ints, order: Ints, most: int = MOST) ->
             below[j].add(i)
     for found in below:
         if found:
-            # what eliminating k joins is passed on to its parent in the elimination tree
+            # fill-in: the rows of a column are also rows of the column of its parent in the elimination tree
             parent = min(found)
             below[parent] |= found
             below[parent].discard(parent)
@@ -93,7 +96,7 @@ def analyse(n: int, rows: Ints, columns: Ints, order: Ints, most: int = MOST) ->
 
 @rare
 def sparse_factor(matrix, layout):
-    """LU in place. False where a pivot is lost."""
+    """Factorise ``matrix`` in place: D, L and U are overwritten, W and G written. False if a pivot is lost."""
     n, o = layout[N_ALL], layout[SPARSE]
     order, starts = layout[o : o + n], layout[o + n : o + 2 * n + 1]
     c, table = starts[n], o + 2 * n + 1
@@ -127,7 +130,7 @@ def sparse_factor(matrix, layout):
 
 @rare
 def place(i, j, n, c, starts, rows, rank):
-    """Where entry (i, j) stands, by bisection."""
+    """Place of entry (i, j) in a matrix, by bisection in the columns of L."""
     if i == j:
         return i
     k, other = (j, i) if rank[i] > rank[j] else (i, j)
@@ -143,7 +146,7 @@ def place(i, j, n, c, starts, rows, rank):
 
 @kernel
 def sparse_solve(matrix, layout, y):
-    """y <- the inverse of the matrix times y."""
+    """y <- A^{-1} y; reads D, L and W of the factorised ``matrix`` A."""
     n, o = layout[N_ALL], layout[SPARSE]
     c, table = layout[o + 2 * n], o + 2 * n + 1
     i, j, k, l = layout[table:], layout[table + c :], layout[table + 2 * c :], layout[table + 3 * c :]
@@ -158,7 +161,7 @@ def sparse_solve(matrix, layout, y):
 
 @kernel
 def sparse_solve_both(matrices, layout, y, y2):
-    """The same for two matrices of one pattern, the first with y and the second with y2."""
+    """y <- A^{-1} y and y2 <- A2^{-1} y2 in one loop; A and A2 are matrices 0 and 1, of the same pattern."""
     n, o = layout[N_ALL], layout[SPARSE]
     c, table = layout[o + 2 * n], o + 2 * n + 1
     i, j, k, l = layout[table:], layout[table + c :], layout[table + 2 * c :], layout[table + 3 * c :]

@@ -1,4 +1,4 @@
-"""How Newton's corrections are solved for: in one system, or in two that follow each other."""
+"""Solution of the linear systems for Newton's corrections: one system, or two with a one-way coupling."""
 
 from __future__ import annotations
 
@@ -21,14 +21,17 @@ from mbdsl.compilation.buffer_layout import (
 from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.linear_solve import clear, compress, has_entries, larger, multiply, solve, solve_both
 
-#: how large the effect of the second system's solution on the first's may be, relative to that, to be taken into
-#: account an iteration late: in the first two iterations of a step, and afterwards
+#: largest effect of CORRECTION2 on CORRECTION, relative to CORRECTION, that is left to the next iteration: in the first
+#: two iterations of a step, and in later ones
 EARLY, LATE = 0.3, 0.02
 
 
 @kernel
 def correct_one(run):
-    """Solve for the corrections of UNKNOWN with matrix 0, and apply them; the largest scaled one of an acceleration."""
+    """Solve for the corrections and apply them; return the largest scaled correction of an acceleration.
+
+    Reads RESIDUAL and the factorised matrix 0; writes CORRECTION and UNKNOWN.
+    """
     vectors, layout = run.vectors, run.layout
     residual, correction, unknown, scale = vectors[RESIDUAL], vectors[CORRECTION], vectors[UNKNOWN], vectors[SCALE]
     for i in range(layout[N_ALL]):
@@ -44,12 +47,13 @@ def correct_one(run):
 
 @kernel
 def solve_two(k, run):
-    """Solve the second system and the first, in iteration k = 0, 1, ... of a step: with the matrices A0, A1 and A2,
+    """Solve both systems in iteration k = 0, 1, ... of a step, with the matrices A0, A1 and A2:
 
         CORRECTION2 <- A1^{-1} CORRECTION2,   CORRECTION <- A0^{-1} (CORRECTION + A2 CORRECTION2)
 
-    Both are solved side by side, which takes little longer than one. What A2 adds comes afterwards, and only where it
-    matters: CORRECTION2 is the smaller, for smooth motion by a power of h, and then an iteration later is soon enough.
+    Both are first solved in one loop without A2, which takes little longer than one of them. The effect of A2 is then
+    added only if it is large enough. For smooth motion CORRECTION2 is smaller than CORRECTION by a power of h, and its
+    effect can be left to the next iteration.
     """
     solve_both(run)
     if has_entries(2, run):
@@ -58,6 +62,7 @@ def solve_two(k, run):
 
 @rare
 def add_coupling(k, run):
+    """CORRECTION <- CORRECTION + A0^{-1} A2 CORRECTION2, unless that is negligible. Overwrites TEMPORARY2."""
     vectors, layout = run.vectors, run.layout
     for i in range(layout[N_ALL]):
         vectors[TEMPORARY2, i] = 0.0
@@ -74,8 +79,10 @@ def add_coupling(k, run):
 
 @rare
 def stiff(limit, mass, k, run):
-    """Whether forces make up more than this share of the diagonal of matrix k (not factorised yet), the other part
-    being ``mass`` times M."""
+    """Whether forces are more than the part ``limit`` of a diagonal entry of matrix k, which is not yet factorised.
+
+    The rest of these entries is ``mass`` times M.
+    """
     numbers, layout, matrices = run.numbers, run.layout, run.matrices
     for i in range(layout[N_Q]):
         a = matrices[k, layout[layout[SLOTS] + layout[MASS_SLOTS] + i]]
@@ -86,15 +93,18 @@ def stiff(limit, mass, k, run):
 
 @kernel
 def couples(mass, run):
-    """Whether A2 may matter: forces are stiff beside ``mass`` times M in A0, or depend on coordinates in ways that no
-    diagonal shows."""
+    """Whether A2 may matter: forces are stiff compared with ``mass`` times M in A0, or the model has force laws or
+    nonholonomic constraints, whose derivatives the diagonal need not show."""
     layout = run.layout
     return layout[N_LAWS] + layout[N_GAM] > 0 or stiff(LATE, mass, 0, run)
 
 
 @rare
 def couple(run):
-    """Prepare A2 for ``multiply``; compared with A0, which is not factorised yet, it may be as good as zero."""
+    """Compress A2 for ``multiply``; leave it empty if it is negligible compared with A0, which is not yet factorised.
+
+    Writes DIAGONAL.
+    """
     vectors, layout, matrices, pivots = run.vectors, run.layout, run.matrices, run.pivots
     ratio = 0.0
     clear(2, run)

@@ -1,23 +1,22 @@
-"""Steps of controlled size: the local error of a step, what it may be, and the step that follows.
+"""Step size control: the local error of a step, the error that it may have, and the size of the next step.
 
-A step's local errors in q and v are those that its method declares (``local_error``), with jerk q''' and snap q''''
-from divided differences of the accelerations of this step and the two before. What constraints do not leave free is no
-error, nor is what a stiff force brings back within a step: both are taken out by the iteration matrix, which is at
-hand,
+A method declares the local errors of q and v (``local_error``) as functions of jerk q''' and snap q'''', which are
+divided differences of the accelerations of this step and the two before. Errors along constraint normals do not count,
+and neither do errors that a stiff force removes within a step. The iteration matrix, already factorised, removes both:
 
     [[M + ..., Phi_q^T], [Phi_q, 0]] [e; .] = [M e_raw; 0].
 
 Velocity constraints remove the part along their normals from the error in v, but not from the error in q.
 
-The error of a step is the largest entry of e, positions in the mechanism's size and angles in radians, velocities
-moreover relative to the largest velocity so far. With the tolerance tol and the n-th step since the start, it may be
+The error of a step is the largest entry of e: positions relative to the mechanism's size, angles in radians, and
+velocities also relative to the largest velocity so far. With the tolerance tol, the error of the n-th step may be
 
     tol (h / (stop - start) + SHARE / n).
 
-The first part adds up to tol over the run, so that the error at its end goes with tol, whatever the steps are. The
-second lets steps grow out of a transient that takes a tiny part of the time; it adds up to SHARE log(steps).
+The first term adds up to tol over the run, so that the error at its end is proportional to tol for any step sizes. The
+second allows steps to grow after a transient that takes a tiny part of the run; it adds up to tol SHARE log(steps).
 
-What is carried from step to step belongs to a step of some length; ``change`` turns it into what belongs to another.
+The history of a method depends on the step size; ``change`` converts it to another step size.
 """
 
 from __future__ import annotations
@@ -83,25 +82,26 @@ from mbdsl.integrators.loop.run_data import evaluate, inertia
 from mbdsl.integrators.loop.split_correction import stiff
 from mbdsl.integrators.loop.tangent_matrices import tangent_matrix
 
-#: what steps since the start may err in addition, as a part of tol, all that differ by a factor e in number
+#: additional allowed error of steps n to e n together (e = 2.718...), relative to tol
 SHARE = 0.05
-#: part of what a step may err that the next one aims at
+#: error that the next step aims at, relative to the allowed error
 AIM = 0.5
-#: the step is kept where it would change by less: the iteration matrix can then be kept, too
+#: the step size is kept if it would change by a factor between these: the iteration matrix can then be kept as well
 KEPT_FROM, KEPT_TO = 0.9, 1.2
-#: by how much it changes at most
+#: largest and smallest factor by which the step size changes
 MOST, LEAST = 2.0, 0.2
-#: what that has to make of the error to be looked at every step; else every so many of them
+#: the effect of stiff dampers on the error is evaluated in every step if it reduces the error below the factor USEFUL,
+#: and otherwise once in SELDOM steps
 USEFUL, SELDOM = 0.9, 20
-#: change of a velocity within a step, relative to the largest, that is a blow
+#: change of a velocity within a step, relative to the largest velocity, above which the step contains an impact
 BLOW = 0.5
-#: steps after which a contraction that was measured means nothing any more
+#: number of steps that stands for infinitely many
 LONG_AGO = 1 << 20
 
 
 @kernel
 def even(run):
-    """Whether the last steps were of one size, so that extrapolation has constant weights."""
+    """Whether the last steps had equal sizes, so that extrapolation has constant weights."""
     integers = run.integers
     return integers[SAME] >= 3
 
@@ -111,7 +111,7 @@ def even(run):
 
 @kernel
 def weight(k, order, x, at, run):
-    """Of the k-th newest of order + 1 values that belong to reals[at], reals[at + 1], ..., at x (Lagrange)."""
+    """The Lagrange weight at time x of the k-th newest of order + 1 values, at times reals[at], reals[at + 1], ..."""
     reals = run.reals
     w = 1.0
     for j in range(order + 1):
@@ -122,14 +122,14 @@ def weight(k, order, x, at, run):
 
 @kernel
 def ends(h, run):
-    """What the step's own accelerations and multipliers belong to."""
+    """The times of the accelerations and of the multipliers of a step of size h that starts at NOW."""
     reals = run.reals
     return reals[NOW] + reals[NODE] * h, reals[NOW] + h
 
 
 @rare
 def predict_uneven(unknown, order, h, run):
-    """UNKNOWN (unknown 0) or UNKNOWN2 (unknown 1) by polynomial extrapolation of the last steps."""
+    """UNKNOWN (unknown 0) or UNKNOWN2 (unknown 1) <- polynomial extrapolation of the last steps."""
     vectors, layout = run.vectors, run.layout
     x, a, n = UNKNOWN + unknown, UNKNOWN0 + PAST * unknown, layout[N_Q]
     for part in range(2):
@@ -146,7 +146,7 @@ def predict_uneven(unknown, order, h, run):
 
 @rare
 def missed(order, h, n, run):
-    """By how much that extrapolation of the accelerations has missed the step just done."""
+    """The largest scaled error of this extrapolation for the accelerations of the step just done."""
     reals, vectors = run.reals, run.vectors
     error = 0.0
     for i in range(n):
@@ -159,6 +159,7 @@ def missed(order, h, n, run):
 
 @rare
 def best_order_uneven(history, h, n, run):
+    """The order of extrapolation with the smallest error for the step just done."""
     best, error = 0, missed(0, h, n, run)
     for order in range(1, min(history, 4)):
         other = missed(order, h, n, run)
@@ -169,7 +170,7 @@ def best_order_uneven(history, h, n, run):
 
 @rare
 def bend_uneven(h, n, run):
-    """h^2 times the second derivative of the accelerations."""
+    """h^2 times the largest scaled second derivative of the accelerations."""
     reals, vectors = run.reals, run.vectors
     largest, d0, d1 = 0.0, reals[NODES] - reals[NODES + 1], reals[NODES + 1] - reals[NODES + 2]
     for i in range(n):
@@ -192,8 +193,10 @@ def bend_uneven(h, n, run):
 
 @rare
 def tangential(row, matrix, run):
-    """A row of ``vectors``, a displacement or velocity, as far as constraints and stiff forces leave it; by a matrix
-    that is factorised."""
+    """Remove from a row of ``vectors``, a displacement or velocity, the part that constraints and stiff forces remove.
+
+    vectors[row] <- A^{-1} [M vectors[row]; 0], where A is the factorised ``matrix``. Overwrites TEMPORARY.
+    """
     reals, vectors, numbers, layout = run.reals, run.vectors, run.numbers, run.layout
     if layout[MASS_KIND] > 0:
         inertia(TIMES_TASK, row, TEMPORARY, run)
@@ -209,9 +212,11 @@ def tangential(row, matrix, run):
 
 @rare
 def other_matrices(t, h, run):
-    """What errors are judged by in addition to the iteration matrix, in the last two matrices: that matrix without K,
-    to be multiplied with; and, where dampers are stiff, without K and for a step as long as outputs are apart,
-    factorised."""
+    """Set the last two matrices, which error estimates need in addition to the iteration matrix.
+
+    The last one is the iteration matrix without K and Phi_q, compressed for ``multiply``. The one before it is without
+    K and for a step of size FORGOTTEN, and is factorised if dampers are stiff; DAMPED is 0 if they are not.
+    """
     reals, integers = run.reals, run.integers
     last, mass = run.matrices.shape[0] - 1, reals[MASS_WEIGHT]
     tangent_matrix(last, t, run, M=mass, D=reals[DAMPING] * h, Gam_v=1.0)
@@ -224,7 +229,7 @@ def other_matrices(t, h, run):
 
 @rare
 def forget(run):
-    """Row E_V as far as dampers leave it, and where it ends, in row E_X."""
+    """E_V <- E_V without the part that dampers remove within FORGOTTEN; E_X <- the displacement due to that part."""
     reals, vectors, layout, matrices = run.reals, run.vectors, run.layout, run.matrices
     last = matrices.shape[0] - 1
     for i in range(layout[N_ALL]):
@@ -237,10 +242,10 @@ def forget(run):
 
 @rare
 def tangential_position(run):
-    """Row E_Q without the part that position constraints and stiff springs remove.
+    """E_Q <- E_Q without the part that position constraints and stiff springs remove. Overwrites TEMPORARY.
 
-    Dampers and velocity constraints do not bring positions back: the error along the normals of velocity constraints
-    stays, Gam_v e = Gam_v e_raw.
+    Dampers and velocity constraints do not remove errors of positions: the error along the normals of velocity
+    constraints stays, Gam_v e = Gam_v e_raw.
     """
     vectors, layout, matrices = run.vectors, run.layout, run.matrices
     last = matrices.shape[0] - 1
@@ -256,11 +261,14 @@ def tangential_position(run):
 
 @rare
 def set_velocity(error, h, matrix, run):
-    """v at the start of a step of length h brought onto the constraints, but for ``error`` times the jerk along the
-    normals of the holonomic ones; what it has been changed by is left in row E_Q.
+    """Project v at the start of a step of size h onto the constraints, and add the error that index 3 requires.
 
-    The matrix is evaluated there: the normals of steps ago would not do. A method of index 3 holds nonholonomic
-    constraints by velocities themselves, which have no such error: what it has along their normals is taken out again.
+    This error is ``error`` times the jerk along the normals of the holonomic constraints. A method of index 3 imposes
+    nonholonomic constraints on velocities, which have no such error: components along their normals are removed again.
+    The matrix is evaluated at the start of the step, because the normals of earlier steps are not accurate enough.
+
+    Changes VELOCITY0; E_Q <- the change. Overwrites POSITION, VELOCITY, E_V, TEMPORARY, the matrices, and the results
+    of ``evaluate``.
     """
     reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
     n, m = layout[N_Q], layout[N_PHI]
@@ -285,7 +293,7 @@ def set_velocity(error, h, matrix, run):
         e = vectors[E_Q, i] + vectors[E_V, i]
         vectors[E_Q, i] = e if integers[FRESH] and abs(e) < 1e300 else 0.0
         vectors[VELOCITY0, i] += vectors[E_Q, i]
-    # the rows of the matrix have Gam_q, too: O(h) is left
+    # nonholonomic rows of the matrix also contain Gam_q, which leaves an error of O(h) in each pass
     for _ in range(2 if n + m < layout[N_ALL] and integers[FRESH] else 0):
         for i in range(n):
             vectors[VELOCITY, i] = vectors[VELOCITY0, i]
@@ -301,9 +309,9 @@ def set_velocity(error, h, matrix, run):
 
 @kernel
 def estimate(h, formulas, run):
-    """The error of the step just tried, relative to what it may be.
+    """The error of the step just tried, relative to the allowed error. Writes E_Q, E_V and E_X.
 
-    A force so stiff that it stops a motion within one step has not been followed: there, nothing is taken out.
+    If a force stops a motion within the step (BLOW), the step has not resolved it, and no part of the error is removed.
     """
     reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
     n, x = layout[N_Q], layout[ACCELERATION]
@@ -337,6 +345,7 @@ def estimate(h, formulas, run):
 
 @kernel
 def largest_error(speed, n, run):
+    """The largest scaled entry of |E_Q| + |E_X|, and of |E_V| relative to ``speed``."""
     vectors = run.vectors
     error = 0.0
     for i in range(n):
@@ -347,13 +356,13 @@ def largest_error(speed, n, run):
 
 @kernel
 def local_error(h, last, coefficients, jerk, snap):
-    """Of a method that has none, or whose steps are not controlled here."""
+    """Default for methods that declare no local errors: zero."""
     return 0.0, 0.0
 
 
 @kernel
 def change_step(h, run):
-    """Of a method that keeps nothing that belongs to a step of some length."""
+    """Default for methods whose own history does not depend on the step size: nothing is changed."""
 
 
 # -- steps -------------------------------------------------------------------------------------------------------------
@@ -361,14 +370,14 @@ def change_step(h, run):
 
 @kernel
 def allowed(h, run):
-    """What a step of length h may err."""
+    """The allowed error of a step of size h."""
     reals, integers = run.reals, run.integers
     return reals[TOL] * (h / (reals[STOP] - reals[START]) + SHARE / (integers[SINCE] + 1))
 
 
 @rare
 def next_trial(error, h, run):
-    """The step to be tried in place of one with that error, which may be no number."""
+    """The step size to be tried after a rejected step with this ``error``, which may be nan."""
     reals = run.reals
     ratio = LEAST
     if error < 1e10:
@@ -378,7 +387,7 @@ def next_trial(error, h, run):
 
 @rare
 def after(error, times, run):
-    """The step after one with that error that was accepted."""
+    """The step size after an accepted step with this ``error``."""
     reals, integers = run.reals, run.integers
     ratio = min(MOST if reals[EXPONENT] < 1.0 else 1e3, max(LEAST, (AIM / max(error, 1e-30)) ** reals[EXPONENT]))
     if integers[IN_A_ROW] > 0:
@@ -390,7 +399,8 @@ def after(error, times, run):
 
 @rare
 def fitted(h, times, run):
-    """About h, so that a whole number of steps leads to the stop time where that is near (or to the next output)."""
+    """A step size near h with which a whole number of steps ends at the stop time, the next known event, or, with
+    LANDING, the next output; h itself if these are far."""
     reals, integers = run.reals, run.integers
     left = min(reals[STOP], reals[NEXT_EVENT]) - reals[NOW]
     if integers[LANDING] and integers[OUTPUT] < times.size:
@@ -403,7 +413,7 @@ def fitted(h, times, run):
 
 @rare
 def change(new, formulas, run):
-    """What belongs to a step of the present length becomes what belongs to one of length ``new``."""
+    """Set the step size to ``new``, and convert the history of the method to it."""
     reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
     h, a = reals[STEP_SIZE], UNKNOWN0 + PAST * (layout[ACCELERATION] - UNKNOWN)
     moved, d = (reals[NODE] - 1.0) * (new - h), reals[NODES] - reals[NODES + 1]
@@ -421,7 +431,7 @@ def change(new, formulas, run):
 
 @rare
 def remember(h, run):
-    """The step of length h becomes history."""
+    """Add the times of the step of size h to NODES and TIMES."""
     reals = run.reals
     for k in range(3, 0, -1):
         reals[NODES + k], reals[TIMES + k] = reals[NODES + k - 1], reals[TIMES + k - 1]
@@ -431,5 +441,6 @@ def remember(h, run):
 
 @kernel
 def is_short(h, run):
+    """Whether h is below the smallest allowed step size, or nan."""
     reals = run.reals
     return not h >= reals[LEAST_H]

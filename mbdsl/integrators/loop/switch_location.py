@@ -1,13 +1,13 @@
-"""Steps that end before a switch changes: where within a step it does, and how the step is cut short.
+"""Location of switch changes within a step; the step is then repeated so that it ends shortly before the change.
 
-The force that an implicit step sees is that at its end: a step across a switch is as wrong as if the switch had changed
-at its start, and its end tells little more than that it did. Where it did is therefore looked for on the motion as it
-would go on from the start of the step, with the acceleration there and its rate; the step is tried again to shortly
-before. What then is left is done by :mod:`mbdsl.integrators.events`, which begins anew behind the switch.
+An implicit step sees only the force at its end. A step across a switch therefore has the error of a switch that changes
+at the start of the step, and its end shows little more than that the switch has changed. The time of the change is
+located on the motion extrapolated from the start of the step, with the acceleration there and its rate. The step is
+repeated up to shortly before that time, and :mod:`mbdsl.integrators.events` restarts the run behind the switch.
 
-A step is not cut short where forces have a corner and no jump and its error is what it may be: for a method of order 2
-a corner makes no difference. Where forces jump, a step across may have no solution: the same is done where Newton's
-iteration has failed.
+A step is not repeated if forces have a corner and no jump, and its error is accepted: a corner does not affect methods
+of order 2. If forces jump, a step across the switch may have no solution. Therefore switches are also located in steps
+for which Newton's iteration has failed.
 """
 
 from __future__ import annotations
@@ -38,21 +38,26 @@ from mbdsl.integrators.loop.loop_state import CORNERS, LEAST_H, NODES, NOW, RUNN
 from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.system.switches import signature
 
-#: how much of the way to a switch is left at the first attempt; at each further one ten times as much
+#: distance between the end of the repeated step and the switch, relative to that from the start of the step; ten times
+#: as much at each further attempt
 SHORT_OF = 1e-4
-#: how close a switch is looked for, as a part of the way
+#: tolerance of the located time, relative to its distance from the start of the step
 CLOSE = 1e-6
-#: relative change of a force below which it has a corner and does not jump
+#: relative change of a force below which it has a corner and no jump
 JUMP = 1e-4
-#: part of a step before a corner that is worth ending there
+#: a rejected step ends at a corner if at least this part of the step lies before it
 WORTH = 0.01
-#: the motion that is looked at: as it goes on from the start, or between the start of the step and its end as found
+#: motion on which switches are located: extrapolated from the start of the step, or interpolated to its computed end
 ON, BETWEEN = 0, 1
 
 
 @rare
 def look(motion, x, h, run):
-    """The signature after a part x of the step, whose end as found stands in BEFORE and BEFORE2."""
+    """The signature of the switches after the part x of the step, on the ``motion`` ON or BETWEEN.
+
+    Reads the computed end of the step from BEFORE and BEFORE2; writes POSITION, VELOCITY, the multipliers that laws
+    read, and the results of ``evaluate``.
+    """
     reals, vectors, numbers, layout = run.reals, run.vectors, run.numbers, run.layout
     n, row, a, d = (
         layout[N_Q],
@@ -78,8 +83,11 @@ def look(motion, x, h, run):
 
 @rare
 def jumps(motion, low, high, h, run):
-    """Whether a force changes between two points of the step that are close to each other, compared with what it is
-    there and at the ends of the step (F0 and E_V)."""
+    """Whether a force jumps between the close parts ``low`` and ``high`` of the step.
+
+    The change is relative to the largest force there and at the ends of the step, in rows FORCE0 and E_V. Overwrites
+    E_Q, and what ``look`` writes.
+    """
     vectors, layout = run.vectors, run.layout
     n = layout[N_Q]
     look(motion, low, h, run)
@@ -98,10 +106,10 @@ def jumps(motion, low, high, h, run):
 
 @rare
 def until_switch(status, accepted, h, run):
-    """The part of the step just tried after which a switch changes; 1 if none does, or if that makes no difference.
+    """The part of the step just tried after which a switch changes; 1 if the step is not to be cut short.
 
-    To be asked with the registers of the last evaluation. What a step that is ``accepted`` has found is left as it was,
-    if it is to end where it does.
+    Reads the registers of the last evaluation of the step. If the result is 1, the rows with the end of an ``accepted``
+    step are the same as before; other rows (BEFORE, BEFORE2, E_Q, E_V, TEMPORARY2) are overwritten.
     """
     reals, integers, vectors, numbers, layout = run.reals, run.integers, run.vectors, run.numbers, run.layout
     n, size, row, old, found = layout[N_Q], layout[N_ALL], layout[LAW_ROW], integers[SIGNATURE], status == RUNNING

@@ -1,4 +1,4 @@
-"""The matrices that methods are made of: derivatives of a scene's equations, with a factor on each.
+"""Matrices of the linearised equations: sums of derivatives of a scene's equations, with a factor on each.
 
 With f = Q - Phi_q^T lam - Gam_v^T nu, K = -f_q, D = -f_v, f_lam from force laws that depend on reactions, N =
 (Phi_q v)_q and x in the row that the method declares as ``tangent_row``:
@@ -7,8 +7,8 @@ With f = Q - Phi_q^T lam - Gam_v^T nu, K = -f_q, D = -f_v, f_lam from force laws
      [Phi_q + N,             0,                 0      ],
      [Gam_v + Gam_q,         0,                 0      ]]
 
-Phi_q^T and Gam_v^T on the right have no factor. Where neither Gam_v nor Gam_q has one, nonholonomic rows have 1 on the
-diagonal. The state is that of the last evaluation.
+Phi_q^T and Gam_v^T on the right have no factor. If the factors of Gam_v and Gam_q are both zero, nonholonomic rows have
+1 on the diagonal. The derivatives are those at the state of the last evaluation.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from mbdsl.compilation.marks import kernel
 
 @kernel
 def tangent_matrix(k, t, run, M=0.0, K=0.0, D=0.0, Mx_q=0.0, f_lam=0.0, Phi_q=0.0, N=0.0, Gam_v=0.0, Gam_q=0.0):
-    """Matrix k <- the matrix above with these factors."""
+    """Matrix k <- the matrix in the module's docstring with these factors."""
     vectors, frames, gradients, numbers, layout = run.vectors, run.frames, run.gradients, run.numbers, run.layout
     matrix = run.matrices[k]
     run.tangent_at(t, M, K, D, f_lam, Phi_q, N, Gam_v, Gam_q, Mx_q, vectors, frames, gradients, numbers, layout, matrix)
@@ -28,8 +28,7 @@ def tangent_matrix(k, t, run, M=0.0, K=0.0, D=0.0, Mx_q=0.0, f_lam=0.0, Phi_q=0.
 def iteration_matrix(k, t, run, M, K, D, Gam_q, Mx_q=0.0, f_lam=1.0):
     """Matrix k <- that of Newton's iteration, [[M + K + D + (M x)_q, Phi_q^T], [Phi_q, 0]].
 
-    The factor K is what positions follow of the unknown accelerations, D what velocities do, and Gam_q what positions
-    follow of velocities.
+    With the derivatives of a method's formulas, the factor K is dq/da, the factor D is dv/da, and Gam_q is dq/dv.
     """
     tangent_matrix(k, t, run, M=M, K=K, D=D, Mx_q=Mx_q, f_lam=f_lam, Phi_q=1.0, Gam_v=1.0, Gam_q=Gam_q)
 
@@ -42,6 +41,5 @@ def projection_matrix(k, t, run, M):
 
 @kernel
 def stiffness_matrix(k, t, run, K, Gam_q, Mx_q=0.0):
-    """Matrix k <- what a change of positions makes of the residuals other than Phi: [K + (M x)_q; 0; Gam_q] in the
-    columns of the coordinates."""
+    """Matrix k <- [K + (M x)_q; 0; Gam_q] in the columns of the coordinates: dR/dq of all residuals R except Phi."""
     tangent_matrix(k, t, run, K=K, Gam_q=Gam_q, Mx_q=Mx_q)

@@ -1,7 +1,7 @@
-"""Turns of what has angles but no coordinate that holds them: they are counted from step to step.
+"""Count of the turns of angles that are not coordinates, from step to step.
 
-Evaluations take such an angle next to what it was when a step was accepted last, whatever has been tried since; see
-:mod:`mbdsl.bodies.ancf_cable_kernels`.
+An evaluation takes the value of such an angle that is closest to its value at the end of the last accepted step;
+rejected steps have no effect. See :mod:`mbdsl.bodies.ancf_cable_kernels`.
 """
 
 from math import atan2, floor, pi
@@ -12,7 +12,7 @@ from mbdsl.compilation.marks import kernel
 
 @kernel
 def count_turns(run):
-    """The state at the end of the step is accepted: turns are counted on from there."""
+    """Set the counted angles to those of the accepted step. Reads POSITION, and reads and writes ``numbers``."""
     vectors, numbers, layout = run.vectors, run.numbers, run.layout
     for k in range(layout[N_TURNS]):
         at, d = layout[layout[TURNS] + 2 * k], layout[layout[TURNS] + 2 * k + 1]

@@ -1,5 +1,7 @@
-"""Steps that end in zones around peaks of laws, and notes of where they ended: see
-:mod:`mbdsl.integrators.peak_zones`."""
+"""Steps that end in zones around peaks of laws, and records of the states at the ends of steps.
+
+See :mod:`mbdsl.integrators.peak_zones`.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +12,10 @@ from mbdsl.integrators.loop.loop_state import NEXT_ZONE, NOTED, NOW, REALS, STEP
 
 @rare
 def until_zone(h, run):
-    """The step h, or the part of it that ends in the middle of the next zone, if it would pass that; 0 where more zones
-    have to be asked for."""
+    """The step size h, or a smaller one that ends in the middle of the next zone, if h would pass over it.
+
+    0 if ``reals`` holds no further zone, and LOOK has to be returned. Writes NEXT_ZONE of ``integers``.
+    """
     reals, integers = run.reals, run.integers
     while integers[NEXT_ZONE] < integers[ZONES] and reals[NOW] >= reals[ZONE + 2 * integers[NEXT_ZONE]]:
         integers[NEXT_ZONE] += 1
@@ -23,7 +27,10 @@ def until_zone(h, run):
 
 @rare
 def note(run):
-    """The state at the end of a step, to be looked at later."""
+    """Append the time and the state at the end of the step (POSITION0, VELOCITY0, UNKNOWN0) to the records.
+
+    The records are behind the other entries of ``reals``; NOTED of ``integers`` is their number.
+    """
     reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
     n, size = layout[N_Q], layout[N_ALL]
     o = REALS + integers[NOTED] * (1 + n + size)
