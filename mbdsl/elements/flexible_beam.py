@@ -1,4 +1,4 @@
-"""FlexibleBeam: a uniform straight beam that bends and stretches, jointed like any other body.
+"""FlexibleBeam: a uniform straight beam that bends and stretches; joints attach to it as to any other body.
 
 Euler-Bernoulli, in the plane. ``formulation = "floating"`` treats deformation as small relative to a frame that
 moves with the beam (:mod:`mbdsl.bodies.floating_beam_kernels`), by finite elements or by their modes; ``"ancf"`` allows
@@ -14,7 +14,7 @@ from mbdsl.elements.kind import BodyKind, Parameter, zero
 
 MOTIONS = (rigid_body_kernels, floating_beam_kernels, ancf_cable_kernels)
 FLOATING, ANCF = "floating", "ancf"
-#: limit because their matrices are full while they are assembled
+#: limits, because the matrices are full during assembly
 MOST_ELEMENTS, MOST_MODES = {FLOATING: 256, ANCF: 2000}, 256
 
 
@@ -46,7 +46,7 @@ def check(values: Mapping) -> str | None:
         return "the mass follows from the density: give one or the other"
     for name in ("elements", "modes", "axial"):
         if v[name] is not None and v[name] != int(v[name]):
-            return f"`{name}` is a number of things, not {v[name]:g}"
+            return f"`{name}` is a whole number, not {v[name]:g}"
     if v["elements"] is not None and v["elements"] < 1:
         return "a beam has at least one element"
     most = MOST_ELEMENTS[v["formulation"]]
@@ -72,17 +72,17 @@ def check(values: Mapping) -> str | None:
         return None
     if modes is None:
         if axial is not None:
-            return "`axial` says how many of the `modes` are axial ones: give `modes`, too"
+            return "`axial` is the number of axial ones among the `modes`: give `modes`, too"
         if v["reference"] == "mean-axis":
-            return "the mean axis needs `modes`: it is what free-free modes are measured from"
+            return "the mean axis is the frame of free-free modes: give `modes`"
         if v["zeta"]:
-            return "damping by `zeta` is that of modes: give `modes`, or Rayleigh's `alpha` and `beta`"
+            return "`zeta` is a damping ratio of modes: give `modes`, or Rayleigh's `alpha` and `beta`"
     else:
         if axial is not None and axial > modes:
             return f"{axial:g} of {modes:g} modes cannot be axial ones"
         boundary = 6 if v["reference"] == "mean-axis" else 3
         if v["basis"] == "craig-bampton" and modes < 3:
-            return f"Craig-Bampton modes begin with what the ends can do: at least 3 modes, not {modes:g}"
+            return f"Craig-Bampton modes include three static modes of the ends: at least 3 modes, not {modes:g}"
         most = 4 * int(v["elements"]) if v["elements"] is not None else modes + boundary
         if modes > most:
             return f"{v['elements']:g} elements have {most:g} modes, not {modes:g}: give more elements"

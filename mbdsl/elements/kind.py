@@ -1,4 +1,4 @@
-"""How an element kind is declared.
+"""The declaration of an element kind.
 
 An element file holds a ``KIND`` (what the language, the docs and the checks need) and below it its kernels:
 plain functions on arrays. Declarations are read by ``mbdsl check``, which loads no numerics; therefore kernels are
@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-#: what can be left out of a scene as a whole (its fidelity is a switch), and what a scene without it lacks
+#: effects that can be left out of a whole scene (levels of fidelity), and what a scene without them lacks
 EFFECTS = {
     "friction": "friction in joints",
     "damping": "dampers, and what laws of springs and dampers say of velocities",
@@ -24,11 +24,11 @@ REQUIRED = object()  #: default of a parameter that must be given
 
 @dataclass(frozen=True)
 class Parameter:
-    """One modifier that a component of this kind takes.
+    """A parameter of the components of a kind, given as a modifier.
 
-    ``unit`` is the unit a value must have the dimension of ("1": a pure number, "": not a number at all, as
-    with choices and frame lists; of a law: any unit). ``shape`` is () for a scalar, (2,) for a planar vector. ``law``
-    parameters take expressions in time and signals, evaluated at every step. A default of None means "may be left out".
+    A value must have the dimension of ``unit`` ("1": a pure number; "": not a number, as for choices and frame lists;
+    of a law: any unit). ``shape`` is () for a scalar, (2,) for a planar vector. ``law`` parameters take expressions in
+    time and signals, evaluated at every step. A default of None means that the parameter is optional.
     """
 
     name: str
@@ -59,17 +59,17 @@ class Signal:
 
 
 def wrench(fx: str = "", fy: str = "", tau: str = "") -> tuple[Signal, ...]:
-    """The reactions of a joint by their formulas; what it does not transmit is left out."""
+    """The reactions of a joint by their formulas; components that it does not transmit are omitted."""
     given = (("fx", "N", fx, "force along x"), ("fy", "N", fy, "force along y"), ("tau", "N.m", tau, "torque"))
     return tuple(Signal(name, unit, formula, doc) for name, unit, formula, doc in given if formula)
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A word of the language.
+    """The declaration of a kind, which is a word of the language.
 
     ``ports`` are the frames that a component is attached to, in the order of its positional arguments; those in
-    ``optional_ports`` are the ground's origin when left out (a single frame given then fills the other port).
+    ``optional_ports`` default to the origin of the ground (a single given frame then belongs to the other port).
     ``energy`` is the potential energy as a formula like those of :class:`Signal`, "" for none.
     """
 
@@ -81,13 +81,13 @@ class Kind:
     signals: tuple[Signal, ...] = ()
     energy: str = ""
     coordinates: tuple[str, ...] = ()  #: names of the generalised coordinates, of bodies
-    size: str = ""  #: the parameter that is a length of its components, from which the mechanism's size follows
+    size: str = ""  #: the parameter that is a length of its components, from which the size of the mechanism follows
     rows: int = 0  #: scalar coordinates g(z) of two frames, of joints and forces
-    #: values (with defaults; of laws only: None or not) -> error text or None: what the declarations cannot say
+    #: values (with defaults; of laws only: None or not) -> error text or None, for conditions that declarations lack
     check: Callable[[Mapping], str | None] = lambda values: None
     #: values -> values that follow from them (a rod's inertia), applied after ``check``
     derive: Callable[[Mapping], dict] = lambda values: {}
-    #: effect (of ``EFFECTS``) -> the values that are other in a component without it; values -> {} where it has none
+    #: effect (of ``EFFECTS``) -> function from values to those that change without the effect, {} if there is none
     effects: Mapping[str, Callable[[Mapping], dict]] = field(default_factory=dict, hash=False)
     #: values -> the numbers of one component that its kernels read as ``p``
     table: Callable[[Mapping], tuple[float, ...]] = lambda values: ()
@@ -119,33 +119,33 @@ class Kind:
 
 @dataclass(frozen=True)
 class BodyKind(Kind):
-    """Something with coordinates, that carries frames (the ground: without coordinates).
+    """A kind with coordinates that carries frames (the ground: without coordinates).
 
-    The frame "c" (centre of mass) always exists and is what the
-    bare component name stands for where ``is_frame``. ``frames(values)`` gives the other frames that every such
-    component has, as {name: (x, y, phi)} in the body's own axes from its reference point; the parameter ``frames``
-    adds the user's. ``com(values)`` is the centre of mass from the same reference point.
+    The frame "c" (centre of mass) always exists; if ``is_frame``, the bare name of a component denotes it.
+    ``frames(values)`` gives the other frames that every such component has, as {name: (x, y, phi)} in the body's own
+    axes from its reference point; the parameter ``frames`` adds the user's. ``com(values)`` is the centre of mass from
+    the same reference point.
 
     The file of a kind with coordinates names the kernels of its bodies (see :mod:`mbdsl.bodies.contract`) as
-    ``motion``: a module, or a function of the values, with all that it may give in ``MOTIONS``.
+    ``motion``: a module, or a function of the values, whose possible results ``MOTIONS`` lists.
     """
 
     frames: Callable[[Mapping], dict[str, tuple[float, float, float]]] = lambda values: {}
     com: Callable[[Mapping], tuple[float, float]] = lambda values: (0.0, 0.0)
     is_frame: bool = False
-    #: values -> names of the generalised coordinates, where they are others than ``coordinates`` says
+    #: values -> names of the generalised coordinates, if they differ from ``coordinates``
     coordinates_of: Callable[[Mapping], tuple[str, ...]] | None = None
 
 
 @dataclass(frozen=True)
 class PairKind(Kind):
-    """Something between two frames, described by ``rows`` scalar coordinates g(z) of them.
+    """A kind between two frames, described by ``rows`` scalar coordinates g(z) of them.
 
     Kernels of its file, for one component with frames ``a``, ``b`` (rows of the table ``frames``: x, y, phi, vx, vy,
     w) and parameters ``p`` (a row of floats, from ``table``), with z = (z_a, z_b):
 
     ``gradient(frames, a, b, p, G)``   G[0:rows, 0:6] = dg/dz, G[0:rows, VALUE] = g(z); entries always 0 are not written
-    ``hessian(frames, a, b, p, s, H)`` H[0:6, 0:6] += d(G^T s)/dz; left out where G is constant
+    ``hessian(frames, a, b, p, s, H)`` H[0:6, 0:6] += d(G^T s)/dz; omitted if G is constant
     """
 
     ports: tuple[str, ...] = ("frame_a", "frame_b")
@@ -153,28 +153,28 @@ class PairKind(Kind):
 
 @dataclass(frozen=True)
 class JointKind(PairKind):
-    """Demands g(z) = 0, or g(z) = u(t) in its last row where ``driver`` names the law parameter u; and that its
-    ``velocity_rows`` vanish.
+    """A kind that requires g(z) = 0, or g(z) = u(t) in its last row if ``driver`` names the law parameter u, and
+    Gamma = 0 for its ``velocity_rows``.
 
     Its multipliers lam belong to its ``rows``, then to its ``velocity_rows``; the constraint force is -Phi_q^T lam.
     """
 
     driver: str | None = None
-    #: formulas Gamma = 0 of velocities, as those of signals; a law parameter means its law, not a signal of that name
+    #: formulas of Gamma, like those of signals; in them, a name of both a law parameter and a signal denotes the law
     velocity_rows: tuple[str, ...] = ()
-    #: what it transmits: the wrench on frame_b at its origin, world axes, as formulas over lam[1], lam[2], ...
+    #: the wrench that it transmits to frame_b, at its origin in world axes, as formulas over lam[1], lam[2], ...
     reactions: tuple[Signal, ...] = ()
     #: formula, also over lam, of a force or torque that resists growth of the scalar coordinate whose kernels are those
-    #: of the element module ``friction_along``; without friction (its parameter ``mu_s`` zero) a joint has none of it
+    #: of the element module ``friction_along``; it does not act if the parameter ``mu_s`` is zero
     friction: str = ""
     friction_along: str = ""
     #: (values, s) -> pose (x, y, phi) of frame_b in frame_a, s being the signal named ``free`` ("": nothing is free);
-    #: None where a joint leaves more open than one coordinate, or can be met in several ways
+    #: None if a joint leaves more than one coordinate free, or has several solutions
     pose: Callable | None = None
     free: str = ""
-    #: for a first placing of bodies: the names of signals or parameters that are the angle of frame_b relative to
-    #: frame_a, and its position along the x axis of frame_a; the first of them that has a value counts. A driver whose
-    #: ``driver`` is among them drives that of every joint between the same frames
+    #: for the initial placement of bodies: the names of signals or parameters that are the angle of frame_b relative to
+    #: frame_a, and its position along the x axis of frame_a; the first of them that has a value is used. A driver whose
+    #: ``driver`` is among them drives this coordinate of every joint between the same frames
     angle: tuple[str, ...] = ()
     along: tuple[str, ...] = ()
 
@@ -200,7 +200,7 @@ class JointKind(PairKind):
 
 @dataclass(frozen=True)
 class ForceKind(PairKind):
-    """Applies the wrench ``sign`` G^T s to its frames.
+    """A kind that applies the wrench ``sign`` G^T s to its frames.
 
     The magnitudes s are the expressions in the parameters named in ``laws`` (one a row) where the first of them is
     given, else linear: s_k = k_k (g_k - g0_k) + c_k dg_k/dt with (k, c, g0) from ``springs(values)``.
@@ -212,14 +212,14 @@ class ForceKind(PairKind):
 
 
 def _named(name: str) -> Kind:
-    """The kind that a pickle names."""
+    """The kind with the name in a pickle."""
     from mbdsl.elements import kinds
 
     return kinds()[name]
 
 
 def zero(*names: str) -> Callable[[Mapping], dict]:
-    """An effect that is out when the parameters ``names`` are zero."""
+    """An effect that is left out by setting the parameters ``names`` to zero."""
 
     def without(values: Mapping) -> dict:
         off = {name: tuple(0.0 for _ in values[name]) if isinstance(values[name], tuple) else 0.0 for name in names}

@@ -1,7 +1,7 @@
 """Formulas of elements, such as ``k*(s - s0) + c*v``: text to expression.
 
 The syntax is that of Python with ``^`` for powers and indices that start at 1: as in the mbdsl language, except that a
-leading minus belongs to the first factor of a product. Authors of elements write formulas, those of models never do.
+leading minus belongs to the first factor of a product. Formulas occur in elements only, not in models.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _OPERATORS: dict[type[ast.operator], Callable[[Expr, Expr], Expr]] = {
 
 
 class Names(Protocol):
-    """What the names in a formula stand for."""
+    """The meaning of the names in a formula."""
 
     def value(self, name: str) -> Expr | float:
         """``k``: a parameter, a law or a signal."""
@@ -53,7 +53,7 @@ def evaluate(formula: str, names: Names) -> Expr:
     Raises
     ------
     ValueError
-        If there is anything else in it.
+        If it contains anything else.
     """
     return _read(formula)(names)
 

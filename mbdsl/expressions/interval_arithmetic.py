@@ -44,12 +44,12 @@ class Jet(NamedTuple):
 
 
 def _outward(lo: Array, hi: Array) -> Interval:
-    # of what is infinite, the sum may be none
+    # sums with infinite terms may be nan, which fmin and fmax ignore
     return np.fmin(lo - np.abs(ROUNDING * lo), lo), np.fmax(hi + np.abs(ROUNDING * hi), hi)
 
 
 def hull(*bounds: Interval) -> Interval:
-    """The least interval around others."""
+    """The smallest interval that contains all of them."""
     lo, hi = bounds[0]
     for a, b in bounds[1:]:
         lo, hi = np.fmin(lo, a), np.fmax(hi, b)
@@ -110,7 +110,7 @@ def _rising(f: Callable, low: float = -INF, high: float = INF, least: float = -I
 def _cos(a: Interval) -> Interval:
     lo, hi = _outward(*hull((np.cos(a[0]),) * 2, (np.cos(a[1]),) * 2))
     slack = ROUNDING * np.maximum(np.abs(a[0]), np.abs(a[1]))
-    for top, sign in ((0.0, 1.0), (np.pi, -1.0)):  # whether a multiple of 2 pi, or one and a half turn, lies between
+    for top, sign in ((0.0, 1.0), (np.pi, -1.0)):  # whether an even, or an odd, multiple of pi lies between
         k = np.ceil((a[0] - slack - top) / (2.0 * np.pi))
         met = ~(top + k * 2.0 * np.pi > a[1] + slack)
         lo, hi = (lo, np.where(met, 1.0, hi)) if sign > 0 else (np.where(met, -1.0, lo), hi)
@@ -189,7 +189,7 @@ SMOOTH: dict[str, tuple[Callable[[Interval], Interval], Callable[[Interval, Inte
 
 
 def _power(a: Interval, b: Interval) -> Interval:
-    """a^b: of any sign where b is one integer, else for a >= 0."""
+    """a^b: a of any sign if b is a constant integer, else a >= 0."""
     exponent = float(b[0].flat[0])
     if b[0].size == 1 and b[0].flat[0] == b[1].flat[0] and exponent == np.floor(exponent):
         if exponent < 0.0:
@@ -205,7 +205,7 @@ def _power(a: Interval, b: Interval) -> Interval:
         lo, hi = np.fmin(lo, c), np.fmax(hi, c)
     lo, hi = np.where((b[0] < 0.0) & (base[0] == 0.0), 0.0, lo), np.where((b[0] < 0.0) & (base[0] == 0.0), INF, hi)
     wide = ROUNDING * (1.0 + np.abs(b[0]) + np.abs(b[1]))
-    anything = (a[0] < 0.0) & (np.floor(b[1]) >= b[0])  # of a negative number, where b passes a whole one
+    anything = (a[0] < 0.0) & (np.floor(b[1]) >= b[0])  # of a negative number, where b contains an integer
     lo, hi = lo - wide * np.abs(lo), np.where(np.isfinite(hi), hi + wide * np.abs(hi), hi)
     return np.where(anything, -INF, lo), np.where(anything, INF, hi)
 
@@ -315,7 +315,7 @@ def _mod(a: Jet, b: Jet) -> Jet:
     same = steady & (lap == np.floor((a.hi + margin) / b.lo))
     lo, hi = _outward(a.lo - lap * b.lo - margin, a.hi - lap * b.lo + margin)
     least, most = np.fmin(b.lo, 0.0), np.fmax(b.hi, 0.0)
-    upward = steady & (a.d_lo * np.sign(b.lo) >= 0.0)  # between jumps it grows with a, and jumps the other way
+    upward = steady & (a.d_lo * np.sign(b.lo) >= 0.0)  # grows with a between jumps in the opposite direction
     d_lo = np.where(same, a.d_lo, np.where(upward & (b.lo < 0.0), a.d_lo, -INF))
     d_hi = np.where(same, a.d_hi, np.where(upward & (b.lo > 0.0), a.d_hi, INF))
     return Jet(np.where(same, np.maximum(lo, least), least), np.where(same, np.minimum(hi, most), most), d_lo, d_hi)
@@ -390,7 +390,7 @@ def _range(table, order: int, lo: Array, hi: Array) -> Interval:
         whole = pieces.over(np.full_like(lo, first), np.full_like(lo, last))
         wraps = b > last
         one = pieces.over(a, np.minimum(b, last))
-        end = pieces.over(np.where(a == first, last, a), np.where(a == first, last, a))  # of the lap before
+        end = pieces.over(np.where(a == first, last, a), np.where(a == first, last, a))  # of the previous period
         one = hull(one, end)
         two = pieces.over(np.full_like(lo, first), np.clip(b - period, first, last))
         found = tuple(np.where(wraps, x, y) for x, y in zip(hull(one, two), one, strict=True))
@@ -504,7 +504,7 @@ def constant(value: float) -> Jet:
 
 
 def enclose(roots: Iterable[Expr], leaf: Callable[[Expr], Jet]) -> list[Jet]:
-    """Bounds of ``roots`` from those of every leaf; the caller has to switch off NumPy's warnings."""
+    """Bounds of ``roots`` from those of every leaf; the caller has to suppress NumPy's warnings."""
     roots = list(roots)
     found: dict[Expr, Jet] = {}
     for n in walk(*roots):

@@ -8,7 +8,7 @@ _INFIX = {"add": " + ", "sub": " - ", "mul": "*", "div": "/", "lt": " < ", "le":
 
 
 def text(root: Expr) -> str:
-    """The expression as mbdsl text, for messages and ``mbdsl show`` (cut where it grows beyond reading)."""
+    """The expression as mbdsl text, for messages and ``mbdsl show``; long expressions are cut."""
     shown: dict[Expr, str] = {}
     for n in walk(root):
         a = [shown[x] for x in n.args]

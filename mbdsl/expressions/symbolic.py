@@ -45,7 +45,7 @@ class Expr:
         return node
 
     def __reduce__(self):
-        """Pickled as a list of its nodes: chains of thousands would be too deep as arguments of arguments."""
+        """Pickled as a list of its nodes: nested arguments of long chains would exceed the recursion limit."""
         order = walk(self)
         place = {node: k for k, node in enumerate(order)}
         return _of_nodes, ([(node.op, tuple(place[x] for x in node.args), node.value) for node in order],)
@@ -160,7 +160,7 @@ def multiplier(joint: str, k: int) -> Expr:
 
 
 def input_signal(name: str) -> Expr:
-    """The input named ``name``, whose value comes from outside."""
+    """The input named ``name``, whose value the caller sets."""
     return Expr("input", (), name)
 
 
@@ -171,7 +171,7 @@ def call(op: str, *args: Expr | float) -> Expr:
         try:
             return const(OPERATIONS[op](*(a.value for a in nodes)))
         except (ValueError, ZeroDivisionError, OverflowError):
-            pass  # not a number here: evaluation reports it where it happens
+            pass  # not a number here: the evaluation of the expression reports it
     if op == "select" and is_const(nodes[0]):
         return nodes[1] if nodes[0].value else nodes[2]
     if op == "select" and nodes[1] is nodes[2]:
@@ -289,7 +289,7 @@ def _of_nodes(nodes: list[tuple[str, tuple[int, ...], object]]) -> Expr:
 
 
 def leaves(*roots: Expr) -> list[Expr]:
-    """What ``roots`` depend on: time, coordinates, inputs and multipliers."""
+    """The leaves of ``roots``: time, coordinates, inputs and multipliers that they depend on."""
     return [n for n in walk(*roots) if n.op in LEAVES]
 
 
@@ -332,7 +332,7 @@ def der(root: Expr) -> Expr:
     Raises
     ------
     ValueError
-        If ``root`` depends on something whose rate is no variable here: velocities, reactions, inputs.
+        If ``root`` depends on a quantity whose rate is not a variable: velocities, reactions, inputs.
     """
     variables = leaves(root)
     total = const(0.0)

@@ -1,1 +1,1 @@
-"""The language: text to syntax tree to Scene. Pure Python; no numerics are imported here."""
+"""The language: from text to syntax tree to Scene, in pure Python, without importing numerics."""

@@ -1,4 +1,4 @@
-"""Values against what is expected of them: dimension, shape, type, range."""
+"""Checks of values against declarations: dimension, shape, type and range."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mbdsl.messages import did_you_mean
 
 
 def fit(value: Value, dimension: Dimension | None, what: str, unit: str = "") -> Value:
-    """``value`` as a number (or array) of ``dimension``; bare numbers take it."""
+    """``value`` as a number (or array) of ``dimension``, which bare numbers adopt."""
     if isinstance(value, tuple):
         return tuple(fit(v, dimension, what, unit) for v in value)
     if not value.number:
@@ -34,7 +34,7 @@ def shape_words(shape: tuple[int, ...]) -> str:
 
 
 def number(q: Quantity, what: str) -> float:
-    """A finite float known now."""
+    """A finite float that is known before the start."""
     value = q.value
     if isinstance(value, symbolic.Expr) and symbolic.is_const(value):
         value = value.value  # type: ignore[assignment]

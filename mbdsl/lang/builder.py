@@ -25,7 +25,7 @@ from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.scene import Experiment, Scene
 from mbdsl.messages import did_you_mean
 
-#: what may be given as a value: a number in SI, a text of the language, an array, an expression
+#: a value: a number in SI units, a text of the language, an array, or an expression
 Given = Any
 _NAME = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(?:\[([0-9]+(?:, ?[0-9]+)*)\])?")
 
@@ -73,8 +73,7 @@ class Builder:
 
     Every component kind of the language is a method: ``b.Rod("rod", m=1.0, length=0.5)`` is
     ``b.add("Rod", "rod", m=1.0, length=0.5)``. A value is a number in SI units, a text in the syntax of the language
-    (``"30 deg"``, ``"100 N/m*(s - 0.2 m)"``), a sequence for an array, or an
-    ``Expr`` for a force law. Methods raise
+    (``"30 deg"``, ``"100 N/m*(s - 0.2 m)"``), a sequence for an array, or an ``Expr`` for a force law. Methods raise
     ``ModelError`` or ``UsageError`` if the names or values are invalid.
 
     Parameters
@@ -312,7 +311,7 @@ class Builder:
             self._experiment["without"] = check_effects(without)
 
     def scene(self) -> Scene:
-        """Check the model and return it as a value.
+        """Check the model and return its Scene.
 
         Returns
         -------
@@ -366,7 +365,7 @@ class Builder:
         return evaluate(self._node(given, what), self._instance.scope)
 
     def _name(self, given: Handle | str) -> str:
-        """The name of a handle; handles of another Builder are refused, as their names may mean other components."""
+        """The name of a handle; handles of another Builder are refused, as their names may denote other components."""
         if isinstance(given, Handle) and given._builder is not self:
             raise UsageError(
                 f"`{given}` belongs to another Builder, of {given._builder.name}, and not to this one, of {self.name}",
@@ -386,7 +385,7 @@ class Builder:
         return s.Argument(name, self._node(value, f"{owner}.{name}"))
 
     def _node(self, value: Given, what: str) -> s.Expression:
-        """A value from Python as syntax."""
+        """The syntax tree of a value from Python."""
         if isinstance(value, s.Expression):
             return value
         if isinstance(value, str | Handle):

@@ -16,7 +16,7 @@ VALUE_TYPES = ("", "Real", "Integer", "Boolean", "String")
 
 
 def classify(d: s.Declaration, unit: Unit) -> str | tuple[s.Model, Unit]:
-    """What a declaration declares: "value", "frame", "table", a kind's name, or a model."""
+    """The class of a declaration: "value", "frame", "table", the name of a kind, or a model."""
     name = d.type
     if name in VALUE_TYPES:
         return "value"

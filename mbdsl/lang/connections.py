@@ -1,4 +1,4 @@
-"""Which port sits on which frame: connections joined into sets that share one frame."""
+"""Connections of ports and frames: ports that are connected share one frame."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Node:
         top = self
         while top._above is not None:
             top = top._above
-        while self is not top:  # shorten the way for the next time
+        while self is not top:  # path compression
             self._above, self = top, self._above  # type: ignore[assignment]
         return top
 
@@ -33,12 +33,12 @@ class Node:
 
 
 def connect(a: Node | Frame, b: Node | Frame, at: At) -> None:
-    """Say that ``a`` and ``b`` are the same frame.
+    """Record that ``a`` and ``b`` are the same frame.
 
     Raises
     ------
     ModelError
-        If they already are two different frames.
+        If they are already two different frames.
     """
     if isinstance(a, Frame) and isinstance(b, Frame):
         if a is not b:

@@ -1,4 +1,4 @@
-"""What a model's names stand for: parameters, arrays of components, frames, tables, sub-models."""
+"""The entities that names of a model denote: parameters, arrays of components, frames, tables, sub-models."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _EXTRAPOLATION = ("hold", "linear", "periodic", "error")
 
 
 class Namespace:
-    """The names of one model or sub-model. ``name`` is "" at the top."""
+    """The names of one model or sub-model. ``name`` is "" for the main model."""
 
     def __init__(
         self, assembly: Assembly, name: str = "", parent: Namespace | None = None, contexts: Contexts = ()
@@ -53,7 +53,7 @@ class Namespace:
         return list(dict.fromkeys([*self.members, *self.pending]))
 
     def declare(self, name: str, at: At) -> None:
-        """Take note of a name; it must be new."""
+        """Register a name, which must be new."""
         if name == "time":
             raise ModelError("`time` is the name of the simulated time, it cannot be declared", span_of(at))
         if name in self.places:
@@ -64,7 +64,7 @@ class Namespace:
 
 
 class Many:
-    """Several things named at once: ``link.a``, ``link[2:4]``."""
+    """Several entities named together: ``link.a``, ``link[2:4]``."""
 
     __slots__ = ("items",)
 
@@ -83,7 +83,7 @@ class Disabled:
 
 
 class Array:
-    """Components with indices. In a loop they come one by one."""
+    """Components with indices. In a loop they are added one by one."""
 
     __slots__ = ("at", "items", "name", "sizes")
 
@@ -122,7 +122,7 @@ class Array:
 
 
 class Slot:
-    """A parameter, constant or variable: a name with a value, found when it is first asked for."""
+    """A parameter, constant or variable: a name with a value, which is evaluated when it is first requested."""
 
     def __init__(
         self, assembly: Assembly, name: str, make: Callable[[], Value], at: At, doc: str = "", unit: str = ""
@@ -133,7 +133,7 @@ class Slot:
         self.doc = doc
         self.unit = unit
         self.constant = True
-        self.inputs: tuple[Input, ...] = ()  # what comes from outside under this name
+        self.inputs: tuple[Input, ...] = ()  # the inputs with this name
         self._make = make
         self._value: Value | None = None
 
@@ -145,7 +145,7 @@ class Slot:
 
 
 class FrameMember:
-    """A frame by a name of its own: fixed to a body, or another name for a frame or port."""
+    """A frame with a name of its own: fixed to a body, or an alias of a frame or port."""
 
     def __init__(self, assembly: Assembly, name: str, make: Callable[[], Frame | Node], at: At) -> None:
         self.assembly = assembly
@@ -162,7 +162,7 @@ class FrameMember:
 
 
 class TableMember:
-    """A function given by points."""
+    """A function defined by points."""
 
     def __init__(self, assembly: Assembly, name: str, modifiers: Modifiers, at: At) -> None:
         self.assembly = assembly

@@ -1,4 +1,4 @@
-"""Syntax to values: what an expression is worth in a scope."""
+"""Evaluation of expressions in a scope."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mbdsl.lang.values import Quantity, Value
 
 
 class Budget:
-    """Counts the work of one model, so that reading it ends."""
+    """Counts the operations of one model, so that the work of reading it is bounded."""
 
     def __init__(self) -> None:
         self.left = NODES
@@ -28,18 +28,18 @@ class Budget:
 
 
 class Scope(Protocol):
-    """What names mean where an expression stands."""
+    """The meaning of names in an expression."""
 
     budget: Budget
 
     def value(self, reference: s.Reference) -> Value:
-        """Value of a name; raises ModelError where it has none here."""
+        """Value of a name; raises ModelError if it has none here."""
 
     def apply(self, reference: s.Reference, argument: Value) -> Value | None:
         """``reference`` as a table at ``argument``; None if it is no table."""
 
     def with_locals(self, names: dict[str, Value]) -> Scope:
-        """The same scope with further names, as in a loop."""
+        """The same scope with additional names, as in a loop."""
 
     def last(self) -> Value:
         """The value of `end` in an index."""
@@ -48,11 +48,11 @@ class Scope(Protocol):
         """The unit of a parameter, variable or loop variable of this name, "" for none; None if there is none."""
 
     def function_names(self) -> list[str]:
-        """Tables that could be called."""
+        """Names of the tables."""
 
 
 def evaluate(e: s.Expression, scope: Scope) -> Value:
-    """The value of ``e``; an error without a place gets that of the innermost expression at fault."""
+    """The value of ``e``; an error without a place is given that of the innermost faulty expression."""
     try:
         return _evaluate(e, scope)
     except ModelError as problem:
@@ -134,7 +134,7 @@ _OPERATORS = {
 
 
 def _binary(e: s.Binary, scope: Scope) -> Value:
-    # Sums and products lean to the left; their length must not become depth.
+    # Sums and products associate to the left; a long one must not need a deep recursion.
     spine = [e]
     while isinstance(e.left, s.Binary):
         e = e.left
@@ -144,7 +144,7 @@ def _binary(e: s.Binary, scope: Scope) -> Value:
         scope.budget.spend()
         if node.operator in ("and", "or") and isinstance(result, Quantity) and isinstance(result.value, bool):
             if result.value is (node.operator == "or"):
-                continue  # decided: the other side may not even make sense (`i > 1 and x[i - 1] > 0`)
+                continue  # decided: the other side need not be valid (`i > 1 and x[i - 1] > 0`)
         right = evaluate(node.right, scope)
         try:
             operation = _OPERATORS.get(node.operator)
@@ -241,7 +241,7 @@ def range_values(e: s.Range, scope: Scope) -> list[int | float]:
 
 
 def loop(iterators: tuple[s.Iterator, ...], scope: Scope):
-    """One scope for every pass of a loop, the last iterator running fastest."""
+    """One scope for every iteration of a loop; the last iterator varies fastest."""
     if not iterators:
         yield scope
         return
@@ -259,7 +259,7 @@ def loop(iterators: tuple[s.Iterator, ...], scope: Scope):
 
 
 def place(problem: ModelError, at: At) -> ModelError:
-    """``problem`` with a place, if it has none yet."""
+    """``problem``, with the place ``at`` if it has none yet."""
     if problem.span is None:
         problem.span = span_of(at)
     return problem

@@ -1,4 +1,4 @@
-"""``annotation(experiment(StopTime = 2, ...))``"""
+"""The settings of a simulation in a model: ``annotation(experiment(StopTime = 2, ...))``."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ KEYS = {
 
 
 def read_experiment(annotations: list[s.Annotation], scope: Scope) -> Experiment:
-    """What the annotations of a model say; the last one wins, other annotations mean nothing here."""
+    """The settings in the annotations of a model; later annotations override earlier ones, others are ignored."""
     found: dict[str, Any] = {}
     places: dict[str, s.Argument] = {}
     for annotation in annotations:
@@ -104,12 +104,12 @@ def setting(name: str, field: str, unit: str, value: values.Value) -> Any:
 
 
 def check_effects(given: Iterable[str]) -> tuple[str, ...]:
-    """Effects that can be left out, as given: one, or several.
+    """Check the names of effects to leave out, one or several, and return them.
 
     Raises
     ------
     ModelError
-        For a name that is none.
+        If there is no effect of a name.
     """
     names = (given,) if isinstance(given, str) else tuple(given)
     for name in names:

@@ -1,6 +1,6 @@
-"""A component in the making: its values, its frames, its ports and its signals.
+"""A component under construction: its values, frames, ports and signals.
 
-Everything is worked out when it is asked for, so that the order of declarations plays no part, and kept.
+Everything is computed when it is first requested, and stored, so that the order of declarations does not matter.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from mbdsl.messages import did_you_mean
 if TYPE_CHECKING:
     from mbdsl.lang.flat_model import Assembly
 
-#: quantities that are results of a simulation, and no variables of its equations
+#: results of a simulation, which are not variables of its equations
 ACCELERATIONS = ("ax", "ay", "alpha")
 
 
 class Template:
-    """What the elements of one declaration have in common: kind and modifiers, and the values if they are equal."""
+    """The data that the elements of one declaration share: kind, modifiers, and the values if they are equal."""
 
     __slots__ = ("kind", "modifiers", "shared")
 
@@ -41,7 +41,7 @@ class Template:
         self.shared: tuple[dict, dict, set[str]] | None = None
 
     def unknown(self, owner: str) -> None:
-        """Complain about modifiers that the kind does not know."""
+        """Raise an error for modifiers that the kind does not have."""
         kind = self.kind
         measured = {signal.name for signal in kind.signals}
         known = [*(p.name for p in kind.parameters), *kind.ports]
@@ -70,7 +70,7 @@ class Template:
 
 
 class Part:
-    """One component of the flat model while it is being made."""
+    """A component of the flat model under construction."""
 
     __slots__ = (
         "_formulas",
@@ -103,7 +103,7 @@ class Part:
         self._frames: dict[str, Frame] | None = None
         self._laws: dict[str, Expr] = {}
         self._formulas: signals.Formulas | None = None
-        self.lacks: set[str] = set()  #: effects that it would have, but for ``assembly.without``
+        self.lacks: set[str] = set()  #: effects in ``assembly.without`` that it would have otherwise
 
     # -- values ------------------------------------------------------------------------------------------------
 
@@ -113,7 +113,7 @@ class Part:
 
     @property
     def values(self) -> dict:
-        """All parameters but the laws, in SI, with defaults and what follows from them."""
+        """All parameters except laws, in SI, with defaults and derived values."""
         if self._values is None:
             if self.template.shared is None:
                 with self.assembly.defining(self, f"`{self.name}`", self.at):
@@ -199,7 +199,7 @@ class Part:
         return tuple(found), same
 
     def law(self, name: str) -> Expr | None:
-        """The expression given for a law parameter; its default where none is given."""
+        """The expression of a law parameter, or its default."""
         if name in self._laws:
             return self._laws[name]
         parameter = self.kind.parameter(name)
@@ -256,7 +256,7 @@ class Part:
         return self._frames
 
     def port_frame(self, port: str) -> Frame:
-        """The frame that a port sits on, once everything is connected."""
+        """The frame of a port, after all connections are made."""
         frame = self.nodes[port].frame
         if frame is None:
             other = next((n for p, n in self.nodes.items() if p != port and n.frame is not None), None)
@@ -299,7 +299,7 @@ class Part:
         return Quantity(self.formulas.signal(name), _dimension(self.kind, name))
 
     def own(self, name: str) -> Value | Node | Frame | None:
-        """What ``name`` means inside the component: parameter, port or frame; None for signals and strangers."""
+        """The parameter, port or frame called ``name`` in the component; None for signals and unknown names."""
         if name in self.nodes:
             return self.nodes[name]
         parameter = self.kind.parameter(name)
@@ -319,11 +319,11 @@ class Part:
         return isinstance(self.kind, BodyKind) and name in ACCELERATIONS and bool(self.kind.coordinates)
 
     def forget(self) -> None:
-        """Values and signals are found anew: what is left out has changed."""
+        """Discard values and signals, because the effects to leave out have changed."""
         self._values, self._formulas, self._laws, self.template.shared, self.lacks = None, None, {}, None, set()
 
     def known_names(self) -> list[str]:
-        """For "did you mean"."""
+        """The names for the hint "did you mean"."""
         names = [*self.signal_names(), *self.nodes, *(p.name for p in self.kind.parameters if p.name != "frames")]
         return names + (list(self.frames) if isinstance(self.kind, BodyKind) else [])
 

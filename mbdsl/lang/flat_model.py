@@ -1,6 +1,6 @@
-"""The flat model in the making: parts, connections and initial values are collected, then become a Scene.
+"""The flat model under construction: collects parts, connections and initial values, then makes a Scene of them.
 
-Both front-ends end here, the text (:mod:`mbdsl.lang.instantiate`) and the library (:mod:`mbdsl.lang.builder`).
+Both front-ends use it, the text (:mod:`mbdsl.lang.instantiate`) and the library (:mod:`mbdsl.lang.builder`).
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Positional:
 
 
 class Assembly:
-    """Everything that a model adds up to."""
+    """All components, connections and initial values of a model."""
 
     def __init__(self) -> None:
         self.budget = Budget()
@@ -78,7 +78,7 @@ class Assembly:
 
     @contextmanager
     def defining(self, key: object, label: str, at: At) -> Iterator[None]:
-        """While the block runs, needing ``key`` again is an error that names the circle."""
+        """While the block runs, a second request for ``key`` is an error that shows the cycle."""
         if key in self._active:
             names = list(self._active.values())
             circle = names[list(self._active).index(key) :]
@@ -94,13 +94,13 @@ class Assembly:
             del self._active[key]
 
     def add(self, part: Part, positional: list[Positional]) -> None:
-        """Take in a component with its positional arguments."""
+        """Add a component with its positional arguments."""
         if len(self.parts) >= limits.COMPONENTS:
             raise ModelError(f"more than {limits.COMPONENTS} components", span_of(part.at))
         if positional and is_body(part):
             p = positional[0]
             raise ModelError(
-                f"{part.kind.name} `{part.name}` is a body, it is attached to nothing",
+                f"{part.kind.name} `{part.name}` is a body and takes no frames",
                 span_of(p.e.at),
                 "give its parameters by name, and hold it with joints",
             )
@@ -130,7 +130,7 @@ class Assembly:
     # -- frames ------------------------------------------------------------------------------------------------
 
     def coordinate(self, frame: Frame, key: str) -> Quantity:
-        """A coordinate of a frame as an expression; what cannot move is zero."""
+        """A coordinate of a frame as an expression; zero if it cannot change."""
         kind = self.parts[frame.body].kind
         dimension = _COORDINATE_DIMENSION[key]
         if key in ("phi", "w") and isinstance(kind, BodyKind) and kind.coordinates and "phi" not in kind.coordinates:
@@ -138,7 +138,7 @@ class Assembly:
         return Quantity(symbolic.coordinate(frame.name, key), dimension)
 
     def connect_all(self) -> None:
-        """Settle which port sits on which frame."""
+        """Determine the frame of every port."""
         for part, positional in self._attachments:
             self._attach(part, positional)
         for node, argument, contexts in self._connectors:
@@ -228,7 +228,7 @@ class Assembly:
         if len(first) != len(second):
             raise ModelError(f"connect() of {len(first)} frames with {len(second)}", span_of(at))
         for (a, _), (b, where) in zip(first, second, strict=True):
-            if a is not None and b is not None:  # connections of what is switched off fall away
+            if a is not None and b is not None:  # connections of disabled components are ignored
                 connect(a, b, where)
 
     # -- the result --------------------------------------------------------------------------------------------
@@ -241,7 +241,7 @@ class Assembly:
         experiment: Experiment | None = None,
         files: Mapping[str, str] = {},
     ) -> Scene:
-        """Check what is left to check, and make the Scene."""
+        """Complete the checks and make the Scene."""
         left_out = tuple(dict.fromkeys((*self.without, *(experiment.without if experiment else ()))))
         if left_out != self.without:
             self.without = left_out

@@ -1,4 +1,4 @@
-"""Frames with names of their own: fixed to a body, relative to another frame, or another name for one."""
+"""Frames with names of their own: fixed to a body, relative to another frame, or an alias of a frame."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mbdsl.mechanism.scene import Frame
 
 
 def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Contexts, at: At) -> Frame:
-    """A frame at a place on a body, or relative to another frame."""
+    """A frame at a given pose on a body, or relative to another frame."""
     entity = base.scope.resolve(base.e) if isinstance(base.e, s.Reference) else None
     x0 = y0 = phi0 = 0.0
     if isinstance(entity, Part) and is_body(entity):

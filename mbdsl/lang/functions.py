@@ -1,4 +1,4 @@
-"""The functions of the language, with what they do to dimensions."""
+"""The functions of the language, with their effect on dimensions."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def _fold(name: str, start: int, step: Callable[[Value, Value], Value]) -> Calla
 
 
 def count(value: Value, what: str) -> int:
-    """A whole number known now."""
+    """A whole number that is known before the start."""
     if isinstance(value, tuple) or not value.number or value.dimension not in (None, NUMBER):
         raise ModelError(f"{what} is a whole number, found {describe(value)}")
     if value.varying:
@@ -123,7 +123,7 @@ def count(value: Value, what: str) -> int:
 
 
 def bounded(*sizes: int) -> int:
-    """The number of elements of an array, if it is one that may be made."""
+    """The number of elements of an array, if it is within the limits."""
     total = 1
     for size in sizes:
         if size < 0:

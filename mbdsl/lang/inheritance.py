@@ -1,4 +1,4 @@
-"""What a model consists of, together with the models that it extends."""
+"""The content of a model, with that of the models that it extends."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Member:
 
 @dataclass
 class Content:
-    """All that a model and its bases say; names are looked up in ``scope``, that of the extending model."""
+    """All items of a model and its bases; names are looked up in ``scope``, that of the extending model."""
 
     scope: Scope
     members: list[Member] = field(default_factory=list)
@@ -36,11 +36,11 @@ class Content:
     initial: list[s.Item] = field(default_factory=list)
 
     def add(self, model: s.Model, unit: Unit, modifiers: Modifiers, below: tuple[s.Model, ...] = ()) -> None:
-        """Take in ``model`` from the file ``unit``; ``below`` are the models that are extending it."""
+        """Add ``model`` from the file ``unit``; ``below`` are the models that extend it."""
         if any(m is model for m in below):
             raise ModelError(f"`{model.name}` extends itself: {circle(below, model)}", span_of(model.at))
         for item in model.items:
-            self.scope.budget.spend(20)  # bases of bases of bases add up
+            self.scope.budget.spend(20)  # nested bases may be many
             if isinstance(item, s.Extends):
                 self._extend(item, model, unit, modifiers, below)
             elif isinstance(item, s.Annotation):
@@ -72,7 +72,7 @@ class Content:
 
 
 def circle(chain: tuple[s.Model, ...], model: s.Model) -> str:
-    """How a chain of models came back to one of them."""
+    """The cycle at the end of a chain of models, as text."""
     start = next(i for i, m in enumerate(chain) if m is model)
     return " -> ".join(f"`{m.name}`" for m in [*chain[start:], model])
 

@@ -18,14 +18,14 @@ from mbdsl.mechanism.scene import InitialValue
 
 
 class InitialValues:
-    """What a model says about its start."""
+    """The initial values of a model."""
 
     def __init__(self, parts: Iterable[Part], equations: list[tuple[s.Initial, Scope]]) -> None:
         self.parts = parts
         self.equations = equations
 
     def values(self) -> Iterator[InitialValue]:
-        """One value a name: what is fixed beats guesses, a later guess beats an earlier one."""
+        """One value for each name: fixed values override guesses, later guesses override earlier ones."""
         found: dict[str, tuple[InitialValue, At]] = {}
         for initial, at in [*self._starts(), *self._given()]:
             before = found.get(initial.name)

@@ -1,4 +1,4 @@
-"""Inputs: ``input Torque u(start = 0 N.m)``, values that come from outside while a simulation runs."""
+"""Inputs: ``input Torque u(start = 0 N.m)``, values that the caller sets while a simulation runs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mbdsl.mechanism.scene import Input
 
 
 def refuse_other_inputs(d: s.Declaration, kind: object) -> None:
-    """Only numbers can be inputs."""
+    """Raise an error if a declaration cannot be an input: only numbers can."""
     hint = 'e.g. `input Torque u;` or `input Real u(unit = "N.m");`'
     if kind != "value" or d.type in ("Integer", "Boolean", "String"):
         raise ModelError(
@@ -25,7 +25,7 @@ def refuse_other_inputs(d: s.Declaration, kind: object) -> None:
 
 
 def starts(value: Value | None, dimension: Dimension | None, sizes: list[int]) -> Value:
-    """The start of an input, zero where it is not given; a single one is that of all elements."""
+    """The start of an input, zero by default; a single value applies to all elements."""
     found: Value = Quantity(0.0, dimension) if value is None else value
     if isinstance(found, tuple):
         return found
@@ -38,7 +38,7 @@ def starts(value: Value | None, dimension: Dimension | None, sizes: list[int]) -
 
 
 def make_inputs(name: str, start: Value, unit: str, doc: str, at: At) -> tuple[Value, tuple[Input, ...]]:
-    """The value of an input, as expressions, and what is to be known of it; arrays have one input for each element."""
+    """The value of an input, as expressions, and its descriptions; arrays have one input for each element."""
     if isinstance(start, tuple):
         separator = "," if name.endswith("]") else "["
         made = [

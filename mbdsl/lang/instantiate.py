@@ -1,4 +1,4 @@
-"""From models to parts: declarations are walked through, sub-models and arrays opened, loops run."""
+"""From models to components: processes declarations, sub-models, arrays and loops."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from mbdsl.messages import did_you_mean
 
 
 class Instance:
-    """A model being opened under a name."""
+    """A model that is being instantiated under a name."""
 
     def __init__(
         self,
@@ -41,7 +41,7 @@ class Instance:
         chain: tuple[s.Model, ...] = (),
         at: At = None,
     ) -> None:
-        assembly.budget.spend(100)  # empty sub-models are no components, and yet there may be too many
+        assembly.budget.spend(100)  # sub-models without components have to be limited as well
         self.assembly = assembly
         self.namespace = namespace
         self.model = model
@@ -60,7 +60,7 @@ class Instance:
         self.looped = {name for item in blocks for name in declared_names(item)}
 
     def build(self) -> None:
-        """Make everything that the model declares."""
+        """Make all entities that the model declares."""
         for member in self.members:
             self._announce(member)
         self._refuse_unknown_modifiers()
@@ -75,10 +75,10 @@ class Instance:
         for item in self.content.initial:
             self._initial(item, self.scope)
 
-    # -- what there is -----------------------------------------------------------------------------------------
+    # -- names -------------------------------------------------------------------------------------------------
 
     def _announce(self, member: Member) -> None:
-        """Take note of names before anything is made, so that order plays no part."""
+        """Register names before any entity is made, so that the order of declarations does not matter."""
         d = member.item
         if isinstance(d, s.Declaration) and not self._is_piece(d):
             self.namespace.declare(d.name, d.at)
@@ -90,7 +90,7 @@ class Instance:
             self.namespace.places.setdefault(d.name, d.at)
 
     def _is_piece(self, d: s.Declaration) -> bool:
-        """Whether an index says which element this is: where a loop declares others of the same name."""
+        """Whether the indices denote one element, because a loop declares others of the same name."""
         return bool(d.indices) and d.name in self.looped
 
     def _refuse_unknown_modifiers(self) -> None:
@@ -132,7 +132,7 @@ class Instance:
         return value.value
 
     def declare(self, member: Member, d: s.Declaration, scope: Scope, block: bool = False) -> None:
-        """Make what ``d`` declares and enter it under its name."""
+        """Make the entity that ``d`` declares and register it under its name."""
         given = self.modifiers.get(d.name)
         outside = member.modifiers.get(d.name)
         if outside is not None:
@@ -218,7 +218,7 @@ class Instance:
             self._enter(d, looped, scope, sub)
 
     def _enter(self, d: s.Declaration, looped: object, scope: Scope, make) -> None:
-        """Make one thing or an array of them; in a loop the indices say which element it is."""
+        """Make one entity or an array of them; in a loop the indices denote the element."""
         namespace, full = self.namespace, self.namespace.full(d.name)
         if looped:
             index = tuple(self._index(i, scope) for i in d.indices)
@@ -263,7 +263,7 @@ class Instance:
             raise place(problem, e.at) from None
         return n
 
-    # -- the things themselves ---------------------------------------------------------------------------------
+    # -- entities ----------------------------------------------------------------------------------------------
 
     def _frame(
         self,
@@ -365,7 +365,7 @@ class Instance:
             raise ModelError(f"`{shown}` cannot be modified alone", span_of(modifier.at), f"modify all of `{d.name}`")
 
     def _refuse_changes_of_outer(self, d: s.Declaration, given: Modifier | None) -> None:
-        """What is declared elsewhere is given its values there."""
+        """Refuse changes of an outer component, whose values are given where it is declared."""
         where = d.arguments[0].at if d.arguments else d.value.at if d.value is not None else None
         if given is not None:
             where = given.at

@@ -1,4 +1,4 @@
-"""What joints may demand: positions as functions of time, velocities as functions of more, neither of reactions."""
+"""Checks of the laws of joints: positions depend on time only, velocities may depend on more, neither on reactions."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from mbdsl.expressions.symbolic import Expr
 
 
 def check_law(name: str, law: Expr, kind: JointKind, owner: str) -> None:
-    """The law parameter ``name`` of the joint ``owner`` depends on what is known without the joint."""
+    """Check that the law parameter ``name`` of the joint ``owner`` depends only on what is known without the joint."""
     what = f"`{name}` of {kind.name} `{owner}`"
     for leaf in symbolic.leaves(law):
         if leaf.op == "multiplier":
             raise ModelError(
-                f"{what} depends on a reaction of `{leaf.value[0]}`, but reactions follow from what joints demand",  # type: ignore[index]
+                f"{what} depends on a reaction of `{leaf.value[0]}`, but reactions follow from the laws of joints",  # type: ignore[index]
                 hint="forces, torques and variables may depend on reactions",
             )
         if kind.driver != name or leaf.op == "time":
@@ -32,7 +32,7 @@ def check_law(name: str, law: Expr, kind: JointKind, owner: str) -> None:
 
 
 def check_row(name: str, row: Expr, kind: JointKind, owner: str) -> None:
-    """A row of velocities, which follows from the law parameter ``name``, depends on one."""
+    """Check that a row of velocities, which follows from the law parameter ``name``, depends on a velocity."""
     if not symbolic.is_velocity_level(row):
         raise ModelError(
             f"`{name}` of {kind.name} `{owner}` depends on no velocity",

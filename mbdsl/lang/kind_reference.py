@@ -1,4 +1,4 @@
-"""The reference of all kinds as Markdown, from their declarations; docs/language.md holds it.
+"""The reference of all kinds as Markdown, generated from their declarations; part of docs/language.md.
 
 ``python -m mbdsl.lang.kind_reference docs/language.md`` writes it into the page, between its two markers.
 """

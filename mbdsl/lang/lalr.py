@@ -1,8 +1,8 @@
-"""The parser's tables and the loop that runs them.
+"""The LALR tables of the parser, and the loop that runs them.
 
-Lark turns ``grammar.lark`` into LALR tables; that takes 0.3 s, so the result is kept beside it in ``grammar.json``
-(plain numbers, checked against the grammar's checksum) and a model is parsed without loading Lark at all. Without a
-fitting file the tables are made on the spot.
+Lark generates the tables from ``grammar.lark``, which takes 0.3 s. Therefore they are stored in ``grammar.json`` (plain
+numbers, checked against the grammar's checksum), and a model is parsed without loading Lark. If the file does not match
+the grammar, the tables are generated again.
 
 ``python -m mbdsl.lang.lalr`` writes the file anew.
 
@@ -29,17 +29,17 @@ STARTS = ("file", "expression")
 
 
 class Rule(NamedTuple):
-    """One alternative of the grammar: ``size`` symbols become the node ``name``."""
+    """One alternative of the grammar: ``size`` symbols are reduced to the node ``name``."""
 
     symbol: str
     size: int
     name: str
-    inline: bool  #: a single child stands for the node itself
-    splice: tuple[int, ...]  #: children that are lists made by repetition
+    inline: bool  #: a single child replaces the node
+    splice: tuple[int, ...]  #: indices of children that are lists, from repetitions
 
 
 class Tables(NamedTuple):
-    """Per state, what to do on a symbol: a number s >= 0 shifts to state s, -1 - r reduces by rule r."""
+    """For every state, the action on a symbol: s >= 0 shifts to state s, -1 - r reduces by rule r."""
 
     states: list[dict[str, int]]
     rules: list[Rule]
@@ -48,7 +48,7 @@ class Tables(NamedTuple):
 
 
 class Unexpected(Exception):
-    """A token that does not fit; ``expected`` are the terminals that would."""
+    """A token that the grammar does not allow; ``expected`` are the allowed terminals."""
 
     def __init__(self, token: Token, previous: Token | None, expected: set[str]) -> None:
         super().__init__(token.type)
@@ -57,7 +57,7 @@ class Unexpected(Exception):
 
 @cache
 def tables() -> Tables:
-    """The tables of the grammar as it is now."""
+    """The tables of the current grammar."""
     checksum = zlib.crc32(GRAMMAR.read_bytes())
     try:
         data = json.loads(TABLES.read_text(encoding="utf-8"))
@@ -72,14 +72,14 @@ def tables() -> Tables:
 
 
 def make() -> dict[str, Any]:
-    """The tables as plain data, from the grammar by Lark: what ``Lark.save`` writes, without what is not read here."""
+    """The tables as plain data, generated from the grammar by Lark, without the data of ``Lark.save`` not used here."""
     import pickle
     from io import BytesIO
 
     from lark import Lark
 
     source, stream = GRAMMAR.read_bytes(), BytesIO()
-    # No lexer is run: a basic one, of no terminals, is what can be saved.
+    # No lexer is run, but only a parser with one can be saved: a basic lexer without terminals.
     Lark(source.decode(), parser="lalr", lexer="basic", start=list(STARTS), maybe_placeholders=False).save(stream)
     saved = pickle.loads(stream.getvalue())
     table, memo = saved["data"]["parser"]["parser"], saved["memo"]
@@ -91,7 +91,7 @@ def make() -> dict[str, Any]:
     used = sorted({x for row in found.values() for reduces, x in row.values() if reduces})
     number = {rule: i for i, rule in enumerate(used)}
     symbols = sorted({symbol for row in found.values() for symbol in row})
-    # States in the order in which they are met, so that the same grammar always gives the same file.
+    # States are numbered in the order in which they are reached, so that the same grammar always gives the same file.
     order = [table["start_states"][start] for start in STARTS]
     for state in order:
         following = (x for _, (reduces, x) in sorted(found[state].items()) if not reduces)
@@ -120,7 +120,7 @@ def make() -> dict[str, Any]:
 
 
 def parse(tokens: list[Token], start: str, builders: dict[str, Callable[[list], Any]]) -> Any:
-    """Run the tables over ``tokens``; every node is built by ``builders[name](children)``, tokens included.
+    """Run the tables over ``tokens``; ``builders[name](children)`` builds each node, from tokens and nodes.
 
     Raises
     ------
@@ -172,7 +172,7 @@ def parse(tokens: list[Token], start: str, builders: dict[str, Callable[[list], 
 
 
 def _expected(tokens: list[Token], start: str) -> set[str]:
-    """The terminals that can follow ``tokens``: a state's row alone would promise too much."""
+    """The terminals that can follow ``tokens``; the row of a state alone contains too many."""
     states, _, starts, _ = tables()
     stack = [starts[start]]
     for token in tokens:
@@ -182,7 +182,7 @@ def _expected(tokens: list[Token], start: str) -> set[str]:
 
 
 def _take(stack: list[int], terminal: str, start: str) -> bool:
-    """Whether a terminal fits; the stack of states becomes that behind it."""
+    """Whether a terminal can follow; updates the stack of states."""
     states, rules, _, accept = tables()
     while not (terminal == "$END" and stack[-1] == accept[start]):
         action = states[stack[-1]].get(terminal)

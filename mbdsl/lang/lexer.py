@@ -1,7 +1,7 @@
-"""Text to tokens.
+"""Lexer: text to tokens.
 
-The tokens are those of ``grammar.lark``. They are cut here and not by a generated lexer because a unit belongs to
-the number before it (``3 kg``, but ``2 m/L2`` is two metres divided by L2), which regular expressions cannot say.
+The tokens are the terminals of ``grammar.lark``. The lexer is not generated, because a unit belongs to the number
+before it (``3 kg``, but ``2 m/L2`` is two metres divided by L2), which regular expressions cannot express.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def tokenize(source: Source) -> list[Token]:
     """
     text, match = source.text, _TOKEN.match
     tokens: list[Token] = []
-    brackets: list[tuple[str, int, bool]] = []  # which, where, and whether it is a literal that takes a unit
+    brackets: list[tuple[str, int, bool]] = []  # character, offset, and whether it is a literal that takes a unit
     at, size = 0, len(text)
     while at < size:
         found = match(text, at)
@@ -84,7 +84,7 @@ def tokenize(source: Source) -> list[Token]:
                     kind = "LAST"
                 tokens.append(Token(kind, word, at, end))
             else:
-                # `guess` and `fixed` are words of the initial section only where another name follows.
+                # `guess` and `fixed` are keywords of the initial section only if another name follows.
                 following = text[end : _BLANK.match(text, end).end() + 1].strip()  # type: ignore[union-attr]
                 soft = word in ("guess", "fixed") and (following.isalpha() or following == "_")
                 tokens.append(Token(word.upper() if soft else "NAME", word, at, end))

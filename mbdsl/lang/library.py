@@ -1,4 +1,4 @@
-"""Files and what they define: imports, and which model a name means in which file."""
+"""The files of a model: imports, and the models that names denote in each file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mbdsl.lang.parser import parse
 from mbdsl.lang.source import span_of
 from mbdsl.messages import did_you_mean
 
-#: where imports may lead: False, not out of the folder of the model; True, anywhere; or not out of this folder
+#: where imports may lead: False: inside the folder of the model; True: anywhere; a path: inside this folder
 Allowed = bool | str | os.PathLike[str]
 
 _allowed: ContextVar[Allowed] = ContextVar("allowed imports", default=False)
@@ -28,7 +28,7 @@ _MODEL = re.compile(r'(?:\s|//[^\n]*|/\*.*?\*/)*(?:import\s*"|(?:partial|model)\
 
 @contextmanager
 def imports_allowed(where: Allowed) -> Iterator[None]:
-    """While the block runs, models that are read without saying so may import from there."""
+    """While the block runs, models that are read without a setting of their own may import from ``where``."""
     before = _allowed.set(where)
     try:
         yield
@@ -37,7 +37,7 @@ def imports_allowed(where: Allowed) -> Iterator[None]:
 
 
 def allowed_now() -> Allowed:
-    """What holds for models that are read without saying so."""
+    """The setting for models that are read without one of their own."""
     return _allowed.get()
 
 
@@ -54,7 +54,7 @@ class Unit:
         return next((m for m in self.file.models if m.name == name), None)
 
     def find(self, name: str) -> tuple[s.Model, Unit] | None:
-        """The model that ``name`` (perhaps ``alias.Name``) means in this file."""
+        """The model that ``name`` (or ``alias.Name``) denotes in this file."""
         alias, dot, rest = name.partition(".")
         if dot:
             unit = self.aliases.get(alias)
@@ -67,7 +67,7 @@ class Unit:
         return None
 
     def names(self) -> list[str]:
-        """All models that can be named in this file."""
+        """The names of all models that this file can use."""
         found = [m.name for unit in [self, *self.imports] for m in unit.file.models]
         return found + [f"{alias}.{m.name}" for alias, unit in self.aliases.items() for m in unit.file.models]
 
@@ -75,22 +75,22 @@ class Unit:
 class Library:
     """The files of one model, each read once.
 
-    A model is data, perhaps from elsewhere: what it imports must be models, and must not lie outside of the folder that
-    the model is in, all links followed, unless ``allowed`` says so.
+    A model is data, perhaps from other authors: what it imports must be models, inside the folder of the model after
+    all links are resolved, unless ``allowed`` permits more.
     """
 
     def __init__(self, allowed: Allowed | None = None) -> None:
         self._units: dict[str, Unit] = {}
         self._allowed = allowed_now() if allowed is None else allowed
-        self._root = ""  #: the folder out of which no import leads
+        self._root = ""  #: the folder that imports must not leave
 
     @property
     def files(self) -> dict[str, str]:
-        """Their texts, as they were read."""
+        """Names of the files, and their texts as read."""
         return {unit.file.name: unit.text for unit in self._units.values()}
 
     def add(self, text: str, file: str) -> Unit:
-        """Take in a text and, in turn, all that it imports."""
+        """Add a text and, recursively, all that it imports."""
         if self._allowed is not True:
             folder = os.path.dirname(file) if self._allowed is False else os.fspath(self._allowed)
             self._root = os.path.realpath(folder)
@@ -115,7 +115,7 @@ class Library:
         return unit
 
     def _import(self, unit: Unit) -> list[Unit]:
-        """Connect ``unit`` with the files that it imports; those that are new come back."""
+        """Connect ``unit`` with the files that it imports; return the new ones."""
         new = []
         for item in unit.file.imports:
             path = _resolve(item, unit.file.name)

@@ -1,6 +1,6 @@
-"""What a model may ask for. Reading a file is bounded in time and memory; each limit has a clear message.
+"""Limits of a model. They bound the time and memory for reading a file; each has a clear message.
 
-They are far beyond what a planar mechanism needs; a model that meets one has a mistake in it.
+They are far beyond the needs of a planar mechanism; a model that reaches one contains a mistake.
 """
 
 FILE_SIZE = 1_000_000  #: characters of one source text

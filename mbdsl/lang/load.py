@@ -1,4 +1,4 @@
-"""Text to Scene."""
+"""Reads a model: from text to Scene."""
 
 from __future__ import annotations
 

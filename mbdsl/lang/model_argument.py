@@ -20,7 +20,7 @@ R = TypeVar("R")
 def as_scene(
     model: Scene | Builder | str | PathLike, parameters: Mapping | None = None, without: Sequence[str] = ()
 ) -> Scene:
-    """A Scene from whatever stands for a model: itself, a Builder, or the path of a ``.mbd`` file."""
+    """The Scene of a model, which is given as a Scene, a Builder, or the path of a ``.mbd`` file."""
     if (parameters or without) and not isinstance(model, (str, PathLike)):
         what = "parameters" if parameters else "effects to leave out"
         raise UsageError(f"only a model given by its path takes {what}", hint="give them to load or Builder")

@@ -21,7 +21,7 @@ Contexts = tuple[tuple[int, int], ...]
 
 
 class Modifier:
-    """``name(inner) = value``; ``level`` is how many arrays surround the place where it was written."""
+    """``name(inner) = value``; ``level`` is the number of arrays around the place where it was written."""
 
     __slots__ = ("_cached", "at", "each", "elements", "final", "inner", "level", "name", "scope", "value")
 
@@ -46,7 +46,7 @@ class Modifier:
         return self._cached
 
     def pick(self, value: Value, rank: int, contexts: Contexts) -> Value:
-        """The part of ``value`` for the element at ``contexts``; one value of ``rank`` dimensions is for all."""
+        """The part of ``value`` for the element at ``contexts``; a value of ``rank`` dimensions applies to all."""
         extra = len(values.shape(value)) - rank
         inside = contexts[self.level :]
         if extra <= 0 or not inside:
@@ -71,7 +71,7 @@ class Modifier:
         return span_of(self.value.at if self.value is not None else self.at)
 
     def under(self, weaker: Modifier) -> Modifier:
-        """Both together; where both say something, this one wins."""
+        """Both modifiers combined; this one has priority."""
         joined = Modifier.__new__(Modifier)
         for slot in Modifier.__slots__:
             setattr(joined, slot, getattr(self, slot))
@@ -126,7 +126,7 @@ def refuse_inner(modifier: Modifier, what: str, hint: str | None = None) -> None
 
 
 def merge(stronger: Modifiers, weaker: Modifiers) -> Modifiers:
-    """Modifiers of both, the first winning."""
+    """The modifiers of both, the first with priority."""
     if not stronger:
         return weaker
     result = dict(weaker)

@@ -1,4 +1,4 @@
-"""``--set NAME=VALUE``: values from outside, as modifiers of the main model."""
+"""``--set NAME=VALUE``: values given by the caller, as modifiers of the main model."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mbdsl.messages import did_you_mean
 
 
 def read_overrides(overrides: Mapping[str, str | float], instance: Instance) -> Modifiers:
-    """Modifiers that give each named parameter its value; ``crank.m`` and ``link[3].m`` reach into components."""
+    """Modifiers that set each named parameter; ``crank.m`` and ``link[3].m`` are parameters of components."""
     result: Modifiers = {}
     names = [name for m in instance.members for name in declared_names(m.item)]
     values = [

@@ -23,7 +23,7 @@ ATTRIBUTES = ("unit", "min", "max", "quantity", "displayUnit", "start", "fixed",
 def make_slot(
     assembly: Assembly, namespace: Namespace, d: s.Declaration, scope: Scope, given: Modifier | None, level: int
 ) -> Slot:
-    """The member for a declared value; ``given`` is what modifies it from outside."""
+    """The entity for a declared value; ``given`` is its modifier from outside the model."""
     constant = bool(d.prefixes & {"parameter", "constant"})
     positional, own = bind(d.arguments, scope, level)
     if positional:
@@ -41,7 +41,7 @@ def make_slot(
     start = given.inner.get("start") if given is not None else None
     if start is not None and "input" not in d.prefixes and (d.value is not None or given.value is not None):  # type: ignore[union-attr]
         hint = f"give it another value: `{d.name} = ...`" if constant else None
-        raise ModelError(f"`{d.name}` has a value, a start means nothing to it", span_of(start.at), hint)
+        raise ModelError(f"`{d.name}` has a value and takes no start", span_of(start.at), hint)
     unit = quantities.type_unit(d.type) or ""
     full = namespace.full(d.name)
     slot = Slot(
@@ -164,7 +164,7 @@ def _check(
 
 
 def _scaled(value: Value, unit: units.Unit) -> Value:
-    """A bare number given to something declared in a unit like "deg" is in that unit."""
+    """Apply the declared unit, such as "deg", to a bare number."""
     if isinstance(value, tuple):
         return tuple(_scaled(v, unit) for v in value)
     if value.dimension is None and value.number:

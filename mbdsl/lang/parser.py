@@ -56,7 +56,7 @@ def unquote(token: Token) -> str:
 
 
 class _Builders:
-    """Makes the nodes; each method is named like its rule or alias and gets the list of its parts."""
+    """Makes the nodes; each method has the name of its rule or alias and takes the list of its parts."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -321,7 +321,7 @@ class _Builders:
 
     def binary(self, parts: list) -> s.Binary:
         left, operator, right = parts
-        # A long sum is deep on its left side only, where it costs no more than its length.
+        # A long sum is deep on its left side only, which is processed without recursion.
         depth = max(self._deep(right), left.depth) if isinstance(left, s.Binary) else self._deep(left, right)
         return s.Binary(operator.text, left, right, at=cover(left.at, right.at), depth=depth)
 

@@ -62,7 +62,7 @@ TYPES: dict[str, str] = {
     "Efficiency": "1",
     "CoefficientOfFriction": "1",
 }
-#: prefixes under which a person who knows Modelica finds them
+#: prefixes of the names of types in Modelica
 PREFIXES = ("SI.", "SIunits.", "Modelica.Units.SI.", "Modelica.SIunits.")
 
 _WORDS = (
@@ -121,7 +121,7 @@ def unit_text(dimension: Dimension) -> str:
 
 
 def words(dimension: Dimension, unit: str = "") -> str:
-    """The dimension for a message: ``a length [m]``; ``unit`` is how the reader wrote it or expects it."""
+    """The dimension for a message: ``a length [m]``; ``unit`` is the unit as written or expected."""
     if dimension == NUMBER:
         return "an angle or pure number" if unit in ("rad", "deg") else "a pure number"
     name = _BY_DIMENSION.get(dimension, ("a quantity", ""))[0]

@@ -1,4 +1,4 @@
-"""What names mean: the way from ``arm.link[3].b.x`` to a parameter, a frame or a signal."""
+"""Resolution of names: from ``arm.link[3].b.x`` to a parameter, a frame or a signal."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Signal:
-    """A name that stands for something that varies."""
+    """A name of a quantity that varies."""
 
     __slots__ = ("_make", "name")
 
@@ -37,7 +37,7 @@ class Signal:
 
 
 class Scope:
-    """A place in a model: a namespace, loop variables, and the component whose law is being read."""
+    """A place in a model: a namespace, loop variables, and the component whose law is evaluated."""
 
     __slots__ = ("budget", "law", "locals", "namespace", "owner", "size", "varying")
 
@@ -139,7 +139,7 @@ class Scope:
     # -- names -------------------------------------------------------------------------------------------------
 
     def resolve(self, reference: s.Reference) -> Entity:
-        """The thing that ``reference`` names."""
+        """The entity that ``reference`` denotes."""
         steps = reference.steps
         first = steps[0]
         if first.name == "Modelica" and (constant := write(reference)) in functions.CONSTANTS:
@@ -161,8 +161,8 @@ class Scope:
             return self.locals[name]
         found = self.namespace.find(name)
         if self.owner is not None and (found is None or (len(reference.steps) == 1 and _no_value(found, step))):
-            # As in Modelica a modifier sees the names around it; the component's own are there beneath them. A part
-            # alone has no value, so `s` in the law of a spring `s` can only mean its length.
+            # As in Modelica, a modifier sees the names around it; the component's own names have lower priority. A
+            # component has no value, so that `s` in the law of a spring `s` can only mean its length.
             own = self._own(self.owner, name)
             if own is not None:
                 return own
@@ -203,7 +203,7 @@ class Scope:
         if name != self.law and name in owner.signal_names():
             return Signal(f"{owner.name}.{name}", lambda: owner.signal(name))
         if name == self.law and any(x.name == name for x in owner.kind.signals):
-            # `torque = ...` cannot use itself, but a driver's `phi` is not the measured one either.
+            # `torque = ...` cannot use itself, and the law `phi` of a driver differs from the measured `phi`.
             return None
         return owner.own(name)
 
@@ -312,7 +312,7 @@ class Scope:
     # -- frames ------------------------------------------------------------------------------------------------
 
     def frame(self, e: s.Expression) -> Frame | Node | Part | Many | Disabled:
-        """What an argument that should be a frame stands for; a joint stands for its two frames."""
+        """The frame that an argument denotes; a joint denotes its two frames."""
         if not isinstance(e, s.Reference):
             raise ModelError(f"found `{write(e)}`, expected a frame", span_of(e.at), "e.g. `rod.b`, or `ground`")
         try:
@@ -324,7 +324,7 @@ class Scope:
 
 
 def as_frame(entity: Entity, e: s.Expression) -> Frame | Node | Part | Many | Disabled:
-    """The frame that ``entity``, written as ``e``, stands for."""
+    """The frame that ``entity``, written as ``e``, denotes."""
     if isinstance(entity, Frame | Node | Disabled):
         return entity
     if isinstance(entity, FrameMember):

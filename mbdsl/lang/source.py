@@ -1,4 +1,4 @@
-"""A source text and places in it."""
+"""A source text and places in it, for messages."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Source:
     def __init__(self, file: str, text: str) -> None:
         self.file = file
         self.text = text
-        self._spans: dict[tuple[int, int], Span] = {}  # loops ask for the same places again and again
+        self._spans: dict[tuple[int, int], Span] = {}  # loops request the same places repeatedly
 
     @cached_property
     def _starts(self) -> list[int]:
@@ -41,7 +41,7 @@ class Source:
         return f"Source({self.file!r})"
 
 
-#: where a piece of syntax stands: source, start and end offsets; None for what has no text
+#: the place of a piece of syntax: source, start and end offsets; None if it has no text
 At = tuple[Source, int, int] | None
 
 

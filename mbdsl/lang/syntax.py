@@ -1,6 +1,6 @@
-"""The syntax tree: what was written, before any name means anything.
+"""The syntax tree of a text, before names are resolved.
 
-Every node knows its place (``at``), which plays no part in comparisons. :mod:`mbdsl.lang.unparse` prints trees.
+Every node has its place (``at``), which comparisons ignore. :mod:`mbdsl.lang.unparse` prints trees.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from mbdsl.lang.units import Unit
 class Node:
     """Any piece of syntax."""
 
-    # Comparison and repr are written once, here: thirty generated ones would take a third of the time of a start.
+    # Comparison and repr are written once, here: generating thirty would take a third of the start-up time.
     at: At = field(default=None, compare=False, repr=False)
 
     def _content(self) -> tuple:
@@ -37,7 +37,7 @@ class Node:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Expression(Node):
-    """Something that has a value."""
+    """A piece of syntax that has a value."""
 
     depth: int = field(default=1, compare=False, repr=False, kw_only=True)  #: operations inside each other
 
@@ -162,7 +162,7 @@ class Argument(Node):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Literal(Expression):
-    """A value put into the tree by the library; text never makes one."""
+    """A value that the Builder inserts into the tree; text never creates one."""
 
     value: object
 
@@ -180,7 +180,7 @@ class Call(Expression):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Item(Node):
-    """Something in a model."""
+    """An item of a model."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -223,7 +223,7 @@ class Connect(Item):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Relation(Item):
-    """Any other equation; only messages need it."""
+    """Any other equation; it occurs only in error messages."""
 
     left: Expression
     right: Expression | None
@@ -275,7 +275,7 @@ class Import(Node):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class File(Node):
-    """A whole text."""
+    """A whole text: imports and models."""
 
     name: str
     imports: tuple[Import, ...]

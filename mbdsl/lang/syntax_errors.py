@@ -1,4 +1,4 @@
-"""What the parser stumbled over, in the words of a person who writes models."""
+"""Messages for syntax errors, in the terms of the language."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _BEGINNINGS = frozenset(
     "MODEL PARTIAL END EXTENDS IMPORT PARAMETER CONSTANT INPUT FINAL INNER OUTER CONNECTOR PUBLIC PROTECTED "
     "INITIAL EQUATION FOR CONNECT ANNOTATION FIXED GUESS NAME $END".split()
 )
-#: words of Modelica that mbdsl does not know; they may be names, but where they break the syntax this is said
+#: keywords of Modelica that mbdsl does not have; they may be names, and are mentioned where they break the syntax
 _FOREIGN = {
     "algorithm": "mbdsl has no algorithms: a model is components, connections and expressions",
     "class": "write `model`",
@@ -44,7 +44,7 @@ _SYMBOLS = {name: f"`{symbol}`" for symbol, name in PUNCTUATION.items() if name 
 
 
 def explain(problem: Unexpected, source: Source, tokens: list[Token], start: str) -> SyntaxProblem:
-    """The error to show for a token that does not fit."""
+    """The error for a token that the grammar does not allow."""
     token, previous, expected = problem.token, problem.previous, problem.expected
     here = source.span(token.start, max(token.end, token.start + 1))
     before = tokens[: tokens.index(token)] if token in tokens else tokens
@@ -186,7 +186,7 @@ def _special(
 
 
 def _open_blocks(tokens: list[Token]) -> list[tuple[str, Token]]:
-    """What is open after ``tokens``: ("model", its name), ("for", ...) or ("if", ...)."""
+    """The blocks that are open after ``tokens``: ("model", its name), ("for", ...) or ("if", ...)."""
     blocks: list[tuple[str, Token]] = []
     depth = 0
     for i, token in enumerate(tokens):

@@ -1,9 +1,9 @@
-"""Units that may have been meant as a division: ``1 N/g`` where the model has a parameter ``g``.
+"""Ambiguous units: ``1 N/g`` in a model with a parameter ``g`` may be meant as a division.
 
-Inside a unit there are no blanks, so ``1 N/g`` is a newton per gram and ``1 N / g`` is divided by the parameter. Where
-a name of the model is also the unit behind the ``/``, a wrong dimension shows most mistakes: in a model with a mass
-``m``, ``100 N/m`` is a stiffness. What no dimension shows is refused: a parameter of the unit's own dimension, and
-symbols that are unusual there.
+Inside a unit there are no blanks: ``1 N/g`` is a newton per gram, and ``1 N / g`` is divided by the parameter. If the
+symbol after ``/`` is also a name of the model, a wrong dimension reveals most mistakes: in a model with a mass ``m``,
+``100 N/m`` is a stiffness. Cases that no dimension reveals are refused: a parameter with the dimension of the symbol
+itself, and symbols that are unusual after ``/``.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from mbdsl.errors import ModelError
 from mbdsl.lang import units
 from mbdsl.lang.units import Dimension, Unit
 
-#: symbols that are common behind the `/` of units
+#: symbols that are common after the `/` of units
 USUAL = frozenset("m mm cm km in ft s ms us min h rad deg rev kg lb".split())
 _BEHIND = re.compile(r"/([A-Za-z]+)(?=[./]|$)")
 
 
 @cache
 def _behind(text: str) -> tuple[tuple[str, Dimension], ...]:
-    """Symbols behind a `/` of a unit, which may be names as well, and their dimensions."""
+    """Symbols after a `/` of a unit, which may be names as well, and their dimensions."""
     return tuple((name, known[1]) for name in _BEHIND.findall(text) if (known := units.symbol(name)) is not None)
 
 

@@ -136,7 +136,7 @@ def _factor(text: str, at: int, depth: int) -> tuple[float, Dimension, int] | No
         return None
     end = match.end()
     exponent = _EXPONENT.match(text, end)
-    # A symbol that goes on as a name does ("m1", "m_a") is a name, not a unit.
+    # A symbol that continues like a name ("m1", "m_a") is a name, not a unit.
     if exponent is None or text[exponent.end() : exponent.end() + 1].isalnum() or text[exponent.end() :][:1] == "_":
         return None
     power = int(exponent.group(1) or exponent.group(2) or exponent.group(3) or 1)
@@ -182,7 +182,7 @@ def meant(word: str) -> str | None:
 
 @cache
 def dimension(text: str) -> Dimension:
-    """Dimension of a unit that is known to be right (from a declaration)."""
+    """Dimension of a unit that is known to be valid (from a declaration)."""
     unit = parse(text)
     if unit is None:
         raise ValueError(f"no unit: {text!r}")

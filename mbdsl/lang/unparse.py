@@ -27,7 +27,7 @@ def write(e: s.Expression | None) -> str:
         case s.Unary(operator, operand):
             return f"{operator}{' ' if operator.isalpha() else ''}{_inner(operand)}"
         case s.Binary():
-            # Long sums lean to the left; they are written without recursion, and without parentheses where equal.
+            # Long sums associate to the left: written without recursion, with parentheses for lower precedence only.
             chain: list[str] = []
             while True:
                 chain += (_inner(e.right), e.operator)  # type: ignore[union-attr]

@@ -1,11 +1,12 @@
 """Values with dimensions, and arithmetic on them.
 
-A :class:`Quantity` is a scalar: a number, truth value or text known now, or an :class:`Expr` that varies in time. Its
-dimension is None where nothing says what it is ("bare": SI, fits anything). Arrays are tuples of quantities.
+A :class:`Quantity` is a scalar: a number, truth value or text that is known before the start, or an :class:`Expr` that
+varies in time. Its dimension is None if nothing determines it ("bare": in SI, compatible with every dimension). Arrays
+are tuples of quantities.
 
-The rules for bare values: a sum takes the dimension of the side that has one. In a product, a number written out
-(``literal``) is a pure number beside something constant (``2*L1`` is a length), but leaves the result bare beside
-something that varies (``-100*x`` may be a force). Any other bare value leaves a product bare.
+The rules for bare values: a sum has the dimension of the side that has one. In a product with a constant, a number
+written out (``literal``) is a pure number (``2*L1`` is a length); in a product with a varying value, it leaves the
+result bare (``-100*x`` may be a force). Any other bare value leaves a product bare.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from mbdsl.lang.units import NUMBER, Dimension
 
 
 class Quantity:
-    """One scalar value. ``boolean`` tells a condition from a number where ``value`` is an expression."""
+    """One scalar value. ``boolean`` distinguishes a condition from a number if ``value`` is an expression."""
 
     __slots__ = ("boolean", "dimension", "literal", "value")
 
@@ -64,7 +65,7 @@ def boolean(value: bool | Expr) -> Quantity:
 
 
 def describe(value: Value) -> str:
-    """What ``value`` is, for messages: "a length [m]", "an array of 3"."""
+    """A description of ``value`` for messages: "a length [m]", "an array of 3"."""
     if isinstance(value, tuple):
         return f"an array of {len(value)}"
     if value.boolean:
@@ -83,7 +84,7 @@ def numeric(q: Value, what: str) -> Quantity:
 
 
 def common(a: Quantity, b: Quantity, operation: str) -> Dimension | None:
-    """The dimension of two values that must have the same."""
+    """The common dimension of two values, which must not have different ones."""
     if a.dimension is None:
         return b.dimension
     if b.dimension is not None and a.dimension != b.dimension:
@@ -92,7 +93,7 @@ def common(a: Quantity, b: Quantity, operation: str) -> Dimension | None:
 
 
 def checked(value: float | int) -> float | int:
-    """A result of arithmetic, if it is a number that can be used."""
+    """A result of arithmetic, if it is finite and not too large."""
     if isinstance(value, int):
         if abs(value) > limits.INTEGER:
             return float(value) if abs(value) < 10**300 else _overflow()
@@ -107,7 +108,7 @@ def _overflow() -> float:
 
 
 def compute(operation: str, now: Callable, *operands: Quantity) -> float | int | Expr:
-    """``now`` on the values if they are known, else an expression."""
+    """``now`` applied to the values if they are known, else an expression."""
     if any(isinstance(q.value, Expr) for q in operands):
         arguments = [symbolic.expr(q.value) for q in operands]  # type: ignore[arg-type]
         if operation in symbolic._ARITHMETIC:
@@ -233,7 +234,7 @@ def logical(symbol: str, *operands: Value) -> Quantity:
 
 
 def choose(condition: Quantity, a: Value, b: Value) -> Value:
-    """``if`` with a condition that varies."""
+    """``if`` with a condition that varies in time."""
     if isinstance(a, tuple) or isinstance(b, tuple):
         raise ModelError("an `if` that depends on time or signals chooses between numbers, found an array")
     if a.boolean and b.boolean:

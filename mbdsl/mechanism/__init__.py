@@ -1,1 +1,1 @@
-"""The mechanism before any number is computed: the Scene, its graph, and the reduced scene that is solved for."""
+"""The structure of a mechanism: the Scene, its graph, and the reduced scene that is solved."""

@@ -1,4 +1,4 @@
-"""What is wrong, or suspicious, in the structure of a mechanism, before any number is looked at."""
+"""Checks of the structure of a mechanism, independent of its numbers: errors and warnings."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def ground_and_bodies(scene: Scene, grounds: Sequence[Component]) -> None:
-    """There is a ground, with one gravity, and something to move."""
+    """Check that there are a ground, a single gravity field, and bodies."""
     if not grounds:
         raise ModelError(
             f"model `{scene.name}` has no Ground: nothing says what stands still, or where gravity points",
@@ -39,7 +39,7 @@ def ground_and_bodies(scene: Scene, grounds: Sequence[Component]) -> None:
 
 
 def joints_join(joints: Sequence[Edge], ground: Component) -> None:
-    """Every joint has its frames on two different bodies, or on one and the ground."""
+    """Check that every joint has its frames on two different bodies, or on one and the ground."""
     for e in joints:
         if e.body_i == e.body_j and not e.component.ports:
             raise ModelError(
@@ -58,7 +58,7 @@ def joints_join(joints: Sequence[Edge], ground: Component) -> None:
 
 
 def all_held(bodies: Mapping[str, Component], floating: Sequence[Sequence[str]], ground: Component) -> None:
-    """No group of bodies is left without a joint or force that leads to the ground."""
+    """Check that joints or forces connect every group of bodies with the ground."""
     if not floating:
         return
 
@@ -78,7 +78,7 @@ def all_held(bodies: Mapping[str, Component], floating: Sequence[Sequence[str]],
 
 
 def warnings(joints: Sequence[Edge], forces: Sequence[Edge]) -> tuple[ModelWarning, ...]:
-    """Joints said twice, springs that can move nothing."""
+    """Warnings about repeated joints, and about springs that cannot move anything."""
     found = []
     seen: dict[tuple, Edge] = {}
     for e in joints:

@@ -26,7 +26,7 @@ def minimum_degree(
     Returns
     -------
     list of str
-        All nodes. Ties are broken towards the node named last: leaves of a chain are declared last as a rule.
+        All nodes. Ties are broken towards the node named last: usually, leaves of a chain are declared last.
     """
     neighbours = {node: set(near) - {node} for node, near in adjacent.items()}
     waits = {node: len(after.get(node, ())) for node in neighbours}
@@ -43,7 +43,7 @@ def minimum_degree(
     while heap:
         known, _, node = heapq.heappop(heap)
         if node in done or known != degree[node]:
-            continue  # an entry from before its neighbourhood changed; the current one is in the heap too
+            continue  # an outdated entry; the heap contains the current one as well
         done.add(node)
         order.append(node)
         front = neighbours.pop(node)

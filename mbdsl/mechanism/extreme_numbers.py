@@ -1,8 +1,8 @@
-"""Arithmetic that fails because a model holds numbers no computation can take, such as a mass of 1e300 kg.
+"""Arithmetic errors that extreme numbers of a model cause, such as a mass of 1e300 kg.
 
-Such numbers are not forbidden: many models run with them. Where a computation ends in an overflow, a division by zero
-or a matrix without an inverse, the model is looked through for them, and the error names the worst. Without any, the
-error is a defect of mbdsl and passes on as it is.
+Such numbers are not forbidden: many models run with them. If a computation ends in an overflow, a division by zero or a
+singular matrix, the model is searched for them, and the error names the most extreme one. If there is none, the error
+is a defect of mbdsl and is raised unchanged.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ R = TypeVar("R")
 
 
 def blame_extremes(function: Callable[P, R], scene_of: Callable[..., Scene] | None = None) -> Callable[P, R]:
-    """Decorate a function of a model: failing arithmetic is blamed on extreme numbers of that model, if there are any.
+    """Decorate a function of a model: arithmetic errors are attributed to extreme numbers of the model, if it has any.
 
-    The first argument that is a Scene is the model. Without any, it is ``scene_of(model, parameters, without)`` of the
-    arguments with these names.
+    The first argument that is a Scene is the model. If there is none, it is ``scene_of(model, parameters, without)``
+    with the arguments of these names.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def blame_extremes(function: Callable[P, R], scene_of: Callable[..., Scene] | No
     def blaming(*args: P.args, **named: P.kwargs) -> R:
         try:
             return function(*args, **named)
-        except (ArithmeticError, ValueError, RuntimeWarning) as problem:  # warnings, where they are set to be errors
+        except (ArithmeticError, ValueError, RuntimeWarning) as problem:  # warnings, if they are set to be errors
             blamed = _blamed(signature.bind(*args, **named).arguments, problem, scene_of)
             if blamed is None:
                 raise
@@ -57,7 +57,7 @@ def _blamed(arguments: dict[str, Any], problem: Exception, scene_of: Callable[..
     found = [entry for entry in _numbers(scene) if _extreme(entry[1])] if scene is not None else []
     if not found:
         return None
-    given = [entry for entry in found if entry[0].startswith("`")]  # rather than places that follow from them
+    given = [entry for entry in found if entry[0].startswith("`")]  # rather than positions that follow from them
     name, x, span = max(given or found, key=lambda entry: abs(math.log10(abs(entry[1]))))
     size = "large" if abs(x) > 1.0 else "small"
     return ModelError(
@@ -72,7 +72,7 @@ def _extreme(x: float) -> bool:
 
 
 def _numbers(scene: Scene) -> Iterator[tuple[str, float, Span | None]]:
-    """All numbers of a scene: what they belong to, value in SI, place."""
+    """All numbers of a scene: name of the owner, value in SI, place."""
     for c in scene.components.values():
         for name, value in c.values.items():
             for x in _of(value):

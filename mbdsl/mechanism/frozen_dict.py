@@ -1,4 +1,4 @@
-"""A mapping that does not change, as a part of values that do not."""
+"""An immutable mapping, for immutable values."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ V = TypeVar("V")
 
 
 class FrozenDict(dict[K, V]):
-    """A dict without the methods that change it. It has a hash if its values have; ``copy()`` is a plain dict."""
+    """A dict without the methods that change it. It is hashable if its values are; ``copy()`` is a plain dict."""
 
     def _refuse(self, *args: Any, **kwargs: Any) -> NoReturn:
         raise TypeError("a scene cannot be changed; make another one, with `dataclasses.replace`")
@@ -26,7 +26,7 @@ class FrozenDict(dict[K, V]):
 
 
 def freeze(owner: object, *fields: str) -> None:
-    """Replace the mappings in these fields of a frozen dataclass by mappings that do not change."""
+    """Replace the mappings in these fields of a frozen dataclass by immutable ones."""
     for name in fields:
         given: Mapping = getattr(owner, name)
         if not isinstance(given, FrozenDict):

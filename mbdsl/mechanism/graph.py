@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     import networkx
 
 Node = TypeVar("Node", bound=Hashable)
-GROUND = ""  #: the node that all components without coordinates share
+GROUND = ""  #: the node of all components without coordinates
 
 
 class Edge(NamedTuple):
-    """A joint or force and the two bodies it connects; ``also`` are the other bodies that its expressions read, those
-    of joints (``reads``) whose reactions they read included. What has no frames connects the ground with a body."""
+    """A joint or force and the two bodies it connects. ``also`` are the other bodies that its expressions read,
+    including those of joints (``reads``) whose reactions they read. Without frames, the ground is one of the two."""
 
     component: Component
     body_i: str
@@ -55,7 +55,7 @@ class Edge(NamedTuple):
 
 
 class Placement(NamedTuple):
-    """``body`` can be placed from ``parent`` (already placed) by ``joint``; None where no joint leads to it."""
+    """``body`` can be placed from ``parent``, which is already placed, by ``joint``; None if no joint leads to it."""
 
     body: str
     parent: str
@@ -90,7 +90,7 @@ class MechanismGraph:
     ground : Component
         The (first) ground; as a node it is ``GROUND``.
     warnings : tuple of ModelWarning
-        What is suspicious but no error.
+        Suspicious properties that are no errors.
     """
 
     scene: Scene
@@ -116,7 +116,7 @@ class MechanismGraph:
 
     @property
     def mobility(self) -> int:
-        """Gruebler count: coordinates less constraint rows. Redundant constraints make it smaller than the truth."""
+        """Gruebler count: coordinates minus constraint rows. Redundant constraints make it less than the mobility."""
         return self.coordinates - self.rows
 
     @property
@@ -126,7 +126,7 @@ class MechanismGraph:
 
     @cached_property
     def loops(self) -> int:
-        """Independent kinematic loops. A driver beside the joint that it drives closes none."""
+        """Independent kinematic loops. A driver parallel to the joint that it drives closes none."""
         edges = self._kinematic()
         groups = connected((GROUND, *self.bodies), ((e.body_i, e.body_j) for e in edges))
         return len(edges) - (len(self.bodies) + 1) + len(groups)
@@ -161,7 +161,7 @@ class MechanismGraph:
             if e.body_j != e.body_i:
                 at[e.body_j].append(e)
         placed, order, ticket = {GROUND}, [], 0
-        # The joint that fixes most comes first, then the one nearest to the ground: a rod is placed by its pin on
+        # The joint with the most rows comes first, then the one nearest to the ground: a rod is placed by its pin on
         # the crank rather than by the slot that guides its other end.
         heap: list[tuple[int, int, int, str, str, Edge]] = []
 
@@ -174,7 +174,7 @@ class MechanismGraph:
                     heapq.heappush(heap, (-e.rows, depth, ticket, e.other(body), body, e))
 
         reach(GROUND, 1)
-        for start in self.bodies:  # what floats passes the checks where a law of velocities mentions it
+        for start in self.bodies:  # a body without joints passes the checks if a law of velocities depends on it
             while heap:
                 _, depth, _, body, parent, e = heapq.heappop(heap)
                 if body not in placed:
@@ -186,16 +186,16 @@ class MechanismGraph:
         return tuple(order)
 
     def tree(self) -> tuple[Placement, ...]:
-        """A spanning tree as the order in which bodies can be placed, each from one that has its place already."""
+        """A spanning tree, in the order in which bodies can be placed, each from one that is already placed."""
         return self._tree
 
     def elimination_order(self) -> list[str]:
         """Names of bodies and joints in an order that keeps a factorisation of the Newton matrix sparse and safe.
 
         Minimum degree, under three rules that keep every pivot block regular without numerical pivoting as long as
-        all masses are positive and the constraints independent: the joint by which a body hangs in the spanning
-        tree comes after that body; a joint that closes a loop, be it at velocity level only, after all bodies of the
-        loop; an expression in velocities after all bodies on the way from those it reads to the ground.
+        all masses are positive and the constraints independent: the joint that connects a body with its parent in the
+        spanning tree comes after that body; a joint that closes a loop, even if at velocity level only, after all
+        bodies of the loop; an expression in velocities after all bodies between those it reads and the ground.
         """
         parent = {p.body: p.parent for p in self._tree}
         hangs = {p.joint: p.body for p in self._tree if p.joint}
@@ -217,12 +217,12 @@ class MechanismGraph:
         if joint.velocity_rows and joint.also:
             ends = (joint.body_i, joint.body_j, *joint.also)
             return {body for end in ends for body in _loop(end, GROUND, parent)} - {GROUND}
-        # A child that can turn has full rank in every joint's rows; a point mass has none in a row of angles.
+        # A child that can rotate has full rank in the rows of every joint; a point mass has none in a row of angles.
         if child is not None and "phi" in _kind(self.bodies[child]).coordinates:
             return {child}
         return set(_loop(joint.body_i, joint.body_j, parent)) - {GROUND}
 
-    # -- for people and other tools ----------------------------------------------------------------------------
+    # -- export and description ------------------------------------------------------------------------------
     def networkx(self) -> networkx.MultiGraph:
         """The same graph for networkx.
 
@@ -274,7 +274,7 @@ class MechanismGraph:
         return "\n".join(lines)
 
     def describe(self) -> str:
-        """Everything, as ``mbdsl show --stage graph`` prints it."""
+        """The whole structure, as ``mbdsl show --stage graph`` prints it."""
         tree = self.tree()
         closing = {e.name for e in self._kinematic()} - {p.joint for p in tree}
         lines = [self.summary(), "", "bodies"]
@@ -300,14 +300,14 @@ def build(scene: Scene) -> MechanismGraph:
     Raises
     ------
     ModelError
-        No ground, no body, a joint between two frames of one body, bodies that nothing holds.
+        If there is no ground or no body, a joint has both frames on one body, or a body is not held.
     """
     grounds = [c for c in scene.components.values() if isinstance(c.kind, BodyKind) and not c.kind.coordinates]
     checks.ground_and_bodies(scene, grounds)
     bodies = {c.name: c for c in scene.bodies()}
     joints = tuple(_edge(scene, bodies, c) for c in scene.components.values() if isinstance(c.kind, JointKind))
     forces = tuple(_edge(scene, bodies, c) for c in scene.components.values() if isinstance(c.kind, ForceKind))
-    # Who writes a law of a body's velocity means it to move: such a body does not float by accident.
+    # A law of the velocity of a body shows that the body is meant to move without being held.
     meant = ((GROUND, *e.also) for e in joints if not e.component.ports)
     held = connected((GROUND, *bodies), (*((e.body_i, e.body_j) for e in (*joints, *forces)), *meant))
     checks.joints_join(joints, grounds[0])

@@ -1,7 +1,7 @@
 """The Scene: a flat list of components with numbers resolved to SI and source places kept.
 
-Text (:mod:`mbdsl.lang`) and the library API (:class:`mbdsl.lang.builder.Builder`) both end here; everything
-downstream reads only this.
+Text (:mod:`mbdsl.lang`) and the library API (:class:`mbdsl.lang.builder.Builder`) both produce it; everything
+downstream reads only the Scene.
 
 A Scene is a value. It cannot be changed (``dataclasses.replace`` makes another one), it is equal to scenes of the same
 content, it can be pickled, and nothing in it refers to the text that it was read from except positions for messages.
@@ -213,7 +213,7 @@ class Scene:
 
     @cached_property
     def fingerprint(self) -> str:
-        """The canonical text of all that determines the motion: the key of a stored run is a digest of it.
+        """The canonical text of all data that determine the motion: the key of a stored run is a digest of it.
 
         It is the text of this scene without parameters (the components that use them hold their values) and without
         the times and the method of the experiment, which the arguments of a run replace.
@@ -316,7 +316,7 @@ class Scene:
     def _coordinate(self, frame: str, key: str) -> Expr:
         kind = self.components[self.frames[frame].body].kind
         if key in ("phi", "w") and isinstance(kind, BodyKind) and "phi" not in (kind.coordinates or ("phi",)):
-            return const(0.0)  # a point mass does not turn
+            return const(0.0)  # a point mass does not rotate
         return coordinate(frame, key)
 
     def _moved(self, expression: Expr) -> Expr:

@@ -12,8 +12,8 @@ from mbdsl.expressions.symbolic import Expr, expr, multiplier
 class Formulas:
     """The formulas of one component; every signal is evaluated once.
 
-    A law replaces the signal of its name in a force, which it is (``force``); in a joint it prescribes what the signal
-    measures (``phi`` of a driver), and both exist.
+    In a force, a law replaces the signal of its name (``force``). In a joint, a law prescribes the measured signal
+    (``phi`` of a driver), and both exist.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Formulas:
         return found
 
     def velocity_row(self, formula: str) -> Expr:
-        """One of the kind's ``velocity_rows``: a name that both a law and a signal have means the law."""
+        """One of the kind's ``velocity_rows``, in which a name of both a law and a signal denotes the law."""
         return formulas.evaluate(formula, _LawsFirst(self))
 
     def energy(self) -> Expr:

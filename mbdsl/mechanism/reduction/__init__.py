@@ -1,8 +1,8 @@
-"""What has to be solved for of a scene: its equations without what is known before the first step.
+"""Reduction: the parts of a scene that have to be solved, without the motions that are known before the first step.
 
-Scene to parts: welded bodies are merged, what drivers move one by one is part of the ground, and independent
-sub-mechanisms come apart. The trajectory is still about the scene as it was written: every body is somewhere in a
-part (or in the ground), and where it is follows from a frame there.
+Welded bodies are merged, bodies that drivers move one after the other become part of the ground, and independent
+sub-mechanisms are separated. The trajectory still refers to the scene as it was written: every body belongs to a part
+(or to the ground), and its motion follows from that of a frame there.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ __all__ = ["Note", "Part", "Reduction", "reduce"]
 class Part:
     """An independent sub-mechanism, as a scene of its own.
 
-    It is ``kinematic`` where counting says that its constraints leave nothing free: if they are independent, too, its
-    motion follows from them, and forces and friction, which ``scene`` lacks then, only from the motion. ``dynamic`` is
-    the part with them.
+    It is ``kinematic`` if, by counting, its constraints leave no degree of freedom. If they are independent, too, they
+    determine the motion, and forces and friction, which ``scene`` then lacks, follow from the motion. ``dynamic`` is
+    the part with forces and friction.
     """
 
     graph: MechanismGraph
@@ -42,8 +42,8 @@ class Part:
 
 @dataclass(frozen=True)
 class Reduction:
-    """``parts`` to solve for, which may be none at all. ``scene`` has what they were cut from: the ground with all that
-    became part of it; ``loose`` are initial values about nothing else."""
+    """The ``parts`` to solve, possibly none. They were cut from ``scene``, whose ground includes all that became part
+    of it; ``loose`` are initial values that depend on this ground only."""
 
     graph: MechanismGraph
     scene: Scene
@@ -92,7 +92,7 @@ def _solved(parts: list[Part]) -> list[Note]:
 
 
 def _without_idle(scene: Scene) -> tuple[Scene, list[Note]]:
-    """Forces between what does not move freely do nothing; nor do joints that say nothing about it."""
+    """Remove forces between bodies that do not move freely, which have no effect, and joints of these bodies only."""
     bodies = {c.name for c in scene.bodies()}
     idle = []
     for c in scene.components.values():
@@ -112,7 +112,7 @@ def _without_idle(scene: Scene) -> tuple[Scene, list[Note]]:
 
 
 def _groups(graph: MechanismGraph) -> list[list[str]]:
-    """Bodies of the independent parts; what an initial value mentions together is assembled together."""
+    """Bodies of the independent parts; bodies in the same initial value are assembled together."""
     groups = [list(p.bodies) for p in graph.sub_mechanisms]
     if len(groups) == 1:
         return groups
@@ -123,7 +123,7 @@ def _groups(graph: MechanismGraph) -> list[list[str]]:
 
 
 def _owners(scene: Scene, owner: dict[str, int], target: Expr) -> set[int]:
-    """Parts that an expression is about."""
+    """The parts that an expression depends on."""
     frames = [leaf.value[0] for leaf in leaves(target) if leaf.op == "coordinate"]  # type: ignore[index]
     return {owner[scene.frames[f].body] for f in frames if scene.frames[f].body in owner}
 
@@ -152,7 +152,7 @@ def _cut(graph: MechanismGraph, owner: dict[str, int], k: int) -> Scene:
 
 
 def _part(graph: MechanismGraph) -> Part:
-    """Whether the constraints alone determine the motion, as far as counting tells."""
+    """A part; it is kinematic if, by counting, the constraints alone determine the motion."""
     if graph.coordinates != graph.rows or graph.velocity_rows:
         return Part(graph)
     scene = graph.scene
@@ -162,7 +162,7 @@ def _part(graph: MechanismGraph) -> Part:
             components[name] = replace(c, friction=None)
     try:
         bare = mechanism.build(replace(scene, components=components))
-    except ModelError:  # something is held by forces only
+    except ModelError:  # forces alone hold some body
         return Part(graph)
     if any(p.mobility for p in bare.sub_mechanisms):
         return Part(graph)

@@ -1,8 +1,8 @@
-"""What drivers move one after the other from the ground on becomes part of the ground, as a function of time.
+"""Bodies that drivers move, one after the other from the ground on, become part of the ground as functions of time.
 
-A body belongs to it if all that joins it to the ground, or to what belongs to it already, is one joint and the driver
-of that joint's free coordinate. Its frames get their poses as expressions in time, and wherever a law or an initial
-value mentions a coordinate of such a frame, these take its place.
+A body belongs to it if only one joint and the driver of the joint's free coordinate connect it with the ground or with
+bodies that belong to it already. The poses of its frames become expressions in time, which replace the coordinates of
+these frames in laws and initial values.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from mbdsl.mechanism.scene import Component, Frame, Scene
 
 
 class Drive(NamedTuple):
-    """``joint`` leaves one coordinate free, and ``driver`` says what it is: u, an expression in time."""
+    """``joint`` leaves one coordinate free, and ``driver`` prescribes it: u, an expression in time."""
 
     joint: Edge
     driver: Edge
@@ -62,7 +62,7 @@ def _rewritten(c: Component, known) -> Component:
 
 
 def _driven(graph: MechanismGraph) -> tuple[dict[str, Pose], dict[str, Drive]]:
-    """Poses of the reference points of driven bodies, and by what they are driven, from the ground outwards."""
+    """Poses of the reference points of driven bodies, and their drives, from the ground outwards."""
     if not any(_drives(e) for e in graph.joints):
         return {}, {}
     at: dict[str, list[Edge]] = {GROUND: [], **{body: [] for body in graph.bodies}}
@@ -86,7 +86,7 @@ def _driven(graph: MechanismGraph) -> tuple[dict[str, Pose], dict[str, Drive]]:
             drives[body] = drive
             reached.add(body)
             pending.append(body)
-    # A body was looked at when not all were known that it is joined to; the outermost that is held in more ways stays.
+    # A body was accepted before all its neighbours were known; the outermost one with additional joints is removed.
     while wrong := [b for b in drives if sum(_closed(e, poses) for e in at[b]) > 2 + _children(b, drives)]:
         gone = [wrong[-1]]
         for body in gone:
@@ -101,7 +101,7 @@ def _closed(e: Edge, poses: Mapping[str, Pose]) -> bool:
 
 
 def _children(body: str, drives: Mapping[str, Drive]) -> int:
-    """Joints and drivers by which other driven bodies hang on this one."""
+    """The number of joints and drivers that connect driven bodies with this one, their parent."""
     return 2 * sum(d.joint.other(b) == body for b, d in drives.items())
 
 
@@ -110,7 +110,7 @@ def _drives(e: Edge) -> bool:
 
 
 def _drive(joins: list[Edge]) -> Drive | None:
-    """The two joints that hold a body, if they are a joint and its driver by a function of time."""
+    """The joint and the driver that hold a body, if they are its only two joints and u depends on time alone."""
     drivers = [e for e in joins if _drives(e)]
     others = [e for e in joins if not _drives(e)]
     if len(drivers) != 1 or len(others) != 1:

@@ -1,4 +1,4 @@
-"""What a reduction did, or did not do, and why: lines of ``mbdsl explain``."""
+"""Notes on a reduction: what it did or did not do, and why; ``mbdsl explain`` prints them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Note:
         return f"{self.action}: {few(self.names)}{by}: {self.why}{where}"
 
 
-#: merged: welded bodies became the first of them; grounded: welded to the ground, gone; moved: what drivers move became
-#: part of the ground, as functions of time; dropped: acts on nothing that is left; kept: could not be reduced;
-#: split: integrated by itself; kinematic: solved from its constraints alone
+#: merged: welded bodies became the first of them; grounded: welded to the ground and removed; moved: driven bodies
+#: became part of the ground, as functions of time; dropped: acts on nothing that remains; kept: could not be reduced;
+#: split: integrated separately; kinematic: solved from its constraints alone
 ACTIONS = ("merged", "grounded", "moved", "dropped", "kept", "split", "kinematic")

@@ -1,4 +1,4 @@
-"""Poses (x, y, phi) in the plane, composed and inverted; of numbers, or of expressions in time."""
+"""Poses (x, y, phi) in the plane, of numbers or of expressions in time: composition and inverse."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ Pose: TypeAlias = "tuple[Number, Number, Number]"
 
 
 def compose(outer: Pose, inner: Pose) -> Pose:
-    """The pose ``inner`` given in the axes of ``outer``, in the axes that ``outer`` is given in."""
+    """The pose ``inner``, relative to ``outer``, in the axes in which ``outer`` is given."""
     x, y, phi = outer
     c, s = call("cos", phi), call("sin", phi)
     return _plain(x + c * inner[0] - s * inner[1], y + s * inner[0] + c * inner[1], phi + inner[2])
 
 
 def invert(pose: Pose) -> Pose:
-    """What ``pose`` is seen from."""
+    """The inverse: composed with ``pose`` it is the identity."""
     x, y, phi = pose
     c, s = call("cos", phi), call("sin", phi)
     return _plain(-(c * x) - s * y, s * x - c * y, -phi)

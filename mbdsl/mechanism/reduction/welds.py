@@ -1,7 +1,7 @@
-"""Welded bodies become one, and those welded to the ground become part of it.
+"""Welded bodies become one body; bodies welded to the ground become part of it.
 
-The frames of all bodies stay, fixed to what the bodies became; every joint, force, signal and initial value is about
-frames, so that nothing else has to know.
+The frames of all bodies are kept and fixed to the resulting body. Joints, forces, signals and initial values refer to
+frames only, so that they need no change.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ RIGID = ("x", "y", "phi")  #: coordinates of a rigid body
 
 
 def merge(graph: MechanismGraph) -> tuple[Scene, list[Note]]:
-    """The scene of ``graph`` with its welds carried out."""
+    """The scene of ``graph`` with welded bodies merged."""
     scene, notes = graph.scene, list[Note]()
     welds = [e for e in graph.joints if _welds(e.component)]
     if not welds:
@@ -69,7 +69,7 @@ def _welds(c: Component) -> bool:
 
 
 def _more(graph: MechanismGraph, groups: list[tuple[list[str], list[Edge]]]) -> dict[int, Edge]:
-    """Number of a group -> a joint that holds nothing but bodies of it, beside the welds that already do."""
+    """Number of a group -> a joint that connects bodies of this group only, in addition to its tree of welds."""
     number = {body: k for k, (group, _) in enumerate(groups) for body in group}
     used = {e.name for _, tree in groups for e in tree}
     found: dict[int, Edge] = {}
@@ -87,7 +87,7 @@ def _kept(e: Edge, why: str) -> Note:
 
 
 def _groups(graph: MechanismGraph, welds: Iterable[Edge]) -> list[tuple[list[str], list[Edge]]]:
-    """Bodies, and the ground, that welds connect, from the ground or the first body outwards, with a tree of welds."""
+    """Groups of bodies connected by welds, each from the ground or its first body outwards, with a tree of welds."""
     at: dict[str, list[Edge]] = {}
     for e in welds:
         at.setdefault(e.body_i, []).append(e)
@@ -110,7 +110,7 @@ def _groups(graph: MechanismGraph, welds: Iterable[Edge]) -> list[tuple[list[str
 
 
 def _root(scene: Scene, group: list[str]) -> str:
-    """The body whose angle something is said about at the start, so that it is placed by that; else the first."""
+    """The body whose angle has an initial value, which then determines the placement; else the first body."""
     said = {x.target for x in scene.initial}
     return next((b for b in group if scene.signal_of(scene.components[b], "phi") in said), group[0])
 
@@ -122,7 +122,7 @@ def _poses(scene: Scene, root: str, tree: list[Edge]) -> Mapping[str, Pose]:
     while pending:
         e = pending.pop(0)
         if e.body_i not in poses and e.body_j not in poses:
-            pending.append(e)  # the root need not be where the tree was grown from
+            pending.append(e)  # the root may be inside the tree
             continue
         a, b = (_pose(scene.frames[e.component.ports[port]]) for port in e.component.kind.ports)
         assert isinstance(e.component.kind, JointKind) and e.component.kind.pose is not None
@@ -156,5 +156,5 @@ def _sum(root: Component, members: list[tuple[Component, Pose]]) -> Component:
     x, y = (sum(p[0] * p[k] for p in parts) / mass if mass > 0.0 else parts[0][k] for k in (1, 2))
     inertia = sum(I + m * ((cx - x) ** 2 + (cy - y) ** 2) for m, cx, cy, I in parts)
     values = {"m": mass, "I": inertia, "length": root.values.get(root.kind.size), "com": (x, y), "frames": ()}
-    # its coordinates are those of the common centre of mass, which no signal stands for
+    # its coordinates are those of the common centre of mass, for which there is no signal
     return replace(root, kind=kinds()["Body"], values=values, signals=("phi", "w"))
