@@ -1,1 +1,1 @@
-"""Compiled integration methods, one file each; see :func:`mbdsl.integrators.modules`."""
+"""The compiled integration methods, one file each, which :func:`mbdsl.integrators.modules` discovers."""

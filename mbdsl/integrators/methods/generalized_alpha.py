@@ -1,7 +1,7 @@
 """Generalised-alpha, stabilised index 2; both constraint levels hold, order 2 in q, v, a and lam.
 
-Unknowns a_{n+1} = q''(t_{n+1}), lam_{n+1} and, local to the step, abar, mu; A, its weights and its start are those of
-generalized-alpha-i3:
+Unknowns a_{n+1} = q''(t_{n+1}), lam_{n+1}, and abar, mu, which are local to the step. A, its weights and its start
+value are those of generalized-alpha-i3:
 
     (1 - alpha_m) A_{n+1} + alpha_m A_n = (1 - alpha_f) a_{n+1} + alpha_f a_n
     q_{n+1} = q_n + h v_n + h^2 [(1/2 - beta) A_n + beta A_{n+1}] + h^2/2 abar
@@ -11,16 +11,16 @@ generalized-alpha-i3:
     R3:  1/h^2 Phi(q_{n+1}, t_{n+1}) = 0
     R4:  1/h (Phi_q v + Phi_t)_{n+1} = 0
 
-with M and Phi_q at q_{n+1}. The corrections are those of hht-si2, where beta and gamma are what q and v have of
-a_{n+1}: a projection with the mass matrix, and the index-3 system. What (M abar)_q adds to R2 is, as (Phi_q^T mu)_q,
-left to the next iteration: abar vanishes with the error of the discretisation.
+with M and Phi_q at q_{n+1}. The corrections are those of hht-si2, with the weights of a_{n+1} in q and v as beta and
+gamma: a projection with the mass matrix, and the index-3 system. The term (M abar)_q of R2, like (Phi_q^T mu)_q, is
+left to the next iteration, because abar vanishes with the discretisation error.
 
-Local errors, and the shift of A_n where steps differ, are those of generalized-alpha-i3; abar and mu are predicted in
-proportion to the step.
+Local errors, and the shift of A_n for unequal steps, are those of generalized-alpha-i3; predictions of abar and mu are
+proportional to the step size.
 
 Source: Chung, Hulbert (1993); Arnold, Bruels, Cardona, Error analysis of generalized-alpha Lie group time integration
-methods for constrained mechanical systems, Numer. Math. 129 (2015) 149-179, for the stabilised index-2 form; its
-projection is here the one of Negrut, Jay, Khude (2009), eq. (12), with masses.
+methods for constrained mechanical systems, Numer. Math. 129 (2015) 149-179, for the stabilised index-2 form. The
+projection, with masses, is that of Negrut, Jay, Khude (2009), eq. (12).
 """
 
 from mbdsl.compilation.buffer_layout import (
@@ -84,6 +84,7 @@ METHOD = Method(
 
 @kernel
 def motion(h, run):
+    """POSITION and VELOCITY from the history, UNKNOWN and UNKNOWN2."""
     index_3_motion(h, run)
     q, abar = run.vectors[POSITION], run.vectors[UNKNOWN2]
     for i in range(run.layout[N_Q]):
@@ -92,7 +93,7 @@ def motion(h, run):
 
 @kernel
 def change_step(h, run):
-    """A_n, and abar and mu of the past, for a step of length h in place of the present one."""
+    """Convert A_n, and the history of abar and mu, to the step size h."""
     h0 = run.reals[STEP_SIZE]
     if h != h0:
         shift(h, run)
@@ -104,6 +105,7 @@ def change_step(h, run):
 
 @kernel
 def residual(h, run):
+    """RESIDUAL and RESIDUAL2 from UNKNOWN, UNKNOWN2, MX, MX2, FORCE and FORCE2."""
     n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
     y, mass = run.vectors, run.numbers[run.layout[MASS] :]
     r, r2, f, mu_force = y[RESIDUAL], y[RESIDUAL2], y[FORCE], y[FORCE2]
@@ -121,7 +123,10 @@ def residual(h, run):
 
 @kernel
 def matrix(t, h, run):
-    """[[S, Phi_q^T], [Phi_q, 0]], [[2 M, Phi_q^T], [Phi_q, 0]] and -h^2 K', with S and K' of generalized-alpha-i3."""
+    """Matrices 0, 1 and 2 <- [[S, Phi_q^T], [Phi_q, 0]], [[2 M, Phi_q^T], [Phi_q, 0]], both factorised, and -h^2 K'.
+
+    S = M + s h^2 K' + r h D and K' are those of generalized-alpha-i3.
+    """
     of_q, of_v = new_weights(run)
     k, d = of_q * h * h, of_v * h
     iteration_matrix(0, t, run, M=1.0, K=k, D=d, Mx_q=k, Gam_q=k / d)
@@ -135,6 +140,6 @@ def matrix(t, h, run):
 
 @kernel
 def correct(k, h, run):
-    """As in hht-si2, with what q and v have of a_{n+1} as beta and gamma."""
+    """``correct`` of hht-si2, with the weights of a_{n+1} in q and v as beta and gamma."""
     of_q, of_v = new_weights(run)
     return correct_with(of_q, of_v, k, h, run)

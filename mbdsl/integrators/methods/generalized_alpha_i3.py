@@ -1,27 +1,27 @@
 """Generalised-alpha on the index-3 equations, order 2.
 
-Unknowns a_{n+1} = q''(t_{n+1}), lam_{n+1}; A, which is carried from step to step, belongs to the times
-t_n + (alpha_m - alpha_f) h; f = Q - Phi_q^T lam:
+Unknowns a_{n+1} = q''(t_{n+1}), lam_{n+1}. A is carried from step to step; A_n belongs to the time
+t_n + (alpha_m - alpha_f) h. f = Q - Phi_q^T lam:
 
     (1 - alpha_m) A_{n+1} + alpha_m A_n = (1 - alpha_f) a_{n+1} + alpha_f a_n
     q_{n+1} = q_n + h v_n + h^2 [(1/2 - beta) A_n + beta A_{n+1}]
     v_{n+1} = v_n + h [(1 - gamma) A_n + gamma A_{n+1}]
     M(q_{n+1}) a_{n+1} - f_{n+1} = 0
-    1/(s h^2) Phi(q_{n+1}, t_{n+1}) = 0,   s h^2 a_{n+1} being what q_{n+1} has of a_{n+1}
+    1/(s h^2) Phi(q_{n+1}, t_{n+1}) = 0,   s h^2 = dq_{n+1}/da_{n+1}
 
-The spectral radius for infinite frequencies, rho, gives all else:
+All parameters follow from rho, the spectral radius at infinite frequency:
 
     alpha_m = (2 rho - 1)/(rho + 1),  alpha_f = rho/(rho + 1),  gamma = 1/2 + alpha_f - alpha_m,
     beta = (gamma + 1/2)^2/4
 
-The equations of motion hold at t_{n+1}, so that the method is of order 2 with any M(q). A_0 = a_0 + (alpha_m - alpha_f)
-h q''': with A_0 = a_0 reactions would be of order 1 at first.
+The equations of motion hold at t_{n+1}; therefore the method has order 2 for any M(q). The start value is
+A_0 = a_0 + (alpha_m - alpha_f) h q'''; with A_0 = a_0 the first reactions would have order 1.
 
-Local errors, with D = alpha_m - alpha_f and k = (1 - alpha_f)/2 - (1 - alpha_m) (1/2 + D), A_n being
-q''(t_n) + D h q''' + k h^2 q'''': h^3 (1/6 - beta - D/2) q''' in q, h^3 (1/6 - k - gamma (1/2 + D)) v''' in v.
+Local errors, with D = alpha_m - alpha_f, k = (1 - alpha_f)/2 - (1 - alpha_m) (1/2 + D) and
+A_n = q''(t_n) + D h q''' + k h^2 q'''': h^3 (1/6 - beta - D/2) q''' in q, h^3 (1/6 - k - gamma (1/2 + D)) v''' in v.
 
-Steps that differ: A_n is shifted by D (h_n - h_{n-1}) q''', and v_n along the constraints' normals set anew, as HHT-I3
-has it.
+Unequal steps: A_n is shifted by D (h_n - h_{n-1}) q''', and v_n along the normals of the constraints is converted as in
+HHT-I3.
 
 Source: Chung, Hulbert, A time integration algorithm for structural dynamics with improved numerical dissipation: the
 generalized-alpha method, J. Appl. Mech. 60 (1993) 371-375; Arnold, Bruels, Convergence of the generalized-alpha scheme
@@ -57,7 +57,7 @@ RHO = Option(0.8, 0.0, 1.0, "spectral radius for high frequencies: 1 no damping,
 
 
 def coefficients(options):
-    """What q and v have of a_{n+1}; q of A_n and a_n; v of A_n and a_n; A_{n+1} of a_{n+1}, a_n and A_n."""
+    """Weights of a_{n+1} in q and in v; of A_n, a_n in q; of A_n, a_n in v; of a_{n+1}, a_n, A_n in A_{n+1}."""
     rho = options["rho"]
     alpha_m, alpha_f = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
     gamma = 1 / 2 + alpha_f - alpha_m
@@ -80,7 +80,7 @@ def check_constrained(options):
 def begin(c, start):
     if start.stiff:
         return {UNKNOWN0: [*(0.0 * start.a), *start.lam], CARRIED: 0.0 * start.a}
-    D = 1 / 2 - c[1] / c[6]  # gamma is (weight of a_{n+1} in v) / (that in A)
+    D = 1 / 2 - c[1] / c[6]  # gamma = (weight of a_{n+1} in v) / (weight of a_{n+1} in A_{n+1})
     return {UNKNOWN0: [*start.a, *start.lam], CARRIED: start.a + D * start.h * start.jerk}
 
 
@@ -104,8 +104,8 @@ METHOD = Method(
 
 @kernel
 def weights(run):
-    """The coefficients of this step: those of the backward Euler method while steps are left of a stiff start, q_{n+1}
-    = q_n + h v_{n+1}, v_{n+1} = v_n + h a_{n+1}, A_{n+1} = a_{n+1}."""
+    """The coefficients of this step; in the first steps of a stiff start those of the backward Euler method,
+    q_{n+1} = q_n + h v_{n+1}, v_{n+1} = v_n + h a_{n+1}, A_{n+1} = a_{n+1}."""
     if run.memory[0] > 0.0:
         return 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0
     c = run.coefficients
@@ -114,14 +114,14 @@ def weights(run):
 
 @kernel
 def new_weights(run):
-    """What q and v have of a_{n+1} in this step."""
+    """Weights of a_{n+1} in q and in v in this step."""
     of_q, of_v, _qA, _qa, _vA, _va, _new, _old, _past = weights(run)
     return of_q, of_v
 
 
 @kernel
 def local_error(h, last, c, jerk, snap):
-    """Errors of q and v in a step of length h behind one of length ``last``."""
+    """Local errors of q and v in a step of size h after one of size ``last``."""
     h3, beta, gamma = h * h * h, c[0] / c[6], c[1] / c[6]
     D = 1 / 2 - gamma
     k = (c[6] / 2 - 1 / 2 - D) / (c[6] + c[7])
@@ -130,13 +130,13 @@ def local_error(h, last, c, jerk, snap):
 
 @kernel
 def velocity_error(h, last, c):
-    """What v is wrong by along the constraints' normals, relative to the jerk."""
+    """The error of v along the normals of the constraints, relative to the jerk."""
     return h * h * (1 / 6 - c[0] / c[6] - (1 / 2 - c[1] / c[6]) / 2)
 
 
 @kernel
 def shift(h, run):
-    """A_n for a step of length h in place of the present one."""
+    """Shift A_n (row CARRIED) to the step size h."""
     c, reals = run.coefficients, run.reals
     D = 1 / 2 - c[1] / c[6]
     A, a0, a1 = run.vectors[CARRIED], run.vectors[UNKNOWN0], run.vectors[UNKNOWN0 + 1]
@@ -146,7 +146,7 @@ def shift(h, run):
 
 @kernel
 def change_step(h, run):
-    """A_n, and v_n along the normals, for a step of length h in place of the present one."""
+    """Convert A_n, and v_n along the normals, to the step size h. Changes CARRIED and VELOCITY0."""
     if h != run.reals[STEP_SIZE]:
         shift(h, run)
         set_velocity(velocity_error(h, h, run.coefficients), h, matrix, run)
@@ -154,6 +154,7 @@ def change_step(h, run):
 
 @kernel
 def motion(h, run):
+    """POSITION and VELOCITY from POSITION0, VELOCITY0, UNKNOWN0, CARRIED and UNKNOWN."""
     of_q, of_v, qA, qa, vA, va, _new, _old, _past = weights(run)
     y = run.vectors
     q, v, q0, v0 = y[POSITION], y[VELOCITY], y[POSITION0], y[VELOCITY0]
@@ -165,6 +166,7 @@ def motion(h, run):
 
 @kernel
 def residual(h, run):
+    """RESIDUAL from UNKNOWN, MX and FORCE."""
     of_q, of_v = new_weights(run)
     n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
     y, mass = run.vectors, run.numbers[run.layout[MASS] :]
@@ -179,7 +181,8 @@ def residual(h, run):
 
 @kernel
 def matrix(t, h, run):
-    """[[M + s h^2 K' + r h D, Phi_q^T], [Phi_q, 0]], K' = K + (M a)_q; s and r are what q and v have of a_{n+1}."""
+    """Matrix 0 <- [[M + s h^2 K' + r h D, Phi_q^T], [Phi_q, 0]], factorised; K' = K + (M a)_q, and s and r are the
+    weights of a_{n+1} in q and v."""
     of_q, of_v = new_weights(run)
     k, d = of_q * h * h, of_v * h
     iteration_matrix(0, t, run, M=1.0, K=k, D=d, Mx_q=k, Gam_q=k / d)
@@ -188,14 +191,14 @@ def matrix(t, h, run):
 
 @kernel
 def correct(k, h, run):
-    """Solve for the corrections, apply them; the largest scaled change of a position."""
+    """Solve for the corrections and apply them to UNKNOWN; return the largest scaled change of a position."""
     of_q, _of_v = new_weights(run)
     return of_q * h * h * correct_one(run)
 
 
 @kernel
 def finish(h, run):
-    """A_{n+1}; and one of the steps of a stiff start is done."""
+    """CARRIED <- A_{n+1}; count the steps of a stiff start."""
     _of_q, _of_v, _qA, _qa, _vA, _va, new, old, past = weights(run)
     A, a, a0 = run.vectors[CARRIED], run.vectors[UNKNOWN], run.vectors[UNKNOWN0]
     for i in range(run.layout[N_Q]):

@@ -1,6 +1,6 @@
 """HHT-ADD: Hilber-Hughes-Taylor with reactions added for both constraint levels, order 2 in q and v.
 
-Unknowns a_{n+1}, psi_I, psi_II; fa = M^{-1} Q are the accelerations of the applied forces alone, b != 1/2 is free:
+Unknowns a_{n+1}, psi_I, psi_II; fa = M^{-1} Q are the accelerations by applied forces alone; b != 1/2 is a parameter:
 
     q_{n+1} = q_n + h v_n + h^2/2 [(1-2 beta) a_n + 2 beta a_{n+1}] + h^2/2 [(1-b) R_I + b R_II]
     v_{n+1} = v_n + h [(1-gamma) a_n + gamma a_{n+1}] + h/2 (R_I + R_II)
@@ -8,33 +8,33 @@ Unknowns a_{n+1}, psi_I, psi_II; fa = M^{-1} Q are the accelerations of the appl
     a_{n+1} = (1+alpha) fa_{n+1} - alpha fa_n
     M R_I = -Phi_q^T(q_n, t_n) psi_I,   M R_II = -Phi_q^T(q_{n+1}, t_{n+1}) psi_II
 
-Iterated on are P and W, what q_{n+1} = q_n + h v_n + h^2 P and v_{n+1} = v_n + h W add up to, so that M need not be
-inverted: with GP = M M_n^{-1} Phi_q^T(q_n) psi_I, GD = Phi_q^T psi_II and M = M(q_{n+1}), M_n = M(q_n),
+Newton's iteration solves for P and W with q_{n+1} = q_n + h v_n + h^2 P and v_{n+1} = v_n + h W, so that M need not be
+inverted. With GP = M M_n^{-1} Phi_q^T(q_n) psi_I, GD = Phi_q^T psi_II, M = M(q_{n+1}) and M_n = M(q_n),
 
     R1:  M [P - (1/2 - beta) a_n + beta alpha fa_n] - beta (1+alpha) Q_{n+1} + 1/2 [(1-b) GP + b GD] = 0
     R2:  M [W - (1 - gamma) a_n + gamma alpha fa_n] - gamma (1+alpha) Q_{n+1} + 1/2 (GP + GD) = 0
     R3:  1/h^2 Phi = 0,   R4:  1/h (Phi_q v + Phi_t) = 0
 
-Where M depends on q, M_n^{-1} is applied body by body, by the factors of what is constant in it (the elements' own
-file); that and fa_{n+1} = M^{-1} Q_{n+1} at the end of a step are all that is inverted.
+If M depends on q, M_n^{-1} is applied body by body, with the factors of the constant part of M (see
+:mod:`mbdsl.bodies`). M is inverted only there and in fa_{n+1} = M^{-1} Q_{n+1} at the end of a step.
 
-In the increments w of W and u = gamma p - beta w (p that of P), and with the old Phi_q taken for the new one, Newton's
-equations fall apart, as HHT-SI2's do:
+With the increments p of P, w of W and u = gamma p - beta w, and with Phi_q(q_n) replaced by Phi_q(q_{n+1}), Newton's
+equations are split into two systems, as those of HHT-SI2:
 
     gamma R1 - beta R2:  M u + Phi_q^T chi = -gamma R1 + beta R2,            Phi_q u = -gamma R3 + beta R4 + ...
     R2:                  S w + Phi_q^T eta = -R2 - (1+alpha) h^2 K u,        Phi_q w = -R4 + ...
     S = M + (1+alpha) (beta h^2 K + gamma h D) + beta/(2 gamma) h^2 (Phi_q^T psi_II)_q + beta/gamma h^2 (M [.]_R2)_q,
     K and D of applied forces alone
 
-The converged solution is that of the full system. psi_II is of order 1 only: reactions are found from the
-acceleration-level equations, and friction in joints, which has to take psi_II, is of order 1.
+The converged solution is that of the full system. psi_II has order 1 only. Therefore reactions are computed from the
+acceleration-level equations, and friction in joints, which depends on psi_II, has order 1.
 
-Local errors: as HHT-I3's. Where steps differ, a_n, found for t_n + alpha h_{n-1}, becomes that for t_n + alpha h_n:
-fa_n + h_n/h_{n-1} (a_n - fa_n).
+Local errors are those of HHT-I3. For unequal steps, a_n, which belongs to t_n + alpha h_{n-1}, is converted to
+t_n + alpha h_n by fa_n + h_n/h_{n-1} (a_n - fa_n).
 
-Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section on HHT-ADD, with the velocity formula
-derived anew (misprinted there); Jay, Negrut, Extensions of the HHT-alpha method to differential-algebraic equations in
-mechanics, ETNA 26 (2007) 190-208. The splitting is ours.
+Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section on HHT-ADD, with a corrected velocity
+formula (it is misprinted there); Jay, Negrut, Extensions of the HHT-alpha method to differential-algebraic equations in
+mechanics, ETNA 26 (2007) 190-208. The splitting is our own.
 """
 
 from mbdsl.compilation.buffer_layout import (
@@ -87,18 +87,18 @@ from mbdsl.integrators.methods.newmark import memory, settle, weights
 
 __all__ = ["local_error"]
 
-#: share of S from which on forces count as stiff
+#: part of a diagonal entry of S above which forces count as stiff
 STIFF = 0.5
 
 
 def coefficients(options):
-    """Those of HHT-I3, and b."""
+    """The coefficients of HHT-I3, and b."""
     return *hht_i3.coefficients(options), options["b"]
 
 
 def check(options):
     if abs(options["b"] - 1 / 2) < 1e-3:
-        return "b = 1/2 makes both constraint levels ask the same of psi_I and psi_II, and determines neither"
+        return "b = 1/2 gives the same condition for psi_I and psi_II at both constraint levels, and determines neither"
     return None
 
 
@@ -142,12 +142,13 @@ METHOD = Method(
 
 @kernel
 def share(gamma, alpha):
-    """Of psi_II, what f is evaluated with: K is then the sum that S asks for."""
+    """The factor on psi_II in the multipliers of f; with it, K of f includes the term (Phi_q^T psi_II)_q of S."""
     return 1 / (2 * gamma * (1 + alpha))
 
 
 @kernel
 def motion(h, run):
+    """POSITION, VELOCITY, LAM, MULTIPLIED and MULTIPLIED2 from the history, UNKNOWN (P) and UNKNOWN2 (W)."""
     beta, gamma, alpha, past = weights(run)
     n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
     y = run.vectors
@@ -159,7 +160,7 @@ def motion(h, run):
         a_n, fa_n = past * a0[i], alpha * fa0[i]
         of_R1[i] = P[i] - (1 / 2 - beta) * a_n + beta * fa_n
         of_R2[i] = W[i] - (1 - gamma) * a_n + gamma * fa_n
-    # the multipliers that f and K see; a nonholonomic one acts as an applied force does
+    # the multipliers in f and K; nonholonomic ones act like applied forces
     for i in range(n, n + m):
         lam[i] = share(gamma, alpha) * W[i]
     for i in range(n + m, size):
@@ -168,7 +169,7 @@ def motion(h, run):
 
 @kernel
 def change_step(h, run):
-    """a_n for a step of length h in place of the present one."""
+    """Convert a_n (row A0) to the step size h."""
     a0, fa0 = run.vectors[A0], run.vectors[FA]
     for i in range(run.layout[N_Q]):
         a0[i] = fa0[i] + h / run.reals[STEP_SIZE] * (a0[i] - fa0[i])
@@ -176,6 +177,7 @@ def change_step(h, run):
 
 @kernel
 def residual(h, run):
+    """RESIDUAL and RESIDUAL2 from MULTIPLIED, MULTIPLIED2, MX, MX2, FORCE, FORCE2 and PAST_FORCE."""
     beta, gamma, alpha, _past = weights(run)
     b, part = run.coefficients[3], share(gamma, alpha)
     n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
@@ -196,11 +198,14 @@ def residual(h, run):
 
 @kernel
 def matrix(t, h, run):
-    """[[S, Phi_q^T], [Phi_q, 0]], [[M, Phi_q^T], [Phi_q, 0]], -(1+alpha) h^2 K and, where forces are stiff, S - M."""
+    """Matrices 0 and 1 <- [[S, Phi_q^T], [Phi_q, 0]] and [[M, Phi_q^T], [Phi_q, 0]], factorised.
+
+    Matrix 2 <- -(1+alpha) h^2 K; matrix 3 <- the terms of S with K and D of f if forces are stiff, otherwise empty.
+    """
     beta, gamma, alpha, _past = weights(run)
     b = run.coefficients[3]
     k, d = beta * (1 + alpha), gamma * (1 + alpha)
-    of_lam = 2 * d * (1 - b - beta / gamma) / (1 - 2 * b)  # how psi_II follows eta
+    of_lam = 2 * d * (1 - b - beta / gamma) / (1 - 2 * b)  # d times the derivative of psi_II by eta
     of_mass, of_Gam = beta / gamma * h * h, beta * h / gamma
     iteration_matrix(0, t, run, M=1.0, K=k * h * h, D=d * h, Mx_q=of_mass, f_lam=of_lam, Gam_q=of_Gam)
     projection_matrix(1, t, run, M=1.0)
@@ -217,7 +222,8 @@ def matrix(t, h, run):
 
 @kernel
 def correct(k, h, run):
-    """Solve for the corrections, apply them; the largest scaled change of a position (or of h times a velocity)."""
+    """Solve for the corrections and apply them to UNKNOWN and UNKNOWN2; return the largest scaled change of a position
+    (or of h times a velocity)."""
     beta, gamma, alpha, _past = weights(run)
     b = run.coefficients[3]
     n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
@@ -245,10 +251,10 @@ def correct(k, h, run):
 
 @kernel
 def finish(h, run):
-    """fa_{n+1} = M^{-1} Q_{n+1} and a_{n+1}; the pose last evaluated, that of both, is where the next step begins.
+    """FA <- fa_{n+1} = M^{-1} Q_{n+1}; A0 <- a_{n+1}. The next step starts at the pose of the last evaluation (KEEP).
 
-    Q is that of the last evaluation and, where forces are stiff, what the last correction makes of it: there Q_v dv may
-    be large where dv is negligible.
+    Q is that of the last evaluation. If forces are stiff, its change by the last correction is added, because Q_v dv
+    may be large although dv is negligible. Overwrites FORCE, TEMPORARY2 and CORRECTION2.
     """
     _beta, gamma, alpha, _past = weights(run)
     n, part, y = run.layout[N_Q], share(gamma, alpha), run.vectors

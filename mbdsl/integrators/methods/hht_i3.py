@@ -6,15 +6,16 @@ gamma = 1/2 - alpha, beta = (1 - alpha)^2/4, and
     1/(1+alpha) M a_{n+1} - f_{n+1} + alpha/(1+alpha) f_n = 0                                             (8c)
     1/(beta h^2) Phi(q_{n+1}, t_{n+1}) = 0                                                                (8d)
 
-Where M depends on q, it is that of the predictor q_n + (1+alpha) h v_n, once a step, as HHT-SI2 has it: a_{n+1} belongs
-to t_{n+1} + alpha h. With M(q_{n+1}), as (8c) reads, the method is of first order, by alpha h dM/dt a.
+If M depends on q, it is evaluated once a step, at the predictor q_n + (1+alpha) h v_n, as in HHT-SI2, because a_{n+1}
+belongs to t_{n+1} + alpha h. With M(q_{n+1}), as in (8c), the method has order 1, with the error alpha h dM/dt a.
 
-Local errors: -h^3 (1/12 + alpha^2/4) q''' in q, h^3 (-1/12 + alpha/2 + alpha^2) v''' in v, where the alpha/2 and half
-of alpha^2 are what (8c) gets wrong in a.
+Local errors: -h^3 (1/12 + alpha^2/4) q''' in q, h^3 (-1/12 + alpha/2 + alpha^2) v''' in v. The term alpha/2 and half of
+alpha^2 are due to the error of a from (8c).
 
-Steps that differ: a_n, found for t_n + alpha h_{n-1}, is shifted by alpha (h_n - h_{n-1}) times its rate. Along the
-constraints' normals v_n has the error that makes q_{n+1} right, -h^2 (1/12 + alpha^2/4) q'''; as it is found with
-h_{n-1}, it is changed, too, without which a, and reactions, would jump by O(h) with every change of the step.
+Unequal steps: a_n, which belongs to t_n + alpha h_{n-1}, is shifted by alpha (h_n - h_{n-1}) times its rate. Along the
+normals of the constraints, v_n has the error -h^2 (1/12 + alpha^2/4) q''', for which q_{n+1} is exact. This error
+belongs to h_{n-1} and is converted to h_n; otherwise a and the reactions would jump by O(h) at each change of the step
+size.
 
 Source: Negrut, Jay, Khude, A discussion of low order numerical integration formulas for rigid and flexible multibody
 dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eq. (8).
@@ -60,7 +61,7 @@ def coefficients(options):
 
 
 def begin(c, start):
-    """a_0 is the acceleration at t_0 + alpha h: started with q''(t_0), the reactions would ring for tens of steps."""
+    """Start values; a_0 belongs to t_0 + alpha h. With q''(t_0), reactions would oscillate for tens of steps."""
     if start.stiff:
         return {UNKNOWN0: [*(0.0 * start.a), *start.lam]}
     return {UNKNOWN0: [*(start.a + c[2] * start.h * start.jerk), *start.lam]}
@@ -88,7 +89,7 @@ METHOD = Method(
 
 @kernel
 def hold_mass(h, run):
-    """The coordinates that M is evaluated at, at the beginning of a step."""
+    """MASS_POSITION <- the predictor, at the beginning of a step (NEW_MASS), if M depends on q."""
     _beta, _gamma, alpha, _past = weights(run)
     if run.layout[NEW_MASS] and run.layout[MASS_KIND] > 1:
         held, q0, v0 = run.vectors[MASS_POSITION], run.vectors[POSITION0], run.vectors[VELOCITY0]
@@ -98,13 +99,14 @@ def hold_mass(h, run):
 
 @kernel
 def motion(h, run):
+    """POSITION and VELOCITY as in NEWMARK, and MASS_POSITION."""
     hold_mass(h, run)
     newmark_motion(h, run)
 
 
 @kernel
 def local_error(h, last, c, jerk, snap):
-    """Errors of q and v in a step of length h behind one of length ``last``."""
+    """Local errors of q and v in a step of size h after one of size ``last``."""
     alpha = c[2]
     h3 = h * h * h
     return -(1 / 12 + alpha * alpha / 4) * h3 * jerk, (-1 / 12 + alpha / 2 + alpha * alpha) * h3 * snap
@@ -112,19 +114,20 @@ def local_error(h, last, c, jerk, snap):
 
 @kernel
 def velocity_error(h, last, c):
-    """What v is wrong by along the constraints' normals, relative to the jerk."""
+    """The error of v along the normals of the constraints, relative to the jerk."""
     return -(1 / 12 + c[2] * c[2] / 4) * h * h
 
 
 @kernel
 def change_step(h, run):
-    """v_n along the normals, for a step of length h in place of the present one; a_n is shifted by the driver."""
+    """Convert v_n along the normals to the step size h. Changes VELOCITY0; the driver shifts a_n."""
     if h != run.reals[STEP_SIZE]:
         set_velocity(velocity_error(h, h, run.coefficients), h, matrix, run)
 
 
 @kernel
 def residual(h, run):
+    """RESIDUAL from UNKNOWN, MX, FORCE and FORCE0."""
     beta, gamma, alpha, _past = weights(run)
     n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
     y, mass = run.vectors, run.numbers[run.layout[MASS] :]
@@ -139,7 +142,7 @@ def residual(h, run):
 
 @kernel
 def matrix(t, h, run):
-    """[[M/(1+alpha) + beta h^2 K + gamma h D, Phi_q^T], [Phi_q, 0]]."""
+    """Matrix 0 <- [[M/(1+alpha) + beta h^2 K + gamma h D, Phi_q^T], [Phi_q, 0]], factorised."""
     beta, gamma, alpha, _past = weights(run)
     iteration_matrix(0, t, run, M=1 / (1 + alpha), K=beta * h * h, D=gamma * h, Gam_q=beta * h / gamma)
     return factor(0, run)
@@ -147,7 +150,7 @@ def matrix(t, h, run):
 
 @kernel
 def finish(h, run):
-    """f at the accepted unknowns, from (8c), which saves an evaluation."""
+    """FORCE <- f at the accepted unknowns, computed from (8c) to save an evaluation. Writes MX."""
     _beta, _gamma, alpha, _past = weights(run)
     if run.layout[MASS_KIND] > 0:
         inertia(TIMES, UNKNOWN, MX, run)

@@ -1,6 +1,6 @@
 """HHT-SI2: Hilber-Hughes-Taylor, stabilised index 2; both constraint levels hold, order 2 in q, v, a and lam.
 
-Unknowns a_{n+1}, lam_{n+1} and, local to the step, abar, mu; f = Q - Phi_q^T lam:
+Unknowns a_{n+1}, lam_{n+1}, and abar, mu, which are local to the step; f = Q - Phi_q^T lam:
 
     q_{n+1} = q_n + h v_n + h^2/2 [(1 - 2 beta) a_n + 2 beta a_{n+1}] + h^2/2 abar
     v_{n+1} = v_n + h [(1 - gamma) a_n + gamma a_{n+1}]
@@ -10,23 +10,23 @@ Unknowns a_{n+1}, lam_{n+1} and, local to the step, abar, mu; f = Q - Phi_q^T la
     R4:  1/h (Phi_q v + Phi_t)_{n+1} = 0
     Mhat := M at the predictor q_n + (1+alpha) h v_n, once a step
 
-The system of twice the size is not solved as one. In the increments da of a and e of abar/2, with S = 1/(1+alpha) M +
-beta h^2 K + gamma h D, Newton's equations read
+The system has twice the size of HHT-I3's, and is split into two. With the increments da of a and e of abar/2, and
+S = 1/(1+alpha) M + beta h^2 K + gamma h D, Newton's equations are
 
     R2:       2 M e + Phi_q^T dmu = -R2 + ...
     R3, R4:   Phi_q e = -R3 + beta/gamma R4 + ...
     R1:       S da + Phi_q^T dlam = -R1 - h^2 K e
     R4:       Phi_q da = -R4/gamma + ...
 
-a projection with a mass matrix that does not change, and HHT-I3's own system. The dots are h N dq and
-h^2 (Phi_q^T mu)_q dq: a power of h times a correction, left to the next iteration. The converged solution is that of
-the full system.
+The first two are a projection with a mass matrix that does not change, and the last two are HHT-I3's system. The dots
+stand for h N dq and h^2 (Phi_q^T mu)_q dq. These terms, corrections times a power of h, are left to the next iteration.
+The converged solution is that of the full system.
 
-Local errors are those of HHT-I3, and so is the shift of a_n where steps differ. abar and mu, which vanish with h, are
-predicted in proportion to it.
+Local errors, and the shift of a_n for unequal steps, are those of HHT-I3. abar and mu vanish with h; their predictions
+are proportional to the step size.
 
-Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (12)-(13), with R1's signs derived anew
-(they are misprinted there); the splitting is ours.
+Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (12)-(13), with corrected signs of R1, which
+are misprinted there; the splitting is our own.
 """
 
 from mbdsl.compilation.buffer_layout import (
@@ -89,6 +89,7 @@ METHOD = Method(
 
 @kernel
 def motion(h, run):
+    """POSITION, VELOCITY and MASS_POSITION from the history, UNKNOWN and UNKNOWN2."""
     beta, gamma, _alpha, past = weights(run)
     hold_mass(h, run)
     y = run.vectors
@@ -102,7 +103,7 @@ def motion(h, run):
 
 @kernel
 def change_step(h, run):
-    """abar and mu of the past, as with steps of length h in place of the present one."""
+    """Convert the history of abar and mu to the step size h."""
     h0 = run.reals[STEP_SIZE]
     for k in range(PAST if h != h0 else 0):
         abar = run.vectors[UNKNOWN0 + PAST + k]
@@ -112,6 +113,7 @@ def change_step(h, run):
 
 @kernel
 def residual(h, run):
+    """RESIDUAL and RESIDUAL2 from UNKNOWN, UNKNOWN2, MX, MX2, FORCE, FORCE0 and FORCE2."""
     _beta, _gamma, alpha, _past = weights(run)
     n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
     y, mass = run.vectors, run.numbers[run.layout[MASS] :]
@@ -130,7 +132,7 @@ def residual(h, run):
 
 @kernel
 def matrix(t, h, run):
-    """[[S, Phi_q^T], [Phi_q, 0]], [[2 M, Phi_q^T], [Phi_q, 0]] and -h^2 K."""
+    """Matrices 0, 1 and 2 <- [[S, Phi_q^T], [Phi_q, 0]], [[2 M, Phi_q^T], [Phi_q, 0]], both factorised, and -h^2 K."""
     beta, gamma, alpha, _past = weights(run)
     mass = 1 / (1 + alpha)
     iteration_matrix(0, t, run, M=mass, K=beta * h * h, D=gamma * h, Gam_q=beta * h / gamma)
@@ -144,14 +146,15 @@ def matrix(t, h, run):
 
 @kernel
 def correct(k, h, run):
-    """Solve for the corrections, apply them; the largest scaled change of a position (or of h times a velocity)."""
+    """Solve for the corrections and apply them to UNKNOWN and UNKNOWN2; return the largest scaled change of a position
+    (or of h times a velocity)."""
     beta, gamma, _alpha, _past = weights(run)
     return correct_with(beta, gamma, k, h, run)
 
 
 @kernel
 def correct_with(beta, gamma, k, h, run):
-    """The same, where q_{n+1} has beta h^2 a_{n+1} and v_{n+1} has gamma h a_{n+1}."""
+    """``correct`` for dq_{n+1}/da_{n+1} = beta h^2 and dv_{n+1}/da_{n+1} = gamma h."""
     n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
     y, scale = run.vectors, run.vectors[SCALE]
     r, r2, da, e = y[RESIDUAL], y[RESIDUAL2], y[CORRECTION], y[CORRECTION2]

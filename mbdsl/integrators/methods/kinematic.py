@@ -1,13 +1,14 @@
-"""Kinematics: what constraints and drivers determine without leaving anything free is no differential equation.
+"""Kinematics: the motion of mechanisms in which constraints and drivers leave no degree of freedom.
 
-With as many (independent) constraints as coordinates, unknowns are the displacement d = q_{n+1} - q_n and v_{n+1}:
+There is no differential equation. With as many independent constraints as coordinates, the unknowns are the
+displacement d = q_{n+1} - q_n and v_{n+1}:
 
     Phi(q_{n+1}, t_{n+1}) = 0
     Phi_q v_{n+1} + Phi_t = 0
 
-Both are solved to rounding, whatever h. Forces do not enter; reactions follow from the motion where somebody asks. The
-matrix is that of the other methods with M for the sake of its pivots: the solution does not depend on it.
-Where steps are controlled, they end at outputs, and none moves a coordinate by more than the limit that the run sets.
+Both equations are solved to rounding for any h. Forces do not enter; reactions are computed from the motion on access.
+The matrix is that of the other methods; it contains M only for its pivots, and the solution does not depend on M.
+Controlled steps end at output times, and no step moves a coordinate by more than the run's limit LARGEST.
 """
 
 from mbdsl.compilation.buffer_layout import (
@@ -50,6 +51,7 @@ METHOD = Method(
 
 @kernel
 def motion(h, run):
+    """POSITION from POSITION0 and UNKNOWN; VELOCITY from UNKNOWN2."""
     y = run.vectors
     q, v, q0, d, v_new = y[POSITION], y[VELOCITY], y[POSITION0], y[UNKNOWN], y[UNKNOWN2]
     for i in range(run.layout[N_Q]):
@@ -59,13 +61,13 @@ def motion(h, run):
 
 @kernel
 def local_error(h, last, c, jerk, snap):
-    """There is none."""
+    """Zero: there is no discretisation error."""
     return 0.0, 0.0
 
 
 @kernel
 def estimate(h, formulas, run):
-    """The largest displacement, relative to what it may be."""
+    """The largest scaled displacement in UNKNOWN, relative to the limit LARGEST."""
     d, scale, largest = run.vectors[UNKNOWN], run.vectors[SCALE], 0.0
     for i in range(run.layout[N_Q]):
         largest = larger(abs(d[i]) * scale[i], largest)
@@ -74,7 +76,7 @@ def estimate(h, formulas, run):
 
 @kernel
 def change_step(h, run):
-    """Displacements of the past, as with steps of length h in place of the present one."""
+    """Convert the history of displacements to the step size h."""
     for k in range(PAST):
         d = run.vectors[UNKNOWN0 + k]
         for i in range(run.layout[N_Q]):
@@ -83,6 +85,7 @@ def change_step(h, run):
 
 @kernel
 def residual(h, run):
+    """RESIDUAL and RESIDUAL2 <- [0; Phi] and [0; Phi_q v + Phi_t], from FORCE and FORCE2."""
     y = run.vectors
     r, r2, phi, dphi = y[RESIDUAL], y[RESIDUAL2], y[FORCE], y[FORCE2]
     for i in range(run.layout[N_Q]):
@@ -93,14 +96,15 @@ def residual(h, run):
 
 @kernel
 def matrix(t, h, run):
-    """[[M, Phi_q^T], [Phi_q, 0]]."""
+    """Matrix 0 <- [[M, Phi_q^T], [Phi_q, 0]], factorised."""
     projection_matrix(0, t, run, M=1.0)
     return factor(0, run)
 
 
 @kernel
 def correct(k, h, run):
-    """Solve for the corrections, apply them; the largest scaled change of a position, or of h times a velocity."""
+    """Solve for the corrections and apply them to UNKNOWN and UNKNOWN2; return the largest scaled change of a position
+    (or of h times a velocity)."""
     y, scale = run.vectors, run.vectors[SCALE]
     r, r2, of_d, of_v, d, v = y[RESIDUAL], y[RESIDUAL2], y[CORRECTION], y[CORRECTION2], y[UNKNOWN], y[UNKNOWN2]
     for i in range(run.layout[N_ALL]):
@@ -117,4 +121,4 @@ def correct(k, h, run):
 
 @kernel
 def finish(h, run):
-    """Nothing but q and v is kept."""
+    """The history consists of q and v only: nothing to do."""

@@ -9,11 +9,11 @@ Unknowns a_{n+1}, lam_{n+1}; f = Q - Phi_q^T lam:
 
 Local errors: h^3 (1/6 - beta) q''' in q, h^2 (1/2 - gamma) v'' in v.
 
-gamma > 1/2 damps high frequencies. gamma = 1/2 with beta = 1/4, the trapezoidal rule, has order 2, but does not damp
-the multipliers' oscillations at all.
+gamma > 1/2 damps high frequencies. The trapezoidal rule, gamma = 1/2 with beta = 1/4, has order 2, but does not damp
+oscillations of the multipliers at all.
 
-Where the start is so stiff that a_0 says nothing about the motion behind a transient, the first two steps are of the
-backward Euler method, which is beta = gamma = 1 without a_n: one to pass the transient, one to find the a behind it.
+If the start is stiff, a_0 belongs to a transient and not to the motion after it. The first two steps are then backward
+Euler steps (beta = gamma = 1 without a_n): the first passes the transient, the second determines a after it.
 
 Source: Negrut, Jay, Khude, A discussion of low order numerical integration formulas for rigid and flexible multibody
 dynamics, J. Comput. Nonlinear Dyn. 4 (2009) 021008, eqs. (4)-(6).
@@ -44,13 +44,13 @@ from mbdsl.integrators.method import Method, Option
 
 
 def beta_of(options):
-    """beta as given, else the smallest that is stable."""
+    """The given beta; by default the smallest for which the method is stable."""
     gamma, beta = options["gamma"], options["beta"]
     return (gamma + 1 / 2) ** 2 / 4 if beta is None else beta
 
 
 def coefficients(options):
-    """beta, gamma, alpha, the last for the methods that share this file's formulas."""
+    """beta, gamma and alpha; methods that share these kernels have an alpha other than 0."""
     return beta_of(options), options["gamma"], 0.0
 
 
@@ -74,7 +74,7 @@ def check_constrained(options):
 
 
 def memory(c, start):
-    """The number of backward Euler steps that are left of a stiff start."""
+    """The number of remaining backward Euler steps of a stiff start."""
     return (2.0 if start.stiff else 0.0,)
 
 
@@ -107,7 +107,7 @@ METHOD = Method(
 
 @kernel
 def weights(run):
-    """beta, gamma, alpha and the weight of a_n in this step."""
+    """beta, gamma, alpha, and the factor on a_n in this step."""
     if run.memory[0] > 0.0:
         return 1.0, 1.0, 0.0, 0.0  # backward Euler
     c = run.coefficients
@@ -116,6 +116,7 @@ def weights(run):
 
 @kernel
 def motion(h, run):
+    """POSITION and VELOCITY from POSITION0, VELOCITY0, UNKNOWN0 and UNKNOWN."""
     beta, gamma, _alpha, past = weights(run)
     y = run.vectors
     q, v, q0, v0, a, a0 = y[POSITION], y[VELOCITY], y[POSITION0], y[VELOCITY0], y[UNKNOWN], y[UNKNOWN0]
@@ -127,26 +128,27 @@ def motion(h, run):
 
 @kernel
 def local_error(h, last, c, jerk, snap):
-    """Errors of q and v in a step of length h behind one of length ``last``."""
+    """Local errors of q and v in a step of size h after one of size ``last``."""
     beta, gamma = c[0], c[1]
     return h * h * h * (1 / 6 - beta) * jerk, h * h * (1 / 2 - gamma) * jerk
 
 
 @kernel
 def velocity_error(h, last, c):
-    """What v is wrong by along the constraints' normals, relative to the jerk."""
+    """The error of v along the normals of the constraints, relative to the jerk."""
     return h * h * (1 / 6 - c[0] - (1 / 2 - c[1]) / 2)
 
 
 @kernel
 def change_step(h, run):
-    """v_n along the normals, for a step of length h in place of the present one."""
+    """Convert v_n along the normals to the step size h. Changes VELOCITY0."""
     if h != run.reals[STEP_SIZE]:
         set_velocity(velocity_error(h, h, run.coefficients), h, matrix, run)
 
 
 @kernel
 def residual(h, run):
+    """RESIDUAL from UNKNOWN, MX and FORCE."""
     beta, gamma, _alpha, _past = weights(run)
     n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
     y, mass = run.vectors, run.numbers[run.layout[MASS] :]
@@ -161,7 +163,7 @@ def residual(h, run):
 
 @kernel
 def matrix(t, h, run):
-    """[[M + beta h^2 K' + gamma h D, Phi_q^T], [Phi_q, 0]] with K' = K + (M a)_q."""
+    """Matrix 0 <- [[M + beta h^2 K' + gamma h D, Phi_q^T], [Phi_q, 0]] with K' = K + (M a)_q, factorised."""
     beta, gamma, _alpha, _past = weights(run)
     k = beta * h * h
     iteration_matrix(0, t, run, M=1.0, K=k, D=gamma * h, Mx_q=k, Gam_q=beta * h / gamma)
@@ -170,18 +172,18 @@ def matrix(t, h, run):
 
 @kernel
 def correct(k, h, run):
-    """Solve for the corrections, apply them; the largest scaled change of a position."""
+    """Solve for the corrections and apply them to UNKNOWN; return the largest scaled change of a position."""
     beta, _gamma, _alpha, _past = weights(run)
     return beta * h * h * correct_one(run)
 
 
 @kernel
 def finish(h, run):
-    """Nothing but q, v and a is kept."""
+    """The history consists of q, v and a only; count the steps of a stiff start."""
     settle(run)
 
 
 @kernel
 def settle(run):
-    """One of the steps of a stiff start is done."""
+    """Count down the remaining steps of a stiff start in ``memory``."""
     run.memory[0] = max(0.0, run.memory[0] - 1.0)

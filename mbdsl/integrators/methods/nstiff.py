@@ -7,21 +7,21 @@ Unknowns a_{n+1}, lam_{n+1}; f = Q - Phi_q^T lam:
     M a_{n+1} - f_{n+1} = 0
     9/(4 h^2) Phi(q_{n+1}, t_{n+1}) = 0
 
-Steps that differ, with r = h_n/h_{n-1}, s = h_n (1 + r)/(1 + 2 r) and p = r^2/(1 + 2 r) (2/3 h and 1/3 for r = 1):
+Unequal steps, with r = h_n/h_{n-1}, s = h_n (1 + r)/(1 + 2 r) and p = r^2/(1 + 2 r) (2/3 h and 1/3 for r = 1):
 
     v_{n+1} = (1 + p) v_n - p v_{n-1} + s a_{n+1}
     q_{n+1} = (1 + p) q_n - p q_{n-1} + s v_{n+1}
 
-Local errors: -s h_n (h_n + h_{n-1})/6 times q''' in q, and times v''' in v (-2/9 h^3 for r = 1). Along the constraints'
-normals v_n has the error that makes q_n right, -h_{n-1} (h_{n-1} + h_{n-2})/6 q'''; where steps differ, it is made that
-of the step to come, without which a, and reactions, would jump by O(h).
+Local errors: -s h_n (h_n + h_{n-1})/6 times q''' in q, and times v''' in v (-2/9 h^3 for r = 1). Along the normals of
+the constraints, v_n has the error -h_{n-1} (h_{n-1} + h_{n-2})/6 q''', for which q_n is exact. For unequal steps it is
+converted to that of the next step; otherwise a and the reactions would jump by O(h).
 
-The step before the start is made up, from the motion's Taylor expansion. Where the start is stiff, so that a says
-nothing about the motion behind a transient, the first step is one of the backward Euler method instead: v_{n+1} = v_n +
-h a_{n+1}, q_{n+1} = q_n + h v_{n+1}. Order 2 is kept, as it is one step.
+The state one step before the start is computed by a Taylor expansion of the motion. If the start is stiff, a_0 belongs
+to a transient, and the first step is a backward Euler step instead: v_{n+1} = v_n + h a_{n+1}, q_{n+1} = q_n +
+h v_{n+1}. The method keeps order 2, because this is only one step.
 
 Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section on NSTIFF; after Orlandea's stiff
-integrator in ADAMS. The start is ours.
+integrator in ADAMS. The start is our own.
 """
 
 from mbdsl.compilation.buffer_layout import (
@@ -40,7 +40,7 @@ from mbdsl.compilation.buffer_layout import (
     VELOCITY,
     VELOCITY0,
 )
-from mbdsl.compilation.buffer_layout import KEPT as POSITION1  # of one step before
+from mbdsl.compilation.buffer_layout import KEPT as POSITION1  # q at the start of the previous step
 from mbdsl.compilation.buffer_layout import KEPT2 as VELOCITY1
 from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.linear_solve import factor
@@ -50,14 +50,14 @@ from mbdsl.integrators.loop.step_control import set_velocity
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix
 from mbdsl.integrators.method import Method
 
-#: memory: (s/h)^2 and s/h, how q and v follow a; p; what v_n is wrong by along the normals, relative to the jerk
+#: memory: (s/h)^2 and s/h, the weights of a in q and v; p; the error of v_n along the normals, relative to the jerk
 S_SQUARED, S, P, ERROR = range(4)
 BDF2 = (4 / 9, 2 / 3, 1 / 3)
 EULER = (1.0, 1.0, 0.0)
 
 
 def before(start):
-    """q and v one step before the start."""
+    """q and v one step before the start, by Taylor expansion."""
     h, q, v, a, j = start.h, start.q, start.v, start.a, start.jerk
     return {POSITION1: q - h * v + h**2 / 2 * a - h**3 / 6 * j, VELOCITY1: v - h * a + h**2 / 2 * j}
 
@@ -87,6 +87,7 @@ METHOD = Method(
 
 @kernel
 def motion(h, run):
+    """POSITION and VELOCITY from those of the last two steps and UNKNOWN."""
     s, p = run.memory[S] * h, run.memory[P]
     y = run.vectors
     q, v, a = y[POSITION], y[VELOCITY], y[UNKNOWN]
@@ -99,7 +100,7 @@ def motion(h, run):
 
 @kernel
 def local_error(h, last, c, jerk, snap):
-    """Errors of q and v in a step of length h behind one of length ``last``."""
+    """Local errors of q and v in a step of size h after one of size ``last``."""
     r = h / last
     k = -((1 + r) / (1 + 2 * r)) * h * h * (h + last) / 6
     return k * jerk, k * snap
@@ -107,13 +108,16 @@ def local_error(h, last, c, jerk, snap):
 
 @kernel
 def velocity_error(h, last, c):
-    """What v is wrong by along the constraints' normals, relative to the jerk."""
+    """The error of v along the normals of the constraints, relative to the jerk."""
     return -h * (h + last) / 6
 
 
 @kernel
 def change_step(h, run):
-    """Weights of a step of length h; v_n and v_{n-1} along the normals."""
+    """Set the weights for the step size h in ``memory``, and convert v_n and v_{n-1} along the normals.
+
+    Changes VELOCITY0 and VELOCITY1.
+    """
     last, memory = run.reals[LAST_H], run.memory
     set_ratio(h / last, run)
     error = velocity_error(h, last, run.coefficients)
@@ -127,13 +131,14 @@ def change_step(h, run):
 
 @kernel
 def set_ratio(r, run):
-    """The weights of a step that is r times as long as the last one."""
+    """Set the weights in ``memory`` for a step r times as long as the last one."""
     s = (1 + r) / (1 + 2 * r)
     run.memory[S_SQUARED], run.memory[S], run.memory[P] = s * s, s, r * r / (1 + 2 * r)
 
 
 @kernel
 def residual(h, run):
+    """RESIDUAL from UNKNOWN, MX and FORCE."""
     s = run.memory[S] * h
     n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
     y, mass = run.vectors, run.numbers[run.layout[MASS] :]
@@ -148,7 +153,7 @@ def residual(h, run):
 
 @kernel
 def matrix(t, h, run):
-    """[[M + s^2 (K + (M a)_q) + s D, Phi_q^T], [Phi_q, 0]] with s = 2/3 h."""
+    """Matrix 0 <- [[M + s^2 (K + (M a)_q) + s D, Phi_q^T], [Phi_q, 0]], factorised; s = 2/3 h for equal steps."""
     s = run.memory[S] * h
     iteration_matrix(0, t, run, M=1.0, K=s * s, D=s, Mx_q=s * s, Gam_q=s)
     return factor(0, run)
@@ -156,13 +161,13 @@ def matrix(t, h, run):
 
 @kernel
 def correct(k, h, run):
-    """Solve for the corrections, apply them; the largest scaled change of a position."""
+    """Solve for the corrections and apply them to UNKNOWN; return the largest scaled change of a position."""
     return run.memory[S_SQUARED] * h * h * correct_one(run)
 
 
 @kernel
 def finish(h, run):
-    """The step's start becomes the past, and what began with backward Euler goes on with BDF2."""
+    """POSITION1 and VELOCITY1 <- the state at the start of the step; the next step is one of BDF2."""
     run.memory[S_SQUARED], run.memory[S], run.memory[P] = BDF2
     y = run.vectors
     q0, v0, q1, v1 = y[POSITION0], y[VELOCITY0], y[POSITION1], y[VELOCITY1]

@@ -1,7 +1,8 @@
 """NSTIFF-SI2: the backward differentiation formula of order 2 on the stabilised index-2 equations.
 
-Unknowns a = v'_{n+1}, lam_{n+1} and q'_{n+1}, mu, which vanishes with the error of the discretisation (Gear, Gupta,
-Leimkuhler); f = Q - Phi_q^T lam, s = 2/3 h. Iterated on is q' - v, which is as small and smooth as mu:
+Unknowns a = v'_{n+1}, lam_{n+1}, q'_{n+1}, and mu, which vanishes with the discretisation error (Gear, Gupta,
+Leimkuhler); f = Q - Phi_q^T lam, s = 2/3 h. Newton's iteration solves for q' - v in place of q', because q' - v is as
+small and smooth as mu:
 
     q_{n+1} = 4/3 q_n - 1/3 q_{n-1} + s q'_{n+1}
     v_{n+1} = 4/3 v_n - 1/3 v_{n-1} + s a_{n+1}
@@ -10,20 +11,20 @@ Leimkuhler); f = Q - Phi_q^T lam, s = 2/3 h. Iterated on is q' - v, which is as 
     R3:  1/s Phi(q_{n+1}, t_{n+1}) = 0
     R4:  1/s (Phi_q v + Phi_t)_{n+1} = 0
 
-The system of twice the size is not solved as one. With u = dq'/s - da (how far positions are to be corrected beyond
-what velocities make of them), S = M + s^2 K + s D and K with (M a)_q, Newton's equations read
+The system has twice the size of NSTIFF's, and is split into two. With u = dq'/s - da (the correction of positions in
+addition to that by velocities), S = M + s^2 K + s D, and K including (M a)_q, Newton's equations are
 
     R2:           u - Phi_q^T dmu/s = R2/s + ...
     R4 - R3/s:    Phi_q u = R4 - R3/s + ...
     R1:           S da + Phi_q^T dlam = -R1 - s^2 K u
     R4:           Phi_q da = -R4 + ...
 
-The dots are s N q and s^2 (Phi_q^T mu)_q: a power of h times a correction, left to the next iteration. The converged
-solution is that of the full system.
+The dots stand for s N q and s^2 (Phi_q^T mu)_q. These terms, corrections times a power of h, are left to the next
+iteration. The converged solution is that of the full system.
 
-Steps that differ, and local errors: as with NSTIFF. q' - v and mu, which vanish with h^2, are predicted in proportion.
+Unequal steps and local errors: as for NSTIFF. q' - v and mu vanish with h^2; their predictions are proportional to h^2.
 
-Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section on NSTIFF-SI2; the splitting is ours.
+Source: Negrut, Jay, Khude, J. Comput. Nonlinear Dyn. 4 (2009) 021008, section on NSTIFF-SI2; the splitting is our own.
 """
 
 from mbdsl.compilation.buffer_layout import (
@@ -50,7 +51,7 @@ from mbdsl.compilation.buffer_layout import (
     VELOCITY,
     VELOCITY0,
 )
-from mbdsl.compilation.buffer_layout import KEPT as POSITION1  # of one step before
+from mbdsl.compilation.buffer_layout import KEPT as POSITION1  # q at the start of the previous step
 from mbdsl.compilation.buffer_layout import KEPT2 as VELOCITY1
 from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.linear_solve import clear, factor, larger
@@ -82,6 +83,7 @@ METHOD = Method(
 
 @kernel
 def motion(h, run):
+    """POSITION and VELOCITY from those of the last two steps, UNKNOWN and UNKNOWN2."""
     s, p = run.memory[S] * h, run.memory[P]
     y = run.vectors
     q, v, a, drift = y[POSITION], y[VELOCITY], y[UNKNOWN], y[UNKNOWN2]
@@ -94,8 +96,7 @@ def motion(h, run):
 
 @kernel
 def change_step(h, run):
-    """Weights of a step of length h in place of the present one; q' - v and mu of the past, as with steps of that
-    length."""
+    """Set the weights for the step size h in ``memory``, and convert the history of q' - v and mu to it."""
     h0 = run.reals[STEP_SIZE]
     set_ratio(h / run.reals[LAST_H], run)
     for k in range(PAST if h != h0 else 0):
@@ -106,6 +107,7 @@ def change_step(h, run):
 
 @kernel
 def residual(h, run):
+    """RESIDUAL and RESIDUAL2 from UNKNOWN, UNKNOWN2, MX, FORCE and FORCE2."""
     s = run.memory[S] * h
     n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
     y, mass = run.vectors, run.numbers[run.layout[MASS] :]
@@ -124,7 +126,7 @@ def residual(h, run):
 
 @kernel
 def matrix(t, h, run):
-    """[[S, Phi_q^T], [Phi_q, 0]], [[1, Phi_q^T], [Phi_q, 0]] and -s^2 K."""
+    """Matrices 0, 1 and 2 <- [[S, Phi_q^T], [Phi_q, 0]], [[1, Phi_q^T], [Phi_q, 0]], both factorised, and -s^2 K."""
     s = run.memory[S] * h
     iteration_matrix(0, t, run, M=1.0, K=s * s, D=s, Mx_q=s * s, Gam_q=s)
     projection_matrix(1, t, run, M=0.0)
@@ -139,7 +141,8 @@ def matrix(t, h, run):
 
 @kernel
 def correct(k, h, run):
-    """Solve for the corrections, apply them; the largest scaled change of a position (or of h times a velocity)."""
+    """Solve for the corrections and apply them to UNKNOWN and UNKNOWN2; return the largest scaled change of a position
+    (or of h times a velocity)."""
     s = run.memory[S] * h
     n, m, size = run.layout[N_Q], run.layout[N_PHI], run.layout[N_ALL]
     y, scale = run.vectors, run.vectors[SCALE]

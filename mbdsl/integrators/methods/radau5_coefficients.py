@@ -1,8 +1,9 @@
-"""Coefficients of Radau IIA with three stages, and what diagonalises them.
+"""Coefficients of Radau IIA with three stages, and the eigenvectors that diagonalise them.
 
-    A NODES^0..2 = their integrals from 0;  A R = s R and L A = s L with L R = 1, for s real and for s complex
+    A c^k = c^{k+1}/(k + 1) for k = 0, 1, 2 with c = NODES
+    A R = s R and L A = s L with L R = 1, for the real and for a complex eigenvalue s
 
-The embedded formula of order 3 and its weight of the start, the real s, are those of Hairer and Wanner, Solving
+The embedded formula of order 3, in which f_0 has the real s as its weight, is that of Hairer and Wanner, Solving
 Ordinary Differential Equations II, section IV.8.
 """
 
@@ -28,21 +29,21 @@ def cross(u, v):
 
 
 def eigenvectors(s):
-    """L and R of an eigenvalue s of A: what is normal to two rows, or columns, of A - s."""
+    """Left and right eigenvectors L and R of A for the eigenvalue s: cross products of two columns or rows of A - s."""
     a = [[A[i][j] - s * (i == j) for j in range(3)] for i in range(3)]
     R, L = cross(a[0], a[1]), cross([row[0] for row in a], [row[1] for row in a])
     size = sum(x * y for x, y in zip(L, R, strict=True))
     return tuple(x / size for x in L), R
 
 
-#: the eigenvalues of A: the real one, and the parts of the complex one
+#: eigenvalues of A: the real one, and real and imaginary part of a complex one
 REAL = (6 + E - 9 ** (1 / 3)) / 30
 RE, IM = (12 - E + 9 ** (1 / 3)) / 60, (E + 9 ** (1 / 3)) * sqrt(3.0) / 60
 L_REAL, R_REAL = eigenvectors(REAL)
 _L, _R = eigenvectors(complex(RE, IM))
 L_RE, L_IM = tuple(x.real for x in _L), tuple(x.imag for x in _L)
 R_RE, R_IM = tuple(x.real for x in _R), tuple(x.imag for x in _R)
-#: A A and the inverse of A
+#: A^2 and A^{-1}
 SQUARE = product(A, A)
 _M = tuple(cross(A[(i + 1) % 3], A[(i + 2) % 3]) for i in range(3))
 _DET = sum(x * y for x, y in zip(A[0], _M[0], strict=True))
