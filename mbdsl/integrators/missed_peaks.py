@@ -37,7 +37,7 @@ class Peak(NamedTuple):
 
 
 class Overlooked:
-    """The search of a run with fixed steps. What it finds is stored in the run, and in its checkpoints."""
+    """The search of a run with fixed steps. Its results are stored in the run, and in its checkpoints."""
 
     def __init__(self, run: Integration) -> None:
         system, self._run = run.system, run

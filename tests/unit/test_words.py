@@ -6,8 +6,12 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 MARKS = re.compile(r"\b(told|somebody|whoever)\b", re.IGNORECASE)
 TEXTS = {".py", ".md", ".js", ".css", ".toml", ".yml", ".lark"}
-#: folders and files that are still to be rewritten
-TO_DO = ("mbdsl/compilation/", "mbdsl/integrators/")
+#: files that are still to be rewritten; in the first two the mark is the name of a variable
+TO_DO = (
+    "mbdsl/compilation/code_cache.py",
+    "mbdsl/integrators/external/_pieces.py",
+    "mbdsl/integrators/loop/driver.py",
+)
 #: stored texts of others, and this file
 LEFT_OUT = ("tests/data/", "tests/unit/test_words.py")
 

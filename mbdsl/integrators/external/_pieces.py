@@ -185,7 +185,7 @@ class _Peaks:
         self._approaches, self._found = problem.system.close_approaches, problem.approaches
         self._approaching = np.zeros((5, len(self._approaches.arguments)))
         counted = any(body.counter >= 0 for body in problem.system.tables.models.values())
-        #: most steps that are searched together; 1 where turns are counted, because the last accepted state is needed
+        #: most steps that are searched together; 1 if turns are counted, because the last accepted state is needed
         self.most = 1 if counted or not len(self._seen) else TOGETHER
 
     def passed(self, t: float, end: float) -> float | None:

@@ -86,7 +86,7 @@ def jumps(motion, low, high, h, run):
     """Whether a force jumps between the close parts ``low`` and ``high`` of the step.
 
     The change is relative to the largest force there and at the ends of the step, in rows FORCE0 and E_V. Overwrites
-    E_Q, and what ``look`` writes.
+    E_Q, and the rows that ``look`` writes.
     """
     vectors, layout = run.vectors, run.layout
     n = layout[N_Q]

@@ -135,7 +135,7 @@ METHOD = Method(
     node=lambda c: 0.5,
     damping_weight=lambda c: c[1] * (1 + c[2]),
     steps=("fixed", "controlled"),
-    diverges="hht-add does not pass all singular poses: its iteration diverges where a singular value of Phi_q falls "
+    diverges="hht-add does not pass all singular poses: its iteration diverges if a singular value of Phi_q falls "
     "by more than half within a step; hht-si2 or hht-i3 may pass",
 )
 
