@@ -1,4 +1,4 @@
-"""Marks for kernels: array-only functions that :mod:`mbdsl.compilation.code_cache` compiles when numerics start.
+"""Marks for kernels: functions of numbers and arrays, which :mod:`mbdsl.compilation.code_cache` compiles on demand.
 
 Files with kernels are also imported by commands that must not load numerics. Therefore a mark only sets an attribute.
 """

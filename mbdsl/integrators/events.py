@@ -114,7 +114,7 @@ class Events:
             run.time >= reals[loop_state.NEXT_EVENT],
             integers[loop_state.CUT] > 0,
         )
-        at_once = not (known or cut)  # there was no room for a step
+        at_once = not (known or cut)  # the switch is so close that no step was possible
         h, integers[loop_state.CUT] = reals[loop_state.STEP_SIZE] if known else reals[loop_state.UNCUT], 0
         if not known:  # also without an event, a step may be cut short again and again
             self._cut = [*self._cut[1 - 2 * MANY :], t]

@@ -77,7 +77,7 @@ class Method:
     doc: str
     order: int
     index: int
-    enforces: tuple[str, ...]  #: of "Phi", "dPhi"
+    enforces: tuple[str, ...]  #: constraint levels that are satisfied: "Phi", "dPhi"
     source: str
     coefficients: Callable[[Mapping[str, float | None]], tuple[float, ...]] = lambda options: ()
     memory: Callable[[Array, Start], tuple[float, ...]] = lambda c, start: ()

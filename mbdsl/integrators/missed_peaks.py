@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from mbdsl.expressions.symbolic import Expr
     from mbdsl.integrators.run import Integration
 
-#: most steps that are searched together, and most numbers recorded for them
+#: largest number of steps that are searched together, and of floats recorded for them
 BATCH, NUMBERS = 4096, 400_000
 #: width of the narrowest peak that is certainly found, relative to the step
 SHORTEST = 1e-8

@@ -45,7 +45,7 @@ States = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 #: longest controlled step, relative to the run
 LONGEST = 0.02
-#: most steps that are searched together, and most numbers recorded for them
+#: largest number of steps that are searched together, and of floats recorded for them
 BATCH, NUMBERS = 1024, 400_000
 #: a motion slides if MANY successive steps advance the run by less than STANDSTILL of its length, and a switch changes
 #: in more than the fraction OFTEN of them

@@ -43,7 +43,7 @@ LARGEST = 0.1
 MOST_OUTPUT = 250_000_000
 #: number of rows of output that are allocated at once if every step is output
 ROOM = 4096
-#: largest system that the dense solver with pivoting may take over
+#: largest number of unknowns for which the dense solver with pivoting may replace the sparse one
 PIVOTING_LIMIT = 2000
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from mbdsl.system import System
 
-#: a jump counts as at the end of a step if it is closer than this [steps]
+#: largest distance of a jump from the end of a step at which it counts as being there [steps]
 NEAR = 1e-9
 #: distance of the left and right limits from a jump [units in the last place of the largest time]
 ULPS = 64
@@ -27,7 +27,7 @@ class Jumps:
     Attributes
     ----------
     next : (float, float)
-        The times shortly before and after the next one [s]; infinite if there is none.
+        The times shortly before and after the next jump [s]; infinite if there is none.
     """
 
     def __init__(self, system: System, start: float, stop: float, h: float) -> None:

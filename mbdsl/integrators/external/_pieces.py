@@ -35,7 +35,7 @@ NOT_FINITE = "the equations give values that are not finite"
 DOMAIN = "an expression leaves its domain, as sqrt at 0 or a table at its end"
 #: bound of the rounding error of a known time [units in the last place of the largest time]
 ULPS = 64
-#: most repetitions of a step that passes over a peak
+#: largest number of repetitions of a step that passes over a peak
 TRIES = 100
 UNSEEN = "a force acts for so short a time that no step can end within it"
 UNSEEN_HINT = "try a wider window, or another method; see `mbdsl methods`"
@@ -185,7 +185,7 @@ class _Peaks:
         self._approaches, self._found = problem.system.close_approaches, problem.approaches
         self._approaching = np.zeros((5, len(self._approaches.arguments)))
         counted = any(body.counter >= 0 for body in problem.system.tables.models.values())
-        #: most steps that are searched together; 1 if turns are counted, because the last accepted state is needed
+        #: largest number of steps searched together; 1 if turns are counted, because the last accepted state is needed
         self.most = 1 if counted or not len(self._seen) else TOGETHER
 
     def passed(self, t: float, end: float) -> float | None:

@@ -106,7 +106,7 @@ def even(run):
     return integers[SAME] >= 3
 
 
-# -- extrapolation from steps that differ ------------------------------------------------------------------------------
+# -- extrapolation from unequal steps ----------------------------------------------------------------------------------
 
 
 @kernel
