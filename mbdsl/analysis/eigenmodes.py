@@ -280,9 +280,9 @@ def eigen(
     speed, rate = (float(np.abs(x * scale).max(initial=0.0)) for x in (v, a))
     if rate > 1e-9 * (1.0 + speed**2):
         if speed == 0.0:
-            notes.append("no equilibrium: it begins to move, and eigenvalues hold for that moment only")
+            notes.append("no equilibrium: the mechanism begins to move, and the eigenvalues hold for that moment only")
         else:
-            notes.append("it moves: the eigenvalues are those of the equations frozen at this moment")
+            notes.append("the mechanism moves: the eigenvalues are those of the equations frozen at this moment")
     moving = bool(speed > 0.0 or rate > 1e-9)
     values, shapes, total = _solve(system, t, q, v, a, lam, moving, count)
     modes = [Mode(complex(s), x, _shares(system, t, q, x)) for s, x in zip(values, shapes, strict=True)]

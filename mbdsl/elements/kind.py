@@ -1,8 +1,8 @@
 """The declaration of an element kind.
 
-An element file holds a ``KIND`` (what the language, the docs and the checks need) and below it its kernels:
-plain functions on arrays. Declarations are read by ``mbdsl check``, which loads no numerics; therefore kernels are
-only marked there, with :mod:`mbdsl.compilation.marks`, and compiled later, by :mod:`mbdsl.compilation.code_cache`.
+An element file contains a ``KIND`` (the data for the language, the docs and the checks) and its kernels: plain
+functions on arrays. ``mbdsl check`` reads declarations without loading numerics; therefore kernels are only marked
+there, with :mod:`mbdsl.compilation.marks`, and compiled later, by :mod:`mbdsl.compilation.code_cache`.
 """
 
 from __future__ import annotations

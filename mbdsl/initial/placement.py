@@ -109,7 +109,7 @@ def _aimed(system: System, joint: str, body: str, pose: dict, x: float, y: float
 
 
 def _by_joint(system, joint, body, pose, said, drivers, angle=None) -> tuple[float, float, float]:
-    """Pose of ``body``'s centre of mass so that the frames of ``joint`` meet, with its angle if that is known."""
+    """Pose of ``body``'s centre of mass so that the frames of ``joint`` coincide, with its angle if that is known."""
     component, forward, other, own = _ends(system, joint, body)
     base = pose[other]
 

@@ -24,7 +24,7 @@ class Budget:
     def spend(self, amount: int = 1) -> None:
         self.left -= amount
         if self.left < 0:
-            raise ModelError(f"the model asks for more than {NODES} operations before it even starts")
+            raise ModelError(f"evaluating the model takes more than {NODES} operations")
 
 
 class Scope(Protocol):

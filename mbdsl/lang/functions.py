@@ -70,7 +70,7 @@ def _sign(arguments: list[Value]) -> Value:
 
 
 def _pair(name: str, keep: bool = True) -> Callable[[list[Value]], Value]:
-    """Functions of two values of one dimension; ``keep``: the result has it too."""
+    """Functions of two values of the same dimension; with ``keep``, the result has it, too."""
 
     def apply(arguments: list[Value]) -> Value:
         a, b = (numeric(x, f"{name}()") for x in arguments)

@@ -279,9 +279,9 @@ class Instance:
             if arguments or modifiers:
                 where = arguments[0].e.at if arguments else next(iter(modifiers.values())).at
                 raise ModelError(
-                    f"`{name}` is another name for `{write(value)}`, it takes nothing else",
+                    f"`{name}` is an alias of `{write(value)}` and takes no arguments",
                     span_of(where),
-                    f"a frame at a place of its own: `Frame {d.name}({write(value)}, r = {{x, y}});`",
+                    f"write a frame with another pose as `Frame {d.name}({write(value)}, r = {{x, y}});`",
                 )
             member = FrameMember(
                 self.assembly, name, lambda: alias(Positional(value, scope, self.level), contexts), d.at

@@ -4,7 +4,7 @@ Lark generates the tables from ``grammar.lark``, which takes 0.3 s. Therefore th
 numbers, checked against the grammar's checksum), and a model is parsed without loading Lark. If the file does not match
 the grammar, the tables are generated again.
 
-``python -m mbdsl.lang.lalr`` writes the file anew.
+``python -m mbdsl.lang.lalr`` writes the file again.
 
 Lark could run its own tables, but more slowly. Measured on ``mbdsl check models/seven_body.mbd``, 0.16 s of processor
 time: with ``Lark.load`` of a saved parser 0.19 to 0.22 s, as Lark has to be imported; with Lark's stand-alone parser

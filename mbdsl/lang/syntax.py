@@ -169,7 +169,7 @@ class Literal(Expression):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Call(Expression):
-    """``f(x)``, or modifiers behind a name"""
+    """``f(x)``, or modifiers after a name"""
 
     function: Reference
     arguments: tuple[Argument, ...]

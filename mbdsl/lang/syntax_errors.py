@@ -81,7 +81,7 @@ def explain(problem: Unexpected, source: Source, tokens: list[Token], start: str
 
 
 def _misspelt(before: list[Token]) -> str | None:
-    """A hint if the statement begins with something like a keyword."""
+    """A hint if the statement begins with a misspelt keyword."""
     for token in reversed(before[-3:]):
         if token.type != "NAME":
             break
@@ -93,7 +93,7 @@ def _misspelt(before: list[Token]) -> str | None:
 def _misplaced_unit(
     token: Token, expected: set[str], before: list[Token], following: Token, source: Source
 ) -> tuple[str, str] | None:
-    """A unit behind something that is no number, as in ``2*pi rad/s``."""
+    """A unit after an expression that is not a number, as in ``2*pi rad/s``."""
     unit = units.scan(source.text, token.start)
     if token.type != "NAME" or not before or "STAR" not in expected or unit is None or following.type == "EQUAL":
         return None

@@ -30,7 +30,7 @@ def _behind(text: str) -> tuple[tuple[str, Dimension], ...]:
 def check(unit: Unit, declared: Callable[[str], str | None]) -> None:
     """Refuse a unit that may be meant as a division by a value of the model.
 
-    ``declared(name)`` is the unit of the value of that name, "" where it has none, and None where there is no value.
+    ``declared(name)`` is the unit of the value of that name, "" if it has none, and None if there is no such value.
 
     Raises
     ------

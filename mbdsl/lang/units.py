@@ -1,6 +1,6 @@
 """Units and dimensions: ``N.m/rad``, ``kg.m2``, ``m/s^2`` to a factor and exponents of the SI base units.
 
-A unit is written as in Modelica: symbols joined by ``.`` and ``/`` without spaces, exponents behind the symbol with
+A unit is written as in Modelica: symbols joined by ``.`` and ``/`` without spaces, exponents after the symbol with
 or without ``^``. The radian is dimensionless.
 """
 

@@ -18,7 +18,7 @@ def ground_and_bodies(scene: Scene, grounds: Sequence[Component]) -> None:
     """Check that there are a ground, a single gravity field, and bodies."""
     if not grounds:
         raise ModelError(
-            f"model `{scene.name}` has no Ground: nothing says what stands still, or where gravity points",
+            f"model `{scene.name}` has no Ground, which defines the inertial frame and gravity",
             hint="declare one, such as:  Ground world;",
         )
     first = grounds[0]
@@ -43,7 +43,7 @@ def joints_join(joints: Sequence[Edge], ground: Component) -> None:
     for e in joints:
         if e.body_i == e.body_j and not e.component.ports:
             raise ModelError(
-                f"{e.component.kind.name} `{e.name}` depends on no body: nothing that it mentions can move",
+                f"{e.component.kind.name} `{e.name}` depends on no body: nothing in its expression can move",
                 e.component.span,
                 "it takes velocities of bodies, such as `rod.w` or `rod.b.vx`",
             )

@@ -138,7 +138,7 @@ class MechanismGraph:
 
     @cached_property
     def sub_mechanisms(self) -> tuple[SubMechanism, ...]:
-        """Parts that do not influence one another (the ground, which does not move, connects nothing)."""
+        """Parts that do not influence one another (the ground does not move and therefore connects nothing)."""
         links = [(e.body_i, e.body_j, *e.also) for e in (*self.joints, *self.forces)]
         groups = connected(self.bodies, ([b for b in link if b != GROUND] for link in links))
         number = {body: k for k, group in enumerate(groups) for body in group}

@@ -262,7 +262,7 @@ class Search:
         return EquilibriumError(
             f"no equilibrium found after {count(self.iterations, 'step')}: forces still move {few(names)}",
             self._span(names),
-            hint="a law that jumps has none where it does; in a singular pose, start from another one",
+            hint="there may be none where a law jumps; if the pose is singular, start from another one",
         )
 
     def _span(self, names: Sequence[str]) -> Span | None:

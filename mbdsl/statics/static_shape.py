@@ -1,8 +1,8 @@
 """Elastic equilibrium of bodies in a mechanism that is held at its position.
 
 A mechanism with degrees of freedom has no equilibrium initially, but its bodies have a shape in which elastic forces
-balance the loads. Therefore it is held: by the signals that have initial values, and by one condition for each motion
-of the undeformed mechanism, whose mean must not change.
+balance the loads. Therefore additional constraints hold it: signals with initial values keep these, and the
+mass-weighted mean displacement along each remaining motion of the undeformed mechanism is zero.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def relaxed(system: System, t: float, static: Sequence[str], q: Array) -> Array:
     Raises
     ------
     EquilibriumError
-        If something keeps moving.
+        If a body keeps moving.
     """
     search = Search(_Held(system, t, static, q), t, q)  # type: ignore[arg-type]
     search.descend()

@@ -325,6 +325,7 @@ def clear(root: Path) -> tuple[int, int]:
     Raises
     ------
     OSError
+        If a file cannot be removed.
     """
     folders = [*_folders(root, VERSION), *_folders(root, re.compile(STUDIES))]
     removed = [*code(root), *runs(root / STUDIES), *parts(root, 0.0)]

@@ -86,7 +86,7 @@ def _replacing(target: Path, there: os.stat_result | None) -> Iterator[BinaryIO]
 
 
 def _writable(target: Path, there: os.stat_result) -> bool:
-    """Whether the file is writable. For root as for others, a read-only file is not."""
+    """Whether the file is writable. A read-only file is not, not even for root."""
     return bool(there.st_mode & 0o222) and os.access(target, os.W_OK)
 
 

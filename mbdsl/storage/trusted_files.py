@@ -124,6 +124,7 @@ def make(folder: Path) -> None:
     Raises
     ------
     OSError
+        If a folder cannot be made.
     """
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
@@ -145,6 +146,7 @@ def create(path: Path) -> BinaryIO:
     Raises
     ------
     OSError
+        If the file cannot be created.
     """
     path.unlink(missing_ok=True)
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _SAFELY
@@ -152,11 +154,12 @@ def create(path: Path) -> BinaryIO:
 
 
 def write(path: Path, data: bytes) -> None:
-    """Rename atomically, because another process may be reading or writing the same file.
+    """Write a file, by an atomic rename, because another process may be reading or writing it.
 
     Raises
     ------
     OSError
+        If the file cannot be written.
     """
     part = part_of(path)
     try:

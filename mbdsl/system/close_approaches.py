@@ -7,7 +7,7 @@ would turn back that far behind zero if the forces did not change. Two runs with
 (:mod:`mbdsl.simulation.undecided_contacts`).
 
 Between the ends of steps g is the cubic through its values and rates. Recorded are conditions on positions and time;
-the rate of those on velocities needs accelerations, which the records of steps do not hold.
+the rate of those on velocities needs accelerations, which the records of steps do not contain.
 """
 
 from __future__ import annotations

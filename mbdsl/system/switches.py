@@ -3,7 +3,7 @@
 Between two changes the equations of motion are smooth; a step across one loses its order. The state of a switch is an
 integer that follows from (t, q, v, lam), read from the registers after the tape has run:
 
-    truth of a condition          `if`; expressions below a condition count through its truth only
+    truth of a condition          `if`; expressions in a condition matter only through its truth
     value of sign, floor, ceil    the integer itself
     order of two arguments        min and max; abs, whose argument is compared with zero
     whole quotient                mod(a, b): floor(a/b)

@@ -455,7 +455,7 @@ class System:
 def build(
     scene: Scene, graph: MechanismGraph | None = None, general: bool = False, size: float | None = None
 ) -> System:
-    """Scene to System: numbers, tables and the text of the specialised code; compiles nothing yet.
+    """Build the System of a Scene: numbers, tables and the text of the specialised code; nothing is compiled yet.
 
     ``general`` code contains the loops of all kinds, whether or not the scene has them. ``size`` is that of the
     mechanism [m], if the scene is only a part of it.

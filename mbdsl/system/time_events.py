@@ -1,8 +1,8 @@
 """Time events: changes of switches that depend on time alone, which are known in advance.
 
-They are found for expressions that are piecewise linear in time: between two corners such an expression meets a level
-where the straight line through two of its points does. There may be infinitely many events (a periodic table, mod), so
-that they are generated one by one.
+They are found for expressions that are piecewise linear in time: between two corners, such an expression has the value
+of a level where the straight line through two of its points does. There may be infinitely many events (a periodic
+table, mod); therefore they are generated one by one.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def _keeps_linear(node: Expr) -> bool:
 
 
 def _with_levels(x: Expr, levels: Levels, corners: list[Expr], t0: float, t1: float) -> Iterator[float]:
-    """Corners of the arguments, and between them the times at which x meets a level."""
+    """Corners of the arguments, and between them the times at which x equals a level."""
     start = t0
     for corner in heapq.merge(*(_events(y, t0, t1) for y in corners)):
         yield from _crossings(x, levels, start, corner)
@@ -126,7 +126,7 @@ def _with_levels(x: Expr, levels: Levels, corners: list[Expr], t0: float, t1: fl
 
 
 def _crossings(x: Expr, levels: Levels, start: float, end: float) -> Iterator[float]:
-    """The times at which x, linear in (start, end), meets a level."""
+    """The times at which x, linear in (start, end), equals a level."""
     quarter = 0.25 * (end - start)
     ta, tb = start + quarter, end - quarter
     if not start < ta < tb < end:

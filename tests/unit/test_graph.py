@@ -346,7 +346,7 @@ def test_a_body_held_by_a_law_of_its_velocity_flies_on_purpose_and_one_without_d
 
 
 def test_velocity_constraint_of_what_stands_still():
-    with pytest.raises(ModelError, match="`v` depends on no body: nothing that it mentions can move"):
+    with pytest.raises(ModelError, match="`v` depends on no body: nothing in its expression can move"):
         written("Fixed e(ground, a.a); Fixed f(a.b, b.a); Fixed g(b.b, c.a); VelocityConstraint v(gamma = ground.w);")
 
 

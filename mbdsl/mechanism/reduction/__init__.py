@@ -162,7 +162,7 @@ def _part(graph: MechanismGraph) -> Part:
             components[name] = replace(c, friction=None)
     try:
         bare = mechanism.build(replace(scene, components=components))
-    except ModelError:  # forces alone hold some body
+    except ModelError:  # a body is held by forces alone
         return Part(graph)
     if any(p.mobility for p in bare.sub_mechanisms):
         return Part(graph)

@@ -32,7 +32,7 @@ def merge(graph: MechanismGraph) -> tuple[Scene, list[Note]]:
         if e.name in read:
             notes.append(_kept(e, "a law reads its reactions"))
         elif any(graph.bodies[b].coordinates != RIGID for b in ends):
-            notes.append(_kept(e, "it holds something else than rigid bodies"))
+            notes.append(_kept(e, "it connects a body that is not rigid"))
         else:
             usable.append(e)
     components, frames = dict(scene.components), dict(scene.frames)
