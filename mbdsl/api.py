@@ -162,5 +162,5 @@ def _accurate(
     if checkpoint is not None:
         raise UsageError("runs with an accuracy have no checkpoints", hint="give a tolerance (tol) instead")
     if times is not None:
-        raise UsageError("an accuracy is found at even times", hint="give an interval")
+        raise UsageError("an accuracy needs evenly spaced output times", hint="give an interval")
     return reach(as_scene(model, parameters, without), accuracy, budget=budget, **given)

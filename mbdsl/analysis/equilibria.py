@@ -268,7 +268,7 @@ def settle(system: System, t: float, q: Array) -> Equilibrium:
             raise EquilibriumError(
                 f"{name} bends by {angle:.2g} rad: in a floating frame deformation is taken as small",
                 system.scene.components[name].span,
-                hint='formulation = "ancf" takes deformation as large',
+                hint='formulation = "ancf" allows large deformation',
             )
     names = [system.constraint_names()[k] for k in left_out]
     if names:

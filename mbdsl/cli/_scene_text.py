@@ -38,7 +38,7 @@ def section(lines: list[str], title: str, *parts: list[str]) -> None:
     body = [line for part in parts for line in part]
     if body:
         lines += ["", title, *(f"  {line}" for line in body)]
-    elif title[0].isupper():  # a component with nothing to say is still there
+    elif title[0].isupper():  # components without parameters are shown as well
         lines += ["", title]
 
 

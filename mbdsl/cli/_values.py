@@ -22,7 +22,7 @@ def quantity(text: str, unit: str) -> float:
     Raises
     ------
     argparse.ArgumentTypeError
-        If the text is no number with a unit of this dimension.
+        If the text is not a number with a unit of this dimension.
     """
     from mbdsl.lang import units
 
@@ -70,7 +70,7 @@ def assignment(text: str) -> tuple[str, str]:
 
 
 def named_number(name: str) -> Callable[[str], tuple[str, str]]:
-    """X as ``assignment`` reads NAME=X, after a look whether X is a number."""
+    """X as ``assignment`` reads NAME=X, after a check that X is a number."""
     return lambda text: (name, f"{number(text)!r}")
 
 
@@ -80,7 +80,7 @@ def numbers(assignments: list[tuple[str, str]]) -> dict[str, float]:
     Raises
     ------
     UsageError
-        If a value is no number.
+        If a value is not a number.
     """
     try:
         return {name: number(value) for name, value in assignments}
@@ -165,5 +165,5 @@ def add_model(parser: argparse.ArgumentParser) -> None:
 def load_model(args: argparse.Namespace) -> Scene:
     from mbdsl.lang.load import load
 
-    allowed = getattr(args, "allow_imports", False)  # missing in checkpoints of former versions
+    allowed = getattr(args, "allow_imports", False)  # missing in checkpoints of earlier versions
     return load(args.model, dict(args.set), without=args.without, allow_imports=allowed)

@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
         size = sum(entry.size for entry in entries)
         print(f"{what}: {_entries(len(entries))}, {size / 1e6:.1f} MB (limit: {limit / 1e6:.0f} MB)")
     if problem := cache_folder.unwritable(choice.path):
-        print(f"only read from: {problem}")
+        print(f"read-only: {problem}")
     return 0
 
 
@@ -59,7 +59,7 @@ def _clear(choice: Choice) -> None:
         raise UsageError(f"cannot empty `{choice.path}`: {problem.strerror or problem}") from problem
     print(f"removed {_entries(number)}, {size / 1e6:.1f} MB, from {choice.path}")
     if left := sorted(path.name for path in choice.path.glob("*")):
-        print(f"left as it is, since it is not of mbdsl, or others can write into it: {few(left)}")
+        print(f"left unchanged, because mbdsl did not write it or others can write into it: {few(left)}")
 
 
 def _entries(number: int) -> str:

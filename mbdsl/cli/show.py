@@ -41,7 +41,7 @@ def _syntax(args: argparse.Namespace) -> str:
 
     for option in ("set", "without"):
         if getattr(args, option):
-            raise UsageError(f"--{option} changes no syntax", hint="the stages from scene on show what it does")
+            raise UsageError(f"--{option} changes no syntax", hint="the stages from scene on show its effect")
     return dump(parse(read(args.model), args.model))
 
 

@@ -148,9 +148,9 @@ def _methods(args: argparse.Namespace) -> int:
 def _kept(runs: int, fresh: bool) -> str:
     """Message about the stored runs of an interrupted study."""
     if not runs:
-        return "no run had come to its end: nothing is kept"
+        return "no run was completed: nothing is stored"
     command = "the same command without --fresh" if fresh else "the same command"
-    return f"{count(runs, 'run is', 'runs are')} kept; {command} goes on from there"
+    return f"{count(runs, 'run is', 'runs are')} stored; {command} continues from there"
 
 
 def _checked(pictures: list[str] | None) -> list[str]:

@@ -1,1 +1,1 @@
-"""Why a run costs what it costs: the effects that a scene calls for, and the time of every statement."""
+"""Costs of a run: the effects that a scene needs, and the time of every statement."""

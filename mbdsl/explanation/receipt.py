@@ -153,7 +153,7 @@ def explain(
     scene = as_scene(model, parameters, without)
     stop = scene.experiment.stop if scene.experiment.stop is not None else scene.experiment.start + 1.0
     method = method or scene.experiment.method or DEFAULT_METHOD
-    if step is None and declared(method).steps[0] == "fixed":  # what a step costs does not depend on its length
+    if step is None and declared(method).steps[0] == "fixed":  # the cost of a step does not depend on its length
         step = min(scene.experiment.step or DEFAULT_STEP, stop - scene.experiment.start)
     motion = Motion(scene, plan(scene, method=method, step=step, stop=stop, interval=stop - scene.experiment.start))
     if announce is not None and not motion.is_compiled:
@@ -180,7 +180,7 @@ def _receipt(motion: Motion, measured: bool, signals: Sequence[str] | None) -> R
     return found
 
 
-# -- which effects there are -------------------------------------------------------------------------------------
+# -- effects -------------------------------------------------------------------------------------
 
 
 def _entry(effect: str, found: list[Component], nothing: str, **more) -> Entry:
@@ -226,14 +226,14 @@ def _nonholonomic(motion: Motion) -> Entry:
     found = [c for c in _solved(motion) if c.velocity_constraints]
     unknowns = sum(p.system.p for p in motion.parts)
     kernels = _kernels(motion, "nonholonomic rows", "expressions")
-    return _entry("nonholonomic rows", found, "nothing constrains velocities only", unknowns=unknowns, kernels=kernels)
+    return _entry("nonholonomic rows", found, "no constraint of velocities", unknowns=unknowns, kernels=kernels)
 
 
 def _drivers(motion: Motion) -> list[Entry]:
     driven = [c for c in _solved(motion) if isinstance(c.kind, JointKind) and c.kind.driver]
     moved = [name for note in motion.reduction.notes if note.action == "moved" for name in note.by]
     carried = [motion.system.scene.components[name] for name in moved]
-    nothing = "none" if not carried else "none is left: what they move is a function of time"
+    nothing = "none" if not carried else "none is left: their bodies are functions of time"
     found = [_entry("drivers", driven, nothing, kernels=_kernels(motion, "drivers", "expressions"))]
     if any(
         p.system.tables.layout[buffer_layout.N_MOVING] for p in motion.parts
@@ -246,7 +246,7 @@ def _gravity(scene: Scene) -> Entry:
     if "gravity" in scene.without:
         return Entry("gravity", False, "left out on request")
     found = [c for c in scene.components.values() if c.kind.name == "Ground" and c.values["g"]]
-    entry = _entry("gravity", found, "the ground says g = 0")
+    entry = _entry("gravity", found, "the ground has g = 0")
     entry.kernels = ("a constant vector",) if found else ()
     return entry
 
@@ -273,7 +273,7 @@ def _module(c: Component) -> str:
 def _laws(motion: Motion) -> Entry:
     found = [c for c in _solved(motion) if isinstance(c.kind, ForceKind) and by_law(c)]
     kernels = _kernels(motion, "laws", "expressions")
-    return _entry("forces by expression", found, "no force follows an expression", kernels=kernels)
+    return _entry("forces by expression", found, "no force is given by an expression", kernels=kernels)
 
 
 def _velocity_dependent(scene: Scene) -> Entry:
@@ -353,7 +353,7 @@ def _hoisted(motion: Motion) -> list[str]:
         p.system.tables.numbers[p.system.tables.layout[buffer_layout.CONSTANT_FORCE] :][: p.system.n].any()
         for p in motion.parts
     ):
-        found.append("gravity, constant in these coordinates: the vector that forces start from")
+        found.append("gravity, constant in these coordinates: the initial vector of the forces")
     orders = [p for p in motion.parts if p.system.unknowns]
     if orders:
         found.append("order and pattern of the factorisation: from the graph, once")
@@ -365,9 +365,9 @@ def _takes(motion: Motion, name: str) -> str:
     scene = motion.system.scene
     key = name.rsplit(".", 1)[-1]
     if key in ACCELERATIONS:
-        return "accelerations: a linear solve at every point of output"
+        return "accelerations: a linear solve at every output point"
     if "Phi[" in key or "Gam[" in key:
-        return "residuals of constraints: an evaluation at every point of output"
+        return "residuals of constraints: an evaluation at every output point"
     if name.startswith("energy."):
         return "a formula of coordinates and velocities"
     reads = [leaf.value for leaf in leaves(scene.signal(name)) if leaf.op == "multiplier"]
@@ -375,11 +375,11 @@ def _takes(motion: Motion, name: str) -> str:
     if not rows:
         return "a formula of coordinates and velocities"
     if motion.own_reactions and motion.whole.known[rows].all():
-        return "a formula of multipliers, which the method gives"
-    return "reactions that are not solved for: a linear solve at every point of output"
+        return "a formula of the method's multipliers"
+    return "reactions that are not unknowns: a linear solve at every output point"
 
 
-# -- what they cost ----------------------------------------------------------------------------------------------
+# -- costs ----------------------------------------------------------------------------------------------
 
 
 def _share(motion: Motion, receipt: Receipt) -> None:
@@ -465,7 +465,7 @@ def _text(r: Receipt) -> str:
     for effect, components in r.scene.without.items():
         lines.append(f"  left out on request: {effect}, of {few(components) if components else 'nothing: it has none'}")
     if r.outputs:
-        lines += ["", "outputs, computed where they are asked for"]
+        lines += ["", "outputs, computed on access"]
         lines += [f"  {name}: {text}" for name, text in r.outputs]
     return "\n".join(lines)
 

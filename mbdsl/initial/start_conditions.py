@@ -50,5 +50,5 @@ def check_bending(system: System, initial: InitialState) -> None:
                 f"{name} has to bend by {angle:.2g} rad to be assembled: "
                 "in a floating frame deformation is taken as small",
                 system.scene.components[name].span,
-                hint='check lengths and initial values; formulation = "ancf" takes deformation as large',
+                hint='check lengths and initial values; formulation = "ancf" allows large deformation',
             )

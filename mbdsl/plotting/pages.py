@@ -16,9 +16,9 @@ from mbdsl.plotting.series_styles import NEUTRAL, Look, looks
 from mbdsl.storage.output_files import write_text
 
 HERE = Path(__file__).parent
-#: forbids the browser to load external resources, for any text on the page
+#: forbids the browser to load external resources, whatever text is on the page
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
-SHORT = 100  #: letters of a value of the fine print that needs no unfolding
+SHORT = 100  #: largest number of letters of a value of the fine print that is shown unfolded
 _BLANK = re.compile(r"[\s–—-]*$")
 _NUMBER = re.compile(
     r"nan$|inf$|[<>≤≥~≈±]?\s*[-+−]?"
@@ -140,7 +140,8 @@ def _table(table: Table) -> Iterator[str]:
 
 
 def _numeric(cells: Sequence[str]) -> bool:
-    """Whether most of the cells that are not blank read as numbers: a word among them says why there is none."""
+    """Whether most of the cells that are not blank are numbers: a word among them gives the reason for a missing
+    one."""
     texts = [str(cell).strip() for cell in cells if not _BLANK.match(str(cell))]
     return 2 * sum(bool(_NUMBER.match(cell)) for cell in texts) > len(texts)
 

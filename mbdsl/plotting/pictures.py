@@ -24,7 +24,7 @@ INK, PALE, GRID, SHADE = "#1f2328", "#57606a", "#e4e7eb", "#f1f2f4"
 STYLE: dict[str, Any] = {
     "svg.hashsalt": "mbdsl",
     "svg.fonttype": "path",
-    "font.family": ["DejaVu Sans"],  # matplotlib brings it along
+    "font.family": ["DejaVu Sans"],  # a dependency of matplotlib
     "font.size": 10.0,
     "axes.edgecolor": PALE,
     "axes.linewidth": 0.8,
@@ -34,13 +34,13 @@ STYLE: dict[str, Any] = {
     "ytick.color": PALE,
     "xtick.labelcolor": INK,
     "ytick.labelcolor": INK,
-    "text.parse_math": False,  # names are not formulas: a $ is a $
+    "text.parse_math": False,  # names are not formulas: a $ is shown as such
     "lines.solid_capstyle": "round",
 }
 FIRST = 3.0  #: depth of the first series; guides and fronts lie behind
 ROW = 0.055  #: height of a row of outcomes over that of the frame
 MANY = 150  #: marks; beyond them they are dots
-LONG_NAME = 28  #: letters, beyond which the legend goes below
+LONG_NAME = 28  #: number of letters above which the legend is below the frame
 
 
 def draw(

@@ -35,7 +35,7 @@ def read(path: Path) -> tuple[dict, dict]:
             found = {name: archive[name] for name in about.get("names", archive.files)}
             meta = about.get("meta", {"complete": True})
             if not isinstance(meta, dict):
-                raise ValueError("what it says about itself cannot be read")
+                raise ValueError("its metadata cannot be read")
             # archives of other programs may contain texts and records
             return {name: x for name, x in found.items() if x.dtype.kind in "fiub"}, meta
     except (zipfile.BadZipFile, EOFError) as problem:

@@ -16,12 +16,12 @@ and the least rotation of these bases along the motion, V' = -J^+ J' V, Z^T Z' =
 all in scaled coordinates. Without constraints on velocities V = Z and V' = B. The matrices are taken as constant from
 the middle of one interval between samples to the middle of the next, and the solution is the exponential, so that
 neither large negative nor large positive rates matter. y and u are carried over from sample to sample, so that B' is
-not needed. Where rates are large for a time shorter than an interval, that gives too much growth; the calibration then
+not needed. If rates are large for a time shorter than an interval, this overestimates the growth; the calibration then
 takes finer samples, at the steps of the run.
 
 Jumps of forces, impacts, and the dependence of joint friction on reactions are not included. Models whose mass matrix
 is badly conditioned (a link of 1 g on one of 10 t) are not examined: from sample to sample, V turns by a small angle
-that mixes their momenta, and what is an error of the heavy link is large for the light one.
+that mixes their momenta, and a small error of the heavy link is a large one for the light link.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def growth(
     speed : float [1/s]
         The largest scaled velocity of the run.
     finer : int
-        So many times as many samples are taken, if the run has them; fewer of large models.
+        Factor on the number of samples, as far as the run has them; less for large models.
 
     Returns
     -------

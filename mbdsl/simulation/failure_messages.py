@@ -29,7 +29,8 @@ LITTLE_KNOWN = 0.05
 
 
 def check_left_out(motion: Motion, trajectory: Trajectory, states: list) -> None:
-    """A constraint left out as redundant must have stayed satisfied; else the motion is not that of the model."""
+    """Raise an error if a constraint that was left out as redundant is violated: the motion is then not that of the
+    model."""
     for part, (every_q, every_v) in zip(motion.parts, states, strict=True):
         system, rows, violation = part.system, list(part.initial.redundant), []
         if not rows:
@@ -72,7 +73,7 @@ def inaccurate(trajectory: Trajectory, reason: str) -> IntegrationError:
 
 
 def bending(trajectory: Trajectory) -> tuple[float, str, float] | None:
-    """When a body first deforms by more than its theory takes for small, which one, and by what angle [rad]."""
+    """The first time at which a body deforms beyond the range of its theory, its name, and the angle [rad]."""
     tables = trajectory.system.tables
     first: tuple[float, str, float] | None = None
     for name, body in tables.models.items():
@@ -85,7 +86,7 @@ def bending(trajectory: Trajectory) -> tuple[float, str, float] | None:
 
 
 def check_bending(trajectory: Trajectory) -> None:
-    """What bends further than its theory allows is no result."""
+    """Raise an error if a body bends further than its theory allows."""
     found = bending(trajectory)
     if found is None:
         return
@@ -98,12 +99,12 @@ def check_bending(trajectory: Trajectory) -> None:
 
 def _too_bent(trajectory: Trajectory, t: float, name: str, angle: float) -> tuple[str, str]:
     values = trajectory.scene.components[name].values
-    hint = 'formulation = "ancf" takes deformation as large'
+    hint = 'formulation = "ancf" allows large deformation'
     if not values["stiffening"]:
         hint = f"with stiffening = true rotation stiffens it; {hint}"
     return (
-        f"{name} bends by {angle:.2g} rad at t = {t:g} s: in a floating frame deformation is taken as small, "
-        f"and beyond {LARGEST_BEND:g} rad the results mean nothing",
+        f"{name} bends by {angle:.2g} rad at t = {t:g} s: a floating frame assumes small deformation, "
+        f"and beyond {LARGEST_BEND:g} rad the results are invalid",
         hint,
     )
 
@@ -121,7 +122,7 @@ def _indefinite(integration: Integration) -> str | None:
 
 
 def _inextensible(system: System) -> str | None:
-    """A beam whose ends joints hold, and that shortens when it bends, but cannot stretch."""
+    """A beam whose ends are held by joints, and that shortens when it bends, but cannot stretch."""
     for name in system.tables.models:
         values = system.scene.components[name].values
         if values.get("stiffening") and values["modes"] and values["formulation"] == "floating":
@@ -160,7 +161,7 @@ def _broken_law(integration: Integration) -> Component | None:
 
 
 def _given_up(run: External, trajectory: Trajectory) -> IntegrationError:
-    """What a backend says."""
+    """The error of a backend."""
     trajectory.message = f"{run.method} stopped at t = {run.time:.9g} s: {run.reason}"
     hint, span = (
         run.hint or "a larger tolerance may pass, or another method; see `mbdsl methods`",
@@ -175,7 +176,7 @@ def _given_up(run: External, trajectory: Trajectory) -> IntegrationError:
 
 
 def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationError:
-    """What went wrong, when, in which equations, and what to try."""
+    """The error of a failed run: the reason, the time, the equations and a remedy."""
     assert motion.failed is not None
     integration = motion.failed.integration
     if isinstance(integration, External):
@@ -201,7 +202,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         "or the step is too large",
         loop_state.TOO_LARGE: "try a smaller step",
         loop_state.SLIDING: SLIDING_HINT,
-        loop_state.TOO_SMALL: "a jump of forces, or more digits than rounding leaves, as near a singular pose: "
+        loop_state.TOO_SMALL: "a jump of forces, or a tolerance below rounding, as near a singular pose: "
         "try a larger tolerance",
     }[status]
     special = declared(integration.method).diverges
@@ -211,7 +212,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     if status == loop_state.SLIDING:
         law = law_of(system.scene, [switch.node for switch in integration.events.changing])
     if status == loop_state.TOO_SMALL:
-        where, span = "", None  # what Newton's iteration has left says nothing of errors
+        where, span = "", None  # residuals of Newton's iteration are unrelated to local errors
     if law is not None:
         where, span = f"the law of {law.kind.name} {law.name}", law.span
     message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.step:g} s)"
@@ -223,7 +224,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
             (buffer_layout.POSITION, buffer_layout.VELOCITY),
         )
     ]
-    if status != loop_state.SLIDING and law is None and any(poses):  # at the start of the step, or where it got to
+    if status != loop_state.SLIDING and law is None and any(poses):  # at the start of the step, or at the last iterate
         message += f"; {poses[0] or poses[1]}"
     if (bent := bending(trajectory)) is not None:
         reason, hint = _too_bent(trajectory, *bent)
@@ -231,8 +232,8 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     elif (beam := _indefinite(integration)) is not None:
         message = f"{message}; the mass matrix of {beam} is no longer positive definite"
         hint = (
-            "energies of second order do not bear these shapes in this floating frame: take another `reference`, fewer "
-            'modes, formulation = "ancf", or a method that does not need the inverse of M'
+            "energies of second order are invalid for these shapes in this floating frame: take another `reference`, "
+            'fewer modes, formulation = "ancf", or a method that does not need the inverse of M'
         )
         span = system.scene.components[beam].span
     elif (beam := _inextensible(system)) is not None:

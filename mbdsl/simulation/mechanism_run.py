@@ -221,7 +221,7 @@ class Motion:
                 yield p.system, t, rows[:, :n], rows[:, n : 2 * n], rows[:, 2 * n :], first.redundant
 
     def _is_not_kinematic(self, part: Part) -> None:
-        """Only counting said so; the receipt tells what is."""
+        """Correct the note on a part that counting of constraints took for kinematic."""
         names, why = tuple(part.graph.bodies), "as many constraints as coordinates, but not independent ones"
         kept = [
             n if (n.action, n.names) != ("kinematic", names) else Note("kept", names, why) for n in self.reduction.notes

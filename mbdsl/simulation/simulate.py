@@ -255,7 +255,7 @@ def _asked(times: ArrayLike, start: float, end: float) -> NDArray[np.float64]:
     """Given output times (N,) [s], checked."""
     found = np.array(times, float)
     if found.ndim != 1 or not len(found) or found[-1] != end or not (np.diff(found, prepend=start) > 0.0).all():
-        raise UsageError(f"times of output come one after the other, from behind {start:g} s up to the stop, {end:g} s")
+        raise UsageError(f"output times have to ascend from after the start, {start:g} s, to the stop, {end:g} s")
     return found
 
 

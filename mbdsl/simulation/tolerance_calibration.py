@@ -186,7 +186,7 @@ class _Ladder:
         n, scale = min(len(before.t), len(last.t)), self.motion.system.tables.scale
         speed = error_norm.fastest(scale, last.v, self.span)
         found = error_norm.differences(scale, speed, before.q[:n] - last.q[:n], before.v[:n] - last.v[:n])
-        beyond = np.full(len(last.t) - n, np.inf)  # nothing is known of what comes after the run before has failed
+        beyond = np.full(len(last.t) - n, np.inf)  # the error after the failure of the previous run is not known
         last.difference = np.maximum.accumulate(np.append(found, beyond))
         ratio, p = before.eps / last.eps, self._observed(last)
         last.claim = last.difference / ((ratio**p - 1.0) if p else 1.0)
@@ -218,7 +218,7 @@ class _Ladder:
             low, high = (p, high) if more else (low, p)
         return high
 
-    # -- which comes next --------------------------------------------------------------------------------------
+    # -- the next run --------------------------------------------------------------------------------------
     def _next(self, last: Trial) -> float | None:
         """The eps of the next run; None if no further run is needed or possible."""
         trials, tol = self.trials, self.tol
@@ -233,7 +233,7 @@ class _Ladder:
         enough = AIM * tol
         if self.reason and last.eps <= enough:
             return None
-        # a contact that another run decides otherwise changes the motion once; what follows converges again
+        # a contact with another outcome in another run changes the motion once; the motion after it converges again
         decided = all(x.contacts[-1] <= tol for x in trials[-3:] if len(x.contacts))
         three = len(trials) > 3 and all(x.done for x in trials[-3:])
         if decided and three and last.differs > FALLS * trials[-3].differs and trials[-2].eps < enough:
@@ -298,7 +298,8 @@ class _Ladder:
 
     # -- growth of errors --------------------------------------------------------------------------------------
     def _look_at_growth(self, last: Trial) -> float | None:
-        """Of a run within the tolerance: whether its steps resolve the growth of errors, and how far rounding grows."""
+        """For a run within the tolerance: whether its steps resolve the growth of errors, and the growth of
+        rounding."""
         if self.growth is None:
             if self._hopeless(last):
                 self.reason = self._of_rounding()
@@ -319,7 +320,7 @@ class _Ladder:
         return float(self._rounding(last)[-1]) > self.tol
 
     def _refine(self, last: Trial, coarse: Growth, known: int) -> None:
-        """Find the growth again at the steps of the run.
+        """Compute the growth again, at the steps of the run.
 
         Between outputs, rates may be large for a short time, as in a contact. Taken as constant until the next output,
         they give far too much growth.
@@ -337,7 +338,7 @@ class _Ladder:
         for finer in FINER if status == loop_state.DONE else ():
             fine, examined = self._growth(last, kept, finer)
             if examined < known:
-                return  # at some steps there are no tangent equations
+                return  # some steps have no tangent equations
             assert self.growth is not None
             if fine.log[-1] < self.growth.log[-1]:
                 self.growth = fine
@@ -347,13 +348,14 @@ class _Ladder:
             before = fine.log[-1]
 
     def _growth(self, last: Trial, kept: Kept, finer: int = 1) -> tuple[Growth, int]:
-        """The growth at the times of a run, from the states in ``kept``, and how many parts are known to the end."""
+        """The growth at the times of a run, from the states in ``kept``, and the number of parts with a known growth to
+        the end."""
         motion, t = self.motion, last.t
         speed = error_norm.fastest(motion.system.tables.scale, last.v, self.span)
         return along(motion.parts_of(kept), t, speed, finer)
 
     def _rounding(self, trial: Trial) -> Array:
-        """The rounding error (N,) along a run, amplified by the growth where that is known."""
+        """The rounding error (N,) along a run, amplified by the growth if that is known."""
         unit = rounding(1.0)
         if self.growth is None:
             return np.full(len(trial.t), unit)
@@ -365,7 +367,8 @@ class _Ladder:
         return f"the motion amplifies errors, rounding included, by a factor of {factor:.0e}"
 
     def _why(self, failed: Trial) -> str | None:
-        """Why the tolerance is not reached, if a run failed because of short steps; None if because of the model."""
+        """The reason why the tolerance is not reached, if a run failed because of short steps; None if the model is the
+        reason."""
         if failed.status == loop_state.TOO_SMALL:
             return "with shorter steps rounding dominates the error of a step"
         if failed.status == loop_state.DIVERGED and any(x is failed for x in self.failed):

@@ -1,15 +1,15 @@
 """Contacts that a run touches or misses by less than its error.
 
-Where a path turns back within its own error of a stop, runs with different tolerances may all miss a stop that the
-motion touches, and agree with each other. The distance d of each close approach
-(:mod:`mbdsl.system.close_approaches`) is compared with that in the run before; the difference e estimates its
-error. If d is not larger, the contact is undecided, and the change of velocity that it can cause bounds the error:
+If a path turns back at a distance from a stop that is smaller than its error, runs with different tolerances may agree
+with each other and all miss a stop that the motion touches. The distance d of each close approach
+(:mod:`mbdsl.system.close_approaches`) is compared with that in the run before; the difference e estimates its error. If
+d is not larger, the contact is undecided, and the change of velocity that it can cause bounds the error:
 
-    min(|da| T, |da|/|dg| 2 sqrt(2 c p)),   T = 2 sqrt(2 p/c),   p = |d| + e,
+    min(|da| T, |da|/|dg| 2 sqrt(2 c p)),   T = 2 sqrt(2 p/c), p = |d| + e,
 
-where c is the curvature of the approach, da what the condition changes of the accelerations at the depth p, T the
-duration of the contact, and dg the acceleration that da gives to the argument. The second bound is that of a stop which
-returns all of the velocity that the path has at d = 0.
+where c is the curvature of the approach, da the change of the accelerations by the condition at the depth p, T the
+duration of the contact, and dg the acceleration that da gives to the argument. The second bound applies to a stop that
+returns the whole velocity of the path at d = 0.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def _effect(system: System, x: Approach, depth: float, left_out: tuple[int, ...]
         ]
     except InitialisationError:
         return np.inf
-    change = there[2] - 2.0 * there[1] + there[0]  # what the condition changes: smooth forces are nearly linear
+    change = there[2] - 2.0 * there[1] + there[0]  # the change by the condition: smooth forces are nearly linear
     size, along = float(np.abs(scale * change).max(initial=0.0)), abs(float(g_q @ change))
     if size == 0.0:
         return 0.0

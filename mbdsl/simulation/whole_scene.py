@@ -1,8 +1,8 @@
 """The map from the states of the parts of a reduced scene to those of the scene as written.
 
 Reduction fixes every body of the scene to a body of a part at a constant pose, or prescribes its motion as a function
-of time: that is what the frames of the reduced scene say. The map is set up once. Multipliers are copied from the part
-that solves for them.
+of time: the frames of the reduced scene contain this information. The map is set up once. Multipliers are copied from
+the part that solves for them.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ def setting(
             f"no stop time: {scene.name} has none in its experiment annotation", hint="give one, e.g. --stop 2s"
         )
     if not start < end < math.inf:
-        raise UsageError(f"a study needs a time to look at, not {start:g} to {end:g} s")
+        raise UsageError(f"a study needs a stop time after its start, not {start:g} to {end:g} s")
     path = str(model) if isinstance(model, (str, PathLike)) else None
     return Setting(scene, start, float(end), points, path, dict(parameters or {}), tuple(without), allowed_now())
 

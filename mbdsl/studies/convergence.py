@@ -19,7 +19,7 @@ from mbdsl.studies.survey import Asked, Row, Survey, survey
 #: quantities whose slopes are fitted; constraints and energy may have other orders or no error at all
 FITTED = ("q", "v", "reactions")
 ABOVE = 0.04  #: height of the line of an order above the error at the longest step, relative to the figure
-BRACKETS = "largest over time, scaled; (below what the reference is trusted to)."
+BRACKETS = "largest over time, scaled; in brackets if below the resolution of the reference."
 
 
 class Convergence(Study):
@@ -79,10 +79,10 @@ class Convergence(Study):
                 if f is not None:
                     where = (_size(f.high, controlled), _size(f.low, controlled))
                     long.append((name, q.key, str(f), *where, str(f.count), f.below))
-        note = "With half of the 95 % interval; what is not yet or no longer a line is not fitted."
+        note = "With half of the 95 % interval; fitted where the errors lie on a line."
         return [
             Table("Slopes", ("series", "order", *(q.key for q in shown), ""), short, note),
-            Table("Where slopes hold", ("series", "error in", "slope", "from", "to", "points", "below"), long),
+            Table("Ranges of the slopes", ("series", "error in", "slope", "from", "to", "points", "below"), long),
         ]
 
     def figures(self) -> list[Figure]:
@@ -114,7 +114,7 @@ def convergence(model: Scene | str | PathLike, **asked: Any) -> Convergence:
 def trusted(s: Survey) -> str:
     """A sentence on the accuracy of the reference."""
     if s.reference.check is None:
-        return f"Reference: {s.reference.how}; nobody says how exact it is."
+        return f"Reference: {s.reference.how}; its accuracy is not known."
     digits = {q.key: s.reference.digits(q) for q in s.quantities if not q.itself}
     said = ", ".join(f"{key} {d:.1f}" for key, d in digits.items() if d is not None)
     return f"Reference: {s.reference}; digits in which they agree: {said}."

@@ -21,7 +21,8 @@ from mbdsl.studies.ladder import Ladder, difference
 
 FINER = 3.0  #: a difference this many times the error of one method measures the error of the other
 ROUNDS = 10  #: largest number of runs of both methods in a check
-SAME, PERSISTS = 0.7, 2  #: a difference that stays above this part of the last one persists; how often it may
+#: a difference above this part of the previous one is persistent; how many times this is allowed
+SAME, PERSISTS = 0.7, 2
 
 
 @dataclass

@@ -43,7 +43,7 @@ class Drift(Study):
                 last = rows.pop()
                 rows.append((*last[: 2 + len(keys)], *(str(f) if f else "" for f in slopes)))
         columns = ("method", "step or tol", *keys, *(f"slope of {key}" for key in keys))
-        return [Table("Drift", columns, rows, "Slopes stand where they end.")]
+        return [Table("Drift", columns, rows, "A slope is in the last row of its method.")]
 
     def figures(self) -> list[Figure]:
         s, found = self.survey, []
@@ -99,12 +99,12 @@ def drift(model: Scene | str | PathLike, **asked: Any) -> Drift:
     if not quantities(runner.blank(), reference.solution):
         raise UsageError(
             f"{runner.setting.scene.name} has no constraints that a motion could leave",
-            hint="`mbdsl study energy` and `convergence` tell what methods get wrong without any",
+            hint="`mbdsl study energy` and `convergence` measure errors without constraints",
         )
     rows = rows_of(runner, every)
     finest = next((row.own for row in reversed(rows) if row.own is not None), None)
     if finest is None:
-        raise IntegrationError(f"no run came to its end; {rows[0].case}: {rows[0].run.problem}")
+        raise IntegrationError(f"no run was completed; {rows[0].case}: {rows[0].run.problem}")
     # the speed of the reference scales velocities
     found = Survey(runner.setting, given, runner, rows, refused, reference, [])
     found.quantities = [q for q in quantities(finest, finest) if q.itself]

@@ -213,11 +213,11 @@ def _text(s: EffectsStudy) -> str:
     if s.tol is not None:
         tried = [r for r in s.rows if r.change is not None]
         needed = [r.effects[0] for r in tried if r.effects[0] not in (s.dispensable or ())]
-        lines += ["", f"to {s.tol:.3g}{unit}, the scene calls for: {', '.join(needed) or 'none of them'}"]
+        lines += ["", f"within {s.tol:.3g}{unit}, the result needs: {', '.join(needed) or 'none of them'}"]
         if s.dispensable:
-            lines.append(f"it can do without: {', '.join(s.dispensable)}  (--without {','.join(s.dispensable)})")
+            lines.append(f"it does not need: {', '.join(s.dispensable)}  (--without {','.join(s.dispensable)})")
         if s.error > s.tol:
-            lines.append(f"the step is too large to tell: its own error is {s.error:.1e}{unit}")
+            lines.append(f"the step is too large for a decision: its own error is {s.error:.1e}{unit}")
     return "\n".join(lines)
 
 

@@ -79,9 +79,9 @@ class Energy(Study):
 
     def summary(self) -> list[str]:
         s = self.survey
-        what = "Energy is conserved: errors are counted from its start."
+        what = "Energy is conserved: errors are differences from its initial value."
         if not self.conserved:
-            what = "Energy is not conserved: errors are counted from the reference."
+            what = "Energy is not conserved: errors are differences from the reference."
         lines = [f"{what} Between kinds of energy, {self.exchanged:.4g} J are exchanged.", trusted(s)]
         return lines + troubles(s)
 
@@ -109,8 +109,8 @@ class Energy(Study):
                     )
                 )
         columns = ("method", "step or tol", "mean [J]", "largest [J]", "of exchanged", "at end [J]", "slope of mean")
-        note = "Slopes stand where they end."
-        note += " (Below what the reference is trusted to.)" if self.floor else ""
+        note = "A slope is in the last row of its method."
+        note += " In brackets: below the resolution of the reference." if self.floor else ""
         return [Table("Error in energy", columns, rows, note)]
 
     def figures(self) -> list[Figure]:
@@ -130,7 +130,7 @@ class Energy(Study):
                 "time",
                 "Error in energy over time",
                 "t [s]",
-                "E(t) less what it should be [J]",
+                "error of E(t) [J]",
                 over_time,
                 x_log=False,
                 y_log=False,

@@ -151,7 +151,7 @@ def recommend(
     quickest = math.inf
     ways = _promising(names)
     for k, (name, kind) in enumerate(ways):
-        # no method may use up the time of the others
+        # no method may use the time of the others
         share = runner.left * max(SHARE / (len(ways) - k), 0.25)
         found, why = search.reach(name, kind, quickest, share)
         if found is None:
@@ -284,7 +284,7 @@ def _search(
     raise IntegrationError(
         f"an error of {search.wording(search.target)} cannot be resolved: references agree to "
         f"{search.wording(floor)} only",
-        hint=f"{reference}; ask for less, or give --reference FILE",
+        hint=f"{reference}; allow a larger error, or give --reference FILE",
     )
 
 
@@ -295,7 +295,7 @@ def _by(runner: Runner, reference: Reference, target: float | str, signal: str |
         wanted = [q for q in quantities(like, solution) if q.key in ("q", "v")]
         if not wanted:
             text = f"{reference.how} has no positions and velocities"
-            raise UsageError(text, hint="say which of its signals is looked at: --signal NAME")
+            raise UsageError(text, hint="name the signal to compare: --signal NAME")
         number_ = tolerance(target, "", 1.0, ASKED)
         return Search(runner, reference, wanted, number_, "", "positions and velocities, scaled", True)
     (name,) = like.select([signal]) if signal in like else [signal]

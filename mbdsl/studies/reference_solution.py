@@ -100,9 +100,9 @@ def from_file(path: str | PathLike, runner: Runner, signals: Sequence[str] = ())
     if not there[-1]:
         before = t[np.searchsorted(t, of.stop) - 1]
         raise UsageError(
-            f"`{file}` has nothing at the stop time, {of.stop:g} s",
+            f"`{file}` has no values at the stop time, {of.stop:g} s",
             hint=f"a reference has the interval {of.interval:g} s, or a part of it, or the stop time alone; "
-            f"the last time that it has before: --stop {before:.9g}",
+            f"its last time before: --stop {before:.9g}",
         )
     if not there[1:].all():
         limits.append(f"at {there[1:].sum()} of {of.points} times")
@@ -126,7 +126,9 @@ def from_file(path: str | PathLike, runner: Runner, signals: Sequence[str] = ())
     wrong = [name for name in (*moving, *energies) if not np.isfinite(kept[name]).all()]
     wrong += [name for name in gaps if not np.isfinite(kept[name]).any()]
     if wrong:
-        raise UsageError(f"`{file}` has no numbers (nan) in {few(wrong)}", hint="take them out, or another file")
+        raise UsageError(
+            f"`{file}` has no numbers (nan) in {few(wrong)}", hint="remove these columns, or use another file"
+        )
     if gaps:
         limits.append(f"at some times without {few(gaps)}")
     how = f"`{file}`" + (f" ({', '.join(limits)})" if limits else "")
@@ -139,11 +141,11 @@ def _times(file: str, columns: Mapping[str, Array], of: Setting) -> Array:
     if t.ndim != 1 or not len(t):
         raise UsageError(f"`{file}` has no rows", hint="a reference is a result file with the stop time, or many times")
     if not (np.isfinite(t).all() and (np.diff(t) >= 0.0).all()):
-        raise UsageError(f"`{file}` is no result: its times do not go up")
+        raise UsageError(f"`{file}` is not a result file: its times are not ascending")
     if t[-1] < of.stop - 1e-6 * of.interval:
         text = f"`{file}` ends at {t[-1]:.9g} s, the study at {of.stop:.9g} s"
-        hint = f"compare up to there (--stop {t[-1]:.9g}), or take a reference that goes on"
-        raise UsageError(text, hint=hint if t[-1] > of.start else "take a reference that goes on")
+        hint = f"compare up to there (--stop {t[-1]:.9g}), or use a longer reference"
+        raise UsageError(text, hint=hint if t[-1] > of.start else "use a longer reference")
     return t
 
 
@@ -205,7 +207,7 @@ def automatic(runner: Runner, studied: Sequence[str], finest: float | None) -> R
     if best is None:
         late = any(why == OUT_OF_TIME for _, why in problems)
         raise IntegrationError(
-            f"no reference can be had: {together(problems) or 'there are too few methods'}",
+            f"no reference solution was found: {together(problems) or 'there are too few methods'}",
             hint="give it more time (--budget), or a reference: --reference FILE"
             if late
             else "give one: --reference FILE",
@@ -260,7 +262,7 @@ def _difference(one: Trajectory, other: Trajectory) -> float:
 
 
 def _precise(runner: Runner, name: str) -> tuple[str, Computed]:
-    """By a method of high order, at the tightest tolerance that succeeds."""
+    """A solution by a method of high order, at the tightest tolerance that succeeds."""
     for tol in TIGHT:
         case = Case(name, tol=tol)
         run = runner.compute([case], f"reference by {case}", limit=runner.left / 12.0)[case]
@@ -272,7 +274,7 @@ def _precise(runner: Runner, name: str) -> tuple[str, Computed]:
 
 
 def _extrapolated(runner: Runner, name: str, longest: float) -> tuple[str, Computed]:
-    """By a method of order 2 at short steps, extrapolated to zero."""
+    """A solution by a method of order 2 at short steps, extrapolated to zero."""
     of = runner.setting
     each = max(1, round(of.interval / longest))  # steps in an output interval
     steps = [of.interval / (each * 2**k) for k in range(len(POWERS) + 1)]

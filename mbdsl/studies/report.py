@@ -343,10 +343,10 @@ def troubles(s: Survey) -> list[str]:
         lines = [*lines[:TROUBLES], f"... and {len(lines) - TROUBLES} more"]
     if late:
         which = f"{len(late)} of {len(s.rows)} cases were not run, as the budget of {s.asked.budget:g} s was spent"
-        lines.append(f"{which}; run it again to go on.")
+        lines.append(f"{which}; run the same command again to continue.")
     between = [row for row in s.rows if row.run.done and s.quantities and not reaches(s.setting, row.case)]
     if any(row.case.step is not None for row in between) and not all(q.itself for q in s.quantities):
-        lines.append("Not all steps reach the output times: what is compared there is interpolated between steps.")
+        lines.append("Not all steps end at output times: values there are interpolated between steps.")
     if alike := [row for row in between if row.own is row.trajectory]:
         which = "1 case" if len(alike) == 1 else f"{len(alike)} cases"
         lines.append(f"Constraints and energy of {which} are those of output interpolated between steps.")

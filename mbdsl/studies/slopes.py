@@ -84,12 +84,12 @@ def verdict(found: Fit | None, order: int, errors: Sequence[float], floor: float
     """Verdict on the slope of a method of ``order``: "" if they agree. ``errors`` are from coarse to fine."""
     known = [e for e in errors if np.isfinite(e)]
     if not known or max(known) <= CLEAR * floor:
-        return "the reference cannot tell"
+        return "below the reference's resolution"
     if found is None:
         if len(known) < 3 or min(known) <= CLEAR * floor:
-            return "too few points to tell"
+            return "too few points"
         falls = all(b < STAYS * a for a, b in pairwise(known))
-        return "falls along no line at these sizes" if falls else "does not converge at these sizes"
+        return "no line at these sizes" if falls else "does not converge at these sizes"
     if found.below == "irregular":
         return "not settled"
     allowed = AGREE + found.uncertainty

@@ -58,7 +58,7 @@ class Computed:
 
     @property
     def lasting(self) -> bool:
-        """Whether it would be the same again, so that it is worth storing."""
+        """Whether a repetition would give the same result, so that it is worth storing."""
         return self.problem not in PASSING
 
     @property
@@ -196,7 +196,7 @@ def key_of(of: Setting, case: Case) -> str:
 
 
 def _method_code(name: str) -> str:
-    """Digest of the file of a method, which may come from elsewhere."""
+    """Digest of the file of a method, which may be third-party code."""
     owner = modules().get(name) or backend(name)
     module = owner if hasattr(owner, "__file__") else sys.modules.get(type(owner).__module__)
     file = getattr(module, "__file__", None)

@@ -1,4 +1,4 @@
-"""Methods at steps and tolerances, with their errors: what convergence, work-precision and the others begin with."""
+"""Methods at steps and tolerances, with their errors: the common part of all studies."""
 
 from __future__ import annotations
 
@@ -34,9 +34,10 @@ from mbdsl.studies.runner import Runner, StudyProgress
 from mbdsl.studies.store import Computed, Store
 
 BUDGET = 120.0  #: seconds
-CONSERVED = 1e-9  #: part of what is exchanged between kinds of energy: more is not conserved
-SHORT = 0.01  #: of the budget: what takes less is run a second time where it has to be, even when all is spent
-MANY = 100_000  #: steps that are not all kept for a moment: so short, what interpolation adds is nothing
+CONSERVED = 1e-9  #: largest change of a conserved energy, relative to the energy exchanged between its kinds
+SHORT = 0.01  #: part of the budget: runs that take less are repeated if necessary, even when the budget is spent
+#: number of steps above which not all are stored: the interpolation error of such short steps is negligible
+MANY = 100_000
 
 
 @dataclass
@@ -206,7 +207,7 @@ def _steps(of: Setting, asked: Sequence[float]) -> list[float]:
     for h in asked:
         if h > of.span * (1.0 + 1e-9):
             raise UsageError(
-                f"a step of {h:g} s is longer than the time to look at, {of.span:g} s",
+                f"a step of {h:g} s is longer than the studied time, {of.span:g} s",
                 hint="give shorter steps, or a later stop time",
             )
     return list(dict.fromkeys(taken(of.span, h) if h > 0.0 else h for h in asked))
@@ -260,7 +261,7 @@ def rows_of(runner: Runner, every: Sequence[Case]) -> list[Row]:
     # if expensive runs have used up the budget, cheap second runs are still made
     took = [sum(s for phase, s in runs[case].stats["seconds"].items() if phase != "compile") for case in ends]
     runner.budget += max(0.0, 3.0 * sum(s for s in took if s < SHORT * runner.budget) - runner.left)  # times vary
-    others = runner.compute(list(ends.values()), "the same where steps end")
+    others = runner.compute(list(ends.values()), "the same at the ends of steps")
     rows = []
     for case in every:
         row = Row(case, runs[case])

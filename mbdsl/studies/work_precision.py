@@ -121,9 +121,9 @@ class WorkPrecision(Study):
                 )
         floor = self.survey.reference.floor(q).scaled
         times = [median(r.seconds) for r in points]
-        note = "Further left is more exact, further down is faster."
+        note = "Further left is more accurate, further down is faster."
         if any(r.errors[q.key].scaled == floor for r in points):
-            note += " Points on the line are at least as exact as that: the reference cannot tell how much."
+            note += " Points on the line have errors below the resolution of the reference."
             series.append(Series("the references differ", [floor, floor], [min(times), max(times)], style="guide"))
         problems = [type(o)(o.name, None, f"{o.x:g}: {o.text}") for o in outcomes(self.survey.rows)]
         key = q.key.replace("[", "").replace("]", "").replace(".", "_")

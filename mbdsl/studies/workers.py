@@ -5,15 +5,15 @@ whole when one of its processes dies; with one process in each, the other worker
 A worker receives the Setting, with its Scene, when it starts, and then one case at a time. It writes the result into
 the store and answers with a few words: a worker that is killed while it sends a long message would block its pool.
 
-``concurrent.futures`` leaves these to its users; :class:`_Process` and :func:`_begin` take care of them:
+``concurrent.futures`` leaves the following tasks to its users; :class:`_Process` and :func:`_begin` do them:
 
 - A spawned process imports the main module of its parent again. A script without ``if __name__ == "__main__":`` would
   run once more in every worker. Workers do not import it.
 - A worker ends with its parent, even if the parent is killed. The pool alone would wait for the next case for ever.
 - Ctrl-C and the closing of a terminal reach all processes of the terminal. Only the parent responds to them.
-- What a worker prints, or a solver in it, is discarded.
+- Output printed by a worker, or by a solver in it, is discarded.
 - A worker's BLAS uses one thread, which has to be set before numpy is loaded.
-- A worker that computes is ended at once, not after its case.
+- A busy worker is killed at once, not after its case.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from mbdsl.studies.cases import Case, Setting
 from mbdsl.studies.compute import compute
 from mbdsl.studies.store import ENDED, LOST, OUT_OF_TIME, Computed, Store, key_of
 
-#: answer of a worker that finds another version of mbdsl, or of the method, than its parent has
+#: answer of a worker whose version of mbdsl, or of the method, differs from that of its parent
 CHANGED = "mbdsl or the method has changed since the study began"
 #: answer of a worker that cannot write its result
 UNKEPT = "the result could not be written"
@@ -72,21 +72,21 @@ def side_by_side(
     Parameters
     ----------
     of : Setting
-        What the cases share.
+        The setting of all cases.
     store : Store
-        Where workers put their results.
+        Store for the results.
     cases : list of Case
-        Taken out one by one; what remains in it has not been computed.
+        Removed one by one; the remaining cases have not been computed.
     count : int
         Number of workers.
     left : callable
-        Gives the time limit [s] of a case that begins now.
+        Returns the time limit [s] of a case that begins now.
     add : callable
         Called with each case and its result.
     """
     try:
         setting = pickle.dumps(of)
-    except (pickle.PicklingError, TypeError, AttributeError):  # e.g. a kind that only this process knows
+    except (pickle.PicklingError, TypeError, AttributeError):  # e.g. a kind that exists in this process only
         return
     workers: list[_Worker] = []
     busy: dict[Future, tuple[_Worker, Case | None]] = {}
@@ -145,7 +145,7 @@ def side_by_side(
 
 
 class _Answer(NamedTuple):
-    """What came of a case; ``kept`` where the store has its result."""
+    """The result of a case; ``kept`` if it is in the store."""
 
     problem: str
     kept: bool = False
@@ -157,7 +157,7 @@ _starting = threading.Lock()
 
 
 class _Process(SpawnProcess):
-    """A process that starts with the surroundings of a worker."""
+    """A process that starts with the environment of a worker."""
 
     def start(self) -> None:
         with _starting, _worker_environment(), _no_main_module(), _signals_for_the_parent():
@@ -165,7 +165,7 @@ class _Process(SpawnProcess):
 
 
 class _Worker(SpawnContext):
-    """A pool of one process, and the context that it makes its process in."""
+    """A pool of one process, and the context in which it starts its process."""
 
     def __init__(self, setting: bytes, folder: Path) -> None:
         super().__init__()
@@ -188,7 +188,7 @@ class _Worker(SpawnContext):
 @contextmanager
 def _worker_environment() -> Iterator[None]:
     """Environment variables that a process reads while it starts."""
-    # the folder of the script or the current folder is no place to import modules of Python's from
+    # modules of Python must not be imported from the folder of the script or the current folder
     added = {**cache_folder.environment(), "OPENBLAS_NUM_THREADS": "1", "PYTHONSAFEPATH": "1"}
     before = {name: os.environ.get(name) for name in added}
     os.environ.update(added)
@@ -247,17 +247,17 @@ def _end_with_the_parent() -> None:
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()
-    os._exit(0)  # in the midst of a case, too: nobody waits for the answer
+    os._exit(0)  # also during a case: no process waits for the answer
 
 
 def _ready() -> None:
-    """The first task of a worker: one that cannot begin does not answer it."""
+    """The first task of a worker; a worker that cannot begin does not answer."""
 
 
 def _compute(case: Case, key: str, limit: float) -> _Answer:
     """Compute a case in ``limit`` seconds and put the result into the store under ``key``."""
     of, store = _work
-    if key_of(of, case) != key:  # of another version: it would compute something else
+    if key_of(of, case) != key:  # another version, which would give other results
         return _Answer(CHANGED)
     run = compute(of, case, limit)
     if run.lasting and not store.put(key, run):

@@ -508,7 +508,7 @@ def test_the_command_leaves_what_mbdsl_did_not_write(folder, say, tmp_path):
     filled(folder)
     code, out, _ = say("cache", "--clear")
     assert code == 0 and all(path.exists() for path in [*foreign, target])
-    assert out.startswith("removed 9 entries, 0.8 MB") and "left as it is" in out and "letter.o" in out
+    assert out.startswith("removed 9 entries, 0.8 MB") and "left unchanged" in out and "letter.o" in out
 
 
 @needs_owners
@@ -529,7 +529,7 @@ def test_the_command_says_that_it_cannot_be_written(folder, read_only, say):
     planted(folder)
     code, out, err = say("cache")
     assert (code, err) == (0, "")
-    assert out.endswith(f"only read from: cannot write into `{folder}` (Read-only file system)\n")
+    assert out.endswith(f"read-only: cannot write into `{folder}` (Read-only file system)\n")
 
 
 def test_the_help_fits_a_terminal(say, monkeypatch):

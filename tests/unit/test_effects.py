@@ -199,7 +199,7 @@ def test_dispensable_together(tmp_path):
     one = effects(path, "rod.phi", tol=between, repeats=1)
     assert one.dispensable == (min(alone, key=alone.get),)
     assert effects(path, "rod.phi", tol=small / 2, repeats=1).dispensable == ()
-    assert "it can do without: " in str(both) and "calls for: gravity\n" in str(both)
+    assert "it does not need: " in str(both) and "the result needs: gravity\n" in str(both)
 
 
 def test_tolerances(tmp_path):
@@ -258,7 +258,7 @@ def test_study_from_a_shell(say):
     assert code == 0
     assert out.startswith("SliderCrank: B.s from ")
     assert "\nnot in the scene: friction, flexibility\n" in out
-    assert "to 0.001 m, the scene calls for: " in out
+    assert "within 0.001 m, the result needs: " in out
     for argv, message in (
         (["--signal", "B.x"], "there is no signal `B.x`"),
         (["--signal", "B.s", "--tol", "1s"], "tol: `1s` has the wrong unit: expected m, found s"),

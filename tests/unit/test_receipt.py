@@ -96,7 +96,7 @@ def test_what_was_done_beforehand():
     assert found.methods == ("kinematic",)
     shown = str(found)
     assert "moved: crank, by O, drive: its motion is a function of time (" in shown
-    assert "none is left: what they move is a function of time" in shown
+    assert "none is left: their bodies are functions of time" in shown
     assert "merged, moved, split: nothing" not in shown
     assert "merged, moved, split: nothing" in str(explain(MODELS / "chain.mbd", measured=False))
 
@@ -186,14 +186,12 @@ def test_outputs():
     found = dict(explain(MODELS / "driven_crank.mbd", measured=False, signals=wanted).outputs)
     assert found["rod.phi"] == found["energy.total"] == "a formula of coordinates and velocities"
     assert (
-        found["A.fx"]
-        == found["drive.tau"]
-        == ("reactions that are not solved for: a linear solve at every point of output")
+        found["A.fx"] == found["drive.tau"] == ("reactions that are not unknowns: a linear solve at every output point")
     )
     assert found["rod.ax"].startswith("accelerations: ")
     assert found["B.Phi[1]"].startswith("residuals of constraints: ")
     solved = dict(explain(MODELS / "slider_crank.mbd", measured=False, signals=["O.fx"]).outputs)
-    assert solved["O.fx"] == "a formula of multipliers, which the method gives"
+    assert solved["O.fx"] == "a formula of the method's multipliers"
     add = dict(explain(MODELS / "slider_crank.mbd", measured=False, signals=["O.fx"], method="hht-add").outputs)
     assert add["O.fx"].startswith("reactions that are not solved for")
     with pytest.raises(UsageError, match="no signal"):

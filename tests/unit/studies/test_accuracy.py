@@ -363,7 +363,7 @@ def test_output_at_given_times():
     for wrong in ([], [0.05], [0.05, 0.05, 0.1], [0.0, 0.1], [0.05, np.nan, 0.1]):
         with pytest.raises(UsageError, match=r"from behind 0 s up to the stop, 0\.1 s"):
             mbdsl.simulate(CRANK, stop=0.1, times=wrong)
-    with pytest.raises(UsageError, match="even times"):
+    with pytest.raises(UsageError, match="evenly spaced output times"):
         mbdsl.simulate(CRANK, stop=0.1, accuracy=1e-3, times=[0.1])
 
 

@@ -108,7 +108,7 @@ def test_steps_are_those_that_are_taken(given):
     twice = convergence(CRANK, methods=["hht-si2"], steps=[2e-3, 2e-3, 1e-3, 5e-4], tols=[1e-4, 1e-4], **short)
     assert [row.case.size for row in twice.survey.rows] == [2e-3, 1e-3, 5e-4, 1e-4]
     assert twice.fits["hht-si2"]["q"].count == 3
-    with pytest.raises(UsageError, match=r"a step of 0.4 s is longer than the time to look at, 0.1 s"):
+    with pytest.raises(UsageError, match=r"a step of 0.4 s is longer than the studied time, 0.1 s"):
         convergence(CRANK, methods=["hht-si2"], steps=[0.4, 0.1], **short)
     with pytest.raises(UsageError, match="-1 is no step"):
         convergence(CRANK, methods=["hht-si2"], steps=[-1.0, 0.1], **short)

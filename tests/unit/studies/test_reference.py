@@ -47,9 +47,9 @@ def test_a_file_that_is_no_reference(runner, tmp_path):
     refused("no signal `A.P", signals=["A.Phi*"])
     refused("no signal `a`", signals=["a"])
     refused(r"ends at 0.5 s, the study at 2 s\n.*--stop 0.5", runner(2.0))
-    refused(r"nothing at the stop time, 0.4567 s\n.*--stop 0.45", runner(0.4567))
-    refused("times do not go up", time=-columns["time"])
-    refused("times do not go up", time=columns["time"] * np.nan)
+    refused(r"no values at the stop time, 0.4567 s\n.*--stop 0.45", runner(0.4567))
+    refused("its times are not ascending", time=-columns["time"])
+    refused("its times are not ascending", time=columns["time"] * np.nan)
     for rows, expected in ((slice(0), "has no rows"), (slice(5), "ends at 0.04 s")):
         results.write(path, {n: x[rows] for n, x in columns.items()})
         with pytest.raises(UsageError, match=expected):
@@ -127,6 +127,6 @@ def test_why_there_is_no_reference(runner, monkeypatch):
         monkeypatch.setattr(
             Runner, "compute", lambda self, cases, *_, why=why, **__: {c: Computed(c, problem=why) for c in cases}
         )
-        with pytest.raises(IntegrationError, match="no reference can be had: radau5, ") as no:
+        with pytest.raises(IntegrationError, match="no reference solution was found: radau5, ") as no:
             automatic(runner(), ["hht-i3"], None)
         assert no.value.message.count(why) == 1 and hint in no.value.hint

@@ -151,7 +151,7 @@ def test_an_interrupted_study_tells_how_to_go_on(more, command, after, runs, say
     monkeypatch.setattr(running, "compute", interrupted)
     code, out, err = say("study", "drift", CRANK, "--stop", "0.02s", "--methods", "hht-si2", *more)
     assert code == 130 and out == ""
-    expected = f"{runs} kept; {command} goes on from there" if runs else "no run had come to its end: nothing is kept"
+    expected = f"{runs} stored; {command} continues from there" if runs else "no run was completed: nothing is stored"
     assert err.splitlines()[-2:] == [expected, "interrupted"]
 
 
@@ -168,4 +168,4 @@ def test_times_are_no_runs_that_are_kept(say, empty, monkeypatch):
     for module in ("runner", "compute"):
         monkeypatch.setattr(f"mbdsl.studies.{module}.simulate_case", interrupted)
     code, _, err = say(*argv)
-    assert code == 130 and "2 runs are kept; the same command goes on" in err
+    assert code == 130 and "2 runs are stored; the same command continues" in err

@@ -64,9 +64,9 @@ def test_no_line(errors):
         (H**1, 2, 0.0, "below its order 2"),
         (H**2, 1, 0.0, "above its order 1"),
         (np.full(10, 1e-3), 2, 1e-9, "does not converge at these sizes"),
-        (np.array([1.6e-2, 5.1e-3, 9.3e-4, 2.6e-4]), 2, 1e-9, "falls along no line at these sizes"),
-        (np.full(10, 1e-3), 2, 1e-3, "the reference cannot tell"),
-        (H[:2] ** 2, 2, 0.0, "too few points to tell"),
+        (np.array([1.6e-2, 5.1e-3, 9.3e-4, 2.6e-4]), 2, 1e-9, "no line at these sizes"),
+        (np.full(10, 1e-3), 2, 1e-3, "below the reference's resolution"),
+        (H[:2] ** 2, 2, 0.0, "too few points"),
     ],
 )
 def test_verdicts(errors, order, floor, said):
