@@ -1,4 +1,4 @@
-"""The contract of a body kind: a module of kernels, and a class with the same quantities in NumPy, the model.
+"""The contract of a body kind: a module of kernels, and a model, a class that evaluates the same quantities in NumPy.
 
 Emitted code calls the kernels (:mod:`mbdsl.bodies.rigid_body_kernels`, ...). They compute the motion of the body's
 frames, collect the forces on them and assemble the body's part of the iteration matrix. ``kernels`` lists them with

@@ -39,7 +39,7 @@ def formula(normal: str, speed: str) -> str:
 def check(values: Mapping) -> str | None:
     mu, mu_s = values["mu"], values["mu_s"]
     if mu_s is not None and mu_s < mu:
-        return f"mu_s is {mu_s:g}, less than mu = {mu:g}: static friction is not less than sliding friction"
+        return f"mu_s is {mu_s:g}, less than mu = {mu:g}: static friction cannot be less than sliding friction"
     if (mu or mu_s) and "radius" in values and values["radius"] is None:
         return "friction in a pin needs its `radius`: the torque is mu * radius * force"
     return None

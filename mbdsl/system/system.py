@@ -367,8 +367,9 @@ class System:
         """Zones between t0 and t1 [s] in which steps have to end because of functions of time; generated lazily.
 
         Each zone surrounds a pulse, a window or another extremum of a law, driver, table or condition that depends on
-        time alone, and contains all but a quarter of its height; see :mod:`mbdsl.system.peaks_in_time`. Terms whose
-        form shows that steps up to the ``longest`` [s] cannot pass over their extrema are left out.
+        time alone; in it, the value differs from the extremum by less than a quarter of its height (see
+        :mod:`mbdsl.system.peaks_in_time`).
+        Terms whose form shows that steps up to the ``longest`` [s] cannot pass over their extrema are left out.
         """
         key = t0, t1, longest
         if key not in self._zones:

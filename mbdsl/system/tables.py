@@ -1,4 +1,4 @@
-"""Tables: numbers coordinates, constraints and frames of a Scene, and fills the flat buffers that kernels read.
+"""Tables of a scene: indices of its coordinates, constraints and frames, and the flat buffers that kernels read.
 
 The result is data only; :mod:`mbdsl.system.emit` generates code from its *structure* (kinds and features). Scenes of
 the same structure share their code, whatever their sizes and numbers.
@@ -102,7 +102,7 @@ class Buffers:
 
 
 def build_tables(scene: Scene, general: bool = False, size: float | None = None) -> Tables:
-    """Number and tabulate ``scene``; ``general`` tables have space for all kinds of elements.
+    """Make the tables of ``scene``; ``general`` tables have space for all kinds of elements.
 
     ``size`` is that of the mechanism [m], by which translations are scaled; default: the size of the scene.
     """
@@ -271,7 +271,7 @@ def _multipliers(tables: Tables) -> dict[tuple[str, int], int]:
 
 
 def gravity(scene: Scene) -> NDArray[np.float64]:
-    """The field (2,) [m/s2]."""
+    """The gravity field (2,) [m/s2]."""
     ground = next((c for c in scene.components.values() if c.kind.name == "Ground"), None)
     direction = np.array(ground.values["n"], float) if ground else np.zeros(2)
     length = np.hypot(*direction)
@@ -279,7 +279,7 @@ def gravity(scene: Scene) -> NDArray[np.float64]:
 
 
 def _fill_mass(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None:
-    """The constant part of the mass matrix, diagonal and off-diagonal, and of the force of gravity."""
+    """Tabulate the constant part of the mass matrix, diagonal and off-diagonal, and of the force of gravity."""
     layout, diagonal, force, couplings, values = (
         buffers.layout,
         list[float](),
@@ -313,7 +313,7 @@ def _fill_mass(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None
 
 
 def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None:
-    """The record of every body, from its model."""
+    """Tabulate the record of every body, from its model."""
     names: dict[str, list[str]] = {}
     for name in tables.frames:
         names.setdefault(tables.scene.frames[name].body, []).append(name)

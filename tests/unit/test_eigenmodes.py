@@ -255,7 +255,7 @@ def test_a_pendulum_on_a_turning_disc():
         "start",
     )
     assert values(found) == pytest.approx([3j * np.sqrt(0.4 * 1.5)], rel=1e-9)
-    assert found.notes[0].startswith("it moves")
+    assert found.notes[0].startswith("the mechanism moves")
 
 
 def test_a_sleigh_that_glides():
