@@ -22,6 +22,7 @@ def slide(frames, a, b, G, k):
 
 @kernel
 def slide_hessian(frames, a, b, factor, H):
+    """H += factor * d^2 g/dz^2."""
     c, s = factor * cos(frames[a, 2]), factor * sin(frames[a, 2])
     rotation_terms(-s, c, H)
     H[2, 2] -= c * (frames[b, 0] - frames[a, 0]) + s * (frames[b, 1] - frames[a, 1])
@@ -39,6 +40,7 @@ def offset(frames, a, b, G, k):
 
 @kernel
 def offset_hessian(frames, a, b, factor, H):
+    """H += factor * d^2 g/dz^2."""
     c, s = factor * cos(frames[a, 2]), factor * sin(frames[a, 2])
     rotation_terms(-c, -s, H)
     H[2, 2] -= c * (frames[b, 1] - frames[a, 1]) - s * (frames[b, 0] - frames[a, 0])
@@ -77,6 +79,7 @@ def distance(frames, a, b, G, k):
 
 @kernel
 def distance_hessian(frames, a, b, factor, H):
+    """H += factor * d^2 g/dz^2."""
     dx, dy = frames[b, 0] - frames[a, 0], frames[b, 1] - frames[a, 1]
     l = sqrt(dx * dx + dy * dy)
     if l > 0.0:
