@@ -193,7 +193,7 @@ def test_outputs():
     solved = dict(explain(MODELS / "slider_crank.mbd", measured=False, signals=["O.fx"]).outputs)
     assert solved["O.fx"] == "a formula of the method's multipliers"
     add = dict(explain(MODELS / "slider_crank.mbd", measured=False, signals=["O.fx"], method="hht-add").outputs)
-    assert add["O.fx"].startswith("reactions that are not solved for")
+    assert add["O.fx"].startswith("reactions that are not unknowns")
     with pytest.raises(UsageError, match="no signal"):
         explain(MODELS / "slider_crank.mbd", measured=False, signals=["no.such"])
 

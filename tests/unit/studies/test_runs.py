@@ -459,5 +459,5 @@ def test_output_points_that_steps_share():
 
 
 def test_no_time_to_look_at():
-    with pytest.raises(UsageError, match="needs a time"):
+    with pytest.raises(UsageError, match="needs a stop time"):
         setting(CRANK, 0.0)
