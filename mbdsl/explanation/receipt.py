@@ -124,7 +124,7 @@ def explain(
     without: Sequence[str] = (),
     announce: Callable[[str], None] | None = None,
 ) -> Receipt:
-    """List the effects that a model contains, and what each of them costs.
+    """List the effects that a model contains, and the cost of each.
 
     Parameters
     ----------

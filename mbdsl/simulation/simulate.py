@@ -255,7 +255,7 @@ def _asked(times: ArrayLike, start: float, end: float) -> NDArray[np.float64]:
     """Given output times (N,) [s], checked."""
     found = np.array(times, float)
     if found.ndim != 1 or not len(found) or found[-1] != end or not (np.diff(found, prepend=start) > 0.0).all():
-        raise UsageError(f"output times have to ascend from after the start, {start:g} s, to the stop, {end:g} s")
+        raise UsageError(f"output times must ascend, after the start, {start:g} s, and up to the stop time, {end:g} s")
     return found
 
 

@@ -4,10 +4,10 @@
 
 Exudyn runs its generalised-alpha solver with its default settings, in the build without range checks where the
 processor allows it, with every combination of dense or sparse matrices and full or modified Newton; the fastest counts.
-Of mbdsl, hht-i3 and hht-si2 run with theirs, but for alpha, which gives the same damping of high frequencies as
-Exudyn's default spectral radius. Times are of the step loops from the second step on: of Exudyn, a run of
-one step is subtracted, which is how its preparations are left out; of mbdsl, what comes before is not timed. It is the
-processor's time that is measured, which a busy machine disturbs less.
+Of mbdsl, hht-i3 and hht-si2 run with their default settings except alpha, which is chosen for the same damping of high
+frequencies as with Exudyn's default spectral radius. Times are of the step loops from the second step on: of Exudyn,
+the time of a run of one step is subtracted, to leave out its preparations; of mbdsl, only these steps are timed.
+Processor time is measured, which a busy machine disturbs less.
 
 Every program runs with a step, its half, its quarter and so on. At equal step, times are compared as they are. At equal
 error, time is interpolated over error, both as logarithms, and compared at three errors that all programs reach; the
@@ -381,7 +381,7 @@ def compare(exu: Any, case: Case, repeats: int, steps: int | None = None) -> Com
     coarse, fine = (ours.run("hht-si2", k * found.sizes[-1]).states for k in (2, 4))
     true = (4 * fine - coarse) / 3
 
-    # What Exudyn's method makes of it, without what its tolerances add.
+    # The solution of Exudyn's method without the error due to its tolerances.
     for tighter in TIGHTER:
         sharp = [theirs.run("sparse", n, tighter) for n in found.sizes[-2:]]
         if all(seen.whole for seen in sharp):

@@ -137,7 +137,7 @@ def rows(case: Case, costs: dict[str, Cost]) -> list[str]:
 
 
 def bars(case: Case, costs: dict[str, Cost]) -> list[str]:
-    """Ratios as bars, beside what the paper says of them."""
+    """Ratios as bars, with the statements of the paper."""
     lines = [case.model]
     for name in METHODS:
         ratio = ratios(costs, name)[1]

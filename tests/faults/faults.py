@@ -4,7 +4,7 @@ Run by hand, for any length of time::
 
     python tests/faults/faults.py --minutes 10 --seed 7
 
-tests/faults/test_faults.py runs a few. Each fault returns nothing, or raises AssertionError with what was wrong.
+tests/faults/test_faults.py runs a few. Each fault returns nothing, or raises AssertionError with the reason.
 """
 
 from __future__ import annotations

@@ -96,7 +96,7 @@ def replaced(folder, capsys):
     return line
 
 
-# -- the owner of the folder ----------------------------------------------------------------------------------------
+# -- the owner of the folder -----------------------------------------------------------------------------------------
 
 
 def test_it_is_made_for_the_user_alone(folder):
@@ -203,7 +203,7 @@ def test_without_owners_all_is_trusted(folder, monkeypatch):
     assert cache_folder.read(OBJECT) == b"machine code" and cache_folder.own() == folder
 
 
-# -- files in the folder --------------------------------------------------------------------------------------------
+# -- files in the folder ---------------------------------------------------------------------------------------------
 
 
 @needs_owners
@@ -418,7 +418,7 @@ def test_temporary_folders_of_killed_processes_go(tmp_path, monkeypatch):
     assert {path for path in tmp_path.iterdir() if path.is_dir()} == {recent, alive, others}
 
 
-# -- the size of the cache ------------------------------------------------------------------------------------------
+# -- the size of the cache -------------------------------------------------------------------------------------------
 
 
 def test_what_was_not_used_for_longest_goes(folder, monkeypatch):

@@ -153,7 +153,7 @@ def test_the_commands(model, say, monkeypatch):
         assert part.read() == whole.read()
 
 
-# -- what is refused -----------------------------------------------------------------------------------------------
+# -- refused checkpoints -----------------------------------------------------------------------------------------------
 @pytest.fixture
 def kept(model):
     part(simulate, model, step=1e-3, checkpoint="run.cp", progress=Until(2))

@@ -444,7 +444,7 @@ def test_large_motions_are_refused(monkeypatch):
 
 @pytest.fixture
 def say(capsys, tmp_path, monkeypatch):
-    """Run a command in an empty folder: exit code, standard output, standard error without what compiles."""
+    """Run a command in an empty folder: exit code, standard output, standard error without lines about compilation."""
     monkeypatch.chdir(tmp_path)
 
     def run(*argv):

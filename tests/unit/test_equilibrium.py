@@ -267,7 +267,8 @@ def test_what_nothing_acts_on_stays():
     assert (afloat.stability, afloat.iterations) == ("indifferent", 0)
 
 
-# -- what has none -----------------------------------------------------------------------------------------------------
+# -- models without equilibrium
+# -----------------------------------------------------------------------------------------------------
 
 
 def test_what_falls():
@@ -301,7 +302,7 @@ def test_arguments():
 
 @pytest.fixture
 def say(capsys, tmp_path, monkeypatch):
-    """Run a command in an empty folder: exit code, standard output, standard error without what compiles."""
+    """Run a command in an empty folder: exit code, standard output, standard error without lines about compilation."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "p.mbd").write_text(PENDULUM.format(phi=90, more=""), encoding="utf-8")
 

@@ -33,7 +33,7 @@ def model(say, tmp_path):
     return path
 
 
-# -- what is there already ----------------------------------------------------------------------------------------
+# -- existing files -----------------------------------------------------------------------------------------------
 @posix
 @pytest.mark.parametrize("mode", [0o600, 0o640, 0o666])
 def test_modes_are_kept(tmp_path, mode):

@@ -294,7 +294,7 @@ def test_a_long_chain_is_no_recursion_and_no_square():
     assert "link4095" in g.describe()
 
 
-# -- what is refused -----------------------------------------------------------------------------------------------
+# -- refused scenes -----------------------------------------------------------------------------------------------
 def test_floating_body_is_named_with_its_place_and_the_ways_out():
     assert refused(chain(1).body("other")).render() == (
         "m.mbd:4:3: error: body `other` has no path to ground: no joint or force holds it\n"

@@ -535,7 +535,7 @@ def test_many_welds_take_no_time_to_find():
     assert found.parts[0].graph.scene.components["rod[7]"].values["m"] == 3.0
 
 
-# -- found by reviews -----------------------------------------------------------------------------------------------
+# -- found by reviews ----------------------------------------------------------------------------------------------
 
 
 def test_kinematics_with_too_large_steps_says_so():

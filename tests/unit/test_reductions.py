@@ -86,7 +86,7 @@ def test_jacobian_of_index_2(path):
             d = np.zeros(F.size)
             d[k] = 1e-6 * unit[k]
             differences[:, k] = (F(T, y + d, rate + cj * d) - F(T, y - d, rate - cj * d)) / (2e-6 * unit[k])
-        # rounding of what is differenced, 1e-16/1e-6 of terms up to 1e4 times as large as what changes
+        # rounding of the differences, 1e-16/1e-6 of terms up to 1e4 times as large as their changes
         wrong = np.abs(J - differences) * unit > 3e-6 * np.abs(J * unit).max(axis=1)[:, None]
         assert not wrong.any(), list(zip(*np.nonzero(wrong), strict=True))
 

@@ -1,4 +1,4 @@
-"""Result files give back what was written, in every format, and other tools read them."""
+"""Result files return the written values, in every format, and other tools read them."""
 
 import csv
 import os
@@ -129,7 +129,7 @@ def test_xarray_reads_the_netcdf(tmp_path):
         assert data.attrs["mbdsl_method"] == "hht-si2"
 
 
-# -- what goes wrong -------------------------------------------------------------------------------------------------
+# -- errors -------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("name", "expected"), [("r.xls", "unknown suffix `.xls`"), ("r", "no suffix on result file `r`")]
 )

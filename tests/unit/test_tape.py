@@ -156,7 +156,7 @@ OUTSIDE = [-7.3, -0.2, 3.3, 9.7]
 
 
 def reference(table, order, u):
-    """The same by scipy's interpolation and the definitions of what lies beyond."""
+    """The same by scipy's interpolation and the definitions of the extrapolation."""
     first, last = U[0], U[-1]
     if table.smoothness == "linear":
         inner = interp1d(U, Y)

@@ -317,8 +317,8 @@ def test_bushing_and_springs():
 def test_turned_and_mirrored_worlds(method, angle, mirror):
     """A mechanism in a turned (or mirrored) world moves as the turned (or mirrored) mechanism.
 
-    What Newton's method leaves is 1e-4 of the local error; ten times that is allowed, of the discretisation error as
-    halving the step shows it.
+    The residual error of Newton's method is 1e-4 of the local error; ten times that is allowed, relative to the
+    discretisation error as halving the step shows it.
     """
 
     def built(angle, mirror, h=1e-3):

@@ -159,7 +159,7 @@ def test_tiny_steps(crank, method):
     The discretisation's error is below rounding (1e-14), but for newmark's of order 1, some 7e-9 in v.
     Stabilised methods: N roundings of v add up to no more than N eps |v|, and move q by T times that beside q's own N
     eps/2; the reactions of a step follow from velocities known to eps |v|, by m/h. hht-add's are found from q and v:
-    they are off by what q and v are, times (c, 2 m w, k, ...) < 100.
+    their errors are those of q and v times (c, 2 m w, k, ...) < 100.
     Index 3: a constraint is met to a few eps, with 1/beta < 4 and gamma/beta < 3 in between, and joints add
     up: 64 eps/h in v and, with masses, 64 eps/h^2 in the reactions, that is no digits of these.
     """

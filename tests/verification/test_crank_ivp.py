@@ -6,7 +6,7 @@ stretching (here with its true mass: as printed, it is 15 times too heavy), J2 t
 * crank_ivp_eigenmodes.py, a program that shares nothing with mbdsl, reproduces the independent solution in
   flexible_crank_ivp.json with the test set's shapes and J2; with eigenmodes instead, of the same start, it is the
   reference for orders in all quantities;
-* against the test set's own numbers what is left is what shapes change: they make axial frequencies, 18e3 and 83e3
+* the remaining difference from the test set's own numbers is due to the shapes: the axial frequencies, 18e3 and 83e3
   rad/s, differ by some 1e-3, so that after 0.1 s, 300 periods, only the amplitude of axial ringing is the same. A beam
   that damps it agrees with the solution that does not ring: the one whose start has the stretch in it.
 """
@@ -128,14 +128,14 @@ def test_program_with_the_shapes_of_the_test_set(reference):
         y = np.array(row["y_t0p1"])
         rates = program.test_set().rates(0.1, np.concatenate([y[3:7], y[10:14]]))
         np.testing.assert_allclose(rates[:4], y[10:14], rtol=0)
-        # what 1e-14 m, the trusted digits of q, is in acceleration at the axial frequency of 83e3 rad/s
+        # 1e-14 m, the resolution of q, as an acceleration at the axial frequency of 83e3 rad/s
         np.testing.assert_allclose(rates[4:], row["acc_t0p1"][3:], rtol=1e-9, atol=1e-14 * 83e3**2)
     # and integrated with DOP853, in the file that it made: coordinates, and rates against up to 60 rad/s
     assert np.max(reference("crank_ivp_eigenmodes")["to_published_model"], axis=0) == pytest.approx([0, 0], abs=2e-9)
 
 
 def against(row, values, at=-1):
-    """Differences by the test set's names; its q3 is what the middle is displaced by, q4 the end."""
+    """Differences by the test set's names; its q3 is the displacement of the middle, q4 that of the end."""
     names = {"phi2": "phi2", "x3": "x3", "q1": "q1", "q2": "q2", "q3": "middle", "q4": "end"}
     return {name: abs(values[ours][at] - y) for (name, ours), y in zip(names.items(), row[1:7], strict=True)}
 
@@ -143,8 +143,8 @@ def against(row, values, at=-1):
 def test_against_the_test_set_from_a_rigid_start(model, reference):
     """As far as shapes go: axial ringing, 25e-6 m of the end either way, is out of phase after 300 periods.
 
-    So q4 and x3 differ by twice that at most, phi2 by that over L tan(phi2) (at 50 ms; 0.5), q3 by half, and what q4
-    does to bending by centrifugal and Coriolis forces is less. Of q1, 1e-3 m, and phi2 that is 2 and 4 digits.
+    So q4 and x3 differ by twice that at most, phi2 by that over L tan(phi2) (at 50 ms; 0.5), q3 by half, and the effect
+    of q4 on bending by centrifugal and Coriolis forces is smaller. Of q1, 1e-3 m, and phi2 that is 2 and 4 digits.
     """
     run = mbdsl.simulate(model("crank_ivp"), step=1e-6, interval=0.05)
     row = reference("flexible_crank_ivp")["own"]["IC2_rigid_consistent__true_axial_mass_true_pi"]
@@ -162,9 +162,10 @@ def test_against_the_test_set_from_a_rigid_start(model, reference):
 def test_against_the_test_set_without_axial_ringing(variant, reference, said):
     """Damped by beta = 1 us, ringing has decayed by exp(-beta w^2 t/2) = exp(-16); the test set's start has none.
 
-    What is left: bending still vibrates, at 0.4 m/s, because initial values of elastic coordinates are zero here and
-    not there, 0.44 m/s. So q1 is not compared; Coriolis forces of that, 2 * 75 * 0.4 m/s^2 against the 840 that
-    centrifugal forces are, change the stretch, 1e-5 m, by some 8 %: 1e-6 m. phi2 and x3 agree to as much, six digits.
+    The remaining difference: bending still vibrates, at 0.4 m/s, because initial values of elastic coordinates are zero
+    here and not there, 0.44 m/s. So q1 is not compared; Coriolis forces of that, 2 * 75 * 0.4 m/s^2 against the 840
+    that centrifugal forces are, change the stretch, 1e-5 m, by some 8 %: 1e-6 m. phi2 and x3 agree to as much, six
+    digits.
     """
     run = mbdsl.simulate(variant(f"{said} beta = 1e-6 s,"), step=2e-6, interval=0.1)
     rows = reference("flexible_crank_ivp")

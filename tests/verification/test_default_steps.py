@@ -34,7 +34,7 @@ def closed_form(t):
 @pytest.mark.parametrize("method", ["hht-si2", "newmark"])
 def test_a_ball_on_a_stiff_stop_comes_back_to_where_it_fell_from(method):
     run = simulate(ball(), method=method)
-    # the tolerance is of the mechanism's size, 1 m; a factor of 2 for what is aimed at and not promised
+    # relative to the mechanism's size, 1 m; a factor of 2, as half of the tolerance is the target
     assert np.abs(run["ball.y"] - closed_form(run.t)).max() < 2e-4
     assert run.stats["tol"] == 1e-4 and run.stats["h"] is None
 

@@ -99,7 +99,8 @@ def test_order(data, scene, method, halved, wrong_orders):
 def test_fast_motion_is_damped(data, scene, method):
     """The knee's rate at 0.2 s is that of the creep, 0.47 rad/s: nothing is left of 8e4 N.m on 0.2 kg.m2.
 
-    The creep decays with 6/s, and (6/s h)^2 of it is 1e-6 rad/s, which is what was measured, newmark's included.
+    The creep decays with 6/s, and (6/s h)^2 of it is 1e-6 rad/s, which agrees with the measured errors, including
+    newmark's.
     """
     end = mbdsl.simulate(scene, method=method, step=2.5e-4, stop=STOP, interval=STOP)
     _, _, w1, w2 = data["y"][data["t"].index(STOP)]

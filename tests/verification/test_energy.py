@@ -8,8 +8,8 @@ import pytest
 
 import mbdsl
 
-#: Five halvings, for 2 s. What the methods lose for good falls with h^3 and adds up with time: with longer steps, or
-#: over longer times, it is more than the h^2 by which the energy of a step is wrong, and slopes lie between 2 and 3.
+#: Five halvings, for 2 s. The dissipation of the methods falls with h^3 and accumulates with time: with longer steps,
+#: or over longer times, it is more than the h^2 by which the energy of a step is wrong, and slopes lie between 2 and 3.
 STEPS = [2.0**-k for k in range(9, 15)]
 STOP = 2.0
 

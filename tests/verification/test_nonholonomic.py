@@ -78,7 +78,7 @@ def test_closed_form_of_the_disc():
 # -- the models --------------------------------------------------------------------------------------------------
 
 #: Five halvings. newmark is of first order where its error of that order is the larger one; below 0.2 ms the multiplier
-#: of a velocity constraint shows what Newton's iteration leaves of v, over h.
+#: of a velocity constraint shows the remaining error of v in Newton's iteration, over h.
 LONGEST = 2.0**-5
 
 

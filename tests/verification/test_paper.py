@@ -25,7 +25,7 @@ def command():
 
 @pytest.fixture(scope="module")
 def again(command, tmp_path_factory):
-    """A folder with what the command writes with --quick; pictures, which take long, are empty but for two."""
+    """A folder with the files that the command writes with --quick; pictures, which take long, are empty except two."""
     folder, draw = tmp_path_factory.mktemp("paper"), command.draw
 
     def some(figure, path, **options):

@@ -102,7 +102,7 @@ def test_start(data, scene):
 
 
 def test_reactions_at_the_start(data, scene):
-    """Newton and Euler by hand against what initial values carry: no integration is involved."""
+    """Newton's and Euler's equations by hand, compared with the initial reactions: no integration is involved."""
     start = mbdsl.simulate(scene, stop=0.0)
     _, forces = newton_euler(data, *state(data["initial"]["cartesian"]))
     found = np.array([[start[f"{pin}.{key}"][0] for key in ("fx", "fy")] for pin in PINS])

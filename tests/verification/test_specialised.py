@@ -87,9 +87,9 @@ def test_belt(method):
 
 @pytest.mark.parametrize(("name", "step", "stop"), [("crank_ivp", 2e-5, 5e-3), ("spin_up_beam", 2e-3, 1.0)])
 def test_beams_on_what_is_driven(name, step, stop, method):
-    """Phi of the driver is enforced by all methods: positions are equal to what Newton's iteration leaves, 1e-11 of the
-    mechanism; velocities likewise (8e-12 of the largest a step) where dPhi is enforced, else the driven body's differ
-    by what methods of index 3 leave of dPhi, which is of order 2."""
+    """Phi of the driver is enforced by all methods: positions are equal to the tolerance of Newton's iteration, 1e-11
+    of the mechanism; velocities likewise (8e-12 of the largest a step) if dPhi is enforced, otherwise the driven body's
+    differ by the residual dPhi of index-3 methods, which is of order 2."""
     gaps = []
     for h in (step, step / 2):
         a, b = both(name, method=method, step=h, stop=stop, interval=stop / 10)
@@ -105,9 +105,10 @@ def test_beams_on_what_is_driven(name, step, stop, method):
 def test_driven_crank(method):
     """Kinematics is exact: the general computation comes to it with the order of its method.
 
-    Positions are equal to what Newton's iteration leaves, 1e-11 of the mechanism, since all methods enforce Phi; so are
-    velocities, to 8e-12 of the largest, where dPhi is enforced. All else falls with the order; of methods of index 3
-    multipliers do so once the start is forgotten, whose error is of order 1: the second half of the run is compared.
+    Positions are equal to the tolerance of Newton's iteration, 1e-11 of the mechanism, since all methods enforce Phi;
+    so are velocities, to 8e-12 of the largest, where dPhi is enforced. All else falls with the order; of methods of
+    index 3 multipliers do so once the start is forgotten, whose error is of order 1: the second half of the run is
+    compared.
     """
     order = available()[method].order
     gaps = []

@@ -63,7 +63,7 @@ def test_history(variant, exact, space):
     found, fine = (tip(scene, "hht-si2", h) for h in (2e-3, 1e-3))
     assert parts(found - fine, exact).max() < THEORY / 20
     assert parts(fine - exact, exact).max() < THEORY
-    # a sixth of a percent is what shortening of second order is good for; without it u1 would be zero
+    # a sixth of a percent is the accuracy of shortening of second order; without it u1 would be zero
     assert parts(fine - exact, exact)[1] > THEORY / 10
 
 
@@ -113,7 +113,7 @@ def partial_sum(axial):
 
 
 def steady(variant, said):
-    """u1 in steady rotation, by extrapolation of what falls with h^3: 1e-5 of it with 0.5 ms, 1e-6 with 0.25 ms.
+    """u1 in steady rotation, by extrapolation of the terms of h^3: 1e-5 of it with 0.5 ms, 1e-6 with 0.25 ms.
 
     Bending, excited by the spin-up to 0.03 m at 5 s, is damped by beta w_1^2/2 = 1.4 1/s (w_1 = 3.8 rad/s at rest), to
     exp(-17); a steady deflection, of h^2, remains, 22 to 50 um with 1 ms, whose square shortens nothing. Terms of h^2,
@@ -142,7 +142,8 @@ def test_series_sums_up_to_the_closed_form():
 
 
 def test_steady_stretch_by_elements(variant):
-    """Quadratic elements with exact loads are exact at their nodes but for what k^2 adds: (kL)^2 = 1.5e-4 of 1/4^4."""
+    """Quadratic elements with exact loads are exact at their nodes except for the term of k^2: (kL)^2 = 1.5e-4 of
+    1/4^4."""
     assert steady(variant, "elements = 4,") == pytest.approx(np.tan(K * L) / K - L, rel=5e-7)
 
 

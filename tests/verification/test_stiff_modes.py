@@ -69,7 +69,7 @@ def test_alpha_is_the_damping_of_an_unresolved_mode(method, alpha):
     assert np.abs(rates - by_hand(alpha, (1 - alpha) ** 2 / 4, 0.5 - alpha, hw)).max() < 1e-6
     damped = -(1 + alpha) / (1 - alpha)
     assert disobedience(rates, [damped, damped, alpha / (1 + alpha)]) < 40 / hw**2
-    # and the displacement is static, but for what is left of the ringing, rho^49 times 49 of 1/(h w)^2 and more
+    # and the displacement is static, except for the remaining vibration, rho^49 times 49 of 1/(h w)^2 and more
     assert end == pytest.approx(1.0, abs=40 / hw**2)
 
 
@@ -141,8 +141,9 @@ def errors(run, exact):
 def test_slow_motion_does_not_notice(model, method, exact, tmp_path, order):
     """h w = 5000 to 1250 (hht-add: 50 to 12): errors are those without axial modes, and as such of second order.
 
-    To first order errors of two runs add up, so that 5 % more is what Newton's method and rounding may leave. Orders
-    are of what does not turn around at one of the two times; newmark's second mode would need shorter steps.
+    To first order errors of two runs add up, so that 5 % more is allowed for Newton's method and rounding. Orders are
+    those of quantities that do not have an extremum at one of the two times; newmark's second mode would need shorter
+    steps.
     """
     stiff, none = crank(model, tmp_path, FREQUENCY[method]), crank(model, tmp_path, None)
     found = []

@@ -31,7 +31,7 @@ def scaled(run, q, v):
     return max(np.abs((run.q - q) / size).max(), np.abs((run.v - v) / size).max() / speed)
 
 
-#: what is of order 1 takes millions of steps below 1e-3
+#: methods of order 1 take millions of steps below 1e-3
 RUNS = [
     (method, tol)
     for method, declared in compiled().items()

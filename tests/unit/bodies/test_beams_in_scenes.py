@@ -66,7 +66,7 @@ def test_a_static_start_moves_nothing_as_a_whole(formulation):
         assert t[f"straight.{end}.y"][0] == pytest.approx(0.0, abs=1e-12)
         assert t[f"free.{end}.y"][0] == pytest.approx(0.0, abs=1e-12)
     assert abs(t["beam.b.y"][0]) < 1e-3  # w L^4/EI is 0.05
-    assert t["beam.a.phi"][0] * t["beam.b.phi"][0] < 0.0  # it sags between the pin and what holds it
+    assert t["beam.a.phi"][0] * t["beam.b.phi"][0] < 0.0  # it sags between the pin and its support
 
 
 @pytest.mark.parametrize("formulation", ["modes = 3", 'formulation = "ancf"'])
@@ -98,7 +98,7 @@ def test_a_structure_under_stress_is_assembled_deformed():
     assert np.abs(t["B.fx"]) == pytest.approx(2e7 * 1e-3, rel=1e-6)
 
 
-# -- what goes wrong -------------------------------------------------------------------------------------------
+# -- errors ----------------------------------------------------------------------------------------------------
 
 
 def test_a_frame_off_the_axis_has_a_place():

@@ -297,7 +297,7 @@ def test_small_loads_bend_as_the_linear_theory_says():
     (_, y1, phi1), (_, y2, phi2) = (at_rest(S, {"py": P}, steps=1) / P for P in (1e-2, 2e-2))
     assert (4 * y1 - y2) / 3 == pytest.approx(1 / 3, rel=1e-8)
     assert (4 * phi1 - phi2) / 3 == pytest.approx(1 / 2, rel=1e-8)
-    assert abs(y2 - 1 / 3) > 1e-6  # what was extrapolated from
+    assert abs(y2 - 1 / 3) > 1e-6  # the values of the extrapolation
     tension = [at_rest(S, {"px": P, "py": 0.0}, steps=1)[0] - 1 for P in (1.0, -1.0)]
     assert tension == pytest.approx([1e-4, -1e-4], rel=1e-10)  # eps is linear in r' along the axis
 

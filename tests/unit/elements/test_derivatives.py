@@ -517,7 +517,7 @@ end Pins;
 
 
 def test_mass_and_weight():
-    """M is what the bodies' tables say, and at rest without forces Q is the weight.
+    """M agrees with the bodies' tables, and at rest without forces Q is the weight.
 
     Of a flexible body that is: M moves it as a rigid one, and Q does the virtual work of its weight.
     """

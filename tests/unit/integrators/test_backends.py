@@ -58,7 +58,7 @@ def exact(problem):
         yield t, problem.q + s * problem.v + s * s / 2 * problem.a, problem.v + s * problem.a
 
 
-# -- what they solve -------------------------------------------------------------------------------------------------
+# -- solutions -------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("method", OWN)
@@ -148,7 +148,7 @@ def test_nothing_of_theirs_is_loaded_without_them(tmp_path):
         "mbdsl.integrators.available()\n"
         "print(sorted(loaded), sorted({'scipy', 'sksundae'} & set(sys.modules)))"
     )
-    for _ in range(2):  # the first compiles what is not kept yet, which takes numba, and that takes scipy
+    for _ in range(2):  # the first compiles code that is not stored, which imports numba, which imports scipy
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[] []\n"
 
@@ -331,7 +331,7 @@ def test_states_close_to_an_output_are_one_output(registered):
     np.testing.assert_allclose(found["two.y"], 1.0 - 9.81 * found.t**2 / 2)
 
 
-# -- what goes wrong -------------------------------------------------------------------------------------------------
+# -- errors ----------------------------------------------------------------------------------------------------------
 
 
 def stopping(problem):

@@ -168,7 +168,7 @@ def test_what_is_determined_by_constraints_moves_in_small_steps():
     run = mbdsl.simulate(MODELS / "driven_crank.mbd", tol=1e-4)
     assert np.abs(run.q - exact.q).max() < 1e-12  # steps end at outputs
     every = mbdsl.simulate(MODELS / "driven_crank.mbd", tol=1e-4, interval=0)
-    # what is solved for is the rod; the crank is a function of time
+    # only the rod is solved for; the crank is a function of time
     assert np.abs(np.diff(every["rod.phi"])).max() <= 0.1
     assert every.stats["steps"] < 200
 

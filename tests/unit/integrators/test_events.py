@@ -229,7 +229,7 @@ def test_reactions_jump_with_what_causes_them(method):
     assert found.stats["events"] >= 2
 
 
-# -- what is no event ------------------------------------------------------------------------------------------------
+# -- no events -------------------------------------------------------------------------------------------------------
 
 
 def test_sliding_along_a_switch_stops_and_says_so():

@@ -5,8 +5,8 @@ a, psi_I, psi_II: neither the splitting nor the unknowns that mbdsl iterates on,
 method here has a Jacobian by differences and goes on to rounding, and so does mbdsl, with tolerances of zero.
 
 Positions are found to some eps relative to the mechanism, velocities to eps/h of that or of their own size, multipliers
-to eps/h^2 times masses, which is 1e-10 of them and less; taking Phi_q, or M, at the wrong end of the step makes at
-least a hundred times what is allowed.
+to eps/h^2 times masses, which is 1e-10 of them and less; taking Phi_q, or M, at the wrong end of the step causes at
+least a hundred times the allowed difference.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Generalised-alpha: its coefficients and damping by hand, its start, and what it refuses.
+"""Generalised-alpha: its coefficients and damping by hand, its start, and refused parameters.
 
 Orders: tests/verification; the step itself against its full system: test_full_systems.
 """

@@ -74,7 +74,7 @@ def test_corrections_are_newtons_but_for_terms_of_order_h(uncompiled):
     assert len(uncompiled["moving"]) >= 8
     for name, (coarse, fine) in uncompiled["moving"].items():
         assert fine < 0.01, name
-        # friction far above v_s: what depends on multipliers is linearised without mu
+        # friction far above v_s: terms with multipliers are linearised without mu
         assert fine < (0.7 if name == "stick_slip_belt" else 0.4) * coarse or fine < 1e-8, name
 
 

@@ -104,7 +104,7 @@ class Stiff:
 
 @pytest.mark.parametrize("h", [1e-2, 1e-5])
 def test_what_is_stiff_beyond_300_is_refused(h):
-    """docs/methods.md promises h omega = 300: M^-1 Q is 1e5 times what moves, and five digits less."""
+    """docs/methods.md promises h omega = 300: M^-1 Q is 1e5 times the motion, and has five digits less."""
     at = (0.0, h, np.zeros(1), np.zeros(1), np.zeros(0))
     start_values.check_stiffness(Stiff(299.0 / h), "hht-add", *at)
     with pytest.raises(InitialisationError, match=r"lump.x with .* 301 times 1/h"):

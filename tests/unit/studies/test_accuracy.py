@@ -361,7 +361,7 @@ def test_output_at_given_times():
     assert np.array_equal(few.t, even.t[[0, 3, 7, 50, 100]])
     assert np.abs(few["rod.phi"] - even["rod.phi"][[0, 3, 7, 50, 100]]).max() < 1e-15
     for wrong in ([], [0.05], [0.05, 0.05, 0.1], [0.0, 0.1], [0.05, np.nan, 0.1]):
-        with pytest.raises(UsageError, match=r"from behind 0 s up to the stop, 0\.1 s"):
+        with pytest.raises(UsageError, match=r"after the start, 0 s, and up to the stop time, 0\.1 s"):
             mbdsl.simulate(CRANK, stop=0.1, times=wrong)
     with pytest.raises(UsageError, match="evenly spaced output times"):
         mbdsl.simulate(CRANK, stop=0.1, accuracy=1e-3, times=[0.1])

@@ -120,7 +120,7 @@ def test_the_text_is_that_which_was_run(tmp_path):
     assert "model Two" in page and "edited" not in page
 
 
-# -- rounds, and what is kept ----------------------------------------------------------------------------------------
+# -- rounds, and stored runs -----------------------------------------------------------------------------------------
 
 
 def test_rounds_are_those_that_were_done(tmp_path):

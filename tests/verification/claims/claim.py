@@ -39,7 +39,7 @@ class Claim:
     loads: Callable | None = None
     g: float = G
     switches: Callable | None = None
-    breaks: Sequence[float] = ()  #: where the reference starts anew: corners in time, and both ends of what is short
+    breaks: Sequence[float] = ()  #: times at which the reference restarts: corners, both ends of pulses
     atol: float = 1e-15  #: of the reference [m or rad, and per s]
     rounding: float = 1e-14  #: of a closed form, for example from the rounding of its times
 

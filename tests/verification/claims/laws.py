@@ -28,7 +28,7 @@ def pose(z, t):
 
 
 def law(name, family, push, rate=None, *, s=0.0, v=0.0, stop, extra="", **more):
-    """``push`` is the force in the language, ``rate(t, s, v, on)`` or ``exact(t)`` what it does, by hand."""
+    """``push`` is the force in the language, ``rate(t, s, v, on)`` or ``exact(t)`` the motion, by hand."""
     if family not in ("pulses", "windows"):
         push = re.sub(r"(?<![\w.])(time|s|v)\b(?! [<>])", r"(1*\1)", push)  # as pure numbers
     text = TEXT.format(name=name, push=push, s=float(s), v=float(v), stop=float(stop), extra=extra)
