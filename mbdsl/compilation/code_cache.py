@@ -175,9 +175,9 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
             return linked
         except Exception as error:
             # numba's internals differ between versions; its public interface is slower to compile and to load.
-            told = f"{type(error).__name__}: {error}".splitlines()[0]
-            warnings.warn(f"compiling with numba's cfunc, which is slower: {told}", stacklevel=2)
-            cache_folder.keep(_ordinary(name), "\n".join([*head, told]).encode())
+            reason = f"{type(error).__name__}: {error}".splitlines()[0]
+            warnings.warn(f"compiling with numba's cfunc, which is slower: {reason}", stacklevel=2)
+            cache_folder.keep(_ordinary(name), "\n".join([*head, reason]).encode())
     from mbdsl.compilation import numba_cfunc
 
     _kernels.clear()

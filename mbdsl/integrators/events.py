@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import dropwhile
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +20,11 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError
 from mbdsl.integrators import declared
 from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.switches import Switch, combined
-
-if TYPE_CHECKING:
-    from mbdsl.integrators.run import Integration
 
 Array = NDArray[np.float64]
 States = NDArray[np.int64]
@@ -42,6 +40,17 @@ SLIDING = "a condition changes back and forth without end: on both sides of it, 
 SLIDING_HINT = "make the force continuous, for example by tanh(v/v_s) in place of sign(v)"
 
 
+class Restart(NamedTuple):
+    """A state (t, q, v, a, lam) at which a run restarts, and the longest first step [s] after it."""
+
+    t: float
+    q: Array
+    v: Array
+    a: Array
+    lam: Array
+    longest: float
+
+
 class Events:
     """The switches of a run with controlled steps.
 
@@ -51,7 +60,7 @@ class Events:
         Times [s] of the events so far: changes of switches at which the run was restarted.
     """
 
-    def __init__(self, run: Integration) -> None:
+    def __init__(self, run: RunState) -> None:
         self.run = run
         self.system: System = run.system
         self.times: list[float] = []
@@ -102,25 +111,23 @@ class Events:
         q, v, lam = run.state()
         run.integers[loop_state.SIGNATURE] = combined(self.system.switches(run.time, q, v, lam))
 
-    def come(self) -> int:
-        """Restart the run if a switch changes here, where a step was cut short or ended at a known time.
+    def come(self) -> tuple[int, Restart | None]:
+        """Look for a switch that changes here, where a step was cut short or ended at a known time.
 
-        Returns a status.
+        Returns
+        -------
+        status : int
+        restart : Restart or None
+            Where the run has to restart; None if it goes on or stops.
         """
         run, reals, integers, system = self.run, self.run.reals, self.run.integers, self.system
-        t, (q, v, lam) = run.time, run.state()
-        least, known, cut = (
-            reals[loop_state.LEAST_H],
-            run.time >= reals[loop_state.NEXT_EVENT],
-            integers[loop_state.CUT] > 0,
-        )
+        t, (q, v, lam), least = run.time, run.state(), reals[loop_state.LEAST_H]
+        known, cut = t >= reals[loop_state.NEXT_EVENT], integers[loop_state.CUT] > 0
         at_once = not (known or cut)  # the switch is so close that no step was possible
         h, integers[loop_state.CUT] = reals[loop_state.STEP_SIZE] if known else reals[loop_state.UNCUT], 0
-        if not known:  # also without an event, a step may be cut short again and again
-            self._cut = [*self._cut[1 - 2 * MANY :], t]
-            if len(self._cut) == 2 * MANY and t - self._cut[0] < HARDLY * (run.stop - run.start):
-                self._recent = self._recent or [(t, system.switches(t, q, v, lam))]
-                return loop_state.SLIDING
+        if not known and self._stands_still(t):
+            self._recent = self._recent or [(t, system.switches(t, q, v, lam))]
+            return loop_state.SLIDING, None
         run.synchronise()
         old, s = system.switches(t, q, v, lam), 2 * least  # s: past the rounding error of a known time
         if known:
@@ -131,19 +138,29 @@ class Events:
                 most = 4 * least if at_once else LEFT * reals[loop_state.LAST_H]
                 found = self._distance(t, q, v, a, lam, old, most)
                 if found is None:
-                    return self._progress(t, old) if at_once else loop_state.RUNNING
+                    return self._progress(t, old) if at_once else loop_state.RUNNING, None
                 s = found
             t, q, v = t + s, q + s * (v + s / 2 * a), v + s * a
             q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
-            new = system.switches(t, q, v, lam)
-            integers[loop_state.SIGNATURE] = combined(new)
-            integers[loop_state.EVENTS] += 1
-            self.times.append(t)
-            run.begin(q, v, a, lam, run.left_out, t=t, longest=min(h, min(run.stop, reals[loop_state.NEXT_EVENT]) - t))
-            return self._progress(t, new)
         except InitialisationError:
-            return loop_state.NOT_FINITE if not np.isfinite(system.Q(t, q, v)).all() else loop_state.SINGULAR
+            return self.no_accelerations(t, q, v), None
+        new = system.switches(t, q, v, lam)
+        integers[loop_state.SIGNATURE] = combined(new)
+        integers[loop_state.EVENTS] += 1
+        self.times.append(t)
+        longest = min(h, min(run.stop, reals[loop_state.NEXT_EVENT]) - t)
+        return self._progress(t, new), Restart(t, q, v, a, lam, longest)
+
+    def no_accelerations(self, t: float, q: Array, v: Array) -> int:
+        """The status of a run that stops at a state without accelerations."""
+        finite = np.isfinite(self.system.Q(t, q, v)).all()
+        return loop_state.SINGULAR if finite else loop_state.NOT_FINITE
+
+    def _stands_still(self, t: float) -> bool:
+        """Whether steps are cut short again and again, which happens also without events."""
+        self._cut = [*self._cut[1 - 2 * MANY :], t]
+        return len(self._cut) == 2 * MANY and t - self._cut[0] < HARDLY * (self.run.stop - self.run.start)
 
     def _distance(self, t: float, q: Array, v: Array, a: Array, lam: Array, old: States, most: float) -> float | None:
         """The time from t until just behind the next change of a switch; None if it is longer than ``most``."""

@@ -14,11 +14,11 @@ import numpy as np
 
 from mbdsl.compilation.buffer_layout import POSITION0, UNKNOWN0, VELOCITY0
 from mbdsl.integrators.loop.loop_state import NOTED, NOTES, REALS, RUNNING
+from mbdsl.integrators.run_state import RunState
 from mbdsl.system.peaks_in_fixed_steps import InFixedSteps
 
 if TYPE_CHECKING:
     from mbdsl.expressions.symbolic import Expr
-    from mbdsl.integrators.run import Integration
 
 #: largest number of steps that are searched together, and of floats recorded for them
 BATCH, NUMBERS = 4096, 400_000
@@ -39,7 +39,7 @@ class Peak(NamedTuple):
 class Overlooked:
     """The search of a run with fixed steps. Its results are stored in the run, and in its checkpoints."""
 
-    def __init__(self, run: Integration) -> None:
+    def __init__(self, run: RunState) -> None:
         system, self._run = run.system, run
         self._looks = InFixedSteps(system, run.h)
         run.seen, run.missed = np.zeros(len(self._looks.terms)), []

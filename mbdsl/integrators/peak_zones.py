@@ -32,11 +32,11 @@ from mbdsl.integrators.loop.loop_state import (
     ZONE,
     ZONES,
 )
+from mbdsl.integrators.run_state import RunState
 from mbdsl.system.close_approaches import Approach
 from mbdsl.system.switches import within
 
 if TYPE_CHECKING:
-    from mbdsl.integrators.run import Integration
     from mbdsl.system.peaks_in_time import Zone
     from mbdsl.system.switches import Switch
 
@@ -58,10 +58,13 @@ MOST, PLACE = 40, 1e-9
 
 
 class Landings:
-    """The zones of a run with controlled steps."""
+    """The zones of a run with controlled steps.
 
-    def __init__(self, run: Integration) -> None:
-        self._run = run
+    ``blame`` is called with the switches that change in step after step, if the run stops for that.
+    """
+
+    def __init__(self, run: RunState, blame: Callable[[list[Switch]], None]) -> None:
+        self._run, self._blame = run, blame
         self._zones: Iterator[Zone] = iter(())
         self._pending: list[tuple[float, float]] = []
         self._looks, self._approaches = run.system.on_the_way, run.system.close_approaches
@@ -126,7 +129,7 @@ class Landings:
                 self._tries += 1
                 if self._tries > MOST:
                     changing = within(zones[0].term, run.system.tables.switches)
-                    run.events.blame(changing)
+                    self._blame(changing)
                     return SLIDING if changing else TOO_SMALL
                 batch = max(1, int((rows[:, 0] <= zones[0].start).sum()))  # the steps before it passed the search
                 most = batch + FEW  # where there is one peak, another may follow
@@ -135,7 +138,7 @@ class Landings:
                 continue
             self._note_approaches(states)
             if changing := self._chattering(rows):
-                run.events.blame(changing)
+                self._blame(changing)
                 return SLIDING
             most = min(2 * most, int(run.integers[NOTES]))
             steps, batch = steps - max(1, len(rows)), most
@@ -182,10 +185,10 @@ class Landings:
 BUFFERS = ("memory", "reals", "integers", "vectors", "frames", "gradients", "numbers", "layout", "matrices", "pivots")
 
 
-def _copied(run: Integration) -> dict[str, np.ndarray]:
+def _copied(run: RunState) -> dict[str, np.ndarray]:
     return {name: getattr(run, name).copy() for name in BUFFERS}
 
 
-def _restore(run: Integration, before: dict[str, np.ndarray]) -> None:
+def _restore(run: RunState, before: dict[str, np.ndarray]) -> None:
     for name, kept in before.items():
         getattr(run, name)[...] = kept

@@ -267,7 +267,7 @@ def _restore(motion: Motion, known: Snapshot) -> None:
         made = dict(kept["run"])
         out = made.pop("out")
         if made["solver"] != run.solver:
-            run._use(linear_solve.DENSE)
+            run.use_solver(linear_solve.DENSE)
         for key, value in made.items():
             before = getattr(run, key)
             if isinstance(before, np.ndarray):

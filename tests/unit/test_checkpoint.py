@@ -117,7 +117,7 @@ def test_where_pivots_are_searched_for(model, monkeypatch):
 
     def pivoting(self, *given, **named):
         if named.get("t") is None:
-            self._use(linear_solve.DENSE)
+            self.use_solver(linear_solve.DENSE)
         begin(self, *given, **named)
 
     with monkeypatch.context() as other:

@@ -38,9 +38,6 @@ CIRCLES = {
     ("mbdsl.lang.entities", "mbdsl.lang.scope"): "type: an entity's modifiers are read in a scope",
     ("mbdsl.lang.flat_component", "mbdsl.lang.flat_model"): "type: a component belongs to a flat model",
     ("mbdsl.lang.modifiers", "mbdsl.lang.scope"): "type: modifiers are read in the scope that they were written in",
-    ("mbdsl.integrators.events", "mbdsl.integrators.run"): "type of the run, which they restart",
-    ("mbdsl.integrators.peak_zones", "mbdsl.integrators.run"): "type of the run, whose buffers they fill",
-    ("mbdsl.integrators.missed_peaks", "mbdsl.integrators.run"): "type of the run, whose states they read",
     ("mbdsl.studies.hard_page", "mbdsl.studies.hard"): "type of the results that the page shows",
 }
 #: part of the package -> modules that it reaches by no number of imports, not even inside functions

@@ -56,7 +56,7 @@ def matrices(crank, method, h):
     """The matrices of the fourth step, in dense form; A[0], and A[1] if the method has two systems."""
     _scene, system, start = crank
     run = Integration(system, method, h, 0.0, 10 * h, np.array([]))
-    run._use(linear_solve.DENSE)
+    run.use_solver(linear_solve.DENSE)
     run.begin(start.q, start.v, start.a, start.lam)
     assert run.advance(3) == loop_state.RUNNING
     run.integers[loop_state.FRESH] = 0

@@ -60,8 +60,8 @@ def test_a_run_taken_up_again_finds_the_jumps_still_to_come():
         for steps in stops:
             assert run.advance(steps) == loop_state.RUNNING
             due = run.reals[loop_state.NEXT_EVENT]
-            run.jumps.rejoin()
-            assert run.reals[loop_state.NEXT_EVENT] == due < 1.0
+            run.jumps.rejoin(due)
+            assert run.jumps.next[0] == due < 1.0
         assert run.advance() == loop_state.DONE
         found.append(run.out.copy())
     assert np.array_equal(*found)

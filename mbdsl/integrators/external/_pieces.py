@@ -345,5 +345,5 @@ class _Switches:
             t, q, v = found
         changed = [s.node for s, a, b in zip(self._system.tables.switches, before, self._old, strict=True) if a != b]
         law = law_of(self._system.scene, changed)
-        told = "" if law is None else f"; worst: the law of {law.kind.name} {law.name}"
-        raise IntegrationError(f"{SLIDING}{told}", None if law is None else law.span, hint=SLIDING_HINT)
+        worst = "" if law is None else f"; worst: the law of {law.kind.name} {law.name}"
+        raise IntegrationError(f"{SLIDING}{worst}", None if law is None else law.span, hint=SLIDING_HINT)

@@ -179,7 +179,7 @@ def test_dense_and_sparse_elimination_agree(model):
     found = []
     for solver in (linear_solve.SPARSE_LU, linear_solve.DENSE):
         S, run = begun(model, STEPS[model])
-        run._use(solver)
+        run.use_solver(solver)
         assert run.advance(20) == loop_state.RUNNING
         found.append(run.vectors[buffer_layout.POSITION0, : S.n].copy())
     assert found[0] == pytest.approx(found[1], abs=1e-12)

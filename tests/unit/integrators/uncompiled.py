@@ -73,7 +73,7 @@ class Step:
         system = build(scene, mechanism)
         start = initial_state(system, mechanism, 0.0)
         self.run = Integration(system, name, h, 0.0, 1.0, np.array([1.0]))
-        self.run._use(linear_solve.DENSE)  # a solver that finds any pivot
+        self.run.use_solver(linear_solve.DENSE)  # a solver that finds any pivot
         self.run.begin(start.q, start.v, start.a, start.lam)
         self.method, self.h, self.n, self.N = modules()[name], h, system.n, system.unknowns
         self.rows = min(2, self.method.METHOD.sets)

@@ -37,7 +37,7 @@ class Stages:
         system = build(scene, mechanism)
         start = initial_state(system, mechanism, 0.0)
         self.run = run = Integration(system, "radau5", h, 0.0, 1.0, np.array([1.0]))
-        run._use(linear_solve.DENSE)  # a solver that finds any pivot
+        run.use_solver(linear_solve.DENSE)  # a solver that finds any pivot
         run.begin(start.q, start.v, start.a, start.lam)
         radau5_stages.set_metric(run.data())
         self.h, self.n, self.m, self.N, self.spoilt = h, system.n, system.m, system.unknowns, spoilt

@@ -1,0 +1,176 @@
+"""State of a run of a compiled method: the settings, and the buffers that the compiled step loop works on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.compilation import buffer_layout
+from mbdsl.integrators import modules
+from mbdsl.integrators.loop import linear_solve, loop_state, sparse_lu, step_control
+from mbdsl.integrators.loop.compiled_loop import controls_locally
+from mbdsl.integrators.options import check_options
+from mbdsl.system import System
+from mbdsl.system.close_approaches import Approach
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class RunState:
+    """Settings and buffers of one run.
+
+    ``h`` is the step size, a whole fraction of stop - start. With a tolerance ``tol`` it is stop - start at first, and
+    the size of the first step after the start. With ``every``, each step is output, and ``times`` are the steps' ends.
+    """
+
+    system: System
+    method: str
+    h: float
+    start: float
+    stop: float
+    times: Array  #: output times after the start
+    options: Mapping[str, float | None] | None = None  #: all options of the method, completed; None: the defaults
+    left_out: tuple[int, ...] = ()
+    tol: float | None = None
+    every: bool = False
+    longest: float = np.inf  #: largest allowed size of controlled steps
+    pivoting_from: float | None = None  #: time since which the dense solver with pivoting replaces the sparse one
+
+    def __post_init__(self) -> None:
+        self.seen = np.zeros(0)  # largest values so far of the terms searched for peaks
+        self.missed: list[float] = []
+        self.approaches: list[Approach] = []
+        self.approaching = np.zeros((5, 0))  # see Approaches.add
+
+    @property
+    def controlled(self) -> bool:
+        """Whether :mod:`mbdsl.integrators.loop.step_control` controls the step size by local errors."""
+        return self.tol is not None and controls_locally(self.method)
+
+    def allocate(self) -> None:
+        """Allocate the buffers, and set the constants of the run in them."""
+        declaration = modules()[self.method].METHOD
+        self.use_solver(linear_solve.SPARSE_LU)
+        options = check_options(self.method, {}, force=True) if self.options is None else self.options
+        self.coefficients = np.array(declaration.coefficients(options), float)
+        self.coefficients.flags.writeable = False
+        self.memory = np.zeros(0)  # set when the run begins
+        self.reals = reals = np.zeros(loop_state.REALS)
+        self.integers = integers = np.zeros(loop_state.INTEGERS, np.int64)
+        self.out = np.zeros((len(self.times), self.system.n + self.system.unknowns))
+        reals[loop_state.START], reals[loop_state.STOP], reals[loop_state.STEP_SIZE] = self.start, self.stop, self.h
+        reals[loop_state.STEP_END] = reals[loop_state.NOW] = self.start
+        reals[loop_state.TOL] = self.tol or 0.0
+        reals[loop_state.CONTRACTION] = 0.1
+        # Newton's tolerances, relative to h times the speed, to the local error, and to the mechanism's size. The last
+        # one bounds the second, because differences of an oscillating a do not show the local error. The second is
+        # smaller for methods other than stabilised index 2, whose reactions have the error of positions times 1/h^2.
+        relative = 1e-5 if declaration.sets == 2 else 1e-6
+        reals[loop_state.VELOCITY_TOL : loop_state.LOOSEST + 1] = 8e-12, relative, 1e-11
+        # UNIT converts unknowns and residuals to positions. WILD is the largest change of an unknown over a step, as a
+        # position: the step is too large for a motion whose acceleration changes more.
+        reals[loop_state.UNIT], reals[loop_state.WILD] = self.h**2, 25.0
+        if declaration.order == 0:
+            # Kinematics has no local error, and errors of the iteration do not accumulate. But after a large step the
+            # iteration may find another assembly of the mechanism: a bound on displacements.
+            reals[loop_state.RELATIVE_TOL : loop_state.WILD + 1] = 1e300, 4e-15, 1.0, 0.5
+        integers[loop_state.LAST_STEP] = round((self.stop - self.start) / self.h)
+        integers[loop_state.SAME] = step_control.LONG_AGO
+        reals[loop_state.NEXT_EVENT] = np.inf
+        integers[loop_state.STABILISED] = declaration.sets > 1
+
+    def use_solver(self, solver: int) -> None:
+        """Lay out the buffers for a linear solver; ``vectors`` and the tables of the scene keep their content."""
+        system, N = self.system, self.system.unknowns
+        rows, columns = system.tables.pattern
+        if solver == linear_solve.SPARSE_LU:
+            pattern = sparse_lu.analyse(N, rows, columns, system.elimination_order())
+            slots, size, length, table = pattern.slots, pattern.size, pattern.length, pattern.table
+        else:
+            slots, size, table = rows * N + columns, N * N, np.empty(0, np.int64)
+            length = size + 2 * N  # with the scales of rows and columns
+        method = modules()[self.method].METHOD
+        work = system.workspace(slots, buffer_layout.ROWS + method.rows)
+        kept = self.layout[buffer_layout.KEEP] if hasattr(self, "layout") else 0
+        if hasattr(self, "vectors"):
+            work.vectors[:], work.frames[:] = self.vectors, self.frames
+            work.gradients[:], work.numbers[:] = self.gradients, self.numbers
+        self.vectors, self.frames = work.vectors, work.frames
+        self.gradients, self.numbers = work.gradients, work.numbers
+        self.layout = layout = np.concatenate([work.layout, table])
+        layout[buffer_layout.SOLVER] = solver
+        layout[buffer_layout.SPARSE] = len(work.layout)
+        layout[buffer_layout.SIZE] = size
+        layout[[buffer_layout.LAM_ROW, buffer_layout.MU_ROW, buffer_layout.LAW_ROW]] = method.multipliers
+        layout[[buffer_layout.INERTIA_ROW, buffer_layout.INERTIA_ROW2]] = method.inertia_rows
+        layout[buffer_layout.MASS_ROW] = method.mass_row
+        layout[buffer_layout.TANGENT_ROW] = method.tangent_row
+        layout[buffer_layout.ACCELERATION] = method.acceleration_row
+        layout[buffer_layout.PSI_ROW] = buffer_layout.UNKNOWN
+        layout[buffer_layout.KEEP] = kept
+        count = method.matrices + 2 * self.controlled
+        self.matrices = np.zeros((count, length + 1))  # the method may use the last entry of each
+        self.pivots = np.zeros((count, max(N, 2 * size + 1)), np.int64)  # pivots, or rows and columns of entries
+        self.solver = solver
+        self.mark_left_out()
+
+    def mark_left_out(self) -> None:
+        """Mark the redundant constraints in ``layout``."""
+        m = self.system.m
+        for row in self.left_out:
+            if row < m:
+                self.layout[self.layout[buffer_layout.PAIRS] + buffer_layout.PAIR * row + buffer_layout.LEFT_OUT] = 1
+            else:
+                self.layout[self.layout[self.layout[buffer_layout.GAMMAS] + row - m] + 3] = 1
+
+    def synchronise(self) -> None:
+        """Set inputs and counted turns of the system to those of the run; other evaluations may have changed them."""
+        system = self.system
+        for name, at in system.tables.inputs.items():
+            system.set_input(name, self.numbers[at])
+        for at in self.counters:
+            system.set_number(at, self.numbers[at])
+
+    @property
+    def counters(self) -> list[int]:
+        """Offsets in ``numbers`` of the angles whose turns are counted."""
+        return [body.counter for body in self.system.tables.models.values() if body.counter >= 0]
+
+    @property
+    def time(self) -> float:
+        """The time reached [s]."""
+        if self.tol is not None:
+            return float(self.reals[loop_state.NOW])
+        return float(self.reals[loop_state.START] + self.integers[loop_state.STEP] * self.h)
+
+    @property
+    def step(self) -> float:
+        """The length of the next step [s]."""
+        return float(self.reals[loop_state.STEP_SIZE])
+
+    @property
+    def steps(self) -> int:
+        """Steps taken."""
+        return int(self.integers[loop_state.STEP])
+
+    @property
+    def written(self) -> int:
+        """Outputs written to ``out``."""
+        return int(self.integers[loop_state.OUTPUT])
+
+    def count(self, what: str) -> int:
+        """Number of "rejected", "events", "iterations", "matrix_evaluations", "factorisations"; 0 if not counted."""
+        return int(self.integers[loop_state.COUNTERS[what]]) if what in loop_state.COUNTERS else 0
+
+    def state(self) -> tuple[Array, Array, Array]:
+        """The present q, v (n,) and lam (m + p,), as views."""
+        n, vectors = self.system.n, self.vectors
+        return (
+            vectors[buffer_layout.POSITION0, :n],
+            vectors[buffer_layout.VELOCITY0, :n],
+            vectors[buffer_layout.UNKNOWN0, n : self.system.unknowns],
+        )
