@@ -179,20 +179,36 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
     verified = second_opinion(trajectory, names, args, said) if args.verify and not failure else None
     if args.stats:
         write_stats(args.stats, trajectory.stats)
-    for text in trajectory.stats.get("warnings", ()):
-        print(f"warning: {text}", file=sys.stderr)
-    if trajectory.undetermined and not args.quiet:
-        where = ", ".join(f"{t:g}" for t in trajectory.undetermined[:5])
-        more = " ..." if len(trajectory.undetermined) > 5 else ""
-        print(f"accelerations and reactions have no value (nan) at t = {where}{more} s", file=sys.stderr)
-    if trajectory.status == "inaccurate" and failure is None:
-        print(f"warning: {trajectory.message} (with --tol this is an error)", file=sys.stderr)
+    print_warnings(trajectory, args.quiet, failed=failure is not None)
     if not args.quiet:
         print(summary(trajectory, output, names, args.verbose))
         if verified:
             print(verified)
     if failure:
         raise failure
+    end(args, trajectory, output, over)
+    return 0
+
+
+def print_warnings(trajectory: Trajectory, quiet: bool, failed: bool) -> None:
+    for text in trajectory.stats.get("warnings", ()):
+        print(f"warning: {text}", file=sys.stderr)
+    if trajectory.undetermined and not quiet:
+        where = ", ".join(f"{t:g}" for t in trajectory.undetermined[:5])
+        more = " ..." if len(trajectory.undetermined) > 5 else ""
+        print(f"accelerations and reactions have no value (nan) at t = {where}{more} s", file=sys.stderr)
+    if trajectory.status == "inaccurate" and not failed:
+        print(f"warning: {trajectory.message} (with --tol this is an error)", file=sys.stderr)
+
+
+def end(args: argparse.Namespace, trajectory: Trajectory, output: str, over: bool) -> None:
+    """Remove the checkpoint of a completed run.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If the run, its verification or the writing of its results was interrupted.
+    """
     if over and trajectory.status != "interrupted":
         raise KeyboardInterrupt
     if trajectory.stats.get("verify", {}).get("problem") == "interrupted":
@@ -204,7 +220,6 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
         raise KeyboardInterrupt
     if args.checkpoint:
         Path(args.checkpoint).unlink(missing_ok=True)
-    return 0
 
 
 def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:

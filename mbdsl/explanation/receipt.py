@@ -24,8 +24,8 @@ from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.reduction import Note
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.messages import count, few
-from mbdsl.simulation.mechanism_run import Motion, Moving, Plan
-from mbdsl.simulation.simulate import DEFAULT_METHOD, DEFAULT_STEP, plan
+from mbdsl.simulation.mechanism_run import Motion, Moving
+from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, plan
 from mbdsl.simulation.trajectory import ACCELERATIONS, Trajectory
 from mbdsl.storage import cache_folder
 from mbdsl.system.emit import evaluate_lines, tangent_lines

@@ -7,7 +7,7 @@ import numpy as np
 from mbdsl.bodies.contract import LARGEST_BEND
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
-from mbdsl.errors import IntegrationError
+from mbdsl.errors import IntegrationError, Span
 from mbdsl.expressions.symbolic import Expr, diff, leaves
 from mbdsl.initial.redundancy import singular
 from mbdsl.integrators import declared
@@ -182,19 +182,8 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     if isinstance(integration, External):
         return _given_up(integration, trajectory)
     assert isinstance(integration, Integration)
-    system, vectors, n = integration.system, integration.vectors, integration.system.n
-    names = system.names() + system.constraint_names()
-    residual = np.abs(vectors[buffer_layout.RESIDUAL, : len(names)])
-    bad = np.flatnonzero(~np.isfinite(residual))
-    worst = bad[:3] if len(bad) else np.argsort(-residual)[:3]
-    t = integration.reals[loop_state.STEP_END]
-    where = ", ".join(names[k] if k >= n else f"equation of motion of {names[k]}" for k in worst)
-    row = next((int(k) - n for k in worst if k >= n), None)
-    span = None
-    if row is not None:
-        every = {**system.tables.rows, **system.tables.velocity_rows}
-        owner = max((r, j) for j, r in every.items() if r <= row)[1]
-        span = system.scene.components[owner].span
+    system, t = integration.system, integration.reals[loop_state.STEP_END]
+    where, span = _worst_equations(integration)
     hint = {
         loop_state.SINGULAR: "redundant constraints, a singular pose, or a body without mass that moves freely",
         loop_state.DIVERGED: "try a smaller step; near a singular pose, another initial value",
@@ -217,15 +206,8 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         where, span = f"the law of {law.kind.name} {law.name}", law.span
     message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.step:g} s)"
     message += f"; worst: {where}" if where else ""
-    poses = [
-        singular(system, t, vectors[q, :n], vectors[v, :n])
-        for q, v in (
-            (buffer_layout.POSITION0, buffer_layout.VELOCITY0),
-            (buffer_layout.POSITION, buffer_layout.VELOCITY),
-        )
-    ]
-    if status != loop_state.SLIDING and law is None and any(poses):  # at the start of the step, or at the last iterate
-        message += f"; {poses[0] or poses[1]}"
+    if status != loop_state.SLIDING and law is None and (pose := _singular_pose(integration, t)):
+        message += f"; {pose}"
     if (bent := bending(trajectory)) is not None:
         reason, hint = _too_bent(trajectory, *bent)
         message, span = f"{message}; {reason}", trajectory.scene.components[bent[1]].span
@@ -242,3 +224,32 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     trajectory.message = message
     error.trajectory = trajectory
     return error
+
+
+def _worst_equations(integration: Integration) -> tuple[str, Span | None]:
+    """The equations with the largest residuals, and where the joint of the first constraint of them is written."""
+    system, n = integration.system, integration.system.n
+    names = system.names() + system.constraint_names()
+    residual = np.abs(integration.vectors[buffer_layout.RESIDUAL, : len(names)])
+    bad = np.flatnonzero(~np.isfinite(residual))
+    worst = bad[:3] if len(bad) else np.argsort(-residual)[:3]
+    where = ", ".join(names[k] if k >= n else f"equation of motion of {names[k]}" for k in worst)
+    row = next((int(k) - n for k in worst if k >= n), None)
+    if row is None:
+        return where, None
+    rows = {**system.tables.rows, **system.tables.velocity_rows}
+    owner = max((r, j) for j, r in rows.items() if r <= row)[1]
+    return where, system.scene.components[owner].span
+
+
+def _singular_pose(integration: Integration, t: float) -> str | None:
+    """How the pose is singular, at the start of the step or at the last iterate."""
+    vectors, n = integration.vectors, integration.system.n
+    start, last = (
+        singular(integration.system, t, vectors[q, :n], vectors[v, :n])
+        for q, v in (
+            (buffer_layout.POSITION0, buffer_layout.VELOCITY0),
+            (buffer_layout.POSITION, buffer_layout.VELOCITY),
+        )
+    )
+    return start or last

@@ -25,8 +25,8 @@ from mbdsl.integrators.options import check_options
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.failure_messages import check_bending, failure
-from mbdsl.simulation.mechanism_run import Motion, Plan, constrained
-from mbdsl.simulation.simulate import DEFAULT_METHOD, DEFAULT_STEP
+from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, constrained
 from mbdsl.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:

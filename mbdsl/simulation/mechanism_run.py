@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from mbdsl.bodies.contract import LARGEST_BEND
 from mbdsl.compilation import code_cache
-from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import RATE
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
 from mbdsl.initial.start_conditions import check_bending, check_loose
@@ -26,6 +25,7 @@ from mbdsl.mechanism import graph
 from mbdsl.mechanism.reduction import Note, Part, Reduction, reduce
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.hermite import between
+from mbdsl.simulation.plan import Plan
 from mbdsl.simulation.whole_scene import WholeScene
 from mbdsl.system import System, build
 from mbdsl.system.tables import gravity
@@ -37,24 +37,6 @@ FAR = 10.0
 #: number of steps of the first run between two checks of it
 GLANCE = 64
 NOISE = 1e-4  #: relative noise of accelerations from positions above which those of the equations are more accurate
-
-
-@dataclass(frozen=True)
-class Plan:
-    """The settings of a run: method, step, options, times, and whether the scene is reduced."""
-
-    method: str
-    h: float
-    start: float
-    stop: float
-    times: Array  #: output times after the start
-    options: Mapping[str, float | None]
-    general: bool = False  #: no reduction
-    tol: float | None = None  #: tolerance of controlled steps; ``h`` is then the whole duration
-    every: bool = False  #: with a tolerance: every step is output, and ``times`` is empty
-    longest: float = np.inf  #: with a tolerance: the longest step, which is at most a fiftieth of the run
-    asked: bool = True  #: whether the caller or the model gave the tolerance; else it is the default
-    shown: NDArray[np.bool_] | None = None  #: which of ``times`` were requested; None: all
 
 
 @dataclass
@@ -436,8 +418,3 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
 
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
     return Integration(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
-
-
-def constrained(scene: Scene) -> bool:
-    """Whether there is a holonomic constraint."""
-    return any(isinstance(c.kind, JointKind) and c.kind.rows for c in scene.components.values())

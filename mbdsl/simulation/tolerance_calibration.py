@@ -31,7 +31,8 @@ from mbdsl.numerics import error_norm
 from mbdsl.numerics.tolerance import rounding
 from mbdsl.simulation.error_growth import SAMPLES, Growth, along
 from mbdsl.simulation.failure_messages import TOO_MANY_STEPS
-from mbdsl.simulation.mechanism_run import Kept, Motion, Plan
+from mbdsl.simulation.mechanism_run import Kept, Motion
+from mbdsl.simulation.plan import Plan
 from mbdsl.simulation.undecided_contacts import undecided
 
 Array = NDArray[np.float64]

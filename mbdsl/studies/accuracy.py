@@ -22,8 +22,8 @@ from mbdsl.numerics.error_norm import fastest
 from mbdsl.numerics.tolerance import misfit, rounding
 from mbdsl.simulation.error_growth import along
 from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.plan import DEFAULT_METHOD
 from mbdsl.simulation.progress import Progress
-from mbdsl.simulation.simulate import DEFAULT_METHOD
 from mbdsl.simulation.tolerance_calibration import FINER, MOST_NUMBERS
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case, own_step, setting

@@ -15,7 +15,8 @@ from mbdsl.lang.library import Allowed, allowed_now
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean
-from mbdsl.simulation.simulate import DEFAULT_METHOD, DEFAULT_STEP, simulate
+from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP
+from mbdsl.simulation.simulate import simulate
 
 POINTS = 100  #: number of output points at which runs are compared, if the steps allow it
 LEVELS = 9  #: number of steps of a ladder, each half of the previous one

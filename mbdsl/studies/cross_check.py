@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 from mbdsl.errors import MbdslError
 from mbdsl.integrators import available
-from mbdsl.simulation.simulate import DEFAULT_STEP
+from mbdsl.simulation.plan import DEFAULT_STEP
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case
 from mbdsl.studies.families import EXTRAPOLATED, family, precise

@@ -15,7 +15,8 @@ from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang.load import load
 from mbdsl.lang.units import measure
 from mbdsl.mechanism.scene import Scene
-from mbdsl.simulation.simulate import DEFAULT_STEP, simulated
+from mbdsl.simulation.plan import DEFAULT_STEP
+from mbdsl.simulation.simulate import simulated
 from mbdsl.simulation.trajectory import Trajectory
 
 Array = NDArray[np.float64]

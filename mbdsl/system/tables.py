@@ -159,56 +159,14 @@ def _fill(tables: Tables, size: float | None) -> None:
     scene, frames, n, m, p = tables.scene, tables.frames, tables.n, tables.m, tables.p
     buffers = Buffers(buffer_layout.BLOCKS + buffer_layout.BLOCK * len(tables.blocks))
     layout = buffers.layout
-    (
-        layout[buffer_layout.N_Q],
-        layout[buffer_layout.N_PHI],
-        layout[buffer_layout.N_ALL],
-        layout[buffer_layout.N_FRAMES],
-    ) = (
-        n,
-        m,
-        n + m + p,
-        len(frames),
-    )
-    (
-        layout[buffer_layout.LAM_ROW],
-        layout[buffer_layout.MU_ROW],
-        layout[buffer_layout.LAW_ROW],
-        layout[buffer_layout.PSI_ROW],
-    ) = (
-        buffer_layout.UNKNOWN,
-        buffer_layout.UNKNOWN2,
-        buffer_layout.UNKNOWN,
-        buffer_layout.UNKNOWN,
-    )
-
-    # Frames: the number of coordinates that each depends on, and space for B and (B v)_q.
-    dofs: list[tuple[int, ...]] = []
+    layout[buffer_layout.N_Q], layout[buffer_layout.N_PHI], layout[buffer_layout.N_ALL] = n, m, n + m + p
+    layout[buffer_layout.N_FRAMES] = len(frames)
+    for row in (buffer_layout.LAM_ROW, buffer_layout.LAW_ROW, buffer_layout.PSI_ROW):
+        layout[row] = buffer_layout.UNKNOWN
+    layout[buffer_layout.MU_ROW] = buffer_layout.UNKNOWN2
     Z = np.zeros((max(1, len(frames)), buffer_layout.COLUMNS))
-    lengths = []
-    ground = 0
-    for name, f in frames.items():
-        frame = scene.frames[name]
-        body = scene.components[frame.body]
-        x, y, phi = body_pose(body, frame)
-        own: tuple[int, ...] = ()
-        if frame.motion is not None:
-            ground += 1
-        elif frame.body not in tables.models:
-            Z[f, :3] = x, y, phi
-            ground += 1
-        else:
-            lengths.append(float(np.hypot(x, y)))
-            first = tables.coordinates[frame.body]
-            try:
-                own = tuple(first + i for i in tables.models[frame.body].dofs((x, y, phi)))
-            except ValueError as problem:
-                raise ModelError(f"frame `{name}`: {problem}", frame.span) from None
-        dofs.append(own)
-    layout[buffer_layout.GROUND_FRAMES] = ground
-    layout[buffer_layout.FRAMES] = buffers.ints(
-        [v for d in dofs for v in (len(d), buffers.floats([0.0] * (6 * len(d))))]
-    )
+    dofs, lengths = _fill_frames(tables, buffers, Z)
+    ground = layout[buffer_layout.GROUND_FRAMES]
 
     g = gravity(scene)
     _fill_mass(tables, buffers, g)
@@ -241,6 +199,38 @@ def _fill(tables: Tables, size: float | None) -> None:
     tables.numbers = np.array(buffers.numbers + [0.0] * buffer_layout.TANGENT_SCRATCH)
     tables.layout = np.array(layout, dtype=np.int64)
     tables.frame_table = Z
+
+
+def _fill_frames(tables: Tables, buffers: Buffers, Z: NDArray[np.float64]) -> tuple[list[tuple[int, ...]], list[float]]:
+    """The coordinates that each frame depends on, with space for B and (B v)_q; and the distances of frames on bodies
+    from their reference points [m]. Z gets the poses of frames on the ground."""
+    scene, layout = tables.scene, buffers.layout
+    dofs: list[tuple[int, ...]] = []
+    lengths = []
+    ground = 0
+    for name, f in tables.frames.items():
+        frame = scene.frames[name]
+        body = scene.components[frame.body]
+        x, y, phi = body_pose(body, frame)
+        own: tuple[int, ...] = ()
+        if frame.motion is not None:
+            ground += 1
+        elif frame.body not in tables.models:
+            Z[f, :3] = x, y, phi
+            ground += 1
+        else:
+            lengths.append(float(np.hypot(x, y)))
+            first = tables.coordinates[frame.body]
+            try:
+                own = tuple(first + i for i in tables.models[frame.body].dofs((x, y, phi)))
+            except ValueError as problem:
+                raise ModelError(f"frame `{name}`: {problem}", frame.span) from None
+        dofs.append(own)
+    layout[buffer_layout.GROUND_FRAMES] = ground
+    layout[buffer_layout.FRAMES] = buffers.ints(
+        [v for d in dofs for v in (len(d), buffers.floats([0.0] * (6 * len(d))))]
+    )
+    return dofs, lengths
 
 
 def _extent(scene: Scene, ground: NDArray[np.float64]) -> float:

@@ -23,7 +23,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # idle BLAS threads spin, wh
 
 import mbdsl
 from mbdsl.simulation.mechanism_run import Motion
-from mbdsl.simulation.simulate import plan
+from mbdsl.simulation.plan import plan
 
 H = 1e-4
 METHODS = ("hht-i3", "hht-si2")

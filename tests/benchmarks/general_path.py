@@ -22,7 +22,7 @@ import mbdsl
 from mbdsl.integrators.loop import loop_state
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.mechanism_run import Motion
-from mbdsl.simulation.simulate import plan
+from mbdsl.simulation.plan import plan
 
 MODELS = Path(__file__).parents[2] / "models"
 PATHS = {"specialised": False, "general": True}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbdsl.integrators.loop import loop_state
-from mbdsl.simulation.mechanism_run import Plan
+from mbdsl.simulation.plan import Plan
 from mbdsl.simulation.tolerance_calibration import calibrated
 
 T, TOL = np.linspace(0.0, 1.0, 201), 1e-4

@@ -7,7 +7,7 @@ from mbdsl import simulate
 from mbdsl.integrators import compiled, declared
 from mbdsl.lang.load import parse_text
 from mbdsl.simulation.mechanism_run import Motion
-from mbdsl.simulation.simulate import plan
+from mbdsl.simulation.plan import plan
 
 M, K, G, H = 1.0, 1e6, 9.81, 1.0
 BALL = f"""model Ball Ground ground; PointMass ball(m = {M} kg);

@@ -282,7 +282,7 @@ def test_what_is_seen_does_not_depend_on_pauses_nor_on_runs_before():
     bits."""
     from mbdsl.integrators.loop import loop_state
     from mbdsl.simulation.mechanism_run import Motion
-    from mbdsl.simulation.simulate import plan
+    from mbdsl.simulation.plan import plan
 
     scene = mbdsl.parse(GROWING)
     run = plan(scene, method="radau5", tol=3e-2, stop=4.0)

@@ -164,7 +164,7 @@ def test_what_was_found_before_a_checkpoint_is_said_after_it(tmp_path, monkeypat
 def test_without_such_laws_nothing_is_recorded():
     from mbdsl.integrators.loop.loop_state import NOTES
     from mbdsl.simulation.mechanism_run import Motion
-    from mbdsl.simulation.simulate import plan
+    from mbdsl.simulation.plan import plan
 
     for force, records in (("100*s.s + 3*sin(6*time)", False), ("-3*tanh(s.v/0.01)", True)):
         scene = parse_text(TEXT.format(tables="", force=force, v=1.0))
