@@ -186,8 +186,7 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
             print(verified)
     if failure:
         raise failure
-    end(args, trajectory, output, over)
-    return 0
+    return end(args, trajectory, output, over)
 
 
 def print_warnings(trajectory: Trajectory, quiet: bool, failed: bool) -> None:
@@ -201,8 +200,8 @@ def print_warnings(trajectory: Trajectory, quiet: bool, failed: bool) -> None:
         print(f"warning: {trajectory.message} (with --tol this is an error)", file=sys.stderr)
 
 
-def end(args: argparse.Namespace, trajectory: Trajectory, output: str, over: bool) -> None:
-    """Remove the checkpoint of a completed run.
+def end(args: argparse.Namespace, trajectory: Trajectory, output: str, over: bool) -> int:
+    """Remove the checkpoint of a completed run, and return the exit code.
 
     Raises
     ------
@@ -220,6 +219,7 @@ def end(args: argparse.Namespace, trajectory: Trajectory, output: str, over: boo
         raise KeyboardInterrupt
     if args.checkpoint:
         Path(args.checkpoint).unlink(missing_ok=True)
+    return 0
 
 
 def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:

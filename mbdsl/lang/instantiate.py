@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from math import prod
 
@@ -26,6 +26,9 @@ from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.unparse import write
 from mbdsl.messages import did_you_mean
+
+#: index of an element of an array -> its modifier
+Elements = Mapping[tuple[int, ...], Modifier]
 
 
 class Instance:
@@ -181,41 +184,62 @@ class Instance:
                 f"give its parameters in parentheses: `{d.type} {d.name}(...)`",
             )
         if kind == "table":
-            if arguments:
-                raise ModelError("a Table takes `table = [...]`", span_of(positional[0].at))
-            for name, modifier in modifiers.items():
-                if name not in ("table", "smoothness", "extrapolation"):
-                    hint = did_you_mean(name, ("table", "smoothness", "extrapolation"), "a Table has")
-                    raise ModelError(f"a Table has no `{name}`", span_of(modifier.at), hint)
-                refuse_inner(modifier, f"`{name}` of Table `{d.name}`", f"write `{name} = ...`")
+            self._check_table(d, positional, modifiers)
             self._refuse_elements(d, elements)
             self._enter(d, looped, scope, lambda name, c, i: TableMember(self.assembly, name, modifiers, d.at))
-        elif isinstance(kind, str):
-            template = Template(kinds()[kind], modifiers)
-            template.unknown(d.name)
-
-            def part(name: str, contexts: Contexts, index: tuple[int, ...]) -> Part:
-                own = template
-                if index in elements:
-                    own = Template(template.kind, merge(elements[index].inner, modifiers))
-                    own.unknown(name)
-                made = Part(self.assembly, name, own, contexts, d.at, d.doc)
-                self.assembly.add(made, arguments)
-                return made
-
-            self._enter(d, looped, scope, part)
+            return
+        if isinstance(kind, str):
+            self._enter(d, looped, scope, self._parts(d, kind, arguments, modifiers, elements))
         else:
-            model, unit = kind
-            if model.partial:
-                raise ModelError(
-                    f"`{model.name}` is partial: it can be extended, but not used as it is", span_of(d.type_at)
-                )
+            self._enter(d, looped, scope, self._sub_models(d, *kind, arguments, modifiers, elements))
 
-            def sub(name: str, contexts: Contexts, index: tuple[int, ...]) -> Namespace:
-                own = merge(elements[index].inner, modifiers) if index in elements else modifiers
-                return self._sub(name, contexts, model, unit, own, arguments, d)
+    def _check_table(self, d: s.Declaration, positional: Sequence[s.Expression], modifiers: Modifiers) -> None:
+        if positional:
+            raise ModelError("a Table takes `table = [...]`", span_of(positional[0].at))
+        for name, modifier in modifiers.items():
+            if name not in ("table", "smoothness", "extrapolation"):
+                hint = did_you_mean(name, ("table", "smoothness", "extrapolation"), "a Table has")
+                raise ModelError(f"a Table has no `{name}`", span_of(modifier.at), hint)
+            refuse_inner(modifier, f"`{name}` of Table `{d.name}`", f"write `{name} = ...`")
 
-            self._enter(d, looped, scope, sub)
+    def _parts(
+        self, d: s.Declaration, kind: str, arguments: list[Positional], modifiers: Modifiers, elements: Elements
+    ):
+        """The function that makes a component of a kind."""
+        template = Template(kinds()[kind], modifiers)
+        template.unknown(d.name)
+
+        def part(name: str, contexts: Contexts, index: tuple[int, ...]) -> Part:
+            own = template
+            if index in elements:
+                own = Template(template.kind, merge(elements[index].inner, modifiers))
+                own.unknown(name)
+            made = Part(self.assembly, name, own, contexts, d.at, d.doc)
+            self.assembly.add(made, arguments)
+            return made
+
+        return part
+
+    def _sub_models(
+        self,
+        d: s.Declaration,
+        model: s.Model,
+        unit: Unit,
+        arguments: list[Positional],
+        modifiers: Modifiers,
+        elements: Elements,
+    ):
+        """The function that makes a sub-model."""
+        if model.partial:
+            raise ModelError(
+                f"`{model.name}` is partial: it can be extended, but not used as it is", span_of(d.type_at)
+            )
+
+        def sub(name: str, contexts: Contexts, index: tuple[int, ...]) -> Namespace:
+            own = merge(elements[index].inner, modifiers) if index in elements else modifiers
+            return self._sub(name, contexts, model, unit, own, arguments, d)
+
+        return sub
 
     def _enter(self, d: s.Declaration, looped: object, scope: Scope, make) -> None:
         """Make one entity or an array of them; in a loop the indices denote the element."""
@@ -358,7 +382,7 @@ class Instance:
         if isinstance(node, Node):
             self.assembly.attach_connector(node, argument, contexts)
 
-    def _refuse_elements(self, d: s.Declaration, elements: Mapping[tuple[int, ...], Modifier]) -> None:
+    def _refuse_elements(self, d: s.Declaration, elements: Elements) -> None:
         """Single elements of an array can be modified if they are components or sub-models."""
         for index, modifier in elements.items():
             shown = f"{d.name}[{', '.join(map(str, index))}]"

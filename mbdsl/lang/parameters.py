@@ -64,16 +64,7 @@ def _evaluate(
     what = f"`{slot.name}`"
     if not slot.constant:
         scope = scope.for_signals()
-    written = attributes.get("unit")
-    if written is not None and written.value is not None:
-        unit = slot.unit = _unit_attribute(written)
-        if units.parse(unit).factor != 1.0:  # type: ignore[union-attr]
-            slot.unit = quantities.unit_text(units.dimension(unit)).replace("1", "rad")  # values are kept in SI
-    for name, modifier in attributes.items():
-        read = modifier.evaluate() if modifier.value is not None else None
-        if name == "fixed" and not (isinstance(read, tuple) or (read is not None and isinstance(read.value, bool))):
-            found = "nothing" if read is None else values.describe(read)
-            raise ModelError(f"`fixed` is true or false, found {found}", modifier.value_span())
+    unit = _attributes(slot, attributes, unit)
     dimension: Dimension | None = units.dimension(unit) if unit else None
     sizes = [
         functions.count(evaluate(i, scope), f"the size of {what}") if not isinstance(i, s.Everything) else -1
@@ -117,6 +108,21 @@ def _evaluate(
     except ModelError as problem:
         raise place(problem, at) from None
     return value
+
+
+def _attributes(slot: Slot, attributes: Modifiers, unit: str) -> str:
+    """Check the attributes, and return the unit that they give, else ``unit``."""
+    written = attributes.get("unit")
+    if written is not None and written.value is not None:
+        unit = slot.unit = _unit_attribute(written)
+        if units.parse(unit).factor != 1.0:  # type: ignore[union-attr]
+            slot.unit = quantities.unit_text(units.dimension(unit)).replace("1", "rad")  # values are kept in SI
+    for name, modifier in attributes.items():
+        read = modifier.evaluate() if modifier.value is not None else None
+        if name == "fixed" and not (isinstance(read, tuple) or (read is not None and isinstance(read.value, bool))):
+            found = "nothing" if read is None else values.describe(read)
+            raise ModelError(f"`fixed` is true or false, found {found}", modifier.value_span())
+    return unit
 
 
 def _unit_attribute(written: Modifier) -> str:
