@@ -7,12 +7,17 @@ from mbdsl.compilation.buffer_layout import (
     MU_WRENCH,
     PAST_FORCE,
     PAST_WRENCH,
+    POSE,
     POSITION,
+    RATE,
     VELOCITY,
     WRENCH,
 )
 from mbdsl.compilation.marks import kernel
 
+N = 2  #: coordinates
+RECORD = 5  #: ints of a body in layout, as of a rigid body
+POINT = 3  #: floats of a frame in numbers
 MASS = 0  #: the mass matrix is diagonal and constant
 MODEL = "mbdsl.bodies.rigid_body"
 
@@ -21,21 +26,21 @@ MODEL = "mbdsl.bodies.rigid_body"
 def move(block, vectors, frames, numbers, layout):
     """Write pose and rate of every frame, and zero wrenches, to frames. Reads the rows POSITION and VELOCITY."""
     for e in range(layout[block]):
-        o = layout[block + 1] + 5 * e
+        o = layout[block + 1] + RECORD * e
         d, f0, k = layout[o], layout[o + 1], layout[o + 3]
         for f in range(f0, f0 + layout[o + 2]):
-            for j in range(14):
+            for j in range(PAST_WRENCH):
                 frames[f, j] = 0.0
             frames[f, 0], frames[f, 1], frames[f, 2] = vectors[POSITION, d], vectors[POSITION, d + 1], numbers[k + 2]
-            frames[f, 3], frames[f, 4] = vectors[VELOCITY, d], vectors[VELOCITY, d + 1]
-            k += 3
+            frames[f, RATE], frames[f, RATE + 1] = vectors[VELOCITY, d], vectors[VELOCITY, d + 1]
+            k += POINT
 
 
 @kernel
 def gather(block, wrench, row, vectors, frames, layout):
     """vectors[row] += B^T F of every frame, with F in the columns of frames from ``wrench`` on."""
     for e in range(layout[block]):
-        o = layout[block + 1] + 5 * e
+        o = layout[block + 1] + RECORD * e
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
             vectors[row, layout[o]] += frames[f, wrench]
             vectors[row, layout[o] + 1] += frames[f, wrench + 1]
@@ -64,9 +69,9 @@ def collect_past(block, vectors, frames, layout):
 def jacobians(block, vectors, frames, numbers, layout):
     """Write B, then (B v)_q = 0, of every frame, 3 x 2 each, to numbers."""
     for e in range(layout[block]):
-        o = layout[block + 1] + 5 * e
+        o = layout[block + 1] + RECORD * e
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
             k = layout[layout[FRAMES] + 2 * f + 1]
-            for j in range(12):
+            for j in range(2 * POSE * N):
                 numbers[k + j] = 0.0
-            numbers[k], numbers[k + 3] = 1.0, 1.0
+            numbers[k], numbers[k + N + 1] = 1.0, 1.0

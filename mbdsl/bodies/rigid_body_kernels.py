@@ -22,12 +22,15 @@ from mbdsl.compilation.buffer_layout import (
     PAST_LEVER,
     PAST_WRENCH,
     POSITION,
+    RATE,
     SLOTS,
     VELOCITY,
     WRENCH,
 )
 from mbdsl.compilation.marks import kernel
 
+RECORD = 5  #: ints of a body in layout
+POINT = 3  #: floats of a frame in numbers: s_x, s_y, phi0
 MASS = 0  #: the mass matrix is diagonal and constant
 MODEL = "mbdsl.bodies.rigid_body"
 
@@ -36,7 +39,7 @@ MODEL = "mbdsl.bodies.rigid_body"
 def move(block, vectors, frames, numbers, layout):
     """Write pose, rate and lever of every frame, and zero wrenches, to frames. Reads the rows POSITION and VELOCITY."""
     for e in range(layout[block]):
-        o = layout[block + 1] + 5 * e
+        o = layout[block + 1] + RECORD * e
         d, f0, k = layout[o], layout[o + 1], layout[o + 3]
         x, y, phi = vectors[POSITION, d], vectors[POSITION, d + 1], vectors[POSITION, d + 2]
         vx, vy, w = vectors[VELOCITY, d], vectors[VELOCITY, d + 1], vectors[VELOCITY, d + 2]
@@ -45,18 +48,18 @@ def move(block, vectors, frames, numbers, layout):
             sx, sy = numbers[k], numbers[k + 1]
             lx, ly = c * sx - s * sy, s * sx + c * sy
             frames[f, 0], frames[f, 1], frames[f, 2] = x + lx, y + ly, phi + numbers[k + 2]
-            frames[f, 3], frames[f, 4], frames[f, 5] = vx - ly * w, vy + lx * w, w
-            frames[f, 6], frames[f, 7], frames[f, 8] = 0.0, 0.0, 0.0
-            frames[f, 9], frames[f, 10] = lx, ly
-            frames[f, 11], frames[f, 12], frames[f, 13] = 0.0, 0.0, 0.0
-            k += 3
+            frames[f, RATE], frames[f, RATE + 1], frames[f, RATE + 2] = vx - ly * w, vy + lx * w, w
+            frames[f, LEVER], frames[f, LEVER + 1] = lx, ly
+            frames[f, WRENCH], frames[f, WRENCH + 1], frames[f, WRENCH + 2] = 0.0, 0.0, 0.0
+            frames[f, MU_WRENCH], frames[f, MU_WRENCH + 1], frames[f, MU_WRENCH + 2] = 0.0, 0.0, 0.0
+            k += POINT
 
 
 @kernel
 def gather(block, wrench, lever, row, vectors, frames, layout):
     """vectors[row] += B^T F of every frame, with F and l in the columns of frames from ``wrench`` and ``lever`` on."""
     for e in range(layout[block]):
-        o = layout[block + 1] + 5 * e
+        o = layout[block + 1] + RECORD * e
         d = layout[o]
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
             fx, fy = frames[f, wrench], frames[f, wrench + 1]
@@ -75,7 +78,7 @@ def collect(block, vectors, frames, layout):
 def collect_with_mu(block, vectors, frames, layout):
     """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of Phi_q^T mu."""
     for e in range(layout[block]):
-        o = layout[block + 1] + 5 * e
+        o = layout[block + 1] + RECORD * e
         d = layout[o]
         x, y, phi, mu_x, mu_y, mu_phi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
@@ -105,11 +108,11 @@ def jacobians(block, vectors, frames, numbers, layout):
     """Write B, then (B v)_q, of every frame, 3 x 3 each, to numbers. Entries that are always zero keep their initial
     value, zero."""
     for e in range(layout[block]):
-        o = layout[block + 1] + 5 * e
+        o = layout[block + 1] + RECORD * e
         w = vectors[VELOCITY, layout[o] + 2]
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
             k = layout[layout[FRAMES] + 2 * f + 1]
-            lx, ly = frames[f, 9], frames[f, 10]
+            lx, ly = frames[f, LEVER], frames[f, LEVER + 1]
             numbers[k], numbers[k + 4], numbers[k + 8] = 1.0, 1.0, 1.0
             numbers[k + 2], numbers[k + 5] = -ly, lx
             numbers[k + 11], numbers[k + 14] = -lx * w, -ly * w
@@ -119,8 +122,7 @@ def jacobians(block, vectors, frames, numbers, layout):
 def stiffness(block, cK, frames, layout, matrix):
     """matrix += cK * (-d(B^T F)/dq) with the accumulated wrenches F, from frames."""
     for e in range(layout[block]):
-        o = layout[block + 1] + 5 * e
+        o = layout[block + 1] + RECORD * e
         for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
-            matrix[layout[layout[SLOTS] + layout[o + 4]]] += cK * (
-                frames[f, 9] * frames[f, 6] + frames[f, 10] * frames[f, 7]
-            )
+            lx, ly, fx, fy = frames[f, LEVER], frames[f, LEVER + 1], frames[f, WRENCH], frames[f, WRENCH + 1]
+            matrix[layout[layout[SLOTS] + layout[o + 4]]] += cK * (lx * fx + ly * fy)
