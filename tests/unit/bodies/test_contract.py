@@ -39,15 +39,15 @@ def test_all_bodies_keep_it():
 
 def test_kernels_that_break_it():
     @kernel
-    def move(block, Y, Z):
+    def move(block, vectors, frames):
         pass
 
-    def collect_past(block, Y, Z, I):
+    def collect_past(block, vectors, frames, layout):
         pass
 
     assert reason(changed(rigid_body_kernels, move=move, collect=None, collect_past=collect_past)) == [
-        "the kernel move takes (block, Y, Z), expected (block, Y, Z, F, I)",
-        "the kernel collect(block, Y, Z, I) is missing",
+        "the kernel move takes (block, vectors, frames), expected (block, vectors, frames, numbers, layout)",
+        "the kernel collect(block, vectors, frames, layout) is missing",
         "collect_past is not marked as a kernel",
     ]
     assert reason(changed(rigid_body_kernels, MASS=3, MODEL=None)) == [
@@ -56,9 +56,9 @@ def test_kernels_that_break_it():
     ]
     # a body that deforms needs more: kernels of its own, and the float table in others
     reasons = reason(changed(rigid_body_kernels, MASS=2))
-    assert "the kernel inertia(block, task, row, target, Y, F, I) is missing" in reasons
-    assert "the kernel carry_over(block, Y, F, I) is missing" in reasons
-    assert "the kernel stiffness takes (block, cK, Z, I, A), expected (block, cK, Z, F, I, A)" in reasons
+    assert "the kernel inertia(block, task, row, target, vectors, numbers, layout) is missing" in reasons
+    assert "the kernel carry_over(block, vectors, numbers, layout) is missing" in reasons
+    assert "the kernel stiffness takes (block, cK, frames, layout, matrix), expected (block, cK, frames, numbers, layout, matrix)" in reasons
     # optional
     assert model_class.__wrapped__(changed(rigid_body_kernels, stiffness=None)) is Rigid
 
@@ -87,7 +87,7 @@ def test_a_scene_meets_it(monkeypatch):
 
     scene = parse_text("model M Body b(m = 1, I = 1); Ground g; FreeMotion f(g, b.c); end M;")
     try:
-        with pytest.raises(TypeError, match=r"the kernel collect\(block, Y, Z, I\) is missing"):
+        with pytest.raises(TypeError, match=r"the kernel collect\(block, vectors, frames, layout\) is missing"):
             build(scene, graph.build(scene))
     finally:
         model_class.cache_clear()
