@@ -75,10 +75,12 @@ class WholeScene:
             frame, keys = f"{body.name}.c", body.coordinates
             k = owner.get(reduction.scene.frames[frame].body)
             d, count = system.tables.coordinates[body.name], system.tables.models[body.name].n
-            source: slice | list[Expr] = [coordinate(frame, key) for key in (*keys, *(RATE[key] for key in keys))]
+            source: slice | list[Expr]
             if k is not None and count > len(RATE):  # flexible bodies are not reduced
                 own = self._parts[k].tables.coordinates[body.name]
                 source = slice(own, own + count)
+            else:
+                source = [coordinate(frame, key) for key in (*keys, *(RATE[key] for key in keys))]
             found.append(_Body(body.name, slice(d, d + count), k, source))
         return found
 
