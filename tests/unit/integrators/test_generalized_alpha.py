@@ -8,7 +8,7 @@ import pytest
 
 import mbdsl
 from mbdsl.errors import UsageError
-from mbdsl.integrators.methods.generalized_alpha_i3 import weights
+from mbdsl.integrators.methods.generalized_alpha_i3 import coefficients
 
 METHODS = ("generalized-alpha", "generalized-alpha-i3")
 
@@ -34,7 +34,7 @@ def test_rho_is_the_spectral_radius_at_infinity(rho):
 @pytest.mark.parametrize("rho", [0.0, 0.3, 0.8, 1.0])
 def test_weights(rho):
     """A constant acceleration stays one, and moves q by h^2/2 and v by h; rho = 1 is the trapezoidal rule's family."""
-    s, r, *more = weights(rho)
+    s, r, *more = coefficients({"rho": rho})
     assert s + sum(more[:2]) == pytest.approx(1 / 2)
     assert r + sum(more[2:4]) == pytest.approx(1.0)
     assert sum(more[4:]) == pytest.approx(1.0)

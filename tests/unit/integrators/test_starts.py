@@ -107,5 +107,5 @@ def test_what_is_stiff_beyond_300_is_refused(h):
     """docs/methods.md promises h omega = 300: M^-1 Q is 1e5 times the motion, and has five digits less."""
     at = (0.0, h, np.zeros(1), np.zeros(1), np.zeros(0))
     start_values.check_stiffness(Stiff(299.0 / h), "hht-add", *at)
-    with pytest.raises(InitialisationError, match=r"lump.x with .* 301 times 1/h"):
+    with pytest.raises(InitialisationError, match=r"lump.x has .* 301 times 1/h"):
         start_values.check_stiffness(Stiff(301.0 / h), "hht-add", *at)
