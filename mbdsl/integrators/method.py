@@ -66,7 +66,7 @@ class Method:
     A third-party integrator (see :mod:`mbdsl.integrators.backends`) has neither ``coefficients`` nor ``begin``. Its
     ``own_reactions`` is True if it yields multipliers, and ``needs`` names the software to be installed. If its order
     varies, ``order`` is the highest. ``searches`` is True if its steps end in all ``Problem.zones`` and are searched
-    for peaks of laws that depend on the state (``System.on_the_way``).
+    for peaks of laws that depend on the state (:mod:`mbdsl.system.peaks_along_motion`).
 
     ``relative_step`` is the step size, relative to that of hht-si2, below which errors decrease with the order;
     verification scales its steps by it. ``diverges`` is appended to the error message if Newton's iteration diverges

@@ -33,7 +33,8 @@ from mbdsl.integrators.loop.loop_state import (
     ZONES,
 )
 from mbdsl.integrators.run_state import RunState
-from mbdsl.system.close_approaches import Approach
+from mbdsl.system.close_approaches import Approach, Approaches
+from mbdsl.system.peaks_along_motion import OnTheWay
 from mbdsl.system.switches import within
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ class Landings:
         self._run, self._blame = run, blame
         self._zones: Iterator[Zone] = iter(())
         self._pending: list[tuple[float, float]] = []
-        self._looks, self._approaches = run.system.on_the_way, run.system.close_approaches
+        self._looks, self._approaches = run.system.kept(OnTheWay), run.system.kept(Approaches)
         run.approaches, run.approaching = [], np.zeros((5, len(self._approaches.arguments)))
         if self._looks.terms or self._approaches.arguments:
             width = 1 + run.system.n + run.system.unknowns

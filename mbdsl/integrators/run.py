@@ -25,6 +25,7 @@ from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.scheduled_jumps import Jumps
 from mbdsl.integrators.start_values import applied, check_stiffness, first_step, normal_part, rates
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.peaks_along_motion import OnTheWay
 
 Array = NDArray[np.float64]
 
@@ -89,7 +90,7 @@ class Integration(RunState):
         """Prepare switches, zones and the bounds of the step size, for a run with a tolerance."""
         self.events = Events(self)
         self.landings = Landings(self, self.events.blame)
-        self.seen = np.zeros(len(self.system.on_the_way.terms))  # largest values of these terms so far
+        self.seen = np.zeros(len(self.system.kept(OnTheWay).terms))  # largest values of these terms so far
         reals, integers, span = self.reals, self.integers, self.stop - self.start
         integers[loop_state.EVERY], reals[loop_state.NEXT_EVENT] = self.every, np.inf
         reals[loop_state.MOST_H] = min(self.longest, LONGEST * span)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from mbdsl.elements.kind import BodyKind, ForceKind
 from mbdsl.errors import ModelError, ModelWarning
+from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.messages import count, few
-
-if TYPE_CHECKING:
-    from mbdsl.mechanism.graph import Edge
 
 
 def ground_and_bodies(scene: Scene, grounds: Sequence[Component]) -> None:

@@ -17,6 +17,7 @@ from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import ModelWarning, UsageError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.mechanism import checks
+from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.elimination_order import minimum_degree
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.messages import count, few
@@ -26,32 +27,6 @@ if TYPE_CHECKING:
 
 Node = TypeVar("Node", bound=Hashable)
 GROUND = ""  #: the node of all components without coordinates
-
-
-class Edge(NamedTuple):
-    """A joint or force and the two bodies it connects. ``also`` are the other bodies that its expressions read,
-    including those of joints (``reads``) whose reactions they read. Without frames, the ground is one of the two."""
-
-    component: Component
-    body_i: str
-    body_j: str
-    also: tuple[str, ...] = ()
-    reads: tuple[str, ...] = ()
-
-    @property
-    def name(self) -> str:
-        return self.component.name
-
-    @property
-    def rows(self) -> int:
-        return self.component.kind.rows if isinstance(self.component.kind, JointKind) else 0
-
-    @property
-    def velocity_rows(self) -> int:
-        return len(self.component.velocity_constraints)
-
-    def other(self, body: str) -> str:
-        return self.body_j if body == self.body_i else self.body_i
 
 
 class Placement(NamedTuple):

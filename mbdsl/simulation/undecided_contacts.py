@@ -24,7 +24,7 @@ from mbdsl.errors import InitialisationError
 from mbdsl.integrators import Run
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
-from mbdsl.system.close_approaches import Approach
+from mbdsl.system.close_approaches import Approach, Approaches
 from mbdsl.system.signals import gradients
 
 Array = NDArray[np.float64]
@@ -79,7 +79,7 @@ def _same(x: Approach, y: Approach, span: float) -> bool:
 def _effect(system: System, x: Approach, depth: float, left_out: tuple[int, ...]) -> float:
     """The largest scaled change of a velocity that a contact of this depth causes [1/s]."""
     scale, (q, v) = system.tables.scale, np.array(x.state).reshape(2, -1)
-    g, g_q, _ = gradients(system, system.close_approaches.arguments[x.number : x.number + 1], x.t, q, v)
+    g, g_q, _ = gradients(system, system.kept(Approaches).arguments[x.number : x.number + 1], x.t, q, v)
     g_q = g_q.ravel() if isinstance(g_q, np.ndarray) else g_q.toarray().ravel()
     J = system.Phi_q(x.t, q)
     J = (J if isinstance(J, np.ndarray) else J.toarray()) / scale

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
 from fnmatch import fnmatchcase
 from os import PathLike
 from pathlib import Path
@@ -24,6 +23,7 @@ from mbdsl.integrators import available
 from mbdsl.lang.load import load
 from mbdsl.simulation.simulate import simulated
 from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.studies.hard_case import Case, Cell, Check, Stop
 from mbdsl.studies.hard_page import Suite
 
 BUDGET = 20.0  #: default time limit of a run [s]
@@ -34,79 +34,6 @@ SHOWN = 10.0  #: largest error, relative to the difference from a run with a sho
 OFF = 1e-8  #: largest violation of joints, relative to the mechanism's size
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Check:
-    """The expected values of a signal, ``values`` at ``times`` [s] or one constant; errors are in units of ``scale``.
-
-    Errors below ``within`` are accepted at any step. ``grows`` limits the growth of an energy, which a method may
-    dissipate but not create. The tolerance does not apply to signals that are not ``controlled``: reactions.
-    """
-
-    signal: str
-    values: float | Sequence[float]
-    times: Sequence[float] = ()
-    scale: float = 1.0
-    within: float = 1e-3
-    grows: float | None = None
-    controlled: bool = True
-
-    def error(self, of: Trajectory) -> float:
-        """The largest error, scaled; of an energy with its sign."""
-        off = self.differences(of)
-        return float(off[np.abs(off).argmax()]) if self.grows is not None else float(np.abs(off).max())
-
-    def differences(self, of: Trajectory) -> Array:
-        signal = of[self.signal]
-        found = np.interp(self.times, of.t, signal) if len(self.times) else signal
-        return (found - np.asarray(self.values, float)) / self.scale
-
-
-@dataclass(frozen=True)
-class Stop:
-    """The expected failure of a run: its exit code, words of the message, and the interval of time [s].
-
-    Methods may stop earlier for reasons of their ``own``, given by words of their messages.
-    """
-
-    code: int
-    says: Sequence[str] = ()
-    after: float | None = None
-    before: float | None = None
-    own: Sequence[str] = ()
-
-
-@dataclass(frozen=True)
-class Case:
-    """A model with parameters, an optional step [s], an optional tolerance, and the expected result."""
-
-    model: Path
-    name: str
-    group: str
-    answer: str  #: source of the answer
-    stop: float
-    step: float | None = None
-    tol: float | None = None
-    parameters: Mapping[str, str | float] = field(default_factory=dict)
-    checks: tuple[Check, ...] = ()
-    stops: Stop | None = None
-
-    def __str__(self) -> str:
-        return f"{self.model.stem}: {self.name}" if self.name else self.model.stem
-
-
-@dataclass(frozen=True)
-class Cell:
-    """The result of one run: ``verdict`` is "right", "step" (an error that the step explains), "stops", "slow" or
-    "WRONG"."""
-
-    verdict: str
-    text: str
-    reason: str = ""  #: reason why it stopped
-
-    def __str__(self) -> str:
-        return {"WRONG": f"WRONG {self.text}", "step": f"({self.text})"}.get(self.verdict, self.text)
 
 
 def read(folder: str | PathLike, only: str = "*") -> list[Case]:

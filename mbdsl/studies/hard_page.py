@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from mbdsl.studies.hard import Case, Cell
+from mbdsl.studies.hard_case import Case, Cell
 
 HEAD = """# Hard cases
 

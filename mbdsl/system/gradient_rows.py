@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.expressions.symbolic import COORDINATES, Expr, coordinate, der, diff, expr, leaves
 from mbdsl.system.expression_tape import Tape
 from mbdsl.system.structure import frame_of, law_expressions
-
-if TYPE_CHECKING:
-    from mbdsl.system.tables import Buffers, Tables
+from mbdsl.system.tables import Buffers, Tables
 
 
 def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Callable[[], None]]) -> None:

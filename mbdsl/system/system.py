@@ -9,10 +9,10 @@ those of Phi first; in what follows, ``lam`` is this vector.
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,33 +25,22 @@ from mbdsl.mechanism.graph import build as build_graph
 from mbdsl.mechanism.scene import Scene
 from mbdsl.system import background_compilation, emit, switches
 from mbdsl.system.body_models import at_rest
+from mbdsl.system.build_tables import build_tables
 from mbdsl.system.emit import Kernels
 from mbdsl.system.peaks_in_time import Kept, Zone, time_zones
-from mbdsl.system.tables import Tables, build_tables
+from mbdsl.system.tables import Tables
 from mbdsl.system.time_derivatives import Clock
 from mbdsl.system.time_events import time_events
+from mbdsl.system.workspace import Workspace
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-    from mbdsl.system.close_approaches import Approaches
-    from mbdsl.system.peaks_along_motion import OnTheWay
-
 Array = NDArray[np.float64]
+Search = TypeVar("Search")
 
 #: up to this many unknowns matrices are dense: importing scipy would take longer than dense algebra
 DENSE_LIMIT = 400
-
-
-@dataclass
-class Workspace:
-    """The buffers of one computation; see :mod:`mbdsl.compilation.buffer_layout`."""
-
-    vectors: Array
-    frames: Array
-    gradients: Array
-    numbers: Array
-    layout: NDArray[np.int64]
 
 
 @dataclass
@@ -67,6 +56,7 @@ class System:
     tables: Tables
     code: str = ""
     _kernels: dict[int, Kernels] = field(default_factory=dict)
+    _kept: dict[Callable, object] = field(default_factory=dict, init=False, repr=False, compare=False)
     _work: Workspace | None = None
     _A: Array | None = None
     _clock: Clock | None = None
@@ -391,19 +381,11 @@ class System:
             return None
         return const(at_rest(self.scene.components[frame.body], frame, key))
 
-    @cached_property
-    def on_the_way(self) -> OnTheWay:
-        """The search for hidden peaks of laws between two states."""
-        from mbdsl.system.peaks_along_motion import OnTheWay
-
-        return OnTheWay(self)
-
-    @cached_property
-    def close_approaches(self) -> Approaches:
-        """The search for conditions that a motion almost, or barely, changes."""
-        from mbdsl.system.close_approaches import Approaches
-
-        return Approaches(self)
+    def kept(self, make: Callable[[System], Search]) -> Search:
+        """``make(self)``, made once; searches for peaks, which read signals of a System, are kept in it that way."""
+        if make not in self._kept:
+            self._kept[make] = make(self)
+        return self._kept[make]  # type: ignore[return-value]
 
     def elimination_order(self) -> NDArray[np.int64]:
         """The order, from the graph, in which coordinates and constraints are eliminated (n + m + p,): new -> old."""

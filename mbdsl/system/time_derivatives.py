@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.compilation import buffer_layout
-
-if TYPE_CHECKING:
-    from mbdsl.system.system import Workspace
+from mbdsl.system.workspace import Workspace
 
 Array = NDArray[np.float64]
 

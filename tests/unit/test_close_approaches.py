@@ -13,6 +13,7 @@ import mbdsl
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.simulate import simulated
 from mbdsl.simulation.undecided_contacts import undecided
+from mbdsl.system.close_approaches import Approaches
 
 
 def model(law):
@@ -61,7 +62,7 @@ LAWS = ["0.1*(1*s)^3", "if time > 3 then 1 else 0", "if 1*v > 0.5 then -1 else 0
 @pytest.mark.parametrize("law", LAWS)
 def test_without_conditions_on_positions_nothing_is_recorded(law):
     found = run(law, 1e-4)
-    assert found.system.close_approaches.arguments == []
+    assert found.system.kept(Approaches).arguments == []
     assert found.approaches == []
 
 

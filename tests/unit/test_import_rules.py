@@ -26,19 +26,11 @@ UPWARD = {
 CIRCLES = {
     ("mbdsl.elements.kind", "mbdsl.elements"): "a kind is pickled by its name, and found again among all kinds",
     ("mbdsl.expressions.symbolic", "mbdsl.expressions.printing"): "an expression prints itself as text",
-    ("mbdsl.mechanism.checks", "mbdsl.mechanism.graph"): "type of the graph, which calls the checks when it is built",
-    ("mbdsl.system.gradient_rows", "mbdsl.system.tables"): "type of the tables, which gradient_rows fills in part",
-    ("mbdsl.system.time_derivatives", "mbdsl.system.system"): "type of the System, which calls it",
-    ("mbdsl.system.peaks_along_motion", "mbdsl.system.system"): "type of the System, which calls it",
-    ("mbdsl.system.close_approaches", "mbdsl.system.system"): "type of the System, which calls it",
-    ("mbdsl.system.system", "mbdsl.system.close_approaches"): "a System keeps its searches, which read signals",
-    ("mbdsl.system.system", "mbdsl.system.peaks_along_motion"): "a System keeps its searches, which read signals",
     ("mbdsl.lang.entities", "mbdsl.lang.flat_component"): "type: what a name stands for may be a component",
     ("mbdsl.lang.entities", "mbdsl.lang.flat_model"): "type: a namespace belongs to a flat model",
     ("mbdsl.lang.entities", "mbdsl.lang.scope"): "type: an entity's modifiers are read in a scope",
     ("mbdsl.lang.flat_component", "mbdsl.lang.flat_model"): "type: a component belongs to a flat model",
     ("mbdsl.lang.modifiers", "mbdsl.lang.scope"): "type: modifiers are read in the scope that they were written in",
-    ("mbdsl.studies.hard_page", "mbdsl.studies.hard"): "type of the results that the page shows",
 }
 #: part of the package -> modules that it reaches by no number of imports, not even inside functions
 FORBIDDEN = {

@@ -14,6 +14,7 @@ import mbdsl
 from mbdsl.integrators.external import _pieces
 from mbdsl.integrators.peak_zones import Landings
 from mbdsl.system import build
+from mbdsl.system.peaks_along_motion import OnTheWay
 
 TEXT = """
 model Unseen
@@ -230,7 +231,7 @@ def test_what_cannot_hide_is_not_looked_at():
 
     for force, looked_at in ((SPRING, 0), ("(100 N)*tanh(v/(1 mm/s))", 1)):
         scene = mbdsl.parse(TEXT.format(tables="", force=force, v=1.0, stop=2.0))
-        assert len(build(scene).on_the_way.terms) == looked_at
+        assert len(build(scene).kept(OnTheWay).terms) == looked_at
 
 
 @pytest.mark.parametrize("tol", [1e-6, 1e-9])
@@ -305,4 +306,4 @@ def test_a_law_of_many_terms():
 
     peaks = " + ".join(f"(1 N)*exp(-((s - {k} mm)/(1 mm))^2)" for k in range(1200))
     system = build(mbdsl.parse(TEXT.format(tables="", force=peaks, v=1.0, stop=2.0)))
-    assert len(system.on_the_way.terms) >= 1200
+    assert len(system.kept(OnTheWay).terms) >= 1200

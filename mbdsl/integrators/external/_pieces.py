@@ -24,7 +24,9 @@ from mbdsl.errors import IntegrationError
 from mbdsl.integrators.backends import Problem
 from mbdsl.integrators.events import CROWD, HARDLY, MANY, SLIDING, SLIDING_HINT, STANDSTILL
 from mbdsl.integrators.loop.switch_location import JUMP
+from mbdsl.system.close_approaches import Approaches
 from mbdsl.system.index1 import Index1
+from mbdsl.system.peaks_along_motion import OnTheWay
 from mbdsl.system.peaks_in_time import Zone
 from mbdsl.system.switches import law_of
 
@@ -181,8 +183,8 @@ class _Peaks:
         self._inputs = {name: x.start for name, x in problem.system.scene.inputs.items()}
         self._last = self._from = -np.inf
         self._tries = 0
-        self._seen = np.zeros(len(problem.system.on_the_way.terms))
-        self._approaches, self._found = problem.system.close_approaches, problem.approaches
+        self._seen = np.zeros(len(problem.system.kept(OnTheWay).terms))
+        self._approaches, self._found = problem.system.kept(Approaches), problem.approaches
         self._approaching = np.zeros((5, len(self._approaches.arguments)))
         counted = any(body.counter >= 0 for body in problem.system.tables.models.values())
         #: largest number of steps searched together; 1 if turns are counted, because the last accepted state is needed
@@ -205,12 +207,12 @@ class _Peaks:
             If a peak is still passed over after ``TRIES`` repetitions.
         """
         last = len(states) - 1
-        if last and self._system.on_the_way.terms:
+        if last and self._system.kept(OnTheWay).terms:
             t, q, v = (np.array(x) for x in zip(*states, strict=True))
             lam = np.zeros((len(t), self._system.m + self._system.p))
             if self._system.of_multipliers:
                 lam = np.array([self._f.motion(*x)[1] for x in states])
-            look = self._system.on_the_way.first
+            look = self._system.kept(OnTheWay).first
             if found := look(t, q, v, lam, self._inputs, self._least, self._seen):
                 last = int(np.searchsorted(t, found[0].start, side="right")) - 1
                 if last:  # update self._seen by the steps that are kept

@@ -14,7 +14,8 @@ from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.mechanism import graph as mechanism
-from mbdsl.mechanism.graph import Edge, MechanismGraph
+from mbdsl.mechanism.edge import Edge
+from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.reduction import drivers, welds
 from mbdsl.mechanism.reduction.note import Note
 from mbdsl.mechanism.scene import Component, Frame, InitialValue, Scene

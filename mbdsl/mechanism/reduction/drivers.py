@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import Expr, expr, leaves, substitute
-from mbdsl.mechanism.graph import GROUND, Edge, MechanismGraph
+from mbdsl.mechanism.edge import Edge
+from mbdsl.mechanism.graph import GROUND, MechanismGraph
 from mbdsl.mechanism.reduction.note import Note
 from mbdsl.mechanism.reduction.poses import Pose, compose, invert
 from mbdsl.mechanism.reduction.welds import RIGID

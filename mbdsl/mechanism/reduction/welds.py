@@ -11,7 +11,8 @@ from dataclasses import replace
 
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import BodyKind, JointKind
-from mbdsl.mechanism.graph import GROUND, Edge, MechanismGraph
+from mbdsl.mechanism.edge import Edge
+from mbdsl.mechanism.graph import GROUND, MechanismGraph
 from mbdsl.mechanism.reduction.note import Note
 from mbdsl.mechanism.reduction.poses import Pose, compose, invert
 from mbdsl.mechanism.scene import Component, Frame, Scene

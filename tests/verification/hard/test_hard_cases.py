@@ -16,7 +16,8 @@ import pytest
 from mbdsl import cli
 from mbdsl.integrators import compiled
 from mbdsl.studies import hard
-from mbdsl.studies.hard import Check, Stop, measure, read
+from mbdsl.studies.hard import measure, read
+from mbdsl.studies.hard_case import Check, Stop
 from mbdsl.studies.hard_page import HEAD
 
 ROOT = Path(__file__).parents[3]

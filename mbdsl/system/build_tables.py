@@ -1,0 +1,255 @@
+"""Making of the tables of a scene (:mod:`mbdsl.system.tables`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.compilation import buffer_layout
+from mbdsl.elements.kind import JointKind
+from mbdsl.errors import ModelError
+from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
+from mbdsl.mechanism.scene import Scene
+from mbdsl.numerics.piecewise_cubic import piecewise
+from mbdsl.system import gradient_rows, moving_frames, nonholonomic, switches
+from mbdsl.system.body_models import body_pose, model
+from mbdsl.system.expression_tape import Tape
+from mbdsl.system.structure import Block, expressions, find_blocks, frame_of, law_expressions
+from mbdsl.system.tables import Buffers, Tables, gravity
+
+
+def build_tables(scene: Scene, general: bool = False, size: float | None = None) -> Tables:
+    """Make the tables of ``scene``; ``general`` tables have space for all kinds of elements.
+
+    ``size`` is that of the mechanism [m], by which translations are scaled; default: the size of the scene.
+    """
+    bodies = scene.bodies()
+    blocks = find_blocks(scene, general)
+    coordinates: dict[str, int] = {}
+    n = 0
+    for body in bodies:
+        coordinates[body.name] = n
+        n += len(body.coordinates)
+    rows: dict[str, int] = {}
+    m = 0
+    for block in blocks:
+        if block.role == "joint":
+            for c in block.components:
+                rows[c.name] = m
+                m += c.kind.rows
+    velocity_rows: dict[str, int] = {}
+    p = 0
+    for block in blocks:
+        if block.role == "gamma":
+            for c in block.components:
+                velocity_rows[c.name] = m + p
+                p += len(c.velocity_constraints)
+    frames = _used_frames(scene, blocks)
+    if general or any(scene.frames[name].motion for name in frames):
+        blocks.append(Block("moving", moving_frames))
+    models = {body.name: model(body) for body in bodies}
+    tables = Tables(scene, blocks, n, m, p, coordinates, rows, velocity_rows, frames, models)
+    _fill(tables, size)
+    return tables
+
+
+def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
+    """Frames used by joints, forces or expressions: the ground's first, then body by body."""
+    used: dict[str, None] = {}
+    for block in blocks:
+        if block.role == "body":
+            continue
+        for c in block.components:
+            if block.role != "gamma":
+                for port in c.kind.ports:
+                    used[c.ports[port]] = None
+            for leaf in leaves(*expressions(block, c)):
+                if leaf.op == "coordinate":
+                    used[frame_of(leaf)] = None
+    body_order = {body.name: i + 1 for i, b in enumerate(blocks) if b.role == "body" for body in b.components}
+    position = {name: i for i, name in enumerate(c.name for b in blocks if b.role == "body" for c in b.components)}
+    ordered = sorted(used, key=lambda f: (scene.frames[f].body in body_order, position.get(scene.frames[f].body, -1)))
+    return {name: i for i, name in enumerate(ordered)}
+
+
+def _fill(tables: Tables, size: float | None) -> None:
+    scene, frames, n, m, p = tables.scene, tables.frames, tables.n, tables.m, tables.p
+    buffers = Buffers(buffer_layout.BLOCKS + buffer_layout.BLOCK * len(tables.blocks))
+    layout = buffers.layout
+    layout[buffer_layout.N_Q], layout[buffer_layout.N_PHI], layout[buffer_layout.N_ALL] = n, m, n + m + p
+    layout[buffer_layout.N_FRAMES] = len(frames)
+    for row in (buffer_layout.LAM_ROW, buffer_layout.LAW_ROW, buffer_layout.PSI_ROW):
+        layout[row] = buffer_layout.UNKNOWN
+    layout[buffer_layout.MU_ROW] = buffer_layout.UNKNOWN2
+    Z = np.zeros((max(1, len(frames)), buffer_layout.COLUMNS))
+    dofs, lengths = _fill_frames(tables, buffers, Z)
+    ground = layout[buffer_layout.GROUND_FRAMES]
+
+    g = gravity(scene)
+    _fill_mass(tables, buffers, g)
+    lengths += [float(c.values[c.kind.size]) for c in scene.components.values() if c.values.get(c.kind.size)]
+    size = size or max(lengths, default=0.0) or _extent(scene, Z[:ground])
+    tables.from_start = not size
+    tables.resize(size or max((abs(x.value) for x in scene.initial if _is_length(x.target)), default=0.0) or 1.0)
+
+    starts = {name: x.start for name, x in scene.inputs.items()}
+    tables.multipliers = _multipliers(tables)
+    tape = Tape(frames, tables.multipliers, starts)
+    later: list[Callable[[], None]] = []
+    _fill_bodies(tables, buffers, g)
+    gradient_rows.tabulate(tables, buffers, dofs, tape, later)
+    found = [g for b in tables.blocks if b.role == "gamma" for c in b.components for g in c.velocity_constraints]
+    nonholonomic.tabulate(found, frames, dofs, n + m, buffers, tape, later)
+    moving_frames.tabulate({f: scene.frames[name].motion for name, f in frames.items()}, buffers, tape, later)
+    # All values are on the tape now, and with them all switches; derivatives have the same ones.
+    forces = dict.fromkeys(
+        x for b in tables.blocks if b.role == "law" for c in b.components for x in law_expressions(c)
+    )
+    tables.values = list(dict.fromkeys(tape.roots))
+    tables.switches = switches.find(forces, (x for x in dict.fromkeys(tape.roots) if x not in forces))
+    switches.tabulate(tables.switches, buffers, tape)
+    _fill_tape(buffers, tape, later)
+    tables.inputs = {name: layout[buffer_layout.REGISTERS] + register for name, register in tape.inputs.items()}
+
+    requests = np.array(buffers.requests, dtype=np.int64).reshape(-1, 2)
+    tables.pattern = (requests[:, 0], requests[:, 1])
+    tables.numbers = np.array(buffers.numbers + [0.0] * buffer_layout.TANGENT_SCRATCH)
+    tables.layout = np.array(layout, dtype=np.int64)
+    tables.frame_table = Z
+
+
+def _fill_frames(tables: Tables, buffers: Buffers, Z: NDArray[np.float64]) -> tuple[list[tuple[int, ...]], list[float]]:
+    """The coordinates that each frame depends on, with space for B and (B v)_q; and the distances of frames on bodies
+    from their reference points [m]. Z gets the poses of frames on the ground."""
+    scene, layout = tables.scene, buffers.layout
+    dofs: list[tuple[int, ...]] = []
+    lengths = []
+    ground = 0
+    for name, f in tables.frames.items():
+        frame = scene.frames[name]
+        body = scene.components[frame.body]
+        x, y, phi = body_pose(body, frame)
+        own: tuple[int, ...] = ()
+        if frame.motion is not None:
+            ground += 1
+        elif frame.body not in tables.models:
+            Z[f, :3] = x, y, phi
+            ground += 1
+        else:
+            lengths.append(float(np.hypot(x, y)))
+            first = tables.coordinates[frame.body]
+            try:
+                own = tuple(first + i for i in tables.models[frame.body].dofs((x, y, phi)))
+            except ValueError as problem:
+                raise ModelError(f"frame `{name}`: {problem}", frame.span) from None
+        dofs.append(own)
+    layout[buffer_layout.GROUND_FRAMES] = ground
+    layout[buffer_layout.FRAMES] = buffers.ints(
+        [v for d in dofs for v in (len(d), buffers.floats([0.0] * (6 * len(d))))]
+    )
+    return dofs, lengths
+
+
+def _extent(scene: Scene, ground: NDArray[np.float64]) -> float:
+    """The size [m] of a mechanism of point masses: the distance between the frames on the ground (k, 6), else the
+    largest length parameter of a component; 0 if there is none."""
+    apart = float(np.hypot(*(ground[:, :2] - ground[:1, :2]).T).max(initial=0.0))
+    parameters = [(c, p.name) for c in scene.components.values() for p in c.kind.parameters if p.unit == "m"]
+    values = [c.values[name] for c, name in parameters]
+    return apart or max((abs(x) for x in values if isinstance(x, float)), default=0.0)
+
+
+def _is_length(root: Expr) -> bool:
+    """Whether a position has the unit of a length: angles depend on angles alone."""
+    keys = {leaf.value[1] for leaf in leaves(root) if leaf.op == "coordinate"}  # type: ignore[index]
+    return not is_velocity_level(root) and ("x" in keys or "y" in keys)
+
+
+def _multipliers(tables: Tables) -> dict[tuple[str, int], int]:
+    """(joint, k) -> the entry of its multiplier in a row of vectors: those of holonomic constraints first."""
+    found = {}
+    for c in tables.scene.components.values():
+        if isinstance(c.kind, JointKind):
+            for k in range(c.kind.rows):
+                found[c.name, k] = tables.n + tables.rows[c.name] + k
+            for k in range(len(c.velocity_constraints)):
+                found[c.name, c.kind.rows + k] = tables.n + tables.velocity_rows[c.name] + k
+    return found
+
+
+def _fill_mass(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None:
+    """Tabulate the constant part of the mass matrix, diagonal and off-diagonal, and of the force of gravity."""
+    layout, diagonal, force, couplings, values = (
+        buffers.layout,
+        list[float](),
+        list[float](),
+        list[int](),
+        list[float](),
+    )
+    for name, body in tables.models.items():
+        diagonal.extend(body.mass())
+        force.extend(body.weight(g))
+        d = tables.coordinates[name]
+        for i, j, value in body.couplings():
+            couplings += [d + i, d + j, buffers.slots((d + i,), (d + j,))]
+            buffers.slots((d + j,), (d + i,))
+            values.append(value)
+    layout[buffer_layout.MASS] = buffers.floats(diagonal)
+    layout[buffer_layout.CONSTANT_FORCE] = buffers.floats(force)
+    layout[buffer_layout.COUPLINGS], layout[buffer_layout.N_COUPLINGS] = buffers.ints(couplings), len(values)
+    layout[buffer_layout.COUPLING_VALUES] = buffers.floats(values)
+    layout[buffer_layout.MASS_KIND] = max(
+        (b.module.MASS for b in tables.blocks if b.role == "body" and b.components), default=0
+    )
+    layout[buffer_layout.MASS_ROW], layout[buffer_layout.TANGENT_ROW] = buffer_layout.POSITION, buffer_layout.UNKNOWN
+    layout[buffer_layout.INERTIA_ROW], layout[buffer_layout.INERTIA_ROW2] = (
+        buffer_layout.UNKNOWN,
+        buffer_layout.UNKNOWN2,
+    )
+    layout[buffer_layout.MASS_SLOTS] = len(buffers.requests)
+    for i in range(tables.n):
+        buffers.slots((i,), (i,))
+
+
+def _fill_bodies(tables: Tables, buffers: Buffers, g: NDArray[np.float64]) -> None:
+    """Tabulate the record of every body, from its model."""
+    names: dict[str, list[str]] = {}
+    for name in tables.frames:
+        names.setdefault(tables.scene.frames[name].body, []).append(name)
+    for k, block in enumerate(tables.blocks):
+        if block.role != "body":
+            continue
+        ints: list[int] = []
+        for c in block.components:
+            own = names.get(c.name, [])
+            d, first = tables.coordinates[c.name], tables.frames[own[0]] if own else 0
+            poses = [body_pose(c, tables.scene.frames[name]) for name in own]
+            ints += tables.models[c.name].record(buffers, d, first, poses, g)
+        header = buffer_layout.BLOCKS + buffer_layout.BLOCK * k
+        buffers.layout[header] = len(block.components)
+        buffers.layout[header + 1] = buffers.ints(ints)
+    counters = [(body.counter, tables.coordinates[name]) for name, body in tables.models.items() if body.counter >= 0]
+    buffers.layout[buffer_layout.TURNS], buffers.layout[buffer_layout.N_TURNS] = (
+        buffers.ints(x for c in counters for x in c),
+        len(counters),
+    )
+
+
+def _fill_tape(buffers: Buffers, tape: Tape, later: list[Callable[[], None]]) -> None:
+    """Append the gradients to the values, then store the program and its tables."""
+    layout = buffers.layout
+    values = len(tape.code)
+    for fill in later:
+        fill()
+    layout[buffer_layout.TAPE] = buffers.ints(v for instruction in tape.code for v in instruction)
+    layout[buffer_layout.TAPE_LENGTH], layout[buffer_layout.GRADIENT_LENGTH] = values, len(tape.code) - values
+    layout[buffer_layout.REGISTERS] = buffers.floats(tape.registers)
+    headers = []
+    for table in tape.tables:
+        breaks, coefficients = piecewise(table)
+        beyond = {"hold": 0, "linear": 1, "periodic": 2, "error": 3}[table.extrapolation]
+        headers += [len(breaks), buffers.floats(breaks), beyond]
+        buffers.floats(coefficients.ravel())
+    layout[buffer_layout.TABLES] = buffers.ints(headers)
