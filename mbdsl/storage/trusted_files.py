@@ -15,6 +15,7 @@ import os
 import stat
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
@@ -153,8 +154,9 @@ def create(path: Path) -> BinaryIO:
     return open(os.open(path, flags, 0o644), "wb")
 
 
-def write(path: Path, data: bytes) -> None:
-    """Write a file, by an atomic rename, because another process may be reading or writing it.
+@contextmanager
+def writing(path: Path) -> Iterator[BinaryIO]:
+    """A stream whose content replaces the file at once when it is closed; another process may read or write the file.
 
     Raises
     ------
@@ -164,8 +166,14 @@ def write(path: Path, data: bytes) -> None:
     part = part_of(path)
     try:
         with create(part) as stream:
-            stream.write(data)
+            yield stream
         part.replace(path)
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+
+
+def write(path: Path, data: bytes) -> None:
+    """Write a file as by ``writing``."""
+    with writing(path) as stream:
+        stream.write(data)

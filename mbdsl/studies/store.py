@@ -12,7 +12,6 @@ import json
 import os
 import sys
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TypeVar
@@ -134,17 +133,12 @@ class Store:
 
     def _write(self, name: str, **arrays: Array) -> bool:
         path = self.folder / name
-        part = trusted_files.part_of(path.with_name(f".{name}"))
         try:
-            with trusted_files.create(part) as stream:
+            with trusted_files.writing(path) as stream:
                 np.savez(stream, name=np.array(name), **arrays)  # type: ignore[arg-type]
-            os.replace(part, path)
         except OSError as problem:
             cache_folder.say(f"cannot write `{path}` ({problem.strerror or problem})")
             return False
-        finally:
-            with suppress(OSError):
-                part.unlink(missing_ok=True)
         return True
 
     def prune(self, largest: int = LARGEST) -> None:
