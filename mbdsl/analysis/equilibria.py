@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbdsl.bodies.contract import LARGEST_BEND
 from mbdsl.compilation import code_cache
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import EquilibriumError, UsageError
@@ -36,6 +35,7 @@ from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.statics.pseudo_transient import Search, movers
 from mbdsl.storage import cache_folder
 from mbdsl.system import System, build
+from mbdsl.system.bending import REMEDY, SMALL, first_bend
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
@@ -261,15 +261,9 @@ def settle(system: System, t: float, q: Array) -> Equilibrium:
     q, lam, left_out = search.q, search.lam, redundant_rows(system, t, search.q, np.zeros(system.n))
     if left_out:
         lam = _without(system, t, q, lam, left_out)
-    for name, body in system.tables.models.items():
-        d = system.tables.coordinates[name]
-        (angle,) = body.bend(q[None, d : d + body.n])
-        if angle > LARGEST_BEND:
-            raise EquilibriumError(
-                f"{name} bends by {angle:.2g} rad: in a floating frame deformation is taken as small",
-                system.scene.components[name].span,
-                hint='formulation = "ancf" allows large deformation',
-            )
+    if (bend := first_bend(system, q[None])) is not None:
+        span = system.scene.components[bend.name].span
+        raise EquilibriumError(f"{bend.name} bends by {bend.angle:.2g} rad: {SMALL}", span, hint=REMEDY)
     names = [system.constraint_names()[k] for k in left_out]
     if names:
         notes.append(

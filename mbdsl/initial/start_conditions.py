@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbdsl.bodies.contract import LARGEST_BEND
 from mbdsl.errors import InitialisationError
 from mbdsl.initial.consistent import InitialState
 from mbdsl.mechanism.reduction import Reduction
 from mbdsl.system import System
+from mbdsl.system.bending import REMEDY, SMALL, first_bend
 from mbdsl.system.signals import values
 
 
@@ -34,7 +34,7 @@ def check_loose(reduction: Reduction, system: System, t: float) -> None:
             )
 
 
-def check_bending(system: System, initial: InitialState) -> None:
+def check_assembled_shapes(system: System, initial: InitialState) -> None:
     """Check that bodies that had to be deformed for the assembly are within the range of their theory.
 
     Raises
@@ -42,13 +42,9 @@ def check_bending(system: System, initial: InitialState) -> None:
     InitialisationError
         If one is not.
     """
-    for name, body in system.tables.models.items():
-        d = system.tables.coordinates[name]
-        (angle,) = body.bend(initial.q[None, d : d + body.n])
-        if angle > LARGEST_BEND:
-            raise InitialisationError(
-                f"{name} has to bend by {angle:.2g} rad to be assembled: "
-                "in a floating frame deformation is taken as small",
-                system.scene.components[name].span,
-                hint='check lengths and initial values; formulation = "ancf" allows large deformation',
-            )
+    if (bend := first_bend(system, initial.q[None])) is not None:
+        raise InitialisationError(
+            f"{bend.name} has to bend by {bend.angle:.2g} rad to be assembled: {SMALL}",
+            system.scene.components[bend.name].span,
+            hint=f"check lengths and initial values; {REMEDY}",
+        )

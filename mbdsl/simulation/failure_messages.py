@@ -19,6 +19,7 @@ from mbdsl.mechanism.scene import Component
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
+from mbdsl.system.bending import REMEDY, SMALL, first_bend
 from mbdsl.system.signals import values
 from mbdsl.system.switches import law_of
 
@@ -74,15 +75,8 @@ def inaccurate(trajectory: Trajectory, reason: str) -> IntegrationError:
 
 def bending(trajectory: Trajectory) -> tuple[float, str, float] | None:
     """The first time at which a body deforms beyond the range of its theory, its name, and the angle [rad]."""
-    tables = trajectory.system.tables
-    first: tuple[float, str, float] | None = None
-    for name, body in tables.models.items():
-        d = tables.coordinates[name]
-        angles = body.bend(trajectory.q[:, d : d + body.n])
-        beyond = np.flatnonzero(angles > LARGEST_BEND)
-        if len(beyond) and (first is None or trajectory.t[beyond[0]] < first[0]):
-            first = float(trajectory.t[beyond[0]]), name, float(angles[beyond[0]])
-    return first
+    bend = first_bend(trajectory.system, trajectory.q)
+    return None if bend is None else (float(trajectory.t[bend.row]), bend.name, bend.angle)
 
 
 def check_bending(trajectory: Trajectory) -> None:
@@ -99,11 +93,11 @@ def check_bending(trajectory: Trajectory) -> None:
 
 def _too_bent(trajectory: Trajectory, t: float, name: str, angle: float) -> tuple[str, str]:
     values = trajectory.scene.components[name].values
-    hint = 'formulation = "ancf" allows large deformation'
+    hint = REMEDY
     if not values["stiffening"]:
         hint = f"with stiffening = true rotation stiffens it; {hint}"
     return (
-        f"{name} bends by {angle:.2g} rad at t = {t:g} s: a floating frame assumes small deformation, "
+        f"{name} bends by {angle:.2g} rad at t = {t:g} s: {SMALL}, "
         f"and beyond {LARGEST_BEND:g} rad the results are invalid",
         hint,
     )

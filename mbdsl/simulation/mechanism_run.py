@@ -12,11 +12,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.bodies.contract import LARGEST_BEND
 from mbdsl.compilation import code_cache
 from mbdsl.expressions.symbolic import RATE
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
-from mbdsl.initial.start_conditions import check_bending, check_loose
+from mbdsl.initial.start_conditions import check_assembled_shapes, check_loose
 from mbdsl.integrators import Run, backend, declared
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.loop.compiled_loop import loop_name
@@ -28,6 +27,7 @@ from mbdsl.numerics.hermite import between
 from mbdsl.simulation.plan import Plan
 from mbdsl.simulation.whole_scene import WholeScene
 from mbdsl.system import System, build
+from mbdsl.system.bending import first_bend
 from mbdsl.system.tables import gravity
 
 Array = NDArray[np.float64]
@@ -128,12 +128,6 @@ class Motion:
         names = self.system.constraint_names()
         row = {name: k for k, name in enumerate(names)} if any(p.initial.redundant for p in self.parts) else {}
         self.left_out = tuple(row[name] for p in self.parts for name in p.redundant)
-        self._flexible = [
-            (p, p.system.tables.coordinates[name], body)
-            for p in self.parts
-            for name, body in p.system.tables.models.items()
-            if body.deforms
-        ]
         solved = [p.method != KINEMATIC for p in self.parts]
         self.whole = WholeScene(self.system, self.reduction, [p.system for p in self.parts], solved)
 
@@ -160,7 +154,7 @@ class Motion:
 
             relax = partial(relaxed, system, plan.start, static)
         initial = initial_state(system, part.graph, plan.start, members, relax, bool(static))
-        check_bending(system, initial)
+        check_assembled_shapes(system, initial)
         if part.kinematic and (initial.redundant or not determined(system, plan.start, initial.q)):
             assert part.dynamic is not None
             self._is_not_kinematic(part)
@@ -338,9 +332,7 @@ class Motion:
 
     def bent(self) -> bool:
         """Whether a body's present deformation exceeds the range of its theory."""
-        return any(
-            body.bend(p.integration.state()[0][None, d : d + body.n])[0] > LARGEST_BEND for p, d, body in self._flexible
-        )
+        return any(first_bend(p.system, p.integration.state()[0][None]) is not None for p in self.parts)
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
         for p in self.parts:

@@ -7,6 +7,7 @@ the same structure share their code, whatever their sizes and numbers.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +60,11 @@ class Tables:
         """Whether some force depends on multipliers."""
         found = (x for b in self.blocks for c in b.components for x in leaves(*expressions(b, c)))
         return any(leaf.op == "multiplier" for leaf in found)
+
+    @cached_property
+    def flexible(self) -> tuple[str, ...]:
+        """Names of the bodies that deform."""
+        return tuple(name for name, body in self.models.items() if body.deforms)
 
     @property
     def pair_rows(self) -> int:
