@@ -166,6 +166,8 @@ NEAREST = {
     "mbdsl/integrators/loop/split_correction": FULL,
     "mbdsl/integrators/loop/tangent_matrices": FULL,
     "mbdsl/integrators/loop/driver": STEPS,
+    "mbdsl/integrators/loop/multistep": STEPS,
+    "mbdsl/integrators/loop/step_times": STEPS,
     "mbdsl/integrators/events": ("tests/unit/test_switches.py", "tests/unit/integrators/test_events.py"),
     "mbdsl/integrators/external/": (
         BACKENDS,
@@ -184,6 +186,7 @@ NEAREST = {
     "mbdsl/integrators/missed_peaks": PEAKS,
     "mbdsl/integrators/methods/radau5": RADAU5,
     "mbdsl/integrators/loop/sparse_lu": ("tests/unit/test_reductions.py", *FULL),
+    "mbdsl/integrators/methods/radau5_newton": RADAU5,
     "mbdsl/integrators/methods/radau5_stages": RADAU5,
     "mbdsl/integrators/loop/switch_location": ("tests/unit/test_switches.py", "tests/unit/integrators/test_events.py"),
     "mbdsl/integrators/loop/turn_counting": ("tests/unit/bodies/test_turns.py",),

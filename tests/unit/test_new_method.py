@@ -52,7 +52,7 @@ METHOD = Method(
     coefficients=lambda options: (options["theta"],),
     memory=lambda c, start: (36 / 121, 6 / 11),  # what nstiff's kernels read: (s/h)^2 and s/h
     begin=begin,
-    own_reactions=False,  # from accelerations: between steps the driver interpolates multipliers to order 2
+    own_reactions=False,  # from accelerations: between steps the loop interpolates multipliers to order 2
     rows=2,
     relative_step=0.5,
 )

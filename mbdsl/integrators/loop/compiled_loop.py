@@ -1,4 +1,4 @@
-"""Compilation of a method's step loop: the shared driver with the method's kernels, or the method's own loop."""
+"""Compilation of a method's step loop: the shared loop with the kernels of the method's step."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from types import ModuleType
 
 from mbdsl.compilation import code_cache
 from mbdsl.integrators import modules
-from mbdsl.integrators.loop import driver, step_control
-from mbdsl.integrators.loop.run_data import Formulas, RunData
+from mbdsl.integrators.loop import driver, multistep, step_control
+from mbdsl.integrators.loop.run_data import Formulas, RunData, Step
 from mbdsl.system.emit import EVALUATE, INERTIA, TANGENT
 
 #: advance(steps, times, out, *RunData)
@@ -29,28 +29,34 @@ def loop_name(method: str) -> str:
     return "mbdsl_method_" + modules()[method].__name__.rsplit(".", 1)[-1]
 
 
+def has_own_step(method: str) -> bool:
+    """Whether a method brings its own step (kernel ``take``) in place of the common one."""
+    return hasattr(modules()[method], "take")
+
+
 def controls_locally(method: str) -> bool:
-    """Whether :mod:`mbdsl.integrators.loop.step_control` controls the steps of a method, and not its own loop."""
-    return method in modules() and not hasattr(modules()[method], "advance")
+    """Whether the lengths of a method's steps are controlled by :mod:`mbdsl.integrators.loop.step_control`."""
+    return method in modules() and not has_own_step(method)
 
 
 def compiled(name: str, module: ModuleType) -> Callable:
     """Compile the step loop of one method, with its kernels; the functions of the scene are arguments (pointers)."""
     short = module.__name__.rsplit(".", 1)[-1]
-    if hasattr(module, "advance"):  # the method has its own step loop
-        called, imports, sources = "method.advance(", "run_data", [module]
+    if has_own_step(name):
+        whose, formulas, used = "method", "None", [driver]
     else:
         of = {f: "method" if hasattr(module, f) or f not in CONTROL else "step_control" for f in Formulas._fields}
-        called = f"driver.advance(run_data.Formulas({', '.join(f'{of[f]}.{f}' for f in of)}), "
-        imports, sources = "driver, run_data, step_control", [driver, step_control, module]
+        formulas = f"run_data.Formulas({', '.join(f'{of[f]}.{f}' for f in of)})"
+        whose, used = "multistep", [driver, multistep, step_control]
     text = f'''"""Emitted by mbdsl: the step loop of {name}."""
 
-from mbdsl.integrators.loop import {imports}
+from mbdsl.integrators.loop import {", ".join(sorted(["run_data", *(m.__name__.rsplit(".", 1)[-1] for m in used)]))}
 from mbdsl.integrators.methods import {short} as method
 
 
 def advance(steps, times, out, {_BUFFERS}):
     run = run_data.RunData({_BUFFERS})
-    return {called}steps, times, out, run)
+    step = run_data.Step({", ".join(f"{whose}.{f}" for f in Step._fields)})
+    return driver.advance(step, {formulas}, steps, times, out, run)
 '''
-    return code_cache.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: sources)[0]
+    return code_cache.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [*used, module])[0]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 # -- status --------------------------------------------------------------------------------------------------
-# EVENT: a step has ended at a known time or shortly before a switch; LOOK: ``reals`` holds no further zone
-RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EVENT, LOOK = range(10)
+# EVENT: a step has ended at a known time or shortly before a switch; LOOK: ``reals`` holds no further zone; RETRY: a
+# shorter step is to be tried
+RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EVENT, LOOK, RETRY = range(11)
 
 # -- reals of the run ----------------------------------------------------------------------------------------
 # times of start and stop; step size; time at the end of the step; contraction of Newton's iteration; its tolerances,

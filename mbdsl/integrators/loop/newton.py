@@ -1,6 +1,8 @@
-"""Newton's iteration of a step: when the matrix is renewed, and when an iterate is accepted."""
+"""Newton's iteration of a step: renewal of the matrix and acceptance of an iterate."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 from mbdsl.compilation.buffer_layout import (
     BEFORE,
@@ -41,27 +43,27 @@ from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.integrators.loop.step_control import allowed, bend_uneven, even, other_matrices
 
 MAX_ITERATIONS = 25
-#: smallest part of a correction that is taken where whole ones do not get anywhere
+#: smallest part of a correction that a damped iteration applies
 SHORTEST = 1.0 / 32.0
 #: contraction above which the next step starts with a new matrix
 SLOW = 0.05
-#: contraction assumed of a first iteration, at least, where it has not been seen for so many steps; and else
+#: contraction assumed of a first iteration, at least: if none was measured in the last OFTEN steps; otherwise
 UNMEASURED, OFTEN, MEASURED = 0.05, 8, 1e-3
-#: largest noise in a position that is put down to a singular pose
+#: largest change of a position that is attributed to rounding in a singular pose
 SINGULAR_NOISE = 1e-9
-#: part of what a controlled step may err that its iteration may
+#: error allowed for the iteration, relative to that allowed for a controlled step
 NOISE = 0.3
-#: steps before a new matrix is tried again against corrections of the size of rounding
+#: steps until a new matrix is tried again where corrections are as small as rounding
 LONG = 100
 EPS = 2.220446049250313e-16
 
 
 @kernel
-def residual_size(unknowns, size, run):
-    """Sum of the residuals' magnitudes, in four lanes that do not wait for one another; not a number if one is none."""
-    vectors = run.vectors
+def residual_size(run):
+    """Sum of the magnitudes of the residuals, in four independent partial sums; NaN if one of them is."""
+    vectors, size = run.vectors, run.layout[N_ALL]
     a, b, c, d = 0.0, 0.0, 0.0, 0.0
-    for k in range(unknowns):
+    for k in range(1 + run.integers[STABILISED]):
         y, whole = vectors[RESIDUAL + k], size - size % 4
         for i in range(0, whole, 4):
             a, b, c, d = a + abs(y[i]), b + abs(y[i + 1]), c + abs(y[i + 2]), d + abs(y[i + 3])
@@ -71,19 +73,19 @@ def residual_size(unknowns, size, run):
 
 
 @rare
-def constraint_size(unknowns, n, size, run):
+def constraint_size(run):
     """Largest residual among the constraints."""
     vectors = run.vectors
     value = 0.0
-    for k in range(unknowns):
-        for i in range(n, size):
+    for k in range(1 + run.integers[STABILISED]):
+        for i in range(run.layout[N_Q], run.layout[N_ALL]):
             value = max(value, abs(vectors[RESIDUAL + k, i]))
     return value
 
 
 @rare
 def finite(run):
-    """Whether a matrix holds numbers only: a derivative may be infinite where the force itself is not."""
+    """Whether all entries of the matrices are finite: a derivative may be infinite where the force is finite."""
     matrices = run.matrices
     for k in range(matrices.shape[0]):
         for i in range(matrices.shape[1]):
@@ -93,36 +95,42 @@ def finite(run):
 
 
 @rare
-def keep_unknowns(unknowns, size, run):
+def keep_unknowns(run):
+    """Store the unknowns in BEFORE (and BEFORE2)."""
     vectors = run.vectors
-    for k in range(unknowns):
-        for i in range(size):
+    for k in range(1 + run.integers[STABILISED]):
+        for i in range(run.layout[N_ALL]):
             vectors[BEFORE + k, i] = vectors[UNKNOWN + k, i]
 
 
 @rare
-def take_back(part, unknowns, size, run):
-    """Leave only a part of the last correction."""
+def take_back(part, run):
+    """Reduce the last correction to a part of it."""
     vectors = run.vectors
-    for k in range(unknowns):
-        for i in range(size):
+    for k in range(1 + run.integers[STABILISED]):
+        for i in range(run.layout[N_ALL]):
             vectors[UNKNOWN + k, i] = vectors[BEFORE + k, i] + part * (vectors[UNKNOWN + k, i] - vectors[BEFORE + k, i])
 
 
-@kernel
-def newton(damped, t, h, formulas, run):
-    """Solve the step for UNKNOWN (and UNKNOWN2); a status. ``damped``: with parts of corrections and new matrices.
+class Limits(NamedTuple):
+    """Bounds that a change of positions is compared with, in the mechanism's length."""
 
-    An iterate is accepted when the error that the contraction leaves is below what the step itself gets wrong by
-    discretisation, or at rounding; in position units, and with a residual that has not grown.
-    """
+    size: float  #: of the mechanism
+    floor: float  #: rounding, with a margin
+    rounding: float  #: rounding, or a part of the allowed error if that is smaller
+    tolerance: float  #: from the discretisation error of the step
+    velocity_tolerance: float  #: for the constraints on velocities
+
+
+@kernel
+def limits(h, run):
+    """The bounds of a step of length h."""
     reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
-    n, unknowns = layout[N_Q], 1 + integers[STABILISED]
-    size, speed, bend = 1.0, 0.0, 0.0
+    n, size, speed, bend = layout[N_Q], 1.0, 0.0, 0.0
     for i in range(n):
         size = max(size, abs(vectors[POSITION0, i]) * vectors[SCALE, i])
         speed = max(speed, abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
-        # at the start, where nothing is known of how a changes, a thousandth of a itself
+        # at the start, where changes of a are not known, a thousandth of a itself
         d = (
             vectors[UNKNOWN0, i] - 2.0 * vectors[UNKNOWN0 + 1, i] + vectors[UNKNOWN0 + 2, i]
             if integers[HISTORY] > 2
@@ -131,88 +139,121 @@ def newton(damped, t, h, formulas, run):
         bend = max(bend, abs(d) * vectors[SCALE, i])
     if integers[HISTORY] > 2 and not even(run):
         bend = bend_uneven(h, n, run)
-    floor, rounding = 16.0 * EPS * size, EPS * size
-    # errors of velocities are seen in accelerations, where rounding of positions is 1/h^2 times it
+    rounding = EPS * size
+    # The estimate reads accelerations, in which rounding of positions is magnified by 1/h^2.
     if integers[CONTROLLED]:
         rounding = min(rounding, NOISE * allowed(h, run) * reals[SPEED] * h)
-    # The local error is about h^2/12 times the second difference of a; constraints on velocities are to be kept, too.
+    # The local error is about h^2/12 times the second difference of a; constraints on velocities must be kept, too.
     tolerance = min(reals[RELATIVE_TOL] * h * h * bend, reals[LOOSEST] * size)
     velocity_tolerance = reals[LOOSEST] * size
     if integers[STABILISED] or layout[N_GAM] > 0:
         velocity_tolerance = max(reals[VELOCITY_TOL] * h * speed, 4.0 * EPS * size)
-    fresh = integers[FRESH] == 0
-    # The first change has nothing to be compared with; an old matrix may have become worse than it was when last seen.
+    return Limits(size, 16.0 * EPS * size, rounding, tolerance, velocity_tolerance)
+
+
+@kernel
+def assumed_contraction(run):
+    """Of the first iteration, whose change has no former one to be compared with; an old matrix may have got worse."""
+    reals, integers = run.reals, run.integers
     contraction = max(reals[CONTRACTION], MEASURED)
     if integers[UNSEEN] >= OFTEN:
         contraction = max(contraction, UNMEASURED)
-    contraction = min(contraction, 0.9)
     integers[UNSEEN] += 1
+    return min(contraction, 0.9)
+
+
+@kernel
+def evaluate_residual(t, h, formulas, run):
+    """The residuals at the present iterate; their sum."""
+    formulas.motion(h, run)
+    evaluate(t, run)
+    run.layout[NEW_MASS] = 0
+    formulas.residual(h, run)
+    run.integers[ITERATIONS] += 1
+    return residual_size(run)
+
+
+@kernel
+def renew_matrix(t, h, formulas, run):
+    """Whether the iteration matrix at the present iterate could be factorised."""
+    integers = run.integers
+    integers[MATRICES] += 1
+    integers[FACTORISATIONS] += 1
+    if not formulas.matrix(t, h, run):
+        return False
+    integers[FRESH] = 1
+    if integers[CONTROLLED]:
+        other_matrices(t, h, run)
+    return True
+
+
+@kernel
+def converged(k, change, contraction, stalled, limit, run):
+    """Whether the change of iteration k leaves an error below the limits. ``stalled``: by rounding."""
+    # Errors left in many small steps add up: a change at rounding level is accepted from the second one on.
+    left = change * contraction / (1.0 - contraction) if contraction < 0.9 else change
+    done = left <= limit.tolerance or change <= limit.rounding or (k > 0 and left <= limit.rounding)
+    # v has to stay on the constraints: an assumed contraction is not relied upon.
+    if max(left, UNMEASURED * change if k == 0 else 0.0) > limit.velocity_tolerance:
+        done = False
+    if stalled or (k > 2 and contraction > 0.5 and change <= 1e3 * limit.floor):
+        done = True  # rounding prevents further progress
+    if k > 6 and change <= SINGULAR_NOISE * limit.size:
+        violation = constraint_size(run)
+        # close to a singular pose, which magnifies rounding; the constraints hold
+        done = done or run.reals[UNIT] * violation <= 1e2 * limit.floor
+    return done
+
+
+@kernel
+def newton(damped, t, h, formulas, run):
+    """Solve the step for UNKNOWN (and UNKNOWN2); a status. ``damped``: with parts of corrections and new matrices.
+
+    An iterate is accepted if the error that the contraction leaves is below the discretisation error of the step, or at
+    rounding, in position units; and if the residual has not grown.
+    """
+    reals, integers = run.reals, run.integers
+    limit, contraction = limits(h, run), assumed_contraction(run)
     integers[ROUNDING] = max(0, integers[ROUNDING] - 1)
-    former, former_residual, worn, renewed, part = 0.0, 0.0, False, False, 1.0
-    layout[NEW_MASS] = 1
+    fresh, former, former_residual, worn, part = integers[FRESH] == 0, 0.0, 0.0, False, 1.0
+    run.layout[NEW_MASS] = 1
     for k in range(4 * MAX_ITERATIONS if damped else MAX_ITERATIONS):
-        formulas.motion(h, run)
-        evaluate(t, run)
-        layout[NEW_MASS] = 0
-        formulas.residual(h, run)
-        integers[ITERATIONS] += 1
-        remaining = residual_size(unknowns, layout[N_ALL], run)
+        remaining = evaluate_residual(t, h, formulas, run)
         if not remaining < 1e300:
             return NOT_FINITE
         renewed = k > 0 and integers[FRESH] == 0
-        if integers[FRESH] == 0:
-            integers[MATRICES] += 1
-            integers[FACTORISATIONS] += 1
-            if not formulas.matrix(t, h, run):
-                if k > 1 and former <= 1e3 * floor and finite(run) and not integers[CONTROLLED]:
-                    return RUNNING  # the pose is singular, and what the former matrix left is rounding
-                return SINGULAR if finite(run) else NOT_FINITE
-            integers[FRESH] = 1
-            if integers[CONTROLLED]:
-                other_matrices(t, h, run)
+        if integers[FRESH] == 0 and not renew_matrix(t, h, formulas, run):
+            if k > 1 and former <= 1e3 * limit.floor and finite(run) and not integers[CONTROLLED]:
+                return RUNNING  # the pose is singular, and the former matrix has left an error at rounding level
+            return SINGULAR if finite(run) else NOT_FINITE
         if damped:
-            keep_unknowns(unknowns, layout[N_ALL], run)
+            keep_unknowns(run)
         change = formulas.correct(k, h, run)
         if not change < 1e300:
             return NOT_FINITE
         if damped:
-            # Friction that turns round within less than a step makes whole corrections jump to and fro.
+            # Friction that reverses within less than a step makes full corrections alternate.
             part = max(0.5 * part, SHORTEST) if k > 0 and change > 0.7 * former else min(1.4 * part, 1.0)
             integers[FRESH] = 0
             if part < 1.0:
-                take_back(part, unknowns, layout[N_ALL], run)
+                take_back(part, run)
                 former, former_residual = change, remaining
                 continue
         if k > 0:
             contraction = change / former if former > 0.0 else 0.0
-            if renewed and change > 100.0 * floor:  # corrections by two matrices say nothing of each other
+            if renewed and change > 100.0 * limit.floor:  # changes by two matrices are not comparable
                 contraction = max(contraction, UNMEASURED)
-            if former > 100.0 * floor:  # below that it measures rounding
-                reals[CONTRACTION] = contraction
-                integers[UNSEEN] = 0
-                worn = contraction > SLOW
-        grown = k > 0 and remaining > 10.0 * former_residual and change > 100.0 * floor
-        # What every step leaves undone adds up over many small ones: rounding is an excuse from the second change on.
-        left = change * contraction / (1.0 - contraction) if contraction < 0.9 else change
-        done = left <= tolerance or change <= rounding or (k > 0 and left <= rounding)
-        # That v stays on the constraints is a promise, for which no contraction is good enough that was only assumed.
-        if max(left, UNMEASURED * change if k == 0 else 0.0) > velocity_tolerance:
-            done = False
-        if k > 2 and contraction > 0.5 and change <= 1e3 * floor:
-            done = True  # rounding keeps it from getting better
-        last_digit = k > 0 and contraction > 0.1 and change <= EPS * size
-        if last_digit and not renewed and (fresh or integers[ROUNDING] > 0):
-            done = True  # the same: no new matrix would help
-        held = k > 6 and reals[UNIT] * constraint_size(unknowns, n, layout[N_ALL], run) <= 1e2 * floor
-        if held and change <= SINGULAR_NOISE * size:
-            done = True  # close to a singular pose, where rounding is magnified; the constraints hold
-        if done and not grown:
+            if former > 100.0 * limit.floor:  # below that it measures rounding
+                reals[CONTRACTION], integers[UNSEEN], worn = contraction, 0, contraction > SLOW
+        grown = k > 0 and remaining > 10.0 * former_residual and change > 100.0 * limit.floor
+        last_digit = k > 0 and contraction > 0.1 and change <= EPS * limit.size
+        stalled = last_digit and not renewed and (fresh or integers[ROUNDING] > 0)  # no new matrix would help
+        if converged(k, change, contraction, stalled, limit, run) and not grown:
             if worn:
                 integers[FRESH] = 0  # the next step starts with a new matrix
             return RUNNING
         if k > 0 and contraction > 0.3 and not fresh:
-            integers[FRESH] = 0  # an old matrix that contracts badly is renewed at once
-            fresh = True
+            integers[FRESH], fresh = 0, True  # an old matrix that contracts badly is renewed at once
             if last_digit:
                 integers[ROUNDING] = LONG
         elif k > 2 and (contraction > 0.3 or (contraction > 0.1 and k % 3 == 0)):

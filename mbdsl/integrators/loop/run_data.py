@@ -1,7 +1,6 @@
-"""What the kernels of a step share: the kernels of the method, and the scene's functions with the buffers of the run.
+"""Named groups, arguments of the kernels: the kernels of the method; the functions of the scene and the buffers.
 
-Both are named tuples, which numba takes apart when it compiles: a kernel pays for what it uses of them, and for nothing
-else.
+numba resolves named tuples at compilation: a kernel reads only those fields that it uses.
 """
 
 from __future__ import annotations
@@ -18,8 +17,18 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
+class Step(NamedTuple):
+    """The kernels of a step that the loop calls; see :mod:`mbdsl.integrators.loop.driver`."""
+
+    trial_length: Callable
+    take: Callable
+    interpolate: Callable
+    store: Callable
+    next_length: Callable
+
+
 class Formulas(NamedTuple):
-    """The kernels of a method; see :mod:`mbdsl.integrators.loop.driver`."""
+    """The kernels of a method that the common step calls; see :mod:`mbdsl.integrators.loop.multistep`."""
 
     motion: Callable
     residual: Callable
@@ -32,7 +41,7 @@ class Formulas(NamedTuple):
 
 
 class RunData(NamedTuple):
-    """The compiled functions of the scene, and all that is read and written in a run.
+    """The compiled functions of the scene, and the buffers of a run.
 
     Rows, columns and entries of the buffers have names in :mod:`mbdsl.compilation.buffer_layout`, those of ``reals``
     and ``integers`` in :mod:`mbdsl.integrators.loop.loop_state`.
@@ -41,7 +50,7 @@ class RunData(NamedTuple):
     evaluate_at: Callable  #: called by :func:`evaluate`
     tangent_at: Callable  #: called by :func:`mbdsl.integrators.loop.tangent_matrices.tangent`
     inertia_at: Callable  #: called by :func:`inertia`
-    coefficients: Floats  #: numbers of the method that follow from its options; no kernel changes them
+    coefficients: Floats  #: the method's numbers, which follow from its options; constant
     memory: Floats  #: numbers that the method carries from step to step
     reals: Floats  #: floats of the step loop
     integers: Integers  #: integers of the step loop
@@ -49,7 +58,7 @@ class RunData(NamedTuple):
     frames: Floats  #: (frames, columns) frame table
     gradients: Floats  #: (coordinates of frame pairs, columns) gradient table
     numbers: Floats  #: float tables and registers
-    layout: Integers  #: integer tables: where in the other buffers what is
+    layout: Integers  #: integer tables: positions of everything in the other buffers
     matrices: Floats  #: (matrices, entries) iteration matrices
     pivots: Integers  #: (matrices, entries) their pivots, or rows and columns of their entries
 

@@ -34,7 +34,7 @@ from mbdsl.compilation.buffer_layout import (
     VELOCITY0,
 )
 from mbdsl.compilation.marks import rare
-from mbdsl.integrators.loop.loop_state import CORNERS, LEAST_H, NODES, NOW, RUNNING, SIGNATURE
+from mbdsl.integrators.loop.loop_state import CORNERS, CUT, LEAST_H, NODES, NOW, REJECTED, RUNNING, SIGNATURE, UNCUT
 from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.system.switches import signature
 
@@ -146,3 +146,20 @@ def until_switch(status, accepted, h, run):
             vectors[row, i] = vectors[BEFORE, i]
         vectors[FORCE, i], vectors[FORCE2, i] = vectors[E_V, i], vectors[TEMPORARY2, i]
     return 1.0
+
+
+@rare
+def length_before_switch(part, h, run):
+    """The length of the next attempt, which ends shortly before the switch after ``part`` of h; 0 if it is too short.
+
+    The first attempt leaves SHORT_OF of the way, each further one ten times as much.
+    """
+    reals, integers = run.reals, run.integers
+    if integers[CUT] == 0:
+        reals[UNCUT] = h
+    new = part * (1.0 - min(0.5, SHORT_OF * 10.0 ** integers[CUT])) * h
+    if not new >= reals[LEAST_H]:
+        return 0.0
+    integers[REJECTED] += 1
+    integers[CUT] += 1
+    return new

@@ -120,7 +120,7 @@ def velocity_error(h, last, c):
 
 @kernel
 def change_step(h, run):
-    """Convert v_n along the normals to the step size h. Changes VELOCITY0; the driver shifts a_n."""
+    """Convert v_n along the normals to the step size h. Changes VELOCITY0; ``change`` shifts a_n."""
     if h != run.reals[STEP_SIZE]:
         set_velocity(velocity_error(h, h, run.coefficients), h, matrix, run)
 

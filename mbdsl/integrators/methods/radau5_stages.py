@@ -1,7 +1,7 @@
-"""The stages of a step of radau5: their equations, the iteration matrices, and the corrections.
+"""The stages of a step of radau5: equations, iteration matrices, corrections, error estimate.
 
-For the stages i = 1, 2, 3 at t_i, with the matrix A of Radau IIA, unknowns are a_i = v', w_i = q' - v, lam_i, nu_i and
-mu_i; f = Q - Phi_q^T lam - Gam_v^T nu:
+The unknowns of the stages i = 1, 2, 3 at t_i are a_i = v', w_i = q' - v, lam_i, nu_i and mu_i. With the matrix A of
+Radau IIA and f = Q - Phi_q^T lam - Gam_v^T nu, their equations are
 
     V = v_n + h A a,   Q = q_n + h A (V + w)
     R1:  M a_i - f_i = 0
@@ -10,9 +10,10 @@ mu_i; f = Q - Phi_q^T lam - Gam_v^T nu:
     R4:  Phi_q V_i + Phi_t = 0
     R5:  Gam(V_i, Q_i, t_i) = 0
 
-G is M, with something where a coordinate has no mass. No system of three, or six, times the size is solved. With
-e = (h A)^-2 dQ, so that da = e - (h A)^-1 dw, and kappa = dlam + (h A)^-1 dmu, Newton's equations read, for every
-eigenvalue s of h A (one is real, two are a complex pair) in its eigenvectors, S = M + s^2 K' + s D, K' = K + (M a)_q,
+G is M, with a small positive entry for each coordinate without mass. Newton's equations are decoupled, so that no
+system of three or six times the size is solved. Let e = (h A)^-2 dQ, so that da = e - (h A)^-1 dw, and
+kappa = dlam + (h A)^-1 dmu. In the eigenvectors of h A, for each eigenvalue s (one real, one complex pair), with
+S = M + s^2 K' + s D and K' = K + (M a)_q:
 
     R1 + R2/s:   S e + Phi_q^T kappa + Gam_v^T dnu = -R1 - R2/s + ...
     R3:          Phi_q e = -R3/s^2
@@ -23,9 +24,10 @@ and then for every stage, with N = (Phi_q v)_q,
     R2:          G dw + Phi_q^T dmu = -R2 + ...
     R4, R3:      Phi_q dw = R4 - (h A)^-1 R3 + N dQ
 
-Masses make K and M drop out of the coupling, however stiff forces are. The dots are D dw and Gam_v dw/s, for which e
-is corrected afterwards where dampers are stiff or constraints nonholonomic, and (M w)_q and (Phi_q^T mu)_q dQ, left to
-the next iteration: w and mu vanish with the error of the discretisation.
+Because R2 is weighted with the mass, K and M drop out of the coupling, however stiff the forces. The dots stand for
+D dw and Gam_v dw/s, for which e is corrected afterwards if dampers are stiff or constraints nonholonomic; and for
+(M w)_q and (Phi_q^T mu)_q dQ, which are left to the next iteration, because w and mu vanish with the discretisation
+error.
 """
 
 from __future__ import annotations
@@ -79,26 +81,28 @@ from mbdsl.integrators.methods.radau5_coefficients import (
 )
 from mbdsl.integrators.methods.radau5_coefficients import A as W
 
-#: rows of Y behind the common ones, three each: stages [a; lam; nu] and [w; mu; 0], their residuals [R1; R3; R5] and
+#: own rows of ``vectors``, three each: stages [a; lam; nu] and [w; mu; 0], their residuals [R1; R3; R5] and
 #: [R2; R4; 0], corrections, and the stages of the last step
 STAGE, STAGE2, RESIDUAL, RESIDUAL2, CHANGE, PAST, PAST2 = range(ROWS, ROWS + 21, 3)
-#: two of scratch; 0, or G, where a coordinate has no mass; q and v where the last step began
+#: two rows for intermediate results; G of the coordinates without mass, otherwise 0; q and v at the start of the last
+#: step
 ERROR, ERROR2, METRIC, QB, VB = range(ROWS + 21, ROWS + 26)
-#: corrections of v, three
+#: corrections of v, three rows
 DV = ROWS + 26
 OWN_ROWS = 29
-#: matrices: of the real s, the projection, [K'; N; Gam_q] in columns of q, real and imaginary part for the complex s,
-#: and [D; 0; Gam_v], of no entries where that does not matter
+#: matrices: that of the real s (0); the projection; [K'; N; Gam_q] in the columns of q; real and imaginary part of that
+#: of the complex s; [D; 0; Gam_v], empty if negligible
 PROJECTION, COUPLING, COMPLEX, DAMPING = 1, 2, 3, 5
 MATRICES = 6
-#: part of the matrix's diagonal that dampers make up, from which on they do
+#: share of the dampers in the diagonal of the matrix above which [D; 0; Gam_v] is not negligible
 DAMPED = 0.02
-#: G where a coordinate has no mass, relative to what moves with it
+#: G of a coordinate without mass, relative to the largest mass
 MASSLESS = 1e-6
 
 
 @rare
 def set_metric(run):
+    """Set row METRIC: G of the coordinates without mass."""
     vectors, numbers, layout = run.vectors, run.numbers, run.layout
     largest = 0.0
     for i in range(layout[N_Q]):
@@ -113,10 +117,10 @@ def set_metric(run):
 
 @rare
 def predict(ratio, steps_behind, run):
-    """The stages by the polynomials of the last step, whose length times ``ratio`` the new one has.
+    """The stages extrapolated by the polynomials of the last step; ``ratio``: of the new to the last step length.
 
-    Without a past, or where that led nowhere, accelerations and multipliers stay as they are; or, with less than
-    nothing behind it, accelerations vanish.
+    With ``steps_behind`` = 0, accelerations and multipliers are those at the start of the step; if it is negative,
+    accelerations are zero.
     """
     vectors, layout = run.vectors, run.layout
     c0, c1, c2 = NODES[0], NODES[1], NODES[2]
@@ -139,7 +143,7 @@ def predict(ratio, steps_behind, run):
 
 @kernel
 def motion(k, h, run):
-    """q and v at the end of stage k, and the unknowns where evaluate looks for them."""
+    """q and v at stage k, and its unknowns in the rows that evaluations read."""
     vectors, layout = run.vectors, run.layout
     a0, a1, a2 = h * W[k][0], h * W[k][1], h * W[k][2]
     b0, b1, b2 = h * h * SQUARE[k][0], h * h * SQUARE[k][1], h * h * SQUARE[k][2]
@@ -155,6 +159,7 @@ def motion(k, h, run):
 
 @kernel
 def residual(k, run):
+    """Residuals of stage k, as evaluated."""
     vectors, numbers, layout = run.vectors, run.numbers, run.layout
     n, m = layout[N_Q], layout[N_PHI]
     for i in range(n):
@@ -171,8 +176,8 @@ def residual(k, run):
 
 @rare
 def matrices(t, h, still, run):
-    """All matrices at the state last evaluated, factorised; False where that failed. ``still``: what scaled velocities
-    need not be better than."""
+    """All matrices at the state last evaluated, factorised; False if that failed. ``still``: acceptable error of scaled
+    velocities."""
     vectors, layout, matrices = run.vectors, run.layout, run.matrices
     s, x, y = REAL * h, RE * h, IM * h
     k, l = x * x - y * y, 2.0 * x * y
@@ -183,7 +188,7 @@ def matrices(t, h, still, run):
     tangent_matrix(COUPLING, t, run, K=1.0, Mx_q=1.0, N=1.0, Gam_q=1.0)
     compress(COUPLING, run)
     iteration_matrix(COMPLEX, t, run, M=1.0, K=k, D=x, Mx_q=k, Gam_q=x)
-    # the imaginary part is what this one has more
+    # the imaginary part is the difference of these two
     iteration_matrix(COMPLEX + 1, t, run, M=1.0, K=k + l, D=x + y, Mx_q=k + l, Gam_q=x + y)
     for i in range(layout[SIZE]):
         matrices[COMPLEX + 1, i] -= matrices[COMPLEX, i]
@@ -197,7 +202,10 @@ def matrices(t, h, still, run):
 
 @rare
 def prepare_damping(t, s, still, run):
-    """D and Gam_v. However short steps are: w has the rounding of positions over h, and D h times that is in v."""
+    """The matrix of D and Gam_v, empty if negligible.
+
+    It matters for arbitrarily short steps, too: rounding of positions divided by h is in w, and D h times that in v.
+    """
     layout, matrices = run.layout, run.matrices
     tangent_matrix(DAMPING, t, run, D=1.0, Gam_v=1.0)
     matters = layout[N_GAM] > 0
@@ -213,7 +221,7 @@ def prepare_damping(t, s, still, run):
 
 @kernel
 def transform(first, last, h, rank, run):
-    """-R/s^rank, and R2/s more where rank is 0, in the eigenvectors: the real one, real and imaginary part."""
+    """CHANGE = -R/s^rank (rank 0: -R - R2/s) in the eigenvectors: the real, then the complex one."""
     vectors = run.vectors
     s, size = 1.0 / (REAL * h), h * (RE * RE + IM * IM)
     x, y = RE / size, -IM / size  # 1/s of the complex one
@@ -299,7 +307,7 @@ def solve_stages(h, run):
 
 @rare
 def couple(h, run):
-    """What dw, in RESIDUAL2, makes of a by D and Gam_v."""
+    """Correct a for dw, in RESIDUAL2, by D and Gam_v."""
     vectors, layout = run.vectors, run.layout
     for k in range(3):
         for i in range(layout[N_ALL]):
@@ -320,10 +328,10 @@ def couple(h, run):
 
 @rare
 def estimate(h, speed, run):
-    """The error of the embedded formula of order 3: the largest of q, scaled, and of v, relative to ``speed`` moreover.
+    """The error of the embedded formula of order 3: the largest of scaled q, and of scaled v relative to ``speed``.
 
-    Filtered by (1 - s J)^-1 with the real s, J being that of the equations of motion with their constraints: what is
-    stiff has no part in it.
+    It is filtered by (1 - s J)^-1 with the real s and the Jacobian J of the constrained equations of motion, which
+    removes stiff components.
     """
     vectors, numbers, layout = run.vectors, run.numbers, run.layout
     n, s = layout[N_Q], REAL * h

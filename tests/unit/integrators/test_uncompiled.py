@@ -16,7 +16,7 @@ from mbdsl.integrators import modules
 
 SCRIPT = Path(__file__).with_name("uncompiled.py")
 #: methods whose correction is Newton's with the exact matrix (the matrices of the others may neglect terms of order h)
-NAMES = [name for name in methods() if not hasattr(modules()[name], "advance")]  # see uncompiled.py
+NAMES = [name for name in methods() if not hasattr(modules()[name], "take")]  # see uncompiled.py
 EXACT = {name for name, method in methods().items() if method.index == 3}
 
 
@@ -90,7 +90,7 @@ sys.argv = ["uncompiled.py"]
 names = runpy.run_path({str(SCRIPT)!r}, run_name="script")
 from mbdsl.integrators import modules
 for name, module in modules().items():
-    if not module.METHOD.chosen or hasattr(module, 'advance'):
+    if not module.METHOD.chosen or hasattr(module, 'take'):
         continue
     def wrong(t, h, run, right=module.matrix):
         def off(t, cM, cK, *more, m=1.01 if name == "hht-add" else 1.0):

@@ -22,8 +22,8 @@ from mbdsl.integrators.run import Integration
 from mbdsl.mechanism import graph
 from mbdsl.system import build
 
-#: methods that use the step loop of the driver; methods with a loop of their own have tests of their own
-NAMES = [name for name in methods() if not hasattr(modules()[name], "advance")]
+#: methods with the common step; those with their own have tests of their own
+NAMES = [name for name in methods() if not hasattr(modules()[name], "take")]
 MODELS = sorted((Path(__file__).parents[3] / "models").glob("*.mbd"))
 
 #: laws, tables and drivers: all functions of the interpreter of expressions

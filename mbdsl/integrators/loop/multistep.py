@@ -1,0 +1,270 @@
+"""The step of the methods with one system of equations per step: Newmark, HHT, generalized-alpha, BDF, kinematic.
+
+Prediction from the steps before, Newton's iteration, error estimate, search for switches, rejection. The methods differ
+in their formulas only, so that a comparison of methods compares nothing else:
+
+    motion(h, run)               POSITION and VELOCITY from UNKNOWN (and UNKNOWN2)
+    residual(h, run)             RESIDUAL (and RESIDUAL2), from FORCE and FORCE2 as evaluated
+    matrix(t, h, run)            the iteration matrices, factorised; False if that failed
+    correct(k, h, run)           solves for the corrections and applies them; the largest change of a position
+    finish(h, run)               the method's own history, in rows and memory of its own
+
+A method with controlled steps has in addition ``local_error`` and, where its history depends on the length of a step,
+``change_step``; see :mod:`mbdsl.integrators.loop.step_control`. Rows of ``run.vectors`` are in capitals.
+"""
+
+from __future__ import annotations
+
+from mbdsl.compilation.buffer_layout import (
+    FORCE,
+    FORCE0,
+    N_ALL,
+    N_Q,
+    PAST,
+    POSITION,
+    POSITION0,
+    SCALE,
+    SOLVER,
+    UNKNOWN,
+    UNKNOWN0,
+    VELOCITY,
+    VELOCITY0,
+)
+from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop.linear_solve import DENSE
+from mbdsl.integrators.loop.loop_state import (
+    CONTROLLED,
+    CUT,
+    DIVERGED,
+    EVENT,
+    FRESH,
+    HISTORY,
+    IN_A_ROW,
+    ORDER,
+    REJECTED,
+    RETRY,
+    RUNNING,
+    SAME,
+    SINCE,
+    SINGULAR,
+    SPEED,
+    STABILISED,
+    STEP,
+    STEP_SIZE,
+    TOO_LARGE,
+    TOO_SMALL,
+    UNIT,
+    WATCHING,
+    WILD,
+)
+from mbdsl.integrators.loop.newton import newton
+from mbdsl.integrators.loop.step_control import (
+    after,
+    best_order_uneven,
+    change,
+    even,
+    is_short,
+    next_trial,
+    predict_uneven,
+    remember,
+)
+from mbdsl.integrators.loop.step_times import end_of_step
+from mbdsl.integrators.loop.switch_location import length_before_switch, until_switch
+
+#: steps after which the order of extrapolation is chosen again, since it seldom changes
+RECONSIDER = 4
+
+
+# -- prediction --------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def predict(unknown, order, n, run):
+    """UNKNOWN (unknown 0) or UNKNOWN2 (unknown 1) by polynomial extrapolation of the last steps."""
+    vectors = run.vectors
+    x, a = UNKNOWN + unknown, UNKNOWN0 + PAST * unknown
+    for i in range(n):
+        if order == 0:
+            vectors[x, i] = vectors[a, i]
+        elif order == 1:
+            vectors[x, i] = 2.0 * vectors[a, i] - vectors[a + 1, i]
+        elif order == 2:
+            vectors[x, i] = 3.0 * (vectors[a, i] - vectors[a + 1, i]) + vectors[a + 2, i]
+        else:
+            vectors[x, i] = 4.0 * (vectors[a, i] + vectors[a + 2, i]) - 6.0 * vectors[a + 1, i] - vectors[a + 3, i]
+
+
+@kernel
+def best_order(history, n, run):
+    """The order of the extrapolation closest to the step just done: high for smooth motion, 0 for oscillations."""
+    vectors = run.vectors
+    x, a = UNKNOWN, UNKNOWN0
+    e0, e1, e2, e3 = 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        d0 = vectors[x, i] - vectors[a, i]
+        d1 = d0 - (vectors[a, i] - vectors[a + 1, i])
+        d2 = d1 - (vectors[a, i] - 2.0 * vectors[a + 1, i] + vectors[a + 2, i])
+        d3 = d2 - (vectors[a, i] - 3.0 * (vectors[a + 1, i] - vectors[a + 2, i]) - vectors[a + 3, i])
+        s = vectors[SCALE, i]
+        e0, e1, e2, e3 = max(e0, s * abs(d0)), max(e1, s * abs(d1)), max(e2, s * abs(d2)), max(e3, s * abs(d3))
+    best, error = 0, e0
+    if history > 1 and e1 < error:
+        best, error = 1, e1
+    if history > 2 and e2 < error:
+        best, error = 2, e2
+    if history > 3 and e3 < error:
+        best, error = 3, e3
+    return best
+
+
+# -- one attempt -------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def solve_step(t, h, formulas, run):
+    """Predict and solve for the unknowns at t; a status.
+
+    After a failure, the iteration starts again from the unknowns of the last step with a new matrix; with fixed steps
+    a third time, damped.
+    """
+    integers, layout, controlled = run.integers, run.layout, run.integers[CONTROLLED] > 0
+    status = DIVERGED
+    for attempt in range(3):
+        for k in range(1 + integers[STABILISED]):
+            if even(run):
+                predict(k, integers[ORDER], layout[N_ALL], run)
+            else:
+                predict_uneven(k, integers[ORDER], h, run)
+        status = newton(attempt == 2, t, h, formulas, run)
+        if status == RUNNING or (controlled and attempt == 1):
+            break
+        integers[FRESH], integers[ORDER] = 0, 0
+    return status
+
+
+@rare
+def reject(error, status, h, formulas, run):
+    """The next attempt is shorter; RETRY, or the status of the failure if it would be too short."""
+    integers = run.integers
+    new = next_trial(error if status == RUNNING else 1e300, h, run)
+    if is_short(new, run):
+        return TOO_SMALL if status == RUNNING else status
+    integers[REJECTED] += 1
+    integers[IN_A_ROW] += 1
+    integers[CUT] = 0
+    change(new, formulas, run)
+    return RETRY
+
+
+@rare
+def cut(part, h, formulas, run):
+    """The next attempt ends shortly before a switch changes; RETRY, or EVENT if that leaves no room for a step."""
+    new = length_before_switch(part, h, run)
+    if new == 0.0:
+        return EVENT
+    change(new, formulas, run)
+    return RETRY
+
+
+@kernel
+def leaps(run):
+    """Whether the unknowns change by more from step to step than any motion worth following."""
+    vectors, jump = run.vectors, 0.0
+    for i in range(run.layout[N_Q]):
+        jump = max(jump, abs(vectors[UNKNOWN, i] - vectors[UNKNOWN0, i]) * vectors[SCALE, i])
+    return run.reals[UNIT] * jump > run.reals[WILD]
+
+
+# -- the step, as the loop calls it ------------------------------------------------------------------------------------
+
+
+@kernel
+def trial_length(run):
+    """The length to try [s]."""
+    return run.reals[STEP_SIZE]
+
+
+@kernel
+def take(t0, h, formulas, run):
+    """Try a step of length h from t0; a status, h, and the error relative to what is allowed."""
+    integers, layout, controlled, error = run.integers, run.layout, run.integers[CONTROLLED] > 0, 0.0
+    if h < run.reals[STEP_SIZE]:  # it ends in a zone
+        change(h, formulas, run)
+    status = solve_step(end_of_step(t0, h, run), h, formulas, run)
+    if status == RUNNING:
+        formulas.motion(h, run)
+        if controlled:
+            error = formulas.estimate(h, formulas, run)
+    accepted = status == RUNNING and (not controlled or error <= 1.0)
+    if status != SINGULAR or layout[SOLVER] == DENSE:  # otherwise the run continues with the dense solver
+        if integers[WATCHING]:
+            part = until_switch(status, accepted, h, run)
+            if part < 1.0:
+                return cut(part, h, formulas, run), h, error
+        if controlled and not accepted:
+            return reject(error, status, h, formulas, run), h, error
+    if status != RUNNING:
+        return status, h, error
+    formulas.finish(h, run)
+    if not controlled and leaps(run):
+        return TOO_LARGE, h, error
+    if integers[STEP] % RECONSIDER == 0 or integers[HISTORY] < 4 or integers[ORDER] == 0:
+        history, n = integers[HISTORY], layout[N_Q]
+        integers[ORDER] = best_order(history, n, run) if even(run) else best_order_uneven(history, h, n, run)
+    return RUNNING, h, error
+
+
+@kernel
+def interpolate(k, x, h, out, run):
+    """q and v at the part x of the step by cubic Hermite interpolation."""
+    vectors, n = run.vectors, run.layout[N_Q]
+    for i in range(n):
+        q0, v0 = vectors[POSITION0, i], h * vectors[VELOCITY0, i]
+        q1, v1 = vectors[POSITION, i], h * vectors[VELOCITY, i]
+        c2, c3 = 3.0 * (q1 - q0) - 2.0 * v0 - v1, 2.0 * (q0 - q1) + v0 + v1
+        out[k, i] = q0 + x * (v0 + x * (c2 + x * c3))
+        out[k, n + i] = (v0 + x * (2.0 * c2 + x * 3.0 * c3)) / h
+
+
+@kernel
+def store(h, run):
+    """The step becomes history."""
+    integers, vectors, layout = run.integers, run.vectors, run.layout
+    for i in range(layout[N_Q]):
+        vectors[POSITION0, i], vectors[VELOCITY0, i], vectors[FORCE0, i] = (
+            vectors[POSITION, i],
+            vectors[VELOCITY, i],
+            vectors[FORCE, i],
+        )
+    for k in range(1 + integers[STABILISED]):
+        a = UNKNOWN0 + PAST * k
+        for i in range(layout[N_ALL]):
+            vectors[a + 3, i], vectors[a + 2, i], vectors[a + 1, i], vectors[a, i] = (
+                vectors[a + 2, i],
+                vectors[a + 1, i],
+                vectors[a, i],
+                vectors[UNKNOWN + k, i],
+            )
+    if integers[CONTROLLED]:
+        remember(h, run)
+
+
+@kernel
+def next_length(error, h, times, formulas, run):
+    """Controlled steps: set the length of the next step from the error of this one."""
+    if run.integers[CONTROLLED]:
+        control(error, h, times, formulas, run)
+
+
+@rare
+def control(error, h, times, formulas, run):
+    """Set the length of the next step; the iteration matrix and the extrapolation are kept where h is."""
+    reals, integers, vectors = run.reals, run.integers, run.vectors
+    for i in range(run.layout[N_Q]):
+        reals[SPEED] = max(reals[SPEED], abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
+    integers[SAME] += 1
+    new = after(error, times, run)
+    integers[SINCE] += 1
+    integers[IN_A_ROW] = 0
+    if new != h or integers[SAME] < 3:
+        change(new, formulas, run)

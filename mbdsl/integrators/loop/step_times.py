@@ -1,0 +1,53 @@
+"""When a step starts and ends, and when the run is finished.
+
+Steps of fixed length start at START + step h, which sums up no rounding errors. A controlled step starts at the time
+reached, and ends exactly at the stop time or at the next known event if it reaches that.
+"""
+
+from __future__ import annotations
+
+from mbdsl.compilation.marks import kernel
+from mbdsl.integrators.loop.loop_state import (
+    LAST_STEP,
+    NEXT_EVENT,
+    NOW,
+    START,
+    STEP,
+    STEP_END,
+    STEP_SIZE,
+    STOP,
+    TOL,
+)
+
+
+@kernel
+def finished(run):
+    """Whether the stop time is reached."""
+    reals, integers = run.reals, run.integers
+    if reals[TOL] > 0.0:
+        return reals[NOW] >= reals[STOP]
+    return integers[STEP] >= integers[LAST_STEP]
+
+
+@kernel
+def start_of_step(run):
+    """The time at which the next step starts [s]."""
+    reals = run.reals
+    if reals[TOL] > 0.0:
+        return reals[NOW]
+    return reals[START] + run.integers[STEP] * reals[STEP_SIZE]
+
+
+@kernel
+def end_of_step(t0, h, run):
+    """The end of a step of length h from t0 [s], which is also stored in STEP_END."""
+    reals, integers = run.reals, run.integers
+    if reals[TOL] > 0.0:
+        end = min(reals[STOP], reals[NEXT_EVENT])
+        t = end if t0 + h >= end - 1e-9 * h else t0 + h
+    else:
+        last = integers[STEP] == integers[LAST_STEP] - 1
+        t = reals[STOP] if last else reals[START] + (integers[STEP] + 1) * h
+        t = min(t, reals[NEXT_EVENT])
+    reals[STEP_END] = t
+    return t

@@ -1,0 +1,140 @@
+"""Newton's iteration for the stages of a step of radau5."""
+
+from mbdsl.compilation.buffer_layout import N_PHI, N_Q, NEW_MASS, POSITION0, SCALE, VELOCITY0
+from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop.loop_state import (
+    DIVERGED,
+    FACTORISATIONS,
+    FRESH,
+    HISTORY,
+    ITERATIONS,
+    MATRICES,
+    NOT_FINITE,
+    RUNNING,
+    SINGULAR,
+    START,
+    STOP,
+    TOL,
+    UNSEEN,
+)
+from mbdsl.integrators.loop.newton import EPS, SINGULAR_NOISE, finite
+from mbdsl.integrators.loop.run_data import evaluate
+from mbdsl.integrators.methods.radau5_coefficients import NODES
+from mbdsl.integrators.methods.radau5_stages import RESIDUAL, correct, matrices, motion, predict, residual
+
+#: memory: length and error of the last step; step length of the matrices; last measured contraction; largest scaled
+#: velocity so far
+LAST, ERROR, OF_MATRICES, CONTRACTION, SPEED = range(5)
+MAX_ITERATIONS = 25
+#: contraction assumed of a first iteration, at least, if none was measured in the last OFTEN steps
+ASSUMED, OFTEN = 0.05, 4
+#: the tolerance of the embedded formula, of order 3, is this times the power 4/5 of that of the result
+STRICT = 0.1
+#: error left by Newton's iteration, relative to the tolerance over the whole time
+LEFT = 0.2
+#: the same where rounding limits it, relative to the allowed error of a step
+STALLED = 1e-3
+
+
+@kernel
+def strict(run):
+    """The tolerance of the embedded formula."""
+    return STRICT * run.reals[TOL] ** 0.8
+
+
+@rare
+def constraint_size(run):
+    """Largest violation of the constraints on positions, in all stages."""
+    vectors, layout = run.vectors, run.layout
+    value = 0.0
+    for k in range(3):
+        for i in range(layout[N_Q], layout[N_Q] + layout[N_PHI]):
+            value = max(value, abs(vectors[RESIDUAL + k, i]))
+    return value
+
+
+@kernel
+def sizes(length, run):
+    """Size of the mechanism. memory[SPEED] becomes the largest scaled velocity so far, at least 1/length."""
+    memory, vectors, layout = run.memory, run.vectors, run.layout
+    size, speed = 1.0, 0.0
+    for i in range(layout[N_Q]):
+        size = max(size, abs(vectors[POSITION0, i]) * vectors[SCALE, i])
+        speed = max(speed, abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
+    memory[SPEED] = max(memory[SPEED], speed, 1.0 / length)
+    return size
+
+
+@kernel
+def residuals(t, h, run):
+    """Residuals of all stages of a step from t; the second stage last, as the matrices are evaluated there."""
+    for stage in (0, 2, 1):
+        motion(stage, h, run)
+        run.layout[NEW_MASS] = 1
+        evaluate(t + NODES[stage] * h, run)
+        residual(stage, run)
+    run.integers[ITERATIONS] += 1
+
+
+@kernel
+def renew_matrices(t, h, still, run):
+    """New matrices of the stages; a status."""
+    memory, integers = run.memory, run.integers
+    integers[MATRICES] += 1
+    integers[FACTORISATIONS] += 1
+    if not matrices(t + NODES[1] * h, h, still, run):
+        return SINGULAR if finite(run) else NOT_FINITE
+    integers[FRESH], memory[OF_MATRICES] = 1, h
+    return RUNNING
+
+
+@kernel
+def newton(t, h, size, run):
+    """Solve the stages of a step from t; a status."""
+    memory, reals, integers, length = run.memory, run.reals, run.integers, run.reals[STOP] - run.reals[START]
+    tolerance, unit = LEFT * reals[TOL] * h / length, 1.0 / memory[SPEED] if reals[TOL] > 0.0 else h
+    # Errors of all steps add up: little more than half of the last digit is acceptable.
+    floor = 0.5 * EPS * size
+    noise = max(1e3 * floor, STALLED * strict(run))
+    # The first change has no former one to be compared with.
+    contraction, former = min(max(memory[CONTRACTION], ASSUMED if integers[UNSEEN] >= OFTEN else 1e-3), 0.9), 0.0
+    integers[UNSEEN] += 1
+    fresh = False
+    for k in range(MAX_ITERATIONS):
+        residuals(t, h, run)
+        if integers[FRESH] == 0:
+            status = renew_matrices(t, h, noise / unit, run)
+            if status != RUNNING:
+                return status
+            fresh = True
+        held = k > 4 and constraint_size(run) <= 1e3 * floor
+        change = correct(h, unit, run)
+        if not change < 1e100:
+            return NOT_FINITE
+        if k > 0:
+            contraction = change / former if former > 0.0 else 0.0
+            if former > 100.0 * floor:
+                memory[CONTRACTION], integers[UNSEEN] = contraction, 0
+        left = change * contraction / (1.0 - contraction) if contraction < 0.9 else change
+        if left <= tolerance or change <= floor or (k > 2 and contraction > 0.3 and change <= noise):
+            return RUNNING
+        if held and contraction > 0.3 and change <= SINGULAR_NOISE * size:
+            return RUNNING  # close to a singular pose, which magnifies rounding; the constraints hold
+        if k > 0 and contraction > 0.3 and former > 100.0 * floor and (not fresh or k % 3 == 0):
+            integers[FRESH] = 0
+        if k > 2 and contraction > 0.9 and tolerance > 0.0 and change > SINGULAR_NOISE * size:
+            return DIVERGED  # a shorter step is tried
+        former = change
+    return DIVERGED
+
+
+@kernel
+def solve_step(attempt, t, h, run):
+    """Predict and solve the stages of a step from t; a status. Attempts after the first do not extrapolate."""
+    memory, integers = run.memory, run.integers
+    size = sizes(run.reals[STOP] - run.reals[START], run)
+    if memory[OF_MATRICES] != h:
+        integers[FRESH] = 0
+    steps_behind = integers[HISTORY] - 1 if attempt == 0 else 1 - attempt
+    predict(h / memory[LAST] if integers[HISTORY] > 1 else 1.0, steps_behind, run)
+    return newton(t, h, size, run)
