@@ -25,6 +25,7 @@ from mbdsl.errors import MbdslError, UsageError
 from mbdsl.integrators import backend
 from mbdsl.integrators.loop import loop_state
 from mbdsl.system import System
+from mbdsl.system.peaks_along_motion import OnTheWay
 
 if TYPE_CHECKING:
     from mbdsl.system.close_approaches import Approach
@@ -93,6 +94,11 @@ class Problem:
     longest: float = np.inf
     counts: Counter[str] = field(default_factory=Counter)
     approaches: list[Approach] = field(default_factory=list)
+
+    @property
+    def peaks(self) -> OnTheWay:
+        """The search for peaks of laws of the state that lie between two states of the solution."""
+        return self.system.kept(OnTheWay)
 
     def tolerances(self) -> tuple[Array, Array]:
         """Absolute tolerances of all coordinates and of all velocities, (n,) each.

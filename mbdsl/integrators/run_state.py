@@ -55,7 +55,7 @@ class RunState:
         """Allocate the buffers, and set the constants of the run in them."""
         declaration = modules()[self.method].METHOD
         self.use_solver(linear_solve.SPARSE_LU)
-        options = check_options(self.method, {}, force=True) if self.options is None else self.options
+        options = check_options(self.method, self.options or {}, force=True)
         self.coefficients = np.array(declaration.coefficients(options), float)
         self.coefficients.flags.writeable = False
         self.memory = np.zeros(0)  # set when the run begins

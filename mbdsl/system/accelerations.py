@@ -96,8 +96,9 @@ def _solve_motion(
         r = b - S @ x
     if not np.abs(r).max(initial=0.0) <= 1e-8 * np.abs(b).max(initial=0.0):  # or NaN
         names = system.names() + [system.constraint_names()[k] for k in kept]
+        worst = f"; worst: {names[int(np.abs(r).argmax())]}" if np.isfinite(r).all() else ""
         raise InitialisationError(
-            f"no accelerations satisfy the equations of motion at t = {t:g} s; worst: {names[int(np.abs(r).argmax())]}",
+            f"no accelerations satisfy the equations of motion at t = {t:g} s{worst}",
             hint="a body without mass or inertia moves freely, or the pose is singular",
         )
     x = d * x

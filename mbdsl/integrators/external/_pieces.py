@@ -26,7 +26,6 @@ from mbdsl.integrators.events import CROWD, HARDLY, MANY, SLIDING, SLIDING_HINT,
 from mbdsl.integrators.loop.switch_location import JUMP
 from mbdsl.system.close_approaches import Approaches
 from mbdsl.system.index1 import Index1
-from mbdsl.system.peaks_along_motion import OnTheWay
 from mbdsl.system.peaks_in_time import Zone
 from mbdsl.system.switches import law_of
 
@@ -183,7 +182,8 @@ class _Peaks:
         self._inputs = {name: x.start for name, x in problem.system.scene.inputs.items()}
         self._last = self._from = -np.inf
         self._tries = 0
-        self._seen = np.zeros(len(problem.system.kept(OnTheWay).terms))
+        self._peaks = problem.peaks
+        self._seen = np.zeros(len(self._peaks.terms))
         self._approaches, self._found = problem.system.kept(Approaches), problem.approaches
         self._approaching = np.zeros((5, len(self._approaches.arguments)))
         counted = any(body.counter >= 0 for body in problem.system.tables.models.values())
@@ -207,17 +207,16 @@ class _Peaks:
             If a peak is still passed over after ``TRIES`` repetitions.
         """
         last = len(states) - 1
-        if last and self._system.kept(OnTheWay).terms:
+        if last and self._peaks.terms:
             t, q, v = (np.array(x) for x in zip(*states, strict=True))
             lam = np.zeros((len(t), self._system.m + self._system.p))
             if self._system.of_multipliers:
                 lam = np.array([self._f.motion(*x)[1] for x in states])
-            look = self._system.kept(OnTheWay).first
-            if found := look(t, q, v, lam, self._inputs, self._least, self._seen):
+            if found := self._peaks.first(t, q, v, lam, self._inputs, self._least, self._seen):
                 last = int(np.searchsorted(t, found[0].start, side="right")) - 1
                 if last:  # update self._seen by the steps that are kept
                     kept = slice(last + 1)
-                    look(t[kept], q[kept], v[kept], lam[kept], self._inputs, self._least, self._seen)
+                    self._peaks.first(t[kept], q[kept], v[kept], lam[kept], self._inputs, self._least, self._seen)
                 self._ahead += found
                 self._tries, self._from = (self._tries + 1 if self._from == t[last] else 0), t[last]
                 if self._tries > TRIES:

@@ -48,7 +48,7 @@ class RunData(NamedTuple):
     """
 
     evaluate_at: Callable  #: called by :func:`evaluate`
-    tangent_at: Callable  #: called by :func:`mbdsl.integrators.loop.tangent_matrices.tangent`
+    tangent_at: Callable  #: called by :func:`mbdsl.integrators.loop.tangent_matrices.tangent_matrix`
     inertia_at: Callable  #: called by :func:`inertia`
     coefficients: Floats  #: the method's numbers, which follow from its options; constant
     memory: Floats  #: numbers that the method carries from step to step

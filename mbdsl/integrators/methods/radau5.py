@@ -31,6 +31,7 @@ from mbdsl.integrators.loop.loop_state import (
     FRESH,
     HISTORY,
     LAST_H,
+    LAST_STEP,
     LEAST_H,
     MOST_H,
     NEXT_EVENT,
@@ -41,6 +42,7 @@ from mbdsl.integrators.loop.loop_state import (
     SIGNATURE,
     SINGULAR,
     START,
+    STEP,
     STEP_END,
     STEP_SIZE,
     STOP,
@@ -188,8 +190,9 @@ def update_switches(run):
 def take_fixed(t0, h, run):
     """Try a step of fixed length up to three times; a status."""
     reals, integers = run.reals, run.integers
-    end_of_step(t0, h, run)
-    early = max(0.0, t0 + h - reals[NEXT_EVENT])  # some units in the last place
+    end = reals[STOP] if integers[STEP] == integers[LAST_STEP] - 1 else t0 + h
+    early = max(0.0, end - reals[NEXT_EVENT])  # some units in the last place
+    reals[STEP_END] = end - early
     status = DIVERGED
     for attempt in range(3):
         status = solve_step(attempt, t0 - early, h, run)

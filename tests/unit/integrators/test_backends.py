@@ -114,7 +114,7 @@ def test_parts_and_kinematics_go_their_own_ways():
 
 
 def test_tolerance_by_default_and_no_steps(tmp_path, capsys):
-    assert mbdsl.simulate(MODEL, method="scipy-dop853", stop=0.1).stats["tol"] == mbdsl.simulation.simulate.DEFAULT_TOL
+    assert mbdsl.simulate(MODEL, method="scipy-dop853", stop=0.1).stats["tol"] == mbdsl.simulation.plan.DEFAULT_TOL
     arguments = ["simulate", str(MODEL), "--method", "scipy-dop853", "--output", str(tmp_path / "x.csv")]
     assert cli.main([*arguments, "--step", "1ms"]) == 2
     assert "no fixed steps" in (message := capsys.readouterr().err) and "tolerance" in message
