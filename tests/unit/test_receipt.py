@@ -209,7 +209,7 @@ def test_explain_from_a_shell(capsys):
     code, out, _ = say(capsys, "explain", MODELS / "slider_crank.mbd", "--no-time", "--signals", "O.f?", "--set", "c=0")
     assert code == 0
     assert out.startswith("SliderCrank: 6 coordinates, 5 constraints\nsolved for: n = 6, m = 5, p = 0, in 1 part\n")
-    assert "no force depends on velocities" in out and "\n  O.fy: a formula of multipliers" in out
+    assert "no force depends on velocities" in out and "\n  O.fy: a formula of the method's multipliers" in out
     assert "a step takes" not in out and "%" not in out
     code, _, err = say(capsys, "explain", MODELS / "slider_crank.mbd", "--no-time", "--method", "euler")
     assert code == 2 and "there is no method `euler`" in err
