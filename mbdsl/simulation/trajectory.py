@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cached_property
+from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +26,8 @@ from mbdsl.system.tables import gravity
 if TYPE_CHECKING:
     import pandas
     import xarray
+
+    from mbdsl.viewing.animation import Animation
 
 Array = NDArray[np.float64]
 
@@ -165,6 +168,50 @@ class Trajectory:
         found = [f"{b.name}.{key}" for b in bodies for key in b.kind.coordinates]
         return found + [f"{b.name}.{keys[key]}" for b in bodies for key in b.kind.coordinates]
 
+    @property
+    def elastic_names(self) -> list[str]:
+        """Names of the coordinates of bodies that deform and of their rates."""
+        counts = {name: len(self.scene.components[name].coordinates) for name in self._flexible}
+        return [f"{name}.{q}[{k + 1}]" for name, count in counts.items() for q in ("q", "dq") for k in range(count)]
+
+    def animate(
+        self,
+        path: str | PathLike | None = None,
+        signals: Iterable[str] | None = None,
+        traces: Sequence[str] = (),
+        ghost: Trajectory | None = None,
+    ) -> Animation:
+        """Animate the mechanism, as one HTML page that loads nothing.
+
+        Parameters
+        ----------
+        path : path, optional
+            File that the page is written to, ``.html``.
+        signals : iterable of str, optional
+            Names and glob patterns of the signals that are plotted with the motion. Default: coordinates, velocities
+            and signals of elements that change.
+        traces : sequence of str, optional
+            Names of frames and bodies whose path is drawn.
+        ghost : Trajectory, optional
+            Another motion, such as that of another parameter, which is drawn pale behind the first at the same time.
+
+        Returns
+        -------
+        Animation
+            The page; a notebook shows it below the cell, and its ``save`` writes it to a file.
+
+        Raises
+        ------
+        UsageError
+            If the trajectory is empty, a name is unknown, or the file cannot be written.
+        """
+        from mbdsl.viewing.animation import animate
+
+        found = animate(self, signals, traces, ghost)
+        if path is not None:
+            found.save(path)
+        return found
+
     def select(self, patterns: Iterable[str]) -> list[str]:
         """Select signals by their names.
 
@@ -238,6 +285,41 @@ class Trajectory:
             else:
                 raise self._unknown(name)
         return self._known[name]
+
+    def is_at_hand(self, name: str) -> bool:
+        """Whether a signal is known without solving the equations of motion for accelerations and multipliers.
+
+        Parameters
+        ----------
+        name : str
+            Name of a signal.
+
+        Returns
+        -------
+        bool
+            False also if there is no such signal.
+        """
+        if name in self._known or name == "time":
+            return True
+        if name not in self._expressions:
+            return name in self._computed and name.rpartition(".")[2] not in ACCELERATIONS
+        needed: list = [leaf.value for leaf in leaves(self._expressions[name][0]) if leaf.op == "multiplier"]
+        if not needed or "lam" in vars(self):
+            return True
+        columns = [self.system.tables.multipliers[key] - self.system.n for key in needed]
+        return self._lam is not None and not np.isnan(self._lam[:, columns]).any()
+
+    def supply(self, values: Mapping[str, Array]) -> None:
+        """Set signals whose values are stored elsewhere, so that they are not computed again.
+
+        Parameters
+        ----------
+        values : mapping of str to (N,)
+            Name -> values; names that are no signals are ignored.
+        """
+        self._known.update(
+            {name: np.asarray(x, float) for name, x in values.items() if name != "time" and name in self}
+        )
 
     def _compute(self, name: str) -> None:
         owner, key = name.rsplit(".", 1)

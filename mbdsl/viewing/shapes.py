@@ -1,0 +1,168 @@
+"""From a scene to the shapes of its picture: bodies by their frames, joints and forces by their symbols."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.elements.kind import BodyKind
+from mbdsl.mechanism.scene import Component
+from mbdsl.viewing.motion import GROUND, Motion, Spot
+from mbdsl.viewing.symbols import Shape, symbol
+
+Array = NDArray[np.float64]
+
+#: size of symbols relative to the extent of the motion, its limit relative to the median length of links, and the least
+#: relative to the extent for mechanisms of up to ``FEW`` bodies
+OF_EXTENT, OF_LENGTH, LEAST, FEW = 0.034, 0.3, 0.012, 50
+GOES_FAR = 0.1  #: length of a body relative to the extent of its motion
+#: shapes in the order in which they are drawn; all others come last
+ORDER = (
+    *("floor", "guide", "wall", "support", "spring", "damper", "spring-damper", "dashed", "wheel", "link", "beam"),
+    *("actuator", "rod", "block", "hub", "slot", "mass", "weld", "spiral"),
+)
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """All shapes in the order in which they are drawn, and their sizes.
+
+    ``bounds`` is the rectangle (x0, y0, x1, y1) [m] of the motion, ``unit`` the size of symbols [m]. ``paths`` are
+    frames whose path is drawn at first: those of single bodies that go far.
+    """
+
+    shapes: list[Shape]
+    bounds: tuple[float, float, float, float]
+    unit: float
+    paths: tuple[str, ...] = ()
+
+
+def drawing(motion: Motion) -> Drawing:
+    """The shapes of a mechanism.
+
+    Parameters
+    ----------
+    motion : Motion
+        Its motion.
+
+    Returns
+    -------
+    Drawing
+        Shapes and sizes.
+    """
+    scene = motion.scene
+    ports = {frame for c in scene.components.values() for frame in c.ports.values()}
+    elements = [shape for c in scene.components.values() for shape in _element(c, motion)]
+    rolling = {shape.at[0].track for shape in elements if shape.draw in ("wheel", "block")}
+    bodies, lengths = [], []
+    for c in scene.bodies():
+        for shape in _body(c, motion, ports, rolling):
+            bodies.append(shape)
+            if shape.draw == "link":
+                lengths.append(
+                    max(np.hypot(x, y) for x, y in np.subtract(shape.data["points"], shape.data["points"][0]))
+                )
+            elif shape.draw == "beam":
+                lengths.append(float(c.values["length"]))
+    every = _once(bodies + elements)
+    shapes = sorted(every, key=lambda shape: ORDER.index(shape.draw) if shape.draw in ORDER else len(ORDER))
+    bounds = _bounds(motion, ports, elements)
+    extent = float(np.hypot(bounds[2] - bounds[0], bounds[3] - bounds[1]))
+    unit = OF_EXTENT * extent
+    if lengths and np.median(lengths) > 0.0:
+        unit = min(unit, OF_LENGTH * float(np.median(lengths)))
+        if len(lengths) <= FEW:
+            unit = max(unit, LEAST * extent)
+    far = len(bodies) <= FEW and lengths and max(lengths) < GOES_FAR * extent
+    paths = tuple(f"{c.name}.c" for c in scene.bodies()) if far and len(scene.bodies()) <= 2 else ()
+    return Drawing(shapes, bounds, unit or 1.0, paths)
+
+
+def _once(shapes: Sequence[Shape]) -> list[Shape]:
+    """Shapes without further supports of the same pin."""
+    seen: set[tuple] = set()
+    found = []
+    for shape in shapes:
+        place = (shape.draw, *((round(at.x, 12), round(at.y, 12)) for at in shape.at))
+        if shape.draw != "support" or place not in seen:
+            found.append(shape)
+        seen.add(place)
+    return found
+
+
+def _element(c: Component, motion: Motion) -> Iterator[Shape]:
+    if isinstance(c.kind, BodyKind) or len(c.ports) != 2:
+        return
+    a, b = (motion.spot_of(frame) for frame in c.ports.values())
+    yield from symbol(c)(c, a, b, motion)
+
+
+def _body(c: Component, motion: Motion, ports: set[str], drawn: set[int]) -> Iterator[Shape]:
+    """The shapes of a body; ``drawn`` are the tracks that have a wheel or a block already."""
+    for k, curve in enumerate(motion.curves):
+        if curve.body == c.name:
+            yield Shape("beam", c.name, (), {"beam": k})
+            return
+    centre = motion.spots[f"{c.name}.c"]
+    if "phi" not in c.kind.coordinates:
+        yield Shape("mass", c.name, (centre,))
+        return
+    named = [name for name in motion.frames[c.name] if name != f"{c.name}.c" or name in ports]
+    points = _distinct([(motion.spots[name].x, motion.spots[name].y) for name in named])
+    if len(points) < 2:
+        points = _distinct([*points, (0.0, 0.0)])
+    if len(points) > 1:
+        yield Shape("link", c.name, (Spot(centre.track),), {"points": outline(points)})
+    elif centre.track not in drawn:
+        yield Shape("hub", c.name, (centre,))
+
+
+def _distinct(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Points without those that coincide with another up to rounding."""
+    size = max((max(abs(x), abs(y)) for x, y in points), default=0.0)
+    found: list[tuple[float, float]] = []
+    for x, y in points:
+        if all(np.hypot(x - u, y - w) > 1e-9 * size for u, w in found):
+            found.append((x, y))
+    return found
+
+
+def outline(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """The convex hull of points, counter-clockwise; the two ends, if they lie on a line (monotone chain)."""
+    order = sorted(points)
+    size = max(order[-1][0] - order[0][0], max(y for _, y in order) - min(y for _, y in order))
+
+    def half(sequence: list[tuple[float, float]]) -> list[tuple[float, float]]:
+        chain: list[tuple[float, float]] = []
+        for x, y in sequence:
+            while len(chain) > 1:
+                (ux, uy), (vx, vy) = chain[-2:]
+                if (vx - ux) * (y - uy) - (vy - uy) * (x - ux) > 1e-9 * size**2:
+                    break
+                chain.pop()
+            chain.append((x, y))
+        return chain[:-1]
+
+    return half(order) + half(order[::-1])
+
+
+def _bounds(motion: Motion, ports: set[str], elements: Sequence[Shape]) -> tuple[float, float, float, float]:
+    """The rectangle of all points over time: frames, beams, wheels; frames of the ground only if they are ports."""
+    spots = [spot for name, spot in motion.spots.items() if spot.track != GROUND or name in ports]
+    lows, highs = ([part] for part in motion.extremes(spots))
+    for shape in elements:
+        if (radius := shape.data.get("radius")) is not None:
+            low, high = motion.extremes(shape.at[:1])
+            lows.append(low - radius)
+            highs.append(high + radius)
+    for curve in motion.curves:
+        finite = np.isfinite(curve.points)
+        lows.append(curve.points.min(axis=(0, 1), initial=np.inf, where=finite)[None])
+        highs.append(curve.points.max(axis=(0, 1), initial=-np.inf, where=finite)[None])
+    low, high = np.concatenate(lows).min(axis=0, initial=np.inf), np.concatenate(highs).max(axis=0, initial=-np.inf)
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        return 0.0, 0.0, 0.0, 0.0
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
