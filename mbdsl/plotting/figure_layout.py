@@ -106,13 +106,18 @@ def _axes(figure: Figure) -> tuple[Axis, Axis, float]:
     lines_only = bool(counted) and all(s.style == "line" for s in counted) and not figure.equal
     x = limits(chain((a for a, _ in shown), failed), figure.x_log, pad=0.0 if lines_only else 0.04)
     y = _with_floors(figure, limits(chain((b for _, b in shown), spreads), figure.y_log, pad=0.06))
-    aspect = USUAL
+    x = x if figure.x_ends is None else limits(figure.x_ends, figure.x_log, pad=0.0)
+    y = y if figure.y_ends is None else limits(figure.y_ends, figure.y_log, pad=0.0)
+    aspect = figure.aspect or USUAL
     if figure.equal:
         dx, dy = x[1] - x[0], y[1] - y[0]
         aspect = min(1.0, max(FLATTEST, dy / dx))
         x, y = _widened(x, max(dx, dy / aspect)), _widened(y, max(dy, dx * aspect))
     x_axis = axis(*x, figure.x_log, 9 if figure.x_log else 7)
-    return x_axis, axis(*y, figure.y_log, 8 if figure.y_log else 6), aspect
+    labels = 8 if figure.y_log else 6
+    if figure.aspect is not None:
+        labels = round(labels * min(1.0, 0.4 + figure.aspect))
+    return x_axis, axis(*y, figure.y_log, labels), aspect
 
 
 def _widened(ends: tuple[float, float], size: float) -> tuple[float, float]:

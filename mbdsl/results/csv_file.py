@@ -10,12 +10,16 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
 from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 from mbdsl.errors import UsageError
 from mbdsl.storage.output_files import write_text
+
+if TYPE_CHECKING:
+    from mbdsl.results.stored import Layout
 
 SUFFIX = ".csv"
 CHUNK = 8192  #: number of rows converted to text at a time, to limit the memory
@@ -69,6 +73,45 @@ def read(path: Path) -> tuple[dict, dict]:
         raise ValueError(f"the header names {len(names)} columns, the rows have {rows.shape[1]}")
     meta = dict[str, str | float | bool](complete=not os.path.exists(_mark(path)))
     return {name: rows[:, k] for k, name in enumerate(names)}, meta
+
+
+def layout(path: Path) -> Layout:
+    """The columns, for reading in parts."""
+    import numpy as np
+
+    from mbdsl.results.stored import Layout
+
+    with open(path, encoding="utf-8", newline="") as stream:
+        names = next(csv.reader([stream.readline()]), [])
+    if [name.lower() for name in names[:1]] != ["time"]:
+        raise ValueError("its first line does not begin with time")
+    place = {name: k for k, name in enumerate(names)}
+
+    def chunks(asked: Sequence[str], rows: int) -> Iterator:
+        at = [place[name] for name in asked]
+        for lines in _parts(path, rows):
+            yield np.loadtxt(lines, delimiter=",", usecols=at, ndmin=2).T
+
+    return Layout(names, {}, chunks, dict(complete=not os.path.exists(_mark(path))))
+
+
+def _parts(path: Path, rows: int) -> Iterator[list[str]]:
+    """The rows as text, in parts.
+
+    Raises
+    ------
+    ValueError
+        If the file was cut.
+    """
+    with open(path, encoding="utf-8", newline="") as stream:
+        header, count, ours, last = stream.readline(), 0, False, ""
+        while lines := list(islice(stream, rows)):
+            if count == 0:
+                ours = header.endswith("\r\n") and not lines[0].endswith("\r\n")
+            count, last = count + len(lines), lines[-1]
+            yield lines
+    if (ours and not last.endswith("\r\n")) or (header.endswith("\r\n") and not count) or not header.endswith("\n"):
+        raise ValueError(f"it was cut after {max(0, count - 1)} whole rows")
 
 
 def _cut(header: str, lines: list[str]) -> bool:
