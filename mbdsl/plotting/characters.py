@@ -6,14 +6,11 @@ import math
 import textwrap
 from collections.abc import Iterator
 from itertools import groupby
-from typing import TYPE_CHECKING
 
 from mbdsl.messages import visible, width
 from mbdsl.plotting.axes import Axis, axis
 from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out
-
-if TYPE_CHECKING:
-    from mbdsl.plotting.signal_plots import Plot
+from mbdsl.plotting.figures import Panels
 
 COLUMNS = 80  #: width where there is no terminal
 NARROWEST = 40
@@ -25,17 +22,17 @@ APART = 14  #: columns between two letters on a curve
 LEGEND = 8  #: largest number of lines of a legend
 PLAIN = str.maketrans(
     {"─": "-", "│": "|", "└": "+", "┤": "+", "┴": "+", "┬": "+", "−": "-", "×": "x", "·": "*", "…": "~", "²": "^2"}
-    | {sign: digit for sign, digit in zip("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789", strict=True)}
+    | dict(zip("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789", strict=True))
     | {"\u202f": " "}
 )
 
 
-def text(plot: Plot, columns: int = COLUMNS, lines: int = 0, colour: bool = False, ascii_only: bool = False) -> str:
+def text(plot: Panels, columns: int = COLUMNS, lines: int = 0, colour: bool = False, ascii_only: bool = False) -> str:
     """The plot in characters.
 
     Parameters
     ----------
-    plot : Plot
+    plot : Panels
         The plot.
     columns : int, optional
         Width of the lines.
@@ -177,9 +174,7 @@ def _runs(owners: list[int]) -> Iterator[tuple[int, list[int]]]:
         yield k, list(run)
 
 
-def _put_letters(
-    signs: dict[tuple[int, int], str], k: int, drawn: Drawn, size: int, height: int, dense: bool
-) -> None:
+def _put_letters(signs: dict[tuple[int, int], str], k: int, drawn: Drawn, size: int, height: int, dense: bool) -> None:
     """Letters on the curve: on all of its cells, or some columns apart and shifted from curve to curve."""
     cells = dict.fromkeys((height - 1 - y // 4, x // 2) for x, y in _dots(drawn, 2 * size, 4 * height))
     wanted = None
@@ -216,5 +211,3 @@ def _dots(drawn: Drawn, columns: int, rows: int) -> Iterator[tuple[int, int]]:
 def _sparser(found: Axis, wanted: int) -> Axis:
     """The axis with about ``wanted`` labels."""
     return axis(found.low, found.high, found.log, wanted)
-
-

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-WEAK = 1e-4  #: frequencies above the last one with this part of the largest amplitude are left out
+WEAK = 1e-3  #: frequencies above the last one with this part of the largest amplitude are left out
 COLUMN_NOTE = "of each column of pixels the first, least, greatest and last value are drawn."
 CELL_NOTE = "each segment between cells of a fine grid is drawn once."
 
@@ -83,7 +83,7 @@ def over_time(result: Result, names: Sequence[str]) -> list[Curve]:
 def in_plane(result: Result, against: str, names: Sequence[str]) -> list[Curve]:
     """Signals against a signal: one pass for the ranges, and for long results a second one for the points."""
     asked, limit = [against, *names], 4 * COLUMNS
-    ends = {name: (np.inf, -np.inf) for name in asked}
+    ends = dict.fromkeys(asked, (np.inf, -np.inf))
     rows: dict[str, list[Array]] = {name: [] for name in asked}
     count = 0
     for t, columns in result.chunks(asked):
@@ -121,5 +121,3 @@ def of_frequency(result: Result, names: Sequence[str]) -> list[Curve]:
             remarks.append(f"Mean of {s.segments} segments that overlap by half.")
         found.append(_curve(name, extremes.x, extremes.y, 0, "", remark=" ".join(remarks), frequency=float(end)))
     return found
-
-

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +19,7 @@ RATES = {"x": "vx", "y": "vy", "phi": "w", "vx": "ax", "vy": "ay", "w": "alpha"}
 ROUNDING = 1e-12  #: times that are outside by less than this part of the range are at its end
 
 
-def rate_of(name: str, names: Sequence[str] | Mapping) -> str | None:
+def rate_of(name: str, names: Collection[str]) -> str | None:
     """The name of the derivative of a signal; None if it is not among ``names``."""
     owner, dot, key = name.rpartition(".")
     rate = f"{owner}.{RATES[key]}" if dot and key in RATES else None
@@ -58,6 +58,7 @@ class Difference(Result):
         self.result, self.base, self.interpolated = result, base, False
         label = f"{result.label} − {base.label}"
         super().__init__(label, Layout([base.time, *names], {base.time: "s", **units}, self._parts))
+        self.defaults = [name for name in base.defaults if name in known]
 
     def rates(self, names: Sequence[str]) -> list[str]:
         """The signals of ``names`` that are interpolated with their derivatives."""

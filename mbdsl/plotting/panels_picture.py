@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from mbdsl.errors import UsageError
 from mbdsl.plotting import panels_svg
 from mbdsl.plotting.figure_layout import Frame, lay_out
+from mbdsl.plotting.figures import Panels
 from mbdsl.plotting.pictures import PALE, STYLE, fill
 from mbdsl.plotting.series_styles import LIGHT_PAPER
 from mbdsl.storage.output_files import writing
@@ -16,14 +17,13 @@ from mbdsl.storage.output_files import writing
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from mbdsl.plotting.signal_plots import Plot
 
 WIDTH = 9.0  #: [inch]
 LETTERS = 108  #: letters of a legend or of the notes that fit into the width
 DPI = 150.0
 
 
-def draw(plot: Plot, path: str | os.PathLike) -> None:
+def draw(plot: Panels, path: str | os.PathLike) -> None:
     """Draw a plot to a PNG or PDF file.
 
     Raises
@@ -76,7 +76,9 @@ def _legend(ax: Axes, frame: Frame) -> None:
     order = _by_rows(list(range(len(shown))), columns)
     names = [shown[k].series.name for k in order]
     options: dict[str, Any] = dict(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.0, borderpad=0.2)
-    ax.legend([handles[n] for n in names], names, ncols=columns, frameon=False, fontsize=9.0, handlelength=2.6, **options)
+    ax.legend(
+        [handles[n] for n in names], names, ncols=columns, frameon=False, fontsize=9.0, handlelength=2.6, **options
+    )
     ax.set_title(ax.get_title(loc="left"), loc="left", fontsize=10, pad=4.0 + 14.5 * -(-len(shown) // columns))
 
 

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from mbdsl.plotting import svg as figure_svg
 from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out
+from mbdsl.plotting.figures import Panels
 from mbdsl.plotting.svg import BOTTOM, WIDTH, Canvas
-
-if TYPE_CHECKING:
-    from mbdsl.plotting.signal_plots import Plot
 
 LETTER = 7.4  #: width of a letter of a legend, rather too large than too small [px]
 LINE = 20.0  #: height of a line of a legend
 SAMPLE, SPACE = 34.0, 18.0  #: width of the sample of a line, and the space between two entries
-BETWEEN = 14.0  #: space below the frame of all panels but the last
+BETWEEN = 20.0  #: space below the frame of all panels but the last
 NOTE = 120  #: number of letters of a line of the notes
 STYLE = """\
 text { fill: #1f2328; font: 13px system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
@@ -30,7 +27,7 @@ text { fill: #1f2328; font: 13px system-ui, "Segoe UI", "DejaVu Sans", sans-seri
 """
 
 
-def svg(plot: Plot) -> str:
+def svg(plot: Panels) -> str:
     """The plot as the text of one SVG file, on white paper."""
     frames = [lay_out(panel, plot.looks, figure_svg.letter()) for panel in plot.panels]
     left = max((Canvas(frame).left for frame in frames), default=0.0)
@@ -63,7 +60,7 @@ def named(frame: Frame) -> list[Drawn]:
     return frame.drawn
 
 
-def notes(plot: Plot, width: int) -> list[str]:
+def notes(plot: Panels, width: int) -> list[str]:
     """The lines of the notes, each of at most about ``width`` letters."""
     return [line for note in plot.notes for line in textwrap.wrap(note, width, break_long_words=False)]
 
@@ -83,13 +80,17 @@ def rows(lengths: Sequence[float], width: float, space: float) -> list[list[int]
 
 
 def _legend(frame: Frame, classes: dict[str, str], top: float) -> tuple[list[str], float]:
-    """Texts and samples, and the height of the legend."""
+    """Texts and samples, and the height of the legend: 0 if it fits next to the label of the vertical axis."""
     shown = named(frame)
     lengths = [SAMPLE + 6.0 + LETTER * len(drawn.series.name) for drawn in shown]
-    lines = rows(lengths, WIDTH - 4.0, SPACE)
+    start = 26.0 + LETTER * len(frame.y.titled(frame.figure.y_label))
+    lines = rows(lengths, WIDTH - 4.0 - start, SPACE)
+    beside = len(lines) == 1 and sum(lengths) + SPACE * len(lengths) + start < WIDTH
+    if not beside:
+        lines, start = rows(lengths, WIDTH - 4.0, SPACE), 2.0
     parts = []
     for j, line in enumerate(lines):
-        x, y = 2.0, top + LINE * (j + 0.7)
+        x, y = start, top + (15.0 if beside else LINE * (j + 0.7))
         for k in line:
             sample = figure_svg.swatch(shown[k]).replace(
                 "<svg ", f'<svg x="{x:.1f}" y="{y - 12.5:.1f}" width="{SAMPLE:g}" height="16" ', 1
@@ -97,4 +98,4 @@ def _legend(frame: Frame, classes: dict[str, str], top: float) -> tuple[list[str
             parts.append(f'<g class="{classes[shown[k].series.name]}">{sample}</g>')
             parts.append(f'<text x="{x + SAMPLE + 6.0:.1f}" y="{y:.1f}">{escape(shown[k].series.name)}</text>')
             x += lengths[k] + SPACE
-    return parts, LINE * len(lines) + (6.0 if lines else 0.0)
+    return parts, 0.0 if beside or not lines else LINE * len(lines) + 6.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ from mbdsl.messages import count, few
 from mbdsl.plotting import curves
 from mbdsl.plotting.curves import Curve
 from mbdsl.plotting.differences import Difference
-from mbdsl.plotting.figures import Figure, Page, Series
+from mbdsl.plotting.figures import Figure, Page, Panels, Series
 from mbdsl.plotting.series_styles import DASHES, OTHERS, Look
 from mbdsl.results.selection import select, unknown
 from mbdsl.results.stored import Result
@@ -25,15 +25,24 @@ FEW = 6  #: number of default signals if no name is that of a coordinate
 COORDINATES = ("x", "y", "phi")
 CONSTANT = 1e-9  #: default signals that vary by less than this part of the largest value of their unit are left out
 QUANTITIES = {
-    **{"m": "length", "rad": "angle", "m/s": "velocity", "rad/s": "angular velocity", "m/s2": "acceleration"},
-    **{"rad/s2": "angular acceleration", "N": "force", "N.m": "torque", "J": "energy", "W": "power", "s": "duration"},
+    "m": "length",
+    "rad": "angle",
+    "m/s": "velocity",
+    "rad/s": "angular velocity",
+    "m/s2": "acceleration",
+    "rad/s2": "angular acceleration",
+    "N": "force",
+    "N.m": "torque",
+    "J": "energy",
+    "W": "power",
+    "s": "duration",
 }
 ASPECTS = {1: 0.5, 2: 0.34}  #: number of panels -> height of a panel over its width
+FLOOR = 1e-4  #: lowest amplitude of a spectrum that is shown, over the largest of its panel
 FLAT = 0.26  #: the same for more panels
 
 
-@dataclass(frozen=True)
-class Plot:
+class Plot(Panels):
     """A plot: panels with a shared axis, one below the other.
 
     ``print(plot)`` shows it in characters, a notebook as a picture.
@@ -48,11 +57,6 @@ class Plot:
     notes : tuple of str
         Sentences on what is shown: decimation, interpolation, omitted signals.
     """
-
-    title: str
-    panels: tuple[Figure, ...]
-    looks: Mapping[str, Look] = field(repr=False, default_factory=dict)
-    notes: tuple[str, ...] = ()
 
     def save(self, path: str | os.PathLike) -> None:
         """Write the plot to a file.
@@ -159,7 +163,11 @@ def plot(
             raise UsageError("a spectrum is plotted against the frequency", hint="omit --against or --spectrum")
         lacking = [label for label, result in zip(labels, results, strict=True) if against not in result.names]
         raise unknown(against, known, few(lacking))
-    chosen = select(patterns, known, where) if patterns else default_signals(known)
+    chosen = (
+        select(patterns, known, where)
+        if patterns
+        else default_signals([name for result in results for name in result.defaults])
+    )
     chosen = [name for name in chosen if name not in (against, "time")]
     if not chosen:
         raise UsageError("there is no signal to plot", hint="`--signals '*'` chooses all; `--list` lists them")
@@ -180,11 +188,12 @@ def plot(
 def default_signals(names: Sequence[str]) -> list[str]:
     """The coordinates of the first bodies; if no name is that of a coordinate, the first few names."""
     bodies: dict[str, list[str]] = {}
+    names = list(dict.fromkeys(names))
     for name in names:
         owner, _, key = name.rpartition(".")
         if key in COORDINATES and owner and "." not in owner:
             bodies.setdefault(owner, []).append(name)
-    return [name for body in list(bodies.values())[:BODIES] for name in body] or list(names)[:FEW]
+    return [name for body in list(bodies.values())[:BODIES] for name in body] or names[:FEW]
 
 
 def _compared(results: Sequence[Result]) -> list[Result]:
@@ -259,7 +268,8 @@ def _notes(
             notes.append(f"{label} is incomplete: its run did not reach the end.")
     long = max((curve for curve in found if curve.reduced), key=lambda c: c.count, default=None)
     if long is not None:
-        notes.append(f"{long.count:,} rows: {long.reduced}".replace(",", "\u202f"))
+        rows = f"{long.count:,}".replace(",", "\u202f")
+        notes.append(f"{rows} rows: {long.reduced}")
     if spectrum:
         notes.append("Amplitude spectrum with a Hann window, mean removed: a sine of amplitude A shows A.")
         notes += dict.fromkeys(curve.remark for curve in found if curve.remark)
@@ -317,7 +327,7 @@ def _panels(
                 x_log=False,
                 y_log=highest > 0.0,
                 x_ends=None if equal else ends,
-                y_ends=(1e-5 * highest, 2.0 * highest) if highest > 0.0 else None,
+                y_ends=(FLOOR * highest, 2.0 * highest) if highest > 0.0 else None,
                 aspect=None if equal else ASPECTS.get(len(by_unit), FLAT),
                 equal=equal,
             )

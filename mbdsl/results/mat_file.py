@@ -20,7 +20,7 @@ import json
 import struct
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 if TYPE_CHECKING:
     import numpy as np
@@ -131,8 +131,8 @@ def _matrix(stream: BinaryIO, name: str, values: np.ndarray, code: int) -> None:
     stream.write(values.astype(_TYPES[code], copy=False).tobytes(order="F"))
 
 
-def _matrices(data: bytes | np.ndarray) -> Iterator[tuple[str, np.ndarray, int]]:
-    """(Name, values, place of the values in the file) of each matrix."""
+def _matrices(data: Any) -> Iterator[tuple[str, np.ndarray, int]]:
+    """(Name, values, place of the values in the file) of each matrix of a file, given as bytes or as an array of them."""
     import numpy as np
 
     at = 0

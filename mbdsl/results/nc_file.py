@@ -41,7 +41,7 @@ def read(path: Path) -> tuple[dict, dict]:
 
 
 def layout(path: Path) -> Layout:
-    """The columns, for reading in parts: the variables are mapped into memory."""
+    """The columns, for reading in parts: the variables are mapped into memory, anew for each part."""
     import numpy as np
     from scipy.io import netcdf_file
 
@@ -55,10 +55,10 @@ def layout(path: Path) -> Layout:
         meta = {"complete": True, **{key: _value(value) for key, value in found.items()}}
 
     def chunks(asked: Sequence[str], rows: int) -> Iterator:
-        with netcdf_file(path, "r", mmap=True) as file:
-            count = file.variables[asked[0]].shape[0]
-            for k in range(0, count, rows):
-                yield [np.array(file.variables[name].data[k : k + rows], dtype=float) for name in asked]
+        for k in range(0, time[0] if time else 0, rows):
+            with netcdf_file(path, "r", mmap=True) as file:
+                part = [np.array(file.variables[name].data[k : k + rows], dtype=float) for name in asked]
+            yield part
 
     return Layout(fits, {name: str(unit) for name, unit in units.items() if unit}, chunks, meta)
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mbdsl import results
 from mbdsl.errors import UsageError
@@ -23,9 +23,18 @@ if TYPE_CHECKING:
 ROWS = 131072  #: number of rows of a part
 #: last part of a name -> unit, for files without units: the signals of frames and bodies
 USUAL_UNITS = {
-    **{"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"},
-    **{"ax": "m/s2", "ay": "m/s2", "alpha": "rad/s2"},
-    **{"kinetic": "J", "potential": "J", "total": "J"},
+    "x": "m",
+    "y": "m",
+    "phi": "rad",
+    "vx": "m/s",
+    "vy": "m/s",
+    "w": "rad/s",
+    "ax": "m/s2",
+    "ay": "m/s2",
+    "alpha": "rad/s2",
+    "kinetic": "J",
+    "potential": "J",
+    "total": "J",
 }
 
 
@@ -36,7 +45,7 @@ class Layout:
     names: list[str]
     units: Mapping[str, str]
     chunks: Callable[[Sequence[str], int], Chunks]
-    meta: Mapping = field(default_factory=dict)
+    meta: dict = field(default_factory=dict)
 
 
 class Result:
@@ -53,6 +62,8 @@ class Result:
     ----------
     names : list of str
         Names of the signals, without the time.
+    defaults : list of str
+        The signals from which those of a plot are chosen by default.
     time : str
         Name of the column of the times.
     """
@@ -61,9 +72,12 @@ class Result:
         self.label, self.layout = label, layout
         times = [name for name in layout.names if name.lower() == "time"]
         if not times:
-            raise UsageError(f"`{label}` has no column `time`", hint="the columns of a result are signals over the time")
+            raise UsageError(
+                f"`{label}` has no column `time`", hint="the columns of a result are signals over the time"
+            )
         self.time = times[0]
         self.names = [name for name in layout.names if name != self.time]
+        self.defaults = self.names
 
     def unit(self, name: str) -> str:
         """The unit of a signal; in files without units, that of signals with its name; "" if it is unknown."""
@@ -109,6 +123,14 @@ def open_result(path: str | os.PathLike) -> Result:
     return Result(str(path), layout)
 
 
+def of_trajectory(trajectory: Any, label: str) -> Result:
+    """The signals of a ``Trajectory``, which computes them on access."""
+    found = of_columns(label, trajectory.names, trajectory.unit, trajectory.__getitem__)
+    found.defaults = trajectory.default_names
+    found.layout.meta["complete"] = trajectory.status == "done"
+    return found
+
+
 def of_columns(label: str, names: Sequence[str], unit: Callable[[str], str], column: Callable) -> Result:
     """A result in memory: ``unit(name)`` and ``column(name)`` give the unit and the values (N,) of a name."""
 
@@ -138,7 +160,7 @@ class _Units(Mapping):
         return len(self._names)
 
 
-def _whole(columns: Mapping, meta: Mapping) -> Layout:
+def _whole(columns: Mapping, meta: dict) -> Layout:
     def chunks(asked: Sequence[str], rows: int) -> Chunks:
         for k in range(0, len(columns[asked[0]]), rows):
             yield [columns[name][k : k + rows] for name in asked]
