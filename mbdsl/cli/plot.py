@@ -57,12 +57,12 @@ def run(args: argparse.Namespace) -> int:
     if args.out:
         from mbdsl.plotting.signal_plots import suffix_of
 
-        output_files.check([args.out], args.results)
-        suffix_of(args.out)
+        suffix_of(args.out)  # never that of a result or a model
+        output_files.check([args.out])
     failure: IntegrationError | None = None
     opened = []
     for name in args.results:
-        result, problem = _opened(name, args.out)
+        result, problem = _opened(name)
         opened.append(result)
         failure = failure or problem
     if args.list:
@@ -78,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _opened(name: str, out: str | None) -> tuple[Result, IntegrationError | None]:
+def _opened(name: str) -> tuple[Result, IntegrationError | None]:
     """The result in a file, or of a model that is simulated, and the failure of its integration.
 
     Raises
@@ -99,7 +99,6 @@ def _opened(name: str, out: str | None) -> tuple[Result, IntegrationError | None
     from mbdsl.lang.load import load
 
     scene = load(name)
-    output_files.check([out], scene.files)
     display, failure = Display(sys.stderr), None
     try:
         trajectory = simulated(scene, progress=display, announce=once(display.say, set()))

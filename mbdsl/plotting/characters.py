@@ -56,7 +56,7 @@ def text(plot: Panels, columns: int = COLUMNS, lines: int = 0, colour: bool = Fa
     frames = [lay_out(panel, plot.looks) for panel in plot.panels]
     drawn = [_Panel(frame, columns, height, colour, ascii_only) for frame in frames]
     margin = max((panel.margin for panel in drawn), default=0)
-    found = [visible(plot.title)]
+    found = [_fitting(plot.title, columns)]
     for k, panel in enumerate(drawn):
         found += panel.lines(margin, last=k == len(drawn) - 1)
     found += [line for note in plot.notes for line in textwrap.wrap(visible(note), columns)]
@@ -103,18 +103,18 @@ class _Panel:
                 line[start : start + len(label)] = label
                 free = start + len(label) + 1
         yield "".join(line)
-        yield " " * (margin + 1) + visible(x.titled(self.figure.x_label)).center(size)
+        yield " " * (margin + 1) + _fitting(x.titled(self.figure.x_label), size).center(size)
 
     def _legend(self) -> Iterator[str]:
         """The label of the vertical axis, and the names with their samples."""
-        label = visible(self.y.titled(self.figure.y_label))
+        label = _fitting(self.y.titled(self.figure.y_label), self.columns)
         drawn = self.frame.drawn
         if len(drawn) == 1 and self.figure.y_label.startswith(drawn[0].series.name):
             yield self._painted(label, 0)
             return
         entries = []
         for k, one in enumerate(drawn):
-            name = visible(one.series.name)
+            name = _fitting(one.series.name, self.columns - 6)
             sample = LETTERS[k % len(LETTERS)] if self.letters else ("*" if self.ascii else "⠒⠒")
             if self.colour and one.look.dash:
                 sample = "*" if self.ascii else "⠂⠂"
@@ -129,9 +129,9 @@ class _Panel:
             else:
                 line, used = line + "   " + entry, used + 3 + length
             shown += 1
-        if shown < len(entries):
-            line += f" ... ({len(entries)} in all)"
         yield line
+        if shown < len(entries):
+            yield f"  ... ({len(entries)} in all)"
 
     def _painted(self, text: str, k: int) -> str:
         return f"\x1b[{COLOURS[self._hue(k)]}m{text}\x1b[0m" if self.colour else text
@@ -166,6 +166,16 @@ class _Panel:
             )
             for j in range(self.height)
         ]
+
+
+def _fitting(text: str, columns: int) -> str:
+    """A text on one line with control characters escaped, shortened to a width."""
+    text = visible(text, line=True)
+    if width(text) <= columns:
+        return text
+    while width(text) > columns - 1:
+        text = text[:-1]
+    return f"{text}…"
 
 
 def _runs(owners: list[int]) -> Iterator[tuple[int, list[int]]]:

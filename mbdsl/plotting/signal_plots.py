@@ -315,7 +315,7 @@ def _panels(
         for curve in shown:
             name = curve.name if len(labels) == 1 else f"{curve.name}, {curve.label}"
             looks[name] = look(order[curve.name], curve.result)
-            series.append(Series(name, curve.x.tolist(), curve.y.tolist(), style="line"))
+            series.append(Series(name, curve.x.tolist(), curve.y.tolist(), style="line" if len(curve.x) > 1 else "marks"))
         highest = max((curve.largest for curve in shown), default=0.0) if frequency else 0.0
         panels.append(
             Figure(

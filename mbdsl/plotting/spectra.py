@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbdsl.errors import UsageError
+from mbdsl.messages import count
 from mbdsl.plotting.differences import interpolated, rate_of
 from mbdsl.results.stored import Result
 
@@ -50,7 +51,7 @@ def spectrum(result: Result, name: str) -> Spectrum:
     rate = rate_of(name, set(result.names))
     t, y = _whole(result, [name])
     if len(t) < LEAST or not t[-1] > t[0]:
-        raise UsageError(f"{result.label} has {len(t)} rows: a spectrum needs at least {LEAST} over a range of times")
+        raise UsageError(f"{result.label} has {count(len(t), 'row')}: a spectrum needs at least {LEAST}, over some time")
     if not np.isfinite(y).all():
         raise UsageError(f"`{name}` has values in {result.label} that are not finite: it has no spectrum")
     if (np.diff(t) < 0.0).any():

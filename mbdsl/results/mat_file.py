@@ -132,7 +132,7 @@ def _matrix(stream: BinaryIO, name: str, values: np.ndarray, code: int) -> None:
 
 
 def _matrices(data: Any) -> Iterator[tuple[str, np.ndarray, int]]:
-    """(Name, values, place of the values in the file) of each matrix of a file, given as bytes or as an array of them."""
+    """(Name, values, place of the values in the file) of each matrix in the bytes of a file."""
     import numpy as np
 
     at = 0
