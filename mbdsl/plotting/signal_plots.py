@@ -158,6 +158,7 @@ def plot(
     labels = _short([result.label for result in results])
     known = list(dict.fromkeys(name for result in results for name in result.names))
     where = few(labels)
+    against = None if against is not None and against.lower() == "time" else against
     if against is not None and (spectrum or not all(against in result.names for result in results)):
         if spectrum:
             raise UsageError("a spectrum is plotted against the frequency", hint="omit --against or --spectrum")
@@ -193,7 +194,8 @@ def default_signals(names: Sequence[str]) -> list[str]:
         owner, _, key = name.rpartition(".")
         if key in COORDINATES and owner and "." not in owner:
             bodies.setdefault(owner, []).append(name)
-    return [name for body in list(bodies.values())[:BODIES] for name in body] or names[:FEW]
+    placed = [owned for owned in bodies.values() if len(owned) > 1]  # joints have an angle, too, but no x and y
+    return [name for owned in (placed or list(bodies.values()))[:BODIES] for name in owned] or names[:FEW]
 
 
 def _compared(results: Sequence[Result]) -> list[Result]:

@@ -80,7 +80,18 @@ class Result:
         self.defaults = self.names
 
     def unit(self, name: str) -> str:
-        """The unit of a signal; in files without units, that of signals with its name; "" if it is unknown."""
+        """Return the unit of a signal.
+
+        Parameters
+        ----------
+        name : str
+            Name of a signal.
+
+        Returns
+        -------
+        str
+            Its unit; in files without units, that of the signals of bodies with this name; "" if it is unknown.
+        """
         if name == self.time:
             return "s"
         units = self.layout.units
@@ -91,7 +102,31 @@ class Result:
         return "" if unit == "1" else unit
 
     def chunks(self, names: Sequence[str], rows: int = ROWS) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
-        """Times (k,) and the columns (k,) of ``names``, in parts of at most ``rows`` rows."""
+        """Read columns in parts.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Names of signals.
+        rows : int, optional
+            Largest number of rows of a part.
+
+        Yields
+        ------
+        times : (k,) [s]
+        columns : dict of (k,)
+            Name -> values, of ``names`` and the time.
+
+        Returns
+        -------
+        iterator
+            Of these pairs.
+
+        Raises
+        ------
+        UsageError
+            If the file cannot be read or is damaged.
+        """
         asked = [self.time, *(name for name in dict.fromkeys(names) if name != self.time)]
         with readable(self.label):
             for part in self.layout.chunks(asked, rows):

@@ -174,6 +174,8 @@ def test_default_signals():
     assert any("--signals" in note for note in found.notes)
     bodies = [f"link[{k}].{key}" for k in range(9) for key in ("x", "y", "phi", "vx")]
     assert default_signals(bodies) == [f"link[{k}].{key}" for k in range(3) for key in ("x", "y", "phi")]
+    assert default_signals(["a.x", "a.y", "joint.phi", "b.x", "b.y"]) == ["a.x", "a.y", "b.x", "b.y"]
+    assert default_signals(["a.phi", "b.phi", "b.w"]) == ["a.phi", "b.phi"]
     assert default_signals([f"u{k}" for k in range(9)]) == [f"u{k}" for k in range(6)]
     still = {"time": T, "a.x": 0.0 * T}
     assert [s.name for s in plot([result(columns=still)]).panels[0].series] == ["a.x"]
