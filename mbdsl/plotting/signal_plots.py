@@ -188,14 +188,16 @@ def plot(
 
 def default_signals(names: Sequence[str]) -> list[str]:
     """The coordinates of the first bodies; if no name is that of a coordinate, the first few names."""
-    bodies: dict[str, list[str]] = {}
-    names = list(dict.fromkeys(names))
-    for name in names:
+    owners: dict[str, list[str]] = {}
+    known = dict.fromkeys(names)
+    for name in known:
         owner, _, key = name.rpartition(".")
         if key in COORDINATES and owner and "." not in owner:
-            bodies.setdefault(owner, []).append(name)
-    placed = [owned for owned in bodies.values() if len(owned) > 1]  # joints have an angle, too, but no x and y
-    return [name for owned in (placed or list(bodies.values()))[:BODIES] for name in owned] or names[:FEW]
+            owners.setdefault(owner, []).append(name)
+    # Bodies have accelerations; frames have none, and joints only an angle.
+    bodies = [owned for owner, owned in owners.items() if f"{owner}.ax" in known]
+    bodies = bodies or [owned for owned in owners.values() if len(owned) > 1] or list(owners.values())
+    return [name for owned in bodies[:BODIES] for name in owned] or list(known)[:FEW]
 
 
 def _compared(results: Sequence[Result]) -> list[Result]:
@@ -257,7 +259,8 @@ def _notes(
 ) -> tuple[str, ...]:
     notes = []
     if not patterned and len(chosen) < len(known):
-        notes.append(f"{count(len(chosen), 'signal')} of {len(known)}; --signals chooses others, --list lists them.")
+        shown = count(len(chosen) - len(constant), "signal")
+        notes.append(f"{shown} of {len(known)}; --signals chooses others, --list lists them.")
     if constant:
         notes.append(f"Constant, and left out: {few(constant)}.")
     for result, label in zip(results, labels, strict=True):
@@ -317,7 +320,8 @@ def _panels(
         for curve in shown:
             name = curve.name if len(labels) == 1 else f"{curve.name}, {curve.label}"
             looks[name] = look(order[curve.name], curve.result)
-            series.append(Series(name, curve.x.tolist(), curve.y.tolist(), style="line" if len(curve.x) > 1 else "marks"))
+            style = "line" if len(curve.x) > 1 else "marks"
+            series.append(Series(name, curve.x.tolist(), curve.y.tolist(), style=style))
         highest = max((curve.largest for curve in shown), default=0.0) if frequency else 0.0
         panels.append(
             Figure(

@@ -51,7 +51,9 @@ def spectrum(result: Result, name: str) -> Spectrum:
     rate = rate_of(name, set(result.names))
     t, y = _whole(result, [name])
     if len(t) < LEAST or not t[-1] > t[0]:
-        raise UsageError(f"{result.label} has {count(len(t), 'row')}: a spectrum needs at least {LEAST}, over some time")
+        raise UsageError(
+            f"{result.label} has {count(len(t), 'row')}: a spectrum needs at least {LEAST} at several times"
+        )
     if not np.isfinite(y).all():
         raise UsageError(f"`{name}` has values in {result.label} that are not finite: it has no spectrum")
     if (np.diff(t) < 0.0).any():

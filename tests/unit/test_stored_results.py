@@ -141,7 +141,7 @@ def test_damaged_files_are_errors(tmp_path, suffix, part):
     path = tmp_path / f"r{suffix}"
     results.write(path, columns(), UNITS, {"complete": True})
     os.truncate(path, int(part * path.stat().st_size))
-    with pytest.raises(UsageError, match="is not a .* result file, or is damaged"):
+    with pytest.raises(UsageError, match=r"is not a .* result file, or is damaged"):
         list(open_result(path).chunks(["a.x"]))
 
 
