@@ -96,6 +96,7 @@ def _opened(name: str) -> tuple[Result, IntegrationError | None]:
             )
         return open_result(name), None
     from mbdsl.api import simulated
+    from mbdsl.cli.simulate import print_warnings
     from mbdsl.lang.load import load
 
     scene = load(name)
@@ -110,6 +111,7 @@ def _opened(name: str) -> tuple[Result, IntegrationError | None]:
         display.close()
     if trajectory.status == "interrupted":
         raise KeyboardInterrupt
+    print_warnings(trajectory, quiet=True, failed=failure is not None)
     return of_trajectory(trajectory, name), failure
 
 

@@ -114,10 +114,7 @@ def _axes(figure: Figure) -> tuple[Axis, Axis, float]:
         aspect = min(1.0, max(FLATTEST, dy / dx))
         x, y = _widened(x, max(dx, dy / aspect)), _widened(y, max(dy, dx * aspect))
     x_axis = axis(*x, figure.x_log, 9 if figure.x_log else 7)
-    labels = 8 if figure.y_log else 6
-    if figure.aspect is not None:
-        labels = round(labels * min(1.0, 0.4 + figure.aspect))
-    return x_axis, axis(*y, figure.y_log, labels), aspect
+    return x_axis, axis(*y, figure.y_log, 8 if figure.y_log else 6), aspect
 
 
 def _widened(ends: tuple[float, float], size: float) -> tuple[float, float]:

@@ -48,7 +48,8 @@ def svg(plot: Panels) -> str:
     for line in notes(plot, NOTE):
         at += 17.0
         parts.append(f'<text class="note" x="2" y="{at:.1f}">{escape(line)}</text>')
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:g} {at + 10.0:.0f}" width="{WIDTH:g}">'
+    size = f'viewBox="0 0 {WIDTH:g} {at + 10.0:.0f}" width="{WIDTH:g}" height="{at + 10.0:.0f}"'
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" {size}>'
     paper = '<rect width="100%" height="100%" fill="#ffffff"/>'
     return "\n".join((head, f"<style>\n{STYLE}{colours}</style>", paper, *parts, "</svg>\n"))
 

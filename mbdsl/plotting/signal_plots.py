@@ -269,8 +269,12 @@ def _notes(
             notes.append(f"Not in {label}: {few(missing)}.")
         if isinstance(result, Difference) and result.interpolated:
             notes.append(_interpolation(result, chosen))
-        if not result.layout.meta.get("complete", True):
-            notes.append(f"{label} is incomplete: its run did not reach the end.")
+        meta = result.layout.meta
+        if not meta.get("complete", True):
+            reason = (
+                "its accuracy was not reached" if meta.get("status") == "inaccurate" else "its run was not completed"
+            )
+            notes.append(f"{label} is marked: {reason}.")
     long = max((curve for curve in found if curve.reduced), key=lambda c: c.count, default=None)
     if long is not None:
         rows = f"{long.count:,}".replace(",", "\u202f")

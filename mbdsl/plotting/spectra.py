@@ -32,7 +32,7 @@ LEAST = 8  #: number of samples below which there is no spectrum
 
 @dataclass(frozen=True)
 class Spectrum:
-    """Amplitudes (K,) at frequencies (K,) [Hz]; ``resampled`` tells how: "" (not), "cubically" or "linearly"."""
+    """Amplitudes (K,) at frequencies (K,) [Hz]; ``resampled`` is "" (not), "cubically" or "linearly"."""
 
     frequency: Array
     amplitude: Array

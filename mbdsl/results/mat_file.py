@@ -80,11 +80,13 @@ def layout(path: Path) -> Layout:
     normal = _normal(matrices["Aclass"])
     turned = {key: np.array(value.T if normal else value) for key, value in matrices.items()}
     names, notes, info = _lines(turned["name"]), _lines(turned["description"]), turned["dataInfo"].T.tolist()
-    rows_of, units = {}, {}
+    rows_of, units, meta = {}, {}, {"complete": True}
     for name, note, (matrix, row, *_) in zip(names, notes, info, strict=True):
         if matrix in (0, 2) and row:
             rows_of[name] = row
             units[name] = note[note.rfind("[") + 1 : -1].partition("|")[0] if note.endswith("]") else ""
+        elif matrix == 1 and name.startswith(PREFIX):
+            meta[name[len(PREFIX) :]] = json.loads(note)
     shape, kind = data.shape, data.dtype
     del matrices, data, values
 
@@ -96,7 +98,7 @@ def layout(path: Path) -> Layout:
             values = [np.array(part[abs(rows_of[name]) - 1], dtype=float) for name in asked]
             yield [x if rows_of[name] > 0 else -x for x, name in zip(values, asked, strict=True)]
 
-    return Layout(list(rows_of), units, chunks)
+    return Layout(list(rows_of), units, chunks, meta)
 
 
 def _normal(form: np.ndarray) -> bool:

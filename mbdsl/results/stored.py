@@ -162,7 +162,7 @@ def of_trajectory(trajectory: Any, label: str) -> Result:
     """The signals of a ``Trajectory``, which computes them on access."""
     found = of_columns(label, trajectory.names, trajectory.unit, trajectory.__getitem__)
     found.defaults = trajectory.default_names
-    found.layout.meta["complete"] = trajectory.status == "done"
+    found.layout.meta.update(complete=trajectory.status == "done", status=trajectory.status)
     return found
 
 

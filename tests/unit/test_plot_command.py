@@ -141,7 +141,9 @@ class Trajectory:
     names = ("time", "crank.x", "crank.phi", "pin.fx")
     default_names = ("crank.x", "crank.phi")
     scene, t = Scene("Crank", {}, {}), T
-    status = "done"
+    status, message = "done", "the tolerance was not reached"
+    undetermined = ()
+    stats = {"warnings": ["a pulse may be passed over"]}  # noqa: RUF012
     unit = staticmethod(UNITS.__getitem__)
 
     def __getitem__(self, name):
@@ -158,8 +160,8 @@ def simulation(monkeypatch):
 
 
 def test_a_model_is_simulated(capsys, simulation):
-    code, out, _ = run(capsys, "crank.mbd")
-    assert code == 0
+    code, out, err = run(capsys, "crank.mbd")
+    assert (code, err) == (0, "warning: a pulse may be passed over\n")
     assert out.splitlines()[:2] == ["crank.mbd", "crank.x [m]"]
     code, out, _ = run(capsys, "crank.mbd", "b.npz", "--signals", "pin.fx", "--difference")
     assert out.startswith("b.npz − crank.mbd")
@@ -175,7 +177,7 @@ def test_a_failed_run_is_plotted_and_is_an_error(capsys, simulation):
     simulation.act = fail
     code, out, err = run(capsys, "crank.mbd")
     assert code == 4
-    assert "crank.mbd is incomplete" in out
+    assert "crank.mbd is marked: its run was not completed." in out
     assert "the step became too small" in err
 
 
@@ -189,3 +191,32 @@ def test_an_interrupted_run_is_not_plotted(capsys, simulation):
     code, out, err = run(capsys, "crank.mbd")
     assert (code, out) == (130, "")
     assert "interrupted" in err
+
+
+def test_an_inaccurate_run_is_plotted_with_a_warning(capsys, simulation):
+    def inaccurate():
+        found = Trajectory()
+        found.status = "inaccurate"
+        return found
+
+    simulation.act = inaccurate
+    code, out, err = run(capsys, "crank.mbd")
+    assert code == 0
+    assert "crank.mbd is marked: its accuracy was not reached." in out
+    assert "the tolerance was not reached" in err
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".npz", ".mat", ".nc"])
+def test_marked_results(capsys, suffix):
+    results.write(f"c{suffix}", COLUMNS, UNITS, {"complete": False, "status": "failed"})
+    assert f"c{suffix} is marked: its run was not completed." in run(capsys, f"c{suffix}")[1]
+
+
+def test_without_matplotlib(capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    code, _, err = run(capsys, "a.npz", "--out", "a.png")
+    assert code == 2
+    assert "pip install 'mbdsl[plot]'; .svg and .html need no further package" in err
+    assert run(capsys, "a.npz", "--out", "a.svg")[0] == 0
+    assert run(capsys, "a.npz")[0] == 0

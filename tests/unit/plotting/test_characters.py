@@ -98,7 +98,7 @@ def test_labels_title_and_units():
     assert sum("└" in line for line in lines) == 2
 
 
-def test_curves_are_told_apart_without_colour_and_with_it():
+def test_curves_differ_without_colour_and_with_it():
     plain = text(made(["*.x"]))
     rows, _ = frame(plain.splitlines())
     assert {c for row in rows for c in row if c.isalpha()} == {"a", "b"}

@@ -142,7 +142,7 @@ def test_several_results():
     assert "Not in b.csv: slider.x." in found.notes
 
 
-def test_files_of_one_name_are_told_apart():
+def test_files_of_one_name_have_their_folders():
     found = plot([result("one/r.csv"), result("two/r.csv")], ["crank.x"])
     assert [s.name for s in found.panels[0].series] == ["crank.x, one/r.csv", "crank.x, two/r.csv"]
 
