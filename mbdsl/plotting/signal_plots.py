@@ -7,15 +7,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from mbdsl.errors import UsageError
-from mbdsl.messages import count, few
+from mbdsl.messages import few
 from mbdsl.plotting import curves
 from mbdsl.plotting.curves import Curve
 from mbdsl.plotting.differences import Difference
-from mbdsl.plotting.figures import Figure, Page, Panels, Series
-from mbdsl.plotting.series_styles import DASHES, OTHERS, Look
+from mbdsl.plotting.figures import Page, Panels
+from mbdsl.plotting.plot_notes import of_choice, of_curves, of_results, short_labels
+from mbdsl.plotting.signal_panels import Horizontal, panels
 from mbdsl.results.selection import select, unknown
 from mbdsl.results.stored import Result
 
@@ -24,22 +23,6 @@ BODIES = 3  #: number of bodies of which the default signals are
 FEW = 6  #: number of default signals if no name is that of a coordinate
 COORDINATES = ("x", "y", "phi")
 CONSTANT = 1e-9  #: default signals that vary by less than this part of the largest value of their unit are left out
-QUANTITIES = {
-    "m": "length",
-    "rad": "angle",
-    "m/s": "velocity",
-    "rad/s": "angular velocity",
-    "m/s2": "acceleration",
-    "rad/s2": "angular acceleration",
-    "N": "force",
-    "N.m": "torque",
-    "J": "energy",
-    "W": "power",
-    "s": "duration",
-}
-ASPECTS = {1: 0.5, 2: 0.34}  #: number of panels -> height of a panel over its width
-FLOOR = 1e-4  #: lowest amplitude of a spectrum that is shown, over the largest of its panel
-FLAT = 0.26  #: the same for more panels
 
 
 class Plot(Panels):
@@ -155,35 +138,40 @@ def plot(
         spectrum.
     """
     results = _compared(results) if difference else list(results)
-    labels = _short([result.label for result in results])
+    labels = short_labels([result.label for result in results])
     known = list(dict.fromkeys(name for result in results for name in result.names))
-    where = few(labels)
-    against = None if against is not None and against.lower() == "time" else against
-    if against is not None and (spectrum or not all(against in result.names for result in results)):
-        if spectrum:
-            raise UsageError("a spectrum is plotted against the frequency", hint="omit --against or --spectrum")
-        lacking = [label for label, result in zip(labels, results, strict=True) if against not in result.names]
-        raise unknown(against, known, few(lacking))
-    chosen = (
-        select(patterns, known, where)
-        if patterns
-        else default_signals([name for result in results for name in result.defaults])
-    )
-    chosen = [name for name in chosen if name not in (against, "time")]
+    if against is not None and against.lower() == "time":
+        against = None
+    _check_axis(against, spectrum, results, labels, known)
+    usual = [name for result in results for name in result.defaults]
+    chosen = select(patterns, known, few(labels)) if patterns else default_signals(usual)
+    chosen = [name for name in chosen if name != against]
     if not chosen:
         raise UsageError("there is no signal to plot", hint="`--signals '*'` chooses all; `--list` lists them")
     units = {name: _unit(name, results) for name in chosen}
     found = list(_curves(results, labels, chosen, against, spectrum))
     if not any(len(curve.x) for curve in found):
-        raise UsageError(f"{where} has no rows" if len(results) == 1 else f"{where} have no rows")
+        raise UsageError(f"{few(labels)} {'has' if len(results) == 1 else 'have'} no rows")
     constant = [] if patterns else _constant(found, units)
-    notes = _notes(results, labels, found, chosen, constant, known, bool(patterns), spectrum)
+    x = Horizontal("frequency", "Hz") if spectrum else Horizontal("time", "s")
+    if against is not None:
+        x = Horizontal(against, _unit(against, results), signal=True)
+    figures, looks = panels([c for c in found if c.name not in constant], units, x, len(results) > 1)
+    notes = [] if patterns else list(of_choice(chosen, constant, known))
+    notes += [*of_results(results, labels, chosen), *of_curves(found)]
+    return Plot(", ".join(labels), figures, looks, tuple(dict.fromkeys(notes)))
+
+
+def _check_axis(
+    against: str | None, spectrum: bool, results: Sequence[Result], labels: Sequence[str], known: Sequence[str]
+) -> None:
     if against is None:
-        x_label = "frequency [Hz]" if spectrum else "time [s]"
-    else:
-        x_label = _labelled(against, _unit(against, results))
-    kept = [curve for curve in found if curve.name not in constant]
-    return _panels(kept, units, x_label, labels, notes, against, results)
+        return
+    if spectrum:
+        raise UsageError("a spectrum is plotted against the frequency", hint="omit --against or --spectrum")
+    lacking = [label for label, result in zip(labels, results, strict=True) if against not in result.names]
+    if lacking:
+        raise unknown(against, known, few(lacking))
 
 
 def default_signals(names: Sequence[str]) -> list[str]:
@@ -204,14 +192,6 @@ def _compared(results: Sequence[Result]) -> list[Result]:
     if len(results) < 2:
         raise UsageError("a difference needs two results", hint="give both: mbdsl plot a.csv b.csv --difference")
     return [Difference(result, results[0]) for result in results[1:]]
-
-
-def _short(labels: Sequence[str]) -> list[str]:
-    """The files' names without folders, if these differ."""
-    short = [" − ".join(Path(part).name for part in label.split(" − ")) for label in labels]
-    if len(set(short)) == len(short):
-        return short
-    return [label if labels.count(label) == 1 else f"{label} ({k + 1})" for k, label in enumerate(labels)]
 
 
 def _unit(name: str, results: Sequence[Result]) -> str:
@@ -245,125 +225,3 @@ def _constant(found: Sequence[Curve], units: Mapping[str, str]) -> list[str]:
         size[units[curve.name]] = max(size.get(units[curve.name], 0.0), curve.largest)
     moves = {c.name for c in found if c.spread > CONSTANT * size[units[c.name]]}
     return [name for name in units if name not in moves] if moves else []
-
-
-def _notes(
-    results: Sequence[Result],
-    labels: Sequence[str],
-    found: Sequence[Curve],
-    chosen: Sequence[str],
-    constant: Sequence[str],
-    known: Sequence[str],
-    patterned: bool,
-    spectrum: bool,
-) -> tuple[str, ...]:
-    notes = []
-    if not patterned and len(chosen) < len(known):
-        shown = count(len(chosen) - len(constant), "signal")
-        notes.append(f"{shown} of {len(known)}; --signals chooses others, --list lists them.")
-    if constant:
-        notes.append(f"Constant, and left out: {few(constant)}.")
-    for result, label in zip(results, labels, strict=True):
-        missing = [name for name in chosen if name not in set(result.names)]
-        if missing and len(results) > 1:
-            notes.append(f"Not in {label}: {few(missing)}.")
-        if isinstance(result, Difference) and result.interpolated:
-            notes.append(_interpolation(result, chosen))
-        meta = result.layout.meta
-        if not meta.get("complete", True):
-            reason = (
-                "its accuracy was not reached" if meta.get("status") == "inaccurate" else "its run was not completed"
-            )
-            notes.append(f"{label} is marked: {reason}.")
-    long = max((curve for curve in found if curve.reduced), key=lambda c: c.count, default=None)
-    if long is not None:
-        rows = f"{long.count:,}".replace(",", "\u202f")
-        notes.append(f"{rows} rows: {long.reduced}")
-    if spectrum:
-        notes.append("Amplitude spectrum with a Hann window, mean removed: a sine of amplitude A shows A.")
-        notes += dict.fromkeys(curve.remark for curve in found if curve.remark)
-    return tuple(notes)
-
-
-def _interpolation(result: Difference, chosen: Sequence[str]) -> str:
-    names = [name for name in chosen if name in set(result.names)]
-    cubic = result.rates(names)
-    linear = [name for name in names if name not in cubic]
-    ways = [
-        f"by cubic Hermite polynomials ({few(cubic)})" if cubic else "",
-        f"linearly ({few(linear)})" if linear else "",
-    ]
-    source, target = _short([result.result.label, result.base.label])
-    return f"{source} is interpolated to the times of {target} {' and '.join(filter(None, ways))}."
-
-
-def _panels(
-    kept: Sequence[Curve],
-    units: Mapping[str, str],
-    x_label: str,
-    labels: Sequence[str],
-    notes: tuple[str, ...],
-    against: str | None,
-    results: Sequence[Result],
-) -> Plot:
-    by_unit: dict[str, list[Curve]] = {}
-    for curve in kept:
-        by_unit.setdefault(units[curve.name], []).append(curve)
-    ends = _ends([curve.x for curve in kept])
-    if against is not None:
-        ends = ends[0] - 0.04 * (ends[1] - ends[0]), ends[1] + 0.04 * (ends[1] - ends[0])
-    frequency = any(curve.frequency for curve in kept)
-    if frequency:
-        ends = 0.0, max(curve.frequency for curve in kept)
-    looks: dict[str, Look] = {}
-    panels = []
-    equal = against is not None and len(by_unit) == 1 and set(by_unit) == {"m"} == {_unit(against, results)}
-    for k, (unit, shown) in enumerate(by_unit.items()):
-        order = {name: j for j, name in enumerate(dict.fromkeys(c.name for c in shown))}
-        series = []
-        for curve in shown:
-            name = curve.name if len(labels) == 1 else f"{curve.name}, {curve.label}"
-            looks[name] = look(order[curve.name], curve.result)
-            style = "line" if len(curve.x) > 1 else "marks"
-            series.append(Series(name, curve.x.tolist(), curve.y.tolist(), style=style))
-        highest = max((curve.largest for curve in shown), default=0.0) if frequency else 0.0
-        panels.append(
-            Figure(
-                f"panel-{k}",
-                "",
-                x_label,
-                _labelled(_quantity(list(order), unit), unit),
-                series,
-                x_log=False,
-                y_log=highest > 0.0,
-                x_ends=None if equal else ends,
-                y_ends=(FLOOR * highest, 2.0 * highest) if highest > 0.0 else None,
-                aspect=None if equal else ASPECTS.get(len(by_unit), FLAT),
-                equal=equal,
-            )
-        )
-    return Plot(", ".join(labels), tuple(panels), looks, notes)
-
-
-def look(signal: int, result: int) -> Look:
-    """Colour and mark of the ``signal``-th signal of a panel, and the dashes of the ``result``-th result."""
-    turn, place = divmod(signal, len(OTHERS))
-    return replace(OTHERS[place], dash=DASHES[(result + turn) % len(DASHES)])
-
-
-def _ends(values: Sequence[np.ndarray]) -> tuple[float, float]:
-    finite = [v[np.isfinite(v)] for v in values]
-    finite = [v for v in finite if len(v)] or [np.array([0.0, 1.0])]
-    return float(min(v.min() for v in finite)), float(max(v.max() for v in finite))
-
-
-def _quantity(names: Sequence[str], unit: str) -> str:
-    """A label for several signals: their name, the last part of their names if it is common, or the quantity."""
-    if len(names) == 1:
-        return names[0]
-    keys = {name.rpartition(".")[2] for name in names}
-    return keys.pop() if len(keys) == 1 else QUANTITIES.get(unit, "value" if not unit else "")
-
-
-def _labelled(text: str, unit: str) -> str:
-    return f"{text} [{unit}]".strip() if unit else text
