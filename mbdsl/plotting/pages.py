@@ -82,7 +82,8 @@ def _figure(figure: Figure, key: str, known: dict[str, Look], left: float) -> It
     canvas = svg.Canvas(frame, left if figure.x_ends is not None else 0.0)
     classes = {name: f"c{k}" for k, name in enumerate(known)}
     heading = f"<h2>{escape(figure.title)}</h2>" if figure.title else ""
-    yield f'<figure id="{key}">\n<figcaption>{heading}'
+    shared = " data-shared" if figure.x_ends is not None else ""
+    yield f'<figure id="{key}"{shared}>\n<figcaption>{heading}'
     if figure.note:
         yield f'<p class="note">{escape(figure.note)}</p>'
     yield "</figcaption>"
