@@ -126,7 +126,7 @@ class Window:
 
 
 def interpolated(t: Array, known: Array, values: Array, rates: Array | None) -> Array:
-    """Values (k,) at times ``t``, by cubic Hermite polynomials with ``rates``, and linearly without.
+    """Values (k,) at times ``t``: cubic Hermite polynomials, or linear without ``rates`` and where these are nan.
 
     Parameters
     ----------
@@ -154,6 +154,7 @@ def interpolated(t: Array, known: Array, values: Array, rates: Array | None) -> 
     found = a + x * (b - a)
     if rates is not None:
         u, v = h * rates[k], h * rates[k + 1]
-        found = a + x * (u + x * (3.0 * (b - a) - 2.0 * u - v + x * (2.0 * (a - b) + u + v)))
+        cubic = a + x * (u + x * (3.0 * (b - a) - 2.0 * u - v + x * (2.0 * (a - b) + u + v)))
+        found = np.where(np.isfinite(cubic), cubic, found)
     found = np.where(x == 0.0, a, np.where(x == 1.0, b, found))  # known values are not interpolated
     return np.where((t < known[0] - slack) | (t > known[-1] + slack), np.nan, found)

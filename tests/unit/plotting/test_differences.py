@@ -59,6 +59,14 @@ def test_a_jump_between_two_equal_times():
     assert found.tolist() == [0.0, 5.0, 5.0, 5.0]
 
 
+def test_without_a_rate_at_one_time():
+    """At a singular pose accelerations are nan: the two neighbouring pieces are linear."""
+    known, rates = np.arange(5.0), 2.0 * np.arange(5.0)
+    rates[2] = np.nan
+    found = interpolated(np.array([0.5, 1.5, 2.0, 2.5, 3.5]), known, known**2, rates)
+    assert found.tolist() == [0.25, 2.5, 4.0, 6.5, 12.25]
+
+
 def test_results_that_do_not_fit():
     t = np.linspace(0.0, 1.0, 5)
     with pytest.raises(UsageError, match="no signal in common"):

@@ -1,5 +1,7 @@
 """Amplitude spectra against closed forms."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -31,7 +33,7 @@ def test_two_sines_and_the_shape_of_the_window():
     n = 4000
     t = np.arange(n) / 400.0
     y = np.sin(2.0 * np.pi * 20.0 * t) + 0.01 * np.cos(2.0 * np.pi * 80.0 * t)
-    found, _ = amplitudes(y)
+    found, _ = amplitudes([y[:1500], y[1500:]])
     line = 8 * 10  # a frequency of 1 Hz: ten lines, each eight points of the padded transform
     assert found[20 * line] == pytest.approx(1.0, abs=1e-6)
     assert found[20 * line + 8] == pytest.approx(0.5, abs=1e-4)
@@ -55,7 +57,7 @@ def test_long_signals_are_divided_into_segments():
     """The mean of the squares: a sine keeps its amplitude. Padding to four times the length: 1 %."""
     n = 4 * LONGEST
     y = 2.0 * np.sin(2.0 * np.pi * 0.01234567 * np.arange(n))
-    found, segments = amplitudes(y)
+    found, segments = amplitudes(np.array_split(y, 50))
     assert segments == 7
     assert found.max() == pytest.approx(2.0, rel=0.0105)
     assert found.argmax() / (2.0 * (len(found) - 1)) == pytest.approx(0.01234567, rel=1e-4)
@@ -70,3 +72,27 @@ def test_no_spectrum():
         spectrum(result(time=t[:5], a_x=t[:5]), "a.x")
     with pytest.raises(UsageError, match="do not ascend"):
         spectrum(result(time=np.where(t > 1.0, t - 0.5, t), a_x=t), "a.x")
+
+
+def test_long_results_need_little_memory():
+    """Read and resampled in parts: the same as that of the whole signal, with a fraction of its memory."""
+    n = 3 * LONGEST
+    k = np.arange(n) / n
+    t = 1000.0 + 700.0 * (k + 0.05 * k**2)
+    y = 0.7 * np.sin(2.0 * np.pi * 30.0 * t)
+    tracemalloc.start()
+    s = spectrum(result(time=t, a_f=y), "a.f")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert (s.segments, s.resampled) == (5, "linearly")
+    assert s.amplitude.max() == pytest.approx(0.7, rel=0.0105)
+    assert s.frequency[s.amplitude.argmax()] == pytest.approx(30.0, abs=0.01)
+    assert peak < 10 * 8 * 4 * LONGEST
+
+
+@pytest.mark.parametrize("start", [0.0, 1e3, 1e6])
+def test_rounded_times_are_uniform(start):
+    t = start + np.arange(300_000) * 1e-3
+    assert spectrum(result(time=t, a_x=np.sin(t)), "a.x").resampled == ""
+    t[200_000:] += 1e-4
+    assert spectrum(result(time=t, a_x=np.sin(t)), "a.x").resampled == "linearly"
