@@ -235,7 +235,7 @@ def test_errors():
 )
 def test_files(tmp_path, suffix, start):
     paths = [tmp_path / f"{name}{suffix}" for name in "ab"]
-    found = plot([result(), result("s.csv")], ["crank.*", "pin.fx"])
+    found = plot([result(), result("s.csv")], ["crank.x", "pin.fx"])
     for path in paths:
         found.save(path)
         assert path.read_bytes().startswith(start)
