@@ -106,7 +106,9 @@ def _axes(figure: Figure) -> tuple[Axis, Axis, float]:
     lines_only = bool(counted) and all(s.style == "line" for s in counted) and not figure.equal
     x = limits(chain((a for a, _ in shown), failed), figure.x_log, pad=0.0 if lines_only else 0.04)
     y = _with_floors(figure, limits(chain((b for _, b in shown), spreads), figure.y_log, pad=0.06))
-    aspect = USUAL
+    x = x if figure.x_ends is None else limits(figure.x_ends, figure.x_log, pad=0.0)
+    y = y if figure.y_ends is None else limits(figure.y_ends, figure.y_log, pad=0.0)
+    aspect = figure.aspect or USUAL
     if figure.equal:
         dx, dy = x[1] - x[0], y[1] - y[0]
         aspect = min(1.0, max(FLATTEST, dy / dx))

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mbdsl.plotting.series_styles import Look
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,11 @@ class Figure:
         Whether both axes have one scale.
     note : str
         Its statement, in one or two sentences.
+    x_ends, y_ends : (float, float) or None
+        Least and greatest value of an axis; default: those of the points. Figures of a page with ``x_ends`` share
+        their axis, one below the other.
+    aspect : float or None
+        Height of the frame over its width.
     """
 
     key: str
@@ -86,6 +95,9 @@ class Figure:
     floors: Sequence[tuple[float, str]] = ()
     equal: bool = False
     note: str = ""
+    x_ends: tuple[float, float] | None = None
+    y_ends: tuple[float, float] | None = None
+    aspect: float | None = None
 
 
 @dataclass(frozen=True)
@@ -122,9 +134,33 @@ class Page:
         In their order on the page.
     fine_print : sequence of (str, str)
         Names and values that describe the runs, as required to repeat them.
+    looks : mapping
+        Name of a series -> its look; the others get theirs in order.
     """
 
     title: str
     paragraphs: Sequence[str] = ()
     items: Sequence[Figure | Table] = field(default_factory=tuple)
     fine_print: Sequence[tuple[str, str]] = ()
+    looks: Mapping[str, Look] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Panels:
+    """Figures with a shared horizontal axis, one below the other.
+
+    Attributes
+    ----------
+    title : str
+    panels : tuple of Figure
+        From the top.
+    looks : mapping
+        Name of a series -> its look.
+    notes : tuple of str
+        Sentences on what is shown.
+    """
+
+    title: str
+    panels: tuple[Figure, ...]
+    looks: Mapping[str, Look] = field(repr=False, default_factory=dict)
+    notes: tuple[str, ...] = ()

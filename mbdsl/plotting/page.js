@@ -6,7 +6,33 @@ for (const figure of document.querySelectorAll("figure")) {
   const source = figure.querySelector("script[type='application/json']");
   if (source) liven(figure, JSON.parse(source.textContent));
 }
+share([...document.querySelectorAll("figure[data-shared] .scroll > svg")]);
 addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((d) => (d.open = true)));
+
+// A line at the same place of the shared axis in all panels, which follows the pointer.
+function share(panels) {
+  const lines = panels.map((svg) => {
+    const line = svg.querySelector(".axis").cloneNode();
+    line.setAttribute("class", "cursor");
+    line.setAttribute("d", "");
+    svg.append(line);
+    return line;
+  });
+  const draw = (x) =>
+    panels.forEach((svg, k) => {
+      const frame = svg.querySelector("clipPath rect");
+      const [left, top, width, height] = ["x", "y", "width", "height"].map((name) => Number(frame.getAttribute(name)));
+      const inside = x >= left && x <= left + width;
+      lines[k].setAttribute("d", inside ? `M${x} ${top}v${height}` : "");
+    });
+  for (const svg of panels) {
+    svg.addEventListener("pointermove", (event) => {
+      const scale = svg.getBoundingClientRect();
+      draw(((event.clientX - scale.left) / scale.width) * svg.viewBox.baseVal.width);
+    });
+    svg.addEventListener("pointerleave", () => draw(-1));
+  }
+}
 
 function liven(figure, data) {
   const svg = figure.querySelector(".scroll > svg");

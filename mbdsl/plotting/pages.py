@@ -47,12 +47,14 @@ def write(page: Page, path: str | os.PathLike) -> None:
 
 def html(page: Page) -> str:
     """The page as the text of one HTML file."""
-    known = looks(names([item for item in page.items if isinstance(item, Figure)]))
+    figures = [item for item in page.items if isinstance(item, Figure)]
+    known = {**looks(names(figures)), **page.looks}
+    left = max((svg.Canvas(lay_out(f, known)).left for f in figures if f.x_ends is not None), default=0.0)
     style = (HERE / "page.css").read_text(encoding="utf-8") + _colours(known)
     script = (HERE / "page.js").read_text(encoding="utf-8")
     body = [f"<h1>{escape(page.title)}</h1>", *(f"<p>{escape(text)}</p>" for text in page.paragraphs)]
     for k, item in enumerate(page.items):
-        body += _figure(item, f"figure-{k}", known) if isinstance(item, Figure) else _table(item)
+        body += _figure(item, f"figure-{k}", known, left) if isinstance(item, Figure) else _table(item)
     body += _fine_print(page.fine_print)
     return "\n".join(
         (
@@ -74,18 +76,22 @@ def _colours(known: dict[str, Look]) -> str:
     return f"{light}@media screen and (prefers-color-scheme: dark) {{\n{dark}}}\n"
 
 
-def _figure(figure: Figure, key: str, known: dict[str, Look]) -> Iterator[str]:
+def _figure(figure: Figure, key: str, known: dict[str, Look], left: float) -> Iterator[str]:
+    """A figure; ``left`` is the common left margin of figures that share their axis."""
     frame = lay_out(figure, known, svg.letter())
+    canvas = svg.Canvas(frame, left if figure.x_ends is not None else 0.0)
     classes = {name: f"c{k}" for k, name in enumerate(known)}
-    yield f'<figure id="{key}">\n<figcaption><h2>{escape(figure.title)}</h2>'
+    heading = f"<h2>{escape(figure.title)}</h2>" if figure.title else ""
+    shared = " data-shared" if figure.x_ends is not None else ""
+    yield f'<figure id="{key}"{shared}>\n<figcaption>{heading}'
     if figure.note:
         yield f'<p class="note">{escape(figure.note)}</p>'
     yield "</figcaption>"
     yield from _legend(frame, classes)
-    yield f'<div class="scroll">\n{svg.picture(frame, key, classes)}\n</div>'
+    yield f'<div class="scroll">\n{svg.picture(frame, key, classes, canvas)}\n</div>'
     yield from _outcomes(frame)
     # `<` would let a text end the element; as an escape it is the same JSON.
-    data = json.dumps(seen(svg.hover(frame)), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    data = json.dumps(seen(svg.hover(frame, canvas)), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     yield f'<script type="application/json">{data.replace("<", chr(92) + "u003c")}</script>\n</figure>'
 
 

@@ -87,10 +87,7 @@ def draw(
         picture = matplotlib.figure.Figure(figsize=size, layout="constrained", facecolor=LIGHT_PAPER)
         FigureCanvasAgg(picture)
         ax = picture.add_subplot()
-        _axes(ax, frame)
-        for zorder, drawn in enumerate(frame.drawn):
-            _SHOW.get(drawn.series.style, _series)(ax, drawn, FIRST + 0.01 * zorder)
-        _outcomes(ax, frame)
+        fill(ax, frame)
         picture.suptitle(_wrapped(figure.title, 90), fontsize=12, fontweight="bold", x=0.01, ha="left")
         more = f"{frame.unplaced} more outcomes are not shown." if frame.unplaced else ""
         if frame.left_out or more:
@@ -99,6 +96,14 @@ def draw(
         metadata = {"Date": None} if suffix == ".svg" else {"Software": None}
         with writing(path) as stream:
             picture.savefig(stream, format=suffix[1:], dpi=dpi, metadata=metadata)
+
+
+def fill(ax: Axes, frame: Frame) -> None:
+    """Draw a figure into axes of matplotlib."""
+    _axes(ax, frame)
+    for zorder, drawn in enumerate(frame.drawn):
+        _SHOW.get(drawn.series.style, _series)(ax, drawn, FIRST + 0.01 * zorder)
+    _outcomes(ax, frame)
 
 
 def _axes(ax: Axes, frame: Frame) -> None:

@@ -19,6 +19,7 @@ from mbdsl.plotting.series_styles import MARKS
 
 WIDTH = 860.0  #: size of the picture [px]; the page may scale it
 RIGHT, BOTTOM, ROW, HEAD = 22.0, 46.0, 19.0, 26.0
+TICK = 20.0  #: space below a frame that labels of ticks need
 TALLEST = 560.0  #: frame of equal axes
 LETTER = 6.7  #: width of a letter of the small text
 RADIUS = 4.2  #: radius of a mark
@@ -28,16 +29,17 @@ NEAR = 5.0  #: of many points, hovering shows those that are further than this f
 
 
 class Canvas:
-    """The place of the frame on the picture."""
+    """The place of the frame on the picture; ``left`` is its least left margin, ``bottom`` is below the frame."""
 
-    def __init__(self, frame: Frame) -> None:
-        self.left = 16.0 + 7.5 * max((len(label) for _, label in frame.y.ticks), default=1)
+    def __init__(self, frame: Frame, left: float = 0.0, bottom: float = BOTTOM) -> None:
+        self.left = max(left, 16.0 + 7.5 * max((len(label) for _, label in frame.y.ticks), default=1))
+        self.bottom = bottom
         self.width = WIDTH - self.left - RIGHT
         self.height = self.width * frame.aspect
         if self.height > TALLEST:
             self.width, self.height = TALLEST / frame.aspect, TALLEST
         self.top = HEAD + ROW * len(frame.rows)
-        self.total = self.top + self.height + BOTTOM
+        self.total = self.top + self.height + bottom
 
     def x(self, place: float) -> float:
         return self.left + self.width * place
@@ -51,13 +53,13 @@ def letter() -> float:
     return LETTER / (WIDTH - RIGHT - 50.0)
 
 
-def picture(frame: Frame, key: str, classes: dict[str, str]) -> str:
+def picture(frame: Frame, key: str, classes: dict[str, str], canvas: Canvas | None = None) -> str:
     """``<svg>`` with title and description; ``classes`` are those of the page's style for each series' name."""
-    canvas = Canvas(frame)
+    canvas = canvas or Canvas(frame)
     figure = frame.figure
     parts = [
         f'<svg viewBox="0 0 {WIDTH:g} {canvas.total:.0f}" role="img" aria-labelledby="{key}-title {key}-desc">',
-        f'<title id="{key}-title">{escape(figure.title)}</title>',
+        f'<title id="{key}-title">{escape(figure.title or figure.y_label)}</title>',
         f'<desc id="{key}-desc">{escape(description(frame))}</desc>',
         f'<clipPath id="{key}-clip"><rect x="{canvas.left:.1f}" y="{canvas.top - 1:.1f}" '
         f'width="{canvas.width:.1f}" height="{canvas.height + 2:.1f}"/></clipPath>',
@@ -108,9 +110,9 @@ def swatch(drawn: Drawn) -> str:
     return f'<svg class="swatch" viewBox="0 0 34 16" aria-hidden="true">{"".join(inside)}</svg>'
 
 
-def hover(frame: Frame) -> dict[str, Any]:
+def hover(frame: Frame, canvas: Canvas | None = None) -> dict[str, Any]:
     """Data of the script: labels, and for each series the points (px, py, x, y, spread, text)."""
-    canvas = Canvas(frame)
+    canvas = canvas or Canvas(frame)
     failed = [
         [
             round(canvas.x(p), 1),
@@ -218,11 +220,12 @@ def _axes(frame: Frame, c: Canvas) -> Iterator[str]:
     ticks += [f"M{left:.1f} {c.y(p):.1f}h-3" for p in frame.y.minor]
     over = f"M{left:.1f} {top:.1f}H{right:.1f}" if frame.rows else ""
     yield f'<path class="axis" d="M{left:.1f} {top:.1f}V{bottom:.1f}H{right:.1f}{over}{"".join(ticks)}"/>'
-    for place, label in frame.x.ticks:
+    for place, label in frame.x.ticks if c.bottom > TICK else ():
         yield _text(c.x(place), bottom + 19.0, label, "tick", "middle")
     for place, label in frame.y.ticks:
         yield _text(left - 8.0, c.y(place) + 4.5, label, "tick", "end")
-    yield _text(c.x(0.5), c.total - 6.0, frame.x.titled(figure.x_label), "label", "middle")
+    if c.bottom >= BOTTOM:
+        yield _text(c.x(0.5), c.total - 6.0, frame.x.titled(figure.x_label), "label", "middle")
     yield _text(2.0, 15.0, frame.y.titled(figure.y_label), "label")
     for place, _ in frame.floors:
         yield f'<path class="floor-line" d="M{left:.1f} {c.y(place):.1f}H{right:.1f}"/>'

@@ -10,14 +10,20 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 from mbdsl.errors import UsageError
 from mbdsl.storage.output_files import write_text
 
+if TYPE_CHECKING:
+    from mbdsl.results.stored import Layout
+
 SUFFIX = ".csv"
+LARGE = 2**25  #: size [byte] above which files are read by pandas, whose import takes longer than reading a small file
 CHUNK = 8192  #: number of rows converted to text at a time, to limit the memory
 
 
@@ -69,6 +75,51 @@ def read(path: Path) -> tuple[dict, dict]:
         raise ValueError(f"the header names {len(names)} columns, the rows have {rows.shape[1]}")
     meta = dict[str, str | float | bool](complete=not os.path.exists(_mark(path)))
     return {name: rows[:, k] for k, name in enumerate(names)}, meta
+
+
+def layout(path: Path) -> Layout:
+    """The columns, for reading in parts: large files by pandas, if it is installed."""
+    from mbdsl.results.stored import Layout
+
+    with open(path, "rb") as stream:
+        header, first = stream.readline(), stream.readline()
+        stream.seek(-min(2, os.path.getsize(path)), os.SEEK_END)
+        end = stream.read()
+    names = next(csv.reader([header.decode()]), [])
+    if [name.lower() for name in names[:1]] != ["time"]:
+        raise ValueError("its first line does not begin with time")
+    if not header.endswith(b"\n") or (header.endswith(b"\r\n") and not first):
+        raise ValueError("it was cut after its first line")
+    if header.endswith(b"\r\n") and not first.endswith(b"\r\n") and end != b"\r\n":  # ours: see ``_cut``
+        raise ValueError("it was cut: its last row is incomplete")
+    place = {name: k for k, name in enumerate(names)}
+    large = os.path.getsize(path) > LARGE
+
+    def chunks(asked: Sequence[str], rows: int) -> Iterator:
+        at = [place[name] for name in asked]
+        if large and find_spec("pandas"):
+            return _by_pandas(path, at, rows)
+        return _by_numpy(path, at, rows)
+
+    return Layout(names, {}, chunks, dict(complete=not os.path.exists(_mark(path))))
+
+
+def _by_numpy(path: Path, at: Sequence[int], rows: int) -> Iterator:
+    import numpy as np
+
+    with open(path, encoding="utf-8", newline="") as stream:
+        stream.readline()
+        while lines := list(islice(stream, rows)):
+            yield np.loadtxt(lines, delimiter=",", usecols=at, ndmin=2).T
+
+
+def _by_pandas(path: Path, at: Sequence[int], rows: int) -> Iterator:
+    """Measured with 1e7 rows and 4 columns: five times as fast as NumPy."""
+    import pandas
+
+    with pandas.read_csv(path, header=None, skiprows=1, usecols=sorted(at), dtype=float, chunksize=rows) as reader:
+        for frame in reader:
+            yield [frame[k].to_numpy() for k in at]
 
 
 def _cut(header: str, lines: list[str]) -> bool:

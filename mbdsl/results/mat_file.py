@@ -18,12 +18,14 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 if TYPE_CHECKING:
     import numpy as np
+
+    from mbdsl.results.stored import Layout
 
 SUFFIX = ".mat"
 PREFIX = "mbdsl."
@@ -51,11 +53,8 @@ def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> 
 
 
 def read(path: Path) -> tuple[dict, dict]:
-    matrices = dict(_matrices(path.read_bytes()))
-    kind = _lines(matrices["Aclass"].T)
-    if kind[:2] != ["Atrajectory", "1.1"] or kind[3] not in ("binTrans", "binNormal"):
-        raise ValueError(f"it is {', '.join(kind)}, not a binary trajectory of version 1.1")
-    if kind[3] == "binNormal":
+    matrices = {name: values for name, values, _ in _matrices(path.read_bytes())}
+    if _normal(matrices["Aclass"]):
         matrices = {key: value.T for key, value in matrices.items()}
     names, notes = _lines(matrices["name"]), _lines(matrices["description"])
     columns, meta = {}, {"complete": True}
@@ -66,6 +65,54 @@ def read(path: Path) -> tuple[dict, dict]:
             values = matrices["data_2"][abs(row) - 1].astype(float)
             columns[name] = values if row > 0 else -values  # a negated alias, as Dymola writes them
     return columns, meta
+
+
+def layout(path: Path) -> Layout:
+    """The columns, for reading in parts: the data matrix is mapped into memory, and unmapped after each part."""
+    import numpy as np
+
+    from mbdsl.results.stored import Layout
+
+    matrices, places = {}, {}
+    for name, values, place in _matrices(np.memmap(path, dtype="u1", mode="r")):
+        matrices[name], places[name] = values, place
+    data, offset = matrices.pop("data_2"), places["data_2"]
+    normal = _normal(matrices["Aclass"])
+    turned = {key: np.array(value.T if normal else value) for key, value in matrices.items()}
+    names, notes, info = _lines(turned["name"]), _lines(turned["description"]), turned["dataInfo"].T.tolist()
+    rows_of, units, meta = {}, {}, {"complete": True}
+    for name, note, (matrix, row, *_) in zip(names, notes, info, strict=True):
+        if matrix in (0, 2) and row:
+            rows_of[name] = row
+            units[name] = note[note.rfind("[") + 1 : -1].partition("|")[0] if note.endswith("]") else ""
+        elif matrix == 1 and name.startswith(PREFIX):
+            meta[name[len(PREFIX) :]] = json.loads(note)
+    shape, kind = data.shape, data.dtype
+    del matrices, data, values
+
+    def chunks(asked: Sequence[str], rows: int) -> Iterator:
+        count = shape[0] if normal else shape[1]
+        for k in range(0, count, rows):
+            mapped = np.memmap(path, kind, "r", offset, shape, order="F")
+            part = mapped[k : k + rows].T if normal else mapped[:, k : k + rows]
+            values = [np.array(part[abs(rows_of[name]) - 1], dtype=float) for name in asked]
+            yield [x if rows_of[name] > 0 else -x for x, name in zip(values, asked, strict=True)]
+
+    return Layout(list(rows_of), units, chunks, meta)
+
+
+def _normal(form: np.ndarray) -> bool:
+    """Whether the matrices are not transposed, by the matrix Aclass.
+
+    Raises
+    ------
+    ValueError
+        If the file is no trajectory.
+    """
+    kind = _lines(form.T)
+    if kind[:2] != ["Atrajectory", "1.1"] or kind[3] not in ("binTrans", "binNormal"):
+        raise ValueError(f"it is {', '.join(kind)}, not a binary trajectory of version 1.1")
+    return kind[3] == "binNormal"
 
 
 def _text(lines: list[str]) -> np.ndarray:
@@ -86,7 +133,8 @@ def _matrix(stream: BinaryIO, name: str, values: np.ndarray, code: int) -> None:
     stream.write(values.astype(_TYPES[code], copy=False).tobytes(order="F"))
 
 
-def _matrices(data: bytes):
+def _matrices(data: Any) -> Iterator[tuple[str, np.ndarray, int]]:
+    """(Name, values, place of the values in the file) of each matrix in the bytes of a file."""
     import numpy as np
 
     at = 0
@@ -96,7 +144,7 @@ def _matrices(data: bytes):
         code, rows, columns, imaginary, length = struct.unpack_from("<5i", data, at)
         if code not in _TYPES or imaginary or rows < 0 or columns < 0 or not 0 < length < 64:
             raise ValueError("the file has no matrices of MATLAB 4, or of a kind not used in trajectories")
-        name = data[at + 20 : at + 20 + length].rstrip(b"\0").decode()
+        name = bytes(data[at + 20 : at + 20 + length]).rstrip(b"\0").decode()
         values = np.frombuffer(data, _TYPES[code], rows * columns, at + 20 + length)
-        yield name, values.reshape((rows, columns), order="F")
+        yield name, values.reshape((rows, columns), order="F"), at + 20 + length
         at += 20 + length + values.nbytes

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
+
+if TYPE_CHECKING:
+    from mbdsl.results.stored import Layout
 
 SUFFIX = ".nc"
 PREFIX = "mbdsl_"  #: prefix of the global attributes of ``meta``
@@ -35,6 +38,29 @@ def read(path: Path) -> tuple[dict, dict]:
         columns = {name: np.array(v[:], dtype=float) for name, v in file.variables.items()}
         found = {k.removeprefix(PREFIX): v for k, v in file._attributes.items() if k.startswith(PREFIX)}
     return columns, {"complete": True, **{key: _value(value) for key, value in found.items()}}
+
+
+def layout(path: Path) -> Layout:
+    """The columns, for reading in parts: the variables are mapped into memory, anew for each part."""
+    import numpy as np
+    from scipy.io import netcdf_file
+
+    from mbdsl.results.stored import Layout
+
+    with netcdf_file(path, "r", mmap=True) as file:
+        time = next((v.shape for name, v in file.variables.items() if name.lower() == "time"), None)
+        fits = [name for name, v in file.variables.items() if v.shape == time and len(v.shape) == 1]
+        units = {name: _value(getattr(file.variables[name], "units", b"")) for name in fits}
+        found = {k.removeprefix(PREFIX): v for k, v in file._attributes.items() if k.startswith(PREFIX)}
+        meta = {"complete": True, **{key: _value(value) for key, value in found.items()}}
+
+    def chunks(asked: Sequence[str], rows: int) -> Iterator:
+        for k in range(0, time[0] if time else 0, rows):
+            with netcdf_file(path, "r", mmap=True) as file:
+                part = [np.array(file.variables[name].data[k : k + rows], dtype=float) for name in asked]
+            yield part
+
+    return Layout(fits, {name: str(unit) for name, unit in units.items() if unit}, chunks, meta)
 
 
 def _number(value: float | bool):

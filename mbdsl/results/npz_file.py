@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO, TYPE_CHECKING, BinaryIO
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from mbdsl.results.stored import Layout
 
 SUFFIX = ".npz"
 ABOUT = "_mbdsl"
@@ -41,3 +47,59 @@ def read(path: Path) -> tuple[dict, dict]:
             return {name: x for name, x in found.items() if x.dtype.kind in "fiub"}, meta
     except (zipfile.BadZipFile, EOFError) as problem:
         raise ValueError(str(problem)) from problem
+
+
+def layout(path: Path) -> Layout:
+    """The columns, for reading in parts: each member of the archive is a stream."""
+    import zipfile
+
+    import numpy as np
+
+    from mbdsl.results.stored import Layout
+
+    about: dict = {}
+    with zipfile.ZipFile(path) as archive:
+        if f"{ABOUT}.npy" in archive.namelist():
+            with archive.open(f"{ABOUT}.npy") as member:
+                about = json.loads(np.lib.format.read_array(member, allow_pickle=False).item())
+        shapes = {}
+        for file in archive.namelist():
+            if file.endswith(".npy") and file != f"{ABOUT}.npy":
+                with archive.open(file) as member:
+                    shapes[file[:-4]] = _header(member)
+    time = next((shape for name, (shape, _) in shapes.items() if name.lower() == "time"), None)
+    fits = [name for name, (shape, kind) in shapes.items() if shape == time and len(shape) == 1 and kind.kind in "fiub"]
+    names = [name for name in about.get("names", fits) if name in fits]
+
+    def chunks(asked: Sequence[str], rows: int) -> Iterator:
+        with zipfile.ZipFile(path) as archive, ExitStack() as stack:
+            members = [stack.enter_context(archive.open(f"{name}.npy")) for name in asked]
+            kinds = [_header(member)[1] for member in members]
+            left = shapes[asked[0]][0][0]
+            while left:
+                count = min(left, rows)
+                yield [_values(m, kind, count) for m, kind in zip(members, kinds, strict=True)]
+                left -= count
+
+    return Layout(names, about.get("units", {}), chunks, about.get("meta", {"complete": True}))
+
+
+def _header(member: IO[bytes]) -> tuple[tuple[int, ...], np.dtype]:
+    """Shape and type of the array in a member, which is then read up to its values."""
+    import numpy as np
+
+    version = np.lib.format.read_magic(member)
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, _, kind = read(member)
+    if kind.hasobject:
+        raise ValueError("it has an array of objects")
+    return shape, kind
+
+
+def _values(member: IO[bytes], kind: np.dtype, count: int) -> np.ndarray:
+    import numpy as np
+
+    data = member.read(count * kind.itemsize)
+    if len(data) < count * kind.itemsize:
+        raise ValueError("an array is shorter than its header says")
+    return np.frombuffer(data, kind).astype(float, copy=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fnmatch
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cached_property
 from os import PathLike
@@ -17,6 +16,7 @@ from mbdsl.expressions.symbolic import Expr, const, coordinate, leaves
 from mbdsl.initial.consistent import Moved
 from mbdsl.mechanism.scene import ENERGIES, Scene
 from mbdsl.messages import did_you_mean
+from mbdsl.results.selection import matching
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.batch_accelerations import sampled
 from mbdsl.system.signals import values
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from mbdsl.plotting.signal_plots import Plot
     from mbdsl.viewing.animation import Animation
 
 Array = NDArray[np.float64]
@@ -231,14 +232,9 @@ class Trajectory:
             If a pattern matches no name.
         """
         names, chosen = self.names, {}
-        known = set(names)
+        known = dict.fromkeys(names)
         for pattern in patterns:
-            if pattern in known:
-                chosen[pattern] = None
-                continue
-            # brackets are read as an index first, and as a set of characters if no name matches
-            literal = pattern.replace("[", "[[]")
-            found = fnmatch.filter(names, literal) or fnmatch.filter(names, pattern)
+            found = [pattern] if pattern in known else matching(pattern, names)
             if not found:
                 raise self._unknown(pattern)
             chosen.update(dict.fromkeys(found))
@@ -530,6 +526,59 @@ class Trajectory:
         data = self.to_dict(patterns)
         variables = {k: ("time", v, {"units": self.unit(k)}) for k, v in data.items() if k != "time"}
         return xarray.Dataset(variables, coords={"time": ("time", self.t, {"units": "s"})})
+
+    def plot(
+        self,
+        patterns: str | Iterable[str] | None = None,
+        others: Iterable[Trajectory | str | PathLike] = (),
+        *,
+        against: str | None = None,
+        difference: bool = False,
+        spectrum: bool = False,
+        out: str | PathLike | None = None,
+    ) -> Plot:
+        """Plot signals.
+
+        Parameters
+        ----------
+        patterns : str or iterable of str, optional
+            As for ``select``. Default: the coordinates of the first three bodies, without constant ones.
+        others : iterable of Trajectory or path, optional
+            Further results and result files in the same plot.
+        against : str, optional
+            Name of the signal on the horizontal axis. Default: the time.
+        difference : bool, optional
+            Plot the ``others`` minus this result, interpolated to its times.
+        spectrum : bool, optional
+            Plot amplitude spectra: a sine of amplitude A shows A.
+        out : path, optional
+            A file to write: .svg, .html, or .png and .pdf, which require matplotlib.
+
+        Returns
+        -------
+        Plot
+            The plot: ``print`` shows it in characters, a notebook as a picture, and ``save`` writes it.
+
+        Raises
+        ------
+        UsageError
+            If a pattern matches no signal, results do not fit together, a signal has no spectrum, or the file cannot
+            be written.
+        """
+        from mbdsl.plotting.signal_plots import plot
+        from mbdsl.results.stored import of_trajectory, open_result
+
+        results = [of_trajectory(self, self.scene.name)]
+        for other in others:
+            if isinstance(other, Trajectory):
+                results.append(of_trajectory(other, other.scene.name))
+            else:
+                results.append(open_result(other))
+        chosen = [patterns] if isinstance(patterns, str) else None if patterns is None else list(patterns)
+        found = plot(results, chosen, against=against, difference=difference, spectrum=spectrum)
+        if out is not None:
+            found.save(out)
+        return found
 
 
 def _energies(scene: Scene, excluded: Collection[str] = ()) -> tuple[Expr, Expr, Expr]:

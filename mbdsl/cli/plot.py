@@ -1,0 +1,149 @@
+"""mbdsl plot: signals of results, over the time or against a signal, to a file or in characters."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mbdsl import results
+from mbdsl.cli import _values as values
+from mbdsl.cli._progress import Display
+from mbdsl.errors import IntegrationError, UsageError
+from mbdsl.messages import once, visible
+from mbdsl.storage import output_files
+
+if TYPE_CHECKING:
+    from mbdsl.plotting.signal_plots import Plot
+    from mbdsl.results.stored import Result
+
+MODEL = ".mbd"
+BRAILLE = "⠿┤─−"  #: characters that the encoding of the terminal needs, or ASCII is used
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "plot",
+        help="plot signals of results",
+        description="Plot signals of results: to a file, or without --out in characters on the terminal.",
+    )
+    suffixes = ", ".join(results.formats())
+    parser.add_argument(
+        "results",
+        metavar="RESULT",
+        nargs="+",
+        help=f"result file ({suffixes}), or a model ({MODEL}), which is simulated with its own settings",
+    )
+    parser.add_argument(
+        "--signals",
+        metavar="PATTERN,...",
+        help="signals to plot (globs); default: coordinates of the first three bodies, without constant ones",
+    )
+    parser.add_argument("--against", metavar="SIGNAL", help="signal on the horizontal axis; default: the time")
+    parser.add_argument(
+        "--difference", action="store_true", help="the second and further results minus the first, at its times"
+    )
+    parser.add_argument("--spectrum", action="store_true", help="amplitude spectra over the frequency")
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--out", metavar="FILE", help="picture or page: .png, .pdf (extra `plot`), .svg, .html")
+    what.add_argument("--list", action="store_true", help="print the names and units of the signals")
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    if args.out:
+        from mbdsl.plotting.signal_plots import suffix_of
+
+        suffix_of(args.out)  # never that of a result or a model
+        output_files.check([args.out])
+    failure: IntegrationError | None = None
+    opened = []
+    for name in args.results:
+        result, problem = _opened(name)
+        opened.append(result)
+        failure = failure or problem
+    if args.list:
+        _list(opened)
+    else:
+        from mbdsl.plotting.signal_plots import plot
+
+        patterns = values.patterns(args.signals) if args.signals else None
+        found = plot(opened, patterns, against=args.against, difference=args.difference, spectrum=args.spectrum)
+        _show(found, args.out)
+    if failure:
+        raise failure
+    return 0
+
+
+def _opened(name: str) -> tuple[Result, IntegrationError | None]:
+    """The result in a file, or of a model that is simulated, and the failure of its integration.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If the simulation is interrupted.
+    """
+    from mbdsl.results.stored import of_trajectory, open_result
+
+    if Path(name).suffix.lower() != MODEL:
+        known = {MODEL, *results.formats()}
+        if Path(name).suffix.lower() not in known:
+            raise UsageError(
+                f"`{name}` is no result file and no model", hint=f"known suffixes are {', '.join(sorted(known))}"
+            )
+        return open_result(name), None
+    from mbdsl.api import simulated
+    from mbdsl.cli.simulate import print_warnings
+    from mbdsl.lang.load import load
+
+    scene = load(name)
+    display, failure = Display(sys.stderr), None
+    try:
+        trajectory = simulated(scene, progress=display, announce=once(display.say, set()))
+    except IntegrationError as problem:
+        if problem.trajectory is None or not len(problem.trajectory.t):
+            raise
+        trajectory, failure = problem.trajectory, problem
+    finally:
+        display.close()
+    if trajectory.status == "interrupted":
+        raise KeyboardInterrupt
+    print_warnings(trajectory, quiet=True, failed=failure is not None)
+    return of_trajectory(trajectory, name), failure
+
+
+def _list(opened: list[Result]) -> None:
+    """Names and units, of several results each name once."""
+    units: dict[str, str] = {}
+    for result in opened:
+        for name in result.names:
+            units[name] = units.get(name) or result.unit(name)
+    for name, unit in units.items():
+        print(f"{name} [{unit}]" if unit else name)
+
+
+def _show(plot: Plot, out: str | None) -> None:
+    if out:
+        plot.save(out)
+        print(f"{visible(out, line=True)}: {', '.join(panel.y_label for panel in plot.panels)}")
+        for note in plot.notes:
+            print(note)
+        return
+    from mbdsl.plotting.characters import COLUMNS, text
+
+    stream, terminal = sys.stdout, sys.stdout.isatty()
+    size = shutil.get_terminal_size((COLUMNS, 24)) if terminal else os.terminal_size((COLUMNS, 0))
+    colour = terminal and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+    shown = text(plot, size.columns, size.lines, colour, not _braille(stream.encoding))
+    getattr(stream, "write_raw", stream.write)(shown + "\n")  # names are escaped by ``text``
+
+
+def _braille(encoding: str | None) -> bool:
+    try:
+        BRAILLE.encode(encoding or "utf-8")
+    except (UnicodeEncodeError, LookupError):
+        return False
+    return True

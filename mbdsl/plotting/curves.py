@@ -1,0 +1,123 @@
+"""The points of the curves of a plot, read from results part by part, and decimated if they are many."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mbdsl.plotting.decimation import COLUMNS, Extremes, Visited
+from mbdsl.plotting.spectra import spectrum
+from mbdsl.results.stored import Result
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+WEAK = 1e-3  #: frequencies above the last one with this part of the largest amplitude are left out
+COLUMN_NOTE = "of each column of pixels the first, least, greatest and last value are drawn."
+CELL_NOTE = "each segment between cells of a fine grid is drawn once."
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A curve of a signal.
+
+    Attributes
+    ----------
+    name : str
+        The signal.
+    x, y : (K,)
+        Points; nan is a gap.
+    largest, spread : float
+        Largest size, and range, of all finite values.
+    count : int
+        Number of rows.
+    reduced : str
+        How the points were decimated; "" if they are all rows.
+    remark : str
+        Details of a spectrum.
+    frequency : float [Hz]
+        Highest frequency of a spectrum that is shown.
+    result : int
+        Number of the result.
+    label : str
+        The result's name.
+    """
+
+    name: str
+    x: Array
+    y: Array
+    largest: float
+    spread: float
+    count: int
+    reduced: str = ""
+    remark: str = ""
+    frequency: float = 0.0
+    result: int = 0
+    label: str = ""
+
+
+def _curve(name: str, x: Array, y: Array, count: int, reduced: str, **more) -> Curve:
+    finite = y[np.isfinite(y)]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
+    return Curve(name, x, y, max(abs(low), abs(high)), high - low, count, reduced, **more)
+
+
+def over_time(result: Result, names: Sequence[str]) -> list[Curve]:
+    """Signals over the time, from one pass through the result."""
+    found = {name: Extremes() for name in names}
+    last = -np.inf
+    for t, columns in result.chunks(names):
+        if len(t) and (t[0] < last or (np.diff(t) < 0.0).any()):  # of another program: not ascending
+            return in_plane(result, result.time, names)
+        last = t[-1] if len(t) else last
+        for name in names:
+            found[name].add(t, columns[name])
+    return [_curve(name, e.x, e.y, e.count, COLUMN_NOTE if e.reduced else "") for name, e in found.items()]
+
+
+def in_plane(result: Result, against: str, names: Sequence[str]) -> list[Curve]:
+    """Signals against a signal: one pass for the ranges, and for long results a second one for the points."""
+    asked, limit = [against, *names], 4 * COLUMNS
+    ends = dict.fromkeys(asked, (np.inf, -np.inf))
+    rows: dict[str, list[Array]] = {name: [] for name in asked}
+    count = 0
+    for t, columns in result.chunks(asked):
+        count += len(t)
+        for name in asked:
+            finite = columns[name][np.isfinite(columns[name])]
+            if len(finite):
+                ends[name] = min(ends[name][0], float(finite.min())), max(ends[name][1], float(finite.max()))
+            if count <= limit:
+                rows[name].append(columns[name])
+    if count <= limit:
+        whole = {name: np.concatenate([np.empty(0), *parts]) for name, parts in rows.items()}
+        return [_curve(name, whole[against], whole[name], count, "") for name in names]
+    drawn = {name: Visited(ends[against], ends[name]) for name in names if np.isfinite(ends[name][0])}
+    for _, columns in result.chunks(asked):
+        for name, visited in drawn.items():
+            visited.add(columns[against], np.where(np.isfinite(columns[name]), columns[name], np.nan))
+    return [_curve(name, v.x, v.y, count, CELL_NOTE) for name, v in drawn.items()]
+
+
+def of_frequency(result: Result, names: Sequence[str]) -> list[Curve]:
+    """Amplitude spectra; one signal is in memory at a time."""
+    found: list[Curve] = []
+    for name in names:
+        s = spectrum(result, name)
+        highest = s.amplitude.max()
+        above = np.flatnonzero(s.amplitude > WEAK * highest) if highest > 0.0 else np.array([], int)
+        end = s.frequency[-1] if not len(above) else min(1.25 * s.frequency[above[-1]], s.frequency[-1])
+        extremes = Extremes()
+        extremes.add(s.frequency[s.frequency <= end], s.amplitude[s.frequency <= end])
+        remarks = []
+        if s.resampled:
+            remarks.append(f"The times of {result.label} are not uniform: {name} is resampled {s.resampled}.")
+        if s.segments > 1:
+            remarks.append(f"Mean of {s.segments} segments that overlap by half.")
+        found.append(_curve(name, extremes.x, extremes.y, 0, "", remark=" ".join(remarks), frequency=float(end)))
+    return found

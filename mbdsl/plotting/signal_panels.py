@@ -1,0 +1,124 @@
+"""The panels of a plot of signals: one figure a unit, with a shared horizontal axis and the looks of the curves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbdsl.plotting.curves import Curve
+from mbdsl.plotting.figures import Figure, Series
+from mbdsl.plotting.series_styles import DASHES, OTHERS, Look
+
+QUANTITIES = {
+    "m": "length",
+    "rad": "angle",
+    "m/s": "velocity",
+    "rad/s": "angular velocity",
+    "m/s2": "acceleration",
+    "rad/s2": "angular acceleration",
+    "N": "force",
+    "N.m": "torque",
+    "J": "energy",
+    "W": "power",
+    "s": "duration",
+}
+ASPECTS = {1: 0.5, 2: 0.34}  #: number of panels -> height of a panel over its width
+FLAT = 0.26  #: the same for more panels
+MARGIN = 0.04  #: space beside a phase plot, over its range
+FLOOR = 1e-4  #: lowest amplitude of a spectrum that is shown, over the largest of its panel
+
+
+@dataclass(frozen=True)
+class Horizontal:
+    """The horizontal axis: its label and unit, and whether it is that of a signal."""
+
+    label: str
+    unit: str
+    signal: bool = False
+
+
+def panels(
+    curves: Sequence[Curve], units: Mapping[str, str], x: Horizontal, several: bool
+) -> tuple[tuple[Figure, ...], dict[str, Look]]:
+    """The panels from the top, and the looks by the names of their series.
+
+    Parameters
+    ----------
+    curves : sequence of Curve
+        The curves of all panels.
+    units : mapping
+        Signal -> unit.
+    x : Horizontal
+        The horizontal axis.
+    several : bool
+        Whether there are several results; names then contain that of the result.
+
+    Returns
+    -------
+    panels : tuple of Figure
+    looks : dict
+    """
+    by_unit: dict[str, list[Curve]] = {}
+    for curve in curves:
+        by_unit.setdefault(units[curve.name], []).append(curve)
+    equal = x.signal and x.unit == "m" and set(by_unit) == {"m"}
+    ends = None if equal else _ends(curves, x)
+    aspect = None if equal else ASPECTS.get(len(by_unit), FLAT)
+    looks: dict[str, Look] = {}
+    found = []
+    for k, (unit, shown) in enumerate(by_unit.items()):
+        order = {name: j for j, name in enumerate(dict.fromkeys(curve.name for curve in shown))}
+        series = []
+        for curve in shown:
+            name = f"{curve.name}, {curve.label}" if several else curve.name
+            looks[name] = look(order[curve.name], curve.result)
+            style = "line" if len(curve.x) > 1 else "marks"
+            series.append(Series(name, curve.x.tolist(), curve.y.tolist(), style=style))
+        highest = max((curve.largest for curve in shown if curve.frequency), default=0.0)
+        figure = Figure(
+            f"panel-{k}",
+            "",
+            labelled(x.label, x.unit),
+            labelled(_quantity(list(order), unit), unit),
+            series,
+            x_log=False,
+            y_log=highest > 0.0,
+            equal=equal,
+            x_ends=ends,
+            y_ends=(FLOOR * highest, 2.0 * highest) if highest > 0.0 else None,
+            aspect=aspect,
+        )
+        found.append(figure)
+    return tuple(found), looks
+
+
+def look(signal: int, result: int) -> Look:
+    """Colour and mark of the ``signal``-th signal of a panel, and the dashes of the ``result``-th result."""
+    turn, place = divmod(signal, len(OTHERS))
+    return replace(OTHERS[place], dash=DASHES[(result + turn) % len(DASHES)])
+
+
+def labelled(text: str, unit: str) -> str:
+    """A label with its unit."""
+    return f"{text} [{unit}]".strip() if unit else text
+
+
+def _ends(curves: Sequence[Curve], x: Horizontal) -> tuple[float, float]:
+    """The range of the horizontal axis of all panels."""
+    if any(curve.frequency for curve in curves):
+        return 0.0, max(curve.frequency for curve in curves)
+    finite = [values[np.isfinite(values)] for values in (curve.x for curve in curves)]
+    finite = [values for values in finite if len(values)] or [np.array([0.0, 1.0])]
+    low, high = float(min(v.min() for v in finite)), float(max(v.max() for v in finite))
+    space = MARGIN * (high - low) if x.signal else 0.0
+    return low - space, high + space
+
+
+def _quantity(names: Sequence[str], unit: str) -> str:
+    """A label for several signals: their name, the last part of their names if it is common, or the quantity."""
+    if len(names) == 1:
+        return names[0]
+    keys = {name.rpartition(".")[2] for name in names}
+    return keys.pop() if len(keys) == 1 else QUANTITIES.get(unit, "value" if not unit else "")

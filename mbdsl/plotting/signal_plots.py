@@ -1,0 +1,227 @@
+"""Plots of the signals of results: over the time, against a signal, as differences and as spectra."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from mbdsl.errors import UsageError
+from mbdsl.messages import few
+from mbdsl.plotting import curves
+from mbdsl.plotting.curves import Curve
+from mbdsl.plotting.differences import Difference
+from mbdsl.plotting.figures import Page, Panels
+from mbdsl.plotting.plot_notes import of_choice, of_curves, of_results, short_labels
+from mbdsl.plotting.signal_panels import Horizontal, panels
+from mbdsl.results.selection import select, unknown
+from mbdsl.results.stored import Result
+
+SUFFIXES = (".png", ".svg", ".pdf", ".html")
+BODIES = 3  #: number of bodies of which the default signals are
+FEW = 6  #: number of default signals if no name is that of a coordinate
+COORDINATES = ("x", "y", "phi")
+CONSTANT = 1e-9  #: default signals that vary by less than this part of the largest value of their unit are left out
+
+
+class Plot(Panels):
+    """A plot: panels with a shared axis, one below the other.
+
+    ``print(plot)`` shows it in characters, a notebook as a picture.
+
+    Attributes
+    ----------
+    title : str
+    panels : tuple of Figure
+        One for each unit, from the top.
+    looks : mapping
+        Name of a series -> its look.
+    notes : tuple of str
+        Sentences on what is shown: decimation, interpolation, omitted signals.
+    """
+
+    def save(self, path: str | os.PathLike) -> None:
+        """Write the plot to a file.
+
+        Parameters
+        ----------
+        path : path
+            The file. Its suffix selects the format: .svg, .html, or .png and .pdf, which require matplotlib.
+
+        Raises
+        ------
+        UsageError
+            If the suffix is unknown, the file cannot be written, or matplotlib is not installed.
+        """
+        suffix = suffix_of(path)
+        if suffix == ".html":
+            from mbdsl.plotting.pages import write
+
+            write(self.page(), path)
+        elif suffix == ".svg":
+            from mbdsl.plotting.panels_svg import svg
+            from mbdsl.storage.output_files import write_text
+
+            write_text(path, svg(self))
+        else:
+            from mbdsl.plotting.panels_picture import draw
+
+            draw(self, path)
+
+    def page(self) -> Page:
+        """Return the plot as a page.
+
+        Returns
+        -------
+        Page
+        """
+        return Page(self.title, self.notes, self.panels, looks=self.looks)
+
+    def __str__(self) -> str:
+        from mbdsl.plotting.characters import text
+
+        return text(self)
+
+    def _repr_svg_(self) -> str:
+        from mbdsl.plotting.panels_svg import svg
+
+        return svg(self)
+
+
+def suffix_of(path: str | os.PathLike) -> str:
+    """The suffix of an output file.
+
+    Raises
+    ------
+    UsageError
+        If it is unknown.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise UsageError(f"unknown suffix `{Path(path).suffix}` of `{path!s}`", hint=f"known are {', '.join(SUFFIXES)}")
+    return suffix
+
+
+def plot(
+    results: Sequence[Result],
+    patterns: Sequence[str] | None = None,
+    *,
+    against: str | None = None,
+    difference: bool = False,
+    spectrum: bool = False,
+) -> Plot:
+    """Plot signals of one or more results.
+
+    Parameters
+    ----------
+    results : sequence of Result
+        The results.
+    patterns : sequence of str, optional
+        Names and glob patterns of signals. Default: the coordinates of the first three bodies, without constant ones;
+        if no signal is named as a coordinate, the first six signals.
+    against : str, optional
+        Name of the signal on the horizontal axis. Default: the time.
+    difference : bool, optional
+        Plot the second and further results minus the first one.
+    spectrum : bool, optional
+        Plot amplitude spectra.
+
+    Returns
+    -------
+    Plot
+
+    Raises
+    ------
+    UsageError
+        If a pattern matches no signal, a result is empty or damaged, results do not fit together, or a signal has no
+        spectrum.
+    """
+    results = _compared(results) if difference else list(results)
+    labels = short_labels([result.label for result in results])
+    known = list(dict.fromkeys(name for result in results for name in result.names))
+    if against is not None and against.lower() == "time":
+        against = None
+    _check_axis(against, spectrum, results, labels, known)
+    usual = [name for result in results for name in result.defaults]
+    chosen = select(patterns, known, few(labels)) if patterns else default_signals(usual)
+    chosen = [name for name in chosen if name != against]
+    if not chosen:
+        raise UsageError("there is no signal to plot", hint="`--signals '*'` chooses all; `--list` lists them")
+    units = {name: _unit(name, results) for name in chosen}
+    found = list(_curves(results, labels, chosen, against, spectrum))
+    if not any(len(curve.x) for curve in found):
+        raise UsageError(f"{few(labels)} {'has' if len(results) == 1 else 'have'} no rows")
+    constant = [] if patterns else _constant(found, units)
+    x = Horizontal("frequency", "Hz") if spectrum else Horizontal("time", "s")
+    if against is not None:
+        x = Horizontal(against, _unit(against, results), signal=True)
+    figures, looks = panels([c for c in found if c.name not in constant], units, x, len(results) > 1)
+    notes = [] if patterns else list(of_choice(chosen, constant, known))
+    notes += [*of_results(results, labels, chosen), *of_curves(found)]
+    return Plot(", ".join(labels), figures, looks, tuple(dict.fromkeys(notes)))
+
+
+def _check_axis(
+    against: str | None, spectrum: bool, results: Sequence[Result], labels: Sequence[str], known: Sequence[str]
+) -> None:
+    if against is None:
+        return
+    if spectrum:
+        raise UsageError("a spectrum is plotted against the frequency", hint="omit --against or --spectrum")
+    lacking = [label for label, result in zip(labels, results, strict=True) if against not in result.names]
+    if lacking:
+        raise unknown(against, known, few(lacking))
+
+
+def default_signals(names: Sequence[str]) -> list[str]:
+    """The coordinates of the first bodies; if no name is that of a coordinate, the first few names."""
+    owners: dict[str, list[str]] = {}
+    known = dict.fromkeys(names)
+    for name in known:
+        owner, _, key = name.rpartition(".")
+        if key in COORDINATES and owner and "." not in owner:
+            owners.setdefault(owner, []).append(name)
+    # Bodies have accelerations; frames have none, and joints only an angle.
+    bodies = [owned for owner, owned in owners.items() if f"{owner}.ax" in known]
+    bodies = bodies or [owned for owned in owners.values() if len(owned) > 1] or list(owners.values())
+    return [name for owned in bodies[:BODIES] for name in owned] or list(known)[:FEW]
+
+
+def _compared(results: Sequence[Result]) -> list[Result]:
+    if len(results) < 2:
+        raise UsageError("a difference needs two results", hint="give both: mbdsl plot a.csv b.csv --difference")
+    return [Difference(result, results[0]) for result in results[1:]]
+
+
+def _unit(name: str, results: Sequence[Result]) -> str:
+    units = {result.unit(name): result for result in results if name in result.names}
+    units.pop("", None)
+    if len(units) > 1:
+        pairs = [f"{unit} in {result.label}" for unit, result in units.items()]
+        raise UsageError(f"`{name}` has the unit {' and '.join(pairs)}", hint="plot the results one by one")
+    return next(iter(units), "")
+
+
+def _curves(
+    results: Sequence[Result], labels: Sequence[str], chosen: Sequence[str], against: str | None, spectrum: bool
+) -> Iterator[Curve]:
+    for k, (result, label) in enumerate(zip(results, labels, strict=True)):
+        have = set(result.names)
+        names = [name for name in chosen if name in have]
+        if spectrum:
+            found = curves.of_frequency(result, names)
+        elif against is None:
+            found = curves.over_time(result, names)
+        else:
+            found = curves.in_plane(result, against, names)
+        yield from (replace(curve, result=k, label=label) for curve in found)
+
+
+def _constant(found: Sequence[Curve], units: Mapping[str, str]) -> list[str]:
+    """Default signals that are constant in all results; none if all are."""
+    size: dict[str, float] = {}
+    for curve in found:
+        size[units[curve.name]] = max(size.get(units[curve.name], 0.0), curve.largest)
+    moves = {c.name for c in found if c.spread > CONSTANT * size[units[c.name]]}
+    return [name for name in units if name not in moves] if moves else []

@@ -1,0 +1,224 @@
+"""Results that are read in parts: names, units and columns of a result file of any format, with bounded memory.
+
+A format may have ``layout(path)``, which returns a ``Layout``; the columns of other formats are read as a whole.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mbdsl import results
+from mbdsl.errors import UsageError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    Chunks = Iterator[Sequence[np.ndarray]]
+
+ROWS = 131072  #: number of rows of a part
+#: last part of a name -> unit, for files without units: the signals of frames and bodies
+USUAL_UNITS = {
+    "x": "m",
+    "y": "m",
+    "phi": "rad",
+    "vx": "m/s",
+    "vy": "m/s",
+    "w": "rad/s",
+    "ax": "m/s2",
+    "ay": "m/s2",
+    "alpha": "rad/s2",
+    "kinetic": "J",
+    "potential": "J",
+    "total": "J",
+}
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Columns of a file: ``chunks(names, rows)`` yields the values of these columns for at most ``rows`` rows."""
+
+    names: list[str]
+    units: Mapping[str, str]
+    chunks: Callable[[Sequence[str], int], Chunks]
+    meta: dict = field(default_factory=dict)
+
+
+class Result:
+    """A result whose columns are read in parts.
+
+    Parameters
+    ----------
+    label : str
+        Its name in legends and messages.
+    layout : Layout
+        Its columns.
+
+    Attributes
+    ----------
+    names : list of str
+        Names of the signals, without the time.
+    defaults : list of str
+        The signals from which those of a plot are chosen by default.
+    time : str
+        Name of the column of the times.
+    """
+
+    def __init__(self, label: str, layout: Layout) -> None:
+        self.label, self.layout = label, layout
+        times = [name for name in layout.names if name.lower() == "time"]
+        if not times:
+            raise UsageError(
+                f"`{label}` has no column `time`", hint="the columns of a result are signals over the time"
+            )
+        self.time = times[0]
+        self.names = [name for name in layout.names if name != self.time]
+        self.defaults = self.names
+
+    def unit(self, name: str) -> str:
+        """Return the unit of a signal.
+
+        Parameters
+        ----------
+        name : str
+            Name of a signal.
+
+        Returns
+        -------
+        str
+            Its unit; in files without units, that of the signals of bodies with this name; "" if it is unknown.
+        """
+        if name == self.time:
+            return "s"
+        units = self.layout.units
+        if not units:
+            owner, dot, key = name.rpartition(".")
+            return USUAL_UNITS.get(key, "") if dot and (owner == "energy") == (USUAL_UNITS.get(key) == "J") else ""
+        unit = units.get(name, "")
+        return "" if unit == "1" else unit
+
+    def chunks(self, names: Sequence[str], rows: int = ROWS) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
+        """Read columns in parts.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Names of signals.
+        rows : int, optional
+            Largest number of rows of a part.
+
+        Yields
+        ------
+        times : (k,) [s]
+        columns : dict of (k,)
+            Name -> values, of ``names`` and the time.
+
+        Returns
+        -------
+        iterator
+            Of these pairs.
+
+        Raises
+        ------
+        UsageError
+            If the file cannot be read or is damaged.
+        """
+        asked = [self.time, *(name for name in dict.fromkeys(names) if name != self.time)]
+        with readable(self.label):
+            for part in self.layout.chunks(asked, rows):
+                found = dict(zip(asked, part, strict=True))
+                yield found[self.time], found
+
+
+def open_result(path: str | os.PathLike) -> Result:
+    """Open a result file whose columns are read in parts.
+
+    Parameters
+    ----------
+    path : path
+        The file; its suffix selects the format.
+
+    Returns
+    -------
+    Result
+        Names and units of the signals, and their values.
+
+    Raises
+    ------
+    UsageError
+        If the suffix is unknown, the file cannot be read or has another format, or it has no column ``time``.
+    """
+    module = results.format_of(path)
+    with readable(str(path)):
+        layout = module.layout(Path(path)) if hasattr(module, "layout") else _whole(*results.read(path))
+    return Result(str(path), layout)
+
+
+def of_trajectory(trajectory: Any, label: str) -> Result:
+    """The signals of a ``Trajectory``, which computes them on access."""
+    found = of_columns(label, trajectory.names, trajectory.unit, trajectory.__getitem__)
+    found.defaults = trajectory.default_names
+    found.layout.meta.update(complete=trajectory.status == "done", status=trajectory.status)
+    return found
+
+
+def of_columns(label: str, names: Sequence[str], unit: Callable[[str], str], column: Callable) -> Result:
+    """A result in memory: ``unit(name)`` and ``column(name)`` give the unit and the values (N,) of a name."""
+
+    def chunks(asked: Sequence[str], rows: int) -> Chunks:
+        columns = [column(name) for name in asked]
+        for k in range(0, len(columns[0]), rows):
+            yield [values[k : k + rows] for values in columns]
+
+    return Result(label, Layout(list(names), _Units(names, unit), chunks))
+
+
+class _Units(Mapping):
+    """Units by name, computed on access."""
+
+    def __init__(self, names: Sequence[str], unit: Callable[[str], str]) -> None:
+        self._names, self._unit = dict.fromkeys(names), unit
+
+    def __getitem__(self, name: str) -> str:
+        if name not in self._names:
+            raise KeyError(name)
+        return self._unit(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+def _whole(columns: Mapping, meta: dict) -> Layout:
+    def chunks(asked: Sequence[str], rows: int) -> Chunks:
+        for k in range(0, len(columns[asked[0]]), rows):
+            yield [columns[name][k : k + rows] for name in asked]
+
+    return Layout(list(columns), {}, chunks, meta)
+
+
+@contextmanager
+def readable(name: str) -> Iterator[None]:
+    """Errors of reading a file as errors of the user.
+
+    Raises
+    ------
+    UsageError
+        If the file cannot be read, has another format, or is damaged.
+    """
+    try:
+        yield
+    except (UsageError, GeneratorExit):
+        raise
+    except OSError as problem:
+        raise UsageError(f"cannot read `{name}`: {problem.strerror or problem}") from problem
+    except Exception as problem:  # zipfile, zlib, json, numpy and scipy each raise their own errors at damaged bytes
+        why = " ".join(str(problem).split())[:200] or type(problem).__name__
+        suffix = Path(name).suffix.lower()
+        raise UsageError(f"`{name}` is not a {suffix} result file, or is damaged: {why}") from problem
