@@ -10,7 +10,8 @@ from mbdsl.elements.kind import ForceKind, Parameter
 
 KIND = ForceKind(
     "Force",
-    doc="A force on the origin of frame_b, in world axes or in those of frame_a (a follower force: frame_a = frame_b).",
+    doc="A force on the origin of frame_b, with components in the axes of frame_a, or of the world without frame_a. No "
+    "reaction acts on frame_a. With frame_a = frame_b it is a follower force.",
     rows=2,
     optional_ports=("frame_a",),
     parameters=(

@@ -25,7 +25,11 @@ def parameters(speed: str, unit: str, default: float) -> tuple[Parameter, ...]:
         Parameter("mu", "1", 0.0, "coefficient of friction; 0: none", minimum=0.0),
         Parameter("mu_s", "1", None, "coefficient around standstill; default mu", minimum=0.0),
         Parameter(
-            f"{speed}_s", unit, default, "speed over which friction changes its sign: tanh(v/v_s)", positive=True
+            f"{speed}_s",
+            unit,
+            default,
+            f"speed over which friction changes its sign: tanh({speed}/{speed}_s)",
+            positive=True,
         ),
         Parameter(f"{speed}_st", unit, None, f"Stribeck speed; default {STRIBECK:g} {speed}_s", positive=True),
     )

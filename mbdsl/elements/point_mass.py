@@ -2,13 +2,13 @@
 
 from mbdsl.bodies import point_mass_kernels as motion
 from mbdsl.elements import body
-from mbdsl.elements.kind import BodyKind, Parameter
+from mbdsl.elements.kind import BodyKind, Parameter, Signal
 
 KIND = BodyKind(
     "PointMass",
     doc="A mass at a point. Its name stands for its only frame, which does not rotate.",
     parameters=(Parameter("m", "kg", doc="mass", positive=True),),
-    signals=body.SIGNALS,
+    signals=tuple(Signal(x.name, x.unit, x.formula, "always 0") if x.name in ("phi", "w") else x for x in body.SIGNALS),
     coordinates=("x", "y"),
     is_frame=True,
     table=lambda v: (v["m"], v["m"]),

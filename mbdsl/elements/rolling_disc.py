@@ -12,14 +12,17 @@ from mbdsl.compilation.buffer_layout import VALUE
 from mbdsl.compilation.marks import kernel
 from mbdsl.elements import point_on_line
 from mbdsl.elements.coordinates import offset, offset_hessian
-from mbdsl.elements.kind import JointKind, Parameter, wrench
+from mbdsl.elements.kind import JointKind, Parameter, Signal, wrench
 
 KIND = JointKind(
     "RollingDisc",
     doc="A disc with its centre at the origin of frame_b rolls without slip on the x axis of frame_a, above it.",
     rows=1,
     parameters=(Parameter("radius", "m", doc="radius of the disc", positive=True),),
-    signals=point_on_line.KIND.signals,
+    signals=tuple(
+        Signal("v", "m/s", "der(s)", "velocity of the centre along the axis") if x.name == "v" else x
+        for x in point_on_line.KIND.signals
+    ),
     velocity_rows=("v + radius*w",),
     reactions=wrench(
         "sin(frame_a.phi)*lam[1] - cos(frame_a.phi)*lam[2]",

@@ -1,6 +1,7 @@
 """Registry of integration methods: one file each, discovered in their packages; there is no list of them.
 
-A compiled method is a module of :mod:`mbdsl.integrators.methods` with a ``METHOD`` and kernels. A backend (a
+A compiled method is a module of :mod:`mbdsl.integrators.methods` with a ``METHOD`` and the kernels that
+:mod:`mbdsl.integrators.method` lists. A backend (a
 third-party integrator) has a ``METHOD`` and a function ``solve``, see :mod:`mbdsl.integrators.backends`. It is a module
 of :mod:`mbdsl.integrators.external`, or is passed to ``register``, or belongs to another distribution that declares an
 entry point of the group "mbdsl.integrators":
@@ -12,13 +13,14 @@ entry point of the group "mbdsl.integrators":
 from __future__ import annotations
 
 import importlib
+import inspect
 import pkgutil
 from functools import cache
 from types import ModuleType
 from typing import Any
 
 from mbdsl.errors import UsageError
-from mbdsl.integrators.method import Method, Option, Run
+from mbdsl.integrators.method import KERNELS, OPTIONAL_KERNELS, STEP_KERNELS, Method, Option, Run
 from mbdsl.messages import did_you_mean
 
 __all__ = ["Method", "Option", "Run", "available", "backend", "compiled", "declared", "modules", "problems", "register"]
@@ -41,7 +43,27 @@ def modules() -> dict[str, ModuleType]:
     """Method name -> module, for all compiled methods."""
     from mbdsl.integrators import methods
 
-    return _found(methods.__name__, methods.__path__)
+    found = _found(methods.__name__, methods.__path__)
+    for name, module in found.items():
+        _check_kernels(name, module)
+    return found
+
+
+def _check_kernels(name: str, module: ModuleType) -> None:
+    """Check that a compiled method has its kernels, with their parameters."""
+    required = STEP_KERNELS if hasattr(module, "take") else KERNELS
+    for kernel, parameters in (required | OPTIONAL_KERNELS).items():
+        function = getattr(module, kernel, None)
+        if function is None:
+            if kernel in required:
+                raise UsageError(
+                    f"method {name} has no kernel {kernel}({parameters})", hint=f"add it to {module.__file__}"
+                )
+        elif not hasattr(function, "__mbdsl_kernel__"):
+            raise UsageError(f"{kernel} of method {name} is not marked as a kernel", hint=f"see {module.__file__}")
+        elif (has := ", ".join(inspect.signature(function).parameters)) != parameters:
+            wrong = f"the kernel {kernel} of method {name} takes ({has}), expected ({parameters})"
+            raise UsageError(wrong, hint=f"see {module.__file__}")
 
 
 @cache

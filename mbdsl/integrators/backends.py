@@ -251,4 +251,5 @@ def require(module: str, extra: str, name: str):
     try:
         return importlib.import_module(module)
     except ImportError:
-        raise UsageError(f"{name} needs {module.split('.')[0]}", hint=f'pip install "mbdsl[{extra}]"') from None
+        hint = f"in the folder of mbdsl: pip install '.[{extra}]'"
+        raise UsageError(f"{name} needs {module.split('.')[0]}", hint=hint) from None

@@ -16,6 +16,25 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+#: kernels of a method with the common step, and their parameters; see :mod:`mbdsl.integrators.loop.multistep`
+KERNELS = {
+    "motion": "h, run",
+    "residual": "h, run",
+    "matrix": "t, h, run",
+    "correct": "k, h, run",
+    "finish": "h, run",
+}
+#: kernels of a method with its own step, recognised by ``take``; see :mod:`mbdsl.integrators.loop.driver`
+STEP_KERNELS = {
+    "trial_length": "run",
+    "take": "t0, h, formulas, run",
+    "interpolate": "k, x, h, out, run",
+    "store": "h, run",
+    "next_length": "error, h, times, formulas, run",
+}
+#: kernels of controlled steps, with defaults in :mod:`mbdsl.integrators.loop.step_control`
+OPTIONAL_KERNELS = {"local_error": "h, last, c, jerk, snap", "change_step": "h, run"}
+
 
 @dataclass(frozen=True)
 class Option:
@@ -60,8 +79,9 @@ class Method:
     start of the step. ``multipliers`` are the rows of ``vectors`` with lam, with mu, and with the multipliers that
     force laws read; psi is always in UNKNOWN. ``own_reactions`` is False if reactions have to be computed from the
     acceleration-level equations; ``inverts_mass`` is True if every coordinate needs a mass. Users can only choose
-    methods that are ``chosen``. ``steps`` are "fixed", "controlled" (by an error estimate), or both; the default is
-    the first.
+    methods that are ``chosen``. ``steps`` are "fixed", "controlled" (by an error estimate), or both. A method with
+    both is error-controlled if neither a step nor a tolerance is given; if "controlled" comes first, it ignores the
+    model's Step.
 
     A third-party integrator (see :mod:`mbdsl.integrators.backends`) has neither ``coefficients`` nor ``begin``. Its
     ``own_reactions`` is True if it yields multipliers, and ``needs`` names the software to be installed. If its order
@@ -85,7 +105,7 @@ class Method:
     parameters: Mapping[str, Option] = field(default_factory=dict)
     check: Callable[[Mapping[str, float | None]], str | None] = lambda options: None
     check_constrained: Callable[[Mapping[str, float | None]], str | None] = lambda options: None
-    matrices: int = 1
+    matrices: int = 1  #: number of iteration matrices, of ``run.matrices``
     multipliers: tuple[int, int, int] = (UNKNOWN, UNKNOWN2, UNKNOWN)
     sets: int = 1
     own_reactions: bool = True

@@ -32,7 +32,7 @@ def _kind(kind: Kind) -> str:
         lines += [f"Frames: {', '.join(ports)}.", ""]
     if kind.parameters:
         lines += ["| parameter | unit | default | |", "|---|---|---|---|"]
-        lines += [f"| `{p.name}` | {_unit(p)} | {_default(p)} | {_notes(p)} |" for p in kind.parameters]
+        lines += [f"| `{p.name}` | {_unit(p)} | {_default(p)} | {_notes(kind, p)} |" for p in kind.parameters]
         lines.append("")
     if kind.signals:
         lines += ["| signal | unit | |", "|---|---|---|"]
@@ -60,10 +60,11 @@ def _default(p: Parameter) -> str:
     return f"{p.default:g}" if isinstance(p.default, float) else f'"{p.default}"' if p.choices else str(p.default)
 
 
-def _notes(p: Parameter) -> str:
+def _notes(kind: Kind, p: Parameter) -> str:
     notes = [p.doc] if p.doc else []
     if p.law:
-        notes.append("may be an expression in time and signals")
+        driven = isinstance(kind, JointKind) and kind.driver == p.name
+        notes.append("without signals and inputs" if driven else "may be an expression in time and signals")
     if p.positive:
         notes.append("positive")
     elif p.minimum is not None:

@@ -1,6 +1,7 @@
 """Result files. The suffix of a file's name selects the format; each format is a module of this package.
 
-A format has ``SUFFIX``, ``write(stream, columns, units, meta)`` and ``read(path)``.
+A format has ``SUFFIX``, ``write(stream, columns, units, meta)`` and ``read(path)``. It may have ``mark(path, meta)``,
+called before the file gets its name, and ``settle(path, meta)``, called afterwards.
 ``columns`` maps signal names to arrays of one length, ``time`` first; ``units`` maps them to unit texts; ``meta`` are
 plain values (``complete``, ``model``, ``method``, ``step``, ``version``, ...).
 """

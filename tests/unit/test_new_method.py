@@ -143,6 +143,46 @@ def test_its_correction_is_newtons(environment, tmp_path):
     assert largest < 1e-8
 
 
+@pytest.mark.parametrize(
+    ("taken", "changed", "expected"),
+    [
+        ("correct, matrix, motion, residual", "", "method incomplete has no kernel finish(h, run)"),
+        ("correct, finish, matrix, motion", "", "method incomplete has no kernel residual(h, run)"),
+        (
+            "correct, finish, matrix, motion, residual",
+            "@kernel\ndef motion(run): ...",
+            "the kernel motion of method incomplete takes (run), expected (h, run)",
+        ),
+        (
+            "correct, finish, matrix, motion, residual",
+            "def finish(h, run): ...",
+            "finish of method incomplete is not marked as a kernel",
+        ),
+    ],
+)
+def test_kernels_are_checked(taken, changed, expected, tmp_path, monkeypatch):
+    from mbdsl import integrators
+    from mbdsl.integrators import methods
+
+    text = f"""
+from mbdsl.compilation.marks import kernel
+from mbdsl.integrators.method import Method
+from mbdsl.integrators.methods.nstiff import {taken}
+
+METHOD = Method("incomplete", doc="", order=1, index=3, enforces=("Phi",), source="")
+
+{changed}
+"""
+    (tmp_path / "incomplete_method.py").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(methods, "__path__", [*methods.__path__, str(tmp_path)])
+    try:
+        with pytest.raises(mbdsl.errors.UsageError) as refused:
+            integrators.modules.__wrapped__()
+    finally:
+        sys.modules.pop("mbdsl.integrators.methods.incomplete_method", None)
+    assert refused.value.message == expected
+
+
 def test_the_command_line_has_it(environment, tmp_path):
     listed = output(environment, tmp_path, "-m", "mbdsl", "methods")
     assert re.search(r"^bdf3 +order 3, index 3, enforces Phi$", listed, re.MULTILINE)

@@ -37,7 +37,7 @@ METHOD = Method(
     sets=2,
     steps=("controlled",),
     searches=True,
-    needs="scikit-sundae: pip install mbdsl[sundials]",
+    needs="scikit-sundae: pip install '.[sundials]' in the folder of mbdsl",
 )
 #: tolerance of a step, relative to that of the problem
 SHARE = 0.01

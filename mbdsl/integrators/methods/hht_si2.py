@@ -10,6 +10,10 @@ Unknowns a_{n+1}, lam_{n+1}, and abar, mu, which are local to the step; f = Q - 
     R4:  1/h (Phi_q v + Phi_t)_{n+1} = 0
     Mhat := M at the predictor q_n + (1+alpha) h v_n, once a step
 
+with gamma = 1/2 - alpha and beta = (1 - alpha)^2/4; a_n ~ q''(t_n + alpha h). Nonholonomic constraints are rows of R1:
+1/h Gam(v_{n+1}, q_{n+1}, t_{n+1}) = 0, and f contains -Gam_v^T nu. K = -f_q, D = -f_v and N = (Phi_q v)_q. M is split
+into the constant part of its diagonal (``mass``) and the rest (``Ma`` and ``Mabar`` are the rest times a and abar).
+
 The system has twice the size of HHT-I3's, and is split into two. With the increments da of a and e of abar/2, and
 S = 1/(1+alpha) M + beta h^2 K + gamma h D, Newton's equations are
 
@@ -132,7 +136,8 @@ def residual(h, run):
 
 @kernel
 def matrix(t, h, run):
-    """Matrices 0, 1 and 2 <- [[S, Phi_q^T], [Phi_q, 0]], [[2 M, Phi_q^T], [Phi_q, 0]], both factorised, and -h^2 K."""
+    """Matrices 0 and 1 <- [[S, Phi_q^T], [Phi_q, 0]] and [[2 M, Phi_q^T], [Phi_q, 0]], factorised;
+    matrix 2 <- -h^2 K (and -h/gamma Gam_q), not factorised, or empty where it is negligible."""
     beta, gamma, alpha, _past = weights(run)
     mass = 1 / (1 + alpha)
     iteration_matrix(0, t, run, M=mass, K=beta * h * h, D=gamma * h, Gam_q=beta * h / gamma)
@@ -146,8 +151,8 @@ def matrix(t, h, run):
 
 @kernel
 def correct(k, h, run):
-    """Solve for the corrections and apply them to UNKNOWN and UNKNOWN2; return the largest scaled change of a position
-    (or of h times a velocity)."""
+    """Solve for the corrections and apply them to UNKNOWN and UNKNOWN2; return the largest scaled change of a position,
+    h^2 times that of beta a + abar/2."""
     beta, gamma, _alpha, _past = weights(run)
     return correct_with(beta, gamma, k, h, run)
 

@@ -6,6 +6,10 @@ Unknowns a_{n+1}, lam_{n+1}; f = Q - Phi_q^T lam:
     v_{n+1} = v_n + h [(1 - gamma) a_n + gamma a_{n+1}]                                                   (4b)
     M a_{n+1} - f_{n+1} = 0
     1/(beta h^2) Phi(q_{n+1}, t_{n+1}) = 0
+    1/(gamma h) Gam(v_{n+1}, q_{n+1}, t_{n+1}) = 0     of nonholonomic constraints, with -Gam_v^T nu in f
+
+K = -f_q and D = -f_v. M is split into the constant part of its diagonal (``mass``) and the rest (``Ma`` is the rest
+times a).
 
 Local errors: h^3 (1/6 - beta) q''' in q, h^2 (1/2 - gamma) v'' in v.
 

@@ -136,7 +136,7 @@ def test_what_is_not_installed_is_named(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "sksundae.ida", None)
     assert cli.main(["simulate", str(MODEL), "--method", "ida"]) == 2
     message = capsys.readouterr().err
-    assert "ida needs sksundae" in message and 'pip install "mbdsl[sundials]"' in message
+    assert "ida needs sksundae" in message and "in the folder of mbdsl: pip install '.[sundials]'" in message
 
 
 def test_nothing_of_theirs_is_loaded_without_them(tmp_path):
