@@ -118,9 +118,11 @@ def _run(argv: list[str]) -> int:
     _check_command(argv[0])
     parser = make_parser("" if {"-h", "--help"} & set(argv) else argv[0])
     try:
-        args = parser.parse_args(_with_values(argv))
+        args, rest = parser.parse_known_args(_with_values(argv))
     except SystemExit as stop:  # --help and --version have been answered
         return int(stop.code or 0)
+    if rest:
+        raise UsageError(f"unrecognized arguments: {' '.join(rest)}", hint=f"see mbdsl {args.command} --help")
     from mbdsl.lang.library import imports_allowed
 
     with imports_allowed(getattr(args, "allow_imports", False)):

@@ -14,7 +14,7 @@ from mbdsl import results
 from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, Interrupted, UsageError
-from mbdsl.messages import once, visible
+from mbdsl.messages import count, once, visible
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.storage import output_files
 from mbdsl.storage.output_files import write_text
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from mbdsl.initial.consistent import Moved
+    from mbdsl.mechanism.scene import Scene
     from mbdsl.simulation.trajectory import Trajectory
     from mbdsl.studies.verify import Verification
 
@@ -133,6 +134,8 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
     scene = values.load_model(args)
     output_files.check(outputs, scene.files)
     parse = perf_counter() - begun
+    if args.signals:
+        check_signals(scene, values.patterns(args.signals))
 
     from mbdsl.api import simulated
     from mbdsl.compilation import code_cache
@@ -187,6 +190,23 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
     if failure:
         raise failure
     return end(args, trajectory, output, over)
+
+
+def check_signals(scene: Scene, patterns: list[str]) -> None:
+    """Check before the run that every pattern matches a signal.
+
+    Raises
+    ------
+    UsageError
+        If one matches none.
+    """
+    import numpy as np
+
+    from mbdsl.simulation.trajectory import Trajectory
+    from mbdsl.system import build
+
+    nothing = np.zeros((0, 0))
+    Trajectory(build(scene), np.zeros(0), nothing, nothing, None, {}).select(patterns)
 
 
 def print_warnings(trajectory: Trajectory, quiet: bool, failed: bool) -> None:
@@ -268,14 +288,9 @@ def second_opinion(
 def write(trajectory: Trajectory, output: str, signals: str | None) -> list[str]:
     """Write the requested signals and return their names.
 
-    If a pattern matches nothing, the default signals are written. If the file cannot be written, the results are
-    written to a temporary folder.
+    If the file cannot be written, the results are written to a temporary folder.
     """
-    unknown = None
-    try:
-        names = trajectory.select(values.patterns(signals)) if signals else trajectory.default_names
-    except UsageError as problem:
-        names, unknown = trajectory.default_names, problem
+    names = trajectory.select(values.patterns(signals)) if signals else trajectory.default_names
     names = [name for name in names if name != "time"]
     columns = {"time": trajectory.t, **{name: trajectory[name] for name in names}}
     units = {"time": "s", **{name: trajectory.unit(name) for name in names}}
@@ -285,8 +300,6 @@ def write(trajectory: Trajectory, output: str, signals: str | None) -> list[str]
         if where := elsewhere(output, lambda path: results.write(path, columns, units, about(trajectory))):
             raise UsageError(problem.message, hint=f"the results are in {where}") from problem
         raise
-    if unknown:
-        raise UsageError(unknown.message, hint=f"{unknown.hint}; {output} has the default signals") from unknown
     return names
 
 
@@ -329,11 +342,13 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
     stats, seconds = trajectory.stats, trajectory.stats["seconds"]
     steps, iterations = stats["steps"], stats["iterations"]
     reached = trajectory.t[-1] if len(trajectory.t) else 0.0
-    work, what = (stats["evaluations"], "evaluations") if stats["evaluations"] else (iterations, "iterations")
+    work, what = (stats["evaluations"], "evaluation") if stats["evaluations"] else (iterations, "iteration")
+    each = work / max(1, steps)
     lines = [
-        f"{trajectory.scene.name}: {steps} steps of {stats['method']} to t = {reached:g} s, "
-        f"{work} {what} ({work / max(1, steps):.2f} a step), {seconds['integrate']:.3g} s; {error(stats)}",
-        f"{visible(output, line=True)}: {len(trajectory.t)} rows, time and {len(names)} signals",
+        f"{trajectory.scene.name}: {count(steps, 'step')} of {stats['method']} to t = {reached:g} s, "
+        f"{count(work, what)} ({each:.{2 if each < 10 else 0}f} a step), in {seconds['integrate']:.3g} s; "
+        f"{error(stats)}",
+        f"{visible(output, line=True)}: {count(len(trajectory.t), 'row')}, time and {count(len(names), 'signal')}",
     ]
     if stats["pivoting_from"] is not None:
         lines.append(
@@ -362,17 +377,17 @@ def error(stats: dict) -> str:
     from mbdsl.simulation.failure_messages import LITTLE_KNOWN
 
     if found := stats.get("accuracy"):
-        return f"error {found['estimated']:.1e}"
+        return f"estimated error {found['estimated']:.1e}"
     if stats.get("error") is None:
         return "error not known (--tol controls it, --verify checks it)"
     if stats.get("status") == "inaccurate" and stats["error"] >= LITTLE_KNOWN:
         return "error not known"  # the message gives the time
-    return f"error {stats['error']:.1e}"
+    return f"estimated error {stats['error']:.1e}"
 
 
 def guesses(moved: Sequence[Moved]) -> str:
     """One line about the guesses that the assembly has changed, with the largest change."""
     most = max(moved, key=lambda m: abs(m.value - m.guess))
-    count = "1 guess" if len(moved) == 1 else f"{len(moved)} guesses"
     furthest = "" if len(moved) == 1 else "furthest "
-    return f"{count} moved: {furthest}{most.name} from {most.guess:.4g} to {most.value:.4g} (--verbose lists all)"
+    change = f"{furthest}{most.name} from {most.guess:.4g} to {most.value:.4g}"
+    return f"{count(len(moved), 'guess', 'guesses')} moved: {change} (--verbose lists all)"

@@ -454,7 +454,7 @@ def _text(r: Receipt) -> str:
         own = "the method's own formulas and its linear algebra"
         rest = f"the share of {own} cannot be measured; the other shares are relative to their sum"
         if r.remainder is not None:
-            rest = f"{100 * r.remainder:.0f} % of it are {own}"
+            rest = f"{100 * r.remainder:.0f} % of it is spent on {own}"
         lines += ["", f"a step takes {1e6 * r.step:.3g} us ({', '.join(r.methods)}, h = {r.plan.h:g} s); {rest}"]
     lines += ["", "code"]
     lines += [f"  {e.effect}: {_few_kernels(e.kernels)}" for e in r.entries if e.kernels]

@@ -368,6 +368,12 @@ def _dependent(J: Array) -> tuple[int, ...]:
     return tuple(dependent)
 
 
+def _units(kind, velocity: Array | None) -> str:
+    """The units of the constraints of a joint, which follow from those of its reactions."""
+    found = [unit for unit, names in (("m", {"fx", "fy"}), ("rad", {"tau"})) if names & set(kind.reaction)]
+    return " or ".join(unit if velocity is None else f"{unit}/s" for unit in found) or "(SI units)"
+
+
 def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue], velocity) -> InitialisationError:
     """The constraints and fixed values that contradict each other, with their places."""
     level = "positions" if velocity is None else "velocities"
@@ -384,7 +390,8 @@ def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue],
             ranges.append((name, row, len(system.scene.components[name].velocity_constraints)))
     for name, row, count in ranges:
         component, part = system.scene.components[name], slice(row, row + count)
-        text = f"{component.kind.name} {name} is violated by {np.abs(residual[part]).max():.3g}"
+        kind, most = component.kind, np.abs(residual[part]).max()
+        text = f"{kind.name} {name} is violated by {most:.3g} {_units(kind, velocity)}"
         wrong.append((float(alike[part].max()), text, component.span))
     for item, x, size in zip(fixed, value, alike[len(alike) - len(fixed) :], strict=True):
         text = f"{item.name} = {item.value:.6g} is fixed, but comes out as {x:.6g}"

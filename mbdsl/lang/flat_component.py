@@ -324,8 +324,9 @@ class Part:
 
     def known_names(self) -> list[str]:
         """The names for the hint "did you mean"."""
-        names = [*self.signal_names(), *self.nodes, *(p.name for p in self.kind.parameters if p.name != "frames")]
-        return names + (list(self.frames) if isinstance(self.kind, BodyKind) else [])
+        frames = self.frames if isinstance(self.kind, BodyKind) else ()
+        parameters = (p.name for p in self.kind.parameters if p.name != "frames")
+        return [*frames, *self.signal_names(), *self.nodes, *parameters]
 
     # -- the result --------------------------------------------------------------------------------------------
 

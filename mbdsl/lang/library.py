@@ -195,19 +195,19 @@ def read(path: str) -> str:
     try:
         status = os.stat(path)
         if stat.S_ISDIR(status.st_mode):
-            raise UsageError(f"{path} is a directory, expected a .mbd file")
+            raise UsageError(f"`{path}` is a directory, expected a .mbd file")
         if not stat.S_ISREG(status.st_mode):
-            raise UsageError(f"{path} is no regular file")
+            raise UsageError(f"`{path}` is no regular file")
         if status.st_size > 4 * limits.FILE_SIZE:
-            raise UsageError(f"{path} has {status.st_size} bytes; a model has at most {limits.FILE_SIZE} characters")
+            raise UsageError(f"`{path}` has {status.st_size} bytes; a model has at most {limits.FILE_SIZE} characters")
         return Path(path).read_text(encoding="utf-8-sig")
     except (FileNotFoundError, NotADirectoryError):
-        raise UsageError(f"there is no file {path}", hint=_close_file(path)) from None
+        raise UsageError(f"there is no file `{path}`", hint=_close_file(path)) from None
     except UnicodeDecodeError:
-        raise UsageError(f"{path} is no text (UTF-8)") from None
+        raise UsageError(f"`{path}` is no text (UTF-8)") from None
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or "not a valid path"
-        raise UsageError(f"cannot read {path}: {reason}") from None
+        raise UsageError(f"cannot read `{path}`: {reason}") from None
 
 
 def _close_file(path: str) -> str | None:

@@ -171,7 +171,7 @@ def _special(
             meant = units.meant(text) if NUMBER.fullmatch(previous.text) else None
             hint = f"did you mean `{meant}`?" if meant else None
             return (
-                f"found {_show(token)} behind the number {previous.text}: no such unit",
+                f"unknown unit {_show(token)} after {previous.text}",
                 hint or "units are e.g. kg, m/s2, N.m/rad, deg, ms; a product is written with `*`",
             )
     if kind == "IF" and "NUMBER" in expected:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import fnmatch
 from collections.abc import Collection, Iterable, Mapping
 from functools import cached_property
@@ -16,6 +15,7 @@ from mbdsl.errors import InitialisationError, UsageError
 from mbdsl.expressions.symbolic import Expr, const, coordinate, leaves
 from mbdsl.initial.consistent import Moved
 from mbdsl.mechanism.scene import ENERGIES, Scene
+from mbdsl.messages import did_you_mean
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.batch_accelerations import sampled
 from mbdsl.system.signals import values
@@ -198,8 +198,7 @@ class Trajectory:
         return list(chosen)
 
     def _unknown(self, name: str) -> UsageError:
-        near = difflib.get_close_matches(name, self.names, n=3)
-        hint = f"did you mean {' or '.join(near)}?" if near else "`*` matches all; `Trajectory.names` lists them"
+        hint = did_you_mean(name, self.names) or "`*` matches all; `Trajectory.names` lists them"
         return UsageError(f"there is no signal `{name}` in {self.scene.name}", hint=hint)
 
     def unit(self, name: str) -> str:

@@ -12,7 +12,7 @@ import pytest
 
 import mbdsl
 from mbdsl import cli, results
-from mbdsl.cli import _progress, _values
+from mbdsl.cli import _progress, _values, simulate
 from mbdsl.errors import InitialisationError, IntegrationError, ModelError, Span
 from mbdsl.mechanism.scene import Scene
 
@@ -102,6 +102,7 @@ def test_module_runs_as_the_program():
         (["simulat", "x.mbd"], "error: there is no command `simulat`\n  = did you mean `simulate`?\n"),
         (["x.mbd"], "error: what to do with `x.mbd`?\n  = try:  mbdsl simulate x.mbd\n"),
         (["check"], "error: the following arguments are required: MODEL\n  = see mbdsl check --help\n"),
+        (["check", "x.mbd", "--sep", "k"], "error: unrecognized arguments: --sep k\n  = see mbdsl check --help\n"),
         (["check", "x.mbd", "--set", "k"], "error: argument --set: expected NAME=VALUE, found `k`\n"),
         (["show", "x.mbd", "--stage", "cod"], "error: argument --stage: invalid choice: 'cod' (choose from"),
         (
@@ -155,7 +156,7 @@ def test_simulate_writes_bodies_beside_the_time(say, simulation):
     code, out, err = say("simulate", "models/m.mbd")
     assert (code, err) == (0, "")
     assert out == (
-        "Crank: 10 steps of hht-si2 to t = 1 s, 21 iterations (2.10 a step), 0.25 s; "
+        "Crank: 10 steps of hht-si2 to t = 1 s, 21 iterations (2.10 a step), in 0.25 s; "
         "error not known (--tol controls it, --verify checks it)\n"
         "m.csv: 5 rows, time and 2 signals\n"
         "1 guess moved: crank.phi from 0.5 to 0.25 (--verbose lists all)\n"
@@ -197,6 +198,7 @@ def test_quiet_says_nothing(say, simulation):
 def test_signals_are_split_at_commas_outside_brackets(say, simulation, monkeypatch):
     asked = []
     monkeypatch.setattr(Trajectory, "select", lambda self, patterns: asked.extend(patterns) or ["crank.x"])
+    monkeypatch.setattr(simulate, "check_signals", lambda scene, patterns: None)
     say("simulate", "m.mbd", "--signals", "crank.*, a[1,2].x,O.f?")
     assert asked == ["crank.*", "a[1,2].x", "O.f?"]
 

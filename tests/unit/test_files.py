@@ -215,10 +215,13 @@ def test_results_go_elsewhere_where_their_file_cannot_be_written(say, model, mon
     assert len(results.read(where)[0]["time"]) == 501 and str(tmp_path / "temporary") in where
 
 
-def test_an_unknown_signal_does_not_lose_the_run(say, model):
-    code, _, err = say("simulate", "m.mbd", "--signals", "ball.z", "--quiet")
-    assert code == 2 and "there is no signal `ball.z`" in err and "m.csv has the default signals" in err
-    assert "ball.y" in results.read("m.csv")[0]
+def test_unknown_signals_are_found_before_the_run(say, model, monkeypatch):
+    monkeypatch.setattr("mbdsl.api.simulated", None)
+    code, _, err = say("simulate", "m.mbd", "--signals", "ball.y,ball.z", "--quiet")
+    assert code == 2
+    assert err.startswith("error: there is no signal `ball.z` in ")
+    assert "\n  = did you mean `ball." in err and "?;" not in err
+    assert not Path("m.csv").exists()
 
 
 @posix

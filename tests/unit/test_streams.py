@@ -39,7 +39,7 @@ def test_full_output(command, code, tmp_path):
     [
         ("check MODEL >&-", 2, "cannot write to standard output"),
         ("--version >&-", 2, "cannot write to standard output"),
-        ("check nothing.mbd >&-", 2, "there is no file nothing.mbd"),
+        ("check nothing.mbd >&-", 2, "there is no file `nothing.mbd`"),
         ("check nothing.mbd 2>&-", 2, ""),
         ("check MODEL 2>&-", 0, ""),
         ("check MODEL <&- >&- 2>&-", 2, ""),
