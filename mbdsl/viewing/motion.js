@@ -1,0 +1,122 @@
+"use strict";
+// The data of the page, and poses between its frames. No text of the model is ever set as markup.
+const MANY = 900; // number of shapes from which links are drawn together
+const TURN = 0.5; // rotation between two frames above which poses are not interpolated [rad]
+
+function mixed(a, b, part) {
+  const channels = (c) => [1, 3, 5].map((k) => parseInt(c.slice(k, k + 2), 16));
+  const [x, y] = [channels(a), channels(b)];
+  return `#${x.map((u, k) => Math.round(u + (y[k] - u) * part).toString(16).padStart(2, "0")).join("")}`;
+}
+
+const ARRAYS = { f8: Float64Array, f4: Float32Array, i2: Int16Array, u1: Uint8Array };
+
+function decoded({ kind, data }) {
+  const text = atob(data);
+  const bytes = new Uint8Array(text.length);
+  for (let k = 0; k < text.length; k += 1) bytes[k] = text.charCodeAt(k);
+  return new ARRAYS[kind](bytes.buffer);
+}
+
+// The row whose time is the last that is not after t, and the part of the way to the next.
+function between(times, t) {
+  let [low, high] = [0, times.length - 1];
+  if (!(t > times[0])) return [0, 0];
+  if (t >= times[high]) return [high, 0];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= t) low = middle;
+    else high = middle;
+  }
+  return [low, (t - times[low]) / (times[high] - times[low])];
+}
+
+class Motion {
+  constructor(data) {
+    this.t = decoded(data.t);
+    this.raw = decoded(data.poses);
+    this.scale = data.poses.scale; // of positions and of angles, per unit of the stored numbers
+    this.count = data.tracks.length;
+    this.now = new Float64Array(3 * this.count);
+    this.cos = new Float64Array(this.count);
+    this.sin = new Float64Array(this.count);
+    this.curves = data.curves.map((c) => ({ ...c, points: decoded(c.points), colours: decoded(c.colours) }));
+    this.seek(this.t[0]);
+  }
+
+  // Angles are stored modulo a turn where positions are stored as integers.
+  turned(a, b) {
+    return b - a - 2 * Math.PI * Math.round((b - a) / (2 * Math.PI));
+  }
+
+  seek(time) {
+    const [row, part] = between(this.t, time);
+    this.time = Math.min(this.t[this.t.length - 1], Math.max(this.t[0], time));
+    const { raw, count, now } = this;
+    const [length, angle] = this.scale;
+    const next = part > 0 ? row + 1 : row;
+    let [a, b] = [3 * count * row, 3 * count * next];
+    let share = part;
+    for (let k = 0; k < count && share > 0; k += 1)
+      if (Math.abs(this.turned(raw[a + 3 * k + 2] * angle, raw[b + 3 * k + 2] * angle)) > TURN) share = part < 0.5 ? 0 : 1;
+    this.row = row;
+    this.next = next;
+    this.share = share;
+    for (let k = 0; k < count; k += 1) {
+      const [i, j] = [a + 3 * k, b + 3 * k];
+      now[3 * k] = (raw[i] + (raw[j] - raw[i]) * share) * length;
+      now[3 * k + 1] = (raw[i + 1] + (raw[j + 1] - raw[i + 1]) * share) * length;
+      const from = raw[i + 2] * angle;
+      const phi = from + this.turned(from, raw[j + 2] * angle) * share;
+      now[3 * k + 2] = phi;
+      this.cos[k] = Math.cos(phi);
+      this.sin[k] = Math.sin(phi);
+    }
+  }
+
+  // A point at (px, py) of a track.
+  point(track, px, py) {
+    if (track < 0) return [px, py];
+    const [c, s] = [this.cos[track], this.sin[track]];
+    return [this.now[3 * track] + c * px - s * py, this.now[3 * track + 1] + s * px + c * py];
+  }
+
+  pose([track, x = 0, y = 0, phi = 0]) {
+    return [...this.point(track, x, y), track < 0 ? phi : this.now[3 * track + 2] + phi];
+  }
+
+  // The points of a beam, with its distance from the line between its ends magnified, and colours from 0 to 1.
+  curve(k, factor) {
+    const { points, colours, count } = this.curves[k];
+    const [a, b] = [2 * count * this.row, 2 * count * this.next];
+    const [length] = this.scale;
+    const found = [];
+    for (let j = 0; j < count; j += 1)
+      found.push([0, 1].map((d) => (points[a + 2 * j + d] + (points[b + 2 * j + d] - points[a + 2 * j + d]) * this.share) * length));
+    const [first, last] = [found[0], found[count - 1]];
+    if (factor !== 1) {
+      found.forEach((p, j) => {
+        const part = j / (count - 1);
+        for (const d of [0, 1]) {
+          const straight = first[d] + (last[d] - first[d]) * part;
+          p[d] = straight + factor * (p[d] - straight);
+        }
+      });
+    }
+    const shades = Array.from(colours.subarray(count * this.row, count * (this.row + 1)), (c) => c / 255);
+    return { points: found, colours: shades };
+  }
+
+  // The path of a point over all frames.
+  path([track, px = 0, py = 0]) {
+    const [length, angle] = this.scale;
+    const found = [];
+    for (let row = 0; row < this.t.length; row += 1) {
+      const i = 3 * (this.count * row + track);
+      const phi = this.raw[i + 2] * angle;
+      const [c, s] = [Math.cos(phi), Math.sin(phi)];
+      found.push([this.raw[i] * length + c * px - s * py, this.raw[i + 1] * length + s * px + c * py]);
+    }
+    return found;
+  }
+}

@@ -1,0 +1,212 @@
+"""The page of an animation: one HTML file with its data, its script and its style, which loads nothing."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.plotting.escaping import escape, seen
+from mbdsl.viewing.motion import GROUND, Motion, Spot
+from mbdsl.viewing.shapes import Drawing
+from mbdsl.viewing.signals import Signal
+from mbdsl.viewing.vectors import Vector
+
+HERE = Path(__file__).parent
+#: the script is the files in this order
+SCRIPTS = ("motion.js", "drawing.js", "elements.js", "plots.js", "player.js", "controls.js")
+#: number of stored numbers from which poses are integers of 16 bits: a 32,767th of the extent, and of half a turn
+MANY = 400_000
+MOST_POINTS = 400  #: frames that can be traced
+
+
+def html(data: dict[str, Any]) -> str:
+    """The page as the text of one HTML file.
+
+    Parameters
+    ----------
+    data : dict
+        What ``document`` returns.
+
+    Returns
+    -------
+    str
+        HTML. Its policy allows this script and this style by their digests, and nothing else.
+    """
+    style = (HERE / "player.css").read_text(encoding="utf-8")
+    script = "".join((HERE / name).read_text(encoding="utf-8") for name in SCRIPTS)
+    policy = f"default-src 'none'; style-src {_digest(style)}; script-src {_digest(script)}"
+    # `<` would let a text end the element; as an escape it is the same JSON.
+    text = json.dumps(seen(data), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return "\n".join(
+        (
+            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
+            f'<meta http-equiv="Content-Security-Policy" content="{escape(policy)}">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            f"<title>{escape(data['name'])}</title>\n<style>{style}</style>\n</head>\n<body>",
+            (HERE / "page.html").read_text(encoding="utf-8"),
+            f'<script type="application/json" id="data">{text.replace("<", chr(92) + "u003c")}</script>',
+            f"<script>{script}</script>\n</body>\n</html>\n",
+        )
+    )
+
+
+def _digest(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+
+
+def document(
+    motion: Motion,
+    drawing: Drawing,
+    times: NDArray[np.float64],
+    signals: Sequence[Signal],
+    shown: Sequence[str],
+    vectors: Sequence[Vector],
+    traced: Sequence[str],
+    about: Sequence[tuple[str, str]],
+) -> dict[str, Any]:
+    """The data of a page.
+
+    Parameters
+    ----------
+    motion, drawing : Motion, Drawing
+        Poses and shapes.
+    times : (P,) [s]
+        Times of the signals.
+    signals : sequence of Signal
+        Signals that can be plotted.
+    shown : sequence of str
+        Names of those that are plotted at first.
+    vectors : sequence of Vector
+        Arrows.
+    traced : sequence of str
+        Names of points whose path is drawn at first.
+    about : sequence of (str, str)
+        Facts about the run.
+
+    Returns
+    -------
+    dict
+        Values of JSON; arrays as {"kind", "data"} in base64, little-endian. Positions are relative to "origin".
+    """
+    x0, y0, x1, y1 = drawing.bounds
+    extent = max(x1 - x0, y1 - y0)
+    far = max(abs(x0), abs(x1), abs(y0), abs(y1)) > 50 * extent
+    origin = ((x0 + x1) / 2, (y0 + y1) / 2) if far else (0.0, 0.0)
+    pack = _Packing(origin, motion, max(abs(x - origin[k % 2]) for k, x in enumerate(drawing.bounds)))
+    bodies = {c.name: pack.spot(motion.spots[f"{c.name}.c"]) for c in motion.scene.bodies()}
+    # frames without the centre of mass where a frame of the user is the same thing
+    points = {name: pack.spot(spot) for name, spot in motion.spots.items()}
+    largest: dict[str, float] = {}
+    for v in vectors:
+        key = f"{v.group}{v.values.shape[1]}"
+        largest[key] = max(largest.get(key, 0.0), float(np.nanmax(np.hypot.reduce(v.values, axis=1))))
+    return {
+        "name": motion.scene.name,
+        "doc": motion.scene.doc,
+        "origin": origin,
+        "bounds": [_short(x - origin[k % 2]) for k, x in enumerate(drawing.bounds)],
+        "unit": _short(drawing.unit),
+        "t": _array(motion.t, "f8"),
+        "times": None if len(times) == len(motion.t) and np.array_equal(times, motion.t) else _array(times, "f8"),
+        "tracks": motion.tracks,
+        "poses": pack.poses(),
+        "curves": pack.curves(),
+        "shapes": [
+            {"draw": s.draw, "name": s.name, "at": [pack.spot(spot) for spot in s.at], **_numbers(s.data)}
+            for s in drawing.shapes
+        ],
+        "bodies": bodies,
+        "points": dict(list(points.items())[:MOST_POINTS]),
+        "signals": [
+            {"name": s.name, "unit": s.unit, "y": _array(s.values, "f4"), "low": _finite(s.low), "high": _finite(s.high)}
+            for s in signals
+        ],
+        "shown": list(shown),
+        "traced": [name for name in traced],
+        "vectors": [
+            {
+                "name": v.name,
+                "group": v.group,
+                "at": pack.spot(v.at),
+                "size": v.values.shape[1],
+                "values": _array(np.nan_to_num(v.values), "f4"),
+            }
+            for v in vectors
+        ],
+        "largest": largest,
+        "about": [list(item) for item in about],
+    }
+
+
+class _Packing:
+    """Numbers of the page: positions relative to an origin, as 32-bit numbers or as integers of 16 bits."""
+
+    def __init__(self, origin: tuple[float, float], motion: Motion, reach: float) -> None:
+        self.motion, self.origin = motion, np.array(origin)
+        count = motion.poses.size + sum(curve.points.size for curve in motion.curves)
+        self.small = count > MANY
+        self.length = (reach or 1.0) / 32767 if self.small else 1.0
+        self.angle = np.pi / 32767 if self.small else 1.0
+
+    def spot(self, spot: Spot) -> list[float]:
+        shift = self.origin if spot.track == GROUND else (0.0, 0.0)
+        numbers = [_short(spot.x - shift[0]), _short(spot.y - shift[1]), _short(spot.phi)]
+        while numbers and numbers[-1] == 0.0:
+            numbers.pop()
+        return [spot.track, *numbers]
+
+    def poses(self) -> dict[str, Any]:
+        poses = self.motion.poses.copy()
+        poses[:, :, :2] -= self.origin
+        if self.small:
+            poses[:, :, 2] = np.angle(np.exp(1j * poses[:, :, 2]))
+        scaled = poses / (self.length, self.length, self.angle)
+        return {**self._stored(scaled), "scale": [self.length, self.angle]}
+
+    def curves(self) -> list[dict[str, Any]]:
+        found = []
+        for curve in self.motion.curves:
+            bent = np.abs(curve.curvature())
+            most = float(np.nanmax(bent)) if np.isfinite(bent).any() else 0.0
+            shades = np.nan_to_num(255 * bent / (most or 1.0)).round()
+            points = self._stored((curve.points - self.origin) / self.length)
+            found.append({"points": points, "count": len(curve.along), "colours": _array(shades, "u1"), "most": most})
+        return found
+
+    def _stored(self, values: NDArray[np.float64]) -> dict[str, str]:
+        if self.small:
+            return _array(np.clip(np.nan_to_num(np.rint(values)), -32767, 32767), "i2")
+        return _array(values, "f4")
+
+
+def _array(values: Any, kind: str) -> dict[str, str]:
+    with np.errstate(over="ignore"):
+        stored = np.ascontiguousarray(values, dtype=f"<{kind}")
+    return {"kind": kind, "data": base64.b64encode(stored.tobytes()).decode()}
+
+
+def _short(value: float) -> float:
+    """A number of at most nine digits."""
+    return float(f"{value:.9g}")
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _numbers(data: dict[str, Any]) -> dict[str, Any]:
+    """Numbers of a shape's data with at most nine digits."""
+
+    def short(x: Any) -> Any:
+        if isinstance(x, float | np.floating):
+            return _short(float(x))
+        return [short(y) for y in x] if isinstance(x, list | tuple) else x
+
+    return {key: short(value) for key, value in data.items()}

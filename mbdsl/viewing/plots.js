@@ -1,0 +1,176 @@
+// Signals over time, one chart for each unit, with a cursor at the motion's time.
+
+function ticks(low, high, most) {
+  const span = high - low || Math.abs(high) || 1;
+  const power = 10 ** Math.floor(Math.log10(span / most));
+  const step = [1, 2, 5, 10].map((k) => k * power).find((s) => span / s <= most);
+  const found = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * span; k += 1) found.push(k * step);
+  return [found, step];
+}
+
+function written(value, digits = 5) {
+  if (!Number.isFinite(value)) return "–";
+  const size = Math.abs(value);
+  const text = size !== 0 && (size < 1e-4 || size >= 1e6) ? value.toExponential(digits - 2) : value.toPrecision(digits);
+  return text.replace(/(\.\d*?)0+(e|$)/, "$1$2").replace(/\.(e|$)/, "$1").replace("-", "−");
+}
+
+class Plots {
+  constructor(box, data, motion, seek) {
+    Object.assign(this, { box, data, motion, seek, charts: [] });
+    this.signals = data.signals.map((s) => ({ ...s, y: decoded(s.y), times: null }));
+    this.times = data.times ? decoded(data.times) : motion.t;
+    this.shown = new Set(data.shown);
+  }
+
+  value(signal, time) {
+    const [row, part] = between(this.times, time);
+    const [a, b] = [signal.y[row], signal.y[Math.min(row + 1, signal.y.length - 1)]];
+    return a + (b - a) * part;
+  }
+
+  toggle(name, on) {
+    on ? this.shown.add(name) : this.shown.delete(name);
+    this.build();
+  }
+
+  build() {
+    this.box.replaceChildren();
+    const groups = new Map();
+    for (const signal of this.signals) {
+      if (!this.shown.has(signal.name)) continue;
+      if (!groups.has(signal.unit)) groups.set(signal.unit, []);
+      groups.get(signal.unit).push(signal);
+    }
+    this.charts = [...groups].map(([unit, signals]) => this.chart(unit, signals));
+  }
+
+  chart(unit, signals) {
+    const figure = this.box.appendChild(document.createElement("figure"));
+    const canvas = figure.appendChild(document.createElement("canvas"));
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", `${signals.map((s) => s.name).join(", ")} ${unit ? `in ${unit} ` : ""}over time`);
+    const list = figure.appendChild(document.createElement("ul"));
+    const entries = signals.map((signal, k) => {
+      const item = list.appendChild(document.createElement("li"));
+      const swatch = item.appendChild(document.createElement("i"));
+      swatch.className = `s${k % 8}`;
+      item.appendChild(document.createElement("span")).textContent = signal.name;
+      return item.appendChild(document.createElement("output"));
+    });
+    const all = signals.flatMap((s) => [s.low, s.high]).filter(Number.isFinite);
+    let [low, high] = all.length ? [Math.min(...all), Math.max(...all)] : [0, 1];
+    if (high - low < 1e-12 * Math.max(Math.abs(high), Math.abs(low)) || high === low)
+      [low, high] = [low - 0.5 * (Math.abs(low) || 1), high + 0.5 * (Math.abs(high) || 1)];
+    const chart = { unit, signals, canvas, entries, low, high, back: document.createElement("canvas"), key: "" };
+    const move = (event) => {
+      const { left, right } = chart.area;
+      const part = (event.clientX - canvas.getBoundingClientRect().left - left) / (right - left);
+      const [from, to] = [this.times[0], this.times[this.times.length - 1]];
+      this.seek(from + Math.min(1, Math.max(0, part)) * (to - from));
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      move(event);
+    });
+    canvas.addEventListener("pointermove", (event) => event.buttons && move(event));
+    return chart;
+  }
+
+  paint(theme) {
+    for (const chart of this.charts) this.paintChart(chart, theme);
+  }
+
+  paintChart(chart, theme) {
+    const { canvas, back } = chart;
+    const ratio = devicePixelRatio || 1;
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    if (!width) return;
+    const key = [width, height, ratio, theme.name].join();
+    if (key !== chart.key) {
+      for (const c of [canvas, back]) [c.width, c.height] = [Math.round(width * ratio), Math.round(height * ratio)];
+      chart.area = { left: 52, right: width - 10, top: 20, bottom: height - 20 };
+      this.paintBack(chart, back.getContext("2d"), ratio, theme);
+      chart.key = key;
+    }
+    const g = canvas.getContext("2d");
+    g.setTransform(1, 0, 0, 1, 0, 0);
+    g.clearRect(0, 0, canvas.width, canvas.height);
+    g.drawImage(back, 0, 0);
+    g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    const { time } = this.motion;
+    const [x, y] = this.scales(chart);
+    g.strokeStyle = theme.ink;
+    g.lineWidth = 1;
+    g.beginPath();
+    g.moveTo(x(time), chart.area.top);
+    g.lineTo(x(time), chart.area.bottom);
+    g.stroke();
+    chart.signals.forEach((signal, k) => {
+      const value = this.value(signal, time);
+      chart.entries[k].textContent = `${written(value)} ${signal.unit}`;
+      if (!Number.isFinite(value)) return;
+      g.fillStyle = theme.bodies[k % theme.bodies.length];
+      g.beginPath();
+      g.arc(x(time), y(value), 3.5, 0, 2 * Math.PI);
+      g.fill();
+    });
+  }
+
+  scales({ area, low, high }) {
+    const [from, to] = [this.times[0], this.times[this.times.length - 1]];
+    const pad = 0.04 * (high - low);
+    return [
+      (t) => area.left + ((t - from) / (to - from || 1)) * (area.right - area.left),
+      (v) => area.bottom - ((v - low + pad) / (high - low + 2 * pad)) * (area.bottom - area.top),
+    ];
+  }
+
+  paintBack(chart, g, ratio, theme) {
+    g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    const { area, signals, low, high } = chart;
+    const [x, y] = this.scales(chart);
+    g.font = "11px system-ui, 'DejaVu Sans', sans-serif";
+    g.lineWidth = 1;
+    const [values] = ticks(low, high, 4);
+    g.textBaseline = "middle";
+    g.textAlign = "right";
+    for (const v of values) {
+      g.strokeStyle = theme.grid;
+      g.beginPath();
+      g.moveTo(area.left, y(v));
+      g.lineTo(area.right, y(v));
+      g.stroke();
+      g.fillStyle = theme.pale;
+      g.fillText(written(v, 3), area.left - 6, y(v));
+    }
+    const [from, to] = [this.times[0], this.times[this.times.length - 1]];
+    g.textBaseline = "top";
+    g.textAlign = "center";
+    const [marks] = ticks(from, to, Math.max(2, Math.floor((area.right - area.left) / 60)));
+    for (const t of marks) {
+      g.fillStyle = theme.pale;
+      g.fillText(written(t, 4), Math.min(x(t), area.right - 8), area.bottom + 5);
+    }
+    g.textAlign = "left";
+    g.fillText(chart.unit ? `[${chart.unit}]` : "", 4, 2);
+    g.textAlign = "right";
+    g.fillText("time [s]", area.right, 2);
+    g.lineJoin = "round";
+    g.lineWidth = 1.6;
+    signals.forEach((signal, k) => {
+      g.strokeStyle = theme.bodies[k % theme.bodies.length];
+      g.setLineDash(k >= theme.bodies.length ? [5, 3] : []);
+      g.beginPath();
+      let down = false;
+      for (let i = 0; i < signal.y.length; i += 1) {
+        const ok = Number.isFinite(signal.y[i]);
+        if (ok) g[down ? "lineTo" : "moveTo"](x(this.times[i]), y(signal.y[i]));
+        down = ok;
+      }
+      g.stroke();
+    });
+    g.setLineDash([]);
+  }
+}

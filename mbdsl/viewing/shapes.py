@@ -1,0 +1,140 @@
+"""From a scene to the shapes of its picture: bodies by their frames, joints and forces by their symbols."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.elements.kind import BodyKind
+from mbdsl.mechanism.scene import Component
+from mbdsl.viewing.motion import GROUND, Motion, Spot
+from mbdsl.viewing.symbols import Shape, symbol
+
+Array = NDArray[np.float64]
+
+#: size of symbols relative to the extent of the motion, and its limit relative to the median length of links
+OF_EXTENT, OF_LENGTH = 0.03, 0.3
+#: shapes of bodies that come before and after those of joints
+ORDER = ("floor", "guide", "wall", "support", "wheel", "link", "beam", "block", "hub", "slot", "weld", "spiral")
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """All shapes in the order in which they are drawn, and their sizes.
+
+    ``bounds`` is the rectangle (x0, y0, x1, y1) [m] of the motion, ``unit`` the size of symbols [m].
+    """
+
+    shapes: list[Shape]
+    bounds: tuple[float, float, float, float]
+    unit: float
+
+
+def drawing(motion: Motion) -> Drawing:
+    """The shapes of a mechanism.
+
+    Parameters
+    ----------
+    motion : Motion
+        Its motion.
+
+    Returns
+    -------
+    Drawing
+        Shapes and sizes.
+    """
+    scene = motion.scene
+    ports = {frame for c in scene.components.values() for frame in c.ports.values()}
+    elements = [shape for c in scene.components.values() for shape in _element(c, motion)]
+    rolling = {shape.at[0].track for shape in elements if shape.draw in ("wheel", "block")}
+    bodies, lengths = [], []
+    for c in scene.bodies():
+        for shape in _body(c, motion, ports, rolling):
+            bodies.append(shape)
+            if shape.draw == "link":
+                lengths.append(max(np.hypot(x, y) for x, y in np.subtract(shape.data["points"], shape.data["points"][0])))
+            elif shape.draw == "beam":
+                lengths.append(float(c.values["length"]))
+    shapes = sorted(bodies + elements, key=lambda shape: ORDER.index(shape.draw) if shape.draw in ORDER else len(ORDER))
+    bounds = _bounds(motion, ports, elements)
+    extent = float(np.hypot(bounds[2] - bounds[0], bounds[3] - bounds[1]))
+    unit = OF_EXTENT * extent
+    if lengths and np.median(lengths) > 0.0:
+        unit = min(unit, OF_LENGTH * float(np.median(lengths)))
+    return Drawing(shapes, bounds, unit or 1.0)
+
+
+def _element(c: Component, motion: Motion) -> Iterator[Shape]:
+    if isinstance(c.kind, BodyKind) or len(c.ports) != 2:
+        return
+    a, b = (motion.spot_of(frame) for frame in c.ports.values())
+    yield from symbol(c)(c, a, b, motion)
+
+
+def _body(c: Component, motion: Motion, ports: set[str], drawn: set[int]) -> Iterator[Shape]:
+    """The shapes of a body; ``drawn`` are the tracks that have a wheel or a block already."""
+    curve = next((k for k, curve in enumerate(motion.curves) if curve.body == c.name), None)
+    if curve is not None:
+        yield Shape("beam", c.name, (), {"beam": curve})
+        return
+    centre = motion.spots[f"{c.name}.c"]
+    if "phi" not in c.kind.coordinates:
+        yield Shape("mass", c.name, (centre,))
+        return
+    own = [name for name, frame in motion.scene.frames.items() if frame.body == c.name]
+    named = [name for name in own if name != f"{c.name}.c" or name in ports]
+    points = _distinct([(motion.spots[name].x, motion.spots[name].y) for name in named])
+    if len(points) < 2:
+        points = _distinct([*points, (0.0, 0.0)])
+    if len(points) > 1:
+        yield Shape("link", c.name, (Spot(centre.track),), {"points": outline(points)})
+    elif centre.track not in drawn:
+        yield Shape("hub", c.name, (centre,))
+    yield Shape("com", c.name, (centre,))
+
+
+def _distinct(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Points without those that coincide with another up to rounding."""
+    size = max((max(abs(x), abs(y)) for x, y in points), default=0.0)
+    found: list[tuple[float, float]] = []
+    for x, y in points:
+        if all(np.hypot(x - u, y - w) > 1e-9 * size for u, w in found):
+            found.append((x, y))
+    return found
+
+
+def outline(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """The convex hull of points, counter-clockwise; the two ends, if they lie on a line (monotone chain)."""
+    order = sorted(points)
+    size = max(order[-1][0] - order[0][0], max(y for _, y in order) - min(y for _, y in order))
+
+    def half(sequence: list[tuple[float, float]]) -> list[tuple[float, float]]:
+        chain: list[tuple[float, float]] = []
+        for x, y in sequence:
+            while len(chain) > 1:
+                (ux, uy), (vx, vy) = chain[-2:]
+                if (vx - ux) * (y - uy) - (vy - uy) * (x - ux) > 1e-9 * size**2:
+                    break
+                chain.pop()
+            chain.append((x, y))
+        return chain[:-1]
+
+    return half(order) + half(order[::-1])
+
+
+def _bounds(motion: Motion, ports: set[str], elements: Sequence[Shape]) -> tuple[float, float, float, float]:
+    """The rectangle of all points over time: frames, beams, wheels; frames of the ground only if they are ports."""
+    points = [motion.pose(spot)[:, :2] for name, spot in motion.spots.items() if spot.track != GROUND or name in ports]
+    points += [curve.points.reshape(-1, 2) for curve in motion.curves]
+    for shape in elements:
+        if (radius := shape.data.get("radius")) is not None:
+            centre = motion.pose(shape.at[0])[:, :2]
+            points += [centre - radius, centre + radius]
+    every = np.concatenate([p[np.isfinite(p).all(axis=1)] for p in points] or [np.zeros((1, 2))])
+    if not len(every):
+        return 0.0, 0.0, 0.0, 0.0
+    (x0, y0), (x1, y1) = every.min(axis=0).tolist(), every.max(axis=0).tolist()
+    return x0, y0, x1, y1

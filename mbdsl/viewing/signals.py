@@ -1,0 +1,128 @@
+"""Signals of a page: which of a trajectory's signals it has, and which it shows at first, at the times that it keeps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
+from mbdsl.mechanism.scene import ENERGIES
+from mbdsl.simulation.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+MOST_POINTS = 2000  #: points of a line; longer ones keep the extremes of each part
+MOST_SIGNALS, MOST_SHOWN = 40, 3
+#: number of components from which only coordinates are kept: the formulas of all signals would take longer
+MANY_COMPONENTS = 300
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A signal at the page's times (P,); ``low`` and ``high`` are its extremes over all times."""
+
+    name: str
+    unit: str
+    values: Array
+    low: float
+    high: float
+
+
+def signals(trajectory: Trajectory, patterns: Iterable[str] | None) -> tuple[Array, list[Signal], list[str]]:
+    """Signals of a page.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        The states over time.
+    patterns : iterable of str or None
+        Names and glob patterns; None: coordinates, velocities and signals of elements that change.
+
+    Returns
+    -------
+    times : (P,) [s]
+        Times of all lines.
+    signals : list of Signal
+        The signals.
+    shown : list of str
+        Names of those that are plotted at first.
+
+    Raises
+    ------
+    UsageError
+        If a pattern matches no name.
+    """
+    if patterns is not None:
+        names = [name for name in trajectory.select(patterns) if name != "time"]
+        shown = names[: 2 * MOST_SHOWN]
+    else:
+        names = list(_names(trajectory))
+        shown = []
+    t, rows = thinned(trajectory.t, MOST_POINTS)
+    found = []
+    for name in names:
+        values = np.asarray(trajectory[name], float)
+        finite = values[np.isfinite(values)]
+        if patterns is None and (not len(finite) or np.ptp(finite) <= 1e-9 * np.abs(finite).max()):
+            continue
+        low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
+        found.append(Signal(name, trajectory.unit(name), extremes(values, rows), low, high))
+        if patterns is None and len(found) == MOST_SIGNALS:
+            break
+    if patterns is None:
+        for keys in (("phi",), ("w",), ("x", "y"), ("vx", "vy")):
+            chosen = [s.name for s in found if s.name.rpartition(".")[2] in keys][:MOST_SHOWN]
+            shown += chosen if len({n.rpartition(".")[2] for n in shown}) < 2 else []
+    return t, found, shown
+
+
+def thinned(t: Array, most: int) -> tuple[Array, NDArray[np.int64] | None]:
+    """Times of two points for each of ``most``/2 parts of equal numbers of rows, and the limits of the parts.
+
+    The limits are None if all rows are kept.
+    """
+    if len(t) <= most:
+        return t, None
+    limits = np.linspace(0, len(t), most // 2 + 1).astype(int)
+    first, after = limits[:-1], limits[1:]
+    times = np.stack([t[first], t[np.minimum((first + after) // 2, len(t) - 1)]], axis=1).ravel()
+    times[-1] = t[-1]
+    return times, limits
+
+
+def extremes(values: Array, limits: NDArray[np.int64] | None) -> Array:
+    """The smallest and the largest value of each part, in the order in which they occur."""
+    if limits is None:
+        return values
+    found = np.empty(2 * (len(limits) - 1))
+    for k, (a, b) in enumerate(zip(limits[:-1], limits[1:], strict=True)):
+        part = values[a:b]
+        if np.isnan(part).all():
+            found[2 * k : 2 * k + 2] = np.nan
+            continue
+        i, j = sorted((int(np.nanargmin(part)), int(np.nanargmax(part))))
+        found[2 * k : 2 * k + 2] = part[i], part[j]
+    return found
+
+
+def _names(trajectory: Trajectory) -> Iterator[str]:
+    """Names without patterns: coordinates and velocities, those of forces and joints, variables, energies."""
+    scene = trajectory.scene
+    if len(scene.components) > MANY_COMPONENTS:
+        return
+    yield from _of_bodies(trajectory)
+    yield from (f"{c.name}.{key}" for c in scene.components.values() if isinstance(c.kind, ForceKind) for key in c.signals)
+    yield from (name for name in scene.variables if name in trajectory)
+    yield from ENERGIES
+    for c in scene.components.values():
+        if isinstance(c.kind, JointKind) and not isinstance(c.kind, BodyKind):
+            reactions = set(c.kind.reaction)
+            yield from (f"{c.name}.{key}" for key in c.signals if key in ("s", "v") and key not in reactions)
+
+
+def _of_bodies(trajectory: Trajectory) -> list[str]:
+    names = trajectory.default_names
+    return names if len(names) <= MOST_SIGNALS - 8 else names[: MOST_SIGNALS - 8]
