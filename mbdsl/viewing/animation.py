@@ -44,14 +44,15 @@ class Animation:
     def html(self) -> str:
         """The page as the text of one HTML file."""
         times, found, shown = signals(self._trajectory, self._patterns)
+        drawn = drawing(self.motion)
         data = page.document(
             self.motion,
-            drawing(self.motion),
+            drawn,
             times,
             found,
             shown,
             vectors(self._trajectory, self.motion),
-            self._traced,
+            self._traced or drawn.paths,
             self._about(),
         )
         return page.html(data)

@@ -5,12 +5,8 @@ const TAU = 2 * Math.PI;
 class Painter {
   constructor(data, motion) {
     Object.assign(this, { data, motion });
-    this.bodies = new Map();
-    for (const shape of data.shapes) {
-      if (["link", "beam", "mass", "hub"].includes(shape.draw) && !this.bodies.has(shape.name))
-        this.bodies.set(shape.name, this.bodies.size);
-    }
-    this.byTrack = new Map(data.tracks.map((name, k) => [k, name]));
+    this.bodies = new Map(Object.keys(data.bodies).map((name, k) => [name, k]));
+    this.owners = new Map(data.tracks.map((name, k) => [k, this.bodies.has(name) ? name : name.replace(/\.[^.]*$/, "")]));
     this.many = data.shapes.length > MANY;
   }
 
@@ -182,8 +178,7 @@ class Painter {
 
   draw_block(shape, [p, axis]) {
     const { U } = this;
-    const body = this.byTrack.get(shape.at[0][0]) || shape.name;
-    const colour = this.colour(body.split(".").length > 1 && !this.bodies.has(body) ? body.replace(/\.[^.]*$/, "") : body);
+    const colour = this.colour(this.owners.get(shape.at[0][0]));
     this.at([p[0], p[1], axis[2]], (g) => {
       g.beginPath();
       g.rect(-1.15 * U, -0.78 * U, 2.3 * U, 1.56 * U);
@@ -192,7 +187,7 @@ class Painter {
   }
 
   draw_wheel(shape, [p]) {
-    const colour = this.colour(this.byTrack.get(shape.at[0][0]));
+    const colour = this.colour(this.owners.get(shape.at[0][0]));
     const radius = shape.radius * this.view.scale;
     this.circle(p[0], p[1], radius, mixed(colour, this.theme.paper, 0.85), colour, 2);
     this.at(p, () => {

@@ -1,8 +1,8 @@
 // Springs, dampers, actuators and drives, in the axes of the line between their ends; further methods of Painter.
 Object.assign(Painter.prototype, {
-  // A zigzag from x = a to b at height y.
-  zigzag(a, b, y, height) {
-    const coils = 7;
+  // A zigzag from x = a to b at height y; the number of its coils follows from the mean length.
+  zigzag(a, b, y, height, mean) {
+    const coils = Math.min(24, Math.max(3, Math.round(mean / this.data.unit / 1.1)));
     const lead = Math.min(0.8 * this.U, 0.15 * (b - a));
     const step = (b - a - 2 * lead) / (2 * coils);
     const points = [[a, y], [a + lead, y]];
@@ -11,24 +11,29 @@ Object.assign(Painter.prototype, {
     this.line(points, 1.3 * this.thin, this.theme.force);
   },
 
-  // A cylinder from the left and a piston from the right.
-  dashpot(a, b, y, height, width = 1.3 * this.thin) {
+  // A cylinder from the left and a piston from the right, at the part of its stroke.
+  dashpot(a, b, y, height, part, width = 1.3 * this.thin) {
     const colour = this.theme.force;
     const length = Math.min(3 * this.U, 0.45 * (b - a));
     const from = a + 0.25 * (b - a - length);
-    const piston = from + Math.min(0.85, Math.max(0.15, 0.25 + (0.2 * (b - a)) / (6 * this.U))) * length;
+    const piston = from + (0.2 + 0.6 * part) * length;
     this.line([[a, y], [from, y]], width, colour);
     this.line([[from + length, y - height], [from, y - height], [from, y + height], [from + length, y + height]], width, colour);
     this.line([[piston, y - 0.75 * height], [piston, y + 0.75 * height]], 1.6 * width, colour);
     this.line([[piston, y], [b, y]], width, colour);
   },
 
+  // The part of its stroke at which a damper is, from its length in pixels.
+  stroke({ low, high }, length) {
+    return high > low ? Math.min(1, Math.max(0, (length / this.view.scale - low) / (high - low))) : 0.5;
+  },
+
   draw_spring(shape, [p, q]) {
-    this.along(p, q, (length) => this.zigzag(0, length, 0, 0.55 * this.U));
+    this.along(p, q, (length) => this.zigzag(0, length, 0, 0.55 * this.U, shape.mean));
   },
 
   draw_damper(shape, [p, q]) {
-    this.along(p, q, (length) => this.dashpot(0, length, 0, 0.45 * this.U));
+    this.along(p, q, (length) => this.dashpot(0, length, 0, 0.45 * this.U, this.stroke(shape, length)));
   },
 
   draw_spring_damper(shape, [p, q]) {
@@ -39,8 +44,8 @@ Object.assign(Painter.prototype, {
         this.line([[from, 0], [to, 0]], 1.3 * this.thin, this.theme.force);
         this.line([[to, -y], [to, y]], 1.3 * this.thin, this.theme.force);
       }
-      this.zigzag(lead, length - lead, -y, 0.42 * this.U);
-      this.dashpot(lead, length - lead, y, 0.36 * this.U);
+      this.zigzag(lead, length - lead, -y, 0.42 * this.U, shape.mean);
+      this.dashpot(lead, length - lead, y, 0.36 * this.U, this.stroke(shape, length));
     });
   },
 

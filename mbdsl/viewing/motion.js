@@ -40,7 +40,7 @@ class Motion {
     this.now = new Float64Array(3 * this.count);
     this.cos = new Float64Array(this.count);
     this.sin = new Float64Array(this.count);
-    this.curves = data.curves.map((c) => ({ ...c, points: decoded(c.points), colours: decoded(c.colours) }));
+    this.curves = data.curves.map((c) => ({ ...c, numbers: decoded(c.points), shades: decoded(c.colours) }));
     this.seek(this.t[0]);
   }
 
@@ -57,8 +57,8 @@ class Motion {
     const next = part > 0 ? row + 1 : row;
     let [a, b] = [3 * count * row, 3 * count * next];
     let share = part;
-    for (let k = 0; k < count && share > 0; k += 1)
-      if (Math.abs(this.turned(raw[a + 3 * k + 2] * angle, raw[b + 3 * k + 2] * angle)) > TURN) share = part < 0.5 ? 0 : 1;
+    for (let k = 2; k < 3 * count && share > 0; k += 3)
+      if (Math.abs(this.turned(raw[a + k] * angle, raw[b + k] * angle)) > TURN) share = part < 0.5 ? 0 : 1;
     this.row = row;
     this.next = next;
     this.share = share;
@@ -87,12 +87,10 @@ class Motion {
 
   // The points of a beam, with its distance from the line between its ends magnified, and colours from 0 to 1.
   curve(k, factor) {
-    const { points, colours, count } = this.curves[k];
+    const { numbers, shades, count, points } = this.curves[k];
     const [a, b] = [2 * count * this.row, 2 * count * this.next];
-    const [length] = this.scale;
-    const found = [];
-    for (let j = 0; j < count; j += 1)
-      found.push([0, 1].map((d) => (points[a + 2 * j + d] + (points[b + 2 * j + d] - points[a + 2 * j + d]) * this.share) * length));
+    const at = (i) => (numbers[a + i] + (numbers[b + i] - numbers[a + i]) * this.share) * points.scale;
+    const found = Array.from({ length: count }, (_, j) => [at(2 * j), at(2 * j + 1)]);
     const [first, last] = [found[0], found[count - 1]];
     if (factor !== 1) {
       found.forEach((p, j) => {
@@ -103,8 +101,8 @@ class Motion {
         }
       });
     }
-    const shades = Array.from(colours.subarray(count * this.row, count * (this.row + 1)), (c) => c / 255);
-    return { points: found, colours: shades };
+    const own = shades.subarray(count * this.row, count * (this.row + 1));
+    return { points: found, colours: Array.from(own, (c) => c / 255) };
   }
 
   // The path of a point over all frames.

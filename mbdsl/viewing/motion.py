@@ -20,7 +20,7 @@ from mbdsl.system.system import System
 Array = NDArray[np.float64]
 
 GROUND = -1  #: the track of frames that do not move
-STATIONS = 33  #: number of sampled points on a beam
+STATIONS = 25  #: number of sampled points on a beam
 #: limits of a page: frames of a motion, and numbers of all poses together
 MOST_FRAMES, MOST_NUMBERS = 3000, 12_500_000
 

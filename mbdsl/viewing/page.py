@@ -40,7 +40,7 @@ def html(data: dict[str, Any]) -> str:
         HTML. Its policy allows this script and this style by their digests, and nothing else.
     """
     style = (HERE / "player.css").read_text(encoding="utf-8")
-    script = "".join((HERE / name).read_text(encoding="utf-8") for name in SCRIPTS)
+    script = _script()
     policy = f"default-src 'none'; style-src {_digest(style)}; script-src {_digest(script)}"
     # `<` would let a text end the element; as an escape it is the same JSON.
     text = json.dumps(seen(data), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
@@ -55,6 +55,12 @@ def html(data: dict[str, Any]) -> str:
             f"<script>{script}</script>\n</body>\n</html>\n",
         )
     )
+
+
+def _script() -> str:
+    """All files of the script, without comment lines and indentation; no text in it spans lines."""
+    lines = [line.strip() for name in SCRIPTS for line in (HERE / name).read_text(encoding="utf-8").splitlines()]
+    return "\n".join(line for line in lines if line and not line.startswith("//"))
 
 
 def _digest(text: str) -> str:
@@ -125,11 +131,11 @@ def document(
         "bodies": bodies,
         "points": dict(list(points.items())[:MOST_POINTS]),
         "signals": [
-            {"name": s.name, "unit": s.unit, "y": _array(s.values, "f4"), "low": _finite(s.low), "high": _finite(s.high)}
+            {"name": s.name, "unit": s.unit, "low": _finite(s.low), "high": _finite(s.high), "y": _line(s)}
             for s in signals
         ],
         "shown": list(shown),
-        "traced": [name for name in traced],
+        "traced": list(traced),
         "vectors": [
             {
                 "name": v.name,
@@ -150,10 +156,8 @@ class _Packing:
 
     def __init__(self, origin: tuple[float, float], motion: Motion, reach: float) -> None:
         self.motion, self.origin = motion, np.array(origin)
-        count = motion.poses.size + sum(curve.points.size for curve in motion.curves)
-        self.small = count > MANY
-        self.length = (reach or 1.0) / 32767 if self.small else 1.0
-        self.angle = np.pi / 32767 if self.small else 1.0
+        self.small = motion.poses.size > MANY
+        self.level = (reach or 1.0) / 32767
 
     def spot(self, spot: Spot) -> list[float]:
         shift = self.origin if spot.track == GROUND else (0.0, 0.0)
@@ -165,10 +169,10 @@ class _Packing:
     def poses(self) -> dict[str, Any]:
         poses = self.motion.poses.copy()
         poses[:, :, :2] -= self.origin
-        if self.small:
-            poses[:, :, 2] = np.angle(np.exp(1j * poses[:, :, 2]))
-        scaled = poses / (self.length, self.length, self.angle)
-        return {**self._stored(scaled), "scale": [self.length, self.angle]}
+        if not self.small:
+            return {**_array(poses, "f4"), "scale": [1.0, 1.0]}
+        poses[:, :, 2] = np.angle(np.exp(1j * poses[:, :, 2]))
+        return {**_levels(poses / (self.level, self.level, np.pi / 32767)), "scale": [self.level, np.pi / 32767]}
 
     def curves(self) -> list[dict[str, Any]]:
         found = []
@@ -176,20 +180,28 @@ class _Packing:
             bent = np.abs(curve.curvature())
             most = float(np.nanmax(bent)) if np.isfinite(bent).any() else 0.0
             shades = np.nan_to_num(255 * bent / (most or 1.0)).round()
-            points = self._stored((curve.points - self.origin) / self.length)
+            points = {**_levels((curve.points - self.origin) / self.level), "scale": self.level}
             found.append({"points": points, "count": len(curve.along), "colours": _array(shades, "u1"), "most": most})
         return found
-
-    def _stored(self, values: NDArray[np.float64]) -> dict[str, str]:
-        if self.small:
-            return _array(np.clip(np.nan_to_num(np.rint(values)), -32767, 32767), "i2")
-        return _array(values, "f4")
 
 
 def _array(values: Any, kind: str) -> dict[str, str]:
     with np.errstate(over="ignore"):
         stored = np.ascontiguousarray(values, dtype=f"<{kind}")
     return {"kind": kind, "data": base64.b64encode(stored.tobytes()).decode()}
+
+
+def _levels(values: NDArray[np.float64]) -> dict[str, str]:
+    """Numbers between -32767 and 32767 as integers of 16 bits."""
+    return _array(np.clip(np.nan_to_num(np.rint(values)), -32767, 32767), "i2")
+
+
+def _line(signal: Signal) -> dict[str, str]:
+    """Values as integers of 16 bits, -32767 at the lowest and 32767 at the highest; -32768 for nan."""
+    half = (signal.high - signal.low) / 2
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        levels = np.rint(32767 * ((signal.values - signal.low) / half - 1.0)) if half > 0.0 else 0.0 * signal.values
+    return _array(np.where(np.isfinite(levels), levels, -32768), "i2")
 
 
 def _short(value: float) -> float:

@@ -157,7 +157,9 @@ function scaleBar(g) {
   painter.line([[x, y - 4], [x, y], [end, y], [end, y - 4]], 1.2, theme.pale);
   const [unit, size] = [["km", 1e3], ["m", 1], ["mm", 1e-3], ["µm", 1e-6]].find(([, s]) => length >= s) || ["µm", 1e-6];
   text(g, `${written(length / size, 3)} ${unit}`, end + 7, y - 3, theme.pale);
-  if (data.curves.length && show.deflection !== 1) text(g, `deflection × ${show.deflection}`, x, y - 22, theme.pale);
+  if (!data.curves.length) return;
+  const most = Math.max(...data.curves.map((c) => c.most));
+  text(g, `red: curvature up to ${written(most, 3)} 1/m${show.deflection === 1 ? "" : `; deflection × ${show.deflection}`}`, x, y - 22, theme.pale);
 }
 
 // The state as text and as data of the page.

@@ -9,17 +9,24 @@ function ticks(low, high, most) {
   return [found, step];
 }
 
-function written(value, digits = 5) {
+function written(value, digits = 4) {
   if (!Number.isFinite(value)) return "–";
   const size = Math.abs(value);
-  const text = size !== 0 && (size < 1e-4 || size >= 1e6) ? value.toExponential(digits - 2) : value.toPrecision(digits);
-  return text.replace(/(\.\d*?)0+(e|$)/, "$1$2").replace(/\.(e|$)/, "$1").replace("-", "−");
+  const small = size !== 0 && (size < 1e-4 || size >= 1e6);
+  const decimals = Math.max(0, digits - 1 - Math.floor(Math.log10(size || 1)));
+  const text = small ? value.toExponential(Math.max(1, digits - 2)) : value.toFixed(Math.min(12, decimals));
+  return text.replace(/(\.\d*?)0+(e|$)/, "$1$2").replace(/\.(e|$)/, "$1").replace("e+", "e").replaceAll("-", "−");
+}
+
+// Values from integers, of which the lowest stands for no value.
+function levels({ y, low, high }) {
+  return Float64Array.from(decoded(y), (k) => (k === -32768 ? NaN : low + ((k / 32767 + 1) / 2) * (high - low)));
 }
 
 class Plots {
   constructor(box, data, motion, seek) {
     Object.assign(this, { box, data, motion, seek, charts: [] });
-    this.signals = data.signals.map((s) => ({ ...s, y: decoded(s.y), times: null }));
+    this.signals = data.signals.map((s) => ({ ...s, y: levels(s) }));
     this.times = data.times ? decoded(data.times) : motion.t;
     this.shown = new Set(data.shown);
   }

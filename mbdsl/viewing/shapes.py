@@ -15,22 +15,29 @@ from mbdsl.viewing.symbols import Shape, symbol
 
 Array = NDArray[np.float64]
 
-#: size of symbols relative to the extent of the motion, and its limit relative to the median length of links
-OF_EXTENT, OF_LENGTH = 0.03, 0.3
-#: shapes of bodies that come before and after those of joints
-ORDER = ("floor", "guide", "wall", "support", "wheel", "link", "beam", "block", "hub", "slot", "weld", "spiral")
+#: size of symbols relative to the extent of the motion, its limit relative to the median length of links, and the least
+#: relative to the extent for mechanisms of up to ``FEW`` bodies
+OF_EXTENT, OF_LENGTH, LEAST, FEW = 0.034, 0.3, 0.012, 50
+GOES_FAR = 0.1  #: length of a body relative to the extent of its motion
+#: shapes in the order in which they are drawn; all others come last
+ORDER = (
+    *("floor", "guide", "wall", "support", "spring", "damper", "spring-damper", "dashed", "wheel", "link", "beam"),
+    *("actuator", "rod", "block", "hub", "slot", "mass", "weld", "spiral"),
+)
 
 
 @dataclass(frozen=True)
 class Drawing:
     """All shapes in the order in which they are drawn, and their sizes.
 
-    ``bounds`` is the rectangle (x0, y0, x1, y1) [m] of the motion, ``unit`` the size of symbols [m].
+    ``bounds`` is the rectangle (x0, y0, x1, y1) [m] of the motion, ``unit`` the size of symbols [m]. ``paths`` are
+    frames whose path is drawn at first: those of single bodies that go far.
     """
 
     shapes: list[Shape]
     bounds: tuple[float, float, float, float]
     unit: float
+    paths: tuple[str, ...] = ()
 
 
 def drawing(motion: Motion) -> Drawing:
@@ -58,13 +65,30 @@ def drawing(motion: Motion) -> Drawing:
                 lengths.append(max(np.hypot(x, y) for x, y in np.subtract(shape.data["points"], shape.data["points"][0])))
             elif shape.draw == "beam":
                 lengths.append(float(c.values["length"]))
-    shapes = sorted(bodies + elements, key=lambda shape: ORDER.index(shape.draw) if shape.draw in ORDER else len(ORDER))
+    every = _once(bodies + elements)
+    shapes = sorted(every, key=lambda shape: ORDER.index(shape.draw) if shape.draw in ORDER else len(ORDER))
     bounds = _bounds(motion, ports, elements)
     extent = float(np.hypot(bounds[2] - bounds[0], bounds[3] - bounds[1]))
     unit = OF_EXTENT * extent
     if lengths and np.median(lengths) > 0.0:
         unit = min(unit, OF_LENGTH * float(np.median(lengths)))
-    return Drawing(shapes, bounds, unit or 1.0)
+        if len(lengths) <= FEW:
+            unit = max(unit, LEAST * extent)
+    far = len(bodies) <= FEW and lengths and max(lengths) < GOES_FAR * extent
+    paths = tuple(f"{c.name}.c" for c in scene.bodies()) if far and len(scene.bodies()) <= 2 else ()
+    return Drawing(shapes, bounds, unit or 1.0, paths)
+
+
+def _once(shapes: Sequence[Shape]) -> list[Shape]:
+    """Shapes without further supports of the same pin."""
+    seen: set[tuple] = set()
+    found = []
+    for shape in shapes:
+        place = (shape.draw, *((round(at.x, 12), round(at.y, 12)) for at in shape.at))
+        if shape.draw != "support" or place not in seen:
+            found.append(shape)
+        seen.add(place)
+    return found
 
 
 def _element(c: Component, motion: Motion) -> Iterator[Shape]:

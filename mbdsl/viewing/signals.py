@@ -62,21 +62,31 @@ def signals(trajectory: Trajectory, patterns: Iterable[str] | None) -> tuple[Arr
         names = list(_names(trajectory))
         shown = []
     t, rows = thinned(trajectory.t, MOST_POINTS)
-    found = []
-    for name in names:
-        values = np.asarray(trajectory[name], float)
-        finite = values[np.isfinite(values)]
-        if patterns is None and (not len(finite) or np.ptp(finite) <= 1e-9 * np.abs(finite).max()):
-            continue
-        low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
-        found.append(Signal(name, trajectory.unit(name), extremes(values, rows), low, high))
-        if patterns is None and len(found) == MOST_SIGNALS:
-            break
+    found = [_signal(trajectory, name, rows) for name in names]
     if patterns is None:
+        found = list(_changing(found))[:MOST_SIGNALS]
+        bodies = {c.name for c in trajectory.scene.bodies()}
         for keys in (("phi",), ("w",), ("x", "y"), ("vx", "vy")):
-            chosen = [s.name for s in found if s.name.rpartition(".")[2] in keys][:MOST_SHOWN]
-            shown += chosen if len({n.rpartition(".")[2] for n in shown}) < 2 else []
+            own = [s.name.rpartition(".") for s in found]
+            chosen = [f"{owner}.{key}" for owner, _, key in own if owner in bodies and key in keys][:MOST_SHOWN]
+            shown += chosen if len({name.rpartition(".")[2] for name in shown}) < 2 else []
     return t, found, shown
+
+
+def _signal(trajectory: Trajectory, name: str, limits: NDArray[np.int64] | None) -> Signal:
+    values = np.asarray(trajectory[name], float)
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
+    return Signal(name, trajectory.unit(name), extremes(values, limits), low, high)
+
+
+def _changing(found: Iterable[Signal]) -> Iterator[Signal]:
+    """Signals that change by more than rounding, relative to the largest of the same unit."""
+    found = list(found)
+    size: dict[str, float] = {}
+    for s in found:
+        size[s.unit] = float(np.nanmax([size.get(s.unit, 0.0), abs(s.low), abs(s.high)]))
+    return (s for s in found if s.high - s.low > 1e-9 * size[s.unit])
 
 
 def thinned(t: Array, most: int) -> tuple[Array, NDArray[np.int64] | None]:

@@ -62,7 +62,7 @@ def _side(base: Spot, moving: Spot, motion: Motion) -> int:
     if moving.track == GROUND:
         return -1
     x, y, _ = (np.nanmean(motion.poses[:, moving.track], axis=0) - (base.x, base.y, 0.0)).tolist()
-    return 1 if y < -0.3 * float(np.hypot(x, y)) - 1e-9 else -1
+    return 1 if y < -0.6 * float(np.hypot(x, y)) - 1e-9 else -1
 
 
 def _slider(c: Component, a: Spot, b: Spot, motion: Motion) -> Iterator[Shape]:
@@ -105,7 +105,11 @@ def _between(draw: str, pins: bool = False) -> Symbol:
                     yield Shape("support", c.name, (spot,), {"side": _side(spot, other, motion)})
                 else:
                     yield Shape("wall", c.name, (spot, other))
-        yield Shape(draw, c.name, (a, b))
+        pa, pb = motion.pose(a), motion.pose(b)
+        length = np.hypot(pb[:, 0] - pa[:, 0], pb[:, 1] - pa[:, 1])
+        length = length[np.isfinite(length)] if np.isfinite(length).any() else np.zeros(1)
+        data = {"low": float(length.min()), "high": float(length.max()), "mean": float(length.mean())}
+        yield Shape(draw, c.name, (a, b), data)
         if pins:
             yield Shape("pin", c.name, (a,))
             yield Shape("pin", c.name, (b,))
@@ -174,9 +178,9 @@ KNOWN = {
     "Bushing": "bushing",
     "RotationalDriver": "turning",
     "RotationalVelocityDriver": "turning",
-    "Torque": "turning",
     "TranslationalDriver": "pushing",
     "TranslationalVelocityDriver": "pushing",
     "Force": "nothing",  # an arrow of its size, among the vectors
+    "Torque": "nothing",
     "FreeMotion": "nothing",
 }

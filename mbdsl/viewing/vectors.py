@@ -29,6 +29,12 @@ class Vector:
     values: Array
 
 
+def _known(trajectory: Trajectory) -> bool:
+    """Whether the run has stored its multipliers; else all reactions would have to be solved for."""
+    known = trajectory._lam
+    return known is not None and not np.isnan(known).any()
+
+
 def vectors(trajectory: Trajectory, motion: Motion) -> list[Vector]:
     """Forces that are given as components or torques, and the reactions on frame_b of joints.
 
@@ -46,6 +52,8 @@ def vectors(trajectory: Trajectory, motion: Motion) -> list[Vector]:
     """
     components = list(motion.scene.components.values())
     found = [v for c in components if isinstance(c.kind, ForceKind) for v in _applied(c, trajectory, motion)]
+    if not _known(trajectory):
+        return found
     joints = [c for c in components if isinstance(c.kind, JointKind) and len(c.ports) == 2]
     if len(joints) <= MOST:
         found += [v for c in joints for v in _reactions(c, trajectory, motion)]
