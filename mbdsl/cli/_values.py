@@ -136,9 +136,9 @@ def _try_to_write(folder: Path) -> None:
         raise UsageError(f"cannot write into `{folder}`: {problem.strerror or problem}") from problem
 
 
-def add_model(parser: argparse.ArgumentParser) -> None:
+def add_model(parser: argparse.ArgumentParser, metavar: str = "MODEL", help: str = "the model's file (.mbd)") -> None:
     """The arguments that every command on a model takes."""
-    parser.add_argument("model", metavar="MODEL", help="the model's file (.mbd)")
+    parser.add_argument("model", metavar=metavar, help=help)
     parser.add_argument(
         "--set",
         metavar="NAME=VALUE",
@@ -159,6 +159,50 @@ def add_model(parser: argparse.ArgumentParser) -> None:
         "--allow-imports",
         action="store_true",
         help="let the model import files from outside its folder; for models that you trust",
+    )
+
+
+def add_method(parser: argparse.ArgumentParser) -> None:
+    """The choice of an integrator."""
+    parser.add_argument("--method", metavar="NAME", help="integrator; default: the model's, else hht-si2")
+    parser.add_argument(
+        "--option",
+        metavar="NAME=X",
+        type=assignment,
+        action="append",
+        default=[],
+        help="parameter of the method, repeatable; `mbdsl methods` lists them, most as --NAME X",
+    )
+
+
+def add_steps(parser: argparse.ArgumentParser) -> argparse._MutuallyExclusiveGroup:
+    """A step size or a tolerance; the group takes further alternatives."""
+    step = parser.add_mutually_exclusive_group()
+    step.add_argument(
+        "--step",
+        metavar="H",
+        type=positive_seconds,
+        help="fixed step size, no longer than the run; default: the model's",
+    )
+    step.add_argument(
+        "--tol",
+        metavar="TOL",
+        type=tolerance,
+        help="error-controlled steps, to this tolerance; default without a step: the model's, else 1e-4 (radau5 and "
+        "backends: 1e-6)",
+    )
+    return step
+
+
+def add_times(parser: argparse.ArgumentParser) -> None:
+    """Start, stop and output interval."""
+    parser.add_argument("--start", metavar="T0", type=seconds, help="start time; default: the model's, else 0")
+    parser.add_argument("--stop", metavar="T", type=seconds, help="stop time, hit exactly; default: the model's")
+    parser.add_argument(
+        "--interval",
+        metavar="DT",
+        type=interval_seconds,
+        help="output interval; default (stop - start)/500; 0 writes every step",
     )
 
 

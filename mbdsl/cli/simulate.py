@@ -21,7 +21,7 @@ from mbdsl.storage.output_files import write_text
 from mbdsl.version import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from mbdsl.initial.consistent import Moved
     from mbdsl.simulation.trajectory import Trajectory
@@ -35,33 +35,12 @@ def register(subparsers) -> argparse.ArgumentParser:
         description="Integrate a model in time and write signals to a file. Times take units: 2, 2s, 1ms.",
     )
     values.add_model(parser)
-    parser.add_argument("--method", metavar="NAME", help="integrator; default: the model's, else hht-si2")
-    parser.add_argument(
-        "--option",
-        metavar="NAME=X",
-        type=values.assignment,
-        action="append",
-        default=[],
-        help="parameter of the method, repeatable; `mbdsl methods` lists them, most as --NAME X",
-    )
+    values.add_method(parser)
     parser.add_argument("--force", action="store_true", help="allow parameters known to fail on constrained models")
     parser.add_argument(
         "--general", action="store_true", help="solve the unreduced equations with general code, for comparison"
     )
-    step = parser.add_mutually_exclusive_group()
-    step.add_argument(
-        "--step",
-        metavar="H",
-        type=values.positive_seconds,
-        help="fixed step size, no longer than the run; default: the model's",
-    )
-    step.add_argument(
-        "--tol",
-        metavar="TOL",
-        type=values.tolerance,
-        help="error-controlled steps, to this tolerance; default without a step: the model's, else 1e-4 (radau5 and "
-        "backends: 1e-6)",
-    )
+    step = values.add_steps(parser)
     step.add_argument(
         "--accuracy",
         metavar="E",
@@ -78,14 +57,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         help="time budget of --verify, or of the check of --accuracy; default: ten times the run, at least 10 s "
         "(--accuracy: twice that)",
     )
-    parser.add_argument("--start", metavar="T0", type=values.seconds, help="start time; default: the model's, else 0")
-    parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time, hit exactly; default: the model's")
-    parser.add_argument(
-        "--interval",
-        metavar="DT",
-        type=values.interval_seconds,
-        help="output interval; default (stop - start)/500; 0 writes every step",
-    )
+    values.add_times(parser)
     parser.add_argument(
         "--signals",
         metavar="PATTERN,...",
@@ -171,7 +143,7 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
 
     begun = perf_counter()
     with deferred(1, f"writing {output}; Ctrl-C again to end without it") as heard:
-        names = write(trajectory, output, args.signals)
+        names = write(trajectory, output, args.signals, dict(args.set))
     trajectory.stats["seconds"].update(parse=parse, write=perf_counter() - begun)
     over = over or bool(heard)
     if over:
@@ -265,24 +237,32 @@ def second_opinion(
     return found
 
 
-def write(trajectory: Trajectory, output: str, signals: str | None) -> list[str]:
+def write(trajectory: Trajectory, output: str, signals: str | None, overrides: Mapping[str, str] = {}) -> list[str]:
     """Write the requested signals and return their names.
+
+    In a format that keeps the model, the file also contains the model's text with its ``overrides``, and by default the
+    coordinates of bodies that deform.
 
     If a pattern matches nothing, the default signals are written. If the file cannot be written, the results are
     written to a temporary folder.
     """
-    unknown = None
+    from mbdsl.lang.stored_model import to_text
+
+    unknown, said, default = None, about(trajectory), trajectory.default_names
+    if getattr(results.format_of(output), "KEEPS_MODEL", False):
+        said |= {"source": text} if (text := to_text(trajectory.scene, overrides)) else {}
+        default = default + trajectory.elastic_names
     try:
-        names = trajectory.select(values.patterns(signals)) if signals else trajectory.default_names
+        names = trajectory.select(values.patterns(signals)) if signals else default
     except UsageError as problem:
-        names, unknown = trajectory.default_names, problem
+        names, unknown = default, problem
     names = [name for name in names if name != "time"]
     columns = {"time": trajectory.t, **{name: trajectory[name] for name in names}}
     units = {"time": "s", **{name: trajectory.unit(name) for name in names}}
     try:
-        results.write(output, columns, units, about(trajectory))
+        results.write(output, columns, units, said)
     except UsageError as problem:
-        if where := elsewhere(output, lambda path: results.write(path, columns, units, about(trajectory))):
+        if where := elsewhere(output, lambda path: results.write(path, columns, units, said)):
             raise UsageError(problem.message, hint=f"the results are in {where}") from problem
         raise
     if unknown:

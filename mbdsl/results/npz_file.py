@@ -9,6 +9,7 @@ from typing import BinaryIO
 
 SUFFIX = ".npz"
 ABOUT = "_mbdsl"
+KEEPS_MODEL = True  #: the meta data may contain the model's text
 
 
 def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> None:

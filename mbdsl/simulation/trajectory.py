@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import difflib
 import fnmatch
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cached_property
+from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +26,8 @@ from mbdsl.system.tables import gravity
 if TYPE_CHECKING:
     import pandas
     import xarray
+
+    from mbdsl.viewing.animation import Animation
 
 Array = NDArray[np.float64]
 
@@ -164,6 +167,44 @@ class Trajectory:
         bodies = self.scene.bodies()
         found = [f"{b.name}.{key}" for b in bodies for key in b.kind.coordinates]
         return found + [f"{b.name}.{keys[key]}" for b in bodies for key in b.kind.coordinates]
+
+    @property
+    def elastic_names(self) -> list[str]:
+        """Names of the coordinates of bodies that deform and of their rates."""
+        counts = {name: len(self.scene.components[name].coordinates) for name in self._flexible}
+        return [f"{name}.{q}[{k + 1}]" for name, count in counts.items() for q in ("q", "dq") for k in range(count)]
+
+    def animate(
+        self, path: str | PathLike | None = None, signals: Iterable[str] | None = None, traces: Sequence[str] = ()
+    ) -> Animation:
+        """Animate the mechanism, as one HTML page that loads nothing.
+
+        Parameters
+        ----------
+        path : path, optional
+            File that the page is written to, ``.html``.
+        signals : iterable of str, optional
+            Names and glob patterns of the signals that are plotted with the motion. Default: coordinates, velocities
+            and signals of elements that change.
+        traces : sequence of str, optional
+            Names of frames and bodies whose path is drawn.
+
+        Returns
+        -------
+        Animation
+            The page; a notebook shows it below the cell, and its ``save`` writes it to a file.
+
+        Raises
+        ------
+        UsageError
+            If the trajectory is empty, a name is unknown, or the file cannot be written.
+        """
+        from mbdsl.viewing.animation import animate
+
+        found = animate(self, signals, traces)
+        if path is not None:
+            found.save(path)
+        return found
 
     def select(self, patterns: Iterable[str]) -> list[str]:
         """Select signals by their names.

@@ -146,8 +146,8 @@ class Painter {
     const { points, colours } = this.motion.curve(shape.beam, this.show.deflection);
     const to = points.map(([x, y]) => [view.x + view.scale * x, view.y - view.scale * y]);
     const width = Math.max(2.5, 0.42 * this.U);
-    const plain = this.colour(shape.name);
-    this.line(to, width + 2, mixed(plain, this.theme.ink, 0.35));
+    this.line(to, width + 2.5, this.colour(shape.name));
+    const plain = mixed(this.colour(shape.name), this.theme.paper, 0.72);
     for (let k = 0; k + 1 < to.length; k += 1)
       this.line([to[k], to[k + 1]], width, mixed(plain, this.theme.hot, (colours[k] + colours[k + 1]) / 2));
   }

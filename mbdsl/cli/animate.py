@@ -1,0 +1,145 @@
+"""mbdsl animate: a page that shows the motion of a model or of a result."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mbdsl.cli import _values as values
+from mbdsl.cli._progress import Display
+from mbdsl.cli.simulate import add_options as add_options
+from mbdsl.cli.simulate import print_warnings
+from mbdsl.errors import IntegrationError, Interrupted, UsageError
+from mbdsl.messages import visible
+from mbdsl.storage import output_files
+
+if TYPE_CHECKING:
+    from mbdsl.simulation.trajectory import Trajectory
+
+SUFFIXES = (".html", ".htm")
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "animate",
+        help="show the motion of a model or of a result in one HTML page",
+        description="Write one HTML page that plays the motion of a model, or of a result of `mbdsl simulate`. The page "
+        "loads nothing and can be mailed; it works in every browser, also on a phone.",
+    )
+    values.add_model(parser, "MODEL|RESULT", "the model's file (.mbd), or a result (.npz) of mbdsl simulate")
+    parser.add_argument(
+        "--result", metavar="FILE", help="result of the model, of a format that does not contain the model (.csv, ...)"
+    )
+    values.add_method(parser)
+    values.add_steps(parser)
+    values.add_times(parser)
+    parser.add_argument(
+        "--signals",
+        metavar="PATTERN,...",
+        help="signals to plot with the motion (globs); default: coordinates, velocities, signals of elements",
+    )
+    parser.add_argument("--trace", metavar="FRAME,...", help="frames and bodies whose path is drawn")
+    parser.add_argument("--out", metavar="FILE.html", help="the page; default: the name of the model or result + .html")
+    parser.add_argument("--quiet", action="store_true", help="print errors and warnings only")
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    from mbdsl.viewing.stored_result import is_result
+
+    out = args.out or f"{Path(args.model).stem}.html"
+    if Path(out).suffix.lower() not in SUFFIXES:
+        raise UsageError(f"unknown suffix of the page `{out}`", hint=f"known are {', '.join(SUFFIXES)}")
+    output_files.check([out], [path for path in (args.model, args.result) if path])
+    stored = is_result(args.model)
+    if stored and args.result:
+        raise UsageError(f"`{args.model}` and `{args.result}` are both results", hint="give the model and one result")
+    if stored or args.result:
+        _refuse(args, stored)
+        trajectory, names = _stored(args, stored)
+        failure = None
+    else:
+        trajectory, failure = _simulated(args, out)
+        names = None
+    _write(args, trajectory, names, out)
+    if failure is not None:
+        raise failure
+    return 0
+
+
+def _write(args: argparse.Namespace, trajectory: Trajectory, names: list[str] | None, out: str) -> None:
+    from mbdsl.viewing.animation import animate
+
+    patterns = values.patterns(args.signals) if args.signals else names
+    page = animate(trajectory, patterns, values.names(args.trace) if args.trace else ())
+    page.save(out)
+    if not args.quiet:
+        motion = page.motion
+        size = Path(out).stat().st_size if Path(out).is_file() else len(page.html.encode())
+        text = f"{size / 1e6:.1f} MB" if size >= 1e6 else f"{size / 1e3:.0f} KB"
+        print(f"{visible(out, line=True)}: {text}, {len(motion.t)} frames of {motion.t[-1] - motion.t[0]:.6g} s")
+
+
+def _refuse(args: argparse.Namespace, stored: bool) -> None:
+    """Options of a simulation, which a result excludes."""
+    given = [name for name in ("method", "step", "tol", "start", "stop", "interval") if getattr(args, name) is not None]
+    given += ["option"] if args.option else []
+    if stored:
+        given += [name for name in ("set", "without") if getattr(args, name)]
+    if given:
+        raise UsageError(
+            f"--{given[0]} belongs to a simulation, and the result is computed already",
+            hint="give the model alone to simulate it",
+        )
+
+
+def _stored(args: argparse.Namespace, stored: bool) -> tuple[Trajectory, list[str] | None]:
+    from mbdsl.viewing.stored_result import stored_trajectory
+
+    if stored:
+        return stored_trajectory(args.model)
+    return stored_trajectory(args.result, values.load_model(args))
+
+
+def _simulated(args: argparse.Namespace, out: str) -> tuple[Trajectory, BaseException | None]:
+    """The trajectory, and the error that ended the run early."""
+    options = values.numbers(args.option)
+    scene = values.load_model(args)
+    output_files.check([out], scene.files)
+
+    from mbdsl.api import simulated
+    from mbdsl.compilation import code_cache
+
+    code_cache.alone()
+    display = None if args.quiet else Display(sys.stderr)
+    failure: BaseException | None = None
+    try:
+        trajectory = simulated(
+            scene,
+            method=args.method,
+            step=args.step,
+            tol=args.tol,
+            start=args.start,
+            stop=args.stop,
+            interval=args.interval,
+            options=options,
+            progress=display,
+            announce=display.say if display else None,
+        )
+    except IntegrationError as problem:
+        found = getattr(problem, "trajectory", None)
+        if found is None or not len(found):
+            raise
+        trajectory, failure = found, problem
+    except Interrupted as problem:
+        trajectory = problem.trajectory
+        failure = KeyboardInterrupt()
+    finally:
+        if display:
+            display.close()
+    if trajectory.status == "interrupted":
+        failure = KeyboardInterrupt()
+    print_warnings(trajectory, args.quiet, failed=failure is not None)
+    return trajectory, failure
