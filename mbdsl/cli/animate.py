@@ -25,7 +25,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "animate",
         help="show the motion of a model or of a result in one HTML page",
-        description="Write one HTML page that plays the motion of a model, or of a result of `mbdsl simulate`. The page "
+        description="Write one HTML page that plays the motion of a model or of a result of `mbdsl simulate`. The page "
         "loads nothing and can be mailed; it works in every browser, also on a phone.",
     )
     values.add_model(parser, "MODEL|RESULT", "the model's file (.mbd), or a result (.npz) of mbdsl simulate")

@@ -95,9 +95,7 @@ class Animation:
         output_files.write_text(path, self.html)
 
 
-def animate(
-    trajectory: Trajectory, signals: Iterable[str] | None = None, traces: Sequence[str] = ()
-) -> Animation:
+def animate(trajectory: Trajectory, signals: Iterable[str] | None = None, traces: Sequence[str] = ()) -> Animation:
     """Animate a trajectory.
 
     Parameters

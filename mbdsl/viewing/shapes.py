@@ -62,7 +62,9 @@ def drawing(motion: Motion) -> Drawing:
         for shape in _body(c, motion, ports, rolling):
             bodies.append(shape)
             if shape.draw == "link":
-                lengths.append(max(np.hypot(x, y) for x, y in np.subtract(shape.data["points"], shape.data["points"][0])))
+                lengths.append(
+                    max(np.hypot(x, y) for x, y in np.subtract(shape.data["points"], shape.data["points"][0]))
+                )
             elif shape.draw == "beam":
                 lengths.append(float(c.values["length"]))
     every = _once(bodies + elements)

@@ -1,9 +1,10 @@
-"""Signals of a page: which of a trajectory's signals it has, and which it shows at first, at the times that it keeps."""
+"""Signals of a page: those of a trajectory that it has, and those that it shows at first, at the times that it keeps."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,7 +109,7 @@ def extremes(values: Array, limits: NDArray[np.int64] | None) -> Array:
     if limits is None:
         return values
     found = np.empty(2 * (len(limits) - 1))
-    for k, (a, b) in enumerate(zip(limits[:-1], limits[1:], strict=True)):
+    for k, (a, b) in enumerate(pairwise(limits.tolist())):
         part = values[a:b]
         if np.isnan(part).all():
             found[2 * k : 2 * k + 2] = np.nan
@@ -124,7 +125,9 @@ def _names(trajectory: Trajectory) -> Iterator[str]:
     if len(scene.components) > MANY_COMPONENTS:
         return
     yield from _of_bodies(trajectory)
-    yield from (f"{c.name}.{key}" for c in scene.components.values() if isinstance(c.kind, ForceKind) for key in c.signals)
+    yield from (
+        f"{c.name}.{key}" for c in scene.components.values() if isinstance(c.kind, ForceKind) for key in c.signals
+    )
     yield from (name for name in scene.variables if name in trajectory)
     yield from ENERGIES
     for c in scene.components.values():

@@ -61,7 +61,11 @@ def _side(base: Spot, moving: Spot, motion: Motion) -> int:
     """-1: the support is below the pin; 1: above it, because the body hangs."""
     if moving.track == GROUND:
         return -1
-    x, y, _ = (np.nanmean(motion.poses[:, moving.track], axis=0) - (base.x, base.y, 0.0)).tolist()
+    places = motion.poses[:, moving.track, :2]
+    places = places[np.isfinite(places).all(axis=1)]
+    if not len(places):
+        return -1
+    x, y = (places.mean(axis=0) - (base.x, base.y)).tolist()
     return 1 if y < -0.6 * float(np.hypot(x, y)) - 1e-9 else -1
 
 
