@@ -23,7 +23,16 @@ HEIGHT = 560  #: of the frame in a notebook [px]
 class Animation:
     """An animation of a planar mechanism, as one HTML page that loads nothing.
 
-    A notebook shows it below the cell that returns it.
+    ``Trajectory.animate`` makes it. A notebook shows it below the cell that returns it.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        The states over time.
+    patterns : iterable of str or None
+        Names and glob patterns of the signals that are plotted with the motion.
+    traced : sequence of str
+        Names of frames and bodies whose path is drawn.
 
     Attributes
     ----------

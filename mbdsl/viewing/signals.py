@@ -1,4 +1,4 @@
-"""Signals of a page: those of a trajectory that it has, and those that it shows at first, at the times that it keeps."""
+"""Signals of a page: those of a trajectory that it has and those that it shows at first, at the times that it keeps."""
 
 from __future__ import annotations
 

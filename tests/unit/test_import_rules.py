@@ -14,13 +14,14 @@ NUMERICS = ("numpy", "scipy", "numba", "matplotlib", "networkx", "pandas", "xarr
 AT_IMPORT, IN_FUNCTION, FOR_TYPES = "at import", "in a function", "for the type checker"
 #: from the top down: a room imports from itself and from the rooms after it only
 ROOMS = (
-    *("__init__", "__main__", "cli", "api", "studies", "analysis", "explanation", "simulation", "statics", "initial"),
-    *("integrators", "lang", "system", "mechanism", "elements", "bodies", "plotting", "results"),
+    *("__init__", "__main__", "cli", "api", "studies", "analysis", "explanation", "viewing", "simulation", "statics"),
+    *("initial", "integrators", "lang", "system", "mechanism", "elements", "bodies", "plotting", "results"),
     *("expressions", "numerics", "compilation", "storage", "errors", "messages", "version"),
 )
 #: the imports that run upwards, with the reason
 UPWARD = {
     ("mbdsl.errors", "mbdsl.simulation.trajectory"): "for type checkers: the results that an error brings with it",
+    ("mbdsl.simulation.trajectory", "mbdsl.viewing.animation"): "in `animate`, which is called by users only",
 }
 #: the imports that close circles, with the reason; none of them is executed while a module is imported
 CIRCLES = {
@@ -104,12 +105,14 @@ ARROWS = _arrows()
 
 
 def closure(names, kinds):
-    """Modules reached by imports of these kinds -> the path to them; importing a module imports its packages."""
+    """Modules reached by imports of these kinds, without those of UPWARD -> the path to them; importing a module imports
+    its packages."""
     ways = {name: (name,) for name in names}
     pending = list(ways)
     while pending:
         name = pending.pop()
-        following = [target for target, when in ARROWS.get(name, {}).items() if when in kinds]
+        targets = ARROWS.get(name, {}).items()
+        following = [target for target, when in targets if when in kinds and (name, target) not in UPWARD]
         if name in FILES and "." in name:
             following.append(name.rpartition(".")[0])
         for target in following:
