@@ -18,7 +18,6 @@ class Painter {
     g.lineCap = g.lineJoin = "round";
     const rest = this.many ? this.paintMany() : this.data.shapes;
     for (const shape of rest) {
-      if (shape.draw === "com" && !show.masses) continue;
       const draw = this[`draw_${shape.draw.replace("-", "_")}`];
       if (draw) draw.call(this, shape, (shape.at || []).map((at) => this.place(at)));
     }
@@ -55,7 +54,7 @@ class Painter {
         pins.arc(x, y, radius, 0, TAU);
       } else rest.push(shape);
     }
-    g.lineWidth = Math.max(1.2, 0.5 * U);
+    g.lineWidth = Math.max(1.6, 0.5 * U);
     g.strokeStyle = this.theme.bodies[0];
     g.stroke(links);
     g.fillStyle = this.theme.ink;
@@ -162,7 +161,8 @@ class Painter {
     this.at(p, () => this.line([[0, 0], [radius, 0]], this.thin, this.colour(shape.name)));
   }
 
-  draw_com(shape, [p]) {
+  // The mark of a centre of mass.
+  centre(p) {
     const radius = Math.max(3, 0.34 * this.U);
     this.circle(p[0], p[1], radius, this.theme.paper);
     this.at(p, (g) => {

@@ -6,6 +6,7 @@ offsets. A body that deforms has one for each of its frames, and a beam has a cu
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,6 +21,7 @@ from mbdsl.system.system import System
 Array = NDArray[np.float64]
 
 GROUND = -1  #: the track of frames that do not move
+TOGETHER = 256  #: number of spots that are evaluated at once
 STATIONS = 25  #: number of sampled points on a beam
 #: limits of a page: frames of a motion, and numbers of all poses together
 MOST_FRAMES, MOST_NUMBERS = 3000, 12_500_000
@@ -67,6 +69,8 @@ class Motion:
         Poses of the tracks.
     spots : dict of str to Spot
         Positions of all frames of the model.
+    frames : dict of str to list of str
+        Names of the frames of each body.
     curves : list of Curve
         Beams.
     """
@@ -77,6 +81,7 @@ class Motion:
     tracks: list[str]
     poses: Array
     spots: dict[str, Spot]
+    frames: dict[str, list[str]]
     curves: list[Curve] = field(default_factory=list)
 
     def pose(self, spot: Spot) -> Array:
@@ -86,6 +91,24 @@ class Motion:
         x, y, phi = self.poses[:, spot.track].T
         c, s = np.cos(phi), np.sin(phi)
         return np.stack([x + c * spot.x - s * spot.y, y + s * spot.x + c * spot.y, phi + spot.phi], axis=1)
+
+    def extremes(self, spots: Sequence[Spot]) -> tuple[Array, Array]:
+        """The lowest and highest x and y (S, 2) [m] of S spots over time; infinite for a spot without finite places."""
+        low, high = np.full((len(spots), 2), np.inf), np.full((len(spots), 2), -np.inf)
+        for first in range(0, len(spots), TOGETHER):
+            part = spots[first : first + TOGETHER]
+            moving = [k for k, spot in enumerate(part, first) if spot.track != GROUND]
+            at = np.array([(spots[k].x, spots[k].y) for k in moving]).reshape(-1, 2)
+            x, y, phi = np.moveaxis(self.poses[:, [spots[k].track for k in moving]], -1, 0)
+            c, s = np.cos(phi), np.sin(phi)
+            places = np.stack([x + c * at[:, 0] - s * at[:, 1], y + s * at[:, 0] + c * at[:, 1]], axis=-1)
+            finite = np.isfinite(places)
+            low[moving] = places.min(axis=0, initial=np.inf, where=finite)
+            high[moving] = places.max(axis=0, initial=-np.inf, where=finite)
+        for k, spot in enumerate(spots):
+            if spot.track == GROUND:
+                low[k] = high[k] = spot.x, spot.y
+        return low, high
 
     def spot_of(self, name: str) -> Spot:
         """The spot of a frame, or of the centre of a component that is a frame, by its name or another name of it."""
@@ -143,7 +166,7 @@ def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> Motion:
     poses = np.empty((len(rows), len(tracks), 3))
     for k, track in enumerate(tracks):
         poses[:, k] = states.track(track)
-    return Motion(scene, np.asarray(trajectory.t)[rows], rows, tracks, poses, spots, curves)
+    return Motion(scene, np.asarray(trajectory.t)[rows], rows, tracks, poses, spots, owners, curves)
 
 
 def chosen_rows(t: Array, most: int) -> NDArray[np.int64]:

@@ -107,7 +107,6 @@ def document(
     origin = ((x0 + x1) / 2, (y0 + y1) / 2) if far else (0.0, 0.0)
     pack = _Packing(origin, motion, max(abs(x - origin[k % 2]) for k, x in enumerate(drawing.bounds)))
     bodies = {c.name: pack.spot(motion.spots[f"{c.name}.c"]) for c in motion.scene.bodies()}
-    # frames without the centre of mass where a frame of the user is the same thing
     points = {name: pack.spot(spot) for name, spot in motion.spots.items()}
     largest: dict[str, float] = {}
     for v in vectors:
@@ -129,6 +128,7 @@ def document(
             for s in drawing.shapes
         ],
         "bodies": bodies,
+        "elastic": [curve.body for curve in motion.curves],
         "points": dict(list(points.items())[:MOST_POINTS]),
         "signals": [
             {"name": s.name, "unit": s.unit, "low": _finite(s.low), "high": _finite(s.high), "y": _line(s)}

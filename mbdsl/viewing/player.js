@@ -139,6 +139,8 @@ function paintMarks(g) {
       });
     }
   }
+  if (show.masses)
+    for (const [name, at] of Object.entries(data.bodies)) if (!data.elastic.includes(name)) painter.centre(painter.place(at));
   if (show.labels) {
     for (const [name, at] of Object.entries(data.bodies)) {
       const [x, y] = painter.place(at);

@@ -102,16 +102,15 @@ def _element(c: Component, motion: Motion) -> Iterator[Shape]:
 
 def _body(c: Component, motion: Motion, ports: set[str], drawn: set[int]) -> Iterator[Shape]:
     """The shapes of a body; ``drawn`` are the tracks that have a wheel or a block already."""
-    curve = next((k for k, curve in enumerate(motion.curves) if curve.body == c.name), None)
-    if curve is not None:
-        yield Shape("beam", c.name, (), {"beam": curve})
-        return
+    for k, curve in enumerate(motion.curves):
+        if curve.body == c.name:
+            yield Shape("beam", c.name, (), {"beam": k})
+            return
     centre = motion.spots[f"{c.name}.c"]
     if "phi" not in c.kind.coordinates:
         yield Shape("mass", c.name, (centre,))
         return
-    own = [name for name, frame in motion.scene.frames.items() if frame.body == c.name]
-    named = [name for name in own if name != f"{c.name}.c" or name in ports]
+    named = [name for name in motion.frames[c.name] if name != f"{c.name}.c" or name in ports]
     points = _distinct([(motion.spots[name].x, motion.spots[name].y) for name in named])
     if len(points) < 2:
         points = _distinct([*points, (0.0, 0.0)])
@@ -119,7 +118,6 @@ def _body(c: Component, motion: Motion, ports: set[str], drawn: set[int]) -> Ite
         yield Shape("link", c.name, (Spot(centre.track),), {"points": outline(points)})
     elif centre.track not in drawn:
         yield Shape("hub", c.name, (centre,))
-    yield Shape("com", c.name, (centre,))
 
 
 def _distinct(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -153,14 +151,18 @@ def outline(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
 
 def _bounds(motion: Motion, ports: set[str], elements: Sequence[Shape]) -> tuple[float, float, float, float]:
     """The rectangle of all points over time: frames, beams, wheels; frames of the ground only if they are ports."""
-    points = [motion.pose(spot)[:, :2] for name, spot in motion.spots.items() if spot.track != GROUND or name in ports]
-    points += [curve.points.reshape(-1, 2) for curve in motion.curves]
+    spots = [spot for name, spot in motion.spots.items() if spot.track != GROUND or name in ports]
+    lows, highs = ([part] for part in motion.extremes(spots))
     for shape in elements:
         if (radius := shape.data.get("radius")) is not None:
-            centre = motion.pose(shape.at[0])[:, :2]
-            points += [centre - radius, centre + radius]
-    every = np.concatenate([p[np.isfinite(p).all(axis=1)] for p in points] or [np.zeros((1, 2))])
-    if not len(every):
+            low, high = motion.extremes(shape.at[:1])
+            lows.append(low - radius)
+            highs.append(high + radius)
+    for curve in motion.curves:
+        finite = np.isfinite(curve.points)
+        lows.append(curve.points.min(axis=(0, 1), initial=np.inf, where=finite)[None])
+        highs.append(curve.points.max(axis=(0, 1), initial=-np.inf, where=finite)[None])
+    low, high = np.concatenate(lows).min(axis=0, initial=np.inf), np.concatenate(highs).max(axis=0, initial=-np.inf)
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
         return 0.0, 0.0, 0.0, 0.0
-    (x0, y0), (x1, y1) = every.min(axis=0).tolist(), every.max(axis=0).tolist()
-    return x0, y0, x1, y1
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
