@@ -41,6 +41,9 @@ def register(subparsers) -> argparse.ArgumentParser:
         help="signals to plot with the motion (globs); default: coordinates, velocities, signals of elements",
     )
     parser.add_argument("--trace", metavar="FRAME,...", help="frames and bodies whose path is drawn")
+    parser.add_argument(
+        "--ghost", metavar="RESULT", help="another result, which is drawn pale behind the motion at the same time"
+    )
     parser.add_argument("--out", metavar="FILE.html", help="the page; default: the name of the model or result + .html")
     parser.add_argument("--quiet", action="store_true", help="print errors and warnings only")
     return parser
@@ -52,8 +55,10 @@ def run(args: argparse.Namespace) -> int:
     out = args.out or f"{Path(args.model).stem}.html"
     if Path(out).suffix.lower() not in SUFFIXES:
         raise UsageError(f"unknown suffix of the page `{out}`", hint=f"known are {', '.join(SUFFIXES)}")
-    output_files.check([out], [path for path in (args.model, args.result) if path])
+    output_files.check([out], [path for path in (args.model, args.result, args.ghost) if path])
     stored = is_result(args.model)
+    if args.ghost and not is_result(args.ghost):
+        raise UsageError(f"--ghost `{args.ghost}` is no result", hint="write one: mbdsl simulate MODEL --output X.npz")
     if stored and args.result:
         raise UsageError(f"`{args.model}` and `{args.result}` are both results", hint="give the model and one result")
     if stored or args.result:
@@ -73,13 +78,22 @@ def _write(args: argparse.Namespace, trajectory: Trajectory, names: list[str] | 
     from mbdsl.viewing.animation import animate
 
     patterns = values.patterns(args.signals) if args.signals else names
-    page = animate(trajectory, patterns, values.names(args.trace) if args.trace else ())
+    page = animate(trajectory, patterns, values.names(args.trace) if args.trace else (), _ghost(args, trajectory))
     page.save(out)
     if not args.quiet:
         motion = page.motion
         size = Path(out).stat().st_size if Path(out).is_file() else len(page.html.encode())
         text = f"{size / 1e6:.1f} MB" if size >= 1e6 else f"{size / 1e3:.0f} KB"
         print(f"{visible(out, line=True)}: {text}, {len(motion.t)} frames of {motion.t[-1] - motion.t[0]:.6g} s")
+
+
+def _ghost(args: argparse.Namespace, trajectory: Trajectory) -> Trajectory | None:
+    """The other motion; a result that does not contain its model belongs to that of the first."""
+    if not args.ghost:
+        return None
+    from mbdsl.viewing.stored_result import has_model, stored_trajectory
+
+    return stored_trajectory(args.ghost, None if has_model(args.ghost) else trajectory.scene)[0]
 
 
 def _refuse(args: argparse.Namespace, stored: bool) -> None:

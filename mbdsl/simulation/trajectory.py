@@ -175,7 +175,11 @@ class Trajectory:
         return [f"{name}.{q}[{k + 1}]" for name, count in counts.items() for q in ("q", "dq") for k in range(count)]
 
     def animate(
-        self, path: str | PathLike | None = None, signals: Iterable[str] | None = None, traces: Sequence[str] = ()
+        self,
+        path: str | PathLike | None = None,
+        signals: Iterable[str] | None = None,
+        traces: Sequence[str] = (),
+        ghost: Trajectory | None = None,
     ) -> Animation:
         """Animate the mechanism, as one HTML page that loads nothing.
 
@@ -188,6 +192,8 @@ class Trajectory:
             and signals of elements that change.
         traces : sequence of str, optional
             Names of frames and bodies whose path is drawn.
+        ghost : Trajectory, optional
+            Another motion, such as that of another parameter, which is drawn pale behind the first at the same time.
 
         Returns
         -------
@@ -201,7 +207,7 @@ class Trajectory:
         """
         from mbdsl.viewing.animation import animate
 
-        found = animate(self, signals, traces)
+        found = animate(self, signals, traces, ghost)
         if path is not None:
             found.save(path)
         return found

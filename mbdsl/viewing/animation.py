@@ -33,6 +33,8 @@ class Animation:
         Names and glob patterns of the signals that are plotted with the motion.
     traced : sequence of str
         Names of frames and bodies whose path is drawn.
+    ghost : Trajectory, optional
+        Another motion, which is drawn pale behind the first.
 
     Attributes
     ----------
@@ -40,8 +42,15 @@ class Animation:
         The poses of all bodies at the frames of the page.
     """
 
-    def __init__(self, trajectory: Trajectory, patterns: Iterable[str] | None, traced: Sequence[str]) -> None:
+    def __init__(
+        self,
+        trajectory: Trajectory,
+        patterns: Iterable[str] | None,
+        traced: Sequence[str],
+        ghost: Trajectory | None = None,
+    ) -> None:
         self.motion: Motion = motion(trajectory)
+        self._ghost = None if ghost is None else motion(ghost)
         self._trajectory, self._patterns = trajectory, None if patterns is None else list(patterns)
         self._traced = [_point(self.motion, name) for name in traced]
 
@@ -52,17 +61,15 @@ class Animation:
     @cached_property
     def html(self) -> str:
         """The page as the text of one HTML file."""
-        times, found, shown = signals(self._trajectory, self._patterns)
         drawn = drawing(self.motion)
         data = page.document(
             self.motion,
             drawn,
-            times,
-            found,
-            shown,
+            signals(self._trajectory, self._patterns),
             vectors(self._trajectory, self.motion),
             self._traced or drawn.paths,
             self._about(),
+            None if self._ghost is None else (self._ghost, drawing(self._ghost)),
         )
         return page.html(data)
 
@@ -104,7 +111,12 @@ class Animation:
         output_files.write_text(path, self.html)
 
 
-def animate(trajectory: Trajectory, signals: Iterable[str] | None = None, traces: Sequence[str] = ()) -> Animation:
+def animate(
+    trajectory: Trajectory,
+    signals: Iterable[str] | None = None,
+    traces: Sequence[str] = (),
+    ghost: Trajectory | None = None,
+) -> Animation:
     """Animate a trajectory.
 
     Parameters
@@ -116,6 +128,8 @@ def animate(trajectory: Trajectory, signals: Iterable[str] | None = None, traces
         signals of elements that change.
     traces : sequence of str, optional
         Names of frames and bodies whose path is drawn.
+    ghost : Trajectory, optional
+        Another motion, which is drawn pale behind the first at the same time.
 
     Returns
     -------
@@ -127,7 +141,7 @@ def animate(trajectory: Trajectory, signals: Iterable[str] | None = None, traces
     UsageError
         If the trajectory is empty or a name is unknown.
     """
-    return Animation(trajectory, signals, traces)
+    return Animation(trajectory, signals, traces, ghost)
 
 
 def _point(motion: Motion, name: str) -> str:

@@ -1,6 +1,6 @@
 "use strict";
 // The data of the page, and poses between its frames. No text of the model is ever set as markup.
-const MANY = 900; // number of shapes from which links are drawn together
+const MANY = 600; // number of shapes from which links are drawn together
 const TURN = 0.5; // rotation between two frames above which poses are not interpolated [rad]
 
 function mixed(a, b, part) {

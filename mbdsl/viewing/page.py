@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mbdsl.plotting.escaping import escape, seen
 from mbdsl.viewing.motion import GROUND, Motion, Spot
 from mbdsl.viewing.shapes import Drawing
-from mbdsl.viewing.signals import Signal
+from mbdsl.viewing.signals import Plots, Signal
 from mbdsl.viewing.vectors import Vector
 
 HERE = Path(__file__).parent
@@ -24,6 +24,7 @@ SCRIPTS = ("motion.js", "drawing.js", "elements.js", "plots.js", "player.js", "c
 #: number of stored numbers from which poses are integers of 16 bits: a 32,767th of the extent, and of half a turn
 MANY = 400_000
 MOST_POINTS = 400  #: frames that can be traced
+FAR = 50  #: distance from the origin, in extents, from which positions are stored relative to the middle
 
 
 def html(data: dict[str, Any]) -> str:
@@ -70,12 +71,11 @@ def _digest(text: str) -> str:
 def document(
     motion: Motion,
     drawing: Drawing,
-    times: NDArray[np.float64],
-    signals: Sequence[Signal],
-    shown: Sequence[str],
-    vectors: Sequence[Vector],
-    traced: Sequence[str],
-    about: Sequence[tuple[str, str]],
+    plots: Plots,
+    vectors: Sequence[Vector] = (),
+    traced: Sequence[str] = (),
+    about: Sequence[tuple[str, str]] = (),
+    ghost: tuple[Motion, Drawing] | None = None,
 ) -> dict[str, Any]:
     """The data of a page.
 
@@ -83,31 +83,32 @@ def document(
     ----------
     motion, drawing : Motion, Drawing
         Poses and shapes.
-    times : (P,) [s]
-        Times of the signals.
-    signals : sequence of Signal
+    plots : Plots
         Signals that can be plotted.
-    shown : sequence of str
-        Names of those that are plotted at first.
-    vectors : sequence of Vector
+    vectors : sequence of Vector, optional
         Arrows.
-    traced : sequence of str
+    traced : sequence of str, optional
         Names of points whose path is drawn at first.
-    about : sequence of (str, str)
+    about : sequence of (str, str), optional
         Facts about the run.
+    ghost : (Motion, Drawing), optional
+        Another motion, which is drawn pale behind the first at the same time.
 
     Returns
     -------
     dict
         Values of JSON; arrays as {"kind", "data"} in base64, little-endian. Positions are relative to "origin".
     """
-    x0, y0, x1, y1 = drawing.bounds
-    extent = max(x1 - x0, y1 - y0)
-    far = max(abs(x0), abs(x1), abs(y0), abs(y1)) > 50 * extent
-    origin = ((x0 + x1) / 2, (y0 + y1) / 2) if far else (0.0, 0.0)
-    pack = _Packing(origin, motion, max(abs(x - origin[k % 2]) for k, x in enumerate(drawing.bounds)))
-    bodies = {c.name: pack.spot(motion.spots[f"{c.name}.c"]) for c in motion.scene.bodies()}
-    points = {name: pack.spot(spot) for name, spot in motion.spots.items()}
+    bounds = np.array(drawing.bounds)
+    if ghost is not None:
+        other = ghost[1].bounds
+        bounds = np.concatenate([np.minimum(bounds[:2], other[:2]), np.maximum(bounds[2:], other[2:])])
+    extent = float(max(bounds[2:] - bounds[:2]))
+    far = float(np.abs(bounds).max()) > FAR * extent
+    origin = (bounds[:2] + bounds[2:]) / 2 if far else np.zeros(2)
+    bounds = bounds - np.tile(origin, 2)
+    pack = _Packing(origin, motion, float(np.abs(bounds).max()))
+    times = plots.times
     largest: dict[str, float] = {}
     for v in vectors:
         key = f"{v.group}{v.values.shape[1]}"
@@ -115,11 +116,30 @@ def document(
     return {
         "name": motion.scene.name,
         "doc": motion.scene.doc,
-        "origin": origin,
-        "bounds": [_short(x - origin[k % 2]) for k, x in enumerate(drawing.bounds)],
+        "origin": origin.tolist(),
+        "bounds": [_short(x) for x in bounds.tolist()],
+        "times": None if np.array_equal(times, motion.t) else _array(times, "f8"),
+        **_mechanism(pack, drawing),
+        "points": {name: pack.spot(spot) for name, spot in list(motion.spots.items())[:MOST_POINTS]},
+        "signals": [
+            {"name": s.name, "unit": s.unit, "low": _finite(s.low), "high": _finite(s.high), "y": _line(s)}
+            for s in plots.signals
+        ],
+        "shown": plots.shown,
+        "traced": list(traced),
+        "vectors": [_vector(v, pack) for v in vectors],
+        "largest": largest,
+        "ghost": None if ghost is None else _mechanism(_Packing(origin, ghost[0], pack.reach), ghost[1]),
+        "about": [list(item) for item in about],
+    }
+
+
+def _mechanism(pack: _Packing, drawing: Drawing) -> dict[str, Any]:
+    """Poses and shapes of one motion."""
+    motion = pack.motion
+    return {
         "unit": _short(drawing.unit),
         "t": _array(motion.t, "f8"),
-        "times": None if len(times) == len(motion.t) and np.array_equal(times, motion.t) else _array(times, "f8"),
         "tracks": motion.tracks,
         "poses": pack.poses(),
         "curves": pack.curves(),
@@ -127,35 +147,21 @@ def document(
             {"draw": s.draw, "name": s.name, "at": [pack.spot(spot) for spot in s.at], **_numbers(s.data)}
             for s in drawing.shapes
         ],
-        "bodies": bodies,
+        "bodies": {c.name: pack.spot(motion.spots[f"{c.name}.c"]) for c in motion.scene.bodies()},
         "elastic": [curve.body for curve in motion.curves],
-        "points": dict(list(points.items())[:MOST_POINTS]),
-        "signals": [
-            {"name": s.name, "unit": s.unit, "low": _finite(s.low), "high": _finite(s.high), "y": _line(s)}
-            for s in signals
-        ],
-        "shown": list(shown),
-        "traced": list(traced),
-        "vectors": [
-            {
-                "name": v.name,
-                "group": v.group,
-                "at": pack.spot(v.at),
-                "size": v.values.shape[1],
-                "values": _array(np.nan_to_num(v.values), "f4"),
-            }
-            for v in vectors
-        ],
-        "largest": largest,
-        "about": [list(item) for item in about],
     }
+
+
+def _vector(v: Vector, pack: _Packing) -> dict[str, Any]:
+    values = _array(np.nan_to_num(v.values), "f4")
+    return {"name": v.name, "group": v.group, "at": pack.spot(v.at), "size": v.values.shape[1], "values": values}
 
 
 class _Packing:
     """Numbers of the page: positions relative to an origin, as 32-bit numbers or as integers of 16 bits."""
 
-    def __init__(self, origin: tuple[float, float], motion: Motion, reach: float) -> None:
-        self.motion, self.origin = motion, np.array(origin)
+    def __init__(self, origin: NDArray[np.float64], motion: Motion, reach: float) -> None:
+        self.motion, self.origin, self.reach = motion, origin, reach
         self.small = motion.poses.size > MANY
         self.level = (reach or 1.0) / 32767
 

@@ -3,6 +3,8 @@ const $ = (id) => document.getElementById(id);
 const data = JSON.parse($("data").textContent);
 const motion = new Motion(data);
 const painter = new Painter(data, motion);
+const ghost = data.ghost && new Motion(data.ghost);
+const ghostPainter = ghost && new Painter(data.ghost, ghost);
 const canvas = $("picture");
 const view = { x: 0, y: 0, scale: 1 };
 const show = { labels: false, masses: false, frames: false, forces: false, reactions: false, deflection: 1, size: 1 };
@@ -80,11 +82,19 @@ function paint() {
   g.fillStyle = theme.paper;
   g.fillRect(0, 0, width, height);
   paintTraces(g);
+  if (ghost) paintGhost(g);
   painter.paint(g, view, theme, show);
   paintVectors(g);
   paintMarks(g);
   plots.paint(theme);
   report();
+}
+
+function paintGhost(g) {
+  ghost.seek(motion.time);
+  g.globalAlpha = 0.28;
+  ghostPainter.paint(g, view, theme, show);
+  g.globalAlpha = 1;
 }
 
 function paintTraces(g) {

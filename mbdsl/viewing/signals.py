@@ -32,7 +32,16 @@ class Signal:
     high: float
 
 
-def signals(trajectory: Trajectory, patterns: Iterable[str] | None) -> tuple[Array, list[Signal], list[str]]:
+@dataclass(frozen=True)
+class Plots:
+    """Signals at common times (P,) [s], and the names of those that are plotted at first."""
+
+    times: Array
+    signals: list[Signal]
+    shown: list[str]
+
+
+def signals(trajectory: Trajectory, patterns: Iterable[str] | None) -> Plots:
     """Signals of a page.
 
     Parameters
@@ -44,12 +53,8 @@ def signals(trajectory: Trajectory, patterns: Iterable[str] | None) -> tuple[Arr
 
     Returns
     -------
-    times : (P,) [s]
-        Times of all lines.
-    signals : list of Signal
+    Plots
         The signals.
-    shown : list of str
-        Names of those that are plotted at first.
 
     Raises
     ------
@@ -71,7 +76,7 @@ def signals(trajectory: Trajectory, patterns: Iterable[str] | None) -> tuple[Arr
             own = [s.name.rpartition(".") for s in found]
             chosen = [f"{owner}.{key}" for owner, _, key in own if owner in bodies and key in keys][:MOST_SHOWN]
             shown += chosen if len({name.rpartition(".")[2] for name in shown}) < 2 else []
-    return t, found, shown
+    return Plots(t, found, shown)
 
 
 def _signal(trajectory: Trajectory, name: str, limits: NDArray[np.int64] | None) -> Signal:

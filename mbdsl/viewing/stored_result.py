@@ -22,6 +22,11 @@ def is_result(path: str | os.PathLike) -> bool:
     return os.path.splitext(os.fspath(path))[1].lower() in results.formats()
 
 
+def has_model(path: str | os.PathLike) -> bool:
+    """Whether a result file contains its model."""
+    return bool(results.read(path)[1].get("source"))
+
+
 def stored_trajectory(path: str | os.PathLike, scene: Scene | None = None) -> tuple[Trajectory, list[str] | None]:
     """The trajectory of a result file.
 

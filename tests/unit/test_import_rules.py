@@ -105,8 +105,8 @@ ARROWS = _arrows()
 
 
 def closure(names, kinds):
-    """Modules reached by imports of these kinds, without those of UPWARD -> the path to them; importing a module imports
-    its packages."""
+    """Modules reached by imports of these kinds but those of UPWARD -> the path to them; importing a module imports its
+    packages."""
     ways = {name: (name,) for name in names}
     pending = list(ways)
     while pending:

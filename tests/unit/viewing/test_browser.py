@@ -149,6 +149,25 @@ def test_a_click_traces_a_point(browser, crank_page, slider_crank):
     np.testing.assert_allclose(path, expected, atol=1e-6)
 
 
+def test_a_ghost_moves_with_the_motion(browser, trajectory_of, pendulum, tmp_path):
+    """A second mass, ahead by a tenth of a second: its pale pixels are where it is, and those of the first as well."""
+    t = pendulum.t
+    angle = 3 * (t + 0.4)
+    other = trajectory_of(pendulum.scene, t, {"mass": 0.5 * np.column_stack([np.cos(angle), np.sin(angle)])})
+    pendulum.animate(tmp_path / "page.html", ghost=other)
+    browser.open(tmp_path / "page.html")
+    browser.scrub(0.5)
+    state = browser.state()
+    solid = "[1, 3, 5].map((k) => parseInt(mixed(theme.bodies[0], theme.paper, 0.25).substr(k, 2), 16))"
+    pale = f"{solid}.map((c) => Math.round(255 + (c - 255) * 0.28))"
+    for colour, trajectory in ((solid, pendulum), (pale, other)):
+        # rounding of the blended colour depends on the browser: by one level at most
+        found = [browser.value(f"{CENTRE}({colour}.map((c) => c + {d}))") for d in (0, -1, 1)]
+        x, y, _ = max((f for f in found if f[2]), key=lambda f: f[2])
+        assert x == pytest.approx(state["x"] + state["scale"] * trajectory["mass.x"][40], abs=1.5)
+        assert y == pytest.approx(state["y"] - state["scale"] * trajectory["mass.y"][40], abs=1.5)
+
+
 def test_nothing_is_loaded_and_the_console_is_silent(browser, crank_page):
     browser.open(crank_page, still=False)
     browser.key("f", 70, "f")

@@ -48,6 +48,19 @@ def test_results_without_a_model(say, folder):
     assert (folder / "q.html").stat().st_size > 10_000
 
 
+def test_a_ghost_of_another_parameter(say, folder):
+    for length in (1, 2):
+        arguments = ("--set", f"L={length} m", "--output", f"{length}.npz", "--quiet")
+        assert say("simulate", "pendulum.mbd", *arguments)[0] == 0
+    assert say("animate", "1.npz", "--ghost", "2.npz", "--out", "p.html", "--quiet")[0] == 0
+    text = (folder / "p.html").read_text()
+    data = json.loads(text.partition('id="data">')[2].partition("</script>")[0])
+    assert data["bounds"][2] == pytest.approx(2.0)
+    assert data["ghost"]["tracks"] == ["mass"] and data["ghost"]["poses"] != data["poses"]
+    code, _, err = say("animate", "1.npz", "--ghost", "pendulum.mbd")
+    assert code == 2 and "--ghost `pendulum.mbd` is no result" in err
+
+
 def test_results_without_coordinates(say, folder):
     assert say("simulate", "pendulum.mbd", "--signals", "mass.x", "--output", "p.npz", "--quiet")[0] == 0
     code, _, err = say("animate", "p.npz")

@@ -109,13 +109,13 @@ def test_long_lines_keep_their_extremes():
 
 def test_signals_that_change_are_shown(slider_crank):
     """Angles change; the velocities of this trajectory, all zero, do not."""
-    _, found, shown = signals(slider_crank, None)
-    names = [s.name for s in found]
+    found = signals(slider_crank, None)
+    names = [s.name for s in found.signals]
     assert {"crank.phi", "rod.phi", "spring.s", "B.s"} <= set(names) and "crank.w" not in names
-    assert shown[:2] == ["crank.phi", "rod.phi"]
-    (_, chosen, plotted) = signals(slider_crank, ["rod.x"])
-    assert [s.name for s in chosen] == plotted == ["rod.x"]
-    assert chosen[0].high == slider_crank["rod.x"].max()
+    assert found.shown[:2] == ["crank.phi", "rod.phi"]
+    chosen = signals(slider_crank, ["rod.x"])
+    assert [s.name for s in chosen.signals] == chosen.shown == ["rod.x"]
+    assert chosen.signals[0].high == slider_crank["rod.x"].max()
 
 
 def test_forces_are_arrows_in_world_axes(trajectory_of):
