@@ -18,15 +18,13 @@ from mbdsl.storage import output_files
 if TYPE_CHECKING:
     from mbdsl.simulation.trajectory import Trajectory
 
-SUFFIXES = (".html", ".htm")
-
 
 def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "animate",
-        help="show the motion of a model or of a result in one HTML page",
+        help="show the motion of a model or of a result as a page or a film",
         description="Write one HTML page that plays the motion of a model or of a result of `mbdsl simulate`. The page "
-        "loads nothing and can be mailed; it works in every browser, also on a phone.",
+        "loads nothing and can be mailed; it works in every browser, also on a phone. Or write a film.",
     )
     values.add_model(parser, "MODEL|RESULT", "the model's file (.mbd), or a result (.npz) of mbdsl simulate")
     parser.add_argument(
@@ -44,17 +42,33 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--ghost", metavar="RESULT", help="another result, which is drawn pale behind the motion at the same time"
     )
-    parser.add_argument("--out", metavar="FILE.html", help="the page; default: the name of the model or result + .html")
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        help="a page (.html) or a film (.gif, .mp4); default: the name of the model or result + .html",
+    )
+    parser.add_argument("--size", metavar="WxH", type=_size, default=(640, 400), help="of a film; default 640x400")
     parser.add_argument("--quiet", action="store_true", help="print errors and warnings only")
     return parser
 
 
+def _size(text: str) -> tuple[int, int]:
+    """Width and height in pixels; even numbers, as films require."""
+    width, cross, height = text.lower().partition("x")
+    if not (cross and width.isdecimal() and height.isdecimal()):
+        raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels, found `{text}`")
+    found = int(width), int(height)
+    if not all(64 <= n <= 4096 and n % 2 == 0 for n in found):
+        raise argparse.ArgumentTypeError(f"`{text}`: expected even numbers from 64 to 4096")
+    return found
+
+
 def run(args: argparse.Namespace) -> int:
+    from mbdsl.viewing.animation import check_suffix
     from mbdsl.viewing.stored_result import is_result
 
     out = args.out or f"{Path(args.model).stem}.html"
-    if Path(out).suffix.lower() not in SUFFIXES:
-        raise UsageError(f"unknown suffix of the page `{out}`", hint=f"known are {', '.join(SUFFIXES)}")
+    check_suffix(out)
     output_files.check([out], [path for path in (args.model, args.result, args.ghost) if path])
     stored = is_result(args.model)
     if args.ghost and not is_result(args.ghost):
@@ -75,16 +89,17 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write(args: argparse.Namespace, trajectory: Trajectory, names: list[str] | None, out: str) -> None:
-    from mbdsl.viewing.animation import animate
+    from mbdsl.viewing.animation import PAGES, animate
 
     patterns = values.patterns(args.signals) if args.signals else names
     page = animate(trajectory, patterns, values.names(args.trace) if args.trace else (), _ghost(args, trajectory))
-    page.save(out)
+    page.save(out, args.size)
     if not args.quiet:
         motion = page.motion
         size = Path(out).stat().st_size if Path(out).is_file() else len(page.html.encode())
         text = f"{size / 1e6:.1f} MB" if size >= 1e6 else f"{size / 1e3:.0f} KB"
-        print(f"{visible(out, line=True)}: {text}, {len(motion.t)} frames of {motion.t[-1] - motion.t[0]:.6g} s")
+        frames = f"{len(motion.t)} frames of " if Path(out).suffix.lower() in PAGES else ""
+        print(f"{visible(out, line=True)}: {text}, {frames}{motion.t[-1] - motion.t[0]:.6g} s")
 
 
 def _ghost(args: argparse.Namespace, trajectory: Trajectory) -> Trajectory | None:

@@ -248,10 +248,10 @@ def write(trajectory: Trajectory, output: str, signals: str | None, overrides: M
     """
     from mbdsl.lang.stored_model import to_text
 
-    unknown, said, default = None, about(trajectory), trajectory.default_names
+    unknown, said, default = None, about(trajectory), [*trajectory.default_names]
     if getattr(results.format_of(output), "KEEPS_MODEL", False):
         said |= {"source": text} if (text := to_text(trajectory.scene, overrides)) else {}
-        default = default + trajectory.elastic_names
+        default += trajectory.elastic_names
     try:
         names = trajectory.select(values.patterns(signals)) if signals else default
     except UsageError as problem:

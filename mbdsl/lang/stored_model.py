@@ -11,6 +11,7 @@ from pathlib import Path
 from mbdsl.errors import UsageError
 from mbdsl.lang.load import load, parse_text
 from mbdsl.mechanism.scene import Scene
+from mbdsl.storage.output_files import write_text
 
 
 def to_text(scene: Scene, overrides: Mapping[str, str | float] = {}) -> str:
@@ -70,5 +71,5 @@ def from_text(text: str) -> Scene:
         copies = {name: Path(folder, os.path.relpath(path, common)) for name, path in whole.items()}
         for name, copy in copies.items():
             copy.parent.mkdir(parents=True, exist_ok=True)
-            copy.write_text(files[name], encoding="utf-8")
+            write_text(copy, files[name])
         return load(copies[main], overrides, model, without, allow_imports=folder)

@@ -7,9 +7,10 @@ import os
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 
-from mbdsl.messages import duration
+from mbdsl.errors import UsageError
+from mbdsl.messages import did_you_mean, duration
 from mbdsl.simulation.trajectory import Trajectory
-from mbdsl.storage import output_files
+from mbdsl.storage.output_files import check, write_text, writing
 from mbdsl.version import __version__
 from mbdsl.viewing import page
 from mbdsl.viewing.motion import Motion, motion
@@ -17,6 +18,7 @@ from mbdsl.viewing.shapes import drawing
 from mbdsl.viewing.signals import signals
 from mbdsl.viewing.vectors import vectors
 
+PAGES, FILMS = (".html", ".htm"), (".gif", ".mp4")
 HEIGHT = 560  #: of the frame in a notebook [px]
 
 
@@ -94,21 +96,46 @@ class Animation:
             f'height="{HEIGHT}" style="border: 1px solid #8888; border-radius: 6px" loading="lazy"></iframe>'
         )
 
-    def save(self, path: str | os.PathLike) -> None:
-        """Write the page.
+    def save(self, path: str | os.PathLike, size: tuple[int, int] = (640, 400)) -> None:
+        """Write the page or a film.
 
         Parameters
         ----------
         path : path
-            The file, ``.html``.
+            The file: a page for ``.html``, a film for ``.gif`` or ``.mp4``.
+        size : (int, int), optional [px]
+            Width and height of a film.
 
         Raises
         ------
         UsageError
-            If the file cannot be written, or the model was read from it.
+            If the suffix is unknown, the file cannot be written, the model was read from it, or a film needs a package
+            or a program that is missing.
         """
-        output_files.check([path], self.motion.scene.files)
-        output_files.write_text(path, self.html)
+        suffix = check_suffix(path)
+        check([path], self.motion.scene.files)
+        if suffix in PAGES:
+            write_text(path, self.html)
+            return
+        from mbdsl.viewing.film import film
+
+        content = film(self.motion, suffix, *size)
+        with writing(path) as stream:
+            stream.write(content)
+
+
+def check_suffix(path: str | os.PathLike) -> str:
+    """The suffix of a page or a film.
+
+    Raises
+    ------
+    UsageError
+        If it is unknown.
+    """
+    suffix = os.path.splitext(os.fspath(path))[1].lower()
+    if suffix not in (*PAGES, *FILMS):
+        raise UsageError(f"unknown suffix of the animation `{path!s}`", hint=f"known are {', '.join((*PAGES, *FILMS))}")
+    return suffix
 
 
 def animate(
@@ -146,9 +173,6 @@ def animate(
 
 def _point(motion: Motion, name: str) -> str:
     """The name of a frame, from its own, another name of it, or that of its body."""
-    from mbdsl.errors import UsageError
-    from mbdsl.messages import did_you_mean
-
     name_ = motion.scene.aliases.get(name, name)
     for known in (name_, f"{name_}.c"):
         if known in motion.spots:

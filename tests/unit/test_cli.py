@@ -22,6 +22,7 @@ class Trajectory:
 
     default_names = ("crank.x", "crank.phi")
     names = (*default_names, "energy.total")
+    elastic_names = ()
     moved = (types.SimpleNamespace(name="crank.phi", guess=0.5, value=0.25),)
     undetermined = ()
 

@@ -93,7 +93,9 @@ def test_beams_of_results(say, folder, model_file):
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        (("--out", "p.png"), "unknown suffix of the page `p.png`"),
+        (("--out", "p.png"), "unknown suffix of the animation `p.png`"),
+        (("--out", "p.gif", "--size", "641x480"), "`641x480`: expected even numbers"),
+        (("--out", "p.gif", "--size", "640"), "expected WIDTHxHEIGHT"),
         (("--trace", "masss"), "there is no frame `masss` in Pendulum"),
         (("--signals", "masss"), "there is no signal `masss`"),
         (("--out", "pendulum.mbd.html/x.html"), "there is no folder"),
@@ -104,7 +106,7 @@ def test_beams_of_results(say, folder, model_file):
 def test_refusals(say, folder, arguments, expected):
     code, out, err = say("animate", "pendulum.mbd", "--quiet", *arguments)
     assert code == 2 and expected in err and out == ""
-    assert not list(folder.glob("*.html"))
+    assert not [path for path in folder.iterdir() if path.suffix in (".html", ".gif")]
 
 
 def test_a_model_is_stored_with_its_imports(tmp_path, monkeypatch):

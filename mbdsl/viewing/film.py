@@ -1,0 +1,111 @@
+"""Films: GIF by Pillow, MP4 by ffmpeg, if there is one."""
+
+from __future__ import annotations
+
+import io
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mbdsl.errors import UsageError
+from mbdsl.viewing.motion import Motion
+from mbdsl.viewing.picture import Picture
+from mbdsl.viewing.shapes import drawing
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+RATE = 25  #: pictures per second
+SHORTEST, LONGEST = 2.0, 20.0  #: [s]; motions of another duration are played slower or faster
+
+
+def film(motion: Motion, suffix: str, width: int = 640, height: int = 400) -> bytes:
+    """A motion as a film.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    suffix : str
+        ".gif" or ".mp4".
+    width, height : int, optional
+        Size [px]; even numbers for ".mp4".
+
+    Returns
+    -------
+    bytes
+        The content of the file: 25 pictures per second in real time, slower or faster if it would last less than 2 s or
+        more than 20 s.
+
+    Raises
+    ------
+    UsageError
+        If Pillow or ffmpeg is missing, or ffmpeg fails.
+    """
+    try:
+        import PIL  # noqa: F401
+    except ImportError:
+        raise UsageError("films need Pillow", hint="pip install 'mbdsl[film]'; a page (.html) needs nothing") from None
+    return _gif(_pictures(motion, width, height)) if suffix == ".gif" else _mp4(motion, width, height)
+
+
+def rows_of(motion: Motion) -> np.ndarray:
+    """The rows of the motion that the film shows, the nearest to evenly spaced times."""
+    t = motion.t
+    duration = float(t[-1] - t[0])
+    count = max(1, round(RATE * min(LONGEST, max(SHORTEST, duration)))) if duration > 0.0 else 1
+    even = t[0] + duration * np.arange(count) / count
+    after = np.searchsorted(t, even).clip(1, max(1, len(t) - 1))
+    return np.where(even - t[after - 1] <= t[after] - even, after - 1, after) if len(t) > 1 else np.zeros(1, int)
+
+
+def _pictures(motion: Motion, width: int, height: int) -> Iterator[Image.Image]:
+    picture = Picture(motion, drawing(motion), width, height)
+    for row in rows_of(motion).tolist():
+        yield picture.frame(row)
+
+
+def _gif(pictures: Iterator[Image.Image]) -> bytes:
+    """All pictures have the palette of the first, so that unchanged pixels are stored once."""
+    from PIL import Image
+
+    palette: Image.Image | None = None
+    frames = []
+    for image in pictures:
+        palette = image.quantize(128, dither=Image.Dither.NONE) if palette is None else palette
+        frames.append(image.quantize(palette=palette, dither=Image.Dither.NONE))
+    stream = io.BytesIO()
+    more = frames[1:]
+    frames[0].save(stream, "GIF", save_all=True, append_images=more, duration=1000 // RATE, loop=0, optimize=False)
+    return stream.getvalue()
+
+
+def _mp4(motion: Motion, width: int, height: int) -> bytes:
+    program = _ffmpeg()
+    raw = ("-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", f"{width}x{height}", "-framerate", str(RATE))
+    coded = ("-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart")
+    with tempfile.TemporaryDirectory(prefix="mbdsl-") as folder:
+        path = Path(folder, "film.mp4")
+        command = [program, "-loglevel", "error", *raw, "-i", "-", *coded, str(path)]
+        frames = b"".join(image.tobytes() for image in _pictures(motion, width, height))
+        done = subprocess.run(command, input=frames, capture_output=True, check=False)
+        if done.returncode or not path.exists():
+            why = " ".join(done.stderr.decode(errors="replace").split())[-200:]
+            raise UsageError(f"ffmpeg has failed: {why}", hint="write a .gif or a page (.html)")
+        return path.read_bytes()
+
+
+def _ffmpeg() -> str:
+    if program := shutil.which("ffmpeg"):
+        return program
+    try:
+        import imageio_ffmpeg
+    except ImportError:
+        hint = "pip install 'mbdsl[film]', or install ffmpeg; a .gif or a page (.html) needs neither"
+        raise UsageError("MP4 needs the program ffmpeg", hint=hint) from None
+    return imageio_ffmpeg.get_ffmpeg_exe()

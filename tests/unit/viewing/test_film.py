@@ -1,0 +1,111 @@
+"""Films: pixels against the motion, times, and what is missing."""
+
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from mbdsl import load
+from mbdsl.elements import kinds
+from mbdsl.errors import UsageError
+from mbdsl.viewing import film as films
+from mbdsl.viewing.motion import motion
+from mbdsl.viewing.picture import DRAWN, Picture
+from mbdsl.viewing.shapes import drawing
+from mbdsl.viewing.symbols import KNOWN
+
+Image = pytest.importorskip("PIL.Image", reason="films need Pillow")
+
+
+@pytest.fixture(scope="module")
+def pendulum(trajectory_of, model_file):
+    """A mass on a circle of 1 m, in two seconds."""
+    t = np.linspace(0.0, 2.0, 81)
+    return trajectory_of(load(model_file("pendulum")), t, {"mass": np.column_stack([np.cos(3 * t), np.sin(3 * t)])})
+
+
+def blue(image):
+    """The centre [px] of the pixels of the mass's blue."""
+    red, green, blue = np.moveaxis(np.asarray(image.convert("RGB"), int), -1, 0)
+    y, x = np.nonzero((blue - red > 100) & (blue > green))
+    assert len(x) > 50
+    return x.mean() + 0.5, y.mean() + 0.5
+
+
+def test_pixels_are_where_the_mass_is(pendulum):
+    moving = motion(pendulum)
+    picture = Picture(moving, drawing(moving), 400, 300)
+    for row in (0, 17, 80):
+        x, y = blue(picture.frame(row))
+        assert x == pytest.approx(picture.left + picture.scale * pendulum["mass.x"][row], abs=1.0)
+        assert y == pytest.approx(picture.top - picture.scale * pendulum["mass.y"][row], abs=1.0)
+
+
+def test_a_film_lasts_as_long_as_the_motion(pendulum, tmp_path):
+    """Fifty pictures of 40 ms, each of the state at its time."""
+    pendulum.animate().save(tmp_path / "p.gif", (400, 300))
+    moving = motion(pendulum)
+    picture = Picture(moving, drawing(moving), 400, 300)
+    with Image.open(tmp_path / "p.gif") as film:
+        assert (film.size, film.n_frames, film.info["loop"]) == ((400, 300), 50, 0)
+        total = 0
+        for k in range(50):
+            film.seek(k)
+            total += film.info["duration"]
+            if k in (10, 35):
+                x, y = blue(film)
+                angle = 3 * 0.04 * k
+                # the nearest stored state is up to 12.5 ms away, in which the mass moves by 0.0375 m
+                assert x == pytest.approx(picture.left + picture.scale * np.cos(angle), abs=0.04 * picture.scale)
+                assert y == pytest.approx(picture.top - picture.scale * np.sin(angle), abs=0.04 * picture.scale)
+    assert total == 2000
+
+
+@pytest.mark.parametrize(("duration", "count"), [(0.01, 50), (5.0, 125), (1000.0, 500)])
+def test_short_and_long_motions(trajectory_of, pendulum, duration, count):
+    t = np.linspace(0.0, duration, 1001)
+    moving = motion(trajectory_of(pendulum.scene, t, {"mass": np.column_stack([np.cos(t), np.sin(t)])}))
+    rows = films.rows_of(moving)
+    assert len(rows) == count and (np.diff(rows) > 0).all()
+    assert np.diff(moving.t[rows]).max() <= 1.6 * duration / count
+
+
+def test_every_shape_can_be_drawn(slider_crank, model_file, trajectory_of):
+    """The films know all drawings that symbols of kinds make."""
+    found = {shape.draw for shape in drawing(motion(slider_crank)).shapes}
+    assert found <= set(DRAWN)
+    assert {"actuator", "spiral", "bushing", "turning", "pushing", "blade", "weld", "slot", "floor", "wheel"} <= set(
+        DRAWN
+    )
+    assert set(KNOWN) <= set(kinds())
+
+
+def test_a_motion_without_numbers_is_an_empty_picture(slider_crank, trajectory_of):
+    moving = motion(trajectory_of(slider_crank.scene, [0.0, 1.0], {"crank": np.full((2, 3), np.nan)}))
+    assert Picture(moving, drawing(moving), 100, 80).frame(1).size == (100, 80)
+
+
+def test_without_ffmpeg(pendulum, tmp_path, monkeypatch):
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    monkeypatch.setitem(__import__("sys").modules, "imageio_ffmpeg", None)
+    with pytest.raises(UsageError, match="MP4 needs the program ffmpeg") as caught:
+        pendulum.animate(tmp_path / "p.mp4")
+    assert "mbdsl[film]" in caught.value.hint and not list(tmp_path.iterdir())
+
+
+def test_ffmpeg_gets_all_pictures(pendulum, tmp_path, monkeypatch):
+    """A program in place of ffmpeg sees the bytes of 50 pictures, and its failure is a message."""
+    seen = {}
+
+    def run(command, input, **given):
+        seen.update(command=command, size=len(input))
+        return subprocess.CompletedProcess(command, 1, b"", b"no codec")
+
+    monkeypatch.setattr(shutil, "which", lambda name: f"/bin/{name}")
+    monkeypatch.setattr(subprocess, "run", run)
+    with pytest.raises(UsageError, match="ffmpeg has failed: no codec"):
+        pendulum.animate().save(tmp_path / "p.mp4", (64, 64))
+    assert seen["size"] == 50 * 64 * 64 * 3
+    assert seen["command"][0] == "/bin/ffmpeg" and "64x64" in seen["command"]
+    assert not list(tmp_path.iterdir())
