@@ -287,6 +287,41 @@ class Trajectory:
                 raise self._unknown(name)
         return self._known[name]
 
+    def is_at_hand(self, name: str) -> bool:
+        """Whether a signal is known without solving the equations of motion for accelerations and multipliers.
+
+        Parameters
+        ----------
+        name : str
+            Name of a signal.
+
+        Returns
+        -------
+        bool
+            False also if there is no such signal.
+        """
+        if name in self._known or name == "time":
+            return True
+        if name not in self._expressions:
+            return name in self._computed and name.rpartition(".")[2] not in ACCELERATIONS
+        needed = [leaf.value for leaf in leaves(self._expressions[name][0]) if leaf.op == "multiplier"]
+        if not needed or "lam" in vars(self):
+            return True
+        columns = [self.system.tables.multipliers[key] - self.system.n for key in needed]
+        return self._lam is not None and not np.isnan(self._lam[:, columns]).any()
+
+    def supply(self, values: Mapping[str, Array]) -> None:
+        """Set signals whose values are stored elsewhere, so that they are not computed again.
+
+        Parameters
+        ----------
+        values : mapping of str to (N,)
+            Name -> values; names that are no signals are ignored.
+        """
+        self._known.update(
+            {name: np.asarray(x, float) for name, x in values.items() if name != "time" and name in self}
+        )
+
     def _compute(self, name: str) -> None:
         owner, key = name.rsplit(".", 1)
         if name in ENERGIES:

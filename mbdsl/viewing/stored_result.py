@@ -66,6 +66,7 @@ def stored_trajectory(path: str | os.PathLike, scene: Scene | None = None) -> tu
     status = "done" if meta.get("complete", True) else "interrupted"
     stats = {"status": str(meta.get("status", status)), "method": meta.get("method"), "h": meta.get("step")}
     trajectory = Trajectory(system, time, q, v, None, stats | {"tol": meta.get("tolerance")}, inputs=inputs)
+    trajectory.supply(columns)
     names = [name for name in columns if name in trajectory and name != "time"]
     return trajectory, None if complete else names
 

@@ -29,12 +29,6 @@ class Vector:
     values: Array
 
 
-def _known(trajectory: Trajectory) -> bool:
-    """Whether the run has stored its multipliers; else all reactions would have to be solved for."""
-    known = trajectory._lam
-    return known is not None and not np.isnan(known).any()
-
-
 def vectors(trajectory: Trajectory, motion: Motion) -> list[Vector]:
     """Forces that are given as components or torques, and the reactions on frame_b of joints.
 
@@ -52,8 +46,6 @@ def vectors(trajectory: Trajectory, motion: Motion) -> list[Vector]:
     """
     components = list(motion.scene.components.values())
     found = [v for c in components if isinstance(c.kind, ForceKind) for v in _applied(c, trajectory, motion)]
-    if not _known(trajectory):
-        return found
     joints = [c for c in components if isinstance(c.kind, JointKind) and len(c.ports) == 2]
     if len(joints) <= MOST:
         found += [v for c in joints for v in _reactions(c, trajectory, motion)]
@@ -91,5 +83,5 @@ def _reactions(c: Component, trajectory: Trajectory, motion: Motion) -> Iterator
 
 
 def _signal(trajectory: Trajectory, motion: Motion, name: str) -> Array | None:
-    """A signal at the frames of the motion; None if the trajectory lacks it."""
-    return np.asarray(trajectory[name], float)[motion.rows] if name in trajectory else None
+    """A signal at the frames of the motion; None if there is none, or all reactions would have to be solved for."""
+    return np.asarray(trajectory[name], float)[motion.rows] if trajectory.is_at_hand(name) else None

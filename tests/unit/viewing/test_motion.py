@@ -130,6 +130,18 @@ def test_forces_are_arrows_in_world_axes(trajectory_of):
     np.testing.assert_allclose(found["turn"].values, [[3.0], [3.0]])
 
 
+def test_reactions_are_shown_where_they_are_at_hand(slider_crank, trajectory_of):
+    """Not if they would have to be solved for; if a file supplies them, these values."""
+    moving = motion(slider_crank)
+    assert not slider_crank.is_at_hand("O.fx") and slider_crank.is_at_hand("rod.b.x")
+    assert not [v for v in vectors(slider_crank, moving) if v.group == "reactions"]
+    again = trajectory_of(slider_crank.scene, slider_crank.t, {})
+    again.supply({"O.fx": 2.0 * again.t, "O.fy": -again.t, "time": again.t, "unknown": again.t})
+    (reaction,) = [v for v in vectors(again, motion(again)) if v.group == "reactions"]
+    assert reaction.name == "O"
+    np.testing.assert_array_equal(reaction.values, np.column_stack([2.0 * again.t, -again.t]))
+
+
 def test_a_frame_of_the_ground_does_not_move(slider_crank):
     assert motion(slider_crank).spot_of("wall").track == GROUND
     with pytest.raises(UsageError, match="`wall` does not move"):
