@@ -304,7 +304,7 @@ class Trajectory:
             return True
         if name not in self._expressions:
             return name in self._computed and name.rpartition(".")[2] not in ACCELERATIONS
-        needed = [leaf.value for leaf in leaves(self._expressions[name][0]) if leaf.op == "multiplier"]
+        needed: list = [leaf.value for leaf in leaves(self._expressions[name][0]) if leaf.op == "multiplier"]
         if not needed or "lam" in vars(self):
             return True
         columns = [self.system.tables.multipliers[key] - self.system.n for key in needed]

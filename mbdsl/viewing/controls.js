@@ -1,8 +1,9 @@
 // What the user does: buttons, lists, keys, pointers; and the start of the page.
 function speeds() {
-  const wanted = last - first >= 2 && last - first <= 40 ? 1 : (last - first) / 8;
+  const wanted = last - first >= 1 && last - first <= 40 ? 1 : (last - first) / 8 || 1;
   const found = [];
-  for (let power = Math.min(-2, Math.floor(Math.log10(wanted || 1))); power <= Math.max(1, Math.ceil(Math.log10(wanted || 1))); power += 1)
+  const [low, high] = [Math.min(-2, Math.floor(Math.log10(wanted))), Math.max(1, Math.ceil(Math.log10(wanted)))];
+  for (let power = low; power <= high; power += 1)
     for (const k of [1, 2, 5]) found.push(Number((k * 10 ** power).toPrecision(1)));
   const near = found.reduce((a, b) => (Math.abs(Math.log(b / wanted)) < Math.abs(Math.log(a / wanted)) ? b : a), 1);
   for (const speed of found.filter((s) => s <= 10 || s <= 2 * near))
@@ -52,13 +53,15 @@ function fill() {
   document.querySelector("h1").textContent = data.name;
   $("doc").textContent = data.doc;
   const names = Object.keys(data.bodies);
-  canvas.setAttribute("aria-label", `Picture of ${data.name}: ${names.slice(0, 12).join(", ")}${names.length > 12 ? " and more" : ""}`);
+  const listed = `${names.slice(0, 12).join(", ")}${names.length > 12 ? " and more" : ""}`;
+  canvas.setAttribute("aria-label", `Picture of ${data.name}: ${listed}`);
   speeds();
   for (const s of plots.signals) check($("signals"), s.name, plots.shown.has(s.name), (on) => {
     plots.toggle(s.name, on);
     redraw();
   });
-  for (const [name, at] of Object.entries(data.points)) if (at[0] >= 0) check($("points"), name, false, (on) => trace(name, on));
+  for (const [name, at] of Object.entries(data.points))
+    if (at[0] >= 0) check($("points"), name, false, (on) => trace(name, on));
   for (const name of names) $("follow").add(new Option(name, name));
   for (const group of ["forces", "reactions"]) $(`${group}-of`).hidden = !vectors.some((v) => v.group === group);
   $("size-of").hidden = !vectors.length;
@@ -87,7 +90,8 @@ function bind() {
     play(false);
     seek(first + (Number($("time").value) / 1e6) * (last - first));
   });
-  for (const id of ["labels", "masses", "frames", "forces", "reactions"]) on(id, "change", () => option(id, $(id).checked));
+  for (const id of ["labels", "masses", "frames", "forces", "reactions"])
+    on(id, "change", () => option(id, $(id).checked));
   on("follow", "change", () => followBody($("follow").value));
   on("deflection", "change", () => option("deflection", Number($("deflection").value)));
   on("size", "input", () => option("size", 10 ** (Number($("size").value) / 2)));
@@ -119,7 +123,11 @@ const KEYS = {
   f: () => option("frames", !show.frames),
   v: () => option("forces", !show.forces),
   n: () => option("reactions", !show.reactions),
-  b: () => (pick($("follow"), $("follow").selectedIndex + 1 < $("follow").options.length ? 1 : -1e9), followBody($("follow").value)),
+  b: () => {
+    const { selectedIndex, options } = $("follow");
+    pick($("follow"), selectedIndex + 1 < options.length ? 1 : -options.length);
+    followBody($("follow").value);
+  },
   t: () => [...traces.keys()].forEach((name) => trace(name, false)),
   d: switchTheme,
   "?": () => $("keys").showModal(),
@@ -129,9 +137,9 @@ addEventListener("keydown", (event) => {
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
   if (!KEYS[key] || event.ctrlKey || event.metaKey || event.altKey || $("keys").open) return;
   const on = event.target;
-  const own = on.tagName === "SELECT" || on.tagName === "SUMMARY" || on.tagName === "BUTTON" || on.type === "checkbox";
-  if (own && (key === " " || (on.tagName === "SELECT" && key.length === 1) || (on.tagName === "SELECT" && key.startsWith("Arrow")))) return;
-  if (on.id === "size") return;
+  const own = ["SELECT", "SUMMARY", "BUTTON"].includes(on.tagName) || on.type === "checkbox";
+  if (own && key === " ") return; // these controls use the keys themselves
+  if (on.id === "size" || (on.tagName === "SELECT" && (key.length === 1 || key.startsWith("Arrow")))) return;
   if (["ArrowUp", "ArrowDown"].includes(key) && !(event.shiftKey || on === canvas)) return;
   event.preventDefault();
   KEYS[key](event);

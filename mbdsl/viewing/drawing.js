@@ -6,7 +6,8 @@ class Painter {
   constructor(data, motion) {
     Object.assign(this, { data, motion });
     this.bodies = new Map(Object.keys(data.bodies).map((name, k) => [name, k]));
-    this.owners = new Map(data.tracks.map((name, k) => [k, this.bodies.has(name) ? name : name.replace(/\.[^.]*$/, "")]));
+    const owner = (name) => (this.bodies.has(name) ? name : name.replace(/\.[^.]*$/, ""));
+    this.owners = new Map(data.tracks.map((name, k) => [k, owner(name)]));
     this.many = data.shapes.length > MANY;
   }
 

@@ -18,7 +18,8 @@ Object.assign(Painter.prototype, {
     const from = a + 0.25 * (b - a - length);
     const piston = from + (0.2 + 0.6 * part) * length;
     this.line([[a, y], [from, y]], width, colour);
-    this.line([[from + length, y - height], [from, y - height], [from, y + height], [from + length, y + height]], width, colour);
+    const corners = [[length, -height], [0, -height], [0, height], [length, height]];
+    this.line(corners.map(([dx, dy]) => [from + dx, y + dy]), width, colour);
     this.line([[piston, y - 0.75 * height], [piston, y + 0.75 * height]], 1.6 * width, colour);
     this.line([[piston, y], [b, y]], width, colour);
   },

@@ -1,53 +1,25 @@
 """One frame of a motion as a picture of pixels, for films: the shapes of the page, drawn by Pillow.
 
-Sizes and colours are those of ``drawing.js`` and ``elements.js``, on light paper. ``U`` is the size of symbols [px].
+Sizes and colours are those of ``drawing.js`` and ``elements.js``, on light paper.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbdsl.plotting.series_styles import LIGHT_PAPER, OTHERS
-from mbdsl.viewing.motion import GROUND, Motion, Spot
-from mbdsl.viewing.shapes import Drawing
+from mbdsl.plotting.series_styles import LIGHT_PAPER
+from mbdsl.viewing.pixels import DRIVE, FINE, FORCE, HOT, INK, PALE, ROD, SHADE, Pixels, Place, mixed
 from mbdsl.viewing.symbols import Shape
 
 if TYPE_CHECKING:
     from PIL import Image
 
-INK, PALE, SHADE, FORCE, DRIVE, ROD, HOT = "#1f2328", "#57606a", "#eceef1", "#4b5563", "#b3360a", "#5f6b73", "#d81b60"
-FINE = 2  #: pixels drawn for each pixel of the picture, per direction: smooth edges
-MARGIN = 0.12  #: of the shorter side
-Place = tuple[float, float, float]
-Point = tuple[float, float]
 
-
-def mixed(a: str, b: str, part: float) -> str:
-    """A colour between two, ``part`` of the way from a to b."""
-    x, y = ([int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in (a, b))
-    return "#" + "".join(f"{round(u + (v - u) * part):02x}" for u, v in zip(x, y, strict=True))
-
-
-class Picture:
+class Picture(Pixels):
     """Draws frames of a motion, all in the same view."""
-
-    def __init__(self, motion: Motion, drawing: Drawing, width: int, height: int) -> None:
-        self.motion, self.shapes = motion, drawing.shapes
-        self.size = width, height
-        x0, y0, x1, y1 = drawing.bounds
-        margin = MARGIN * min(width, height)
-        across = (width - 2 * margin) / max(x1 - x0, 1e-300), (height - 2 * margin) / max(y1 - y0, 1e-300)
-        self.scale = min(across) if min(across) < 1e200 else 100.0 / drawing.unit
-        self.left = width / 2 - self.scale * (x0 + x1) / 2
-        self.top = height / 2 + self.scale * (y0 + y1) / 2
-        self.U = min(26.0, max(2.5, drawing.unit * self.scale))
-        self.thin = min(1.5, max(0.75, self.U / 8))
-        self.unit = drawing.unit
-        names = [c.name for c in motion.scene.bodies()]
-        self.colours = {name: OTHERS[k % len(OTHERS)].light for k, name in enumerate(names)}
 
     def frame(self, row: int) -> Image.Image:
         """The picture of a row of the motion."""
@@ -61,74 +33,9 @@ class Picture:
                 act(self, shape, *(self.place(spot) for spot in shape.at))
         return image.resize(self.size, Image.Resampling.LANCZOS)
 
-    def place(self, spot: Spot) -> Place:
-        """A spot in pixels, y down, and its angle in the world, counter-clockwise."""
-        if spot.track == GROUND:
-            x, y, phi = spot.x, spot.y, spot.phi
-        else:
-            x, y, turn = self.motion.poses[self.row, spot.track].tolist()
-            c, s = np.cos(turn), np.sin(turn)
-            x, y, phi = x + c * spot.x - s * spot.y, y + s * spot.x + c * spot.y, turn + spot.phi
-        return self.left + self.scale * x, self.top - self.scale * y, phi
-
-    def colour(self, shape: Shape) -> str:
-        """The colour of the body that a shape belongs to."""
-        if shape.name in self.colours:
-            return self.colours[shape.name]
-        track = self.motion.tracks[shape.at[0].track] if shape.at and shape.at[0].track != GROUND else ""
-        return self.colours.get(track, self.colours.get(track.rpartition(".")[0], PALE))
-
-    # -- primitives ----------------------------------------------------------------------------------------------
-    def line(self, points: Iterable[Point], width: float, colour: str) -> None:
-        """A line with round corners and ends."""
-        found = [(FINE * x, FINE * y) for x, y in points if np.isfinite(x) and np.isfinite(y)]
-        if len(found) < 2:
-            return
-        pixels = max(1, round(FINE * width))
-        self.draw.line(found, fill=colour, width=pixels, joint="curve")
-        if pixels > 3:
-            for x, y in (found[0], found[-1]):
-                self.draw.ellipse((x - pixels / 2, y - pixels / 2, x + pixels / 2, y + pixels / 2), fill=colour)
-
-    def area(self, points: Iterable[Point], fill: str, outline: str = INK, width: float | None = None) -> None:
-        found = [(x, y) for x, y in points]
-        if not np.isfinite(found).all():
-            return
-        self.draw.polygon([(FINE * x, FINE * y) for x, y in found], fill=fill)
-        self.line([*found, found[0]], self.thin if width is None else width, outline)
-
-    def circle(self, at: Sequence[float], radius: float, fill: str | None, outline: str = INK, width=None) -> None:
-        x, y = at[:2]
-        if not (np.isfinite(x) and np.isfinite(y)):
-            return
-        box = [FINE * v for v in (x - radius, y - radius, x + radius, y + radius)]
-        self.draw.ellipse(box, fill=fill, outline=outline, width=max(1, round(FINE * (width or self.thin))))
-
-    def axes(self, place: Sequence[float], angle: float | None = None) -> Callable[[float, float], Point]:
-        """A function from coordinates in the axes of a place, y down for angle 0, to pixels."""
-        phi = place[2] if angle is None else angle
-        c, s = np.cos(phi), np.sin(phi)
-        return lambda x, y: (place[0] + c * x + s * y, place[1] - s * x + c * y)
-
-    def hatched(self, at: Callable[[float, float], Point], a: float, b: float, y: float, side: float) -> None:
-        count = max(1, round((b - a) / (0.55 * self.U)))
-        for k in range(count):
-            x = a + (k + 0.5) * (b - a) / count
-            ends = at(x + 0.2 * self.U, y), at(x - 0.25 * self.U, y + side * 0.5 * self.U)
-            self.line(ends, 0.8 * self.thin, PALE)
-        self.line([at(a, y), at(b, y)], 1.2 * self.thin, INK)
-
-    def between(self, p: Place, q: Place) -> tuple[Callable[[float, float], Point], float]:
-        """Axes along the line from p to q, and its length."""
-        dx, dy = q[0] - p[0], q[1] - p[1]
-        return self.axes(p, float(np.arctan2(-dy, dx))), float(np.hypot(dx, dy))
-
-    def head(self, at: Callable[[float, float], Point], colour: str, size: float) -> None:
-        self.area([at(0.4 * size, 0.0), at(-0.6 * size, 0.45 * size), at(-0.6 * size, -0.45 * size)], colour, colour)
-
 
 # -- shapes ------------------------------------------------------------------------------------------------------------
-def _link(p: Picture, shape: Shape, place: Place) -> None:
+def _link(p: Pixels, shape: Shape, place: Place) -> None:
     at, colour = p.axes(place), p.colour(shape)
     points = [at(p.scale * x, -p.scale * y) for x, y in shape.data["points"]]
     pale, width = mixed(colour, LIGHT_PAPER, 0.72), 0.85 * p.U
@@ -143,7 +50,7 @@ def _link(p: Picture, shape: Shape, place: Place) -> None:
     p.line(closed, max(1.0, width - 2.5), pale)
 
 
-def _beam(p: Picture, shape: Shape) -> None:
+def _beam(p: Pixels, shape: Shape) -> None:
     curve = p.motion.curves[shape.data["beam"]]
     points = [(p.left + p.scale * x, p.top - p.scale * y) for x, y in curve.points[p.row].tolist()]
     bent = np.abs(curve.curvature())
@@ -155,13 +62,13 @@ def _beam(p: Picture, shape: Shape) -> None:
         p.line(points[k : k + 2], width, mixed(mixed(colour, LIGHT_PAPER, 0.72), HOT, part if part == part else 0.0))
 
 
-def _block(p: Picture, shape: Shape, place: Place, axis: Place) -> None:
+def _block(p: Pixels, shape: Shape, place: Place, axis: Place) -> None:
     at, colour, x, y = p.axes(place, axis[2]), p.colour(shape), 1.15 * p.U, 0.78 * p.U
     corners = [at(-x, -y), at(x, -y), at(x, y), at(-x, y)]
     p.area(corners, mixed(colour, LIGHT_PAPER, 0.6), mixed(colour, INK, 0.4))
 
 
-def _wheel(p: Picture, shape: Shape, place: Place) -> None:
+def _wheel(p: Pixels, shape: Shape, place: Place) -> None:
     at, colour, radius = p.axes(place), p.colour(shape), shape.data["radius"] * p.scale
     p.circle(place, radius, mixed(colour, LIGHT_PAPER, 0.85), colour, 2.0)
     p.line([at(0, -radius), at(0, radius)], p.thin, mixed(colour, LIGHT_PAPER, 0.5))
@@ -170,26 +77,26 @@ def _wheel(p: Picture, shape: Shape, place: Place) -> None:
     p.circle(place, max(2.0, 0.25 * p.U), LIGHT_PAPER)
 
 
-def _hub(p: Picture, shape: Shape, place: Place) -> None:
+def _hub(p: Pixels, shape: Shape, place: Place) -> None:
     colour = p.colour(shape)
     p.circle(place, 0.95 * p.U, mixed(colour, LIGHT_PAPER, 0.72), colour)
     p.line([place[:2], p.axes(place)(0.95 * p.U, 0.0)], p.thin, colour)
 
 
-def _support(p: Picture, shape: Shape, place: Place) -> None:
+def _support(p: Pixels, shape: Shape, place: Place) -> None:
     at, down = p.axes(place, 0.0), 1.0 if shape.data["side"] < 0 else -1.0
     base = 1.25 * p.U * down
     p.area([at(0, 0), at(-0.8 * p.U, base), at(0.8 * p.U, base)], SHADE)
     p.hatched(at, -1.25 * p.U, 1.25 * p.U, base, down)
 
 
-def _wall(p: Picture, shape: Shape, a: Place, b: Place) -> None:
+def _wall(p: Pixels, shape: Shape, a: Place, b: Place) -> None:
     apart = np.hypot(b[0] - a[0], b[1] - a[1]) > 1e-6
     angle = float(np.arctan2(a[1] - b[1], b[0] - a[0])) if apart else a[2]
     p.hatched(p.axes(a, angle + np.pi / 2), -1.3 * p.U, 1.3 * p.U, 0.0, -1.0)
 
 
-def _guide(p: Picture, shape: Shape, place: Place) -> None:
+def _guide(p: Pixels, shape: Shape, place: Place) -> None:
     a, b = shape.data["from"] * p.scale - 2 * p.U, shape.data["to"] * p.scale + 2 * p.U
     at, side = p.axes(place), 1.0 if shape.data["side"] < 0 else -1.0
     if shape.data["fixed"]:
@@ -198,14 +105,14 @@ def _guide(p: Picture, shape: Shape, place: Place) -> None:
         p.line([at(a, side * 0.8 * p.U), at(b, side * 0.8 * p.U)], 0.3 * p.U, PALE)
 
 
-def _slot(p: Picture, shape: Shape, place: Place) -> None:
+def _slot(p: Pixels, shape: Shape, place: Place) -> None:
     at = p.axes(place)
     ends = [at(shape.data[key] * p.scale, 0.0) for key in ("from", "to")]
     p.line(ends, 0.95 * p.U, PALE)
     p.line(ends, 0.95 * p.U - 2 * p.thin, LIGHT_PAPER)
 
 
-def _floor(p: Picture, shape: Shape, place: Place) -> None:
+def _floor(p: Pixels, shape: Shape, place: Place) -> None:
     at, a, b = p.axes(place), shape.data["from"] * p.scale, shape.data["to"] * p.scale
     if shape.data["fixed"]:
         p.hatched(at, a, b, 0.0, 1.0)
@@ -213,12 +120,12 @@ def _floor(p: Picture, shape: Shape, place: Place) -> None:
         p.line([at(a, 0.0), at(b, 0.0)], 2 * p.thin, INK)
 
 
-def _square(p: Picture, place: Place, radius: float, fill: str, turn: float = 0.0) -> None:
+def _square(p: Pixels, place: Place, radius: float, fill: str, turn: float = 0.0) -> None:
     at = p.axes(place, place[2] + turn)
     p.area([at(-radius, -radius), at(radius, -radius), at(radius, radius), at(-radius, radius)], fill)
 
 
-def _zigzag(p: Picture, shape: Shape, at, a: float, b: float, y: float, height: float) -> None:
+def _zigzag(p: Pixels, shape: Shape, at, a: float, b: float, y: float, height: float) -> None:
     coils = min(24, max(3, round(shape.data["mean"] / p.unit / 1.1)))
     lead = min(0.8 * p.U, 0.15 * (b - a))
     step = (b - a - 2 * lead) / (2 * coils)
@@ -226,7 +133,7 @@ def _zigzag(p: Picture, shape: Shape, at, a: float, b: float, y: float, height: 
     p.line([at(a, y), at(a + lead, y), *tops, at(b - lead, y), at(b, y)], 1.3 * p.thin, FORCE)
 
 
-def _dashpot(p: Picture, shape: Shape, at, a: float, b: float, y: float, height: float) -> None:
+def _dashpot(p: Pixels, shape: Shape, at, a: float, b: float, y: float, height: float) -> None:
     low, high, width = shape.data["low"], shape.data["high"], 1.3 * p.thin
     part = min(1.0, max(0.0, ((b - a) / p.scale - low) / (high - low))) if high > low else 0.5
     length = min(3 * p.U, 0.45 * (b - a))
@@ -239,17 +146,17 @@ def _dashpot(p: Picture, shape: Shape, at, a: float, b: float, y: float, height:
     p.line([at(piston, y), at(b, y)], width, FORCE)
 
 
-def _spring(p: Picture, shape: Shape, a: Place, b: Place) -> None:
+def _spring(p: Pixels, shape: Shape, a: Place, b: Place) -> None:
     at, length = p.between(a, b)
     _zigzag(p, shape, at, 0.0, length, 0.0, 0.55 * p.U)
 
 
-def _damper(p: Picture, shape: Shape, a: Place, b: Place) -> None:
+def _damper(p: Pixels, shape: Shape, a: Place, b: Place) -> None:
     at, length = p.between(a, b)
     _dashpot(p, shape, at, 0.0, length, 0.0, 0.45 * p.U)
 
 
-def _spring_damper(p: Picture, shape: Shape, a: Place, b: Place) -> None:
+def _spring_damper(p: Pixels, shape: Shape, a: Place, b: Place) -> None:
     (at, length), y = p.between(a, b), 0.7 * p.U
     lead = min(0.7 * p.U, 0.12 * length)
     for start, end in ((0.0, lead), (length, length - lead)):
@@ -259,38 +166,38 @@ def _spring_damper(p: Picture, shape: Shape, a: Place, b: Place) -> None:
     _dashpot(p, shape, at, lead, length - lead, y, 0.36 * p.U)
 
 
-def _spiral(p: Picture, shape: Shape, b: Place, a: Place) -> None:
+def _spiral(p: Pixels, shape: Shape, b: Place, a: Place) -> None:
     turns = 4 * np.pi + max(-2 * np.pi, min(4 * np.pi, b[2] - a[2]))
     angle, radius = a[2] + turns * np.arange(61) / 60, p.U * (1.55 - 1.15 * np.arange(61) / 60)
     p.line(zip(b[0] + radius * np.cos(angle), b[1] - radius * np.sin(angle), strict=True), 1.2 * p.thin, FORCE)
 
 
-def _bushing(p: Picture, shape: Shape, b: Place, a: Place) -> None:
+def _bushing(p: Pixels, shape: Shape, b: Place, a: Place) -> None:
     p.circle(a, 0.85 * p.U, mixed(FORCE, LIGHT_PAPER, 0.7), FORCE)
     p.circle(b, 0.3 * p.U, LIGHT_PAPER)
 
 
-def _turning(p: Picture, shape: Shape, place: Place, _: Place) -> None:
+def _turning(p: Pixels, shape: Shape, place: Place, _: Place) -> None:
     at, radius, angles = p.axes(place), 1.75 * p.U, np.linspace(-0.35, 2.6, 40)
     p.line([at(radius * np.cos(u), -radius * np.sin(u)) for u in angles], 1.8 * p.thin, DRIVE)
     tip = at(radius * np.cos(2.6), -radius * np.sin(2.6))
     p.head(p.axes(tip, place[2] + 2.6 + np.pi / 2), DRIVE, 0.75 * p.U)
 
 
-def _pushing(p: Picture, shape: Shape, place: Place, axis: Place) -> None:
+def _pushing(p: Pixels, shape: Shape, place: Place, axis: Place) -> None:
     at = p.axes(place, axis[2])
     p.line([at(-1.1 * p.U, -1.4 * p.U), at(0.9 * p.U, -1.4 * p.U)], 1.8 * p.thin, DRIVE)
     p.head(p.axes(at(1.2 * p.U, -1.4 * p.U), axis[2]), DRIVE, 0.75 * p.U)
 
 
-def _actuator(p: Picture, shape: Shape, a: Place, b: Place) -> None:
+def _actuator(p: Pixels, shape: Shape, a: Place, b: Place) -> None:
     at, length = p.between(a, b)
     body = min(0.6 * length, max(0.35 * length, 4 * p.U))
     p.line([at(0.0, 0.0), at(body, 0.0)], 0.8 * p.U, ROD)
     p.line([at(body, 0.0), at(length, 0.0)], 0.35 * p.U, DRIVE)
 
 
-def _blade(p: Picture, shape: Shape, place: Place, _: Place) -> None:
+def _blade(p: Pixels, shape: Shape, place: Place, _: Place) -> None:
     at = p.axes(place)
     p.line([at(-1.1 * p.U, 0.0), at(1.1 * p.U, 0.0)], max(2.5, 0.3 * p.U), INK)
 

@@ -13,7 +13,7 @@ const traces = new Map(); // name of a point -> its path
 const first = motion.t[0];
 const last = motion.t[motion.t.length - 1];
 let [playing, before, theme, follow, fitted, due] = [false, 0, null, null, true, false];
-const plots = new Plots($("plots"), data, motion, (t) => seek(t));
+const plots = new Plots($("plots"), data, motion, seek, redraw);
 
 // -- theme -----------------------------------------------------------------------------------------------------------
 function readTheme() {
@@ -150,7 +150,8 @@ function paintMarks(g) {
     }
   }
   if (show.masses)
-    for (const [name, at] of Object.entries(data.bodies)) if (!data.elastic.includes(name)) painter.centre(painter.place(at));
+    for (const [name, at] of Object.entries(data.bodies))
+      if (!data.elastic.includes(name)) painter.centre(painter.place(at));
   if (show.labels) {
     for (const [name, at] of Object.entries(data.bodies)) {
       const [x, y] = painter.place(at);
@@ -167,11 +168,13 @@ function scaleBar(g) {
   const [x, y] = [14, canvas.clientHeight - 14];
   const end = x + length * view.scale;
   painter.line([[x, y - 4], [x, y], [end, y], [end, y - 4]], 1.2, theme.pale);
-  const [unit, size] = [["km", 1e3], ["m", 1], ["mm", 1e-3], ["µm", 1e-6]].find(([, s]) => length >= s) || ["µm", 1e-6];
+  const units = [["km", 1e3], ["m", 1], ["mm", 1e-3], ["µm", 1e-6]];
+  const [unit, size] = units.find(([, s]) => length >= s) || units[3];
   text(g, `${written(length / size, 3)} ${unit}`, end + 7, y - 3, theme.pale);
   if (!data.curves.length) return;
   const most = Math.max(...data.curves.map((c) => c.most));
-  text(g, `red: curvature up to ${written(most, 3)} 1/m${show.deflection === 1 ? "" : `; deflection × ${show.deflection}`}`, x, y - 22, theme.pale);
+  const factor = show.deflection === 1 ? "" : `; deflection × ${show.deflection}`;
+  text(g, `red: curvature up to ${written(most, 3)} 1/m${factor}`, x, y - 22, theme.pale);
 }
 
 // The state as text and as data of the page.

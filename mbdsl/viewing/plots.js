@@ -24,8 +24,9 @@ function levels({ y, low, high }) {
 }
 
 class Plots {
-  constructor(box, data, motion, seek) {
-    Object.assign(this, { box, data, motion, seek, charts: [] });
+  // `look` is the time below the pointer, whose values are shown in place of those of the motion's time.
+  constructor(box, data, motion, seek, redraw) {
+    Object.assign(this, { box, data, motion, seek, redraw, charts: [], look: null });
     this.signals = data.signals.map((s) => ({ ...s, y: levels(s) }));
     this.times = data.times ? decoded(data.times) : motion.t;
     this.shown = new Set(data.shown);
@@ -45,8 +46,8 @@ class Plots {
   build() {
     this.box.replaceChildren();
     const groups = new Map();
-    for (const signal of this.signals) {
-      if (!this.shown.has(signal.name)) continue;
+    for (const name of this.shown) {
+      const signal = this.signals.find((s) => s.name === name);
       if (!groups.has(signal.unit)) groups.set(signal.unit, []);
       groups.get(signal.unit).push(signal);
     }
@@ -71,17 +72,29 @@ class Plots {
     if (high - low < 1e-12 * Math.max(Math.abs(high), Math.abs(low)) || high === low)
       [low, high] = [low - 0.5 * (Math.abs(low) || 1), high + 0.5 * (Math.abs(high) || 1)];
     const chart = { unit, signals, canvas, entries, low, high, back: document.createElement("canvas"), key: "" };
-    const move = (event) => {
+    const time = (event) => {
       const { left, right } = chart.area;
       const part = (event.clientX - canvas.getBoundingClientRect().left - left) / (right - left);
       const [from, to] = [this.times[0], this.times[this.times.length - 1]];
-      this.seek(from + Math.min(1, Math.max(0, part)) * (to - from));
+      return from + Math.min(1, Math.max(0, part)) * (to - from);
+    };
+    const move = (event) => {
+      this.look = null;
+      this.seek(time(event));
     };
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
       move(event);
     });
-    canvas.addEventListener("pointermove", (event) => event.buttons && move(event));
+    canvas.addEventListener("pointermove", (event) => {
+      if (event.buttons) return move(event);
+      this.look = time(event);
+      return this.redraw();
+    });
+    canvas.addEventListener("pointerleave", () => {
+      this.look = null;
+      this.redraw();
+    });
     return chart;
   }
 
@@ -106,14 +119,23 @@ class Plots {
     g.clearRect(0, 0, canvas.width, canvas.height);
     g.drawImage(back, 0, 0);
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
-    const { time } = this.motion;
+    const time = this.look ?? this.motion.time;
     const [x, y] = this.scales(chart);
-    g.strokeStyle = theme.ink;
     g.lineWidth = 1;
-    g.beginPath();
-    g.moveTo(x(time), chart.area.top);
-    g.lineTo(x(time), chart.area.bottom);
-    g.stroke();
+    for (const [t, colour] of [[this.motion.time, theme.ink], [this.look, theme.pale]]) {
+      if (t === null) continue;
+      g.strokeStyle = colour;
+      g.beginPath();
+      g.moveTo(x(t), chart.area.top);
+      g.lineTo(x(t), chart.area.bottom);
+      g.stroke();
+    }
+    if (this.look !== null) {
+      g.fillStyle = theme.pale;
+      g.font = "11px system-ui, 'DejaVu Sans', sans-serif";
+      g.textAlign = "center";
+      g.fillText(`t = ${written(time)} s`, (chart.area.left + chart.area.right) / 2, chart.area.top - 8);
+    }
     chart.signals.forEach((signal, k) => {
       const value = this.value(signal, time);
       chart.entries[k].textContent = `${written(value)} ${signal.unit}`;

@@ -227,3 +227,23 @@ def test_a_large_model_is_stored_as_integers(browser, trajectory_of, model_file,
     turn = np.remainder(poses[:, 2] - expected[:, 2] + np.pi, 2 * np.pi) - np.pi
     assert np.abs(turn).max() <= 0.51 * np.pi / 32767
     assert browser.said == []
+
+
+def test_values_below_the_pointer(browser, crank_page, slider_crank):
+    """The pointer over a plot shows the values at its time; a press sets the time of the motion."""
+    browser.open(crank_page)
+    left, top, width, height = browser.value(
+        "(({ left, top, width, height }) => [left, top, width, height])(plots.charts[0].canvas.getBoundingClientRect())"
+    )
+    area = browser.value("plots.charts[0].area")
+    x, y = left + (area["left"] + area["right"]) / 2, top + height / 2
+    browser.send("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
+    browser.settle()
+    shown = browser.value("plots.charts[0].entries[0].textContent")
+    # a pixel of the plot is a 280th of three seconds, in which the crank turns by 0.02 rad
+    assert float(shown.replace("−", "-").split()[0]) == pytest.approx(3.0, abs=0.02)
+    assert browser.state()["time"] == 0.0
+    for kind in ("mousePressed", "mouseReleased"):
+        browser.send("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
+    browser.settle()
+    assert browser.state()["time"] == pytest.approx(1.5, abs=0.011)

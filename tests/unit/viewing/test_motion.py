@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mbdsl import load, parse
-from mbdsl.elements import kinds
+from mbdsl.elements import kinds, modules
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import UsageError
 from mbdsl.viewing.motion import GROUND, chosen_rows, motion
@@ -154,3 +154,14 @@ def test_a_frame_of_the_ground_does_not_move(slider_crank):
 def test_an_empty_trajectory_has_no_animation(trajectory_of, slider_crank):
     with pytest.raises(UsageError, match="the trajectory of SliderCrank is empty"):
         trajectory_of(slider_crank.scene, [], {}).animate()
+
+
+def test_the_file_of_a_kind_names_its_symbol(slider_crank, monkeypatch):
+    """A kind of another package has no entry in the table."""
+    module = modules()["PointOnLine"]
+    monkeypatch.setattr(module, "DRAWING", "pin", raising=False)
+    assert shapes_of(slider_crank, "guide") == []
+    monkeypatch.delitem(KNOWN, "PointOnLine")
+    monkeypatch.delattr(module, "DRAWING")
+    (mark,) = shapes_of(slider_crank, "mark")
+    assert mark.name == "B"

@@ -113,7 +113,7 @@ def test_a_notebook_shows_the_page_in_a_frame(slider_crank):
 def test_the_page_is_not_written_over_the_model(tmp_path, trajectory_of):
     from mbdsl import load
 
-    model = tmp_path / "a.mbd"
+    model = tmp_path / "model.html"
     model.write_text("model A Ground ground; PointMass m(m = 1 kg); FreeMotion f(ground, m); end A;")
     trajectory = trajectory_of(load(model), [0.0], {"m": np.zeros((1, 2))})
     with pytest.raises(UsageError, match="the model reads it"):
