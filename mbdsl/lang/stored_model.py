@@ -61,12 +61,12 @@ def from_text(text: str) -> Scene:
         overrides = {str(name): x if isinstance(x, int | float) else str(x) for name, x in said["set"].items()}
         model, without = str(said["model"]), [str(effect) for effect in said["without"]]
         main = next(iter(files))
+        whole = {name: os.path.abspath(name.replace("\0", "_")) for name in files}
+        common = os.path.commonpath([os.path.dirname(path) for path in whole.values()])
     except (ValueError, KeyError, TypeError, AttributeError, StopIteration) as problem:
         raise UsageError(f"the stored model is damaged: {type(problem).__name__}: {problem}") from problem
     if len(files) == 1:
         return parse_text(files[main], main, overrides, model, without, allow_imports=False)
-    whole = {name: os.path.abspath(name) for name in files}
-    common = os.path.commonpath([os.path.dirname(path) for path in whole.values()])
     with tempfile.TemporaryDirectory(prefix="mbdsl-") as folder:  # imports are relative to the files
         copies = {name: Path(folder, os.path.relpath(path, common)) for name, path in whole.items()}
         for name, copy in copies.items():

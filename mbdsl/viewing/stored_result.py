@@ -57,6 +57,7 @@ def stored_trajectory(path: str | os.PathLike, scene: Scene | None = None) -> tu
                 hint=f"mbdsl animate MODEL.mbd --result {path!s}; or write `.npz`, which contains the model",
             )
         scene = from_text(str(text))
+    _check(columns, path)
     system = build(scene)
     q, _ = _states(system, columns, False, path)
     v, complete = _states(system, columns, True, path)
@@ -71,10 +72,20 @@ def stored_trajectory(path: str | os.PathLike, scene: Scene | None = None) -> tu
     return trajectory, None if complete else names
 
 
+def _check(columns: dict, path: str | os.PathLike) -> None:
+    """Refuse columns that are not signals over ascending times, as in files of other programs."""
+    time = np.asarray(columns.get("time", ()), float)
+    if "time" not in columns or time.ndim != 1:
+        raise UsageError(f"`{path!s}` has no column `time`", hint="give a result of mbdsl simulate")
+    if not np.isfinite(time).all() or (np.diff(time) < 0.0).any():
+        raise UsageError(f"the times of `{path!s}` do not ascend")
+    wrong = [name for name, x in columns.items() if np.shape(x) != time.shape]
+    if wrong:
+        raise UsageError(f"columns of `{path!s}` differ in length from `time`: {few(wrong)}")
+
+
 def _states(system: System, columns: dict, rates: bool, path: str | os.PathLike) -> tuple[np.ndarray, bool]:
     """Coordinates or their rates (N, n), and whether all are known; missing rates are zero."""
-    if "time" not in columns:
-        raise UsageError(f"`{path!s}` has no column `time`")
     states = np.zeros((len(columns["time"]), system.n))
     missing = []
     for c in system.scene.bodies():

@@ -232,8 +232,8 @@ def test_a_large_model_is_stored_as_integers(browser, trajectory_of, model_file,
 def test_values_below_the_pointer(browser, crank_page, slider_crank):
     """The pointer over a plot shows the values at its time; a press sets the time of the motion."""
     browser.open(crank_page)
-    left, top, width, height = browser.value(
-        "(({ left, top, width, height }) => [left, top, width, height])(plots.charts[0].canvas.getBoundingClientRect())"
+    left, top, height = browser.value(
+        "(({ left, top, height }) => [left, top, height])(plots.charts[0].canvas.getBoundingClientRect())"
     )
     area = browser.value("plots.charts[0].area")
     x, y = left + (area["left"] + area["right"]) / 2, top + height / 2

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbdsl import load, results
-from mbdsl.errors import UsageError
+from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.lang.stored_model import from_text, to_text
 from mbdsl.viewing.stored_result import stored_trajectory
 
@@ -130,3 +130,48 @@ def test_a_model_is_stored_with_its_imports(tmp_path, monkeypatch):
 def test_damaged_models_are_refused(text):
     with pytest.raises(UsageError, match="the stored model is damaged"):
         from_text(text)
+
+
+@pytest.mark.parametrize(("failed", "expected"), [(True, 4), (False, 130)])
+def test_a_run_that_ends_early_is_shown_up_to_there(say, folder, monkeypatch, slider_crank, failed, expected):
+    """The page is written, and the exit code is that of the run."""
+
+    def simulated(scene, **given):
+        if not failed:
+            monkeypatch.setitem(slider_crank.stats, "status", "interrupted")
+            return slider_crank
+        problem = IntegrationError("Newton's iteration fails at t = 3 s")
+        problem.trajectory = slider_crank
+        raise problem
+
+    monkeypatch.setattr("mbdsl.api.simulated", simulated)
+    code, out, err = say("animate", "pendulum.mbd")
+    assert code == expected
+    assert out.endswith("301 frames of 3 s\n") and (folder / "pendulum.html").stat().st_size > 10_000
+    assert ("Newton's iteration fails" in err) if failed else err.endswith("interrupted\n")
+
+
+def test_a_run_without_any_state_has_no_page(say, folder, monkeypatch):
+    def simulated(scene, **given):
+        raise IntegrationError("the first step fails")
+
+    monkeypatch.setattr("mbdsl.api.simulated", simulated)
+    code, _, err = say("animate", "pendulum.mbd")
+    assert (code, err) == (4, "error: the first step fails\n")
+    assert not list(folder.glob("*.html"))
+
+
+@pytest.mark.parametrize(
+    ("columns", "expected"),
+    [
+        ({"x": [1.0]}, "has no column `time`"),
+        ({"time": [0.0, 2.0, 1.0], "mass.x": [0.0, 1.0, 2.0], "mass.y": [0.0, 1.0, 2.0]}, "do not ascend"),
+        ({"time": [0.0, np.nan], "mass.x": [0.0, 1.0], "mass.y": [0.0, 1.0]}, "do not ascend"),
+        ({"time": [0.0, 1.0], "mass.x": [0.0, 1.0, 2.0]}, "differ in length from `time`: mass.x"),
+        ({"time": [], "mass.x": [], "mass.y": []}, "the trajectory of Pendulum is empty"),
+    ],
+)
+def test_columns_that_are_no_motion(say, folder, columns, expected):
+    results.write(folder / "x.npz", {name: np.array(x) for name, x in columns.items()})
+    code, _, err = say("animate", "pendulum.mbd", "--result", "x.npz")
+    assert code == 2 and expected in err
