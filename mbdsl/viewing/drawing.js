@@ -14,7 +14,7 @@ class Painter {
   // Everything at the motion's current time.
   paint(g, view, theme, show) {
     Object.assign(this, { g, view, theme, show });
-    this.U = Math.min(26, Math.max(2.5, this.data.unit * view.scale));
+    this.U = Math.min(26, 0.065 * view.side, Math.max(2.5, this.data.unit * view.scale));
     this.thin = Math.min(1.5, Math.max(0.75, this.U / 8));
     g.lineCap = g.lineJoin = "round";
     const rest = this.many ? this.paintMany() : this.data.shapes;

@@ -6,7 +6,7 @@ const painter = new Painter(data, motion);
 const ghost = data.ghost && new Motion(data.ghost);
 const ghostPainter = ghost && new Painter(data.ghost, ghost);
 const canvas = $("picture");
-const view = { x: 0, y: 0, scale: 1 };
+const view = { x: 0, y: 0, scale: 1, side: 400 }; // `side` is the shorter of the picture
 const show = { labels: false, masses: false, frames: false, forces: false, reactions: false, deflection: 1, size: 1 };
 const vectors = data.vectors.map((v) => ({ ...v, values: decoded(v.values) }));
 const traces = new Map(); // name of a point -> its path
@@ -35,7 +35,7 @@ function isDark() {
 function fit() {
   const [x0, y0, x1, y1] = data.bounds;
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-  const margin = Math.min(64, 0.12 * Math.min(width, height));
+  const margin = Math.min(64, Math.max(0.12 * Math.min(width, height), Math.min(46, 0.2 * Math.min(width, height))));
   view.scale = Math.min((width - 2 * margin) / (x1 - x0 || 1e-9), (height - 2 * margin) / (y1 - y0 || 1e-9));
   if (!(view.scale < 1e8)) view.scale = 100 / data.unit;
   view.x = width / 2 - (view.scale * (x0 + x1)) / 2;
@@ -76,6 +76,7 @@ function paint() {
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio))
     [canvas.width, canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
+  view.side = Math.min(width, height);
   centre();
   const g = canvas.getContext("2d");
   g.setTransform(ratio, 0, 0, ratio, 0, 0);
@@ -171,10 +172,16 @@ function scaleBar(g) {
   const units = [["km", 1e3], ["m", 1], ["mm", 1e-3], ["µm", 1e-6]];
   const [unit, size] = units.find(([, s]) => length >= s) || units[3];
   text(g, `${written(length / size, 3)} ${unit}`, end + 7, y - 3, theme.pale);
-  if (!data.curves.length) return;
-  const most = Math.max(...data.curves.map((c) => c.most));
-  const factor = show.deflection === 1 ? "" : `; deflection × ${show.deflection}`;
-  text(g, `red: curvature up to ${written(most, 3)} 1/m${factor}`, x, y - 22, theme.pale);
+  const notes = [];
+  for (const [group, name] of [["forces", "force"], ["reactions", "reaction"]])
+    if (show[group] && data.largest[`${group}2`])
+      notes.push(`longest arrow of a ${name}: ${written(data.largest[`${group}2`], 3)} N`);
+  if (data.curves.length) {
+    const most = Math.max(...data.curves.map((c) => c.most));
+    const factor = show.deflection === 1 ? "" : `; deflection × ${show.deflection}`;
+    notes.push(`red: curvature up to ${written(most, 3)} 1/m${factor}`);
+  }
+  notes.forEach((note, k) => text(g, note, x, y - 22 - 17 * k, theme.pale));
 }
 
 // The state as text and as data of the page.
@@ -221,6 +228,7 @@ function play(on) {
   if (on && motion.time >= last) motion.seek(first);
   playing = on && last > first;
   document.documentElement.classList.toggle("playing", playing);
+  $("status").setAttribute("aria-live", playing ? "off" : "polite");
   $("play").setAttribute("aria-label", playing ? "pause" : "play");
   before = 0;
   if (playing) requestAnimationFrame(advance);

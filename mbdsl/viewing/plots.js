@@ -65,7 +65,9 @@ class Plots {
       const swatch = item.appendChild(document.createElement("i"));
       swatch.className = `s${k % 8}`;
       item.appendChild(document.createElement("span")).textContent = signal.name;
-      return item.appendChild(document.createElement("output"));
+      const value = item.appendChild(document.createElement("span"));
+      value.className = "value";
+      return value;
     });
     const all = signals.flatMap((s) => [s.low, s.high]).filter(Number.isFinite);
     let [low, high] = all.length ? [Math.min(...all), Math.max(...all)] : [0, 1];
