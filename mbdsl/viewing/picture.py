@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbdsl.plotting.series_styles import LIGHT_PAPER
+from mbdsl.plotting.series_styles import LIGHT_PAPER, OTHERS
 from mbdsl.viewing.pixels import DRIVE, FINE, FORCE, HOT, INK, PALE, ROD, SHADE, Pixels, Place, mixed
 from mbdsl.viewing.symbols import Shape
 
 if TYPE_CHECKING:
     from PIL import Image
+
+
+MANY = 600  #: number of shapes from which links are lines and pins are left out
 
 
 class Picture(Pixels):
@@ -28,8 +31,12 @@ class Picture(Pixels):
         width, height = self.size
         image = Image.new("RGB", (FINE * width, FINE * height), LIGHT_PAPER)
         self.draw, self.row = ImageDraw.Draw(image), row
+        many = len(self.shapes) > MANY
         for shape in self.shapes:
-            if (act := DRAWN.get(shape.draw)) is not None:
+            if many and shape.draw in ("link", "pin"):
+                if shape.draw == "link":
+                    _plain_link(self, shape, self.place(shape.at[0]))
+            elif (act := DRAWN.get(shape.draw)) is not None:
                 act(self, shape, *(self.place(spot) for spot in shape.at))
         return image.resize(self.size, Image.Resampling.LANCZOS)
 
@@ -48,6 +55,12 @@ def _link(p: Pixels, shape: Shape, place: Place) -> None:
     for corner in points if len(points) > 2 else ():
         p.circle(corner, width / 2 - 1.25, pale, pale)
     p.line(closed, max(1.0, width - 2.5), pale)
+
+
+def _plain_link(p: Pixels, shape: Shape, place: Place) -> None:
+    at = p.axes(place)
+    points = [at(p.scale * x, -p.scale * y) for x, y in shape.data["points"]]
+    p.line(points, max(1.6, 0.5 * p.U), OTHERS[0].light)
 
 
 def _beam(p: Pixels, shape: Shape) -> None:

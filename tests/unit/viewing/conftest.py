@@ -18,7 +18,7 @@ from mbdsl.system.system import build
 
 MODELS = Path(__file__).parents[3] / "models"
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
-SECONDS = 60  #: after which the browser counts as dead
+SECONDS = 120  #: after which the browser counts as dead
 
 
 def made(scene, t, states):
@@ -62,6 +62,7 @@ class Browser:
         ours, theirs = os.pipe(), os.pipe()
         ends = [fcntl.fcntl(fd, fcntl.F_DUPFD, 50) for fd in (ours[0], theirs[1])]
         flags = ("--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--remote-debugging-pipe")
+        flags += ("--disable-dev-shm-usage",)
         quiet = [(os.POSIX_SPAWN_OPEN, fd, os.devnull, os.O_WRONLY, 0) for fd in (1, 2)]
         moves = [(os.POSIX_SPAWN_DUP2, ends[0], 3), (os.POSIX_SPAWN_DUP2, ends[1], 4)]
         arguments = [program, *flags, f"--user-data-dir={folder}", "--no-first-run", "about:blank"]
