@@ -140,8 +140,8 @@ def motion(trajectory: Trajectory, most: int = MOST_FRAMES) -> Motion:
         raise UsageError(f"there is no motion to show: the trajectory of {trajectory.scene.name} is empty")
     system, scene = trajectory.system, trajectory.scene
     owners = _owners(system)
-    size = 3 * sum(len(names) for names in owners.values())
-    size += 2 * STATIONS * sum(body.deforms for body in system.tables.models.values())
+    models = system.tables.models
+    size = sum(3 * len(owners[name]) + 2 * STATIONS if body.deforms else 3 for name, body in models.items())
     rows = chosen_rows(trajectory.t, int(max(2, min(most, MOST_NUMBERS // max(1, size)))))
     states = _States(system, trajectory.t, trajectory.q, trajectory.v, rows)
     tracks: list[str] = []

@@ -38,7 +38,7 @@ class Picture(Pixels):
                     _plain_link(self, shape, self.place(shape.at[0]))
             elif (act := DRAWN.get(shape.draw)) is not None:
                 act(self, shape, *(self.place(spot) for spot in shape.at))
-        return image.resize(self.size, Image.Resampling.LANCZOS)
+        return image.reduce(FINE)
 
 
 # -- shapes ------------------------------------------------------------------------------------------------------------
