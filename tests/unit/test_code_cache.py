@@ -222,7 +222,7 @@ def run(code, cache, **environment):
 
 SIMULATE = f"""
 import sys, mbdsl
-r = mbdsl.simulate({str(MODEL)!r}, stop=0.02)
+r = mbdsl.simulate({str(MODEL)!r}, method='newmark', stop=0.02)
 print(repr(float(r.q.sum())), "numba" in sys.modules)
 """
 
