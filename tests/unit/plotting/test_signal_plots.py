@@ -1,8 +1,6 @@
 """Plots of signals: positions read back from SVG, panels, looks, notes, files and errors."""
 
 import re
-import shutil
-import subprocess
 import xml.etree.ElementTree as ET
 from itertools import pairwise
 
@@ -268,27 +266,3 @@ def test_names_are_only_text():
     text = svg(plot([result(columns={"time": T, evil: T, "b.x": T})], ["*"]))
     assert "<script>" not in text
     assert evil in [e.text for e in ET.fromstring(text).iter(f"{SVG}text")]
-
-
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-POINTING = """<script>
-const panel = document.querySelector("figure .scroll > svg"), box = panel.getBoundingClientRect();
-const place = { clientX: box.left + 0.5 * box.width, clientY: box.top + 0.5 * box.height, bubbles: true };
-panel.dispatchEvent(new PointerEvent("pointermove", place));
-</script></body>"""
-
-
-@pytest.mark.skipif(BROWSER is None, reason="no Chromium found")
-def test_the_cursor_crosses_all_panels(tmp_path):
-    """A pointer in the middle of the first picture, of 860 px: a line from the top to the bottom of both frames."""
-    from mbdsl.plotting import pages
-
-    text = pages.html(plot([result()], ["crank.phi", "pin.fx"]).page())
-    (tmp_path / "page.html").write_text(text.replace("</body>", POINTING), encoding="utf-8")
-    options = ["--headless=new", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}"]
-    command = [BROWSER, *options, "--dump-dom", (tmp_path / "page.html").as_uri()]
-    shown = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
-    frames = re.findall(r'<rect x="[\d.]+" y="([\d.]+)" width="[\d.]+" height="([\d.]+)"', shown)
-    lines = re.findall(r'<path class="cursor" d="M430 ([\d.]+)v([\d.]+)"', shown)
-    assert len(lines) == 2
-    assert [tuple(map(float, pair)) for pair in lines] == [tuple(map(float, pair)) for pair in frames]

@@ -163,7 +163,7 @@ class Browser:
 def browser():
     program = next(filter(None, map(shutil.which, NAMES)), None)
     if program is None or not hasattr(os, "posix_spawn"):
-        pytest.skip(f"no browser is found: {', '.join(NAMES)}")
+        pytest.skip(f"needs a browser to play pages in: none of {', '.join(NAMES)} is installed")
     with tempfile.TemporaryDirectory(prefix="mbdsl-browser-", ignore_cleanup_errors=True) as folder:
         found = Browser(program, folder)
         yield found

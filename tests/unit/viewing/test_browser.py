@@ -252,10 +252,31 @@ def test_values_below_the_pointer(browser, crank_page, slider_crank):
     browser.send("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
     browser.settle()
     shown = browser.value("plots.charts[0].entries[0].textContent")
-    # a pixel of the plot is a 280th of three seconds, in which the crank turns by 0.02 rad
-    assert float(shown.replace("−", "-").split()[0]) == pytest.approx(3.0, abs=0.02)
+    # half a pixel of the plot, and half of the 10 ms between stored states, in which the crank turns by 2 rad/s
+    off = 0.5 * 3.0 / (area["right"] - area["left"]) + 0.005
+    assert float(shown.replace("−", "-").split()[0]) == pytest.approx(3.0, abs=2.0 * off)
     assert browser.state()["time"] == 0.0
     for kind in ("mousePressed", "mouseReleased"):
         browser.send("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
     browser.settle()
-    assert browser.state()["time"] == pytest.approx(1.5, abs=0.011)
+    assert browser.state()["time"] == pytest.approx(1.5, abs=off)
+
+
+def test_the_pointer_line_of_plots_crosses_all_panels(browser, slider_crank, tmp_path):
+    """The pointer in the middle of one panel: a line from the top to the bottom of both frames, below the pointer."""
+    slider_crank.plot(["crank.phi", "crank.x"], out=tmp_path / "page.html")
+    browser.open(tmp_path / "page.html", height=1600)
+    left, top, width, height = browser.value(
+        "(({ left, top, width, height }) => [left, top, width, height])"
+        "(document.querySelector('figure .scroll > svg').getBoundingClientRect())"
+    )
+    browser.send("Input.dispatchMouseEvent", type="mouseMoved", x=left + width / 2, y=top + height / 2)
+    browser.settle()
+    read = "[...document.querySelectorAll('figure .scroll > svg %s')].map((e) => (%s))"
+    frames = browser.value(read % ("clipPath rect", "['y', 'height'].map((name) => Number(e.getAttribute(name)))"))
+    lines = browser.value(read % ("path.cursor", "(({ x, y, height }) => [x, y, height])(e.getBBox())"))
+    middle = browser.value("document.querySelector('figure .scroll > svg').viewBox.baseVal.width / 2")
+    assert len(frames) == 2
+    # coordinates of a picture of 860 units in single precision
+    assert lines == [pytest.approx([middle, *frame], abs=860 * 2**-22) for frame in frames]
+    assert browser.said == []
