@@ -172,13 +172,9 @@ def check_signals(scene: Scene, patterns: list[str]) -> None:
     UsageError
         If one matches none.
     """
-    import numpy as np
+    from mbdsl.mechanism.signal_names import SignalNames
 
-    from mbdsl.simulation.trajectory import Trajectory
-    from mbdsl.system import build
-
-    nothing = np.zeros((0, 0))
-    Trajectory(build(scene), np.zeros(0), nothing, nothing, None, {}).select(patterns)
+    SignalNames(scene).select(patterns)
 
 
 def print_warnings(trajectory: Trajectory, quiet: bool, failed: bool) -> None:

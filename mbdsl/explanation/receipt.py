@@ -11,8 +11,6 @@ from dataclasses import dataclass, field
 from os import PathLike
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements import kinds
 from mbdsl.elements import modules as element_modules
@@ -23,10 +21,10 @@ from mbdsl.integrators import backend, declared
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.reduction import Note
 from mbdsl.mechanism.scene import Component, Scene
+from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
 from mbdsl.messages import count, few
 from mbdsl.simulation.mechanism_run import Motion, Moving
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, plan
-from mbdsl.simulation.trajectory import ACCELERATIONS, Trajectory
 from mbdsl.storage import cache_folder
 from mbdsl.system.emit import evaluate_lines, tangent_lines
 from mbdsl.system.structure import by_law
@@ -172,8 +170,7 @@ def _receipt(motion: Motion, measured: bool, signals: Sequence[str] | None) -> R
     notes = motion.reduction.notes
     found = Receipt(scene, motion.plan, entries, notes, sizes, len(motion.parts), used, _hoisted(motion))
     if signals is not None:
-        nothing = np.zeros((0, 0))
-        names = Trajectory(system, np.zeros(0), nothing, nothing, None, {}).select(signals)
+        names = SignalNames(scene).select(signals)
         found.outputs = [(name, _takes(motion, name)) for name in names if name != "time"]
     if measured and motion.parts and all(backend(method) is None for method in used):
         _share(motion, found)

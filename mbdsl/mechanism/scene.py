@@ -91,6 +91,11 @@ class Component:
         of = self.kind.coordinates_of if isinstance(self.kind, BodyKind) else None
         return of(self.values) if of is not None else self.kind.coordinates
 
+    @property
+    def deforms(self) -> bool:
+        """Whether it is a body with more coordinates than a pose, whose number depends on ``values``."""
+        return isinstance(self.kind, BodyKind) and self.kind.coordinates_of is not None
+
 
 @dataclass(frozen=True)
 class InitialValue:

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from mbdsl import results
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.integrators import available
+from mbdsl.mechanism.scene import ENERGIES
 from mbdsl.messages import duration, few, together
-from mbdsl.simulation.trajectory import ENERGIES, Trajectory
+from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import POINTS, Case, Setting, own_step
 from mbdsl.studies.error_measures import Error, Quantity, Solution, error, matching, quantities, reactions
 from mbdsl.studies.families import EXTRAPOLATED, family, precise

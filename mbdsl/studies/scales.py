@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbdsl.mechanism.scene import ENERGIES
 from mbdsl.numerics.error_norm import fastest
-from mbdsl.simulation.trajectory import ENERGIES, Trajectory
+from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.tables import gravity
 
 ULPS = 64.0  #: assumed rounding error of a position, in units in the last place

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from mbdsl.bodies.contract import Body
 from mbdsl.compilation import buffer_layout
 from mbdsl.expressions.symbolic import Expr, leaves
+from mbdsl.mechanism import energies
 from mbdsl.mechanism.scene import Scene
 from mbdsl.system import switches
 from mbdsl.system.structure import Block, expressions
@@ -103,7 +104,4 @@ class Buffers:
 
 def gravity(scene: Scene) -> NDArray[np.float64]:
     """The gravity field (2,) [m/s2]."""
-    ground = next((c for c in scene.components.values() if c.kind.name == "Ground"), None)
-    direction = np.array(ground.values["n"], float) if ground else np.zeros(2)
-    length = np.hypot(*direction)
-    return float(ground.values["g"]) * direction / length if ground and length else np.zeros(2)
+    return np.array(energies.gravity(scene))

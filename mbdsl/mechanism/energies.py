@@ -1,0 +1,44 @@
+"""Gravity, and the energies of a scene as expressions over its frames."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from math import hypot
+
+from mbdsl.elements.kind import BodyKind, ForceKind
+from mbdsl.expressions.symbolic import Expr, const, coordinate
+from mbdsl.mechanism.scene import Scene
+
+
+def gravity(scene: Scene) -> tuple[float, float]:
+    """The gravity field (x, y) [m/s2]."""
+    ground = next((c for c in scene.components.values() if c.kind.name == "Ground"), None)
+    if ground is None:
+        return 0.0, 0.0
+    x, y = ground.values["n"]
+    length = hypot(x, y)
+    g = float(ground.values["g"])
+    return (g * x / length, g * y / length) if length else (0.0, 0.0)
+
+
+def energies(scene: Scene, excluded: Collection[str] = ()) -> tuple[Expr, Expr, Expr]:
+    """Kinetic energy, potential energy and their sum [J], without the ``excluded`` bodies.
+
+    The potential energy is that of gravity (zero at the origin of the ground) and of linear springs; forces given by
+    expressions have none.
+    """
+    kinetic, potential = const(0.0), const(0.0)
+    g = gravity(scene)
+    for c in scene.components.values():
+        if isinstance(c.kind, BodyKind) and c.kind.coordinates:
+            if c.name in excluded:
+                continue
+            masses = c.kind.table(dict(c.values))
+            for key, rate, mass in zip(("x", "y", "phi"), ("vx", "vy", "w"), masses, strict=False):
+                speed = coordinate(f"{c.name}.c", rate)
+                kinetic = kinetic + 0.5 * mass * (speed * speed)
+                if key != "phi":
+                    potential = potential - mass * g["xy".index(key)] * coordinate(f"{c.name}.c", key)
+        elif isinstance(c.kind, ForceKind) and c.energy is not None:
+            potential = potential + c.energy
+    return kinetic, potential, kinetic + potential

@@ -1,0 +1,134 @@
+"""Names, units and expressions of all signals of a scene, before and after a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cached_property
+
+from mbdsl.elements.kind import BodyKind, JointKind
+from mbdsl.errors import UsageError
+from mbdsl.expressions.symbolic import Expr, coordinate
+from mbdsl.mechanism.energies import energies
+from mbdsl.mechanism.scene import ENERGIES, Component, Scene
+from mbdsl.messages import did_you_mean
+from mbdsl.results.selection import matching
+
+UNITS = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
+ACCELERATIONS = {"ax": "m/s2", "ay": "m/s2", "alpha": "rad/s2"}
+
+
+class SignalNames:
+    """The signals of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        The model.
+
+    Attributes
+    ----------
+    flexible : list of str
+        Names of the bodies that deform.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.flexible = [c.name for c in scene.components.values() if c.deforms]
+
+    @cached_property
+    def expressions(self) -> dict[str, tuple[Expr, str]]:
+        """Signal name -> (expression, unit), of signals that are functions of q, v, lam and t."""
+        scene = self.scene
+        found: dict[str, tuple[Expr, str]] = {}
+        for c in scene.components.values():
+            for key, expression in scene.signals_of(c).items():
+                found[f"{c.name}.{key}"] = (expression, c.kind.unit_of(key) or "")
+        for name in scene.frames:
+            for key, unit in UNITS.items():
+                found.setdefault(f"{name}.{key}", (coordinate(name, key), unit))
+        for name, frame in scene.aliases.items():
+            for key, unit in UNITS.items():
+                found.setdefault(f"{name}.{key}", (coordinate(frame, key), unit))
+        for name, expression in scene.variables.items():
+            unit = scene.inputs[name].unit if name in scene.inputs else ""
+            found.setdefault(name, (expression, unit))
+        if not self.flexible:
+            for name, energy in zip(ENERGIES, energies(scene), strict=True):
+                found[name] = (energy, "J")
+        return found
+
+    @cached_property
+    def computed(self) -> dict[str, str]:
+        """Signal name -> unit, of signals without an expression.
+
+        These are accelerations, residuals of constraints, elastic coordinates, and energies of bodies that deform.
+        """
+        found = {}
+        for c in self.scene.components.values():
+            if isinstance(c.kind, BodyKind) and c.kind.coordinates:
+                for key, unit in ACCELERATIONS.items():
+                    if key != "alpha" or "phi" in c.kind.coordinates:
+                        found[f"{c.name}.{key}"] = unit
+                if c.deforms:
+                    found.update(dict.fromkeys(_elastic(c), ""))
+            elif isinstance(c.kind, JointKind):
+                for k in range(c.kind.rows):
+                    found[f"{c.name}.Phi[{k + 1}]"] = ""
+                    found[f"{c.name}.dPhi[{k + 1}]"] = ""
+                for k in range(len(c.velocity_constraints)):
+                    found[f"{c.name}.Gam[{k + 1}]"] = ""
+        return found | (dict.fromkeys(ENERGIES, "J") if self.flexible else {})
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all signals, "time" first."""
+        return ["time", *self.expressions, *self.computed]
+
+    @property
+    def defaults(self) -> list[str]:
+        """Names of the coordinates and velocities of all bodies."""
+        keys = {"x": "vx", "y": "vy", "phi": "w"}
+        bodies = self.scene.bodies()
+        found = [f"{b.name}.{key}" for b in bodies for key in b.kind.coordinates]
+        return found + [f"{b.name}.{keys[key]}" for b in bodies for key in b.kind.coordinates]
+
+    @property
+    def elastic(self) -> list[str]:
+        """Names of the coordinates of bodies that deform and of their rates."""
+        return [name for body in self.flexible for name in _elastic(self.scene.components[body])]
+
+    def __contains__(self, name: str) -> bool:
+        return name == "time" or name in self.expressions or name in self.computed
+
+    def unit(self, name: str) -> str:
+        """Return the SI unit of a signal; "" if the signal is a pure number or its unit is unknown."""
+        if name == "time":
+            return "s"
+        unit = self.expressions[name][1] if name in self.expressions else self.computed.get(name, "")
+        return "" if unit == "1" else unit
+
+    def select(self, patterns: Iterable[str]) -> list[str]:
+        """Select signals by names and glob patterns, without duplicates.
+
+        Raises
+        ------
+        UsageError
+            If a pattern matches no name.
+        """
+        names, chosen = self.names, {}
+        known = dict.fromkeys(names)
+        for pattern in patterns:
+            found = [pattern] if pattern in known else matching(pattern, names)
+            if not found:
+                raise self.unknown(pattern)
+            chosen.update(dict.fromkeys(found))
+        return list(chosen)
+
+    def unknown(self, name: str) -> UsageError:
+        """The error of a name or pattern without a match, with similar names."""
+        hint = did_you_mean(name, self.names) or "`*` matches all; `Trajectory.names` lists them"
+        return UsageError(f"there is no signal `{name}` in {self.scene.name}", hint=hint)
+
+
+def _elastic(body: Component) -> list[str]:
+    return [f"{body.name}.{q}[{k + 1}]" for q in ("q", "dq") for k in range(len(body.coordinates))]

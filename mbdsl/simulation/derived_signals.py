@@ -1,0 +1,103 @@
+"""Signals that are computed from the states after a run: accelerations, multipliers, residuals and energies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.errors import InitialisationError
+from mbdsl.mechanism.energies import energies
+from mbdsl.system.accelerations import accelerations
+from mbdsl.system.batch_accelerations import sampled
+from mbdsl.system.signals import values
+from mbdsl.system.system import System
+from mbdsl.system.tables import gravity
+
+Array = NDArray[np.float64]
+#: inputs and reference angles (N,) that the equations depend on, by their index in the table F
+Numbers = Mapping[int, Array]
+
+
+def motion(
+    system: System, t: Array, q: Array, v: Array, left_out: tuple[int, ...], numbers: Numbers
+) -> tuple[Array, Array, list[float]]:
+    """Accelerations and multipliers that satisfy the equations of motion at N states.
+
+    Returns
+    -------
+    a : (N, n) [m/s2, rad/s2]
+        Accelerations; nan at singular poses.
+    lam : (N, m + p)
+        Multipliers; nan at singular poses.
+    undetermined : list of float [s]
+        Times of the singular poses, at which there is no solution or more than one.
+    """
+    N, undetermined = len(t), []
+    known = sampled(system, t, q, v, left_out, numbers)
+    if known is not None:
+        a, lam, done = known
+    else:
+        a, lam, done = np.zeros((N, system.n)), np.zeros((N, system.m + system.p)), np.zeros(N, bool)
+    for i in map(int, np.flatnonzero(~done)):
+        _set(system, numbers, i)
+        try:
+            a[i], lam[i] = accelerations(system, t[i], q[i], v[i], left_out)
+        except InitialisationError:
+            a[i], lam[i] = np.nan, np.nan
+            undetermined.append(float(t[i]))
+    return a, lam, undetermined
+
+
+def residuals(system: System, t: Array, q: Array, v: Array, numbers: Numbers) -> tuple[Array, Array, Array]:
+    """Phi (N, m), Phi_q v + Phi_t (N, m) and Gam (N, p) at N states."""
+    N = len(t)
+    Phi, dPhi, Gam = np.zeros((N, system.m)), np.zeros((N, system.m)), np.zeros((N, system.p))
+    for i in range(N):
+        _set(system, numbers, i)
+        _, Phi[i], dPhi[i] = system.evaluate(t[i], q[i], v[i])
+        if system.p:
+            Gam[i] = system.Gam(t[i], q[i], v[i])
+    return Phi, dPhi, Gam
+
+
+def _set(system: System, numbers: Numbers, i: int) -> None:
+    for at, value in numbers.items():
+        system.set_number(at, float(value[i]))
+
+
+def turns(system: System, t: Array, q: Array, v: Array) -> dict[str, Array]:
+    """Reference angles (N,) for counting turns, by body, for bodies whose coordinates do not contain the turns."""
+    found = {}
+    for name in system.tables.flexible:
+        d, body = system.tables.coordinates[name], system.tables.models[name]
+        if body.counter >= 0:
+            found[name] = body.turned(body.turn, q[:, d : d + body.n], v[:, d : d + body.n], t)
+    return found
+
+
+def centre_accelerations(system: System, name: str, q: Array, v: Array, a: Array) -> Array:
+    """Accelerations (N, 3) of a flexible body's centre frame at N states."""
+    d, body = system.tables.coordinates[name], system.tables.models[name]
+    own = slice(d, d + body.n)
+    found = np.zeros((len(a), 3))
+    for i in range(len(a)):
+        B, rate = body.gradient((0.0, 0.0, 0.0), q[i, own], v[i, own])
+        found[i] = B @ a[i, own] + rate @ v[i, own]
+    return found
+
+
+def flexible_energies(
+    system: System, t: Array, q: Array, v: Array, inputs: Mapping[str, Array]
+) -> tuple[Array, Array, Array]:
+    """Kinetic, potential energy and their sum (N,) [J] of a model with bodies that deform."""
+    tables = system.tables
+    rigid = energies(system.scene, tables.flexible)
+    kinetic, potential, _ = values(system, rigid, t, q, v, None, inputs)
+    g = gravity(system.scene)
+    for name in tables.flexible:
+        d, body = tables.coordinates[name], tables.models[name]
+        T, U = body.energies(q[:, d : d + body.n], v[:, d : d + body.n], g)
+        kinetic, potential = kinetic + T, potential + U
+    return kinetic, potential, kinetic + potential
