@@ -11,6 +11,7 @@ import pytest
 import mbdsl
 from mbdsl.lang.load import parse_text
 from mbdsl.mechanism.frozen_dict import FrozenDict
+from mbdsl.system import build
 
 MODELS = Path(__file__).parents[2] / "models"
 SHIPPED = sorted(MODELS.rglob("*.mbd"))
@@ -135,3 +136,14 @@ def test_they_say_what_they_are():
     assert repr(found) == str(found) == "<Scene SliderCrank: 2 bodies, 3 joints, 1 force>"
     assert repr(found.components["A"]) == "<Revolute A(frame_a = crank.b, frame_b = rod.a)>"
     assert repr(found.components["crank"]) == "<Rod crank>"
+
+
+@pytest.mark.parametrize("formulation", ["floating", "ancf"])
+def test_bodies_that_deform_are_known_without_their_equations(formulation):
+    found = parse_text(f"""model M
+      Ground g; Rod rod(m = 1 kg, length = 1 m);
+      FlexibleBeam beam(length = 1 m, density = 7800 kg/m3, E = 200 GPa, S = 1 cm2, I = 1e-9 m4,
+                        formulation = "{formulation}");
+      Revolute pin(g, beam.a); Revolute hinge(beam.b, rod.a);
+    end M;""")
+    assert [c.name for c in found.components.values() if c.deforms] == list(build(found).tables.flexible) == ["beam"]
