@@ -134,7 +134,7 @@ def check(outputs: Iterable[str | os.PathLike | None], inputs: Iterable[str | os
         outputs are the same file.
     """
     given = [os.fspath(path) for path in outputs if path]
-    known = [(name, "the model reads it") for name in (os.fspath(x) for x in inputs)]
+    known = [(name, "it is an input of this command") for name in (os.fspath(x) for x in inputs)]
     for path in given:
         _check(path)
         for other, why in known:

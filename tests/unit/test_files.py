@@ -163,7 +163,7 @@ def test_the_model_is_not_overwritten(say, model, tmp_path):
         ["m.mbd", "--checkpoint", str(model)],
     ):
         code, _, err = say("simulate", *asked)
-        assert code == 2 and "the model reads it" in err
+        assert code == 2 and "it is an input of this command" in err
     assert same.read_text(encoding="utf-8") == model.read_text(encoding="utf-8") == MODEL
 
 
@@ -172,7 +172,7 @@ def test_imported_files_are_inputs_too(say, tmp_path):
     text = 'import "part.mbd";\nmodel M\n  Ground g; Part p;\n  annotation(experiment(StopTime = 0.1 s));\nend M;\n'
     (tmp_path / "m.mbd").write_text(text, encoding="utf-8")
     code, _, err = say("simulate", "m.mbd", "--stats", "part.mbd")
-    assert code == 2 and err.startswith("error: cannot write `part.mbd`: the model reads it\n")
+    assert code == 2 and err.startswith("error: cannot write `part.mbd`: it is an input of this command\n")
 
 
 def test_a_hard_case_is_not_overwritten(say, model, tmp_path):
@@ -180,7 +180,7 @@ def test_a_hard_case_is_not_overwritten(say, model, tmp_path):
     (tmp_path / "m.json").write_text(f'{{"group": "1. one", "answer": "known", "cases": [{case}]}}', encoding="utf-8")
     for name in ("m.mbd", "m.json"):
         code, _, err = say("study", "hard", ".", "--output", name)
-        assert code == 2 and "the model reads it" in err
+        assert code == 2 and "it is an input of this command" in err
     assert model.read_text(encoding="utf-8") == MODEL
 
 

@@ -116,7 +116,7 @@ def test_the_page_is_not_written_over_the_model(tmp_path, trajectory_of):
     model = tmp_path / "model.html"
     model.write_text("model A Ground ground; PointMass m(m = 1 kg); FreeMotion f(ground, m); end A;")
     trajectory = trajectory_of(load(model), [0.0], {"m": np.zeros((1, 2))})
-    with pytest.raises(UsageError, match="the model reads it"):
+    with pytest.raises(UsageError, match="it is an input of this command"):
         trajectory.animate(model)
     trajectory.animate(tmp_path / "a.html")
     assert (tmp_path / "a.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
