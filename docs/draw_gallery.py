@@ -9,32 +9,48 @@ import io
 import re
 import shlex
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
 import mbdsl
-from mbdsl.viewing.motion import motion
-from mbdsl.viewing.picture import Picture
-from mbdsl.viewing.shapes import drawing
 
 HERE = Path(__file__).resolve().parent
 GALLERY, MODELS = HERE / "gallery", HERE.parent / "models" / "gallery"
 #: heading of the index -> models; a page of the same name belongs to each
 GROUPS = {
-    "Linkages": ("four_bar_curves",),
+    "Linkages": (
+        "four_bar_curves",
+        "jansen_leg",
+        "klann_leg",
+        "chebyshev_lambda",
+        "watt_straight_line",
+        "roberts",
+        "peaucellier_lipkin",
+        "whitworth_quick_return",
+        "scotch_yoke",
+        "elliptical_trammel",
+        "pantograph",
+        "toggle_press",
+        "scissor_lift",
+        "stephenson_six_bar",
+        "watt_six_bar",
+    ),
 }
 INTRODUCTION = (
     "Mechanisms of one screen each (`models/gallery/`). Each page has a number that proves the motion right, from a",
     "closed form or an independent computation, and the command to try it.",
 )
 COLUMNS = 3  #: of the index
-SIZE = 360, 270  #: of a film [px]
 LARGEST = 100_000  #: size of a film [bytes]
-PICTURES = (50, 40, 32, 25, 20)  #: numbers of pictures, of which the first that makes a small film is taken
-COLOURS = 48
+SIZES = (360, 270), (240, 180)  #: of a film [px]; the second only if the first has too many bytes
+#: size, number of pictures and number of colours that are tried
+FILMS = (*((SIZES[0], count, 48) for count in (50, 40, 32, 25, 20)), *((SIZES[1], count, 16) for count in (20, 18, 16)))
 SHORTEST, LONGEST = 2.0, 6.0  #: duration of a film [s]; motions of another duration are shown slower or faster
+#: without degrees of freedom all methods find the same motion; the code of this one compiles in the least time
+DRIVEN = "newmark"
 TURNS, STEPS = 1000, 24  #: revolutions over which loops are measured, and steps of each
 RESIDUAL = re.compile(r"(largest\s+residual\s+of\s+the\s+loops\s+over\s+1,000\s+revolutions\s+is\s+)\S+( m)")
 
@@ -51,30 +67,40 @@ def traces(name: str) -> list[str]:
 
 
 def film(trajectory: mbdsl.Trajectory, traced: list[str]) -> bytes:
-    """A GIF of ``SIZE`` that repeats; all pictures have the palette of the first."""
-    moving = motion(trajectory)
-    picture = Picture(moving, drawing(moving), *SIZE, traced)
-    t = moving.t
-    duration = t[-1] - t[0]
-    for count in PICTURES:
-        rows = np.abs(t[:, None] - (t[0] + duration * np.arange(count) / count)).argmin(axis=0)
-        images = [picture.frame(row) for row in rows.tolist()]
-        palette = images[0].quantize(COLOURS, dither=Image.Dither.NONE)
-        frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
-        hundredths = 100 * min(LONGEST, max(SHORTEST, duration))  # the unit of time in a GIF
-        lengths = 10 * np.diff(np.rint(hundredths * np.arange(count + 1) / count).astype(int))
-        stream = io.BytesIO()
-        frames[0].save(stream, "GIF", save_all=True, append_images=frames[1:], duration=lengths.tolist(), loop=0)
-        if stream.tell() <= LARGEST:
-            break
+    """A GIF that repeats: the first of ``FILMS`` that is small enough."""
+    shown = trajectory.animate(traces=traced)
+    seconds = min(LONGEST, max(SHORTEST, float(trajectory.t[-1] - trajectory.t[0])))
+    with tempfile.TemporaryDirectory() as folder:
+        for size, count, colours in FILMS:
+            path = Path(folder, "whole.gif")
+            shown.save(path, size)
+            content = shortened(path, count, colours, seconds)
+            if len(content) <= LARGEST:
+                return content
+    raise SystemExit(f"{trajectory.scene.name}: the film is larger than {LARGEST} bytes")
+
+
+def shortened(path: Path, count: int, colours: int, seconds: float) -> bytes:
+    """A film with fewer pictures and colours; all pictures have the palette of the first."""
+    with Image.open(path) as whole:
+        rows = np.arange(count) * whole.n_frames // count
+        images = []
+        for row in rows.tolist():
+            whole.seek(row)
+            images.append(whole.convert("RGB"))
+    palette = images[0].quantize(colours, dither=Image.Dither.NONE)
+    frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    ends = np.rint(100 * seconds * np.arange(count + 1) / count).astype(int)  # a GIF counts hundredths of a second
+    stream = io.BytesIO()
+    lengths = (10 * np.diff(ends)).tolist()
+    frames[0].save(stream, "GIF", save_all=True, append_images=frames[1:], duration=lengths, loop=0)
     return stream.getvalue()
 
 
 def turned(scene: mbdsl.Scene) -> mbdsl.Trajectory:
     """A run of 1,000 revolutions of a driven mechanism, each of which lasts as long as its experiment."""
     stop = scene.experiment.stop
-    # without degrees of freedom all methods find the same motion; the code of this one compiles in the least time
-    return mbdsl.simulate(scene, method="newmark", step=stop / STEPS, stop=TURNS * stop, interval=stop / STEPS)
+    return mbdsl.simulate(scene, method=DRIVEN, step=stop / STEPS, stop=TURNS * stop, interval=stop / STEPS)
 
 
 def residual(run: mbdsl.Trajectory) -> float:
@@ -103,10 +129,11 @@ def cell(name: str) -> str:
 def main(names: list[str]) -> None:
     for name in names or [name for group in GROUPS.values() for name in group]:
         scene = mbdsl.load(MODELS / f"{name}.mbd")
-        content = film(mbdsl.simulate(scene), traces(name))
-        (GALLERY / f"{name}.gif").write_bytes(content)
         text = page(name)
-        if RESIDUAL.search(text):
+        driven = RESIDUAL.search(text)
+        content = film(mbdsl.simulate(scene, method=DRIVEN if driven else None), traces(name))
+        (GALLERY / f"{name}.gif").write_bytes(content)
+        if driven:
             found = f"{residual(turned(scene)):.0e}"
             (GALLERY / f"{name}.md").write_text(RESIDUAL.sub(rf"\g<1>{found}\g<2>", text), encoding="utf-8")
         print(f"{name}: {len(content) / 1000:.0f} KB")

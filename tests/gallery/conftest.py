@@ -34,3 +34,15 @@ def turned(gallery):
         return known[name]
 
     return find
+
+
+@pytest.fixture(scope="session")
+def one_cycle(gallery):
+    """``one_cycle(name)``: one revolution of a driven model, for accelerations and reactions."""
+
+    def find(name):
+        scene = gallery(name)
+        step = scene.experiment.stop / DRAW["STEPS"]
+        return mbdsl.simulate(scene, method="newmark", step=step, interval=step)
+
+    return find
