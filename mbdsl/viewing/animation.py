@@ -119,7 +119,7 @@ class Animation:
             return
         from mbdsl.viewing.film import film
 
-        content = film(self.motion, suffix, *size)
+        content = film(self.motion, suffix, *size, traced=self._traced or drawing(self.motion).paths)
         with writing(path) as stream:
             stream.write(content)
 

@@ -6,7 +6,7 @@ import io
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,7 +24,7 @@ RATE = 25  #: pictures per second
 SHORTEST, LONGEST = 2.0, 20.0  #: [s]; motions of another duration are played slower or faster
 
 
-def film(motion: Motion, suffix: str, width: int = 640, height: int = 400) -> bytes:
+def film(motion: Motion, suffix: str, width: int = 640, height: int = 400, traced: Sequence[str] = ()) -> bytes:
     """A motion as a film.
 
     Parameters
@@ -35,6 +35,8 @@ def film(motion: Motion, suffix: str, width: int = 640, height: int = 400) -> by
         ".gif" or ".mp4".
     width, height : int, optional
         Size [px]; even numbers for ".mp4".
+    traced : sequence of str, optional
+        Names of frames whose path is drawn.
 
     Returns
     -------
@@ -51,7 +53,8 @@ def film(motion: Motion, suffix: str, width: int = 640, height: int = 400) -> by
         import PIL  # noqa: F401
     except ImportError:
         raise UsageError("films need Pillow", hint="pip install 'mbdsl[film]'; a page (.html) needs nothing") from None
-    return _gif(_pictures(motion, width, height)) if suffix == ".gif" else _mp4(motion, width, height)
+    pictures = _pictures(motion, width, height, traced)
+    return _gif(pictures) if suffix == ".gif" else _mp4(pictures, width, height)
 
 
 def rows_of(motion: Motion) -> np.ndarray:
@@ -64,8 +67,8 @@ def rows_of(motion: Motion) -> np.ndarray:
     return np.where(even - t[after - 1] <= t[after] - even, after - 1, after) if len(t) > 1 else np.zeros(1, int)
 
 
-def _pictures(motion: Motion, width: int, height: int) -> Iterator[Image.Image]:
-    picture = Picture(motion, drawing(motion), width, height)
+def _pictures(motion: Motion, width: int, height: int, traced: Sequence[str]) -> Iterator[Image.Image]:
+    picture = Picture(motion, drawing(motion), width, height, traced)
     for row in rows_of(motion).tolist():
         yield picture.frame(row)
 
@@ -85,14 +88,14 @@ def _gif(pictures: Iterator[Image.Image]) -> bytes:
     return stream.getvalue()
 
 
-def _mp4(motion: Motion, width: int, height: int) -> bytes:
+def _mp4(pictures: Iterator[Image.Image], width: int, height: int) -> bytes:
     program = _ffmpeg()
     raw = ("-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", f"{width}x{height}", "-framerate", str(RATE))
     coded = ("-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart")
     with tempfile.TemporaryDirectory(prefix="mbdsl-") as folder:
         path = Path(folder, "film.mp4")
         command = [program, "-loglevel", "error", *raw, "-i", "-", *coded, str(path)]
-        frames = b"".join(image.tobytes() for image in _pictures(motion, width, height))
+        frames = b"".join(image.tobytes() for image in pictures)
         done = subprocess.run(command, input=frames, capture_output=True, check=False)
         if done.returncode or not path.exists():
             why = " ".join(done.stderr.decode(errors="replace").split())[-200:]

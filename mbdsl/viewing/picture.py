@@ -5,13 +5,15 @@ Sizes and colours are those of ``drawing.js`` and ``elements.js``, on light pape
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbdsl.plotting.series_styles import LIGHT_PAPER, OTHERS
+from mbdsl.viewing.motion import Motion
 from mbdsl.viewing.pixels import DRIVE, FINE, FORCE, HOT, INK, PALE, ROD, SHADE, Pixels, Place, mixed
+from mbdsl.viewing.shapes import Drawing
 from mbdsl.viewing.symbols import Shape
 
 if TYPE_CHECKING:
@@ -22,7 +24,15 @@ MANY = 600  #: number of shapes from which links are lines and pins are left out
 
 
 class Picture(Pixels):
-    """Draws frames of a motion, all in the same view."""
+    """Draws frames of a motion, all in the same view, with the paths of the frames ``traced``."""
+
+    def __init__(self, motion: Motion, drawing: Drawing, width: int, height: int, traced: Sequence[str] = ()) -> None:
+        super().__init__(motion, drawing, width, height)
+        self.paths = []
+        for k, name in enumerate(traced):
+            x, y, _ = motion.pose(motion.spot_of(name)).T
+            points = np.stack([self.left + self.scale * x, self.top - self.scale * y], axis=1)
+            self.paths.append((points, OTHERS[k % len(OTHERS)].light))
 
     def frame(self, row: int) -> Image.Image:
         """The picture of a row of the motion."""
@@ -38,6 +48,11 @@ class Picture(Pixels):
                     _plain_link(self, shape, self.place(shape.at[0]))
             elif (act := DRAWN.get(shape.draw)) is not None:
                 act(self, shape, *(self.place(spot) for spot in shape.at))
+        for points, colour in self.paths:
+            self.line(points.tolist(), 1.6, mixed(colour, LIGHT_PAPER, 0.7))
+            self.line(points[: row + 1].tolist(), 1.6, colour)
+        for points, colour in self.paths:
+            self.circle(points[row], 2.6, colour, LIGHT_PAPER)
         return image.reduce(FINE)
 
 

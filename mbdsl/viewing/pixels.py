@@ -38,7 +38,7 @@ class Pixels:
         self.motion, self.shapes = motion, drawing.shapes
         self.size = width, height
         x0, y0, x1, y1 = drawing.bounds
-        margin = min(64.0, max(MARGIN * min(width, height), 46.0), 0.2 * min(width, height))
+        margin = min(64.0, MARGIN * min(width, height))
         across = (width - 2 * margin) / max(x1 - x0, 1e-300), (height - 2 * margin) / max(y1 - y0, 1e-300)
         self.scale = min(across) if min(across) < 1e200 else 100.0 / drawing.unit
         self.left = width / 2 - self.scale * (x0 + x1) / 2

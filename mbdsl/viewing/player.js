@@ -82,9 +82,9 @@ function paint() {
   g.setTransform(ratio, 0, 0, ratio, 0, 0);
   g.fillStyle = theme.paper;
   g.fillRect(0, 0, width, height);
-  paintTraces(g);
   if (ghost) paintGhost(g);
   painter.paint(g, view, theme, show);
+  paintTraces(g);
   paintVectors(g);
   paintMarks(g);
   plots.paint(theme);
@@ -100,7 +100,7 @@ function paintGhost(g) {
 
 function paintTraces(g) {
   let k = 0;
-  for (const path of traces.values()) {
+  for (const [name, path] of traces) {
     g.strokeStyle = theme.bodies[k % theme.bodies.length];
     k += 1;
     for (const [alpha, end] of [[0.3, path.length], [1, motion.row + 1]]) {
@@ -111,6 +111,11 @@ function paintTraces(g) {
       g.stroke();
     }
     g.globalAlpha = 1;
+    const [x, y] = painter.place(data.points[name]);
+    g.fillStyle = g.strokeStyle;
+    g.beginPath();
+    g.arc(x, y, 3, 0, 2 * Math.PI);
+    g.fill();
   }
 }
 

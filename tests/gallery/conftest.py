@@ -1,0 +1,48 @@
+"""The models of the gallery, and runs of 1,000 revolutions of those that are driven."""
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+import mbdsl
+
+ROOT = Path(__file__).parents[2]
+DRAW = runpy.run_path(str(ROOT / "docs" / "draw_gallery.py"))
+
+
+@pytest.fixture(scope="session")
+def draw():
+    """What docs/draw_gallery.py defines, by name."""
+    return DRAW
+
+
+@pytest.fixture(scope="session")
+def gallery():
+    """``gallery(name)``: the model."""
+    return lambda name: mbdsl.load(ROOT / "models" / "gallery" / f"{name}.mbd")
+
+
+@pytest.fixture(scope="session")
+def turned(gallery):
+    """``turned(name)``: 1,000 revolutions of a driven model, 24 states in each, the same run for all tests."""
+    known = {}
+
+    def find(name):
+        if name not in known:
+            known[name] = DRAW["turned"](gallery(name))
+        return known[name]
+
+    return find
+
+
+@pytest.fixture(scope="session")
+def one_cycle(gallery):
+    """``one_cycle(name)``: one revolution of a driven model, for accelerations and reactions."""
+
+    def find(name):
+        scene = gallery(name)
+        step = scene.experiment.stop / DRAW["STEPS"]
+        return mbdsl.simulate(scene, method="newmark", step=step, interval=step)
+
+    return find
