@@ -44,6 +44,7 @@ from mbdsl.system.signals import gradients
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
+    from mbdsl.viewing.mode_animation import ModeAnimation
 
 Complex = NDArray[np.complex128]
 
@@ -174,6 +175,40 @@ class Modes(Sequence[Mode]):
         if not of_positions(expression):
             raise UsageError(f"`{signal}` depends on more than positions")
         return complex((gradients(self.system, [expression], self.t, self.q, self.v)[1] @ self.modes[k].shape)[0])
+
+    def animate(self, path: str | PathLike | None = None, mode: int | None = None) -> ModeAnimation:
+        """Show the mode shapes as motions.
+
+        Parameters
+        ----------
+        path : path, optional
+            File that is written: a page with all modes for ``.html``, a film of one mode for ``.gif`` or ``.mp4``.
+        mode : int, optional
+            Index of the mode that the page shows first, from 0; a film shows no other. Default: the first that
+            oscillates.
+
+        Returns
+        -------
+        ModeAnimation
+            The page; a notebook shows it below the cell, and its ``save`` writes it to a file.
+
+        Raises
+        ------
+        UsageError
+            If there are no modes, there is no such mode, or the file cannot be written.
+        """
+        from mbdsl.viewing.mode_animation import ModeAnimation, Row
+
+        rows = []
+        for found in self.modes:
+            moves = few([f"{name} {part:.0%}" for name, part in found.bodies.items() if part >= 0.05], 4)
+            rows.append(Row(found.frequency, found.damped_frequency, found.damping, moves, found.unstable))
+        state = "static equilibrium" if self.at == "static" else f"state at t = {self.t:g} s"
+        shapes = np.array([found.shape for found in self.modes], complex)
+        animation = ModeAnimation(self.system, self.t, self.q, shapes, rows, state, mode)
+        if path is not None:
+            animation.save(path)
+        return animation
 
     def to_dict(self) -> dict[str, Array]:
         """Return the modes as columns.

@@ -39,6 +39,7 @@ from mbdsl.system.bending import REMEDY, SMALL, first_bend
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
+    from mbdsl.viewing.equilibrium_picture import EquilibriumPicture
 
 PUSHES = 20  #: greatest number of saddle points to leave
 
@@ -72,6 +73,8 @@ class Equilibrium:
         Remarks, such as which bodies can move without resistance.
     left_out : tuple of int
         Indices of the redundant constraint rows.
+    start : (n,) or None [m, rad]
+        Coordinates from which the search began.
     """
 
     system: System
@@ -84,6 +87,7 @@ class Equilibrium:
     redundant: list[str]
     notes: list[str]
     left_out: tuple[int, ...] = field(default=(), repr=False)
+    start: Array | None = field(default=None, repr=False)
 
     @property
     def scene(self) -> Scene:
@@ -102,6 +106,35 @@ class Equilibrium:
         stats |= {"stability": self.stability, "redundant": self.redundant}
         q, lam = self.q[None], self.lam[None]
         return AtRest(self.system, np.array([self.t]), q, np.zeros_like(q), lam, stats, (), self.left_out)
+
+    def show(self, path: str | PathLike | None = None) -> EquilibriumPicture:
+        """Draw the equilibrium over the initial positions, with forces and reactions as arrows.
+
+        Parameters
+        ----------
+        path : path, optional
+            File that is written: a page for ``.html``, a picture for ``.png``.
+
+        Returns
+        -------
+        EquilibriumPicture
+            The page; a notebook shows it below the cell, and its ``save`` writes it to a file.
+
+        Raises
+        ------
+        UsageError
+            If the file cannot be written.
+        """
+        from mbdsl.viewing.equilibrium_picture import EquilibriumPicture
+
+        start = None
+        if self.start is not None:
+            q, lam = self.start[None], np.zeros((1, len(self.lam)))
+            start = AtRest(self.system, np.array([self.t]), q, np.zeros_like(q), lam, {"status": "done"})
+        picture = EquilibriumPicture(self.trajectory, start, self.stability)
+        if path is not None:
+            picture.save(path)
+        return picture
 
     def __getitem__(self, name: str) -> float:
         return float(self.trajectory[name][0])
@@ -232,7 +265,7 @@ def static(
 
 def settle(system: System, t: float, q: Array) -> Equilibrium:
     """The equilibrium of ``system`` at time ``t`` that overdamped motion reaches from ``q``."""
-    notes = _at_rest(system, t, q)
+    start, notes = q, _at_rest(system, t, q)
     search = Search(system, t, q)
     pushes = 0
     while True:
@@ -270,7 +303,7 @@ def settle(system: System, t: float, q: Array) -> Equilibrium:
             f"redundant: {few(names)} {'follows' if len(names) == 1 else 'follow'} from the other constraints; "
             "how the reactions share the load there is not determined"
         )
-    return Equilibrium(system, t, q, lam, search.iterations, stability, stiffness, names, notes, left_out)
+    return Equilibrium(system, t, q, lam, search.iterations, stability, stiffness, names, notes, left_out, start)
 
 
 def _at_rest(system: System, t: float, q: Array) -> list[str]:

@@ -206,6 +206,32 @@ def add_times(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_size(parser: argparse.ArgumentParser) -> None:
+    """The size of a film or a picture."""
+    parser.add_argument(
+        "--size", metavar="WxH", type=_size, default=(640, 400), help="of a film or picture [px]; default 640x400"
+    )
+
+
+def _size(text: str) -> tuple[int, int]:
+    """Width and height in pixels; even numbers, as films require."""
+    width, cross, height = text.lower().partition("x")
+    if not (cross and width.isdecimal() and height.isdecimal()):
+        raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels, found `{text}`")
+    found = int(width), int(height)
+    if not all(64 <= n <= 4096 and n % 2 == 0 for n in found):
+        raise argparse.ArgumentTypeError(f"`{text}`: expected even numbers from 64 to 4096")
+    return found
+
+
+def file_size(path: str) -> str:
+    """The size of a written file, in words; "written" for a device or a pipe."""
+    if not Path(path).is_file():
+        return "written"
+    size = Path(path).stat().st_size
+    return f"{size / 1e6:.1f} MB" if size >= 1e6 else f"{size / 1e3:.0f} KB"
+
+
 def load_model(args: argparse.Namespace) -> Scene:
     from mbdsl.lang.load import load
 

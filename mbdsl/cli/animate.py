@@ -40,6 +40,11 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     parser.add_argument("--trace", metavar="FRAME,...", help="frames and bodies whose path is drawn")
     parser.add_argument(
+        "--arrows",
+        metavar="GROUP,...",
+        help="arrows that are drawn at first: forces, reactions, both, or none; default: forces",
+    )
+    parser.add_argument(
         "--ghost", metavar="RESULT", help="another result, which is drawn pale behind the motion at the same time"
     )
     parser.add_argument(
@@ -47,24 +52,13 @@ def register(subparsers) -> argparse.ArgumentParser:
         metavar="FILE",
         help="a page (.html) or a film (.gif, .mp4); default: the name of the model or result + .html",
     )
-    parser.add_argument("--size", metavar="WxH", type=_size, default=(640, 400), help="of a film; default 640x400")
+    values.add_size(parser)
     parser.add_argument("--quiet", action="store_true", help="print errors and warnings only")
     return parser
 
 
-def _size(text: str) -> tuple[int, int]:
-    """Width and height in pixels; even numbers, as films require."""
-    width, cross, height = text.lower().partition("x")
-    if not (cross and width.isdecimal() and height.isdecimal()):
-        raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels, found `{text}`")
-    found = int(width), int(height)
-    if not all(64 <= n <= 4096 and n % 2 == 0 for n in found):
-        raise argparse.ArgumentTypeError(f"`{text}`: expected even numbers from 64 to 4096")
-    return found
-
-
 def run(args: argparse.Namespace) -> int:
-    from mbdsl.viewing.animation import check_suffix
+    from mbdsl.viewing.saved_page import check_suffix
     from mbdsl.viewing.stored_result import is_result
 
     out = args.out or f"{Path(args.model).stem}.html"
@@ -89,17 +83,24 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write(args: argparse.Namespace, trajectory: Trajectory, names: list[str] | None, out: str) -> None:
-    from mbdsl.viewing.animation import PAGES, animate
+    from mbdsl.viewing.animation import animate
+    from mbdsl.viewing.saved_page import PAGES
 
     patterns = values.patterns(args.signals) if args.signals else names
-    page = animate(trajectory, patterns, values.names(args.trace) if args.trace else (), _ghost(args, trajectory))
+    traces = values.names(args.trace) if args.trace else ()
+    page = animate(trajectory, patterns, traces, _ghost(args, trajectory), _arrows(args))
     page.save(out, args.size)
     if not args.quiet:
         motion = page.motion
-        size = Path(out).stat().st_size if Path(out).is_file() else len(page.html.encode())
-        text = f"{size / 1e6:.1f} MB" if size >= 1e6 else f"{size / 1e3:.0f} KB"
+        size = values.file_size(out)
         frames = f"{len(motion.t)} frames of " if Path(out).suffix.lower() in PAGES else ""
-        print(f"{visible(out, line=True)}: {text}, {frames}{motion.t[-1] - motion.t[0]:.6g} s")
+        print(f"{visible(out, line=True)}: {size}, {frames}{motion.t[-1] - motion.t[0]:.6g} s")
+
+
+def _arrows(args: argparse.Namespace) -> tuple[str, ...]:
+    if args.arrows is None:
+        return ("forces",)
+    return () if args.arrows.strip() == "none" else tuple(values.names(args.arrows))
 
 
 def _ghost(args: argparse.Namespace, trajectory: Trajectory) -> Trajectory | None:

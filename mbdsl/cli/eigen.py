@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
 from mbdsl.errors import UsageError
+from mbdsl.messages import count, visible
 from mbdsl.storage import output_files
 from mbdsl.storage.output_files import write_text
 
@@ -47,16 +48,30 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     parser.add_argument("--count", metavar="N", type=number_of_modes, default=10, help="number of modes; default 10")
     parser.add_argument("--output", metavar="FILE", help="write frequencies, damping and shapes (.csv, .json)")
+    parser.add_argument("--animate", action="store_true", help="write a page that shows the mode shapes as motions")
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        help="of --animate: a page (.html) or a film of one mode (.gif, .mp4); default: NAME-modes.html",
+    )
+    parser.add_argument(
+        "--mode",
+        metavar="N",
+        type=number_of_modes,
+        help="of --animate: the mode of a film, and the first that a page shows; default: the first that oscillates",
+    )
+    values.add_size(parser)
     return parser
 
 
 def run(args: argparse.Namespace) -> int:
+    out = _animation(args)
     if args.output:
         output_files.check([args.output], [args.model])
         if Path(args.output).suffix.lower() not in SUFFIXES:
             raise UsageError(f"unknown suffix of `{args.output}`", hint=f"known are {', '.join(SUFFIXES)}")
     scene = values.load_model(args)
-    output_files.check([args.output], scene.files)
+    output_files.check([args.output, out], scene.files)
 
     from mbdsl.analysis.eigenmodes import eigen
     from mbdsl.compilation import code_cache
@@ -67,7 +82,26 @@ def run(args: argparse.Namespace) -> int:
     if args.output:
         write(modes, args.output)
         print(f"{args.output}: {len(modes)} modes, frequencies, damping and shapes")
+    if out:
+        mode = None if args.mode is None else args.mode - 1
+        modes.animate(mode=mode).save(out, args.size)
+        print(f"{visible(out, line=True)}: {values.file_size(out)}, {count(len(modes), 'mode')}")
     return 0
+
+
+def _animation(args: argparse.Namespace) -> str | None:
+    """The file of the animation, checked."""
+    if not args.animate:
+        given = next((name for name in ("out", "mode") if getattr(args, name) is not None), None)
+        if given:
+            raise UsageError(f"--{given} belongs to --animate", hint="add --animate, or write numbers by --output")
+        return None
+    from mbdsl.viewing.saved_page import check_suffix
+
+    out = args.out or f"{Path(args.model).stem}-modes.html"
+    check_suffix(out)
+    output_files.check([out, args.output], [args.model])
+    return out
 
 
 def write(modes: Modes, path: str) -> None:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 
 from mbdsl import results
 from mbdsl.cli import _values as values
+from mbdsl.errors import UsageError
+from mbdsl.messages import visible
 from mbdsl.storage import output_files
 
 
@@ -27,15 +30,23 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument("--signals", metavar="PATTERN,...", help="signals to print or write (globs)")
     suffixes = ", ".join(results.formats())
     parser.add_argument("--output", metavar="FILE", help=f"write one row to a result file ({suffixes})")
+    parser.add_argument(
+        "--show", action="store_true", help="draw the equilibrium, its forces and the initial positions as a page"
+    )
+    parser.add_argument(
+        "--out", metavar="FILE", help="of --show: a page (.html) or a picture (.png); default: NAME-equilibrium.html"
+    )
+    values.add_size(parser)
     return parser
 
 
 def run(args: argparse.Namespace) -> int:
+    out = _picture(args)
     if args.output:
         output_files.check([args.output], [args.model])
         results.format_of(args.output)
     scene = values.load_model(args)
-    output_files.check([args.output], scene.files)
+    output_files.check([args.output, out], scene.files)
 
     from mbdsl.analysis.equilibria import listed, static
     from mbdsl.cli.simulate import about
@@ -57,5 +68,22 @@ def run(args: argparse.Namespace) -> int:
         lines = [lines[0], *rows, *notes]
     if args.output:
         lines.append(f"{args.output}: 1 row, time and {len(names)} signals")
+    if out:
+        found.show().save(out, args.size)
+        lines.append(f"{visible(out, line=True)}: {values.file_size(out)}")
     print("\n".join(lines))
     return 0
+
+
+def _picture(args: argparse.Namespace) -> str | None:
+    """The file of the picture, checked."""
+    if not args.show:
+        if args.out is not None:
+            raise UsageError("--out belongs to --show", hint="add --show, or write numbers by --output")
+        return None
+    from mbdsl.viewing.saved_page import PAGES, PICTURES, check_suffix
+
+    out = args.out or f"{Path(args.model).stem}-equilibrium.html"
+    check_suffix(out, (*PAGES, *PICTURES))
+    output_files.check([out, args.output], [args.model])
+    return out

@@ -432,6 +432,7 @@ class Trajectory:
         signals: Iterable[str] | None = None,
         traces: Sequence[str] = (),
         ghost: Trajectory | None = None,
+        arrows: Sequence[str] = ("forces",),
     ) -> Animation:
         """Animate the mechanism, as one HTML page that loads nothing.
 
@@ -446,6 +447,8 @@ class Trajectory:
             Names of frames and bodies whose path is drawn.
         ghost : Trajectory, optional
             Another motion, such as that of another parameter, which is drawn pale behind the first at the same time.
+        arrows : sequence of str, optional
+            Arrows that are drawn at first, of "forces" and "reactions". A page can switch them, a film has no others.
 
         Returns
         -------
@@ -459,7 +462,7 @@ class Trajectory:
         """
         from mbdsl.viewing.animation import animate
 
-        found = animate(self, signals, traces, ghost)
+        found = animate(self, signals, traces, ghost, arrows)
         if path is not None:
             found.save(path)
         return found

@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-import html
-import os
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 
 from mbdsl.errors import UsageError
+from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, duration
 from mbdsl.simulation.trajectory import Trajectory
-from mbdsl.storage.output_files import check, write_text, writing
 from mbdsl.version import __version__
 from mbdsl.viewing import page
 from mbdsl.viewing.motion import Motion, motion
-from mbdsl.viewing.shapes import drawing
+from mbdsl.viewing.overlays import Overlays
+from mbdsl.viewing.saved_page import SavedPage
+from mbdsl.viewing.shapes import Drawing, drawing
 from mbdsl.viewing.signals import signals
-from mbdsl.viewing.vectors import vectors
-
-PAGES, FILMS = (".html", ".htm"), (".gif", ".mp4")
-HEIGHT = 560  #: of the frame in a notebook [px]
+from mbdsl.viewing.vectors import FORCES, REACTIONS, Vector, largest, vectors
 
 
-class Animation:
+class Animation(SavedPage):
     """An animation of a planar mechanism, as one HTML page that loads nothing.
 
     ``Trajectory.animate`` makes it. A notebook shows it below the cell that returns it.
@@ -37,6 +34,8 @@ class Animation:
         Names of frames and bodies whose path is drawn.
     ghost : Trajectory, optional
         Another motion, which is drawn pale behind the first.
+    arrows : sequence of str, optional
+        Arrows that are drawn at first: "forces", "reactions". A film has no others.
 
     Attributes
     ----------
@@ -44,16 +43,24 @@ class Animation:
         The poses of all bodies at the frames of the page.
     """
 
+    _one_scale = False  #: whether arrows of forces and reactions have one scale
+
     def __init__(
         self,
         trajectory: Trajectory,
         patterns: Iterable[str] | None,
         traced: Sequence[str],
         ghost: Trajectory | None = None,
+        arrows: Sequence[str] = (FORCES,),
     ) -> None:
         self.motion: Motion = motion(trajectory)
         self._ghost = None if ghost is None else motion(ghost)
         self._trajectory, self._patterns = trajectory, None if patterns is None else list(patterns)
+        for group in arrows:
+            if group not in (FORCES, REACTIONS):
+                hint = f"there are `{FORCES}` and `{REACTIONS}`"
+                raise UsageError(f"there are no arrows called `{group}`", hint=hint)
+        self._arrows = tuple(arrows)
         self._traced = [_point(self.motion, name) for name in traced]
 
     def __repr__(self) -> str:
@@ -61,19 +68,31 @@ class Animation:
         return f"<Animation of {self.motion.scene.name}: {len(self.motion.t)} frames, {span}>"
 
     @cached_property
-    def html(self) -> str:
+    def html(self) -> str:  # type: ignore[override]
         """The page as the text of one HTML file."""
-        drawn = drawing(self.motion)
+        drawn, arrows = self._drawing(), self._vectors()
         data = page.document(
             self.motion,
             drawn,
             signals(self._trajectory, self._patterns),
-            vectors(self._trajectory, self.motion),
+            arrows,
             self._traced or drawn.paths,
             self._about(),
             None if self._ghost is None else (self._ghost, drawing(self._ghost)),
         )
-        return page.html(data)
+        more = {"arrows": self._arrows, "pale": self._pale, "largest": largest(arrows, self._one_scale)}
+        return page.html(data | more)
+
+    def _drawing(self) -> Drawing:
+        return drawing(self.motion)
+
+    def _vectors(self) -> list[Vector]:
+        return vectors(self._trajectory, self.motion)
+
+    @property
+    def _pale(self) -> str:
+        """The pale motion in words."""
+        return ""
 
     def _about(self) -> list[tuple[str, str]]:
         trajectory, stats = self._trajectory, self._trajectory.stats
@@ -89,53 +108,18 @@ class Animation:
             found.append(("status", trajectory.status))
         return [*found, ("made by", f"mbdsl {__version__}")]
 
-    def _repr_html_(self) -> str:
-        """The page in a frame of its own, for notebooks."""
-        return (
-            f'<iframe srcdoc="{html.escape(self.html)}" sandbox="allow-scripts allow-modals" width="100%" '
-            f'height="{HEIGHT}" style="border: 1px solid #8888; border-radius: 6px" loading="lazy"></iframe>'
-        )
+    @property
+    def scene(self) -> Scene:
+        """The model."""
+        return self.motion.scene
 
-    def save(self, path: str | os.PathLike, size: tuple[int, int] = (640, 400)) -> None:
-        """Write the page or a film.
-
-        Parameters
-        ----------
-        path : path
-            The file: a page for ``.html``, a film for ``.gif`` or ``.mp4``.
-        size : (int, int), optional [px]
-            Width and height of a film.
-
-        Raises
-        ------
-        UsageError
-            If the suffix is unknown, the file cannot be written, the model was read from it, or a film needs a package
-            or a program that is missing.
-        """
-        suffix = check_suffix(path)
-        check([path], self.motion.scene.files)
-        if suffix in PAGES:
-            write_text(path, self.html)
-            return
+    def _content(self, suffix: str, width: int, height: int) -> bytes:
         from mbdsl.viewing.film import film
 
-        content = film(self.motion, suffix, *size, traced=self._traced or drawing(self.motion).paths)
-        with writing(path) as stream:
-            stream.write(content)
-
-
-def check_suffix(path: str | os.PathLike) -> str:
-    """The suffix of a page or a film.
-
-    Raises
-    ------
-    UsageError
-        If it is unknown.
-    """
-    suffix = os.path.splitext(os.fspath(path))[1].lower()
-    if suffix not in (*PAGES, *FILMS):
-        raise UsageError(f"unknown suffix of the animation `{path!s}`", hint=f"known are {', '.join((*PAGES, *FILMS))}")
-    return suffix
+        shown = [v for v in self._vectors() if v.group in self._arrows] if self._arrows else []
+        drawn = self._drawing()
+        overlays = Overlays(self._traced or drawn.paths, shown, self._ghost, self._one_scale)
+        return film(self.motion, suffix, width, height, overlays, drawn)
 
 
 def animate(
@@ -143,6 +127,7 @@ def animate(
     signals: Iterable[str] | None = None,
     traces: Sequence[str] = (),
     ghost: Trajectory | None = None,
+    arrows: Sequence[str] = (FORCES,),
 ) -> Animation:
     """Animate a trajectory.
 
@@ -157,6 +142,8 @@ def animate(
         Names of frames and bodies whose path is drawn.
     ghost : Trajectory, optional
         Another motion, which is drawn pale behind the first at the same time.
+    arrows : sequence of str, optional
+        Arrows that are drawn at first, of "forces" and "reactions". A page can switch them, a film has no others.
 
     Returns
     -------
@@ -168,7 +155,7 @@ def animate(
     UsageError
         If the trajectory is empty or a name is unknown.
     """
-    return Animation(trajectory, signals, traces, ghost)
+    return Animation(trajectory, signals, traces, ghost, arrows)
 
 
 def _point(motion: Motion, name: str) -> str:

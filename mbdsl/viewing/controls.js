@@ -1,5 +1,10 @@
 // What the user does: buttons, lists, keys, pointers; and the start of the page.
 function speeds() {
+  if (data.modes) {
+    for (const speed of [0.1, 0.2, 0.5, 1, 2, 5])
+      $("speed").add(new Option(`${speed} cycles/s`, speed, false, speed === 0.5));
+    return;
+  }
   const wanted = last - first >= 1 && last - first <= 40 ? 1 : (last - first) / 8 || 1;
   const found = [];
   const [low, high] = [Math.min(-2, Math.floor(Math.log10(wanted))), Math.max(1, Math.ceil(Math.log10(wanted)))];
@@ -56,6 +61,12 @@ function fill() {
   const listed = `${names.slice(0, 12).join(", ")}${names.length > 12 ? " and more" : ""}`;
   canvas.setAttribute("aria-label", `Picture of ${data.name}: ${listed}`);
   speeds();
+  if (data.modes) fillModes();
+  if (last === first) {
+    document.body.classList.add("still");
+    $("values").open = true;
+  }
+  $("signals").parentElement.hidden = !plots.signals.length;
   for (const s of plots.signals) check($("signals"), s.name, plots.shown.has(s.name), (on) => {
     plots.toggle(s.name, on);
     redraw();
@@ -72,7 +83,7 @@ function fill() {
     $("about").appendChild(document.createElement("dd")).textContent = value;
   }
   for (const name of data.traced) trace(name, true);
-  if (vectors.some((v) => v.group === "forces")) option("forces", true);
+  for (const group of data.arrows || []) if (vectors.some((v) => v.group === group)) option(group, true);
   plots.build();
 }
 
@@ -130,6 +141,8 @@ const KEYS = {
   },
   t: () => [...traces.keys()].forEach((name) => trace(name, false)),
   d: switchTheme,
+  PageUp: () => data.modes && chooseMode(motion.mode - 1),
+  PageDown: () => data.modes && chooseMode(motion.mode + 1),
   "?": () => $("keys").showModal(),
 };
 
@@ -139,7 +152,8 @@ addEventListener("keydown", (event) => {
   const on = event.target;
   const own = ["SELECT", "SUMMARY", "BUTTON"].includes(on.tagName) || on.type === "checkbox";
   if (own && key === " ") return; // these controls use the keys themselves
-  if (on.id === "size" || (on.tagName === "SELECT" && (key.length === 1 || key.startsWith("Arrow")))) return;
+  if (["size", "amplitude"].includes(on.id) || (key.startsWith("Page") && !data.modes)) return;
+  if (on.tagName === "SELECT" && (key.length === 1 || key.startsWith("Arrow"))) return;
   if (["ArrowUp", "ArrowDown"].includes(key) && !(event.shiftKey || on === canvas)) return;
   event.preventDefault();
   KEYS[key](event);

@@ -1,4 +1,4 @@
-"""Films: GIF by Pillow, MP4 by ffmpeg, if there is one."""
+"""Films and pictures: GIF and PNG by Pillow, MP4 by ffmpeg, if there is one."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import io
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,8 +14,9 @@ import numpy as np
 
 from mbdsl.errors import UsageError
 from mbdsl.viewing.motion import Motion
-from mbdsl.viewing.picture import Picture
-from mbdsl.viewing.shapes import drawing
+from mbdsl.viewing.overlays import Overlays
+from mbdsl.viewing.picture import NOTHING_ELSE, Picture
+from mbdsl.viewing.shapes import Drawing, drawing
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -24,19 +25,28 @@ RATE = 25  #: pictures per second
 SHORTEST, LONGEST = 2.0, 20.0  #: [s]; motions of another duration are played slower or faster
 
 
-def film(motion: Motion, suffix: str, width: int = 640, height: int = 400, traced: Sequence[str] = ()) -> bytes:
-    """A motion as a film.
+def film(
+    motion: Motion,
+    suffix: str,
+    width: int = 640,
+    height: int = 400,
+    overlays: Overlays = NOTHING_ELSE,
+    drawn: Drawing | None = None,
+) -> bytes:
+    """A motion as a film, or a picture of its start.
 
     Parameters
     ----------
     motion : Motion
         The motion.
     suffix : str
-        ".gif" or ".mp4".
+        ".gif", ".mp4", or ".png" for its first row.
     width, height : int, optional
         Size [px]; even numbers for ".mp4".
-    traced : sequence of str, optional
-        Names of frames whose path is drawn.
+    overlays : Overlays, optional
+        Paths, arrows and another motion.
+    drawn : Drawing, optional
+        Shapes and the extent of the picture. Default: those of the motion.
 
     Returns
     -------
@@ -53,7 +63,11 @@ def film(motion: Motion, suffix: str, width: int = 640, height: int = 400, trace
         import PIL  # noqa: F401
     except ImportError:
         raise UsageError("films need Pillow", hint="pip install 'mbdsl[film]'; a page (.html) needs nothing") from None
-    pictures = _pictures(motion, width, height, traced)
+    pictures = _pictures(motion, Picture(motion, drawn or drawing(motion), width, height, overlays))
+    if suffix == ".png":
+        stream = io.BytesIO()
+        next(pictures).save(stream, "PNG", optimize=True)
+        return stream.getvalue()
     return _gif(pictures) if suffix == ".gif" else _mp4(pictures, width, height)
 
 
@@ -67,8 +81,7 @@ def rows_of(motion: Motion) -> np.ndarray:
     return np.where(even - t[after - 1] <= t[after] - even, after - 1, after) if len(t) > 1 else np.zeros(1, int)
 
 
-def _pictures(motion: Motion, width: int, height: int, traced: Sequence[str]) -> Iterator[Image.Image]:
-    picture = Picture(motion, drawing(motion), width, height, traced)
+def _pictures(motion: Motion, picture: Picture) -> Iterator[Image.Image]:
     for row in rows_of(motion).tolist():
         yield picture.frame(row)
 

@@ -31,6 +31,19 @@ function between(times, t) {
   return [low, (t - times[low]) / (times[high] - times[low])];
 }
 
+// Points of a beam with their distance from the line between the ends magnified.
+function magnified(points, factor) {
+  if (factor === 1) return points;
+  const [first, last] = [points[0], points[points.length - 1]];
+  return points.map((p, j) => {
+    const part = j / (points.length - 1);
+    return p.map((x, d) => {
+      const straight = first[d] + (last[d] - first[d]) * part;
+      return straight + factor * (x - straight);
+    });
+  });
+}
+
 class Motion {
   constructor(data) {
     this.t = decoded(data.t);
@@ -91,18 +104,8 @@ class Motion {
     const [a, b] = [2 * count * this.row, 2 * count * this.next];
     const at = (i) => (numbers[a + i] + (numbers[b + i] - numbers[a + i]) * this.share) * points.scale;
     const found = Array.from({ length: count }, (_, j) => [at(2 * j), at(2 * j + 1)]);
-    const [first, last] = [found[0], found[count - 1]];
-    if (factor !== 1) {
-      found.forEach((p, j) => {
-        const part = j / (count - 1);
-        for (const d of [0, 1]) {
-          const straight = first[d] + (last[d] - first[d]) * part;
-          p[d] = straight + factor * (p[d] - straight);
-        }
-      });
-    }
     const own = shades.subarray(count * this.row, count * (this.row + 1));
-    return { points: found, colours: Array.from(own, (c) => c / 255) };
+    return { points: magnified(found, factor), colours: Array.from(own, (c) => c / 255) };
   }
 
   // The path of a point over all frames.

@@ -16,11 +16,12 @@ from mbdsl.plotting.escaping import escape, seen
 from mbdsl.viewing.motion import GROUND, Motion, Spot
 from mbdsl.viewing.shapes import Drawing
 from mbdsl.viewing.signals import Plots, Signal
-from mbdsl.viewing.vectors import Vector
+from mbdsl.viewing.vectors import Vector, largest
 
 HERE = Path(__file__).parent
 #: the script is the files in this order
 SCRIPTS = ("motion.js", "drawing.js", "elements.js", "plots.js", "player.js", "controls.js")
+MODES = "modes.js"  #: after the first, in pages of mode shapes
 #: number of stored numbers from which poses are integers of 16 bits: a 32,767th of the extent, and of half a turn
 MANY = 400_000
 MOST_POINTS = 400  #: frames that can be traced
@@ -41,7 +42,7 @@ def html(data: dict[str, Any]) -> str:
         HTML. Its policy allows this script and this style by their digests, and nothing else.
     """
     style = (HERE / "player.css").read_text(encoding="utf-8")
-    script = _script()
+    script = _script((SCRIPTS[0], MODES, *SCRIPTS[1:]) if "modes" in data else SCRIPTS)
     policy = f"default-src 'none'; style-src {_digest(style)}; script-src {_digest(script)}"
     # `<` would let a text end the element; as an escape it is the same JSON.
     text = json.dumps(seen(data), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
@@ -58,9 +59,9 @@ def html(data: dict[str, Any]) -> str:
     )
 
 
-def _script() -> str:
-    """All files of the script, without comment lines and indentation; no text in it spans lines."""
-    lines = [line.strip() for name in SCRIPTS for line in (HERE / name).read_text(encoding="utf-8").splitlines()]
+def _script(names: Sequence[str]) -> str:
+    """Files of the script as one, without comment lines and indentation; no text in it spans lines."""
+    lines = [line.strip() for name in names for line in (HERE / name).read_text(encoding="utf-8").splitlines()]
     return "\n".join(line for line in lines if line and not line.startswith("//"))
 
 
@@ -109,16 +110,12 @@ def document(
     bounds = bounds - np.tile(origin, 2)
     pack = _Packing(origin, motion, float(np.abs(bounds).max()))
     times = plots.times
-    largest: dict[str, float] = {}
-    for v in vectors:
-        key = f"{v.group}{v.values.shape[1]}"
-        largest[key] = max(largest.get(key, 0.0), float(np.nanmax(np.hypot.reduce(v.values, axis=1))))
     return {
         "name": motion.scene.name,
         "doc": motion.scene.doc,
         "origin": origin.tolist(),
         "bounds": [_short(x) for x in bounds.tolist()],
-        "times": None if np.array_equal(times, motion.t) else _array(times, "f8"),
+        "times": None if np.array_equal(times, motion.t) else array(times, "f8"),
         **_mechanism(pack, drawing),
         "points": {name: pack.spot(spot) for name, spot in list(motion.spots.items())[:MOST_POINTS]},
         "signals": [
@@ -128,7 +125,7 @@ def document(
         "shown": plots.shown,
         "traced": list(traced),
         "vectors": [_vector(v, pack) for v in vectors],
-        "largest": largest,
+        "largest": largest(vectors),
         "ghost": None if ghost is None else _mechanism(_Packing(origin, ghost[0], pack.reach), ghost[1]),
         "about": [list(item) for item in about],
     }
@@ -139,7 +136,7 @@ def _mechanism(pack: _Packing, drawing: Drawing) -> dict[str, Any]:
     motion = pack.motion
     return {
         "unit": _short(drawing.unit),
-        "t": _array(motion.t, "f8"),
+        "t": array(motion.t, "f8"),
         "tracks": motion.tracks,
         "poses": pack.poses(),
         "curves": pack.curves(),
@@ -153,7 +150,7 @@ def _mechanism(pack: _Packing, drawing: Drawing) -> dict[str, Any]:
 
 
 def _vector(v: Vector, pack: _Packing) -> dict[str, Any]:
-    values = _array(np.nan_to_num(v.values), "f4")
+    values = array(np.nan_to_num(v.values), "f4")
     return {"name": v.name, "group": v.group, "at": pack.spot(v.at), "size": v.values.shape[1], "values": values}
 
 
@@ -176,7 +173,7 @@ class _Packing:
         poses = self.motion.poses.copy()
         poses[:, :, :2] -= self.origin
         if not self.small:
-            return {**_array(poses, "f4"), "scale": [1.0, 1.0]}
+            return {**array(poses, "f4"), "scale": [1.0, 1.0]}
         poses[:, :, 2] = np.angle(np.exp(1j * poses[:, :, 2]))
         return {**_levels(poses / (self.level, self.level, np.pi / 32767)), "scale": [self.level, np.pi / 32767]}
 
@@ -187,11 +184,12 @@ class _Packing:
             most = float(np.nanmax(bent)) if np.isfinite(bent).any() else 0.0
             shades = np.nan_to_num(255 * bent / (most or 1.0)).round()
             points = {**_levels((curve.points - self.origin) / self.level), "scale": self.level}
-            found.append({"points": points, "count": len(curve.along), "colours": _array(shades, "u1"), "most": most})
+            found.append({"points": points, "count": len(curve.along), "colours": array(shades, "u1"), "most": most})
         return found
 
 
-def _array(values: Any, kind: str) -> dict[str, str]:
+def array(values: Any, kind: str) -> dict[str, str]:
+    """Numbers as {"kind", "data"}: base64 of "f8", "f4", "i2" or "u1", little-endian."""
     with np.errstate(over="ignore"):
         stored = np.ascontiguousarray(values, dtype=f"<{kind}")
     return {"kind": kind, "data": base64.b64encode(stored.tobytes()).decode()}
@@ -199,7 +197,7 @@ def _array(values: Any, kind: str) -> dict[str, str]:
 
 def _levels(values: NDArray[np.float64]) -> dict[str, str]:
     """Numbers between -32767 and 32767 as integers of 16 bits."""
-    return _array(np.clip(np.nan_to_num(np.rint(values)), -32767, 32767), "i2")
+    return array(np.clip(np.nan_to_num(np.rint(values)), -32767, 32767), "i2")
 
 
 def _line(signal: Signal) -> dict[str, str]:
@@ -207,7 +205,7 @@ def _line(signal: Signal) -> dict[str, str]:
     half = (signal.high - signal.low) / 2
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         levels = np.rint(32767 * ((signal.values - signal.low) / half - 1.0)) if half > 0.0 else 0.0 * signal.values
-    return _array(np.where(np.isfinite(levels), levels, -32768), "i2")
+    return array(np.where(np.isfinite(levels), levels, -32768), "i2")
 
 
 def _short(value: float) -> float:

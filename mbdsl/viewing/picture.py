@@ -6,33 +6,41 @@ Sizes and colours are those of ``drawing.js`` and ``elements.js``, on light pape
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbdsl.plotting.series_styles import LIGHT_PAPER, OTHERS
 from mbdsl.viewing.motion import Motion
+from mbdsl.viewing.overlays import Overlays, Painted
 from mbdsl.viewing.pixels import DRIVE, FINE, FORCE, HOT, INK, PALE, ROD, SHADE, Pixels, Place, mixed
 from mbdsl.viewing.shapes import Drawing
+from mbdsl.viewing.shapes import drawing as shapes_of
 from mbdsl.viewing.symbols import Shape
 
 if TYPE_CHECKING:
     from PIL import Image
 
 
+GHOST = 0.28  #: opacity of another motion behind the first
+NOTHING_ELSE = Overlays()
 MANY = 600  #: number of shapes from which links are lines and pins are left out
 
 
 class Picture(Pixels):
-    """Draws frames of a motion, all in the same view, with the paths of the frames ``traced``."""
+    """Draws frames of a motion, all in the same view."""
 
-    def __init__(self, motion: Motion, drawing: Drawing, width: int, height: int, traced: Sequence[str] = ()) -> None:
+    def __init__(
+        self, motion: Motion, drawing: Drawing, width: int, height: int, overlays: Overlays = NOTHING_ELSE
+    ) -> None:
+        self.ghost: Picture | None = None
+        if (other := overlays.ghost) is not None:
+            back = shapes_of(other)
+            drawing = replace(drawing, bounds=_around(drawing.bounds, back.bounds))
+            self.ghost = Picture(other, replace(back, bounds=drawing.bounds, unit=drawing.unit), width, height)
         super().__init__(motion, drawing, width, height)
-        self.paths = []
-        for k, name in enumerate(traced):
-            x, y, _ = motion.pose(motion.spot_of(name)).T
-            points = np.stack([self.left + self.scale * x, self.top - self.scale * y], axis=1)
-            self.paths.append((points, OTHERS[k % len(OTHERS)].light))
+        self.overlays = Painted(overlays, motion)
 
     def frame(self, row: int) -> Image.Image:
         """The picture of a row of the motion."""
@@ -40,7 +48,19 @@ class Picture(Pixels):
 
         width, height = self.size
         image = Image.new("RGB", (FINE * width, FINE * height), LIGHT_PAPER)
+        if (ghost := self.ghost) is not None:
+            at = np.searchsorted(ghost.motion.t, self.motion.t[row], side="right") - 1
+            ghost.draw = ImageDraw.Draw(image)
+            ghost.shown(max(0, int(at)))
+            image = Image.blend(Image.new("RGB", image.size, LIGHT_PAPER), image, GHOST)
         self.draw, self.row = ImageDraw.Draw(image), row
+        self.shown(row)
+        self.overlays.draw(self)
+        return image.reduce(FINE)
+
+    def shown(self, row: int) -> None:
+        """Draw the mechanism in a row of the motion."""
+        self.row = row
         many = len(self.shapes) > MANY
         for shape in self.shapes:
             if many and shape.draw in ("link", "pin"):
@@ -48,12 +68,11 @@ class Picture(Pixels):
                     _plain_link(self, shape, self.place(shape.at[0]))
             elif (act := DRAWN.get(shape.draw)) is not None:
                 act(self, shape, *(self.place(spot) for spot in shape.at))
-        for points, colour in self.paths:
-            self.line(points.tolist(), 1.6, mixed(colour, LIGHT_PAPER, 0.7))
-            self.line(points[: row + 1].tolist(), 1.6, colour)
-        for points, colour in self.paths:
-            self.circle(points[row], 2.6, colour, LIGHT_PAPER)
-        return image.reduce(FINE)
+
+
+def _around(a: Sequence[float], b: Sequence[float]) -> tuple[float, float, float, float]:
+    """The rectangle around two."""
+    return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
 
 
 # -- shapes ------------------------------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 // Time, view, keys and controls of the page.
 const $ = (id) => document.getElementById(id);
 const data = JSON.parse($("data").textContent);
-const motion = new Motion(data);
+const motion = data.modes ? new Vibration(data) : new Motion(data);
 const painter = new Painter(data, motion);
 const ghost = data.ghost && new Motion(data.ghost);
 const ghostPainter = ghost && new Painter(data.ghost, ghost);
@@ -178,25 +178,31 @@ function scaleBar(g) {
   const [unit, size] = units.find(([, s]) => length >= s) || units[3];
   text(g, `${written(length / size, 3)} ${unit}`, end + 7, y - 3, theme.pale);
   const notes = [];
-  for (const [group, name] of [["forces", "force"], ["reactions", "reaction"]])
+  const both = show.forces && show.reactions && data.largest.forces2 === data.largest.reactions2;
+  if (both && data.largest.forces2) notes.push(`longest arrow: ${written(data.largest.forces2, 3)} N`);
+  else for (const [group, name] of [["forces", "force"], ["reactions", "reaction"]])
     if (show[group] && data.largest[`${group}2`])
       notes.push(`longest arrow of a ${name}: ${written(data.largest[`${group}2`], 3)} N`);
-  if (data.curves.length) {
+  if (data.curves.length && !data.modes) {
     const most = Math.max(...data.curves.map((c) => c.most));
     const factor = show.deflection === 1 ? "" : `; deflection × ${show.deflection}`;
     notes.push(`red: curvature up to ${written(most, 3)} 1/m${factor}`);
   }
+  if (data.pale) notes.push(`pale: ${data.pale}`);
+  if (data.modes) notes.push(...modeNotes());
   notes.forEach((note, k) => text(g, note, x, y - 22 - 17 * k, theme.pale));
 }
 
 // The state as text and as data of the page.
 function report() {
   const digits = Math.max(3, Math.ceil(3 - Math.log10(last - first || 1)));
-  $("status").textContent = `t = ${motion.time.toFixed(Math.min(9, digits))} s`;
+  const seconds = () => `t = ${motion.time.toFixed(Math.min(9, digits))} s`;
+  $("status").textContent = data.modes ? `phase ${Math.round(360 * motion.time)}°` : seconds();
   Object.assign($("status").dataset, { time: motion.time, frame: motion.row, playing });
   Object.assign(canvas.dataset, { scale: view.scale, x: view.x, y: view.y });
   $("time").value = Math.round((1e6 * (motion.time - first)) / (last - first || 1));
-  $("time").setAttribute("aria-valuetext", `${written(motion.time)} seconds`);
+  const phase = `phase ${Math.round(360 * motion.time)} degrees`;
+  $("time").setAttribute("aria-valuetext", data.modes ? phase : `${written(motion.time)} seconds`);
   if ($("values").open) fillPoses();
 }
 

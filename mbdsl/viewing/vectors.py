@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.mechanism.scene import Component
 from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.system.tables import gravity
 from mbdsl.viewing.motion import Motion, Spot
 
 Array = NDArray[np.float64]
@@ -27,6 +28,22 @@ class Vector:
     group: str
     at: Spot
     values: Array
+
+
+def key_of(v: Vector) -> str:
+    """Its group and its number of components: arrows of a key have one scale."""
+    return f"{v.group}{v.values.shape[1]}"
+
+
+def largest(vectors: Sequence[Vector], one_scale: bool = False) -> dict[str, float]:
+    """The largest force or torque over all times, by key; of both groups together with ``one_scale``."""
+    found: dict[str, float] = {}
+    for v in vectors:
+        most = float(np.nanmax(np.hypot.reduce(v.values, axis=1)))
+        found[key_of(v)] = max(found.get(key_of(v), 0.0), most)
+    if one_scale:
+        return {key: max(x for other, x in found.items() if other[-1] == key[-1]) for key in found}
+    return found
 
 
 def vectors(trajectory: Trajectory, motion: Motion) -> list[Vector]:
@@ -68,6 +85,55 @@ def _applied(c: Component, trajectory: Trajectory, motion: Motion) -> Iterator[V
         yield Vector(c.name, FORCES, b, np.stack([cos * fx - sin * fy, sin * fx + cos * fy], axis=1))
     elif values.shape[1] == 1:
         yield Vector(c.name, FORCES, b, values)
+
+
+def loads(trajectory: Trajectory, motion: Motion) -> list[Vector]:
+    """Weights of bodies, and what springs and dampers with a law of one force or torque exert on frame_b.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        The states over time.
+    motion : Motion
+        Its motion.
+
+    Returns
+    -------
+    list of Vector
+        Those that are not zero all the time.
+    """
+    scene, N = motion.scene, len(motion.t)
+    field = gravity(scene)
+    found = []
+    for c in scene.bodies():
+        mass = float(c.kind.table(dict(c.values))[0])  # type: ignore[attr-defined]
+        found.append(Vector(c.name, FORCES, motion.spots[f"{c.name}.c"], np.tile(mass * field, (N, 1))))
+    for c in scene.components.values():
+        if not isinstance(c.kind, ForceKind) or len(c.ports) != 2 or len(c.kind.laws) != 1 or c.kind.sign > 0:
+            continue
+        law = c.kind.laws[0]
+        value = _signal(trajectory, motion, f"{c.name}.{law}")
+        if value is None:
+            continue
+        a, b = (motion.spot_of(frame) for frame in c.ports.values())
+        unit = c.kind.unit_of(law)
+        if unit == "N.m":
+            found.append(Vector(c.name, FORCES, b, -value[:, None]))
+        elif (along := _direction(c.kind.name, motion, a, b)) is not None:
+            found.append(Vector(c.name, FORCES, b, -value[:, None] * along))
+    return [v for v in found if np.isfinite(v.values).any() and np.nanmax(np.abs(v.values)) > 0.0]
+
+
+def _direction(kind: str, motion: Motion, a: Spot, b: Spot) -> Array | None:
+    """Unit vectors (N, 2) along which the force of a spring grows with its length; None for other kinds."""
+    pa, pb = motion.pose(a), motion.pose(b)
+    if kind == "TranslationalSpringDamper":
+        return np.stack([np.cos(pa[:, 2]), np.sin(pa[:, 2])], axis=1)
+    if kind != "SpringDamper":
+        return None
+    apart = pb[:, :2] - pa[:, :2]
+    length = np.hypot.reduce(apart, axis=1)[:, None]
+    return np.divide(apart, length, out=np.zeros_like(apart), where=length > 0.0)
 
 
 def _reactions(c: Component, trajectory: Trajectory, motion: Motion) -> Iterator[Vector]:

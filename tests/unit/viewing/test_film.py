@@ -9,11 +9,14 @@ import pytest
 from mbdsl import load
 from mbdsl.elements import kinds
 from mbdsl.errors import UsageError
+from mbdsl.plotting.series_styles import OTHERS
 from mbdsl.viewing import film as films
 from mbdsl.viewing.motion import motion
+from mbdsl.viewing.overlays import LOAD, Overlays
 from mbdsl.viewing.picture import DRAWN, Picture
 from mbdsl.viewing.shapes import drawing
 from mbdsl.viewing.symbols import KNOWN
+from mbdsl.viewing.vectors import Vector
 
 Image = pytest.importorskip("PIL.Image", reason="films need Pillow")
 
@@ -109,3 +112,32 @@ def test_ffmpeg_gets_all_pictures(pendulum, tmp_path, monkeypatch):
     assert seen["size"] == 50 * 64 * 64 * 3
     assert seen["command"][0] == "/bin/ffmpeg" and "64x64" in seen["command"]
     assert not list(tmp_path.iterdir())
+
+
+def pixels_of(image, colour):
+    """Columns and rows of the pixels that have a colour up to 12 levels."""
+    wanted = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)])
+    y, x = np.nonzero((np.abs(np.asarray(image.convert("RGB"), int) - wanted) <= 12).all(axis=-1))
+    return x + 0.5, y + 0.5
+
+
+def test_paths_arrows_and_a_ghost(pendulum, trajectory_of):
+    """The path of the mass is the unit circle, an arrow ends where its force says, the ghost is pale."""
+    moving = motion(pendulum)
+    mass = moving.spots["mass.c"]
+    force = Vector("f", "forces", mass, np.tile([0.0, 2.0], (len(moving.t), 1)))
+    other = motion(trajectory_of(pendulum.scene, [0.0], {"mass": np.array([[-0.5, 0.0]])}))
+    picture = Picture(moving, drawing(moving), 400, 300, Overlays(["mass.c"], [force], other))
+    image = picture.frame(80)
+    x, y = pixels_of(image, OTHERS[0].light)
+    radius = np.hypot(x - picture.left, y - picture.top) / picture.scale
+    far = np.hypot(x - picture.left - picture.scale * np.cos(6), y - picture.top + picture.scale * np.sin(6)) > 30
+    assert far.sum() > 200 and np.abs(radius[far] - 1.0).max() < 3 / picture.scale
+    # the arrow begins at the mass and points up by 22 % of the height of 300 px
+    x, y = pixels_of(image, LOAD)
+    top = picture.top - picture.scale * np.sin(6.0) - 0.22 * 300
+    assert y.min() == pytest.approx(top, abs=1.5)
+    assert np.abs(x - picture.left - picture.scale * np.cos(6.0)).max() < 8
+    # the ghost at (-0.5, 0): a pale ball
+    place = image.getpixel((round(picture.left - picture.scale / 2), round(picture.top) - 6))
+    assert min(place) > 150 and max(place) - min(place) > 10

@@ -1,0 +1,79 @@
+"""Pages of animations as files: a page, or a film or picture of it; and their frame in a notebook."""
+
+from __future__ import annotations
+
+import html
+import os
+
+from mbdsl.errors import UsageError
+from mbdsl.mechanism.scene import Scene
+from mbdsl.storage.output_files import check, write_text, writing
+
+PAGES, FILMS, PICTURES = (".html", ".htm"), (".gif", ".mp4"), (".png",)
+HEIGHT = 560  #: of the frame in a notebook [px]
+
+
+class SavedPage:
+    """A page, and its film or picture; subclasses have ``html``, ``scene`` and ``_content``."""
+
+    suffixes: tuple[str, ...] = (*PAGES, *FILMS)
+
+    @property
+    def html(self) -> str:
+        """The page as the text of one HTML file."""
+        raise NotImplementedError
+
+    @property
+    def scene(self) -> Scene:
+        """The model."""
+        raise NotImplementedError
+
+    def _content(self, suffix: str, width: int, height: int) -> bytes:
+        """The content of a film or a picture."""
+        raise NotImplementedError
+
+    def _repr_html_(self) -> str:
+        """The page in a frame of its own, for notebooks."""
+        return (
+            f'<iframe srcdoc="{html.escape(self.html)}" sandbox="allow-scripts allow-modals" width="100%" '
+            f'height="{HEIGHT}" style="border: 1px solid #8888; border-radius: 6px" loading="lazy"></iframe>'
+        )
+
+    def save(self, path: str | os.PathLike, size: tuple[int, int] = (640, 400)) -> None:
+        """Write the page, or a film or picture of it.
+
+        Parameters
+        ----------
+        path : path
+            The file; its suffix selects the format.
+        size : (int, int), optional [px]
+            Width and height of a film or a picture.
+
+        Raises
+        ------
+        UsageError
+            If the suffix is unknown, the file cannot be written, the model was read from it, or a film needs a package
+            or a program that is missing.
+        """
+        suffix = check_suffix(path, self.suffixes)
+        check([path], self.scene.files)
+        if suffix in PAGES:
+            write_text(path, self.html)
+            return
+        content = self._content(suffix, *size)
+        with writing(path) as stream:
+            stream.write(content)
+
+
+def check_suffix(path: str | os.PathLike, known: tuple[str, ...] = SavedPage.suffixes) -> str:
+    """The suffix of a file that a page is saved to.
+
+    Raises
+    ------
+    UsageError
+        If it is unknown.
+    """
+    suffix = os.path.splitext(os.fspath(path))[1].lower()
+    if suffix not in known:
+        raise UsageError(f"unknown suffix of the animation `{path!s}`", hint=f"known are {', '.join(known)}")
+    return suffix
