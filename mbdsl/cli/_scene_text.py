@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from mbdsl.expressions.printing import text
 from mbdsl.expressions.symbolic import Expr
+from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.scene import Scene, Table
 from mbdsl.messages import visible
 
@@ -21,6 +22,7 @@ def describe(scene: Scene) -> str:
             [f"frame {f.name} = {value((f.x, f.y, f.phi))}" for f in scene.frames.values() if f.body == c.name],
             [f"signal {c.name}.{key} = {text(e)}" for key, e in scene.signals_of(c).items()],
             [f"0 = {text(e)}" for e in c.velocity_constraints],
+            [f"shape {_shape(x)}" for x in scene.shapes.get(c.name, ())],
         )
     section(
         lines,
@@ -40,6 +42,12 @@ def section(lines: list[str], title: str, *parts: list[str]) -> None:
         lines += ["", title, *(f"  {line}" for line in body)]
     elif title[0].isupper():  # components without parameters are shown as well
         lines += ["", title]
+
+
+def _shape(x: DrawnShape) -> str:
+    size = f"half axes {value(x.axes[:2])}" if x.form == "ellipse" else f"{len(x)} points"
+    colours = [f"{name} {colour}" for name, colour in (("fill", x.fill), ("line", x.line)) if colour]
+    return ", ".join([f"{x.form} of {size}", *colours])
 
 
 def _with_unit(kind, name: str, v) -> str:

@@ -14,7 +14,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.classify import ALIASES
 from mbdsl.lang.entities import Namespace
 from mbdsl.lang.experiment import KEYS, check_effects, setting
-from mbdsl.lang.flat_component import Part
+from mbdsl.lang.flat_component import Part, is_body
 from mbdsl.lang.flat_model import Assembly
 from mbdsl.lang.inheritance import Member
 from mbdsl.lang.instantiate import Instance
@@ -261,6 +261,30 @@ class Builder:
         first, second : Handle or str
         """
         self._assembly.connect(self._reference(first), self._reference(second), self._instance.scope, None)
+
+    def shape(self, body: Handle | str, *parts: str) -> None:
+        """Give a body shapes for pictures, instead of those that follow from its frames.
+
+        Parameters
+        ----------
+        body : Handle or str
+            A body or the ground.
+        *parts : str
+            Shapes as texts of the language, such as ``"Circle(radius = 2 cm, fillColor = \\"red\\")"``. Without parts
+            the body is not drawn.
+
+        Raises
+        ------
+        ModelError
+            If there is no such body. An invalid part raises it in ``scene``.
+        """
+        name = self._name(body)
+        part = self._assembly.parts.get(name.replace(" ", ""))
+        if part is None or not is_body(part):
+            raise ModelError(f"`{name}` is no body", hint=did_you_mean(name, self._assembly.parts))
+        graphics = s.Array(tuple(parse_expression(text, f"<shape of {name}>") for text in parts))
+        whole = s.Argument("Shape", None, (s.Argument("graphics", graphics),))
+        part.drawn.append(((whole,), self._instance.scope))
 
     def initial(self, target: Handle | str, value: Given, fixed: bool = True) -> None:
         """Set the initial value of a position or a velocity.

@@ -12,6 +12,7 @@ from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.lang import argument_checks, joint_law_checks, units
+from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
@@ -24,6 +25,7 @@ from mbdsl.mechanism.scene import Component, Frame
 from mbdsl.messages import did_you_mean
 
 if TYPE_CHECKING:
+    from mbdsl.lang.evaluate import Scope
     from mbdsl.lang.flat_model import Assembly
 
 #: results of a simulation, which are not variables of its equations
@@ -81,6 +83,7 @@ class Part:
         "at",
         "contexts",
         "doc",
+        "drawn",
         "kind",
         "lacks",
         "name",
@@ -103,6 +106,7 @@ class Part:
         self._frames: dict[str, Frame] | None = None
         self._laws: dict[str, Expr] = {}
         self._formulas: signals.Formulas | None = None
+        self.drawn: list[tuple[tuple[s.Argument, ...], Scope]] = []  #: annotations with shapes
         self.lacks: set[str] = set()  #: effects in ``assembly.without`` that it would have otherwise
 
     # -- values ------------------------------------------------------------------------------------------------

@@ -24,6 +24,7 @@ from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
+from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.scene import ENERGIES, Component, Experiment, Frame, Input, ParameterValue, Scene
 
 _COORDINATE_UNIT = {"x": "m", "y": "m", "phi": "rad", "vx": "m/s", "vy": "m/s", "w": "rad/s"}
@@ -279,7 +280,25 @@ class Assembly:
             inputs=inputs,
             without={x: tuple(p.name for p in self.parts.values() if x in p.lacks) for x in self.without},
             aliases=aliases,
+            shapes=self._shapes(),
         )
+
+    def _shapes(self) -> dict[str, tuple[DrawnShape, ...]]:
+        """Shapes of bodies by their names; elements of an array share theirs."""
+        found: dict[str, tuple[DrawnShape, ...]] = {}
+        known: dict[tuple[int, int], tuple[DrawnShape, ...] | None] = {}
+        points = 0
+        for part in self.parts.values():
+            for arguments, scope in part.drawn:
+                from mbdsl.lang.shapes import read_shapes, total
+
+                key = id(arguments), id(scope)
+                if key not in known:
+                    known[key] = read_shapes(arguments, scope)
+                if (shapes := known[key]) is not None:
+                    points = total(shapes, points, part.at)
+                    found[part.name] = found.get(part.name, ()) + shapes
+        return found
 
     def _slots(self, root: Namespace) -> tuple[dict[str, ParameterValue], dict[str, symbolic.Expr], dict[str, Input]]:
         parameters, variables, inputs = {}, {}, {}

@@ -7,6 +7,7 @@ from functools import partial
 from math import prod
 
 from mbdsl.elements import kinds
+from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError
 from mbdsl.lang import functions, limits, values
 from mbdsl.lang import syntax as s
@@ -64,6 +65,7 @@ class Instance:
 
     def build(self) -> None:
         """Make all entities that the model declares."""
+        self._refuse_loose_shapes()
         for member in self.members:
             self._announce(member)
         self._refuse_unknown_modifiers()
@@ -189,8 +191,10 @@ class Instance:
             self._enter(d, looped, scope, lambda name, c, i: TableMember(self.assembly, name, modifiers, d.at))
             return
         if isinstance(kind, str):
-            self._enter(d, looped, scope, self._parts(d, kind, arguments, modifiers, elements))
+            self._enter(d, looped, scope, self._parts(d, kind, arguments, modifiers, elements, scope))
         else:
+            if d.notes:
+                self._refuse_shapes(d, f"`{d.name}` is a model")
             self._enter(d, looped, scope, self._sub_models(d, *kind, arguments, modifiers, elements))
 
     def _check_table(self, d: s.Declaration, positional: Sequence[s.Expression], modifiers: Modifiers) -> None:
@@ -203,11 +207,19 @@ class Instance:
             refuse_inner(modifier, f"`{name}` of Table `{d.name}`", f"write `{name} = ...`")
 
     def _parts(
-        self, d: s.Declaration, kind: str, arguments: list[Positional], modifiers: Modifiers, elements: Elements
+        self,
+        d: s.Declaration,
+        kind: str,
+        arguments: list[Positional],
+        modifiers: Modifiers,
+        elements: Elements,
+        scope: Scope,
     ):
         """The function that makes a component of a kind."""
         template = Template(kinds()[kind], modifiers)
         template.unknown(d.name)
+        if d.notes and not isinstance(template.kind, BodyKind):
+            self._refuse_shapes(d, f"`{d.name}` is a {kind}")
 
         def part(name: str, contexts: Contexts, index: tuple[int, ...]) -> Part:
             own = template
@@ -215,10 +227,30 @@ class Instance:
                 own = Template(template.kind, merge(elements[index].inner, modifiers))
                 own.unknown(name)
             made = Part(self.assembly, name, own, contexts, d.at, d.doc)
+            if d.notes:
+                made.drawn.append((d.notes, scope))
             self.assembly.add(made, arguments)
             return made
 
         return part
+
+    def _refuse_shapes(self, d: s.Declaration, what: str) -> None:
+        """Refuse a Shape of anything but a body or the ground."""
+        from mbdsl.lang.shapes import ICON, shapes_among
+
+        for shape in shapes_among(d.notes):
+            if shape.name != ICON:
+                hint = "give it to a body or to the ground, behind its declaration"
+                raise ModelError(f"{what}, a Shape belongs to a body", span_of(shape.at), hint)
+
+    def _refuse_loose_shapes(self) -> None:
+        """Refuse a Shape in the annotation of a model; its Icon is for diagrams and is ignored."""
+        for annotation in self.content.annotations:
+            for a in annotation.arguments:
+                function = a.value.function if isinstance(a.value, s.Call) else None
+                if "Shape" in (a.name, write(function)):
+                    hint = "write it behind the declaration of the body: `Rod rod(...) annotation(Shape(...));`"
+                    raise ModelError("a Shape belongs to a body, not to a model", span_of(a.at), hint)
 
     def _sub_models(
         self,

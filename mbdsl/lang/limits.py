@@ -11,4 +11,5 @@ COMPONENTS = 200_000  #: components of the flat model
 ARRAY = 250_000  #: numbers of one array
 NODES = 3_000_000  #: operations evaluated for one model, all together
 INTEGER = 2**53  #: integers beyond this are not exact as floating-point numbers
+SHAPE_POINTS = 200_000  #: points of all shapes of bodies
 TEXT = 10_000  #: characters of a string value

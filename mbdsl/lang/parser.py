@@ -158,7 +158,7 @@ class _Builders:
             elif isinstance(part, str):
                 found["doc"] = part
             elif isinstance(part, s.Annotation):
-                pass
+                found["notes"] = part.arguments
             elif following:
                 found[following], following = part, ""
             elif isinstance(part, _Indices):
@@ -204,6 +204,7 @@ class _Builders:
             found.get("value"),
             found.get("condition"),
             found["doc"],
+            found.get("notes", ()),
             at=self._at(name),
             type_at=type_at,
         )

@@ -195,6 +195,7 @@ class Declaration(Item):
     value: Expression | None = None
     condition: Expression | None = None
     doc: str = ""
+    notes: tuple[Argument, ...] = ()  #: arguments of its annotation
     type_at: At = field(default=None, compare=False, repr=False)
 
 

@@ -19,6 +19,7 @@ from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind
 from mbdsl.errors import ModelError, Span
 from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, const, coordinate, der, substitute
 from mbdsl.mechanism.canonical_text import canonical_text
+from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.frozen_dict import freeze
 from mbdsl.mechanism.signals import Formulas
 from mbdsl.messages import did_you_mean
@@ -176,6 +177,8 @@ class Scene:
         Effects that are left out, and the components that would have them.
     aliases : mapping of str to str
         Other names of frames, such as ``Frame F = rod.b;`` and connectors.
+    shapes : mapping of str to tuple of DrawnShape
+        Shapes of bodies in pictures; a body without an entry is drawn by its frames.
     """
 
     name: str
@@ -190,6 +193,7 @@ class Scene:
     inputs: Mapping[str, Input] = field(default_factory=dict)
     without: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     aliases: Mapping[str, str] = field(default_factory=dict)
+    shapes: Mapping[str, tuple[DrawnShape, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         freeze(self, *(f.name for f in fields(self) if isinstance(getattr(self, f.name), Mapping)))
@@ -220,12 +224,12 @@ class Scene:
     def fingerprint(self) -> str:
         """The canonical text of all data that determine the motion: the key of a stored run is a digest of it.
 
-        It is the text of this scene without parameters (the components that use them hold their values) and without
-        the times and the method of the experiment, which the arguments of a run replace.
+        It is the text of this scene without parameters (the components that use them hold their values), without shapes
+        and without the times and the method of the experiment, which the arguments of a run replace.
         """
         said = self.experiment
         experiment = Experiment(tolerance=said.tolerance, step=said.step, without=said.without)
-        return canonical_text(replace(self, parameters={}, experiment=experiment))
+        return canonical_text(replace(self, parameters={}, experiment=experiment, shapes={}))
 
     def bodies(self) -> list[Component]:
         """Bodies with coordinates.

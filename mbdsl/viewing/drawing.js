@@ -162,6 +162,37 @@ class Painter {
     this.at(p, () => this.line([[0, 0], [radius, 0]], this.thin, this.colour(shape.name)));
   }
 
+  // A shape of the model, in metres: areas, lines or an ellipse; its colours, or those of the body.
+  draw_outline(shape, [p]) {
+    const { g } = this;
+    const { scale } = this.view;
+    const body = this.colour(shape.name);
+    this.at(p, () => {
+      g.beginPath();
+      for (const part of shape.parts) {
+        if (shape.form === "ellipse") {
+          const [a, b, phi] = shape.axes;
+          g.ellipse(scale * part[0][0], -scale * part[0][1], scale * a, scale * b, -phi, 0, TAU);
+        } else {
+          part.forEach(([x, y], k) => g[k ? "lineTo" : "moveTo"](scale * x, -scale * y));
+          if (shape.form === "area") g.closePath();
+        }
+      }
+      if (shape.fill !== "none" && shape.form !== "line") {
+        g.fillStyle = shape.fill || mixed(body, this.theme.paper, 0.72);
+        g.fill("evenodd");
+      }
+      if (shape.line === "none") return;
+      g.lineWidth = Math.max(1.2, scale * shape.width);
+      g.strokeStyle = shape.line || body;
+      g.stroke();
+    });
+  }
+
+  draw_backdrop(shape, places) {
+    this.draw_outline(shape, places);
+  }
+
   // The mark of a centre of mass.
   centre(p) {
     const radius = Math.max(3, 0.34 * this.U);

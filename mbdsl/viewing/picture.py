@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 GHOST = 0.28  #: opacity of another motion behind the first
 NOTHING_ELSE = Overlays()
+ELLIPSE = 72  #: sides of the polygon that is drawn for an ellipse
 MANY = 600  #: number of shapes from which links are lines and pins are left out
 
 
@@ -107,6 +108,26 @@ def _beam(p: Pixels, shape: Shape) -> None:
     for k in range(len(points) - 1):
         part = (shades[k] + shades[k + 1]) / 2
         p.line(points[k : k + 2], width, mixed(mixed(colour, LIGHT_PAPER, 0.72), HOT, part if part == part else 0.0))
+
+
+def _outline(p: Pixels, shape: Shape, place: Place) -> None:
+    at, data, body = p.axes(place), shape.data, p.colour(shape)
+    if data["form"] == "ellipse":
+        (x, y), (a, b, phi) = data["parts"][0][0], data["axes"]
+        turn = 2 * np.pi * np.arange(ELLIPSE) / ELLIPSE
+        px, py = a * np.cos(turn), b * np.sin(turn)
+        c, s = np.cos(phi), np.sin(phi)
+        parts = [list(zip(x + c * px - s * py, y + s * px + c * py, strict=True))]
+    else:
+        parts = data["parts"]
+    lines = [[at(p.scale * x, -p.scale * y) for x, y in part] for part in parts]
+    if data["form"] != "line":
+        if data["fill"] != "none":
+            p.areas(lines, data["fill"] or mixed(body, LIGHT_PAPER, 0.72))
+        lines = [[*part, part[0]] for part in lines]
+    if data["line"] != "none":
+        for part in lines:
+            p.line(part, max(1.2, p.scale * data["width"]), data["line"] or body)
 
 
 def _block(p: Pixels, shape: Shape, place: Place, axis: Place) -> None:
@@ -252,6 +273,8 @@ def _blade(p: Pixels, shape: Shape, place: Place, _: Place) -> None:
 DRAWN: dict[str, Callable[..., Any]] = {
     "link": _link,
     "beam": _beam,
+    "outline": _outline,
+    "backdrop": _outline,
     "mass": lambda p, shape, at: p.circle(at, 0.72 * p.U, mixed(p.colour(shape), LIGHT_PAPER, 0.25)),
     "hub": _hub,
     "block": _block,

@@ -85,6 +85,24 @@ class Pixels:
         self.draw.polygon([(FINE * x, FINE * y) for x, y in found], fill=fill)
         self.line([*found, found[0]], self.thin if width is None else width, outline)
 
+    def areas(self, parts: Sequence[Sequence[Point]], fill: str) -> None:
+        """Fill the points that are inside an odd number of closed lines."""
+        fine = [[(FINE * x, FINE * y) for x, y in part] for part in parts]
+        if not all(np.isfinite(part).all() for part in fine):
+            return
+        if len(fine) == 1:
+            self.draw.polygon(fine[0], fill=fill)
+            return
+        from PIL import Image, ImageChops, ImageDraw
+
+        size = FINE * self.size[0], FINE * self.size[1]
+        inside = Image.new("1", size)
+        for part in fine:
+            one = Image.new("1", size)
+            ImageDraw.Draw(one).polygon(part, fill=1)
+            inside = ImageChops.logical_xor(inside, one)
+        self.draw.bitmap((0, 0), inside, fill=fill)
+
     def circle(self, at: Sequence[float], radius: float, fill: str | None, outline: str = INK, width=None) -> None:
         x, y = at[:2]
         if not (np.isfinite(x) and np.isfinite(y)):

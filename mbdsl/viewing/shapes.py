@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mbdsl.elements.kind import BodyKind
 from mbdsl.mechanism.scene import Component
+from mbdsl.viewing.given_shapes import around, given_shapes
 from mbdsl.viewing.motion import GROUND, Motion, Spot
 from mbdsl.viewing.symbols import Shape, symbol
 
@@ -21,8 +22,8 @@ OF_EXTENT, OF_LENGTH, LEAST, FEW = 0.034, 0.3, 0.012, 50
 GOES_FAR = 0.1  #: length of a body relative to the extent of its motion
 #: shapes in the order in which they are drawn; all others come last
 ORDER = (
-    *("floor", "guide", "wall", "support", "spring", "damper", "spring-damper", "dashed", "wheel", "link", "beam"),
-    *("actuator", "rod", "block", "hub", "slot", "mass", "weld", "spiral"),
+    *("backdrop", "floor", "guide", "wall", "support", "spring", "damper", "spring-damper", "dashed", "wheel"),
+    *("link", "outline", "beam", "actuator", "rod", "block", "hub", "slot", "mass", "weld", "spiral"),
 )
 
 
@@ -57,17 +58,21 @@ def drawing(motion: Motion) -> Drawing:
     ports = {frame for c in scene.components.values() for frame in c.ports.values()}
     elements = [shape for c in scene.components.values() for shape in _element(c, motion)]
     rolling = {shape.at[0].track for shape in elements if shape.draw in ("wheel", "block")}
+    replaced = {k for k, track in enumerate(motion.tracks) if track in scene.shapes}  # their shapes are given
+    elements = [x for x in elements if x.draw not in ("wheel", "block") or x.at[0].track not in replaced]
     bodies, lengths = [], []
+    own = [shape for c in scene.components.values() if c.name in scene.shapes for shape in given_shapes(c, motion)]
     for c in scene.bodies():
         for shape in _body(c, motion, ports, rolling):
-            bodies.append(shape)
+            if c.name not in scene.shapes or shape.draw == "beam":
+                bodies.append(shape)
             if shape.draw == "link":
                 lengths.append(
                     max(np.hypot(x, y) for x, y in np.subtract(shape.data["points"], shape.data["points"][0]))
                 )
             elif shape.draw == "beam":
                 lengths.append(float(c.values["length"]))
-    every = _once(bodies + elements)
+    every = _once(bodies + own + elements)
     shapes = sorted(every, key=lambda shape: ORDER.index(shape.draw) if shape.draw in ORDER else len(ORDER))
     bounds = _bounds(motion, ports, elements)
     extent = float(np.hypot(bounds[2] - bounds[0], bounds[3] - bounds[1]))
@@ -152,6 +157,7 @@ def outline(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
 def _bounds(motion: Motion, ports: set[str], elements: Sequence[Shape]) -> tuple[float, float, float, float]:
     """The rectangle of all points over time: frames, beams, wheels; frames of the ground only if they are ports."""
     spots = [spot for name, spot in motion.spots.items() if spot.track != GROUND or name in ports]
+    spots += [spot for name in motion.scene.shapes for spot in around(motion.scene.components[name], motion)]
     lows, highs = ([part] for part in motion.extremes(spots))
     for shape in elements:
         if (radius := shape.data.get("radius")) is not None:

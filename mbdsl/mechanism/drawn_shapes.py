@@ -1,0 +1,37 @@
+"""Shapes that a model gives for the pictures of its bodies; they do not affect the motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class DrawnShape:
+    """A shape fixed to a body or to the ground.
+
+    Attributes
+    ----------
+    form : str
+        "area" (closed lines, filled where a point is inside an odd number of them), "line" (open lines) or "ellipse".
+    parts : tuple of tuple of (x, y) [m]
+        Points of each line; of an ellipse its centre. In the body's axes, from its reference point.
+    axes : (a, b, angle) [m, m, rad]
+        Of an ellipse: its half axes and the angle of the first.
+    fill, line : str
+        Colours "#rrggbb"; "none" for nothing; "" for those of the body.
+    width : float [m]
+        Width of the line; 0: a thin line at every scale.
+    """
+
+    form: str
+    parts: tuple[tuple[Point, ...], ...]
+    axes: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    fill: str = ""
+    line: str = ""
+    width: float = 0.0
+
+    def __len__(self) -> int:
+        """Number of its points."""
+        return sum(map(len, self.parts))
