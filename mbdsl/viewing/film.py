@@ -6,13 +6,14 @@ import io
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbdsl.errors import UsageError
+from mbdsl.plotting.series_styles import LIGHT_PAPER
 from mbdsl.viewing.motion import Motion
 from mbdsl.viewing.overlays import Overlays
 from mbdsl.viewing.picture import NOTHING_ELSE, Picture
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from PIL import Image
 
 RATE = 25  #: pictures per second
+SAMPLES = 4  #: number of frames that the colours of a GIF are taken from
 SHORTEST, LONGEST = 2.0, 20.0  #: [s]; motions of another duration are played slower or faster
 
 
@@ -63,12 +65,14 @@ def film(
         import PIL  # noqa: F401
     except ImportError:
         raise UsageError("films need Pillow", hint="pip install 'mbdsl[film]'; a page (.html) needs nothing") from None
-    pictures = _pictures(motion, Picture(motion, drawn or drawing(motion), width, height, overlays))
+    picture = Picture(motion, drawn or drawing(motion), width, height, overlays)
+    rows = rows_of(motion).tolist()
+    pictures = (picture.frame(row) for row in rows)
     if suffix == ".png":
         stream = io.BytesIO()
         next(pictures).save(stream, "PNG", optimize=True)
         return stream.getvalue()
-    return _gif(pictures) if suffix == ".gif" else _mp4(pictures, width, height)
+    return _gif(pictures, _palette(picture, rows)) if suffix == ".gif" else _mp4(pictures, width, height)
 
 
 def rows_of(motion: Motion) -> np.ndarray:
@@ -81,20 +85,27 @@ def rows_of(motion: Motion) -> np.ndarray:
     return np.where(even - t[after - 1] <= t[after] - even, after - 1, after) if len(t) > 1 else np.zeros(1, int)
 
 
-def _pictures(motion: Motion, picture: Picture) -> Iterator[Image.Image]:
-    for row in rows_of(motion).tolist():
-        yield picture.frame(row)
-
-
-def _gif(pictures: Iterator[Image.Image]) -> bytes:
-    """All pictures have the palette of the first, so that unchanged pixels are stored once."""
+def _palette(picture: Picture, rows: Sequence[int]) -> Image.Image:
+    """A picture with the colours of some frames, of which one is exactly that of the paper."""
     from PIL import Image
 
-    palette: Image.Image | None = None
-    frames = []
-    for image in pictures:
-        palette = image.quantize(128, dither=Image.Dither.NONE) if palette is None else palette
-        frames.append(image.quantize(palette=palette, dither=Image.Dither.NONE))
+    width, height = picture.size
+    sheet = Image.new("RGB", (width, SAMPLES * height))
+    for k in range(SAMPLES):
+        sheet.paste(picture.frame(rows[k * len(rows) // SAMPLES]), (0, k * height))
+    found = sheet.quantize(128, dither=Image.Dither.NONE)
+    colours = np.array(found.getpalette(), dtype=int).reshape(-1, 3)
+    paper = [int(LIGHT_PAPER[k : k + 2], 16) for k in (1, 3, 5)]
+    colours[np.abs(colours - paper).sum(axis=1).argmin()] = paper
+    found.putpalette(colours.ravel().tolist())
+    return found
+
+
+def _gif(pictures: Iterator[Image.Image], palette: Image.Image) -> bytes:
+    """All pictures have one palette, so that unchanged pixels are stored once."""
+    from PIL import Image
+
+    frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in pictures]
     stream = io.BytesIO()
     more = frames[1:]
     frames[0].save(stream, "GIF", save_all=True, append_images=more, duration=1000 // RATE, loop=0, optimize=False)

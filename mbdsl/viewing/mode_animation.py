@@ -111,7 +111,8 @@ class ModeAnimation(SavedPage):
 
     def _modes(self) -> dict[str, Any]:
         found = self.shapes
-        bends = [np.gradient(a, c.along, axis=1) for a, c in zip(found.angles, found.rest.curves, strict=True)]
+        bends = [c.edge * np.gradient(a, c.along, axis=1) for a, c in zip(found.angles, found.rest.curves, strict=True)]
+        most = np.max([np.abs(b).max(axis=1) for b in bends], axis=0) if bends else np.zeros(len(self.rows))
         return {
             "list": [
                 {
@@ -130,7 +131,7 @@ class ModeAnimation(SavedPage):
             "curves": [
                 {
                     "points": page.array(p.view(float), "f4"),
-                    "bends": page.array(_relative(b).view(float), "f4"),
+                    "bends": page.array((b / np.where(most > 0.0, most, 1.0)[:, None]).view(float), "f4"),
                 }
                 for p, b in zip(found.points, bends, strict=True)
             ],
@@ -157,9 +158,3 @@ class ModeAnimation(SavedPage):
 
         cycle = self.cycle()
         return film(cycle, suffix, width, height, Overlays(ghost=self.shapes.rest), self._drawing)
-
-
-def _relative(values: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Values (M, K) relative to the largest of each row."""
-    most = np.abs(values).max(axis=1, keepdims=True)
-    return np.ascontiguousarray(values / np.where(most > 0.0, most, 1.0))

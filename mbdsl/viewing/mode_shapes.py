@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.system import System
-from mbdsl.viewing.motion import Curve, Motion, motion
+from mbdsl.viewing.motion import Motion, motion
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -54,7 +54,7 @@ class Shapes:
             return rest + (turn.reshape(-1, *[1] * u.ndim) * u).real
 
         curves = [
-            Curve(c.body, c.along, moved(c.points, p[mode]), moved(c.angles, a[mode]))
+            replace(c, points=moved(c.points, p[mode]), angles=moved(c.angles, a[mode]))
             for c, p, a in zip(self.rest.curves, self.points, self.angles, strict=True)
         ]
         t = SECONDS * phases / (2 * np.pi)
@@ -68,11 +68,10 @@ class Shapes:
         if not cycles:
             return self.rest
         curves = [
-            Curve(
-                c.body,
-                c.along,
-                np.concatenate([x.curves[j].points for x in cycles]),
-                np.concatenate([x.curves[j].angles for x in cycles]),
+            replace(
+                c,
+                points=np.concatenate([x.curves[j].points for x in cycles]),
+                angles=np.concatenate([x.curves[j].angles for x in cycles]),
             )
             for j, c in enumerate(self.rest.curves)
         ]

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 
 GROUND = -1  #: the track of frames that do not move
 TOGETHER = 256  #: number of spots that are evaluated at once
+ROUNDING = 1e-10  #: bending strain that counts as zero
 STATIONS = 25  #: number of sampled points on a beam
 #: limits of a page: frames of a motion, and numbers of all poses together
 MOST_FRAMES, MOST_NUMBERS = 3000, 12_500_000
@@ -39,16 +40,25 @@ class Spot:
 
 @dataclass(frozen=True)
 class Curve:
-    """The axis of a beam: points (N, K, 2) [m] and angles of the sections (N, K) [rad] at stations (K,) [m]."""
+    """The axis of a beam: points (N, K, 2) [m] and angles of the sections (N, K) [rad] at stations (K,) [m].
+
+    ``edge`` is the distance [m] of the edge of the section from the axis, if it is a rectangle: sqrt(3 I/S).
+    """
 
     body: str
     along: Array
     points: Array
     angles: Array
+    edge: float = 1.0
 
     def curvature(self) -> Array:
         """Curvature (N, K) [1/m], by differences of the angles."""
         return np.gradient(self.angles, self.along, axis=1)
+
+    def strain(self) -> Array:
+        """Absolute value of the bending strain (N, K) at the edge of the section; values of rounding are zero."""
+        found = np.abs(self.curvature()) * self.edge
+        return np.where(found < ROUNDING, 0.0, found)
 
 
 @dataclass
@@ -217,4 +227,11 @@ def _curve(states: _States, component: Component) -> Curve:
     half = float(component.values["length"]) / 2
     along = np.linspace(-half, half, STATIONS)
     poses = np.stack([states.frame(component.name, (x, 0.0, 0.0)) for x in along.tolist()], axis=1)
-    return Curve(component.name, along, poses[:, :, :2], poses[:, :, 2])
+    edge = float(np.sqrt(3.0 * component.values["I"] / component.values["S"]))
+    return Curve(component.name, along, poses[:, :, :2], poses[:, :, 2], edge)
+
+
+def largest_strain(curves: Sequence[Curve]) -> float:
+    """The largest bending strain of beams over all times: the end of their common scale of colours."""
+    found = [curve.strain() for curve in curves]
+    return max((float(np.nanmax(x)) for x in found if np.isfinite(x).any()), default=0.0)

@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from mbdsl.plotting.series_styles import LIGHT_PAPER, OTHERS
 from mbdsl.viewing.motion import Motion
-from mbdsl.viewing.pixels import Pixels, mixed
+from mbdsl.viewing.pixels import FINE, HOT, PALE, Pixels, mixed
 from mbdsl.viewing.vectors import FORCES, Vector, key_of, largest
 
 LOAD, REACTION = "#c2185b", "#00758f"
 LONGEST = 0.22  #: length of the longest arrow relative to the shorter side of the picture
+BAR, BAR_AT, LETTERS = (90, 8), (14, 26), 12  #: size and place of the colour bar, size of letters [px]
 PALE_PATH = 0.3  #: of a path's colour, for the part that is still to come
 
 
@@ -80,3 +81,22 @@ def _turning(p: Pixels, at: tuple[float, float], part: float, colour: str) -> No
     points = [(at[0] + radius * np.cos(u), at[1] - radius * np.sin(u)) for u in angles]
     p.line(points, 2.0, colour)
     p.head(p.axes((*points[-1], float(angles[-1] + np.sign(part) * np.pi / 2))), colour, 9.0)
+
+
+def colour_bar(p: Pixels, colour: str, most: float) -> None:
+    """The colours of beams, from no strain to the largest, in the lower left corner."""
+    left, top = BAR_AT[0], p.size[1] - BAR_AT[1]
+    pale = mixed(colour, LIGHT_PAPER, 0.72)
+    for k in range(FINE * BAR[0]):
+        x, y = FINE * left + k, FINE * top
+        p.draw.line([(x, y), (x, y + FINE * BAR[1])], fill=mixed(pale, HOT, k / (FINE * BAR[0])))
+    corners = [(left, top), (left + BAR[0], top), (left + BAR[0], top + BAR[1]), (left, top + BAR[1]), (left, top)]
+    p.line(corners, 0.75, PALE)
+    from PIL import ImageFont
+
+    try:
+        font = ImageFont.load_default(FINE * LETTERS)
+    except TypeError:  # before Pillow 10.1: a font of one size, too small here
+        return
+    at = FINE * (left + BAR[0] + 8), FINE * (top + BAR[1] / 2)
+    p.draw.text(at, f"bending strain 0 ... {most:.3g}", fill=PALE, font=font, anchor="lm")

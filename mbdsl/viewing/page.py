@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.plotting.escaping import escape, seen
-from mbdsl.viewing.motion import GROUND, Motion, Spot
+from mbdsl.viewing.motion import GROUND, Motion, Spot, largest_strain
 from mbdsl.viewing.shapes import Drawing
 from mbdsl.viewing.signals import Plots, Signal
 from mbdsl.viewing.vectors import Vector, largest
@@ -126,6 +126,7 @@ def document(
         "traced": list(traced),
         "vectors": [_vector(v, pack) for v in vectors],
         "largest": largest(vectors),
+        "strain": largest_strain(motion.curves),
         "ghost": None if ghost is None else _mechanism(_Packing(origin, ghost[0], pack.reach), ghost[1]),
         "about": [list(item) for item in about],
     }
@@ -178,13 +179,11 @@ class _Packing:
         return {**_levels(poses / (self.level, self.level, np.pi / 32767)), "scale": [self.level, np.pi / 32767]}
 
     def curves(self) -> list[dict[str, Any]]:
-        found = []
+        found, most = [], largest_strain(self.motion.curves)
         for curve in self.motion.curves:
-            bent = np.abs(curve.curvature())
-            most = float(np.nanmax(bent)) if np.isfinite(bent).any() else 0.0
-            shades = np.nan_to_num(255 * bent / (most or 1.0)).round()
+            shades = np.nan_to_num(255 * curve.strain() / (most or 1.0)).round()
             points = {**_levels((curve.points - self.origin) / self.level), "scale": self.level}
-            found.append({"points": points, "count": len(curve.along), "colours": array(shades, "u1"), "most": most})
+            found.append({"points": points, "count": len(curve.along), "colours": array(shades, "u1")})
         return found
 
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbdsl.plotting.series_styles import LIGHT_PAPER, OTHERS
-from mbdsl.viewing.motion import Motion
-from mbdsl.viewing.overlays import Overlays, Painted
+from mbdsl.viewing.motion import Motion, largest_strain
+from mbdsl.viewing.overlays import Overlays, Painted, colour_bar
 from mbdsl.viewing.pixels import DRIVE, FINE, FORCE, HOT, INK, PALE, ROD, SHADE, Pixels, Place, mixed
 from mbdsl.viewing.shapes import Drawing
 from mbdsl.viewing.shapes import drawing as shapes_of
@@ -42,6 +42,8 @@ class Picture(Pixels):
             self.ghost = Picture(other, replace(back, bounds=drawing.bounds, unit=drawing.unit), width, height)
         super().__init__(motion, drawing, width, height)
         self.overlays = Painted(overlays, motion)
+        self.strains = [curve.strain() for curve in motion.curves]
+        self.strain = largest_strain(motion.curves)
 
     def frame(self, row: int) -> Image.Image:
         """The picture of a row of the motion."""
@@ -57,6 +59,8 @@ class Picture(Pixels):
         self.draw, self.row = ImageDraw.Draw(image), row
         self.shown(row)
         self.overlays.draw(self)
+        if self.strain:
+            colour_bar(self, self.colours[self.motion.curves[0].body], self.strain)
         return image.reduce(FINE)
 
     def shown(self, row: int) -> None:
@@ -98,11 +102,10 @@ def _plain_link(p: Pixels, shape: Shape, place: Place) -> None:
     p.line(points, max(1.6, 0.5 * p.U), OTHERS[0].light)
 
 
-def _beam(p: Pixels, shape: Shape) -> None:
+def _beam(p: Picture, shape: Shape) -> None:
     curve = p.motion.curves[shape.data["beam"]]
     points = [(p.left + p.scale * x, p.top - p.scale * y) for x, y in curve.points[p.row].tolist()]
-    bent = np.abs(curve.curvature())
-    shades = (bent[p.row] / (np.nanmax(bent) or 1.0)).tolist()
+    shades = (p.strains[shape.data["beam"]][p.row] / (p.strain or 1.0)).tolist()
     width, colour = max(2.5, 0.42 * p.U), p.colour(shape)
     p.line(points, width + 2.5, colour)
     for k in range(len(points) - 1):

@@ -183,14 +183,27 @@ function scaleBar(g) {
   else for (const [group, name] of [["forces", "force"], ["reactions", "reaction"]])
     if (show[group] && data.largest[`${group}2`])
       notes.push(`longest arrow of a ${name}: ${written(data.largest[`${group}2`], 3)} N`);
-  if (data.curves.length && !data.modes) {
-    const most = Math.max(...data.curves.map((c) => c.most));
-    const factor = show.deflection === 1 ? "" : `; deflection × ${show.deflection}`;
-    notes.push(`red: curvature up to ${written(most, 3)} 1/m${factor}`);
-  }
+  if (show.deflection !== 1) notes.push(`deflection × ${show.deflection}`);
   if (data.pale) notes.push(`pale: ${data.pale}`);
   if (data.modes) notes.push(...modeNotes());
   notes.forEach((note, k) => text(g, note, x, y - 22 - 17 * k, theme.pale));
+  if (data.modes ? data.curves.length : data.strain) colourBar(g, x, y - 26 - 17 * notes.length);
+}
+
+// The colours of beams and what they mean.
+function colourBar(g, x, y) {
+  const [width, height] = [90, 8];
+  const own = painter.colour(data.elastic[0]);
+  const shades = g.createLinearGradient(x, 0, x + width, 0);
+  shades.addColorStop(0, mixed(own, theme.paper, 0.72));
+  shades.addColorStop(1, theme.hot);
+  g.fillStyle = shades;
+  g.fillRect(x, y, width, height);
+  g.lineWidth = 1;
+  g.strokeStyle = theme.pale;
+  g.strokeRect(x, y, width, height);
+  const words = data.modes ? "bending strain, relative" : `bending strain 0 … ${written(data.strain, 3)}`;
+  text(g, words, x + width + 8, y + height / 2, theme.pale);
 }
 
 // The state as text and as data of the page.

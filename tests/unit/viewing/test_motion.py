@@ -7,7 +7,7 @@ from mbdsl import load, parse
 from mbdsl.elements import kinds, modules
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import UsageError
-from mbdsl.viewing.motion import GROUND, chosen_rows, motion
+from mbdsl.viewing.motion import GROUND, chosen_rows, largest_strain, motion
 from mbdsl.viewing.shapes import drawing, outline
 from mbdsl.viewing.signals import extremes, signals, thinned
 from mbdsl.viewing.symbols import KNOWN, SYMBOLS
@@ -165,3 +165,15 @@ def test_the_file_of_a_kind_names_its_symbol(slider_crank, monkeypatch):
     monkeypatch.delattr(module, "DRAWING")
     (mark,) = shapes_of(slider_crank, "mark")
     assert mark.name == "B"
+
+
+def test_the_strain_of_a_beam(trajectory_of):
+    """Half a sine wave of height A has the curvature A (pi/L)^2 in its middle, the edge of a 2 cm square is at 1 cm."""
+    scene = parse("""model B Ground ground; FlexibleBeam beam(length = 2 m, density = 7800, S = 4 cm2, I = (2 cm)^4/12,
+      E = 210 GPa, modes = 1); FreeMotion f(ground, beam.c); end B;""")
+    (curve,) = motion(trajectory_of(scene, [0.0, 1.0], {"beam": np.array([[0.0] * 4, [0.0, 0.0, 0.0, 1e-3]])})).curves
+    height = abs(curve.points[1, 12, 1])
+    # differences over two parts of 24 of the length: (pi/24)^2/6 = 0.3 % below
+    assert curve.strain()[1, 12] == pytest.approx(0.01 * height * (np.pi / 2) ** 2, rel=5e-3)
+    assert not curve.strain()[0].any()
+    assert largest_strain([curve]) == curve.strain()[1].max()
