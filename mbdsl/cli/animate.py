@@ -42,6 +42,8 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--arrows",
         metavar="GROUP,...",
+        type=_arrows,
+        default=("forces",),
         help="arrows that are drawn at first: forces, reactions, both, or none; default: forces",
     )
     parser.add_argument(
@@ -55,6 +57,15 @@ def register(subparsers) -> argparse.ArgumentParser:
     values.add_size(parser)
     parser.add_argument("--quiet", action="store_true", help="print errors and warnings only")
     return parser
+
+
+def _arrows(text: str) -> tuple[str, ...]:
+    """Groups of arrows."""
+    found = () if text.strip() == "none" else tuple(values.names(text))
+    for group in found:
+        if group not in ("forces", "reactions"):
+            raise argparse.ArgumentTypeError(f"there are no arrows `{group}`: forces, reactions, none")
+    return found
 
 
 def run(args: argparse.Namespace) -> int:
@@ -88,19 +99,13 @@ def _write(args: argparse.Namespace, trajectory: Trajectory, names: list[str] | 
 
     patterns = values.patterns(args.signals) if args.signals else names
     traces = values.names(args.trace) if args.trace else ()
-    page = animate(trajectory, patterns, traces, _ghost(args, trajectory), _arrows(args))
+    page = animate(trajectory, patterns, traces, _ghost(args, trajectory), args.arrows)
     page.save(out, args.size)
     if not args.quiet:
         motion = page.motion
         size = values.file_size(out)
         frames = f"{len(motion.t)} frames of " if Path(out).suffix.lower() in PAGES else ""
         print(f"{visible(out, line=True)}: {size}, {frames}{motion.t[-1] - motion.t[0]:.6g} s")
-
-
-def _arrows(args: argparse.Namespace) -> tuple[str, ...]:
-    if args.arrows is None:
-        return ("forces",)
-    return () if args.arrows.strip() == "none" else tuple(values.names(args.arrows))
 
 
 def _ghost(args: argparse.Namespace, trajectory: Trajectory) -> Trajectory | None:

@@ -229,7 +229,7 @@ function fillPoses() {
     for (let k = 0; k < 3; k += 1) row.insertCell();
   }
   entries.forEach(([, at], k) => {
-    const pose = motion.pose(at);
+    const pose = motion.pose(at).map((value) => (Math.abs(value) < 1e-15 * data.unit ? 0 : value));
     [pose[0] + data.origin[0], pose[1] + data.origin[1], pose[2]].forEach((value, j) => {
       body.rows[k].cells[j + 1].textContent = written(value, 6);
     });
