@@ -143,6 +143,8 @@ class Instance:
         if outside is not None:
             given = merge({d.name: given}, {d.name: outside})[d.name] if given is not None else outside
         kind = classify(d, member.unit)
+        if d.notes:
+            self._refuse_shapes(d, kind)
         if "input" in d.prefixes:
             refuse_other_inputs(d, kind)
         looped = block and d.indices
@@ -193,8 +195,6 @@ class Instance:
         if isinstance(kind, str):
             self._enter(d, looped, scope, self._parts(d, kind, arguments, modifiers, elements, scope))
         else:
-            if d.notes:
-                self._refuse_shapes(d, f"`{d.name}` is a model")
             self._enter(d, looped, scope, self._sub_models(d, *kind, arguments, modifiers, elements))
 
     def _check_table(self, d: s.Declaration, positional: Sequence[s.Expression], modifiers: Modifiers) -> None:
@@ -218,8 +218,6 @@ class Instance:
         """The function that makes a component of a kind."""
         template = Template(kinds()[kind], modifiers)
         template.unknown(d.name)
-        if d.notes and not isinstance(template.kind, BodyKind):
-            self._refuse_shapes(d, f"`{d.name}` is a {kind}")
 
         def part(name: str, contexts: Contexts, index: tuple[int, ...]) -> Part:
             own = template
@@ -234,14 +232,18 @@ class Instance:
 
         return part
 
-    def _refuse_shapes(self, d: s.Declaration, what: str) -> None:
-        """Refuse a Shape of anything but a body or the ground."""
+    def _refuse_shapes(self, d: s.Declaration, kind: object) -> None:
+        """Refuse a Shape of anything but a body or the ground where it is declared."""
         from mbdsl.lang.shapes import ICON, shapes_among
 
+        known = kinds().get(kind) if isinstance(kind, str) else None
+        if isinstance(known, BodyKind) and "outer" not in d.prefixes:
+            return
         for shape in shapes_among(d.notes):
             if shape.name != ICON:
+                what = "is declared in a model around this one" if "outer" in d.prefixes else "is no body"
                 hint = "give it to a body or to the ground, behind its declaration"
-                raise ModelError(f"{what}, a Shape belongs to a body", span_of(shape.at), hint)
+                raise ModelError(f"`{d.name}` {what}, a Shape belongs to a body", span_of(shape.at), hint)
 
     def _refuse_loose_shapes(self) -> None:
         """Refuse a Shape in the annotation of a model; its Icon is for diagrams and is ignored."""
