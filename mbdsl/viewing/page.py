@@ -127,7 +127,7 @@ def document(
         "vectors": [_vector(v, pack) for v in vectors],
         "largest": largest(vectors),
         "strain": largest_strain(motion.curves),
-        "ghost": None if ghost is None else _mechanism(_Packing(origin, ghost[0], pack.reach), ghost[1]),
+        "ghost": None if ghost is None else _mechanism(_Packing(origin, ghost[0], pack.reach, False), ghost[1]),
         "about": [list(item) for item in about],
     }
 
@@ -158,8 +158,9 @@ def _vector(v: Vector, pack: _Packing) -> dict[str, Any]:
 class _Packing:
     """Numbers of the page: positions relative to an origin, as 32-bit numbers or as integers of 16 bits."""
 
-    def __init__(self, origin: NDArray[np.float64], motion: Motion, reach: float) -> None:
+    def __init__(self, origin: NDArray[np.float64], motion: Motion, reach: float, strained: bool = True) -> None:
         self.motion, self.origin, self.reach = motion, origin, reach
+        self.strained = strained  # whether beams are coloured by their strain
         self.small = motion.poses.size > MANY
         self.level = (reach or 1.0) / 32767
 
@@ -181,7 +182,7 @@ class _Packing:
     def curves(self) -> list[dict[str, Any]]:
         found, most = [], largest_strain(self.motion.curves)
         for curve in self.motion.curves:
-            shades = np.nan_to_num(255 * curve.strain() / (most or 1.0)).round()
+            shades = np.nan_to_num(255 * curve.strain() / (most or 1.0) * self.strained).round()
             points = {**_levels((curve.points - self.origin) / self.level), "scale": self.level}
             found.append({"points": points, "count": len(curve.along), "colours": array(shades, "u1")})
         return found

@@ -40,6 +40,7 @@ class Picture(Pixels):
             back = shapes_of(other)
             drawing = replace(drawing, bounds=_around(drawing.bounds, back.bounds))
             self.ghost = Picture(other, replace(back, bounds=drawing.bounds, unit=drawing.unit), width, height)
+            self.ghost.strain = np.inf  # its beams have the colours of their bodies
         super().__init__(motion, drawing, width, height)
         self.overlays = Painted(overlays, motion)
         self.strains = [curve.strain() for curve in motion.curves]

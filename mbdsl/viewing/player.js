@@ -5,6 +5,7 @@ const motion = data.modes ? new Vibration(data) : new Motion(data);
 const painter = new Painter(data, motion);
 const ghost = data.ghost && new Motion(data.ghost);
 const ghostPainter = ghost && new Painter(data.ghost, ghost);
+const layer = ghost && document.createElement("canvas");
 const canvas = $("picture");
 const view = { x: 0, y: 0, scale: 1, side: 400 }; // `side` is the shorter of the picture
 const show = { labels: false, masses: false, frames: false, forces: false, reactions: false, deflection: 1, size: 1 };
@@ -91,11 +92,18 @@ function paint() {
   report();
 }
 
+// On a layer of its own, which is pale as a whole: parts that overlap are as pale as others.
 function paintGhost(g) {
   ghost.seek(motion.time);
+  [layer.width, layer.height] = [canvas.width, canvas.height]; // this clears it
+  const own = layer.getContext("2d");
+  own.setTransform(g.getTransform());
+  ghostPainter.paint(own, view, theme, show);
+  g.save();
+  g.setTransform(1, 0, 0, 1, 0, 0);
   g.globalAlpha = 0.28;
-  ghostPainter.paint(g, view, theme, show);
-  g.globalAlpha = 1;
+  g.drawImage(layer, 0, 0);
+  g.restore();
 }
 
 function paintTraces(g) {
