@@ -7,6 +7,8 @@ line, a caret, and a remedy.
 
 from __future__ import annotations
 
+import linecache
+import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -81,15 +83,43 @@ class MbdslError(Exception):
         str
             Several lines, without a newline at the end.
         """
-        lines = [_line(f"{_where(self.span)}{self.severity}: {self.message}"), *_excerpt(self.span)]
+        return self._text(f"{self.severity}: ")
+
+    def __str__(self) -> str:
+        return self._text("")  # without the severity: Python and IPython put the name of the class before it
+
+    def _text(self, severity: str) -> str:
+        lines = [_line(f"{_where(self.span)}{severity}{self.message}"), *_excerpt(self.span)]
         for text, span in self.notes:
             lines += [_line(f"{_where(span)}note: {text}"), *_excerpt(span)]
         if self.hint:
             lines.append(_line(f"  = {self.hint}"))
         return "\n".join(lines)
 
-    def __str__(self) -> str:
-        return self.render()
+    def _render_traceback_(self) -> list[str]:
+        """The lines that IPython shows instead of a traceback."""
+        return [f"{type(self).__name__}: {self}", *_call(self)]
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        return f"<pre>{escape(self.render())}</pre>"
+
+
+def _call(error: BaseException) -> list[str]:
+    """The line of the user's code that called mbdsl; none if that is the only line of its cell."""
+    found, tb = None, error.__traceback__
+    while tb is not None and tb.tb_frame.f_globals.get("__name__", "").partition(".")[0] != "mbdsl":
+        found, tb = tb, tb.tb_next
+    if found is None:
+        return []
+    file, line = found.tb_frame.f_code.co_filename, found.tb_lineno
+    text = linecache.getlines(file, found.tb_frame.f_globals)
+    if not 0 < line <= len(text) or text[line - 1].startswith("get_ipython()"):
+        return []
+    if os.path.exists(file):
+        return [f"{file}:{line}: {_line(text[line - 1].strip())}"]
+    return [f"line {line} of the cell: {_line(text[line - 1].strip())}"] if len(text) > 1 else []
 
 
 def _where(span: Span | None) -> str:
@@ -143,6 +173,10 @@ class Interrupted(KeyboardInterrupt):
     def __str__(self) -> str:
         t = self.trajectory.t
         return f"interrupted at t = {t[-1]:g} s" if len(t) else "interrupted"
+
+    def _render_traceback_(self) -> list[str]:
+        """The lines that IPython shows instead of a traceback."""
+        return [f"Interrupted: {self}", "  = `sys.last_value.trajectory` holds the results up to then", *_call(self)]
 
 
 class UsageError(MbdslError):

@@ -37,6 +37,7 @@ from mbdsl.lang.model_argument import blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
 from mbdsl.numerics.saddle_point import Array, dense
+from mbdsl.plotting.figures import Table
 from mbdsl.simulation.simulate import simulate
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
@@ -236,20 +237,37 @@ class Modes(Sequence[Mode]):
             found[f"{name}.amplitude"], found[f"{name}.phase"] = np.abs(values), np.angle(values)
         return found
 
-    def __str__(self) -> str:
+    def _head(self) -> str:
         shown = f"{len(self)} of {self.total}" if self.total and self.total > len(self) else f"{len(self)}"
         if not self.modes:
             shown = "no"
         head = f"{self.scene.name}: {shown} mode{'s' * (len(self) != 1)} about "
-        head += "its static equilibrium" if self.at == "static" else f"its state at t = {self.t:g} s"
-        lines = [head, "    #      f [Hz]  damped [Hz]     damping  what moves"] if self.modes else [head]
+        return head + ("its static equilibrium" if self.at == "static" else f"its state at t = {self.t:g} s")
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        """Number, frequency, damped frequency, damping ratio, and the bodies that move, of each mode."""
+        rows = []
         for k, mode in enumerate(self.modes, 1):
             parts = [f"{name} {part:.0%}" for name, part in mode.bodies.items() if part >= 0.05]
             mark = "  unstable" if mode.unstable else "  moves freely" if mode.omega == 0.0 else ""
             damping = mode.damping if abs(mode.damping) > 1e-9 else 0.0
-            row = f"{k:5} {mode.frequency:11.6g}  {mode.damped_frequency:11.6g} {damping:11.4g}"
-            lines.append(f"{row}  {few(parts, 4)}{mark}")
+            numbers = f"{mode.frequency:.6g}", f"{mode.damped_frequency:.6g}", f"{damping:.4g}"
+            rows.append((str(k), *numbers, few(parts, 4) + mark))
+        return rows
+
+    def __str__(self) -> str:
+        lines = [self._head(), "    #      f [Hz]  damped [Hz]     damping  what moves"] if self.modes else [self._head()]
+        lines += [f"{k:>5} {f:>11}  {damped:>11} {ratio:>11}  {what}" for k, f, damped, ratio, what in self._rows()]
         return "\n".join([*lines, *(f"note: {text}" for text in self.notes)])
+
+    def __repr__(self) -> str:
+        return f"<Modes of {self._head()}>"
+
+    def _repr_html_(self) -> str:
+        from mbdsl.plotting.html_tables import fragment
+
+        found = Table("", ("#", "f [Hz]", "damped [Hz]", "damping", "what moves"), self._rows())
+        return fragment(self._head(), (), [found], [f"note: {text}" for text in self.notes])
 
 
 @blame_model

@@ -31,6 +31,7 @@ from mbdsl.mechanism import graph as mechanism_graph
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, few
 from mbdsl.numerics.saddle_point import Array, dense
+from mbdsl.plotting.figures import Table
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.statics.pseudo_transient import Search, movers
 from mbdsl.storage import cache_folder
@@ -177,12 +178,27 @@ class Equilibrium:
                 names += [f"{c.name}.{key}" for key in c.kind.reaction]
         return [name for name in names if name in self.trajectory]
 
-    def __str__(self) -> str:
+    def _head(self) -> str:
         known = {"held": "nothing can move"}.get(self.stability, self.stability)
         steps = count(self.iterations, "iteration")
-        head = f"{self.scene.name}: equilibrium at t = {self.t:g} s, {known} ({steps})"
-        table = [(name, self[name], self.trajectory.unit(name)) for name in (*self.poses, *self.reactions)]
-        return "\n".join([head, *listed(table), *(f"note: {text}" for text in self.notes)])
+        return f"{self.scene.name}: equilibrium at t = {self.t:g} s, {known} ({steps})"
+
+    def _values(self) -> list[tuple[str, float, str]]:
+        """Name, value and unit of positions and reactions."""
+        return [(name, self[name], self.trajectory.unit(name)) for name in (*self.poses, *self.reactions)]
+
+    def __str__(self) -> str:
+        return "\n".join([self._head(), *listed(self._values()), *(f"note: {text}" for text in self.notes)])
+
+    def __repr__(self) -> str:
+        return f"<Equilibrium of {self._head()}>"
+
+    def _repr_html_(self) -> str:
+        from mbdsl.plotting.html_tables import fragment
+
+        rows = [(name, f"{value:.6g}", unit) for name, value, unit in rounded(self._values())]
+        found = Table("", ("signal", "value", "unit"), rows)
+        return fragment(self._head(), (), [found], [f"note: {text}" for text in self.notes])
 
 
 class AtRest(Trajectory):
@@ -196,13 +212,17 @@ class AtRest(Trajectory):
 def listed(rows: Sequence[tuple[str, float, str]], most: int = 120) -> list[str]:
     """Lines ``name value unit``, at most ``most``."""
     width = max((len(name) for name, *_ in rows), default=0)
+    rows = rounded(rows)
+    lines = [f"  {name:{width}} {value:13.6g} {unit}".rstrip() for name, value, unit in rows[:most]]
+    return lines + ([f"  ... ({len(rows)} in all)"] if len(rows) > most else [])
+
+
+def rounded(rows: Sequence[tuple[str, float, str]]) -> list[tuple[str, float, str]]:
+    """The rows, with 0 for values at the rounding level of the largest in the same unit; files have all digits."""
     size = dict[str, float]()
     for _, value, unit in rows:
         size[unit] = max(size.get(unit, 0.0), abs(value))
-    # values at the rounding level of the largest in the same unit are shown as zero; files have all digits
-    rows = [(name, value if abs(value) > 1e-13 * size[unit] else 0.0, unit) for name, value, unit in rows]
-    lines = [f"  {name:{width}} {value:13.6g} {unit}".rstrip() for name, value, unit in rows[:most]]
-    return lines + ([f"  ... ({len(rows)} in all)"] if len(rows) > most else [])
+    return [(name, value if abs(value) > 1e-13 * size[unit] else 0.0, unit) for name, value, unit in rows]
 
 
 def prepare(

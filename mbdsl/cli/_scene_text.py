@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from mbdsl.expressions.printing import text
-from mbdsl.expressions.symbolic import Expr
 from mbdsl.mechanism.drawn_shapes import DrawnShape
-from mbdsl.mechanism.scene import Scene, Table
+from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.scene_tables import value, with_unit
 from mbdsl.messages import visible
 
 
@@ -18,7 +18,7 @@ def describe(scene: Scene) -> str:
         section(
             lines,
             f"{c.kind.name} {c.name}" + (f"({ports})" if ports else "") + (f"  // {c.span}" if c.span else ""),
-            [f"{name} = {_with_unit(c.kind, name, v)}" for name, v in c.values.items() if v not in (None, ())],
+            [f"{name} = {with_unit(c.kind, name, v)}" for name, v in c.values.items() if v not in (None, ())],
             [f"frame {f.name} = {value((f.x, f.y, f.phi))}" for f in scene.frames.values() if f.body == c.name],
             [f"signal {c.name}.{key} = {text(e)}" for key, e in scene.signals_of(c).items()],
             [f"0 = {text(e)}" for e in c.velocity_constraints],
@@ -48,19 +48,3 @@ def _shape(x: DrawnShape) -> str:
     size = f"half axes {value(x.axes[:2])}" if x.form == "ellipse" else f"{len(x)} points"
     colours = [f"{name} {colour}" for name, colour in (("fill", x.fill), ("line", x.line)) if colour]
     return ", ".join([f"{x.form} of {size}", *colours])
-
-
-def _with_unit(kind, name: str, v) -> str:
-    parameter = kind.parameter(name)
-    unit = parameter.unit if parameter and parameter.unit not in ("", "1") else ""
-    return f"{value(v)} {unit}".rstrip()
-
-
-def value(v) -> str:
-    if isinstance(v, Expr):
-        return text(v)
-    if isinstance(v, Table):
-        return f"table of {len(v.u)} points ({v.smoothness}, {v.extrapolation})"
-    if isinstance(v, tuple):
-        return "{" + ", ".join(value(x) for x in v) + "}"
-    return f'"{visible(v, line=True)}"' if isinstance(v, str) else repr(v)

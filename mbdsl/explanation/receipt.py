@@ -23,6 +23,7 @@ from mbdsl.mechanism.reduction import Note
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
 from mbdsl.messages import count, few
+from mbdsl.plotting.figures import Table
 from mbdsl.simulation.mechanism_run import Motion, Moving
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, plan
 from mbdsl.storage import cache_folder
@@ -108,6 +109,22 @@ class Receipt:
 
     def __str__(self) -> str:
         return _text(self)
+
+    def __repr__(self) -> str:
+        return f"<Receipt of {self.scene.name}: {_solved_for(self)}>"
+
+    def _repr_html_(self) -> str:
+        from mbdsl.plotting.html_tables import fragment
+
+        head, *rows = _table(self)
+        code = [(e.effect, _few_kernels(e.kernels)) for e in self.entries if e.kernels]
+        tables = [
+            Table("", head, rows, _of_step(self)),
+            Table("Code", ("effect", "functions"), code),
+            Table("Before the first step", ("", ""), [_split(line) for line in _before(self)]),
+            Table("Outputs, computed on access", ("signal", "computation"), self.outputs),
+        ]
+        return fragment(f"{self.scene.name}: {_as_written(self)}", [f"solved for: {_solved_for(self)}"], tables)
 
 
 @blame_model
@@ -432,10 +449,34 @@ def _rows(motion: Motion) -> dict[str, int]:
 
 
 def _text(r: Receipt) -> str:
+    lines = [f"{r.scene.name}: {_as_written(r)}", f"solved for: {_solved_for(r)}", ""]
+    rows = _table(r)
+    widths = [max(len(row[k]) for row in rows) for k in range(5)]
+    for row in rows:
+        cells = [row[k].ljust(widths[k]) if k != 4 else row[k].rjust(widths[k]) for k in range(5)]
+        lines.append("  ".join(cells).rstrip())
+    lines += ["", said] if (said := _of_step(r)) else []
+    lines += ["", "code"]
+    lines += [f"  {e.effect}: {_few_kernels(e.kernels)}" for e in r.entries if e.kernels]
+    lines += ["", "before the first step"]
+    lines += [f"  {line}" for line in _before(r)]
+    if r.outputs:
+        lines += ["", "outputs, computed on access"]
+        lines += [f"  {name}: {text}" for name, text in r.outputs]
+    return "\n".join(lines)
+
+
+def _as_written(r: Receipt) -> str:
     names = {"n": "coordinate", "m": "constraint", "p": "nonholonomic constraint"}
-    before = ", ".join(count(r.sizes[key][0], names[key]) for key in names if key != "p" or r.sizes[key][0])
-    after = ", ".join(f"{key} = {r.sizes[key][1]}" for key in names)
-    lines = [f"{r.scene.name}: {before}", f"solved for: {after}, in {count(r.parts, 'part')}", ""]
+    return ", ".join(count(r.sizes[key][0], names[key]) for key in names if key != "p" or r.sizes[key][0])
+
+
+def _solved_for(r: Receipt) -> str:
+    return f"{', '.join(f'{key} = {after}' for key, (_, after) in r.sizes.items())}, in {count(r.parts, 'part')}"
+
+
+def _table(r: Receipt) -> list[tuple[str, ...]]:
+    """Heading and rows: effect, whether it is in the model, why, unknowns, share of the time of a step."""
     total = sum(after for _, after in r.sizes.values())
     rows = [("effect", "in", "why", "unknowns", "time")]
     for e in r.entries:
@@ -443,28 +484,32 @@ def _text(r: Receipt) -> str:
         unknowns = f"{e.unknowns} of {total}" if e.unknowns else ""
         time = "" if e.share is None else f"{100.0 * e.share:.0f} %" if e.share >= 0.005 else "< 1 %"
         rows.append((e.effect, "yes" if e.present else "no", e.why + where, unknowns, time))
-    widths = [max(len(row[k]) for row in rows) for k in range(5)]
-    for row in rows:
-        cells = [row[k].ljust(widths[k]) if k != 4 else row[k].rjust(widths[k]) for k in range(5)]
-        lines.append("  ".join(cells).rstrip())
-    if r.step is not None:
-        own = "the method's own formulas and its linear algebra"
-        rest = f"the share of {own} cannot be measured; the other shares are relative to their sum"
-        if r.remainder is not None:
-            rest = f"{100 * r.remainder:.0f} % of it is spent on {own}"
-        lines += ["", f"a step takes {1e6 * r.step:.3g} us ({', '.join(r.methods)}, h = {r.plan.h:g} s); {rest}"]
-    lines += ["", "code"]
-    lines += [f"  {e.effect}: {_few_kernels(e.kernels)}" for e in r.entries if e.kernels]
-    lines += ["", "before the first step"]
-    lines += [f"  {note}" for note in r.notes]
-    lines += ["  merged, moved, split: nothing"] if not r.notes else []
-    lines += [f"  hoisted: {text}" for text in r.hoisted]
+    return rows
+
+
+def _of_step(r: Receipt) -> str:
+    """The time of a step, "" if it was not measured."""
+    if r.step is None:
+        return ""
+    own = "the method's own formulas and its linear algebra"
+    rest = f"the share of {own} cannot be measured; the other shares are relative to their sum"
+    if r.remainder is not None:
+        rest = f"{100 * r.remainder:.0f} % of it is spent on {own}"
+    return f"a step takes {1e6 * r.step:.3g} us ({', '.join(r.methods)}, h = {r.plan.h:g} s); {rest}"
+
+
+def _before(r: Receipt) -> list[str]:
+    """What is done before the first step, and what is left out, one line each."""
+    lines = [str(note) for note in r.notes] or ["merged, moved, split: nothing"]
+    lines += [f"hoisted: {text}" for text in r.hoisted]
     for effect, components in r.scene.without.items():
-        lines.append(f"  left out on request: {effect}, of {few(components) if components else 'nothing: it has none'}")
-    if r.outputs:
-        lines += ["", "outputs, computed on access"]
-        lines += [f"  {name}: {text}" for name, text in r.outputs]
-    return "\n".join(lines)
+        lines.append(f"left out on request: {effect}, of {few(components) if components else 'nothing: it has none'}")
+    return lines
+
+
+def _split(line: str) -> tuple[str, str]:
+    what, _, rest = line.partition(": ")
+    return what, rest
 
 
 def _few_kernels(names: tuple[str, ...]) -> str:

@@ -75,6 +75,14 @@ class MechanismGraph:
     forces: tuple[Edge, ...]
     warnings: tuple[ModelWarning, ...] = field(default=(), compare=False)
 
+    def __repr__(self) -> str:
+        return f"<MechanismGraph of {self.summary().splitlines()[0]}>"
+
+    def _repr_html_(self) -> str:
+        from mbdsl.mechanism.scene_tables import of_graph
+
+        return of_graph(self)
+
     # -- counts ----------------------------------------------------------------------------------------------
     @cached_property
     def coordinates(self) -> int:

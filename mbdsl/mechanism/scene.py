@@ -216,6 +216,11 @@ class Scene:
         words = [f"{n} {what if n == 1 else plural.get(what, what + 's')}" for what, n in counts.items() if n]
         return f"<Scene {self.name}: {', '.join(words) or 'empty'}>"
 
+    def _repr_html_(self) -> str:
+        from mbdsl.mechanism.scene_tables import of_scene
+
+        return of_scene(self)
+
     @cached_property
     def _content(self) -> str:
         return canonical_text(self)

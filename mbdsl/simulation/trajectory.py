@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     import xarray
 
     from mbdsl.plotting.signal_plots import Plot
+    from mbdsl.simulation.signal_table import Signals
     from mbdsl.viewing.animation import Animation
 
 Array = NDArray[np.float64]
@@ -93,6 +94,11 @@ class Trajectory:
         span = f"{self.t[0]:g} ... {self.t[-1]:g} s" if len(self.t) else "empty"
         return f"<Trajectory of {self.scene.name}: {len(self.t)} points, {span}, {self.status}>"
 
+    def _repr_html_(self) -> str:
+        from mbdsl.simulation.signal_table import of_trajectory
+
+        return of_trajectory(self)
+
     def __len__(self) -> int:
         return len(self.t)
 
@@ -110,6 +116,13 @@ class Trajectory:
     def names(self) -> list[str]:
         """Names of all signals, "time" first."""
         return self._names.names
+
+    @property
+    def signals(self) -> Signals:
+        """Names of all signals with units and meanings; ``print`` and notebooks show a table."""
+        from mbdsl.simulation.signal_table import signals
+
+        return signals(self)
 
     @property
     def default_names(self) -> list[str]:

@@ -79,6 +79,15 @@ class EffectsStudy:
     def __str__(self) -> str:
         return _text(self)
 
+    def __repr__(self) -> str:
+        names = [", ".join(row.effects) for row in self.rows]
+        return f"<EffectsStudy of {self.signal} in {self.scene.name}: {'; '.join(names) or 'no effects'}>"
+
+    def _repr_html_(self) -> str:
+        from mbdsl.plotting.html_tables import preformatted
+
+        return preformatted(str(self))
+
 
 def effects(
     model: str | PathLike,

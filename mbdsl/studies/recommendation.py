@@ -96,17 +96,31 @@ class Recommendation:
         """The shell command of the fastest case."""
         return shlex.join(["mbdsl", "simulate", self.path, *self.best.case.arguments.split(), *self.extra])
 
-    def __str__(self) -> str:
+    def _head(self) -> str:
+        return f"{self.model}: an error of {self.error:.3g}{f' {self.unit}' if self.unit else ''} in {self.what}"
+
+    def _table(self) -> Table:
         unit = f" {self.unit}" if self.unit else ""
         rows = []
         for c in self.choices:
             ratio = f"{c.time / self.best.time:.2g}"
             rows.append((c.case.series, size(c.case), number(c.error) + unit, duration(c.time), ratio))
-        table = Table("", ("method", "step or tol", "error", "time", "to the best"), rows)
-        lines = [f"{self.model}: an error of {self.error:.3g}{unit} in {self.what}", "", as_text(table), ""]
-        lines += [f"{name}: {why}" for name, why in self.others]
-        lines += [self.note] if self.note else []
-        return "\n".join([*lines, f"reference: {self.reference}", f"cheapest here:  {self.command}"])
+        return Table("", ("method", "step or tol", "error", "time", "to the best"), rows)
+
+    def _rest(self) -> list[str]:
+        lines = [f"{name}: {why}" for name, why in self.others] + ([self.note] if self.note else [])
+        return [*lines, f"reference: {self.reference}", f"cheapest here:  {self.command}"]
+
+    def __str__(self) -> str:
+        return "\n".join([self._head(), "", as_text(self._table()), "", *self._rest()])
+
+    def __repr__(self) -> str:
+        return f"<Recommendation for {self._head()}: {self.best.case}>"
+
+    def _repr_html_(self) -> str:
+        from mbdsl.plotting.html_tables import fragment
+
+        return fragment(self._head(), (), [self._table()], self._rest())
 
 
 def recommend(

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from mbdsl.errors import UsageError
-from mbdsl.messages import duration
+from mbdsl.messages import count, duration
 from mbdsl.plotting.figures import Figure, Outcome, Page, Table
 from mbdsl.simulation.provenance import machine, versions
 from mbdsl.storage.output_files import write_text
@@ -27,6 +27,7 @@ PICTURES = ("png", "svg")
 TROUBLES = 12  #: failed cases that are listed one by one
 LONG = 40  #: largest number of rows of a table in a terminal
 WIDTH = 100  #: characters of a line in a terminal
+HEIGHT = 640  #: of the page in a notebook [px]
 
 
 class Study:
@@ -181,6 +182,14 @@ class Study:
 
     def __str__(self) -> str:
         return self.text()
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self.survey.scene.name}: {count(len(self.survey.rows), 'run')}>"
+
+    def _repr_html_(self) -> str:
+        from mbdsl.plotting import html_tables, pages
+
+        return html_tables.frame(pages.html(self.page()), HEIGHT)
 
     def text(self, most: int = LONG) -> str:
         """Return the report for a terminal.

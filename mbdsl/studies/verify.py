@@ -84,13 +84,26 @@ class Verification:
         return {"problem": self.problem or None, "until": self.until, "run": self.stats, "digits": digits}
 
     def __str__(self) -> str:
-        if not self.agreements:
-            return f"not verified: {self.how}: {self.problem or 'there are no signals'}"
+        return as_text(self._table()) if self.agreements else self._failure()
+
+    def __repr__(self) -> str:
+        least = f", at least {self.agreements[0].digits:.1f} digits" if self.agreements else f": {self.problem}"
+        return f"<Verification by {self.how}{least}>"
+
+    def _repr_html_(self) -> str:
+        from mbdsl.plotting.html_tables import fragment, table
+
+        return table(self._table()) if self.agreements else fragment(self._failure())
+
+    def _failure(self) -> str:
+        return f"not verified: {self.how}: {self.problem or 'there are no signals'}"
+
+    def _table(self) -> Table:
         rows = [(a.signal, f"{a.digits:.1f}", _differs(a)) for a in self.agreements[:SHOWN]]
         hidden = len(self.agreements) - len(rows)
         note = f"{hidden} more agree to {self.agreements[SHOWN].digits:.1f} digits or better" if hidden else ""
         title = f"verified by {self.how}" + (f", up to t = {self.until:.4g} s only" if self.problem else "")
-        return as_text(Table(title, ("signal", "digits", "differs by"), rows, note))
+        return Table(title, ("signal", "digits", "differs by"), rows, note)
 
 
 def verify(

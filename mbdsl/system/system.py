@@ -23,6 +23,7 @@ from mbdsl.mechanism.extreme_numbers import blame_extremes
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.graph import build as build_graph
 from mbdsl.mechanism.scene import Scene
+from mbdsl.plotting.figures import Table
 from mbdsl.system import background_compilation, emit, switches
 from mbdsl.system.body_models import at_rest
 from mbdsl.system.build_tables import build_tables
@@ -66,6 +67,15 @@ class System:
     def __reduce__(self) -> tuple:
         """Pickled as the arguments of ``build``, without compiled code."""
         return build, (self.scene, None, *self._built)
+
+    def __repr__(self) -> str:
+        return f"<System of {self.scene.name}: n = {self.n}, m = {self.m}, p = {self.p}>"
+
+    def _repr_html_(self) -> str:
+        from mbdsl.plotting.html_tables import fragment
+
+        numbering = Table("", ("entries", "component", "coordinates or kind"), self._numbering())
+        return fragment(f"{self.scene.name}: {self._sizes()}", (), [numbering], [self._frames()])
 
     @property
     def n(self) -> int:
@@ -416,22 +426,31 @@ class System:
 
     def describe(self) -> str:
         """Sizes and numbering, as text."""
-        t = self.tables
-        lines = [f"n = {self.n} coordinates, m = {self.m} holonomic constraints, p = {self.p} nonholonomic", ""]
+        rows = [f"{place}  {name} ({what})" for place, name, what in self._numbering()]
+        return "\n".join([self._sizes(), "", *rows, "", self._frames()])
+
+    def _sizes(self) -> str:
+        return f"n = {self.n} coordinates, m = {self.m} holonomic constraints, p = {self.p} nonholonomic"
+
+    def _frames(self) -> str:
+        frames = self.tables.frames
+        return f"{len(frames)} frames: {', '.join(list(frames)[:40])}{' ...' if len(frames) > 40 else ''}"
+
+    def _numbering(self) -> list[tuple[str, str, str]]:
+        """Entries of q, Phi and Gam, the component that they belong to, and its coordinates or kind."""
+        t, found = self.tables, []
         for body in self.scene.bodies():
             first = t.coordinates[body.name]
-            keys = ", ".join(body.coordinates)
-            lines.append(f"q[{first}:{first + len(body.coordinates)}]  {body.name} ({keys})")
+            found.append((f"q[{first}:{first + len(body.coordinates)}]", body.name, ", ".join(body.coordinates)))
         for name, first in sorted(t.rows.items(), key=lambda item: item[1]):
             kind = self.scene.components[name].kind
-            lines.append(f"Phi[{first}:{first + kind.rows}]  {name} ({kind.name})")
+            found.append((f"Phi[{first}:{first + kind.rows}]", name, kind.name))
         for name, first in sorted(t.velocity_rows.items(), key=lambda item: item[1]):
             component = self.scene.components[name]
             first -= self.m
             count = len(component.velocity_constraints)
-            lines.append(f"Gam[{first}:{first + count}]  {name} ({component.kind.name})")
-        lines += ["", f"{len(t.frames)} frames: {', '.join(list(t.frames)[:40])}{' ...' if len(t.frames) > 40 else ''}"]
-        return "\n".join(lines)
+            found.append((f"Gam[{first}:{first + count}]", name, component.kind.name))
+        return found
 
 
 @blame_extremes

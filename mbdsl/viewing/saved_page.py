@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import html
 import os
 
 from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import Scene
+from mbdsl.plotting import html_tables
 from mbdsl.storage.output_files import check, write_text, writing
 
 PAGES, FILMS, PICTURES = (".html", ".htm"), (".gif", ".mp4"), (".png",)
@@ -34,10 +34,7 @@ class SavedPage:
 
     def _repr_html_(self) -> str:
         """The page in a frame of its own, for notebooks."""
-        return (
-            f'<iframe srcdoc="{html.escape(self.html)}" sandbox="allow-scripts allow-modals" width="100%" '
-            f'height="{HEIGHT}" style="border: 1px solid #8888; border-radius: 6px" loading="lazy"></iframe>'
-        )
+        return html_tables.frame(self.html, HEIGHT)
 
     def save(self, path: str | os.PathLike, size: tuple[int, int] = (640, 400)) -> None:
         """Write the page, or a film or picture of it.

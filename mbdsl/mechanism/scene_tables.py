@@ -1,0 +1,121 @@
+"""A Scene as tables, its values as texts, and both as a notebook shows them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from mbdsl.elements.kind import Kind
+from mbdsl.expressions.printing import text
+from mbdsl.expressions.symbolic import Expr
+from mbdsl.messages import few, visible
+from mbdsl.plotting.figures import Table
+from mbdsl.plotting.html_tables import fragment
+
+if TYPE_CHECKING:
+    from mbdsl.mechanism.graph import MechanismGraph
+    from mbdsl.mechanism.scene import Component, Scene
+
+LONG = 60  #: characters of a value in a table
+
+
+def value(v: Any) -> str:
+    """A value of a component or a parameter, in SI units, as text."""
+    if isinstance(v, Expr):
+        return text(v)
+    if hasattr(v, "smoothness"):  # a table
+        return f"table of {len(v.u)} points ({v.smoothness}, {v.extrapolation})"
+    if isinstance(v, tuple):
+        return "{" + ", ".join(value(x) for x in v) + "}"
+    return f'"{visible(v, line=True)}"' if isinstance(v, str) else repr(v)
+
+
+def with_unit(kind: Kind, name: str, v: Any) -> str:
+    """The value of a parameter of a kind with its unit."""
+    parameter = kind.parameter(name)
+    unit = parameter.unit if parameter and parameter.unit not in ("", "1") else ""
+    return f"{value(v)} {unit}".rstrip()
+
+
+def tables(scene: Scene) -> list[Table]:
+    """The scene as tables: components, parameters, inputs, initial values.
+
+    Parameters
+    ----------
+    scene : Scene
+        The model.
+
+    Returns
+    -------
+    list of Table
+        Numbers are in SI units.
+    """
+    units = {"phi": "rad", "w": "rad/s", "vx": "m/s", "vy": "m/s", "x": "m", "y": "m"}
+    return [
+        Table("", ("component", "kind", "frames", "values", "description"), [_row(c) for c in scene.components.values()]),
+        Table(
+            "Parameters",
+            ("name", "value", "unit", "description"),
+            [(p.name, _short(value(p.value)), p.unit, p.doc) for p in scene.parameters.values()],
+        ),
+        Table(
+            "Inputs",
+            ("name", "start", "unit", "description"),
+            [(x.name, value(x.start), x.unit, x.doc) for x in scene.inputs.values()],
+        ),
+        Table("Variables", ("name", "value"), [(name, _short(text(e))) for name, e in scene.variables.items()]),
+        Table(
+            "Initial values",
+            ("signal", "value", "unit", ""),
+            [
+                (i.name, f"{i.value:g}", units.get(i.name.rpartition(".")[2], ""), "fixed" if i.fixed else "guess")
+                for i in scene.initial
+            ],
+        ),
+    ]
+
+
+def _row(c: Component) -> tuple[str, ...]:
+    given = [f"{name} = {_short(with_unit(c.kind, name, v))}" for name, v in c.values.items() if _is_given(c, name)]
+    return c.name, c.kind.name, ", ".join(c.ports.values()), ", ".join(given), c.doc
+
+
+def _is_given(c: Component, name: str) -> bool:
+    """Whether a value differs from the default of its parameter."""
+    v, parameter = c.values[name], c.kind.parameter(name)
+    if v is None or v == ():
+        return False
+    return isinstance(v, Expr) or parameter is None or v != parameter.default
+
+
+def _short(shown: str) -> str:
+    return shown if len(shown) <= LONG else f"{shown[: LONG - 3]}..."
+
+
+def experiment(scene: Scene) -> list[str]:
+    """The settings of ``annotation(experiment(...))`` and the effects left out, in one line or none."""
+    said = {name: getattr(scene.experiment, name) for name in scene.experiment.__dataclass_fields__}
+    shown = [f"{name} = {v}" for name, v in said.items() if v not in (None, ())]
+    lines = [f"experiment: {', '.join(shown)}"] if len(shown) > 1 else []
+    for effect, names in scene.without.items():
+        lines.append(f"without {effect}: {few(names) if names else 'nothing has it'}")
+    return lines
+
+
+def of_scene(scene: Scene) -> str:
+    """A scene as HTML: its counts and tables."""
+    title = f"{scene.name}: {scene.doc}" if scene.doc else scene.name
+    counts = repr(scene).partition(": ")[2].rstrip(">")
+    return fragment(title, [counts], tables(scene), experiment(scene))
+
+
+def of_graph(graph: MechanismGraph) -> str:
+    """A graph as HTML: its counts, and a row for each body, joint and force."""
+    head, *lines = graph.summary().splitlines()
+    bodies = [(name, c.kind.name, ", ".join(c.coordinates)) for name, c in graph.bodies.items()]
+    edges = [
+        (e.name, e.component.kind.name, ", ".join(e.component.ports.values()), str(e.rows or ""))
+        for e in (*graph.joints, *graph.forces)
+    ]
+    found = [Table("", ("body", "kind", "coordinates"), bodies)]
+    found.append(Table("", ("joint or force", "kind", "frames", "rows"), edges))
+    return fragment(head, lines, found, [w.render() for w in graph.warnings])
