@@ -21,9 +21,12 @@ from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.library import Unit
 from mbdsl.lang.load import deep
 from mbdsl.lang.parser import parse_expression
+from mbdsl.lang.unparse import indices, write, write_argument
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.scene import Experiment, Scene
-from mbdsl.messages import did_you_mean
+from mbdsl.messages import count, did_you_mean
+from mbdsl.plotting.figures import Table
+from mbdsl.plotting.html_tables import fragment
 
 #: a value: a number in SI units, a text of the language, an array, or an expression
 Given = Any
@@ -102,6 +105,15 @@ class Builder:
         self._unit = Unit(s.File("<library>", (), ()), "")
         self._instance = Instance(self._assembly, self._root, s.Model(name, doc, (), (), ()), self._unit, {})
         self._experiment: dict[str, Any] = {}
+        self._declared: list[s.Declaration] = []
+
+    def __repr__(self) -> str:
+        return f"<Builder of {self.name}: {count(len(self._declared), 'declaration')}>"
+
+    def _repr_html_(self) -> str:
+        rows = [(d.name + indices(d.indices), _type(d), _arguments(d), d.doc) for d in self._declared]
+        found = Table("", ("name", "kind", "frames and values", "description"), rows)
+        return fragment(f"{self.name}: {self.doc}" if self.doc else self.name, (), [found])
 
     def __getattr__(self, name: str) -> Callable[..., Handle]:
         if name in kinds() or name in ALIASES:
@@ -375,6 +387,7 @@ class Builder:
                 self._root.places[d.name] = None
             try:
                 self._instance.declare(Member(d, self._unit, {}), d, self._instance.scope, bool(d.indices))
+                self._declared.append(d)
             except ModelError:
                 if not d.indices:
                     del self._root.places[d.name]
@@ -425,3 +438,13 @@ class Builder:
         if isinstance(value, Sequence):
             return s.Array(tuple(self._node(v, what) for v in value))
         raise UsageError(f"`{what}`: found {value!r}, expected a number, a text or a sequence")
+
+
+def _type(d: s.Declaration) -> str:
+    return " ".join([*sorted(d.prefixes), d.type] if d.type else sorted(d.prefixes))
+
+
+def _arguments(d: s.Declaration) -> str:
+    """The frames and values of a declaration, as in a text."""
+    given = [write_argument(a) for a in d.arguments] + ([f"= {write(d.value)}"] if d.value is not None else [])
+    return ", ".join(given)

@@ -23,7 +23,7 @@ def write(e: s.Expression | None) -> str:
         case s.Everything():
             return ":"
         case s.Reference(steps):
-            return ".".join(step.name + _indices(step.indices) for step in steps)
+            return ".".join(step.name + indices(step.indices) for step in steps)
         case s.Unary(operator, operand):
             return f"{operator}{' ' if operator.isalpha() else ''}{_inner(operand)}"
         case s.Binary():
@@ -45,7 +45,7 @@ def write(e: s.Expression | None) -> str:
         case s.Comprehension(item, iterators, unit):
             return "{" + f"{write(item)} for {_iterators(iterators)}" + "}" + (f" {unit.text}" if unit else "")
         case s.Literal(value):
-            return str(value)
+            return str(getattr(value, "value", value))
         case s.Call(function, arguments):
             return f"{write(function)}({', '.join(map(write_argument, arguments))})"
     raise TypeError(f"no expression: {e!r}")
@@ -72,8 +72,8 @@ def _inner(e: s.Expression) -> str:
     return f"({write(e)})" if isinstance(e, s.Binary | s.Unary | s.Choice | s.Range) else write(e)
 
 
-def _indices(indices: tuple[s.Expression, ...]) -> str:
-    return f"[{', '.join(map(write, indices))}]" if indices else ""
+def indices(given: tuple[s.Expression, ...]) -> str:
+    return f"[{', '.join(map(write, given))}]" if given else ""
 
 
 def _iterators(iterators: tuple[s.Iterator, ...]) -> str:
@@ -83,7 +83,7 @@ def _iterators(iterators: tuple[s.Iterator, ...]) -> str:
 def write_argument(a: s.Argument) -> str:
     if not a.name:
         return write(a.value)
-    words = ("each " if a.each else "") + ("final " if a.final else "") + a.name + _indices(a.indices)
+    words = ("each " if a.each else "") + ("final " if a.final else "") + a.name + indices(a.indices)
     inner = f"({', '.join(map(write_argument, a.modifiers))})" if a.modifiers else ""
     return words + inner + (f" = {write(a.value)}" if a.value is not None else "")
 

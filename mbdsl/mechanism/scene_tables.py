@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from mbdsl.elements.kind import Kind
+from mbdsl.elements.kind import JointKind, Kind
 from mbdsl.expressions.printing import text
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.messages import few, visible
@@ -18,22 +19,28 @@ if TYPE_CHECKING:
 LONG = 60  #: characters of a value in a table
 
 
-def value(v: Any) -> str:
-    """A value of a component or a parameter, in SI units, as text."""
+def value(v: Any, number: Callable[[float], str] = repr) -> str:
+    """A value of a component or a parameter, in SI units, as text; ``number`` makes the text of a number."""
     if isinstance(v, Expr):
         return text(v)
     if hasattr(v, "smoothness"):  # a table
         return f"table of {len(v.u)} points ({v.smoothness}, {v.extrapolation})"
     if isinstance(v, tuple):
-        return "{" + ", ".join(value(x) for x in v) + "}"
-    return f'"{visible(v, line=True)}"' if isinstance(v, str) else repr(v)
+        return "{" + ", ".join(value(x, number) for x in v) + "}"
+    if isinstance(v, str):
+        return f'"{visible(v, line=True)}"'
+    return number(v) if isinstance(v, float) else repr(v)
 
 
-def with_unit(kind: Kind, name: str, v: Any) -> str:
+def rounded(x: float) -> str:
+    return f"{x:.6g}"
+
+
+def with_unit(kind: Kind, name: str, v: Any, number: Callable[[float], str] = repr) -> str:
     """The value of a parameter of a kind with its unit."""
     parameter = kind.parameter(name)
     unit = parameter.unit if parameter and parameter.unit not in ("", "1") else ""
-    return f"{value(v)} {unit}".rstrip()
+    return f"{value(v, number)} {unit}".rstrip()
 
 
 def tables(scene: Scene) -> list[Table]:
@@ -55,19 +62,19 @@ def tables(scene: Scene) -> list[Table]:
         Table(
             "Parameters",
             ("name", "value", "unit", "description"),
-            [(p.name, _short(value(p.value)), p.unit, p.doc) for p in scene.parameters.values()],
+            [(p.name, _short(value(p.value, rounded)), p.unit, p.doc) for p in scene.parameters.values()],
         ),
         Table(
             "Inputs",
             ("name", "start", "unit", "description"),
-            [(x.name, value(x.start), x.unit, x.doc) for x in scene.inputs.values()],
+            [(x.name, rounded(x.start), x.unit, x.doc) for x in scene.inputs.values()],
         ),
         Table("Variables", ("name", "value"), [(name, _short(text(e))) for name, e in scene.variables.items()]),
         Table(
             "Initial values",
             ("signal", "value", "unit", ""),
             [
-                (i.name, f"{i.value:g}", units.get(i.name.rpartition(".")[2], ""), "fixed" if i.fixed else "guess")
+                (i.name, rounded(i.value), units.get(i.name.rpartition(".")[2], ""), "fixed" if i.fixed else "guess")
                 for i in scene.initial
             ],
         ),
@@ -75,16 +82,22 @@ def tables(scene: Scene) -> list[Table]:
 
 
 def _row(c: Component) -> tuple[str, ...]:
-    given = [f"{name} = {_short(with_unit(c.kind, name, v))}" for name, v in c.values.items() if _is_given(c, name)]
-    return c.name, c.kind.name, ", ".join(c.ports.values()), ", ".join(given), c.doc
+    usual = _defaults(c)
+    given = {name: v for name, v in c.values.items() if not (v is None or v == () or _same(v, usual.get(name)))}
+    values = [f"{name} = {_short(with_unit(c.kind, name, v, rounded))}" for name, v in given.items()]
+    return c.name, c.kind.name, ", ".join(c.ports.values()), ", ".join(values), c.doc
 
 
-def _is_given(c: Component, name: str) -> bool:
-    """Whether a value differs from the default of its parameter."""
-    v, parameter = c.values[name], c.kind.parameter(name)
-    if v is None or v == ():
-        return False
-    return isinstance(v, Expr) or parameter is None or v != parameter.default
+def _defaults(c: Component) -> dict[str, Any]:
+    """Values of parameters that are not given; of joints also those that follow from the given ones."""
+    found = {p.name: p.default for p in c.kind.parameters}
+    if isinstance(c.kind, JointKind):
+        found |= c.kind.derive({**c.values, **{name: None for name, v in found.items() if v is None}})
+    return found
+
+
+def _same(v: Any, default: Any) -> bool:
+    return not isinstance(v, Expr) and v == default
 
 
 def _short(shown: str) -> str:
@@ -94,7 +107,7 @@ def _short(shown: str) -> str:
 def experiment(scene: Scene) -> list[str]:
     """The settings of ``annotation(experiment(...))`` and the effects left out, in one line or none."""
     said = {name: getattr(scene.experiment, name) for name in scene.experiment.__dataclass_fields__}
-    shown = [f"{name} = {v}" for name, v in said.items() if v not in (None, ())]
+    shown = [f"{name} = {value(v, rounded)}" for name, v in said.items() if v not in (None, ())]
     lines = [f"experiment: {', '.join(shown)}"] if len(shown) > 1 else []
     for effect, names in scene.without.items():
         lines.append(f"without {effect}: {few(names) if names else 'nothing has it'}")

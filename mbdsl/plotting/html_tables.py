@@ -18,7 +18,6 @@ LIMIT = 400  #: rows of a table that are shown at all
 NUMBER = re.compile(r"[-+−]?(\d[\d,]*\.?\d*|\.\d+)([eE][-+]?\d+)?$|nan$|-?inf$")
 SMALL = "margin: 2px 0"
 GREY = "opacity: .75"
-RULE = "border: 0; border-bottom: 1px solid #8884"
 
 
 def fragment(title: str, paragraphs: Sequence[str] = (), tables: Sequence[Table] = (), notes: Sequence[str] = ()) -> str:
@@ -77,15 +76,12 @@ def table(t: Table) -> str:
 
 
 def _table(columns: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[bool]) -> Iterator[str]:
-    sides = ["right; white-space: nowrap; font-variant-numeric: tabular-nums" if r else "left" for r in right]
-    styles = [f"{RULE}; padding: 2px 12px 2px 0; vertical-align: top; text-align: {side}" for side in sides]
-    head = "".join(
-        f'<th scope="col" style="{style}">{escape(c)}</th>' for c, style in zip(columns, styles, strict=True)
-    )
-    yield f'<table style="border-collapse: collapse; margin: 0"><thead><tr>{head}</tr></thead><tbody>'
+    # Each cell has its side, because front ends align all cells to the right.
+    sides = [f'style="text-align:{"right" if r else "left"}"' for r in right]
+    head = "".join(f'<th scope="col" {side}>{escape(c)}</th>' for c, side in zip(columns, sides, strict=True))
+    yield f'<table style="margin: 0; font-variant-numeric: tabular-nums"><thead><tr>{head}</tr></thead><tbody>'
     for row in rows:
-        cells = [f'<td style="{style}">{escape(cell)}</td>' for cell, style in zip(row, styles, strict=True)]
-        yield f"<tr>{''.join(cells)}</tr>"
+        yield f"<tr>{''.join(f'<td {side}>{escape(cell)}</td>' for cell, side in zip(row, sides, strict=True))}</tr>"
     yield "</tbody></table>"
 
 

@@ -68,6 +68,14 @@ def html(page: Page) -> str:
     )
 
 
+def height(page: Page) -> int:
+    """The height of a page of figures at its full width [px], approximately."""
+    known = {**looks(names([item for item in page.items if isinstance(item, Figure)])), **page.looks}
+    pictures = [svg.Canvas(lay_out(item, known)).total for item in page.items if isinstance(item, Figure)]
+    # Measured in a browser: the title and the margins, the legend of a figure, lines of text.
+    return round(90 + 1.05 * sum(pictures) + 95 * len(pictures) + 30 * len(page.paragraphs))
+
+
 def _colours(known: dict[str, Look]) -> str:
     """Classes ``c0``, ``c1``, ... of the names in their order, and ``neutral``."""
     rules = {f"c{k}": look for k, look in enumerate(known.values())} | {"neutral": NEUTRAL}

@@ -20,6 +20,7 @@ from mbdsl.results.stored import Result
 
 SUFFIXES = (".png", ".svg", ".pdf", ".html")
 BODIES = 3  #: number of bodies of which the default signals are
+TALLEST = 900  #: largest height of the page in a notebook, which scrolls further [px]
 FEW = 6  #: number of default signals if no name is that of a coordinate
 COORDINATES = ("x", "y", "phi")
 CONSTANT = 1e-9  #: default signals that vary by less than this part of the largest value of their unit are left out
@@ -28,7 +29,7 @@ CONSTANT = 1e-9  #: default signals that vary by less than this part of the larg
 class Plot(Panels):
     """A plot: panels with a shared axis, one below the other.
 
-    ``print(plot)`` shows it in characters, a notebook as a picture.
+    ``print(plot)`` shows it in characters, and a notebook as a page with the values under the cursor.
 
     Attributes
     ----------
@@ -82,6 +83,11 @@ class Plot(Panels):
         from mbdsl.plotting.characters import text
 
         return text(self)
+
+    def _repr_html_(self) -> str:
+        from mbdsl.plotting import html_tables, pages
+
+        return html_tables.frame(pages.html(self.page()), min(pages.height(self.page()), TALLEST))
 
     def _repr_svg_(self) -> str:
         from mbdsl.plotting.panels_svg import svg

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from mbdsl.elements.kind import JointKind
+from mbdsl.elements.kind import BodyKind, JointKind
 from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import ENERGIES, Component, Scene
 from mbdsl.messages import count, did_you_mean, duration
@@ -160,7 +160,8 @@ def _described(c: Component, key: str) -> str:
     kind = c.kind
     reactions = kind.reactions if isinstance(kind, JointKind) else ()
     known = {p.name: p.doc for p in kind.parameters if p.law} | {s.name: s.doc for s in (*kind.signals, *reactions)}
-    return known.get(key, "")
+    said = known.get(key, "")
+    return f"{said}, {key}" if said and isinstance(kind, BodyKind) and key in ("x", "y") else said
 
 
 def of_trajectory(trajectory: Trajectory) -> str:
