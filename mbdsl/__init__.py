@@ -58,5 +58,12 @@ def __getattr__(name: str) -> Any:
     return value
 
 
+def load_ipython_extension(shell: Any) -> None:
+    """Add the cell magic ``%%mbd`` to IPython: called by ``%load_ext mbdsl``."""
+    from mbdsl.notebook.cell_magic import register
+
+    register(shell)
+
+
 def __dir__() -> list[str]:
     return sorted({*globals(), *_PUBLIC})

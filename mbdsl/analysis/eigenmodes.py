@@ -37,7 +37,6 @@ from mbdsl.lang.model_argument import blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
 from mbdsl.numerics.saddle_point import Array, dense
-from mbdsl.plotting.figures import Table
 from mbdsl.simulation.simulate import simulate
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
@@ -244,7 +243,7 @@ class Modes(Sequence[Mode]):
         head = f"{self.scene.name}: {shown} mode{'s' * (len(self) != 1)} about "
         return head + ("its static equilibrium" if self.at == "static" else f"its state at t = {self.t:g} s")
 
-    def _rows(self) -> list[tuple[str, ...]]:
+    def _rows(self) -> list[tuple[str, str, str, str, str]]:
         """Number, frequency, damped frequency, damping ratio, and the bodies that move, of each mode."""
         rows = []
         for k, mode in enumerate(self.modes, 1):
@@ -256,7 +255,7 @@ class Modes(Sequence[Mode]):
         return rows
 
     def __str__(self) -> str:
-        lines = [self._head(), "    #      f [Hz]  damped [Hz]     damping  what moves"] if self.modes else [self._head()]
+        lines = [self._head(), *(["    #      f [Hz]  damped [Hz]     damping  what moves"] if self.modes else [])]
         lines += [f"{k:>5} {f:>11}  {damped:>11} {ratio:>11}  {what}" for k, f, damped, ratio, what in self._rows()]
         return "\n".join([*lines, *(f"note: {text}" for text in self.notes)])
 
@@ -264,6 +263,7 @@ class Modes(Sequence[Mode]):
         return f"<Modes of {self._head()}>"
 
     def _repr_html_(self) -> str:
+        from mbdsl.plotting.figures import Table
         from mbdsl.plotting.html_tables import fragment
 
         found = Table("", ("#", "f [Hz]", "damped [Hz]", "damping", "what moves"), self._rows())

@@ -31,7 +31,6 @@ from mbdsl.mechanism import graph as mechanism_graph
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, few
 from mbdsl.numerics.saddle_point import Array, dense
-from mbdsl.plotting.figures import Table
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.statics.pseudo_transient import Search, movers
 from mbdsl.storage import cache_folder
@@ -194,6 +193,7 @@ class Equilibrium:
         return f"<Equilibrium of {self._head()}>"
 
     def _repr_html_(self) -> str:
+        from mbdsl.plotting.figures import Table
         from mbdsl.plotting.html_tables import fragment
 
         rows = [(name, f"{value:.6g}", unit) for name, value, unit in rounded(self._values())]

@@ -139,6 +139,11 @@ def _try_to_write(folder: Path) -> None:
 def add_model(parser: argparse.ArgumentParser, metavar: str = "MODEL", help: str = "the model's file (.mbd)") -> None:
     """The arguments that every command on a model takes."""
     parser.add_argument("model", metavar=metavar, help=help)
+    add_changes(parser)
+
+
+def add_changes(parser: argparse.ArgumentParser) -> None:
+    """Changes of a model, and its imports."""
     parser.add_argument(
         "--set",
         metavar="NAME=VALUE",

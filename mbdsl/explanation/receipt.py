@@ -23,7 +23,6 @@ from mbdsl.mechanism.reduction import Note
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
 from mbdsl.messages import count, few
-from mbdsl.plotting.figures import Table
 from mbdsl.simulation.mechanism_run import Motion, Moving
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, plan
 from mbdsl.storage import cache_folder
@@ -114,6 +113,7 @@ class Receipt:
         return f"<Receipt of {self.scene.name}: {_solved_for(self)}>"
 
     def _repr_html_(self) -> str:
+        from mbdsl.plotting.figures import Table
         from mbdsl.plotting.html_tables import fragment
 
         head, *rows = _table(self)
@@ -475,7 +475,7 @@ def _solved_for(r: Receipt) -> str:
     return f"{', '.join(f'{key} = {after}' for key, (_, after) in r.sizes.items())}, in {count(r.parts, 'part')}"
 
 
-def _table(r: Receipt) -> list[tuple[str, ...]]:
+def _table(r: Receipt) -> list[tuple[str, str, str, str, str]]:
     """Heading and rows: effect, whether it is in the model, why, unknowns, share of the time of a step."""
     total = sum(after for _, after in r.sizes.values())
     rows = [("effect", "in", "why", "unknowns", "time")]

@@ -25,8 +25,6 @@ from mbdsl.lang.unparse import indices, write, write_argument
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.scene import Experiment, Scene
 from mbdsl.messages import count, did_you_mean
-from mbdsl.plotting.figures import Table
-from mbdsl.plotting.html_tables import fragment
 
 #: a value: a number in SI units, a text of the language, an array, or an expression
 Given = Any
@@ -111,6 +109,9 @@ class Builder:
         return f"<Builder of {self.name}: {count(len(self._declared), 'declaration')}>"
 
     def _repr_html_(self) -> str:
+        from mbdsl.plotting.figures import Table
+        from mbdsl.plotting.html_tables import fragment
+
         rows = [(d.name + indices(d.indices), _type(d), _arguments(d), d.doc) for d in self._declared]
         found = Table("", ("name", "kind", "frames and values", "description"), rows)
         return fragment(f"{self.name}: {self.doc}" if self.doc else self.name, (), [found])

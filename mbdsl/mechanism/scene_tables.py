@@ -57,8 +57,9 @@ def tables(scene: Scene) -> list[Table]:
         Numbers are in SI units.
     """
     units = {"phi": "rad", "w": "rad/s", "vx": "m/s", "vy": "m/s", "x": "m", "y": "m"}
+    rows = [_row(c) for c in scene.components.values()]
     return [
-        Table("", ("component", "kind", "frames", "values", "description"), [_row(c) for c in scene.components.values()]),
+        Table("", ("component", "kind", "frames", "values", "description"), rows),
         Table(
             "Parameters",
             ("name", "value", "unit", "description"),

@@ -20,7 +20,9 @@ SMALL = "margin: 2px 0"
 GREY = "opacity: .75"
 
 
-def fragment(title: str, paragraphs: Sequence[str] = (), tables: Sequence[Table] = (), notes: Sequence[str] = ()) -> str:
+def fragment(
+    title: str, paragraphs: Sequence[str] = (), tables: Sequence[Table] = (), notes: Sequence[str] = ()
+) -> str:
     """A title, sentences below it, tables, and notes at the end.
 
     Parameters

@@ -11,8 +11,6 @@ from mbdsl.elements.kind import BodyKind, JointKind
 from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import ENERGIES, Component, Scene
 from mbdsl.messages import count, did_you_mean, duration
-from mbdsl.plotting.figures import Table
-from mbdsl.plotting.html_tables import fragment
 from mbdsl.results.selection import select
 
 if TYPE_CHECKING:
@@ -125,6 +123,9 @@ class Signals(Mapping[str, SignalInfo]):
         return "\n".join(f"{name:{first}}  {unit:{second}}  {doc}".rstrip() for name, unit, doc in rows)
 
     def _repr_html_(self) -> str:
+        from mbdsl.plotting.figures import Table
+        from mbdsl.plotting.html_tables import fragment
+
         return fragment(f"{self.model}: {count(len(self), 'signal')}", (), [Table("", COLUMNS, self._rows())])
 
 
@@ -166,6 +167,9 @@ def _described(c: Component, key: str) -> str:
 
 def of_trajectory(trajectory: Trajectory) -> str:
     """A trajectory as HTML: its run, and the ranges of the coordinates and velocities of its bodies."""
+    from mbdsl.plotting.figures import Table
+    from mbdsl.plotting.html_tables import fragment
+
     stats, t = trajectory.stats, trajectory.t
     said = f"{count(len(t), 'point')}, {f'{t[0]:g} ... {t[-1]:g} s, ' if len(t) else ''}{trajectory.status}"
     run = [str(stats["method"])] if stats.get("method") else []

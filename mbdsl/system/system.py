@@ -23,7 +23,6 @@ from mbdsl.mechanism.extreme_numbers import blame_extremes
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.graph import build as build_graph
 from mbdsl.mechanism.scene import Scene
-from mbdsl.plotting.figures import Table
 from mbdsl.system import background_compilation, emit, switches
 from mbdsl.system.body_models import at_rest
 from mbdsl.system.build_tables import build_tables
@@ -72,6 +71,7 @@ class System:
         return f"<System of {self.scene.name}: n = {self.n}, m = {self.m}, p = {self.p}>"
 
     def _repr_html_(self) -> str:
+        from mbdsl.plotting.figures import Table
         from mbdsl.plotting.html_tables import fragment
 
         numbering = Table("", ("entries", "component", "coordinates or kind"), self._numbering())

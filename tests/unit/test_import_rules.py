@@ -14,8 +14,8 @@ NUMERICS = ("numpy", "scipy", "numba", "matplotlib", "networkx", "pandas", "xarr
 AT_IMPORT, IN_FUNCTION, FOR_TYPES = "at import", "in a function", "for the type checker"
 #: from the top down: a room imports from itself and from the rooms after it only
 ROOMS = (
-    *("__init__", "__main__", "cli", "api", "studies", "analysis", "explanation", "viewing", "simulation", "statics"),
-    *("initial", "integrators", "lang", "system", "mechanism", "elements", "bodies", "plotting", "results"),
+    *("__init__", "__main__", "notebook", "cli", "api", "studies", "analysis", "explanation", "viewing", "simulation"),
+    *("statics", "initial", "integrators", "lang", "system", "mechanism", "elements", "bodies", "plotting", "results"),
     *("expressions", "numerics", "compilation", "storage", "errors", "messages", "version"),
 )
 #: the imports that run upwards, with the reason
@@ -25,6 +25,9 @@ UPWARD = {
 }
 #: the imports that close circles, with the reason; none of them is executed while a module is imported
 CIRCLES = {
+    ("mbdsl.mechanism.graph", "mbdsl.mechanism.scene_tables"): "a graph shows itself in a notebook",
+    ("mbdsl.mechanism.scene", "mbdsl.mechanism.scene_tables"): "a Scene shows itself in a notebook",
+    ("mbdsl.simulation.trajectory", "mbdsl.simulation.signal_table"): "a Trajectory lists its signals as a table",
     ("mbdsl.elements.kind", "mbdsl.elements"): "a kind is pickled by its name, and found again among all kinds",
     ("mbdsl.expressions.symbolic", "mbdsl.expressions.printing"): "an expression prints itself as text",
     ("mbdsl.lang.entities", "mbdsl.lang.flat_component"): "type: what a name stands for may be a component",

@@ -1,0 +1,1 @@
+"""Jupyter notebooks and IPython: the cell magic."""
