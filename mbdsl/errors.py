@@ -109,13 +109,13 @@ class MbdslError(Exception):
 def _call(error: BaseException) -> list[str]:
     """The line of the user's code that called mbdsl; none if that is the only line of its cell."""
     found, tb = None, error.__traceback__
-    while tb is not None and tb.tb_frame.f_globals.get("__name__", "").partition(".")[0] != "mbdsl":
-        found, tb = tb, tb.tb_next
+    while tb is not None and (package := tb.tb_frame.f_globals.get("__name__", "").partition(".")[0]) != "mbdsl":
+        found, tb = found if package == "IPython" else tb, tb.tb_next
     if found is None:
         return []
     file, line = found.tb_frame.f_code.co_filename, found.tb_lineno
     text = linecache.getlines(file, found.tb_frame.f_globals)
-    if not 0 < line <= len(text) or text[line - 1].startswith("get_ipython()"):
+    if not 0 < line <= len(text) or text[line - 1].startswith("get_ipython()"):  # the call of a magic
         return []
     if os.path.exists(file):
         return [f"{file}:{line}: {_line(text[line - 1].strip())}"]
@@ -176,7 +176,7 @@ class Interrupted(KeyboardInterrupt):
 
     def _render_traceback_(self) -> list[str]:
         """The lines that IPython shows instead of a traceback."""
-        return [f"Interrupted: {self}", "  = `sys.last_value.trajectory` holds the results up to then", *_call(self)]
+        return [str(self), "  = `sys.last_value.trajectory` holds the results up to then", *_call(self)]
 
 
 class UsageError(MbdslError):

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from mbdsl.cli import Parser
 from mbdsl.cli import _values as values
+from mbdsl.cli.simulate import add_options
 from mbdsl.errors import IntegrationError, Interrupted, UsageError
 from mbdsl.lang.load import parse_text
 from mbdsl.mechanism.graph import build
@@ -46,16 +47,18 @@ def register(shell: InteractiveShell) -> None:
         The running IPython.
     """
 
-    def mbd(line: str, cell: str) -> Scene | Trajectory | None:
+    def mbd(line: str, cell: str | None = None) -> Scene | Trajectory | None:
         return _run(shell.user_ns, line, cell)
 
     mbd.__doc__ = _parser().format_help()
-    shell.register_magic_function(mbd, "cell", "mbd")
+    shell.register_magic_function(mbd, "line_cell", "mbd")  # as a line: `%mbd --help`
 
 
-def _parser() -> Parser:
+def _parser(options: bool = False) -> Parser:
+    """The parser of the first line, with ``options`` for the parameters of all methods, which load slowly."""
     parser = Parser(
-        prog="%%mbd",
+        prog="%mbd",
+        usage="%%%%mbd NAME [--simulate [RESULT] [--method NAME] [--step H] ...]",
         add_help=False,
         allow_abbrev=False,
         description="Read the model in the cell and assign it to a variable; simulate it if asked for.",
@@ -76,21 +79,25 @@ def _parser() -> Parser:
     values.add_changes(parser)
     parser.add_argument("--model", metavar="MODEL", help="name of the model to read; default: the last in the cell")
     parser.add_argument("-h", "--help", action="store_true", help="show these options")
+    if options:
+        add_options(parser)
     return parser
 
 
-def _run(variables: dict[str, Any], line: str, cell: str) -> Scene | Trajectory | None:
+def _run(variables: dict[str, Any], line: str, cell: str | None) -> Scene | Trajectory | None:
     """Read the model, simulate it, and return the value that the notebook shows."""
     try:
         words = shlex.split(line)
     except ValueError as problem:
         raise UsageError(f"cannot read the options `{line}`: {problem}") from None
-    parser = _parser()
+    parser = _parser("--simulate" in words)
     if {"-h", "--help"} & {*words}:
         print(parser.format_help())
         return None
+    if cell is None:
+        raise UsageError("%mbd has no cell", hint="write `%%mbd NAME` and the model below it; %mbd --help lists options")
     if not words:
-        raise UsageError("%%mbd needs the name of a variable", hint="write `%%mbd crank`; %%mbd --help lists options")
+        raise UsageError("%%mbd needs the name of a variable", hint="write `%%mbd crank`; %mbd --help lists options")
     args = parser.parse_args(words)
     result = _variable(args.simulate or f"{args.name}{SUFFIX}") if args.simulate is not None else ""
     name = _variable(args.name)

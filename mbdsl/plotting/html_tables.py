@@ -53,7 +53,7 @@ def preformatted(text: str) -> str:
 
 
 def table(t: Table) -> str:
-    """A table; columns of numbers are aligned to the right, and a long table scrolls.
+    """A table without its empty columns; numbers are aligned to the right, and a long table scrolls.
 
     Parameters
     ----------
@@ -66,8 +66,10 @@ def table(t: Table) -> str:
         HTML.
     """
     rows = [[*map(str, row), *[""] * (len(t.columns) - len(row))] for row in t.rows[:LIMIT]]
-    right = [_numeric([row[k] for row in rows]) for k in range(len(t.columns))]
-    found = "".join(_table(t.columns, rows, right))
+    kept = [k for k in range(len(t.columns)) if any(row[k] for row in rows)]
+    rows = [[row[k] for k in kept] for row in rows]
+    right = [_numeric([row[k] for row in rows]) for k in range(len(kept))]
+    found = "".join(_table([t.columns[k] for k in kept], rows, right))
     if len(rows) > MOST:
         found = f'<div style="max-height: 32em; overflow: auto">{found}</div>'
     title = f'<p style="margin: 8px 0 2px"><b>{escape(t.title)}</b></p>' if t.title else ""
@@ -93,7 +95,7 @@ def _numeric(cells: Sequence[str]) -> bool:
     return bool(texts) and all(NUMBER.match(text) for text in texts)
 
 
-def frame(page: str, height: int) -> str:
+def frame(page: str, height: int, width: int | None = None) -> str:
     """A page in a frame of its own.
 
     Its script runs with an origin of its own, so that it reaches neither the notebook nor the network.
@@ -104,13 +106,17 @@ def frame(page: str, height: int) -> str:
         The text of an HTML file that loads nothing.
     height : int [px]
         Height of the frame.
+    width : int, optional [px]
+        Largest width of the frame. Default: that of the notebook.
 
     Returns
     -------
     str
         HTML.
     """
+    most = "" if width is None else f"; max-width: {width}px"
+    style = f"display: block; box-sizing: border-box; border: 1px solid #8888; border-radius: 6px{most}"
     return (
         f'<iframe srcdoc="{html.escape(page)}" sandbox="allow-scripts allow-modals" width="100%" height="{height}" '
-        'style="border: 1px solid #8888; border-radius: 6px" loading="lazy"></iframe>'
+        f'style="{style}" loading="lazy"></iframe>'
     )

@@ -20,7 +20,7 @@ from mbdsl.results.stored import Result
 
 SUFFIXES = (".png", ".svg", ".pdf", ".html")
 BODIES = 3  #: number of bodies of which the default signals are
-TALLEST = 900  #: largest height of the page in a notebook, which scrolls further [px]
+WIDE, TALLEST = 780, 900  #: largest size of the page in a notebook, which scrolls further [px]
 FEW = 6  #: number of default signals if no name is that of a coordinate
 COORDINATES = ("x", "y", "phi")
 CONSTANT = 1e-9  #: default signals that vary by less than this part of the largest value of their unit are left out
@@ -79,6 +79,10 @@ class Plot(Panels):
         """
         return Page(self.title, self.notes, self.panels, looks=self.looks)
 
+    def __repr__(self) -> str:
+        names = dict.fromkeys(series.name for panel in self.panels for series in panel.series)
+        return f"<Plot of {self.title}: {few(names)}>"
+
     def __str__(self) -> str:
         from mbdsl.plotting.characters import text
 
@@ -87,7 +91,8 @@ class Plot(Panels):
     def _repr_html_(self) -> str:
         from mbdsl.plotting import html_tables, pages
 
-        return html_tables.frame(pages.html(self.page()), min(pages.height(self.page()), TALLEST))
+        page = self.page()
+        return html_tables.frame(pages.html(page), min(pages.height(page, WIDE), TALLEST), WIDE)
 
     def _repr_svg_(self) -> str:
         from mbdsl.plotting.panels_svg import svg

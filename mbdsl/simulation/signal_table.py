@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -80,6 +80,23 @@ class Signals(Mapping[str, SignalInfo]):
             hint = did_you_mean(name, self._entries)
             raise UsageError(f"there is no signal `{name}` in {self.model}", hint=hint)
         return self._entries[name]
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return the unit and the meaning of a signal, or a default.
+
+        Parameters
+        ----------
+        name : str
+            Name of a signal.
+        default : optional
+            Value if there is no such signal.
+
+        Returns
+        -------
+        SignalInfo
+            Or ``default``.
+        """
+        return self._entries.get(name, default)
 
     def __contains__(self, name: object) -> bool:
         return name in self._entries
@@ -179,7 +196,7 @@ def of_trajectory(trajectory: Trajectory) -> str:
     run += [f"estimated error {stats['error']:.1e}"] if stats.get("error") else []
     names = trajectory.default_names
     notes = [f"{len(names) - MOST} more coordinates and velocities"] if len(names) > MOST else []
-    notes += [f"{count(len(trajectory.names), 'signal')}: `.signals` lists them with units and meanings"]
+    notes += [f"{count(len(trajectory.names), 'signal')} in all; the attribute `signals` lists them with units and meanings"]
     notes += [trajectory.message] if trajectory.message else []
     notes += [f"warning: {text}" for text in stats.get("warnings", ())]
     rows = [_range(trajectory, name) for name in names[:MOST]] if len(t) else []
