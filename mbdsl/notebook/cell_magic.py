@@ -95,7 +95,9 @@ def _run(variables: dict[str, Any], line: str, cell: str | None) -> Scene | Traj
         print(parser.format_help())
         return None
     if cell is None:
-        raise UsageError("%mbd has no cell", hint="write `%%mbd NAME` and the model below it; %mbd --help lists options")
+        raise UsageError(
+            "%mbd has no cell", hint="write `%%mbd NAME` and the model below it; %mbd --help lists options"
+        )
     if not words:
         raise UsageError("%%mbd needs the name of a variable", hint="write `%%mbd crank`; %mbd --help lists options")
     args = parser.parse_args(words)
