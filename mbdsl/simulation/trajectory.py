@@ -416,7 +416,7 @@ class Trajectory:
         Returns
         -------
         Plot
-            The plot: ``print`` shows it in characters, a notebook as a picture, and ``save`` writes it.
+            The plot: ``print`` shows it in characters, a notebook below the cell, and ``save`` writes it.
 
         Raises
         ------
