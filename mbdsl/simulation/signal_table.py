@@ -196,9 +196,7 @@ def of_trajectory(trajectory: Trajectory) -> str:
     run += [f"estimated error {stats['error']:.1e}"] if stats.get("error") else []
     names = trajectory.default_names
     notes = [f"{len(names) - MOST} more coordinates and velocities"] if len(names) > MOST else []
-    notes += [
-        f"{count(len(trajectory.names), 'signal')} in all; the attribute `signals` lists them with units and meanings"
-    ]
+    notes += [f"{count(len(trajectory.names), 'signal')}: trajectory.signals lists them with units and meanings"]
     notes += [trajectory.message] if trajectory.message else []
     notes += [f"warning: {text}" for text in stats.get("warnings", ())]
     rows = [_range(trajectory, name) for name in names[:MOST]] if len(t) else []
