@@ -111,7 +111,7 @@ def test_parts():
     found = explain(b)
     assert found.parts == 2 and "in 2 parts" in str(found)
     assert [n.action for n in found.notes] == ["split", "split"]
-    assert 0.0 < found.remainder < 1.0
+    assert found.remainder is None or 0.0 < found.remainder < 1.0  # None: other programs disturbed the measurement
 
 
 def test_driven_by_itself():
