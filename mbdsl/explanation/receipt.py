@@ -432,10 +432,25 @@ def _rows(motion: Motion) -> dict[str, int]:
 
 
 def _text(r: Receipt) -> str:
+    rows = cells(r)
+    widths = [max(len(row[k]) for row in rows) for k in range(5)]
+    table = []
+    for row in rows:
+        padded = [row[k].ljust(widths[k]) if k != 4 else row[k].rjust(widths[k]) for k in range(5)]
+        table.append("  ".join(padded).rstrip())
+    return "\n".join([*head(r), "", *table, *remarks(r)])
+
+
+def head(r: Receipt) -> list[str]:
+    """The lines above the table."""
     names = {"n": "coordinate", "m": "constraint", "p": "nonholonomic constraint"}
     before = ", ".join(count(r.sizes[key][0], names[key]) for key in names if key != "p" or r.sizes[key][0])
     after = ", ".join(f"{key} = {r.sizes[key][1]}" for key in names)
-    lines = [f"{r.scene.name}: {before}", f"solved for: {after}, in {count(r.parts, 'part')}", ""]
+    return [f"{r.scene.name}: {before}", f"solved for: {after}, in {count(r.parts, 'part')}"]
+
+
+def cells(r: Receipt) -> list[tuple[str, str, str, str, str]]:
+    """The table of effects, its headings first."""
     total = sum(after for _, after in r.sizes.values())
     rows = [("effect", "in", "why", "unknowns", "time")]
     for e in r.entries:
@@ -443,10 +458,12 @@ def _text(r: Receipt) -> str:
         unknowns = f"{e.unknowns} of {total}" if e.unknowns else ""
         time = "" if e.share is None else f"{100.0 * e.share:.0f} %" if e.share >= 0.005 else "< 1 %"
         rows.append((e.effect, "yes" if e.present else "no", e.why + where, unknowns, time))
-    widths = [max(len(row[k]) for row in rows) for k in range(5)]
-    for row in rows:
-        cells = [row[k].ljust(widths[k]) if k != 4 else row[k].rjust(widths[k]) for k in range(5)]
-        lines.append("  ".join(cells).rstrip())
+    return rows
+
+
+def remarks(r: Receipt) -> list[str]:
+    """The lines below the table."""
+    lines = []
     if r.step is not None:
         own = "the method's own formulas and its linear algebra"
         rest = f"the share of {own} cannot be measured; the other shares are relative to their sum"
@@ -464,7 +481,7 @@ def _text(r: Receipt) -> str:
     if r.outputs:
         lines += ["", "outputs, computed on access"]
         lines += [f"  {name}: {text}" for name, text in r.outputs]
-    return "\n".join(lines)
+    return lines
 
 
 def _few_kernels(names: tuple[str, ...]) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import html
+import re
 from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
@@ -17,7 +19,7 @@ def document(
     body: Iterable[str],
     styles: Sequence[str],
     scripts: Sequence[str] = (),
-    framed: tuple[Sequence[str], Sequence[str]] = ((), ()),
+    frames: Sequence[str] = (),
 ) -> str:
     """A page.
 
@@ -29,8 +31,8 @@ def document(
         Its content, as HTML.
     styles, scripts : sequence of str
         Its style sheets and scripts.
-    framed : (sequence of str, sequence of str), optional
-        Style sheets and scripts of pages in frames, to which the policy of this page applies as well.
+    frames : sequence of str, optional
+        Pages in frames. The policy of this page applies to them as well, and allows what their own policies allow.
 
     Returns
     -------
@@ -38,10 +40,12 @@ def document(
         HTML. The policy allows these style sheets and scripts by their digests, and nothing else.
     """
     style, script = "\n".join(styles), "\n".join(scripts)
-    allowed = " ".join(map(digest, (style, *framed[0])))
-    policy = f"default-src 'none'; style-src {allowed}"
-    if script or framed[1]:
-        policy += f"; script-src {' '.join(map(digest, dict.fromkeys((*([script] if script else []), *framed[1]))))}"
+    allowed = {"style-src": [digest(style)], "script-src": [digest(script)] if script else []}
+    for page in frames:
+        for key, more in _allowed(page).items():
+            allowed[key] += more
+    rules = [f"{key} {' '.join(dict.fromkeys(found))}" for key, found in allowed.items() if found]
+    policy = "; ".join(["default-src 'none'", *rules])
     return "\n".join(
         (
             '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
@@ -53,6 +57,21 @@ def document(
             f"<script>{script}</script>\n</body>\n</html>\n" if script else "</body>\n</html>\n",
         )
     )
+
+
+def frame(page: str, title: str) -> str:
+    """A page in a frame of its own."""
+    return (
+        f'<iframe title="{escape(title)}" srcdoc="{html.escape(page)}" sandbox="allow-scripts allow-modals"></iframe>'
+    )
+
+
+def _allowed(page: str) -> dict[str, list[str]]:
+    """The digests in the policy of a page."""
+    found = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', page)
+    assert found, "a page in a frame has a policy"
+    rules = [rule.split() for rule in html.unescape(found[1]).split(";")]
+    return {rule[0]: rule[1:] for rule in rules if rule[0] in ("style-src", "script-src")}
 
 
 def digest(text: str) -> str:

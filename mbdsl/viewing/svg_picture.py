@@ -1,0 +1,103 @@
+"""One frame of a motion as SVG: the shapes of the film, drawn as lines and areas."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from mbdsl.plotting.escaping import escape
+from mbdsl.viewing.motion import Motion
+from mbdsl.viewing.picture import DRAWN
+from mbdsl.viewing.pixels import INK, Pixels, Point
+from mbdsl.viewing.shapes import Drawing, drawing
+
+WIDTH, HEIGHT = 860, 430  #: [px]
+NAMED = 24  #: number of bodies up to which their names are written
+PLAIN = 2500  #: number of shapes from which only bodies are drawn
+
+
+class SvgPicture(Pixels):
+    """Draws frames of a motion as elements of SVG, all in the same view."""
+
+    def __init__(self, motion: Motion, drawing: Drawing, width: int = WIDTH, height: int = HEIGHT) -> None:
+        super().__init__(motion, drawing, width, height)
+        self.parts: list[str] = []
+
+    def frame(self, row: int) -> list[str]:
+        """The elements of a row of the motion."""
+        self.parts, self.row = [], row
+        many = len(self.shapes) > PLAIN
+        for shape in self.shapes:
+            if shape.draw in DRAWN and not (many and shape.draw not in ("link", "beam", "mass", "hub")):
+                DRAWN[shape.draw](self, shape, *(self.place(spot) for spot in shape.at))
+        return self.parts
+
+    def names(self, row: int) -> list[str]:
+        """The names of bodies at their centres."""
+        self.row = row
+        bodies = self.motion.scene.bodies()
+        if len(bodies) > NAMED:
+            return []
+        found = []
+        for body in bodies:
+            x, y, _ = self.place(self.motion.spots[f"{body.name}.c"])
+            if np.isfinite(x) and np.isfinite(y):
+                text = escape(body.name)
+                found.append(f'<text x="{x:.1f}" y="{y - 0.6 * self.U - 4.0:.1f}" text-anchor="middle">{text}</text>')
+        return found
+
+    # -- primitives ----------------------------------------------------------------------------------------------
+    def line(self, points: Iterable[Point], width: float, colour: str) -> None:
+        found = [(x, y) for x, y in points if np.isfinite(x) and np.isfinite(y)]
+        if len(found) > 1:
+            self.parts.append(f'<path fill="none" stroke="{colour}" stroke-width="{width:.2f}" d="{_way(found)}"/>')
+
+    def area(self, points: Iterable[Point], fill: str, outline: str = INK, width: float | None = None) -> None:
+        found = list(points)
+        if np.isfinite(found).all():
+            width = self.thin if width is None else width
+            look = f'fill="{fill}" stroke="{outline}" stroke-width="{width:.2f}"'
+            self.parts.append(f'<path {look} d="{_way(found)}Z"/>')
+
+    def circle(self, at: Sequence[float], radius: float, fill: str | None, outline: str = INK, width=None) -> None:
+        x, y = at[:2]
+        if np.isfinite(x) and np.isfinite(y):
+            look = f'fill="{fill or "none"}" stroke="{outline}" stroke-width="{width or self.thin:.2f}"'
+            self.parts.append(f'<circle {look} cx="{x:.2f}" cy="{y:.2f}" r="{radius:.2f}"/>')
+
+
+def _way(points: Sequence[Point]) -> str:
+    return "M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in points)
+
+
+def still(motion: Motion, row: int, key: str, title: str, behind: Sequence[int] = (), names: bool = True) -> str:
+    """A row of a motion as SVG.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion, all of which is in the view.
+    row : int
+        The row that is shown.
+    key : str
+        Beginning of its ids.
+    title : str
+        Title for screen readers.
+    behind : sequence of int, optional
+        Rows that are drawn pale behind it.
+    names : bool, optional
+        Whether to write the names of bodies.
+
+    Returns
+    -------
+    str
+        ``<svg>``, on no paper.
+    """
+    found = SvgPicture(motion, drawing(motion))
+    pale = [f'<g opacity="0.25">{"".join(found.frame(k))}</g>' for k in behind]
+    shown = [*pale, *found.frame(row), *(found.names(row) if names else ())]
+    size = f'viewBox="0 0 {WIDTH} {HEIGHT}"'
+    head = f'<svg class="still" {size} role="img" aria-labelledby="{key}-title" '
+    head += 'stroke-linejoin="round" stroke-linecap="round">'
+    return "\n".join((head, f'<title id="{key}-title">{escape(title)}</title>', *shown, "</svg>"))
