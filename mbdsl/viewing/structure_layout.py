@@ -105,8 +105,8 @@ def _block(structure: Structure, bodies: tuple[str, ...], links: Sequence[Link])
     def add(node: Node, *ends: str) -> None:
         label = node.name if node.what != "ground" else structure.ground
         size = LETTER * len(shortened(label))
-        if node.link is not None:
-            size = max(size, SMALL * len(shortened(caption(node, structure), LETTERS + 4)))
+        below = caption(node, structure)
+        size = max(size, SMALL * len(shortened(below, LETTERS if node.what == "body" else LETTERS + 4)))
         node.width = max(62.0, size + 20.0) if node.what in ("body", "ground") else max(30.0, size)
         block.nodes.append(node)
         block.lines += [(number[end], len(block.nodes) - 1) for end in dict.fromkeys(ends)]
@@ -138,8 +138,9 @@ def _block(structure: Structure, bodies: tuple[str, ...], links: Sequence[Link])
 
 
 def caption(node: Node, structure: Structure) -> str:
-    """The text below the symbol of a link."""
-    assert node.link is not None
+    """The text below the name of a body or below the symbol of a link."""
+    if node.link is None:
+        return structure.bodies[node.name].kind if node.what == "body" else ""
     if node.link.redundant:
         return f"redundant: {node.link.redundant} of {node.link.rows + node.link.velocity_rows}"
     if node.what == "reference":

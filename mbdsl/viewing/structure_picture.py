@@ -155,7 +155,7 @@ def _node(structure: Structure, node: Node) -> Iterator[Item]:
         kind = "body moved" if body.moved else "body follows" if body.follows else "body"
         yield Item(kind, _box(node.x, node.y, node.width, BOX, 7.0), title=f"{body.kind} {body.name}")
         yield Item("name", text=shortened(node.name), x=node.x, y=node.y - 2.0)
-        yield Item("small", text=shortened(body.kind), x=node.x, y=node.y + 13.0)
+        yield Item("small", text=shortened(caption(node, structure)), x=node.x, y=node.y + 13.0)
     else:
         yield from _link(structure, node)
 
