@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
-import hashlib
 import html
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from mbdsl.errors import MbdslError, UsageError
-from mbdsl.explanation.receipt import Receipt, explain
+from mbdsl.explanation.receipt import explain
 from mbdsl.mechanism.graph import build
-from mbdsl.simulation import provenance
+from mbdsl.reporting import report_page
+from mbdsl.reporting.findings import Findings
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.storage.output_files import check, write_text
-from mbdsl.viewing.structure import Structure, structure
-
-if TYPE_CHECKING:
-    from mbdsl.analysis.eigenmodes import Modes
+from mbdsl.viewing.structure import structure
 
 SUFFIXES = (".html", ".htm")
+HEIGHT = 700  #: of the frame in a notebook [px]
 
 
-@dataclass
-class Report:
+class Report(Findings):
     """A report of a run as one HTML page that loads nothing.
 
     ``report`` makes it. A notebook shows it below the cell that returns it.
@@ -48,50 +43,19 @@ class Report:
         Reasons why a part is missing.
     """
 
-    trajectory: Trajectory
-    structure: Structure
-    receipt: Receipt | None
-    modes: Modes | None = None
-    signals: Sequence[str] | None = None
-    command: str = ""
-    problems: list[str] = field(default_factory=list)
-
     def __repr__(self) -> str:
         return f"<Report on {self.trajectory.scene.name}: {len(self.trajectory)} points, {self.trajectory.status}>"
 
     @cached_property
     def html(self) -> str:
         """The page as the text of one HTML file."""
-        from mbdsl.reporting.report_page import page
-
-        return page(self)
-
-    @property
-    def digest(self) -> str:
-        """SHA-256 of the times, coordinates and velocities of the run, as 64-bit numbers, little-endian."""
-        found = hashlib.sha256()
-        for values in (self.trajectory.t, self.trajectory.q, self.trajectory.v):
-            found.update(values.astype("<f8").tobytes())
-        return found.hexdigest()
-
-    def facts(self) -> list[tuple[str, str]]:
-        """Names and values as required to repeat the run."""
-        found = [("command", self.command)] if self.command else []
-        for name, text in self.trajectory.scene.files.items():
-            found.append((f"SHA-256 of {os.path.basename(name)}", hashlib.sha256(text.encode()).hexdigest()))
-        found.append(
-            ("SHA-256 of the model as read", hashlib.sha256(self.trajectory.scene.fingerprint.encode()).hexdigest())
-        )
-        found.append(("SHA-256 of the states", self.digest))
-        found += [(f"version of {name}", version) for name, version in provenance.versions().items()]
-        machine = provenance.machine()
-        return found + [(name, machine[name]) for name in ("processor", "cores", "system")]
+        return report_page.page(self)
 
     def _repr_html_(self) -> str:
         """The page in a frame of its own, for notebooks."""
         return (
             f'<iframe srcdoc="{html.escape(self.html)}" sandbox="allow-scripts allow-modals" width="100%" '
-            'height="700" style="border: 1px solid #8888; border-radius: 6px" loading="lazy"></iframe>'
+            f'height="{HEIGHT}" style="border: 1px solid #8888; border-radius: 6px" loading="lazy"></iframe>'
         )
 
     def save(self, path: str | os.PathLike) -> None:

@@ -14,8 +14,8 @@ from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.figures import Figure, Table
 from mbdsl.plotting.pages import fine_print, fragments
 from mbdsl.reporting import run_figures
+from mbdsl.reporting.findings import Findings
 from mbdsl.reporting.highlighting import highlighted
-from mbdsl.reporting.report import Report
 from mbdsl.version import __version__
 from mbdsl.viewing import structure_files, structure_svg
 from mbdsl.viewing.animation import animate
@@ -36,12 +36,12 @@ class Section:
     content: list[str | Figure | Table] = field(default_factory=list)
 
 
-def page(report: Report) -> str:
+def page(report: Findings) -> str:
     """The page of a report.
 
     Parameters
     ----------
-    report : Report
+    report : Findings
         Its data.
 
     Returns
@@ -88,7 +88,7 @@ def _paragraph(text: str, kind: str = "") -> str:
     return f'<p class="{kind}">{escape(text)}</p>' if kind else f"<p>{escape(text)}</p>"
 
 
-def _lead(report: Report) -> Iterator[str]:
+def _lead(report: Findings) -> Iterator[str]:
     trajectory, stats = report.trajectory, report.trajectory.stats
     if trajectory.scene.doc:
         yield _paragraph(trajectory.scene.doc)
@@ -104,7 +104,7 @@ def _lead(report: Report) -> Iterator[str]:
         yield _paragraph(f"Warning: {text}", "warning")
 
 
-def _mechanism(report: Report) -> Section:
+def _mechanism(report: Findings) -> Section:
     moving = motion(report.trajectory, POSES)
     name = report.trajectory.scene.name
     behind = range(len(moving.t) - 1, 0, -1) if len(report.trajectory.scene.bodies()) <= MANY_BODIES else ()
@@ -116,7 +116,7 @@ def _mechanism(report: Report) -> Section:
     return Section("mechanism", "Mechanism", [content])
 
 
-def _motion(report: Report, frames: list[str]) -> Section:
+def _motion(report: Findings, frames: list[str]) -> Section:
     frames.append(animate(report.trajectory, report.signals).html)
     note = _paragraph("The animation plays in the page on a screen; it is not printed.", "note on-paper")
     return Section(
@@ -124,7 +124,7 @@ def _motion(report: Report, frames: list[str]) -> Section:
     )
 
 
-def _model(report: Report) -> Section:
+def _model(report: Findings) -> Section:
     found = Section("model", "Model")
     files = list(report.trajectory.scene.files.items())
     for k, (name, text) in enumerate(files):
@@ -142,7 +142,7 @@ def _model(report: Report) -> Section:
     return found
 
 
-def _effects(report: Report) -> Section:
+def _effects(report: Findings) -> Section:
     found = Section("effects", "Effects and costs")
     if report.receipt is not None:
         names, *rows = cells(report.receipt)
@@ -154,7 +154,7 @@ def _effects(report: Report) -> Section:
     return found
 
 
-def _run(report: Report) -> Section:
+def _run(report: Findings) -> Section:
     stats = report.trajectory.stats
     rows = []
     names = {"steps": "steps", "rejected": "rejected steps", "events": "events", "iterations": "Newton iterations"}
@@ -179,7 +179,7 @@ def _run(report: Report) -> Section:
     return found
 
 
-def _modes(report: Report, frames: list[str]) -> Section:
+def _modes(report: Findings, frames: list[str]) -> Section:
     found = Section("modes", "Eigenmodes")
     modes = report.modes
     if modes is None:

@@ -49,10 +49,23 @@ class BodyNode:
 
 @dataclass(frozen=True)
 class Link:
-    """A joint, a driver or a force (``role``) between the bodies ``a`` and ``b``; "" is the ground.
+    """A joint, a driver or a force between two bodies.
 
-    ``loop`` is the number from 1 of the loop that it closes, or 0; ``redundant`` is its number of redundant rows;
-    ``weld`` is whether it leaves nothing free.
+    Attributes
+    ----------
+    name, kind : str
+        Its name and the name of its kind.
+    role : {"joint", "driver", "force"}
+    a, b : str
+        Names of the bodies; "" is the ground.
+    rows, velocity_rows : int
+        Numbers of constraints of positions and of velocities alone.
+    loop : int
+        Number from 1 of the loop that it closes; 0 if it closes none.
+    redundant : int
+        Number of redundant constraints.
+    weld : bool
+        Whether it leaves nothing free.
     """
 
     name: str
@@ -67,11 +80,31 @@ class Link:
     weld: bool = False
 
     def other(self, body: str) -> str:
+        """Return the body at the other end.
+
+        Parameters
+        ----------
+        body : str
+            The body at one end.
+
+        Returns
+        -------
+        str
+            Its name; "" for the ground.
+        """
         return self.b if body == self.a else self.a
 
 
 class Loop(NamedTuple):
-    """The bodies of a loop in order, and the joint that closes it."""
+    """A loop.
+
+    Attributes
+    ----------
+    bodies : tuple of str
+        Names of its bodies in order, the first one once more at the end; "" is the ground.
+    closed_by : str
+        Name of the joint that closes it.
+    """
 
     bodies: tuple[str, ...]
     closed_by: str
@@ -116,11 +149,32 @@ class Structure:
     remarks: tuple[str, ...] = ()
 
     def label(self, body: str) -> str:
-        """The name of a body or of the ground."""
+        """Return the name of a body or of the ground.
+
+        Parameters
+        ----------
+        body : str
+            Name of a body, or "" for the ground.
+
+        Returns
+        -------
+        str
+        """
         return body or self.ground
 
     def loop_text(self, number: int) -> str:
-        """The bodies of a loop as a text, from a body and back to it."""
+        """Return the bodies of a loop as a text.
+
+        Parameters
+        ----------
+        number : int
+            Number of the loop, from 1.
+
+        Returns
+        -------
+        str
+            The bodies from one of them back to it, and the joint that closes the loop.
+        """
         loop = self.loops[number - 1]
         path = few([self.label(body) for body in loop.bodies], 12).replace(", ", " - ")
         return f"loop {number}: {path}, closed by {loop.closed_by}"

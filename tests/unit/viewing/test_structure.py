@@ -183,6 +183,12 @@ def test_the_text_fits_the_terminal(found, columns):
     assert text(found, columns, ascii_only=True).isascii()
 
 
+def test_the_picture_of_the_docs(model_file):
+    """It is the one that the command writes today."""
+    stored = model_file("seven_body").parents[1] / "docs" / "seven_body_graph.svg"
+    assert stored.read_text(encoding="utf-8") == svg(structure(build(load(model_file("seven_body"))), search=False))
+
+
 def test_a_hostile_text_is_a_text():
     evil = "</title><script>alert(1)</script>\u202e"
     found = of(
