@@ -83,18 +83,12 @@ def page(structure: Structure) -> str:
 
 def section(structure: Structure) -> Iterator[str]:
     """The picture with its lists, as part of a page."""
-    width = picture(structure).width
     yield "".join(f"<p>{escape(line)}</p>" for line in structure.summary.split("\n")[:3])
-    yield f'<figure class="wide"><div class="scroll">{_limited(svg(structure, own=False), width)}</div></figure>'
+    yield f'<figure class="wide"><div class="scroll">{svg(structure, own=False)}</div></figure>'
     lines = [structure.loop_text(k + 1) for k in range(len(structure.loops))] + list(structure.remarks)
     if lines:
         yield f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
     yield f"<details><summary>The graph as text</summary><pre>{escape(text(structure, 100))}</pre></details>"
-
-
-def _limited(picture: str, width: float) -> str:
-    """A picture with its natural width as an attribute, which the style limits to that of the page."""
-    return picture.replace("<svg ", f'<svg width="{width:.0f}" ', 1)
 
 
 def _draw(structure: Structure, path: str | os.PathLike, suffix: str) -> None:

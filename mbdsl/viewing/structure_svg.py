@@ -82,12 +82,12 @@ def svg(structure: Structure, own: bool = True, key: str = "graph") -> str:
         ``<svg>`` with title, and with a description in words.
     """
     shown = picture(structure)
-    size = f'viewBox="0 0 {shown.width:.0f} {shown.height:.0f}"'
+    size = f'width="{shown.width:.0f}" viewBox="0 0 {shown.width:.0f} {shown.height:.0f}"'
     names = f'role="img" aria-labelledby="{key}-title {key}-desc"'
     head = f'<svg class="graph" {size} {names}>'
     paper: list[str] = []
     if own:
-        space = f'xmlns="http://www.w3.org/2000/svg" width="{shown.width:.0f}" height="{shown.height:.0f}"'
+        space = f'xmlns="http://www.w3.org/2000/svg" height="{shown.height:.0f}"'
         head = f'<svg {space} class="graph" {size} {names}>'
         paper = [f"<style>\n{style(dark=False)}</style>", '<rect width="100%" height="100%" fill="#ffffff"/>']
     return "\n".join(

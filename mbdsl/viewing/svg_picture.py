@@ -13,6 +13,7 @@ from mbdsl.viewing.pixels import INK, Pixels, Point
 from mbdsl.viewing.shapes import Drawing, drawing
 
 WIDTH, HEIGHT = 860, 430  #: [px]
+LETTER, LINE = 8.4, 15.0  #: width of a letter and height of a line of names [px]
 NAMED = 24  #: number of bodies up to which their names are written
 PLAIN = 2500  #: number of shapes from which only bodies are drawn
 
@@ -34,17 +35,24 @@ class SvgPicture(Pixels):
         return self.parts
 
     def names(self, row: int) -> list[str]:
-        """The names of bodies at their centres."""
+        """The names of bodies near their centres, at the first place around that no other name takes."""
         self.row = row
         bodies = self.motion.scene.bodies()
         if len(bodies) > NAMED:
             return []
-        found = []
+        found: list[str] = []
+        taken: list[tuple[float, float, float]] = []
         for body in bodies:
             x, y, _ = self.place(self.motion.spots[f"{body.name}.c"])
-            if np.isfinite(x) and np.isfinite(y):
-                text = escape(body.name)
-                found.append(f'<text x="{x:.1f}" y="{y - 0.6 * self.U - 4.0:.1f}" text-anchor="middle">{text}</text>')
+            if not (np.isfinite(x) and np.isfinite(y)):
+                continue
+            half, away = 0.5 * LETTER * len(body.name), 0.6 * self.U + 4.0
+            sides = (0.0, -away), (0.0, away + 10.0), (half + away, 4.0), (-half - away, 4.0)
+            places = [(x + dx, y + dy) for dx, dy in sides]
+            free = (p for p in places if all(abs(p[0] - u) > half + w or abs(p[1] - v) > LINE for u, v, w in taken))
+            x, y = next(free, places[0])
+            taken.append((x, y, half))
+            found.append(f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="middle">{escape(body.name)}</text>')
         return found
 
     # -- primitives ----------------------------------------------------------------------------------------------
