@@ -16,6 +16,7 @@ from mbdsl.plotting.pages import fine_print, fragments
 from mbdsl.reporting import run_figures
 from mbdsl.reporting.findings import Findings
 from mbdsl.reporting.highlighting import highlighted
+from mbdsl.reporting.mode_pictures import mode_pictures
 from mbdsl.version import __version__
 from mbdsl.viewing import structure_files, structure_svg
 from mbdsl.viewing.animation import animate
@@ -24,6 +25,7 @@ from mbdsl.viewing.motion import motion
 from mbdsl.viewing.svg_picture import still
 
 HERE = Path(__file__).parent
+MOST_MODES = 6  #: number of modes with a picture
 POSES, MANY_BODIES = 7, 60  #: poses in the picture of the mechanism, and number of bodies up to which there are several
 
 
@@ -202,7 +204,10 @@ def _modes(report: Findings, frames: list[str]) -> Section:
     columns = ("mode", "frequency [Hz]", "damped [Hz]", "damping ratio", "what moves", "")
     if rows:
         found.content.append(Table("", columns, rows))
-        frames.append(modes.animate().html)
-        found.content.append(f'<div class="frame">{frame(frames[-1], "animation of the eigenmodes")}</div>')
+        animated = getattr(modes, "animate", None)
+        if animated is not None:
+            frames.append(animated().html)
+            found.content.append(f'<div class="frame">{frame(frames[-1], "animation of the eigenmodes")}</div>')
+        found.content.append(f'<div class="modes">{"".join(mode_pictures(modes, MOST_MODES))}</div>')
     found.content += [_paragraph(f"Note: {text}", "note") for text in modes.notes]
     return found

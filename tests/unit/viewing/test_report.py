@@ -203,7 +203,7 @@ def test_the_command(say, tmp_path, monkeypatch):
     assert float(frequency) == pytest.approx(np.sqrt(9.81 / 2.0) / (2.0 * np.pi), rel=1e-5)
     assert '<th scope="row">steps</th><td class="number">100</td>' in section(text, "run")
     assert "gravity" in section(text, "effects")
-    assert text.count("<iframe") == 2
+    assert section(text, "modes").count('<svg class="still"') == 1
     assert say("report", "pendulum.mbd", "--at", "start")[0] == 2
     code, _, err = say("report", "pendulum.mbd", "--out", "pendulum.mbd")
     assert code == 2 and "does not end with .html" in err
