@@ -1,4 +1,4 @@
-"""Pictures of mode shapes: the mechanism displaced along a mode, over its state at rest and the opposite displacement."""
+"""Pictures of mode shapes: the mechanism displaced along a mode; pale, its state at rest and the other displacement."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mbdsl.viewing.svg_picture import still
 if TYPE_CHECKING:
     from mbdsl.analysis.eigenmodes import Modes
 
-LARGEST = 0.15  #: largest displacement: an angle [rad], or a length relative to the size of the mechanism
+LARGEST = 0.08  #: largest displacement: an angle [rad], or a length relative to the size of the mechanism
 
 
 def mode_pictures(modes: Modes, most: int) -> Iterator[str]:
