@@ -204,10 +204,8 @@ def _modes(report: Findings, frames: list[str]) -> Section:
     columns = ("mode", "frequency [Hz]", "damped [Hz]", "damping ratio", "what moves", "")
     if rows:
         found.content.append(Table("", columns, rows))
-        animated = getattr(modes, "animate", None)
-        if animated is not None:
-            frames.append(animated().html)
-            found.content.append(f'<div class="frame">{frame(frames[-1], "animation of the eigenmodes")}</div>')
+        frames.append(modes.animate().html)
+        found.content.append(f'<div class="frame">{frame(frames[-1], "animation of the eigenmodes")}</div>')
         found.content.append(f'<div class="modes">{"".join(mode_pictures(modes, MOST_MODES))}</div>')
     found.content += [_paragraph(f"Note: {text}", "note") for text in modes.notes]
     return found

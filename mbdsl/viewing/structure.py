@@ -6,19 +6,19 @@ constraints depend on the pose; they are searched for in the initial positions, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from mbdsl.elements.kind import JointKind
-from mbdsl.errors import InitialisationError
 from mbdsl.mechanism.edge import Edge
-from mbdsl.mechanism.graph import GROUND, MechanismGraph, SubMechanism
+from mbdsl.mechanism.graph import MechanismGraph, SubMechanism
 from mbdsl.mechanism.reduction import Note, reduce
 from mbdsl.messages import few
+from mbdsl.viewing.structure_paths import cycles, distances
+from mbdsl.viewing.structure_redundancy import redundancy
 
 JOINT, DRIVER, FORCE = "joint", "driver", "force"
-MOST_ROWS = 1500  #: number of constraint rows up to which redundant ones are searched for
 
 
 @dataclass(frozen=True)
@@ -205,10 +205,10 @@ def structure(graph: MechanismGraph, search: bool = True, announce: Callable[[st
             ends = {body, parents[body]}
             by[body] = next((e.name for e in joints if {e.body_i, e.body_j} == ends), name)
     closing = [e for e in joints if e.name not in by.values()]
-    redundant, reasons = _redundant(graph, announce) if search else ({}, [])
+    redundant, reasons = redundancy(graph, announce) if search else ({}, [])
     number = {e.name: k for k, e in enumerate(closing, 1)}
     notes = reduce(graph).notes
-    levels = _levels(graph, list(joints), [e for e in edges if e.name not in strong])
+    levels = distances(graph, list(joints), [e for e in edges if e.name not in strong])
     found = Structure(
         graph.scene.name,
         graph.scene.doc,
@@ -218,7 +218,7 @@ def structure(graph: MechanismGraph, search: bool = True, announce: Callable[[st
         parents,
         by,
         levels,
-        _loops(joints, closing, levels),
+        tuple(Loop(*loop) for loop in cycles(joints, closing, levels)),
         graph.sub_mechanisms,
         graph.summary(),
     )
@@ -231,81 +231,6 @@ def _link(e: Edge, loop: int, redundant: int) -> Link:
     if isinstance(kind, JointKind):
         role, weld = JOINT if kind.driver is None else DRIVER, kind.pose is not None and not kind.free
     return Link(e.name, kind.name, role, e.body_i, e.body_j, e.rows, e.velocity_rows, loop, redundant, weld)
-
-
-def _levels(graph: MechanismGraph, strong: list[Edge], weak: list[Edge]) -> dict[str, int]:
-    """Distances from the ground: by strong edges alone as far as they reach, then by one weak edge, and so on."""
-
-    def around(edges: list[Edge]) -> dict[str, list[str]]:
-        at: dict[str, list[str]] = {GROUND: [], **{body: [] for body in graph.bodies}}
-        for e in edges:
-            at[e.body_i].append(e.body_j)
-            at[e.body_j].append(e.body_i)
-        return at
-
-    near, further = around(strong), around(weak)
-    levels, order = {GROUND: 0}, [GROUND]
-    done = searched = 0
-
-    def reach(others: list[str], level: int) -> None:
-        for other in others:
-            if other not in levels:
-                levels[other] = level
-                order.append(other)
-
-    while True:
-        while done < len(order):
-            reach(near[order[done]], levels[order[done]] + 1)
-            done += 1
-        while searched < len(order) and done == len(order):
-            new = [other for other in further[order[searched]] if other not in levels]
-            reach(new[:1], levels[order[searched]] + 1)
-            searched += not new
-        if done == len(order):
-            free = [body for body in graph.bodies if body not in levels]
-            if not free:
-                return levels
-            reach(free[:1], 1)  # a law of its velocity holds it
-
-
-def _loops(joints: Sequence[Edge], closing: Sequence[Edge], levels: Mapping[str, int]) -> tuple[Loop, ...]:
-    """For each closing joint a shortest loop through it, the spanning tree and the closing joints before it.
-
-    Each has a joint that no loop before it has, so that they are independent.
-    """
-    late = {e.name for e in closing}
-    near: dict[str, list[str]] = {}
-
-    def add(e: Edge) -> None:
-        near.setdefault(e.body_i, []).append(e.body_j)
-        near.setdefault(e.body_j, []).append(e.body_i)
-
-    for e in joints:
-        if e.name not in late:
-            add(e)
-    found = []
-    for e in closing:
-        path = _path(e.body_i, e.body_j, near)
-        first = min(range(len(path)), key=lambda k: levels[path[k]])
-        found.append(Loop((*path[first:], *path[: first + 1]), e.name))
-        add(e)
-    return tuple(found)
-
-
-def _path(a: str, b: str, near: Mapping[str, Sequence[str]]) -> list[str]:
-    """A shortest path from a to b, by breadth-first search."""
-    before, order = {a: a}, [a]
-    for body in order:
-        if b in before:
-            break
-        for other in near.get(body, ()):
-            if other not in before:
-                before[other] = body
-                order.append(other)
-    path = [b]
-    while path[-1] != a:
-        path.append(before[path[-1]])
-    return path[::-1]
 
 
 def _bodies(graph: MechanismGraph, notes: Iterable[Note]) -> dict[str, BodyNode]:
@@ -366,38 +291,3 @@ def _joined(notes: Iterable[Note]) -> list[str]:
 
 def _joins(names: tuple[str, ...]) -> str:
     return "joins" if len(names) == 1 else "join"
-
-
-def _redundant(graph: MechanismGraph, announce: Callable[[str], None] | None) -> tuple[dict[str, int], list[str]]:
-    """Joint -> number of redundant rows in the initial state, and sentences on them."""
-    drivers = [e for e in graph.joints if isinstance(e.component.kind, JointKind) and e.component.kind.driver]
-    pairs = {frozenset((e.body_i, e.body_j)) for e in drivers}
-    possible = graph.loops or graph.velocity_mobility < 0 or len(pairs) < len(drivers) or graph.velocity_rows
-    if not possible:
-        return {}, []
-    if graph.rows + graph.velocity_rows > MOST_ROWS:
-        return {}, [f"redundant constraints are not searched for in models of more than {MOST_ROWS} rows"]
-    import numpy as np
-
-    from mbdsl.compilation import code_cache
-    from mbdsl.initial.consistent import initial_position, redundant_rows
-    from mbdsl.initial.redundancy import repeated
-    from mbdsl.storage import cache_folder
-    from mbdsl.system import build
-
-    system = build(graph.scene, graph)
-    sets = 2 if code_cache.is_compiled(system.module_name(2)) else 1
-    if announce is not None and not code_cache.is_compiled(system.module_name(sets)):
-        announce(cache_folder.compiling())
-    system.kernels(sets)
-    t, v = float(graph.scene.experiment.start), np.zeros(system.n)
-    try:
-        q = initial_position(system, graph, t)
-    except InitialisationError as problem:
-        return {}, [
-            f"redundant constraints are not searched for, because there is no initial position: {problem.message}"
-        ]
-    rows = redundant_rows(system, t, q, v)
-    names = [system.constraint_names()[row].rpartition(".")[0] for row in rows]
-    lines = [f"redundant: {line}" for line in repeated(system, t, q, v, rows)]
-    return {name: names.count(name) for name in names}, lines

@@ -8,30 +8,26 @@ import numpy as np
 
 from mbdsl.plotting.escaping import escape
 from mbdsl.viewing.motion import Motion
-from mbdsl.viewing.picture import DRAWN
-from mbdsl.viewing.pixels import INK, Pixels, Point
+from mbdsl.viewing.picture import Picture
+from mbdsl.viewing.pixels import INK, Point
 from mbdsl.viewing.shapes import Drawing, drawing
 
 WIDTH, HEIGHT = 860, 430  #: [px]
 LETTER, LINE = 8.4, 15.0  #: width of a letter and height of a line of names [px]
 NAMED = 24  #: number of bodies up to which their names are written
-PLAIN = 2500  #: number of shapes from which only bodies are drawn
 
 
-class SvgPicture(Pixels):
+class SvgPicture(Picture):
     """Draws frames of a motion as elements of SVG, all in the same view."""
 
     def __init__(self, motion: Motion, drawing: Drawing, width: int = WIDTH, height: int = HEIGHT) -> None:
         super().__init__(motion, drawing, width, height)
         self.parts: list[str] = []
 
-    def frame(self, row: int) -> list[str]:
-        """The elements of a row of the motion."""
-        self.parts, self.row = [], row
-        many = len(self.shapes) > PLAIN
-        for shape in self.shapes:
-            if shape.draw in DRAWN and not (many and shape.draw not in ("link", "beam", "mass", "hub")):
-                DRAWN[shape.draw](self, shape, *(self.place(spot) for spot in shape.at))
+    def elements(self, row: int) -> list[str]:
+        """The mechanism in a row of the motion."""
+        self.parts = []
+        self.shown(row)
         return self.parts
 
     def names(self, row: int) -> list[str]:
@@ -59,7 +55,9 @@ class SvgPicture(Pixels):
     def line(self, points: Iterable[Point], width: float, colour: str) -> None:
         found = [(x, y) for x, y in points if np.isfinite(x) and np.isfinite(y)]
         if len(found) > 1:
-            self.parts.append(f'<path fill="none" stroke="{colour}" stroke-width="{width:.2f}" d="{_way(found)}"/>')
+            self.parts.append(
+                f'<path fill="none" stroke="{escape(colour)}" stroke-width="{width:.2f}" d="{_way(found)}"/>'
+            )
 
     def area(self, points: Iterable[Point], fill: str, outline: str = INK, width: float | None = None) -> None:
         found = list(points)
@@ -67,6 +65,11 @@ class SvgPicture(Pixels):
             width = self.thin if width is None else width
             look = f'fill="{fill}" stroke="{outline}" stroke-width="{width:.2f}"'
             self.parts.append(f'<path {look} d="{_way(found)}Z"/>')
+
+    def areas(self, parts: Sequence[Sequence[Point]], fill: str) -> None:
+        if all(np.isfinite(part).all() for part in parts):
+            ways = "".join(f"{_way(part)}Z" for part in parts)
+            self.parts.append(f'<path fill="{escape(fill)}" fill-rule="evenodd" d="{ways}"/>')
 
     def circle(self, at: Sequence[float], radius: float, fill: str | None, outline: str = INK, width=None) -> None:
         x, y = at[:2]
@@ -103,8 +106,8 @@ def still(motion: Motion, row: int, key: str, title: str, behind: Sequence[int] 
         ``<svg>``, on no paper.
     """
     found = SvgPicture(motion, drawing(motion))
-    pale = [f'<g opacity="0.25">{"".join(found.frame(k))}</g>' for k in behind]
-    shown = [*pale, *found.frame(row), *(found.names(row) if names else ())]
+    pale = [f'<g opacity="0.25">{"".join(found.elements(k))}</g>' for k in behind]
+    shown = [*pale, *found.elements(row), *(found.names(row) if names else ())]
     size = f'viewBox="0 0 {WIDTH} {HEIGHT}"'
     head = f'<svg class="still" {size} role="img" aria-labelledby="{key}-title" '
     head += 'stroke-linejoin="round" stroke-linecap="round">'

@@ -127,6 +127,17 @@ def test_the_picture_is_where_the_mechanism_is(trajectory_of):
     np.testing.assert_allclose(places.mean(axis=0), (WIDTH / 2, HEIGHT / 2), atol=0.011)
 
 
+def test_annotated_shapes_are_drawn(trajectory_of):
+    """A disc of 0.5 m that travels 2 m: its outline is half as wide as the way of its centre."""
+    shape = "annotation(Shape(Circle(radius = 0.5 m)))"
+    scene = parse(f"model A Ground g(g = 0); PointMass m(m = 1 kg) {shape}; FreeMotion free(g, m); end A;")
+    moving = motion(trajectory_of(scene, np.arange(2.0), {"m": np.array([[0.0, 0.0], [2.0, 0.0]])}))
+    ways = re.findall(r'<path fill="#[^"]*" fill-rule="evenodd" d="([^"]*)"', still(moving, 0, "a", "title", (1,)))
+    later, first = (np.array([float(x.split()[0]) for x in re.split("[MLZ]+", way) if x]) for way in ways)
+    assert np.ptp(first) == pytest.approx((later.mean() - first.mean()) / 2, abs=0.1)
+    assert first.min() > 0.0 and later.max() < WIDTH
+
+
 def test_a_hostile_model(trajectory_of):
     doc = json.dumps(EVIL, ensure_ascii=False)
     scene = parse(f"model A {doc} Ground ground; PointMass m(m = 1 kg); FreeMotion f(ground, m); end A;")
@@ -203,6 +214,7 @@ def test_the_command(say, tmp_path, monkeypatch):
     assert float(frequency) == pytest.approx(np.sqrt(9.81 / 2.0) / (2.0 * np.pi), rel=1e-5)
     assert '<th scope="row">steps</th><td class="number">100</td>' in section(text, "run")
     assert "gravity" in section(text, "effects")
+    assert text.count("<iframe") == 2
     assert section(text, "modes").count('<svg class="still"') == 1
     assert say("report", "pendulum.mbd", "--at", "start")[0] == 2
     code, _, err = say("report", "pendulum.mbd", "--out", "pendulum.mbd")
