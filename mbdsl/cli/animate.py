@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
-from mbdsl.cli._progress import Display
+from mbdsl.cli._runs import simulated
 from mbdsl.cli.simulate import add_options as add_options
-from mbdsl.cli.simulate import print_warnings
-from mbdsl.errors import IntegrationError, Interrupted, UsageError
+from mbdsl.errors import UsageError
 from mbdsl.messages import visible
 from mbdsl.storage import output_files
 
@@ -85,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
         trajectory, names = _stored(args, stored)
         failure = None
     else:
-        trajectory, failure = _simulated(args, out)
+        trajectory, failure = simulated(args, out)
         names = None
     _write(args, trajectory, names, out)
     if failure is not None:
@@ -136,45 +134,3 @@ def _stored(args: argparse.Namespace, stored: bool) -> tuple[Trajectory, list[st
     if stored:
         return stored_trajectory(args.model)
     return stored_trajectory(args.result, values.load_model(args))
-
-
-def _simulated(args: argparse.Namespace, out: str) -> tuple[Trajectory, BaseException | None]:
-    """The trajectory, and the error that ended the run early."""
-    options = values.numbers(args.option)
-    scene = values.load_model(args)
-    output_files.check([out], scene.files)
-
-    from mbdsl.api import simulated
-    from mbdsl.compilation import code_cache
-
-    code_cache.alone()
-    display = None if args.quiet else Display(sys.stderr)
-    failure: BaseException | None = None
-    try:
-        trajectory = simulated(
-            scene,
-            method=args.method,
-            step=args.step,
-            tol=args.tol,
-            start=args.start,
-            stop=args.stop,
-            interval=args.interval,
-            options=options,
-            progress=display,
-            announce=display.say if display else None,
-        )
-    except IntegrationError as problem:
-        found = getattr(problem, "trajectory", None)
-        if found is None or not len(found):
-            raise
-        trajectory, failure = found, problem
-    except Interrupted as problem:
-        trajectory = problem.trajectory
-        failure = KeyboardInterrupt()
-    finally:
-        if display:
-            display.close()
-    if trajectory.status == "interrupted":
-        failure = KeyboardInterrupt()
-    print_warnings(trajectory, args.quiet, failed=failure is not None)
-    return trajectory, failure

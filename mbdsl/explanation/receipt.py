@@ -116,7 +116,7 @@ class Receipt:
         from mbdsl.plotting.figures import Table
         from mbdsl.plotting.html_tables import fragment
 
-        head, *rows = _table(self)
+        head, *rows = cells(self)
         code = [(e.effect, _few_kernels(e.kernels)) for e in self.entries if e.kernels]
         tables = [
             Table("", head, rows, _of_step(self)),
@@ -449,13 +449,23 @@ def _rows(motion: Motion) -> dict[str, int]:
 
 
 def _text(r: Receipt) -> str:
-    lines = [f"{r.scene.name}: {_as_written(r)}", f"solved for: {_solved_for(r)}", ""]
-    rows = _table(r)
+    rows = cells(r)
     widths = [max(len(row[k]) for row in rows) for k in range(5)]
+    table = []
     for row in rows:
-        cells = [row[k].ljust(widths[k]) if k != 4 else row[k].rjust(widths[k]) for k in range(5)]
-        lines.append("  ".join(cells).rstrip())
-    lines += ["", said] if (said := _of_step(r)) else []
+        padded = [row[k].ljust(widths[k]) if k != 4 else row[k].rjust(widths[k]) for k in range(5)]
+        table.append("  ".join(padded).rstrip())
+    return "\n".join([*head(r), "", *table, *remarks(r)])
+
+
+def head(r: Receipt) -> list[str]:
+    """The lines above the table."""
+    return [f"{r.scene.name}: {_as_written(r)}", f"solved for: {_solved_for(r)}"]
+
+
+def remarks(r: Receipt) -> list[str]:
+    """The lines below the table."""
+    lines = ["", said] if (said := _of_step(r)) else []
     lines += ["", "code"]
     lines += [f"  {e.effect}: {_few_kernels(e.kernels)}" for e in r.entries if e.kernels]
     lines += ["", "before the first step"]
@@ -463,7 +473,7 @@ def _text(r: Receipt) -> str:
     if r.outputs:
         lines += ["", "outputs, computed on access"]
         lines += [f"  {name}: {text}" for name, text in r.outputs]
-    return "\n".join(lines)
+    return lines
 
 
 def _as_written(r: Receipt) -> str:
@@ -475,7 +485,7 @@ def _solved_for(r: Receipt) -> str:
     return f"{', '.join(f'{key} = {after}' for key, (_, after) in r.sizes.items())}, in {count(r.parts, 'part')}"
 
 
-def _table(r: Receipt) -> list[tuple[str, str, str, str, str]]:
+def cells(r: Receipt) -> list[tuple[str, str, str, str, str]]:
     """Heading and rows: effect, whether it is in the model, why, unknowns, share of the time of a step."""
     total = sum(after for _, after in r.sizes.values())
     rows = [("effect", "in", "why", "unknowns", "time")]

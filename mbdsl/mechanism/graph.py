@@ -110,14 +110,16 @@ class MechanismGraph:
     @cached_property
     def loops(self) -> int:
         """Independent kinematic loops. A driver parallel to the joint that it drives closes none."""
-        edges = self._kinematic()
+        edges = self.kinematic_joints
         groups = connected((GROUND, *self.bodies), ((e.body_i, e.body_j) for e in edges))
         return len(edges) - (len(self.bodies) + 1) + len(groups)
 
-    def _kinematic(self) -> list[Edge]:
+    @cached_property
+    def kinematic_joints(self) -> tuple[Edge, ...]:
+        """Joints that constrain positions, without the drivers of other joints between the same bodies."""
         joints = [e for e in self.joints if e.rows]
         driven = {frozenset((e.body_i, e.body_j)) for e in joints if not _is_driver(e)}
-        return [e for e in joints if not (_is_driver(e) and frozenset((e.body_i, e.body_j)) in driven)]
+        return tuple(e for e in joints if not (_is_driver(e) and frozenset((e.body_i, e.body_j)) in driven))
 
     @cached_property
     def sub_mechanisms(self) -> tuple[SubMechanism, ...]:
@@ -259,7 +261,7 @@ class MechanismGraph:
     def describe(self) -> str:
         """The whole structure, as ``mbdsl show --stage graph`` prints it."""
         tree = self.tree()
-        closing = {e.name for e in self._kinematic()} - {p.joint for p in tree}
+        closing = {e.name for e in self.kinematic_joints} - {p.joint for p in tree}
         lines = [self.summary(), "", "bodies"]
         lines += [f"  {n}  {c.kind.name}  {', '.join(c.coordinates)}" for n, c in self.bodies.items()]
         for title, edges in (("joints", self.joints), ("forces", self.forces)):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from mbdsl.plotting import svg
@@ -47,15 +47,11 @@ def write(page: Page, path: str | os.PathLike) -> None:
 
 def html(page: Page) -> str:
     """The page as the text of one HTML file."""
-    figures = [item for item in page.items if isinstance(item, Figure)]
-    known = {**looks(names(figures)), **page.looks}
-    left = max((svg.Canvas(lay_out(f, known)).left for f in figures if f.x_ends is not None), default=0.0)
-    style = (HERE / "page.css").read_text(encoding="utf-8") + _colours(known)
+    colours, parts = fragments(page.items, page.looks)
+    style = (HERE / "page.css").read_text(encoding="utf-8") + colours
     script = (HERE / "page.js").read_text(encoding="utf-8")
-    body = [f"<h1>{escape(page.title)}</h1>", *(f"<p>{escape(text)}</p>" for text in page.paragraphs)]
-    for k, item in enumerate(page.items):
-        body += _figure(item, f"figure-{k}", known, left) if isinstance(item, Figure) else _table(item)
-    body += _fine_print(page.fine_print)
+    body = [f"<h1>{escape(page.title)}</h1>", *(f"<p>{escape(text)}</p>" for text in page.paragraphs), *parts]
+    body += fine_print(page.fine_print)
     return "\n".join(
         (
             '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
@@ -74,6 +70,33 @@ def height(page: Page, width: float) -> int:
     pictures = [svg.Canvas(lay_out(item, known)).total for item in page.items if isinstance(item, Figure)]
     # Measured in a browser: the title and the margins, the legend of a figure, lines of text.
     return round(90 + (width - 40) / svg.WIDTH * sum(pictures) + 95 * len(pictures) + 30 * len(page.paragraphs))
+
+
+def fragments(items: Sequence[Figure | Table], given: Mapping[str, Look]) -> tuple[str, list[str]]:
+    """Figures and tables as parts of a page.
+
+    Parameters
+    ----------
+    items : sequence of Figure or Table
+        All figures and tables of the page.
+    given : mapping
+        Name of a series -> its look; the others get theirs in order.
+
+    Returns
+    -------
+    style : str
+        The colours of the series, in addition to ``page.css``.
+    parts : list of str
+        HTML of each item.
+    """
+    figures = [item for item in items if isinstance(item, Figure)]
+    known = {**looks(names(figures)), **given}
+    left = max((svg.Canvas(lay_out(f, known)).left for f in figures if f.x_ends is not None), default=0.0)
+    parts = []
+    for k, item in enumerate(items):
+        part = _figure(item, f"figure-{k}", known, left) if isinstance(item, Figure) else _table(item)
+        parts.append("\n".join(part))
+    return _colours(known), parts
 
 
 def _colours(known: dict[str, Look]) -> str:
@@ -160,7 +183,8 @@ def _numeric(cells: Sequence[str]) -> bool:
     return 2 * sum(bool(_NUMBER.match(cell)) for cell in texts) > len(texts)
 
 
-def _fine_print(items: Sequence[tuple[str, str]]) -> Iterator[str]:
+def fine_print(items: Sequence[tuple[str, str]]) -> Iterator[str]:
+    """Names and values that describe a run, as required to repeat it."""
     if not items:
         return
     yield '<section class="fine">\n<h2>To repeat it</h2>\n<dl>'

@@ -27,7 +27,7 @@ def code() -> str:
 def _sources() -> list[Path]:
     package = Path(__file__).parents[1]
     about = [package / "studies" / name for name in ("cases.py", "compute.py")]  # these identify a run
-    apart = ("cli", "plotting", "results", "studies", "viewing")
+    apart = ("cli", "plotting", "reporting", "results", "studies", "viewing")
     own = [p for p in sorted(package.rglob("*.py")) if p.relative_to(package).parts[0] not in apart]
     kinds = (Path(str(module.__file__)) for module in elements.modules().values())
     return about + own + sorted(p for p in kinds if package not in p.parents)  # kinds may be defined by third parties

@@ -14,8 +14,9 @@ NUMERICS = ("numpy", "scipy", "numba", "matplotlib", "networkx", "pandas", "xarr
 AT_IMPORT, IN_FUNCTION, FOR_TYPES = "at import", "in a function", "for the type checker"
 #: from the top down: a room imports from itself and from the rooms after it only
 ROOMS = (
-    *("__init__", "__main__", "notebook", "cli", "api", "studies", "analysis", "explanation", "viewing", "simulation"),
-    *("statics", "initial", "integrators", "lang", "system", "mechanism", "elements", "bodies", "plotting", "results"),
+    *("__init__", "__main__", "notebook", "cli", "reporting", "api", "studies", "analysis", "explanation", "viewing"),
+    *("simulation", "statics", "initial", "integrators", "lang", "system", "mechanism", "elements", "bodies"),
+    *("plotting", "results"),
     *("expressions", "numerics", "compilation", "storage", "errors", "messages", "version"),
 )
 #: the imports that run upwards, with the reason

@@ -1,0 +1,67 @@
+"""mbdsl graph: bodies and joints of a model as a picture or in characters."""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+
+from mbdsl.cli import _values as values
+from mbdsl.messages import visible
+from mbdsl.storage import output_files
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "graph",
+        help="show which joints connect which bodies",
+        description="Show the bodies of a model and the joints, drivers and forces between them: loops, redundant "
+        "joints, bodies that are solved as one, and what drivers move; to a file, or without --out in characters.",
+    )
+    values.add_model(parser)
+    parser.add_argument(
+        "--out", metavar="FILE", help="picture or page: .svg, .html, .png, .pdf (the last two with the extra `plot`)"
+    )
+    parser.add_argument(
+        "--quick",
+        action="store_true",
+        help="do not search for redundant constraints, which may compile code for the initial positions",
+    )
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    if args.out:
+        from mbdsl.viewing.structure_files import check_suffix
+
+        check_suffix(args.out)
+        output_files.check([args.out], [args.model])
+    scene = values.load_model(args)
+    output_files.check([args.out], scene.files)
+
+    from mbdsl.mechanism.graph import build
+    from mbdsl.viewing.structure import structure
+
+    graph = build(scene)
+    for warning in graph.warnings:
+        print(warning.render(), file=sys.stderr)
+    found = structure(graph, not args.quick, lambda line: print(line, file=sys.stderr))
+    if args.out:
+        from mbdsl.viewing.structure_files import save
+
+        save(found, args.out)
+        print(f"{visible(args.out, line=True)}: {found.summary.partition(': ')[2].splitlines()[0]}")
+        return 0
+    from mbdsl.viewing.structure_text import COLUMNS, RESERVED, text
+
+    columns = shutil.get_terminal_size((COLUMNS, 24)).columns if sys.stdout.isatty() else COLUMNS
+    print(text(found, columns, not _knows(sys.stdout.encoding, RESERVED)))
+    return 0
+
+
+def _knows(encoding: str | None, characters: str) -> bool:
+    try:
+        characters.encode(encoding or "utf-8")
+    except (UnicodeEncodeError, LookupError):
+        return False
+    return True

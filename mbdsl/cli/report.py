@@ -1,0 +1,82 @@
+"""mbdsl report: one page about a model and its run."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+
+from mbdsl.cli import _values as values
+from mbdsl.cli.eigen import state
+from mbdsl.cli.simulate import add_options as add_options
+from mbdsl.errors import UsageError
+from mbdsl.messages import visible
+from mbdsl.storage import output_files
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "report",
+        help="write a page about a model and its run",
+        description="Simulate a model and write one HTML page: its text, picture, graph and effects, the motion, main "
+        "signals, energy and constraint drift, the run's statistics, and what is needed to repeat it. The page loads "
+        "nothing and can be mailed or printed.",
+    )
+    values.add_model(parser)
+    values.add_method(parser)
+    values.add_steps(parser)
+    values.add_times(parser)
+    parser.add_argument(
+        "--signals",
+        metavar="PATTERN,...",
+        help="signals to plot (globs); default: coordinates of the first three bodies, without constant ones",
+    )
+    parser.add_argument("--eigen", action="store_true", help="include the eigenmodes and their shapes")
+    parser.add_argument(
+        "--at",
+        metavar="STATE",
+        type=state,
+        help="of --eigen: static (default), start, or a time such as 1.5s; see `mbdsl eigen`",
+    )
+    parser.add_argument("--out", metavar="FILE", help="the page (.html); default: the name of the model + -report.html")
+    parser.add_argument("--quiet", action="store_true", help="print errors and warnings only")
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    from mbdsl.cli._runs import simulated
+    from mbdsl.reporting.report import check_suffix, report
+
+    out = args.out or f"{Path(args.model).stem}-report.html"
+    check_suffix(out)
+    output_files.check([out], [args.model])
+    if args.at is not None and not args.eigen:
+        raise UsageError("--at belongs to --eigen", hint="add --eigen")
+    trajectory, failure = simulated(args, out)
+    say = None if args.quiet else (lambda line: print(line, file=sys.stderr))
+    signals = values.patterns(args.signals) if args.signals else None
+    eigen = (args.at if args.at is not None else "static") if args.eigen else None
+    found = report(trajectory, signals, eigen, command=repeated(args), announce=say)
+    found.save(out)
+    for problem in found.problems:
+        print(f"warning: {problem}", file=sys.stderr)
+    if not args.quiet:
+        print(f"{visible(out, line=True)}: {Path(out).stat().st_size / 1e3:.0f} kB")
+    if failure is not None:
+        raise failure
+    return 0
+
+
+def repeated(args: argparse.Namespace) -> str:
+    """The command with these arguments, for a shell."""
+    words = ["mbdsl", "report", args.model]
+    for option in ("set", "option"):
+        for name, value in getattr(args, option):
+            words += [f"--{option}", f"{name}={value}"]
+    words += ["--without", ",".join(args.without)] if args.without else []
+    for name in ("method", "step", "tol", "start", "stop", "interval", "signals", "at", "out"):
+        if (value := getattr(args, name)) is not None:
+            words.append(f"--{name}={value if isinstance(value, str) else repr(value)}")
+    words += [f"--{name.replace('_', '-')}" for name in ("eigen", "allow_imports") if getattr(args, name)]
+    return shlex.join(words)

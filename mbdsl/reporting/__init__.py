@@ -1,0 +1,1 @@
+"""Reports: one page with all that a run of a model shows."""

@@ -1,0 +1,122 @@
+"""The figures of a report: main signals, energies and their drift, and the residuals of constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.elements.kind import ForceKind, JointKind
+from mbdsl.mechanism.scene import ENERGIES, Component
+from mbdsl.messages import few
+from mbdsl.plotting.figures import Figure, Series
+from mbdsl.plotting.series_styles import OTHERS, Look
+from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.viewing.signals import extremes, thinned
+
+Array = NDArray[np.float64]
+
+MOST_POINTS = 2000  #: of a line; longer ones keep the extremes of each part
+LEAST = 1e-18  #: residuals below it are drawn there: zero has no place on a logarithmic axis
+MOST_COMPONENTS = 1000  #: number of components up to which energies and residuals are computed
+FLAT = 0.3  #: height over width
+POSITIONS, RATES, SPEEDS = "positions: largest |Φ|", "velocities: largest |dΦ/dt|", "nonholonomic rows: largest |Γ|"
+CHANGE = "change of the total energy"
+
+
+def energy_figures(trajectory: Trajectory) -> list[Figure]:
+    """The energies, and the change of their sum since the start."""
+    if not len(trajectory) or len(trajectory.scene.components) > MOST_COMPONENTS:
+        return []
+    total = np.asarray(trajectory[ENERGIES[2]], float)
+    series = [_series(trajectory.t, name, np.asarray(trajectory[name], float)) for name in ENERGIES]
+    change = _series(trajectory.t, CHANGE, total - total[0])
+    return [
+        _figure(trajectory, "energy", "Energy", "energy [J]", series, balance(trajectory)),
+        _figure(trajectory, "drift", "", f"{CHANGE} [J]", [change], ""),
+    ]
+
+
+def balance(trajectory: Trajectory) -> str:
+    """What changes the total energy, and its largest change."""
+    energies = [np.asarray(trajectory[name], float) for name in ENERGIES]
+    drift = _largest(energies[2] - energies[2][0])
+    by = [c.name for c in trajectory.scene.components.values() if _exchanges(c)]
+    if by:
+        return f"The total energy changes by up to {drift:.3g} J. Energy is added or removed by {few(by)}."
+    size = max(_largest(energies[0]), _largest(energies[1] - energies[1][:1]))
+    relative = f", {drift / size:.2g} of the largest energy that is exchanged" if size > 0.0 else ""
+    return f"No component adds or removes energy: the change of the total is an error, at most {drift:.3g} J{relative}."
+
+
+def _exchanges(c: Component) -> bool:
+    """Whether a component adds energy to the mechanism or removes it."""
+    if isinstance(c.kind, JointKind):
+        return c.kind.driver is not None or c.friction is not None
+    damping = c.kind.effects.get("damping")
+    damped = damping is not None and bool(damping(dict(c.values)))
+    return damped or (isinstance(c.kind, ForceKind) and c.energy is None)
+
+
+def constraint_figure(trajectory: Trajectory) -> Figure | None:
+    """The largest residuals of the constraints over time; None without constraints."""
+    scene = trajectory.scene
+    joints = [c for c in scene.components.values() if isinstance(c.kind, JointKind)]
+    if not len(trajectory) or not joints or len(scene.components) > MOST_COMPONENTS:
+        return None
+    kinds: dict[str, list[str]] = {POSITIONS: [], RATES: [], SPEEDS: []}
+    for c in joints:
+        rows = range(1, c.kind.rows + 1)
+        kinds[POSITIONS] += [f"{c.name}.Phi[{k}]" for k in rows]
+        kinds[RATES] += [f"{c.name}.dPhi[{k}]" for k in rows]
+        kinds[SPEEDS] += [f"{c.name}.Gam[{k + 1}]" for k in range(len(c.velocity_constraints))]
+    series, sizes = [], []
+    for label, names in kinds.items():
+        if names:
+            worst = np.zeros(len(trajectory))
+            for name in names:
+                worst = np.fmax(worst, np.abs(trajectory[name]))
+            sizes.append(f"{label.partition(':')[0]} {_largest(worst):.2g}")
+            series.append(_series(trajectory.t, label, np.maximum(worst, LEAST)))
+    note = f"The largest residuals over the run: {', '.join(sizes)} (SI units)."
+    return _figure(trajectory, "constraints", "Constraints", "largest residual [SI]", series, note, log=True)
+
+
+def looks(figures: Sequence[Figure | None]) -> dict[str, Look]:
+    """The looks of the series of these figures: colours in order in each of them."""
+    return {s.name: OTHERS[k % len(OTHERS)] for f in figures if f is not None for k, s in enumerate(f.series)}
+
+
+def _figure(
+    trajectory: Trajectory, key: str, title: str, label: str, series: list[Series], note: str, log: bool = False
+) -> Figure:
+    ends = (float(trajectory.t[0]), float(trajectory.t[-1])) if len(trajectory) > 1 else None
+    return Figure(key, title, "time [s]", label, series, x_log=False, y_log=log, note=note, x_ends=ends, aspect=FLAT)
+
+
+def _series(t: Array, name: str, values: Array) -> Series:
+    times, limits = thinned(t, MOST_POINTS)
+    shown = extremes(values, limits)
+    return Series(name, times.tolist(), shown.tolist(), style="line" if len(times) > 1 else "marks")
+
+
+def _largest(values: Array) -> float:
+    finite = np.abs(values[np.isfinite(values)])
+    return float(finite.max(initial=0.0))
+
+
+def signal_figures(
+    trajectory: Trajectory, patterns: Sequence[str] | None
+) -> tuple[list[Figure], Mapping[str, Look], list[str]]:
+    """Figures of signals, one for each unit, with their looks and notes."""
+    plot = trajectory.plot(patterns)
+    return list(plot.panels), plot.looks, [note for note in plot.notes if "--list" not in note]
+
+
+def rows_of_parameters(trajectory: Trajectory) -> Iterator[tuple[str, str, str, str]]:
+    """(Name, value, unit, description) of the parameters of the model that are numbers."""
+    for p in trajectory.scene.parameters.values():
+        if isinstance(p.value, bool | int | float | str):
+            value = f"{p.value:.9g}" if isinstance(p.value, float) else str(p.value)
+            yield p.name, value, "" if p.unit == "1" else p.unit, p.doc

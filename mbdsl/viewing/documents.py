@@ -1,0 +1,86 @@
+"""A page of sections as one HTML file that loads nothing, with a policy that allows its own style and script only."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import re
+from collections.abc import Iterable, Sequence
+from functools import cache
+from pathlib import Path
+
+from mbdsl import plotting
+from mbdsl.plotting.escaping import escape
+
+
+def document(
+    title: str,
+    body: Iterable[str],
+    styles: Sequence[str],
+    scripts: Sequence[str] = (),
+    frames: Sequence[str] = (),
+) -> str:
+    """A page.
+
+    Parameters
+    ----------
+    title : str
+        Its title.
+    body : iterable of str
+        Its content, as HTML.
+    styles, scripts : sequence of str
+        Its style sheets and scripts.
+    frames : sequence of str, optional
+        Pages in frames. The policy of this page applies to them as well, and allows what their own policies allow.
+
+    Returns
+    -------
+    str
+        HTML. The policy allows these style sheets and scripts by their digests, and nothing else.
+    """
+    style, script = "\n".join(styles), "\n".join(scripts)
+    allowed = {"style-src": [digest(style)], "script-src": [digest(script)] if script else []}
+    for page in frames:
+        for key, more in _allowed(page).items():
+            allowed[key] += more
+    rules = [f"{key} {' '.join(dict.fromkeys(found))}" for key, found in allowed.items() if found]
+    policy = "; ".join(["default-src 'none'", *rules])
+    return "\n".join(
+        (
+            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
+            f'<meta http-equiv="Content-Security-Policy" content="{escape(policy)}">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            f"<title>{escape(title)}</title>\n<style>{style}</style>\n</head>\n<body>\n<main>",
+            *body,
+            "</main>",
+            f"<script>{script}</script>\n</body>\n</html>\n" if script else "</body>\n</html>\n",
+        )
+    )
+
+
+def frame(page: str, title: str) -> str:
+    """A page in a frame of its own."""
+    return (
+        f'<iframe title="{escape(title)}" srcdoc="{html.escape(page)}" sandbox="allow-scripts allow-modals"></iframe>'
+    )
+
+
+def _allowed(page: str) -> dict[str, list[str]]:
+    """The digests in the policy of a page."""
+    found = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', page)
+    assert found, "a page in a frame has a policy"
+    rules = [rule.split() for rule in html.unescape(found[1]).split(";")]
+    return {rule[0]: rule[1:] for rule in rules if rule[0] in ("style-src", "script-src")}
+
+
+def digest(text: str) -> str:
+    """The source expression of a text in a content policy."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+
+
+@cache
+def sheet() -> str:
+    """The style sheet of pages with figures and tables, and of the additional parts of sections."""
+    pages = Path(plotting.__file__).parent / "page.css"
+    return pages.read_text(encoding="utf-8") + (Path(__file__).parent / "sections.css").read_text(encoding="utf-8")
