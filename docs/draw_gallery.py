@@ -38,6 +38,12 @@ GROUPS = {
         "stephenson_six_bar",
         "watt_six_bar",
     ),
+    "Vehicles": ("ackermann_steering", "double_wishbone", "mcpherson_strut", "quarter_car", "half_car"),
+    "Machines": (
+        *("four_cylinder_engine", "excavator_arm", "windscreen_wiper", "sewing_machine", "pump_jack"),
+        *("flyball_governor", "loading_crane", "robot_arm"),
+    ),
+    "Pendulums and throws": ("double_pendulum", "triple_pendulum", "swing", "trebuchet", "bow"),
 }
 INTRODUCTION = (
     "Mechanisms of one screen each (`models/gallery/`). Each page has a number that proves the motion right, from a",
