@@ -89,11 +89,11 @@ def _link(p: Pixels, shape: Shape, place: Place) -> None:
     closed = [*points, points[0]] if len(points) > 2 else points
     p.line(closed, width, colour)
     if len(points) > 2:
+        for corner in points:  # round corners
+            p.circle(corner, width / 2, colour, colour)
         p.area(points, pale, pale, 1.0)
-        for x, y in points:  # round corners
-            p.circle((x, y), width / 2, colour, colour)
-    for corner in points if len(points) > 2 else ():
-        p.circle(corner, width / 2 - 1.25, pale, pale)
+        for corner in points:
+            p.circle(corner, width / 2 - 1.25, pale, pale)
     p.line(closed, max(1.0, width - 2.5), pale)
 
 
