@@ -65,11 +65,11 @@ def page(name: str) -> str:
     return (GALLERY / f"{name}.md").read_text(encoding="utf-8")
 
 
-def traces(name: str) -> list[str]:
-    """The paths that the command of a page shows."""
+def option(name: str, flag: str) -> list[str]:
+    """The names that an option of the command of a page lists."""
     (command,) = re.findall(rf"^mbdsl animate models/gallery/{name}\.mbd.*$", page(name), flags=re.MULTILINE)
     words = shlex.split(command)
-    return words[words.index("--trace") + 1].split(",") if "--trace" in words else []
+    return words[words.index(flag) + 1].split(",") if flag in words else []
 
 
 def film(trajectory: mbdsl.Trajectory, traced: list[str]) -> bytes:
@@ -137,7 +137,7 @@ def main(names: list[str]) -> None:
         scene = mbdsl.load(MODELS / f"{name}.mbd")
         text = page(name)
         driven = RESIDUAL.search(text)
-        content = film(mbdsl.simulate(scene, method=DRIVEN if driven else None), traces(name))
+        content = film(mbdsl.simulate(scene, method=DRIVEN if driven else None), option(name, "--trace"))
         (GALLERY / f"{name}.gif").write_bytes(content)
         if driven:
             found = f"{residual(turned(scene)):.0e}"

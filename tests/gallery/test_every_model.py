@@ -35,7 +35,7 @@ def test_page_and_film(name, gallery, draw):
     scene, page = gallery(name), (PAGES / f"{name}.md").read_text(encoding="utf-8")
     assert re.match(rf"# .+\n\n!\[[^]]{{20,}}\]\({name}\.gif\)\n\n", page)
     frames = {*scene.frames, *scene.aliases}
-    assert all(trace in frames or f"{trace}.c" in frames for trace in draw["traces"](name))
+    assert all(trace in frames or f"{trace}.c" in frames for trace in draw["option"](name, "--trace"))
     text = (MODELS / f"{name}.mbd").read_text(encoding="utf-8")
     assert scene.doc and scene.experiment.stop and len(text.splitlines()) <= 60
     content = (PAGES / f"{name}.gif").read_bytes()
@@ -57,5 +57,6 @@ def test_run(name, gallery, turned, draw):
         assert float(draw["RESIDUAL"].search(page)[0].split()[-2]) <= 1e-12
     else:
         run = mbdsl.simulate(scene)
+    assert run.select(draw["option"](name, "--signals")) or "--signals" not in draw["page"](name)
     assert run.status == "done" and np.isfinite(run.q).all() and np.isfinite(run.v).all()
     assert np.ptp(run.q, axis=0).max() > 1e-3  # it moves

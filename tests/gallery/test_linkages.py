@@ -60,7 +60,11 @@ def test_jansen_leg(turned):
         paths.append(toe[:24])
     # the numbers of the page
     low = paths[0].imag.min()
-    assert np.ptp(paths[0].real) > 0.65 and 9 <= (paths[0].imag - low < 0.02).sum() <= 14
+    assert (
+        np.ptp(paths[0].real) > 0.65
+        and 0.2 < np.ptp(paths[0].imag) < 0.225
+        and 9 <= (paths[0].imag - low < 0.02).sum() <= 14
+    )
 
 
 def test_klann_leg(turned):

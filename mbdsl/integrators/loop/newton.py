@@ -55,6 +55,8 @@ SINGULAR_NOISE = 1e-9
 NOISE = 0.3
 #: steps until a new matrix is tried again where corrections are as small as rounding
 LONG = 100
+#: largest size that loosens the bounds of kinematics: coordinates beyond it count turns or measure a way
+FAR = 16.0
 EPS = 2.220446049250313e-16
 
 
@@ -118,8 +120,15 @@ class Limits(NamedTuple):
     size: float  #: of the mechanism
     floor: float  #: rounding, with a margin
     rounding: float  #: rounding, or a part of the allowed error if that is smaller
+    estimate: float  #: the same for errors that are estimated from a contraction; in kinematics without turns and ways
     tolerance: float  #: from the discretisation error of the step
     velocity_tolerance: float  #: for the constraints on velocities
+
+
+@kernel
+def kinematic(run):
+    """Whether there is no differential equation, and so no error that a tolerance could be relative to."""
+    return run.reals[RELATIVE_TOL] > 1.0
 
 
 @kernel
@@ -144,11 +153,12 @@ def limits(h, run):
     if integers[CONTROLLED]:
         rounding = min(rounding, NOISE * allowed(h, run) * reals[SPEED] * h)
     # The local error is about h^2/12 times the second difference of a; constraints on velocities must be kept, too.
-    tolerance = min(reals[RELATIVE_TOL] * h * h * bend, reals[LOOSEST] * size)
+    near = min(size, FAR) if kinematic(run) else size
+    tolerance = min(reals[RELATIVE_TOL] * h * h * bend, reals[LOOSEST] * near)
     velocity_tolerance = reals[LOOSEST] * size
     if integers[STABILISED] or layout[N_GAM] > 0:
         velocity_tolerance = max(reals[VELOCITY_TOL] * h * speed, 4.0 * EPS * size)
-    return Limits(size, 16.0 * EPS * size, rounding, tolerance, velocity_tolerance)
+    return Limits(size, 16.0 * EPS * size, rounding, min(rounding, EPS * near), tolerance, velocity_tolerance)
 
 
 @kernel
@@ -192,13 +202,14 @@ def converged(k, change, contraction, stalled, limit, run):
     """Whether the change of iteration k leaves an error below the limits. ``stalled``: by rounding."""
     # Errors left in many small steps add up: a change at rounding level is accepted from the second one on.
     left = change * contraction / (1.0 - contraction) if contraction < 0.9 else change
-    done = left <= limit.tolerance or change <= limit.rounding or (k > 0 and left <= limit.rounding)
+    done = left <= limit.tolerance or change <= limit.rounding or (k > 0 and left <= limit.estimate)
     # v has to stay on the constraints: an assumed contraction is not relied upon.
     if max(left, UNMEASURED * change if k == 0 else 0.0) > limit.velocity_tolerance:
         done = False
     if stalled or (k > 2 and contraction > 0.5 and change <= 1e3 * limit.floor):
         done = True  # rounding prevents further progress
-    if k > 6 and change <= SINGULAR_NOISE * limit.size:
+    progress = kinematic(run) and contraction <= 0.3
+    if k > 6 and not progress and change <= SINGULAR_NOISE * limit.size:
         violation = constraint_size(run)
         # close to a singular pose, which magnifies rounding; the constraints hold
         done = done or run.reals[UNIT] * violation <= 1e2 * limit.floor
