@@ -96,7 +96,9 @@ INERTIA_ROW, INERTIA_ROW2, TANGENT_ROW = 34, 35, 36  #: rows that M multiplies; 
 COUPLINGS, N_COUPLINGS, COUPLING_VALUES = 37, 38, 39
 SWITCHES, N_SWITCHES = 40, 41  #: offset in layout of a list with the offset of each switch's record, and their number
 TURNS, N_TURNS = 42, 43  #: offset in layout of (offset in numbers, coordinate) of each angle with counted turns; number
-BLOCKS = 44  #: first block header
+COUPLED, N_COUPLED = 44, 45  #: offset in layout of the records of couplings, and their number
+COUPLING = 4  #: ints of such a record: offset in numbers of (f, f', f''), and their registers
+BLOCKS = 46  #: first block header
 BLOCK = 4  #: ints of a header. Bodies: count, offset in layout. Pairs: count, first row, offset and stride in numbers
 
 # -- tasks of the emitted function ``inertia`` -----------------------------------------------------------------

@@ -160,6 +160,9 @@ class JointKind(PairKind):
     """
 
     driver: str | None = None
+    #: (law parameter, signal of positions): f, a function of the signal alone. The row contains f itself: the kernels
+    #: of the kind read f, f' and f'' as p[0], p[1], p[2], which ``table`` reserves; in formulas, slope[1] is f'
+    coupling: tuple[str, str] | None = None
     #: formulas of Gamma, like those of signals; in them, a name of both a law parameter and a signal denotes the law
     velocity_rows: tuple[str, ...] = ()
     #: the wrench that it transmits to frame_b, at its origin in world axes, as formulas over lam[1], lam[2], ...
@@ -203,7 +206,8 @@ class ForceKind(PairKind):
     """A kind that applies the wrench ``sign`` G^T s to its frames.
 
     The magnitudes s are the expressions in the parameters named in ``laws`` (one a row) where the first of them is
-    given, else linear: s_k = k_k (g_k - g0_k) + c_k dg_k/dt with (k, c, g0) from ``springs(values)``.
+    given, else linear: s_k = k_k (g_k - g0_k) + c_k dg_k/dt with (k, c, g0) from ``springs(values)``. Without
+    ``springs``, a law that is not given is the formula of the signal of its name.
     """
 
     laws: tuple[str, ...] = ()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mbdsl.elements.kind import REQUIRED, BodyKind, JointKind, Kind, Parameter
+from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr
@@ -224,7 +224,11 @@ class Part:
                     law = symbolic.substitute(law, _at_rest)
                 self._laws[name] = law
                 if isinstance(self.kind, JointKind):
-                    joint_law_checks.check_law(name, self._laws[name], self.kind, self.name)
+                    joint_law_checks.check_law(name, law, self.kind, self.name)
+                    if self.kind.coupling is not None and self.kind.coupling[0] == name:
+                        argument = self.kind.coupling[1]
+                        formula = self.formulas.signal(argument)
+                        joint_law_checks.check_coupling(name, law, argument, formula, self.kind, self.name)
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None
         return self._laws[name]
@@ -337,6 +341,8 @@ class Part:
     def component(self) -> Component:
         kind, formulas = self.kind, self.formulas
         laws = {name: self.law(name) for name in kind.law_parameters}
+        if isinstance(kind, ForceKind) and kind.springs is None:
+            laws |= {name: formulas.signal(name) for name in kind.laws if laws.get(name) is None}
         # forces that follow a law have no potential energy
         energy = bool(kind.energy) and not any(map(self._has_law, kind.law_parameters))
         return Component(

@@ -31,6 +31,23 @@ def check_law(name: str, law: Expr, kind: JointKind, owner: str) -> None:
         )
 
 
+def check_coupling(name: str, law: Expr, argument: str, formula: Expr, kind: JointKind, owner: str) -> None:
+    """Check that the law parameter ``name`` is a function of the signal ``argument`` (``formula``) alone."""
+    pending, seen = [law], {formula}
+    while pending:
+        node = pending.pop()
+        if node in seen:
+            continue
+        seen.add(node)
+        if node.op in symbolic.LEAVES:
+            raise ModelError(
+                f"`{name}` of {kind.name} `{owner}` depends on `{text(node)}`, but it is a function of `{argument}` "
+                "alone",
+                hint=f"write it with `{argument}`, parameters and tables, such as `{name} = profile({argument})`",
+            )
+        pending.extend(node.args)
+
+
 def check_row(name: str, row: Expr, kind: JointKind, owner: str) -> None:
     """Check that a row of velocities, which follows from the law parameter ``name``, depends on a velocity."""
     if not symbolic.is_velocity_level(row):

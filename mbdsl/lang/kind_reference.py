@@ -64,7 +64,10 @@ def _notes(kind: Kind, p: Parameter) -> str:
     notes = [p.doc] if p.doc else []
     if p.law:
         driven = isinstance(kind, JointKind) and kind.driver == p.name
-        notes.append("without signals and inputs" if driven else "may be an expression in time and signals")
+        if isinstance(kind, JointKind) and kind.coupling is not None and kind.coupling[0] == p.name:
+            notes.append(f"an expression of `{kind.coupling[1]}`, parameters and tables")
+        else:
+            notes.append("without signals and inputs" if driven else "may be an expression in time and signals")
     if p.positive:
         notes.append("positive")
     elif p.minimum is not None:

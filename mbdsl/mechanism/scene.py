@@ -323,7 +323,8 @@ class Scene:
 
     def _formulas(self, c: Component) -> Formulas:
         def frame_coordinate(port: str, key: str) -> Expr:
-            return self._coordinate(f"{c.name}.c" if port == "c" else c.ports[port], key)
+            # of frames that drivers move: as in laws, so that a law contains the nodes of the signals that it uses
+            return self._moved(self._coordinate(f"{c.name}.c" if port == "c" else c.ports[port], key))
 
         return Formulas(c.kind, c.name, c.values.__getitem__, frame_coordinate)
 

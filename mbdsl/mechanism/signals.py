@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 from mbdsl.elements.kind import JointKind, Kind
 from mbdsl.expressions import formulas
-from mbdsl.expressions.symbolic import Expr, expr, multiplier
+from mbdsl.expressions.symbolic import Expr, diff, expr, multiplier
 
 
 class Formulas:
@@ -85,7 +85,12 @@ class Formulas:
         return self.signal(name) if parameter is None or parameter.law else self.given(name)  # type: ignore[return-value]
 
     def element(self, name: str, index: int) -> Expr | float:
-        return multiplier(self.name, index - 1) if name == "lam" else self.given(name)[index - 1]  # type: ignore[index]
+        if name == "lam":
+            return multiplier(self.name, index - 1)
+        if name == "slope" and isinstance(self.kind, JointKind) and self.kind.coupling is not None:
+            law, argument = self.kind.coupling
+            return diff(expr(self.given(law)), self.signal(argument))[0]  # type: ignore[arg-type]
+        return self.given(name)[index - 1]  # type: ignore[index]
 
 
 class _LawsFirst:

@@ -54,6 +54,8 @@ def evaluate_lines(blocks: list[Block], has_tape: bool, sets: int) -> list[Line]
         )
     if "moving" in roles:
         lines.append(Line("moving frames", "loops.carry(frames, numbers, layout)"))
+    if any(b.coupled for b in blocks):
+        lines.append(Line("joints", "loops.couple(numbers, layout)"))
     lines += [Line(_effect(b), f"{b.name}.fill({h}, frames, gradients, numbers, layout)") for h, b in pairs]
     if "joint" in roles:
         constraints = "constraints_with_mu" if sets > 1 else "constraints"
@@ -114,6 +116,8 @@ def tangent_lines(blocks: list[Block], has_tape: bool) -> list[Line]:
     if has_tape:
         part = "layout[TAPE_LENGTH], layout[GRADIENT_LENGTH]"
         lines.append(Line("expressions", f"expression_tape.run(t, {part}, vectors, frames, numbers, layout)"))
+    if any(b.coupled for b in blocks):
+        lines.append(Line("joints", "loops.couple(numbers, layout)"))
     lines += [
         Line(_effect(b), f"{b.name}.curve({h}, frames, gradients, numbers, layout)") for h, b in pairs if b.curved
     ]

@@ -18,6 +18,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
     n, ints, row = tables.n, [], 0
     counts = {"joint": 0, "spring": 0, "law": 0}
     details: list[tuple[int, list[int]]] = []
+    couplings: list[list[int]] = []
     for k, block in enumerate(tables.blocks):
         if block.role not in counts:
             continue
@@ -33,7 +34,10 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
             buffers.floats(v for p in parameters for v in p),
             len(parameters[0]) if parameters else 0,
         ]
-        for c in block.components:
+        for e, c in enumerate(block.components):
+            if block.coupled:
+                couplings.append([buffers.layout[header + 2] + buffers.layout[header + 3] * e, 0, 0, 0])
+                later.append(_coupling(tables, c, couplings[-1], tape))
             a, b = (tables.frames[c.ports[port]] for port in c.kind.ports)
             for j in range(rows):
                 first = len(buffers.requests)
@@ -68,8 +72,24 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
     def place_details() -> None:
         for position, values in details:
             layout[offset + position] = buffers.ints(values)
+        layout[buffer_layout.COUPLED] = buffers.ints(x for record in couplings for x in record)
 
+    layout[buffer_layout.N_COUPLED] = len(couplings)
     later.append(place_details)
+
+
+def _coupling(tables: Tables, c, record: list[int], tape: Tape) -> Callable[[], None]:
+    """Write the registers of f, f' and f'' of a joint to its record. f'' is needed for the tangent only."""
+    law, signal = c.kind.coupling
+    f, argument = expr(c.values[law]), tables.scene.signal_of(c, signal)
+    assert argument is not None
+    slope = diff(f, argument)[0]
+    record[1:3] = [tape.add(f), tape.add(slope)]
+
+    def fill() -> None:
+        record[3] = tape.add(diff(slope, argument)[0])
+
+    return fill
 
 
 def _second_rate(u: Expr, registers: list[int], tape: Tape) -> Callable[[], None]:

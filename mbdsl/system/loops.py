@@ -16,6 +16,8 @@ from __future__ import annotations
 from mbdsl.compilation.buffer_layout import (
     BLOCK_SIZE,
     CONSTANT_FORCE,
+    COUPLED,
+    COUPLING,
     COUPLING_VALUES,
     COUPLINGS,
     DETAIL,
@@ -43,6 +45,7 @@ from mbdsl.compilation.buffer_layout import (
     MOVING,
     MU_ROW,
     MU_WRENCH,
+    N_COUPLED,
     N_COUPLINGS,
     N_FRAMES,
     N_GAM,
@@ -136,6 +139,15 @@ def carry(frames, numbers, layout):
         o = layout[MOVING] + MOVED * k
         for j in range(PAIR_POSE):
             frames[layout[o], j] = numbers[layout[REGISTERS] + layout[o + 1 + j]]
+
+
+@kernel
+def couple(numbers, layout):
+    """Write f, f' and f'' of couplings from the registers to the parameters of their components."""
+    for k in range(layout[N_COUPLED]):
+        o = layout[COUPLED] + COUPLING * k
+        for j in range(3):
+            numbers[layout[o] + j] = numbers[layout[REGISTERS] + layout[o + 1 + j]]
 
 
 @kernel

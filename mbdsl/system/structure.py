@@ -35,6 +35,11 @@ class Block:
         return self.module.__name__.rsplit(".", 1)[-1]
 
     @property
+    def coupled(self) -> bool:
+        """Whether its joints contain a function of a coordinate."""
+        return self.role == "joint" and self.module.KIND.coupling is not None
+
+    @property
     def curved(self) -> bool:
         return getattr(self.module, "hessian", None) is not None
 

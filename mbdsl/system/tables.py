@@ -74,7 +74,7 @@ class Tables:
 
     @property
     def has_tape(self) -> bool:
-        return any(b.role in ("law", "gamma", "moving") or b.driven for b in self.blocks)
+        return any(b.role in ("law", "gamma", "moving") or b.driven or b.coupled for b in self.blocks)
 
 
 class Buffers:

@@ -56,9 +56,22 @@ DRAWN = {"FlexibleBeam": ("mass", "S", "I", "rotary")}
 FRICTION = {p.name for speed in "vw" for p in friction.parameters(speed, "m/s", 1.0)}
 
 
+#: parameters that are chosen rather than drawn, since not every value is valid; and a second variant of their kinds
+CHOSEN = {
+    "BeltDrive": {"r_a": 0.6, "r_b": 1.3},
+    "CircleContact": {"r_a": 3.0, "r_b": 0.9, "e": 0.6},
+    "GearPair": {"r_a": 0.6, "r_b": 1.3},
+    "RotationalStop": {"phi_min": -0.4, "phi_max": 0.3, "e": 0.7},
+    "TranslationalStop": {"s_min": -0.4, "s_max": 0.3, "e": 0.5},
+}
+TURNED = {"CircleContact": {"internal": True}, "GearPair": {"internal": True}, "BeltDrive": {"crossed": True}}
+
+
 def variants(kind):
     """The variants of a kind: with linear springs or laws, with or without friction; one variant if there is no
     choice."""
+    if kind.name in TURNED:
+        return ("", "turned")
     optional = [p.name for p in kind.parameters if p.law and p.default is None]
     if isinstance(kind, JointKind) and kind.friction:
         return ("", "friction")
@@ -111,12 +124,16 @@ def parameters(kind, variant, frames, rng):
             if p.default is None and variant != "law":
                 continue
             driver = isinstance(kind, JointKind) and p.name == kind.driver
-            given[p.name] = motion(rng) if driver else law(frames, rng)
+            if isinstance(kind, JointKind) and kind.coupling is not None:
+                k, x = rng.uniform(0.5, 1.5, 3), kind.coupling[1]
+                given[p.name] = f"({k[0]} + {k[1]}*sin({x} + {k[2]}) + 0.3*{x})*(1 {p.unit})"
+            else:
+                given[p.name] = motion(rng) if driver else law(frames, rng)
         elif p.unit and p.name not in FRICTION:
             given[p.name] = number(p, rng)
         elif p.unit and variant == "friction":
             given[p.name] = float({"mu": 0.5, "mu_s": 0.8}.get(p.name, rng.uniform(0.6, 1.6)))
-    return given
+    return given | CHOSEN.get(kind.name, {}) | (TURNED[kind.name] if variant == "turned" else {})
 
 
 def add_body(builder, kind, name, rng, chosen=None):
@@ -417,7 +434,8 @@ def test_signals_are_what_the_kernels_compute(kind, variant):
             for key in {"force", "torque"} & set(c.signals):
                 root = s.scene.signal_of(c, key)
                 found = values(s, [root], np.array([t]), q[None], v[None])[0][0]
-                assert found == pytest.approx(C[start, buffer_layout.MAGNITUDE], rel=1e-12, abs=1e-12)
+                resisting = -kind.sign * C[start, buffer_layout.MAGNITUDE]
+                assert found == pytest.approx(resisting, rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.parametrize("kind", [k for k in PAIRS if k.energy], ids=lambda k: k.name)

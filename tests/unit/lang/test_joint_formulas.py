@@ -8,7 +8,7 @@ import pytest
 
 from mbdsl.compilation.buffer_layout import VALUE
 from mbdsl.elements import modules
-from mbdsl.elements.kind import JointKind
+from mbdsl.elements.kind import REQUIRED, JointKind
 from mbdsl.expressions import symbolic as ex
 from mbdsl.expressions.symbolic import COORDINATES
 from mbdsl.lang.load import parse_text
@@ -18,6 +18,7 @@ JOINTS = {name: m for name, m in modules().items() if isinstance(m.KIND, JointKi
 MOVING = [name for name, m in JOINTS.items() if m.KIND.velocity_rows and m.KIND.ports]
 #: rounding of a few dozen operations on numbers of order 1
 ROUNDING = 1e-13
+SLOPE = 0.3
 
 
 def scene(text):
@@ -25,8 +26,12 @@ def scene(text):
 
 
 def with_joint(name):
-    """A scene with a component of the kind between two rods, with all required parameters set to 1."""
-    given = ", ".join(f"{p.name} = 1" for p in JOINTS[name].KIND.parameters if p.name in ("length", "radius") or p.law)
+    """A scene with a component of the kind between two rods, with all required parameters set to 1, the radius of a
+    second circle to 2, and functions of a coordinate to ``SLOPE`` times this coordinate."""
+    kind = JOINTS[name].KIND
+    chosen = {"r_b": "2"} | ({kind.coupling[0]: f"{SLOPE}*{kind.coupling[1]}"} if kind.coupling else {})
+    needed = [p.name for p in kind.parameters if p.default is REQUIRED or p.name in ("length", "radius") or p.law]
+    given = ", ".join(f"{name} = {chosen.get(name, '1')}" for name in needed)
     return scene(f"{name} j(a.b, b.a, {given});" if given else f"{name} j(a.b, b.a);")
 
 
@@ -57,7 +62,8 @@ def test_reactions_are_the_constraint_force_on_frame_b(name, plain):
     Z, lam = frames(rng), rng.uniform(-1, 1, kind.rows + len(kind.velocity_rows))
     G = np.zeros((3, VALUE + 1))
     if kind.rows:
-        plain(module.gradient)(Z, 0, 1, kind.table(component.values), G)
+        p = (0.0, SLOPE, 0.0) if kind.coupling else kind.table(component.values)
+        plain(module.gradient)(Z, 0, 1, p, G)
     force = -G[: kind.rows, 3:6].T @ lam[: kind.rows]
     velocities = [ex.coordinate("b.a", key) for key in ("vx", "vy", "w")]
     for row, multiplier in zip(component.velocity_constraints, lam[kind.rows :], strict=True):

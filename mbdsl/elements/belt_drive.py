@@ -1,0 +1,51 @@
+"""BeltDrive: a belt or chain around two pulleys or sprockets, without slip and stretch (a constraint of positions).
+
+    g = r_a (phi_a - theta) + r_b (phi_b - theta - phi0)                                 (1 row)
+
+with theta the angle of the line of centres, see line_of_centres.py; r_b is negative for an open belt, whose pulleys
+turn in the same sense, and positive for a crossed belt. Both strands become longer or shorter by the same amount where
+the centres move apart or together, which changes no angle. The multiplier is the difference of the tensions of the
+strands [N]; their sum, the pull between the centres, depends on how the belt was mounted and is left out.
+"""
+
+from mbdsl.compilation.marks import kernel
+from mbdsl.elements.gear_pair import REACTIONS, SIGNALS, close
+from mbdsl.elements.kind import JointKind, Parameter
+from mbdsl.elements.line_of_centres import rolling, rolling_hessian
+
+DRAWING = "belt"
+
+
+def check(values):
+    r_a, r_b = values["r_a"], values["r_b"]
+    if not values["crossed"] and r_a != r_b and close(r_a, r_b):
+        return f"the radii r_a = {r_a:g} m and r_b = {r_b:g} m differ by less than 0.1 %: make them equal"
+    return None
+
+
+KIND = JointKind(
+    "BeltDrive",
+    doc="A belt or chain around two pulleys or sprockets about the frame origins, without slip and stretch.",
+    rows=1,
+    parameters=(
+        Parameter("r_a", "m", doc="radius about frame_a", positive=True),
+        Parameter("r_b", "m", doc="radius about frame_b", positive=True),
+        Parameter("crossed", "", False, "the strands cross: the pulleys turn in opposite senses"),
+        Parameter("phi0", "rad", 0.0, "angle of frame_b when frame_a and the line of centres are at angle 0"),
+    ),
+    signals=SIGNALS,
+    reactions=REACTIONS,
+    check=check,
+    derive=lambda v: {"r": (v["r_a"], v["r_b"] if v["crossed"] else -v["r_b"])},
+    table=lambda v: (*v["r"], v["r"][1] * v["phi0"]),
+)
+
+
+@kernel
+def gradient(frames, a, b, p, G):
+    rolling(frames, a, b, p, G)
+
+
+@kernel
+def hessian(frames, a, b, p, s, H):
+    rolling_hessian(frames, a, b, p, s, H)

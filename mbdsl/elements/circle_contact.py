@@ -1,0 +1,68 @@
+"""CircleContact: two circles that push each other apart where they overlap, or a circle in a round hole.
+
+    force = k d max(0, 1 + alpha d'),  d = r_a + r_b - |r_b - r_a| > 0                   see contact_law.py
+
+(in a hole d = |r_b - r_a| - (r_a - r_b)), along the line of centres, without friction. Its law is the one of a linear
+spring; the flattening of solid bodies (Hertz) is stiffer at larger depths.
+"""
+
+from mbdsl.compilation.marks import kernel
+from mbdsl.elements import contact_law, distance_driver
+from mbdsl.elements.coordinates import distance, distance_hessian
+from mbdsl.elements.kind import ForceKind, Parameter, Signal
+
+DRAWING = "circles"
+
+
+def check(values):
+    if values["internal"] and not values["r_a"] > values["r_b"]:
+        r_a, r_b = values["r_a"], values["r_b"]
+        return f"frame_a has the hole, but its radius r_a = {r_a:g} m is not larger than r_b = {r_b:g} m"
+    return contact_law.check(values, "v_0")
+
+
+def derive(values):
+    """``side``: the sense in which contact pushes along the distance; ``reach``: the distance at first touch."""
+    inside = values["internal"]
+    reach = values["r_a"] - values["r_b"] if inside else values["r_a"] + values["r_b"]
+    return {"side": (-1.0 if inside else 1.0,), "reach": (reach,), "alpha": (contact_law.rate(values, "v_0"),)}
+
+
+KIND = ForceKind(
+    "CircleContact",
+    doc="Contact of two circles about the frame origins, which push each other apart where they overlap; without "
+    "friction.",
+    rows=1,
+    parameters=(
+        Parameter("r_a", "m", doc="radius about frame_a", positive=True),
+        Parameter("r_b", "m", doc="radius about frame_b", positive=True),
+        Parameter("internal", "", False, "circle b is in a round hole, circle a"),
+        *contact_law.parameters("N/m", "v_0", "m/s"),
+    ),
+    signals=(
+        *distance_driver.KIND.signals,
+        Signal("depth", "m", "side[1]*(reach[1] - s)", "overlap; negative: the gap"),
+        Signal(
+            "force",
+            "N",
+            "side[1]*k*max(0, depth)*max(0, 1 - alpha[1]*side[1]*v)",
+            "contact force along the distance, positive if it pushes apart",
+        ),
+    ),
+    energy="0.5*k*max(0, depth)^2",
+    check=check,
+    derive=derive,
+    laws=("force",),
+    sign=1.0,
+    effects={"damping": contact_law.elastic},
+)
+
+
+@kernel
+def gradient(frames, a, b, p, G):
+    distance(frames, a, b, G, 0)
+
+
+@kernel
+def hessian(frames, a, b, p, s, H):
+    distance_hessian(frames, a, b, s[0], H)

@@ -1,0 +1,59 @@
+"""RotationalCam: a cam that turns a follower by a function f of its own angle; also Geneva drives and uneven gears.
+
+    g = beta - f(phi),  phi = phi_a - theta,  beta = phi_b - theta                       (1 row)
+
+with theta the angle of the line of centres, see line_of_centres.py. Whole turns are removed from g. The multiplier is
+the torque on the follower [N.m]. The force on both bearings is that of a contact where the common normal crosses the
+line of centres, across this line; the component along the line does no work and is left out.
+"""
+
+from mbdsl.compilation.buffer_layout import VALUE
+from mbdsl.compilation.marks import kernel
+from mbdsl.elements.kind import JointKind, Parameter, Signal, wrench
+from mbdsl.elements.line_of_centres import FORMULA, SQUARE, TURN, add_direction, direction, direction_hessian, nearest
+
+DRAWING = "dashed"
+KIND = JointKind(
+    "RotationalCam",
+    doc="A cam about the origin of frame_a turns frame_b about its origin, as a function of the angle. Both angles are "
+    "measured from the line between the origins.",
+    rows=1,
+    parameters=(Parameter("beta", "rad", doc="angle of the follower by the angle phi of the cam", law=True),),
+    signals=(
+        Signal("theta", "rad", FORMULA, "angle of the line from frame_a to frame_b"),
+        Signal("phi", "rad", "frame_a.phi - theta", "angle of the cam, from this line"),
+        Signal("beta", "rad", "frame_b.phi - theta", "angle of the follower, from this line"),
+        Signal("w", "rad/s", "der(phi)", "angular velocity of the cam"),
+        Signal("w_b", "rad/s", "der(beta)", "angular velocity of the follower"),
+    ),
+    reactions=wrench(
+        f"-(lam[1]*(1 - slope[1])*(frame_b.y - frame_a.y)/{SQUARE})",
+        f"lam[1]*(1 - slope[1])*(frame_b.x - frame_a.x)/{SQUARE}",
+        "-lam[1]",
+    ),
+    coupling=("beta", "phi"),
+    table=lambda v: (0.0, 0.0, 0.0),
+)
+
+
+@kernel
+def gradient(frames, a, b, p, G):
+    theta = direction(frames, a, b)
+    G[0, VALUE] = nearest(frames[b, 2] - theta - p[0], TURN)
+    for j in range(6):
+        G[0, j] = 0.0
+    G[0, 2], G[0, 5] = -p[1], 1.0
+    add_direction(frames, a, b, p[1] - 1.0, G, 0)
+
+
+@kernel
+def hessian(frames, a, b, p, s, H):
+    """-(1 - f') d^2 theta/dz^2 - f'' (d phi/dz) (d phi/dz)^T."""
+    direction_hessian(frames, a, b, (p[1] - 1.0) * s[0], H)
+    dx, dy = frames[b, 0] - frames[a, 0], frames[b, 1] - frames[a, 1]
+    square = dx * dx + dy * dy
+    if square > 0.0:
+        x, y, second = dy / square, -dx / square, s[0] * p[2]
+        for i, u in ((0, -x), (1, -y), (2, 1.0), (3, x), (4, y)):
+            for j, v in ((0, -x), (1, -y), (2, 1.0), (3, x), (4, y)):
+                H[i, j] -= second * u * v

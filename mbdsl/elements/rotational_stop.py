@@ -1,0 +1,29 @@
+"""RotationalStop: limits of the angle of a joint, stiff torsional springs with damping beyond them.
+
+torque = k d max(0, 1 + alpha d'),  d = phi - phi_max or phi_min - phi,  where d > 0    see contact_law.py
+"""
+
+from mbdsl.compilation.marks import kernel
+from mbdsl.elements import contact_law, revolute
+from mbdsl.elements.coordinates import angle
+from mbdsl.elements.kind import ForceKind, Signal
+from mbdsl.elements.translational_stop import bounds, check_limits, energy, force, limits
+
+DRAWING = "nothing"
+KIND = ForceKind(
+    "RotationalStop",
+    doc="Limits of an angle: beyond them a stiff torsional spring pushes back, and never pulls.",
+    rows=1,
+    parameters=(*limits("phi_min", "phi_max", "rad"), *contact_law.parameters("N.m/rad", "w_0", "rad/s")),
+    signals=(*revolute.KIND.signals, Signal("torque", "N.m", force("phi", "w"), "resisting torque")),
+    energy=energy("phi"),
+    check=lambda v: check_limits(v, "phi_min", "phi_max") or contact_law.check(v, "w_0"),
+    derive=lambda v: {**bounds(v, "phi_min", "phi_max"), "alpha": (contact_law.rate(v, "w_0"),)},
+    laws=("torque",),
+    effects={"damping": contact_law.elastic},
+)
+
+
+@kernel
+def gradient(frames, a, b, p, G):
+    angle(frames, a, b, G, 0)

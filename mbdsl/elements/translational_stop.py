@@ -1,0 +1,71 @@
+"""TranslationalStop: end stops of a sliding joint, stiff springs with damping beyond its limits.
+
+force = k d max(0, 1 + alpha d'),  d = s - s_max or s_min - s,  where d > 0          see contact_law.py
+"""
+
+from mbdsl.compilation.marks import kernel
+from mbdsl.elements import contact_law, prismatic
+from mbdsl.elements.coordinates import slide, slide_hessian
+from mbdsl.elements.kind import ForceKind, Parameter, Signal
+
+DRAWING = "stop"
+
+
+def limits(low: str, high: str, unit: str) -> tuple[Parameter, ...]:
+    """The parameters of a range."""
+    return (
+        Parameter(low, unit, None, "lower limit; none if it is left out"),
+        Parameter(high, unit, None, "upper limit; none if it is left out"),
+    )
+
+
+def check_limits(values, low, high):
+    if values[low] is None and values[high] is None:
+        return f"give `{low}`, `{high}` or both"
+    if None not in (values[low], values[high]) and not values[low] < values[high]:
+        return f"{low} = {values[low]:g} is not less than {high} = {values[high]:g}"
+    return None
+
+
+def bounds(values, low, high):
+    """Values for the formulas: ``on`` is 1 for limits that exist, ``at`` their values."""
+    found = (values[low], values[high])
+    return {"on": tuple(float(x is not None) for x in found), "at": tuple(0.0 if x is None else x for x in found)}
+
+
+def force(s, v):
+    """The formula of the resistance to growth of the coordinate ``s`` with the rate ``v``."""
+    high = f"on[2]*max(0, {s} - at[2])*max(0, 1 + alpha[1]*{v})"
+    low = f"on[1]*max(0, at[1] - {s})*max(0, 1 - alpha[1]*{v})"
+    return f"k*({high} - {low})"
+
+
+def energy(s):
+    return f"0.5*k*(on[2]*max(0, {s} - at[2])^2 + on[1]*max(0, at[1] - {s})^2)"
+
+
+KIND = ForceKind(
+    "TranslationalStop",
+    doc="End stops of a sliding joint: beyond its limits a stiff spring pushes back, and never pulls.",
+    rows=1,
+    parameters=(
+        *limits("s_min", "s_max", "m"),
+        *contact_law.parameters("N/m", "v_0", "m/s"),
+    ),
+    signals=(*prismatic.KIND.signals, Signal("force", "N", force("s", "v"), "resisting force")),
+    energy=energy("s"),
+    check=lambda v: check_limits(v, "s_min", "s_max") or contact_law.check(v, "v_0"),
+    derive=lambda v: {**bounds(v, "s_min", "s_max"), "alpha": (contact_law.rate(v, "v_0"),)},
+    laws=("force",),
+    effects={"damping": contact_law.elastic},
+)
+
+
+@kernel
+def gradient(frames, a, b, p, G):
+    slide(frames, a, b, G, 0)
+
+
+@kernel
+def hessian(frames, a, b, p, s, H):
+    slide_hessian(frames, a, b, s[0], H)
