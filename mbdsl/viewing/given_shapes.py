@@ -10,7 +10,7 @@ from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.scene import Component, Frame
 from mbdsl.system.body_models import body_pose
 from mbdsl.viewing.motion import GROUND, Motion, Spot
-from mbdsl.viewing.symbols import Shape
+from mbdsl.viewing.shape import Shape
 
 AROUND = (
     12  #: number of points of an ellipse, and largest number of points of an outline, for the extent of the picture

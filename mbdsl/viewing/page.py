@@ -20,7 +20,7 @@ from mbdsl.viewing.vectors import Vector, largest
 
 HERE = Path(__file__).parent
 #: the script is the files in this order
-SCRIPTS = ("motion.js", "drawing.js", "elements.js", "plots.js", "player.js", "controls.js")
+SCRIPTS = ("motion.js", "drawing.js", "elements.js", "gears.js", "plots.js", "player.js", "controls.js")
 MODES = "modes.js"  #: after the first, in pages of mode shapes
 #: number of stored numbers from which poses are integers of 16 bits: a 32,767th of the extent, and of half a turn
 MANY = 400_000

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbdsl.plotting.series_styles import LIGHT_PAPER, OTHERS
+from mbdsl.viewing.gear_pictures import DRAWN as GEARS
 from mbdsl.viewing.motion import Motion, largest_strain
 from mbdsl.viewing.overlays import Overlays, Painted, colour_bar
 from mbdsl.viewing.pixels import DRIVE, FINE, FORCE, HOT, INK, PALE, ROD, SHADE, Pixels, Place, mixed
+from mbdsl.viewing.shape import Shape
 from mbdsl.viewing.shapes import Drawing
 from mbdsl.viewing.shapes import drawing as shapes_of
-from mbdsl.viewing.symbols import Shape
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -302,4 +303,5 @@ DRAWN: dict[str, Callable[..., Any]] = {
     "bushing": _bushing,
     "turning": _turning,
     "pushing": _pushing,
+    **GEARS,
 }

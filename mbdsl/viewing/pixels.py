@@ -9,8 +9,8 @@ import numpy as np
 
 from mbdsl.plotting.series_styles import OTHERS
 from mbdsl.viewing.motion import GROUND, Motion, Spot
+from mbdsl.viewing.shape import Shape
 from mbdsl.viewing.shapes import Drawing
-from mbdsl.viewing.symbols import Shape
 
 if TYPE_CHECKING:
     from PIL import ImageDraw

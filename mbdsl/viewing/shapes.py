@@ -19,11 +19,12 @@ Array = NDArray[np.float64]
 #: size of symbols relative to the extent of the motion, its limit relative to the median length of links, and the least
 #: relative to the extent for mechanisms of up to ``FEW`` bodies
 OF_EXTENT, OF_LENGTH, LEAST, FEW = 0.034, 0.3, 0.012, 50
+BODIES = ("wheel", "block", "plate", "ring")  #: shapes of elements that show a body
 GOES_FAR = 0.1  #: length of a body relative to the extent of its motion
 #: shapes in the order in which they are drawn; all others come last
 ORDER = (
-    *("backdrop", "floor", "guide", "wall", "support", "spring", "damper", "spring-damper", "dashed", "wheel"),
-    *("link", "outline", "beam", "actuator", "rod", "block", "hub", "slot", "mass", "weld", "spiral"),
+    *("backdrop", "ring", "floor", "guide", "wall", "support", "spring", "damper", "spring-damper", "dashed", "plate"),
+    *("wheel", "belt", "link", "outline", "beam", "actuator", "rod", "block", "hub", "slot", "mass", "weld", "spiral"),
 )
 
 
@@ -57,9 +58,9 @@ def drawing(motion: Motion) -> Drawing:
     scene = motion.scene
     ports = {frame for c in scene.components.values() for frame in c.ports.values()}
     elements = [shape for c in scene.components.values() for shape in _element(c, motion)]
-    rolling = {shape.at[0].track for shape in elements if shape.draw in ("wheel", "block")}
+    rolling = {shape.at[0].track for shape in elements if shape.draw in BODIES}
     replaced = {k for k, track in enumerate(motion.tracks) if track in scene.shapes}  # their shapes are given
-    elements = [x for x in elements if x.draw not in ("wheel", "block") or x.at[0].track not in replaced]
+    elements = [x for x in elements if x.draw not in BODIES or x.at[0].track not in replaced]
     bodies, lengths = [], []
     own = [shape for c in scene.components.values() if c.name in scene.shapes for shape in given_shapes(c, motion)]
     for c in scene.bodies():
@@ -87,12 +88,13 @@ def drawing(motion: Motion) -> Drawing:
 
 
 def _once(shapes: Sequence[Shape]) -> list[Shape]:
-    """Shapes without further supports of the same pin."""
+    """Shapes without further supports of the same pin, and without further gears of the same size at a place."""
     seen: set[tuple] = set()
     found = []
     for shape in shapes:
-        place = (shape.draw, *((round(at.x, 12), round(at.y, 12)) for at in shape.at))
-        if shape.draw != "support" or place not in seen:
+        spots = ((at.track, round(at.x, 12), round(at.y, 12)) for at in shape.at)
+        place = (shape.draw, shape.data.get("radius"), *spots)
+        if shape.draw not in ("support", "plate", "ring") or place not in seen:
             found.append(shape)
         seen.add(place)
     return found

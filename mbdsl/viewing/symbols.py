@@ -7,26 +7,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from mbdsl.elements import modules
 from mbdsl.elements.kind import ForceKind
 from mbdsl.mechanism.scene import Component
+from mbdsl.viewing import gear_shapes
 from mbdsl.viewing.motion import GROUND, Motion, Spot
-
-
-@dataclass(frozen=True)
-class Shape:
-    """A shape of the page: ``draw`` is the name of its drawing in the player, ``at`` are the spots that it hangs on."""
-
-    draw: str
-    name: str
-    at: tuple[Spot, ...] = ()
-    data: dict[str, Any] = field(default_factory=dict)
-
+from mbdsl.viewing.shape import Shape
 
 Symbol = Callable[[Component, Spot, Spot, Motion], Iterator[Shape]]
 
@@ -166,6 +155,7 @@ SYMBOLS: dict[str, Symbol] = {
     "dashed": _dashed,
     "mark": _mark,
     "nothing": _nothing,
+    **gear_shapes.SYMBOLS,
 }
 KNOWN = {
     "Revolute": "pin",

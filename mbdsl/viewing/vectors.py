@@ -83,7 +83,7 @@ def _applied(c: Component, trajectory: Trajectory, motion: Motion) -> Iterator[V
         cos, sin = np.cos(phi), np.sin(phi)
         fx, fy = values.T
         yield Vector(c.name, FORCES, b, np.stack([cos * fx - sin * fy, sin * fx + cos * fy], axis=1))
-    elif values.shape[1] == 1:
+    elif values.shape[1] == 1 and c.kind.unit_of(c.kind.laws[0]) == "N.m":  # type: ignore[attr-defined]
         yield Vector(c.name, FORCES, b, values)
 
 
