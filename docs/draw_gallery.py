@@ -44,6 +44,10 @@ GROUPS = {
         *("flyball_governor", "loading_crane", "robot_arm"),
     ),
     "Pendulums and throws": ("double_pendulum", "triple_pendulum", "swing", "trebuchet", "bow"),
+    "Gears, cams and contacts": (
+        *("gear_pair", "planetary_gear", "hypocycloid", "rack_steering", "bicycle_chain", "cam_follower"),
+        *("geneva_drive", "newtons_cradle"),
+    ),
 }
 INTRODUCTION = (
     "Mechanisms of one screen each (`models/gallery/`). Each page has a number that proves the motion right, from a",
