@@ -19,6 +19,7 @@ MODELS = Path(__file__).parents[2] / "models"
 TRACES = {
     "joints": {"loops.constraints", "loops.constraint_tangents"},
     "drivers": {"loops.drive"},
+    "couplings": {"loops.couple"},
     "moving": {"loops.carry"},
     "velocity rows": {"loops.gammas", "loops.gamma_tangents"},
     "springs": {"loops.springs", "loops.spring_tangents"},
@@ -75,6 +76,15 @@ SCENES = {
     "RotationalSpringDamper s(rod.b, tip.a, torque = 1 N.m*phi^3);": (
         "joints, laws, expressions",
         "rigid_body_kernels revolute rotational_spring_damper",
+    ),
+    "GearPair g(rod.c, tip.c, r_a = 0.4 m, r_b = 0.6 m);": ("joints", "rigid_body_kernels revolute gear_pair"),
+    "RotationalCam r(rod.c, tip.c, beta = 0.1*sin(phi));": (
+        "joints, couplings, expressions",
+        "rigid_body_kernels revolute rotational_cam",
+    ),
+    "CircleContact c(ground, tip.c, r_a = 0.4 m, r_b = 0.6 m, k = 1 N/m);": (
+        "joints, laws, expressions",
+        "rigid_body_kernels revolute circle_contact",
     ),
     "Force f(tip.b, fx = 1 N);": ("joints, laws, expressions", "rigid_body_kernels revolute force"),
     "Bushing b(ground, tip.b, k = {1 N/m, 1 N/m});": ("joints, springs", "rigid_body_kernels revolute bushing"),
