@@ -110,18 +110,32 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
     parse = perf_counter() - begun
     if args.signals:
         check_signals(scene, values.patterns(args.signals))
+    if args.accuracy is not None or args.verify:  # these compare whole trajectories
+        return _run(args, scene, options, parse, output, None, resumed)
+    from mbdsl.simulation.streaming import Stream
 
+    stream = Stream(rows or output, lambda found: chosen_names(found, output, args.signals), bool(rows))
+    try:
+        return _run(args, scene, options, parse, output, stream, resumed)
+    finally:
+        stream.close(keep=bool(args.checkpoint) and Path(args.checkpoint).exists())
+
+
+def _run(
+    args: argparse.Namespace,
+    scene: Scene,
+    options: Mapping[str, float | None],
+    parse: float,
+    output: str,
+    stream: Stream | None,
+    resumed: bool,
+) -> int:
     from mbdsl.api import simulated
     from mbdsl.compilation import code_cache
 
     code_cache.alone()
     display = None if args.quiet else Display(sys.stderr)
     said: set[str] = set()
-    stream = None
-    if args.accuracy is None and not args.verify:
-        from mbdsl.simulation.streaming import Stream
-
-        stream = Stream(rows or output, lambda found: chosen_names(found, output, args.signals), bool(rows))
     failure, over = None, False
     try:
         trajectory = simulated(
@@ -171,10 +185,7 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
         raise failure
     if stream and stream.problem:
         raise UsageError(stream.problem, hint=f"{output} has the results until t = {stream.reached:g} s")
-    code = end(args, trajectory, output, over)
-    if stream and stream.file:
-        stream.file.remove()
-    return code
+    return end(args, trajectory, output, over)
 
 
 def check_signals(scene: Scene, patterns: list[str]) -> None:
@@ -344,9 +355,7 @@ def write_stats(path: str, stats: dict) -> None:
     write_text(path, json.dumps(stats, indent=2) + "\n")
 
 
-def summary(
-    trajectory: Trajectory, output: str, names: list[str], verbose: bool, stream: Stream | None = None
-) -> str:
+def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool, stream: Stream | None = None) -> str:
     rows = stream.file.count if stream and stream.file else len(trajectory.t)
     stats, seconds = trajectory.stats, trajectory.stats["seconds"]
     steps, iterations = stats["steps"], stats["iterations"]

@@ -60,9 +60,7 @@ class Stream:
         Time of the last row that was written.
     """
 
-    def __init__(
-        self, near: str | os.PathLike, choose: Callable[[Trajectory], list[str]], kept: bool = False
-    ) -> None:
+    def __init__(self, near: str | os.PathLike, choose: Callable[[Trajectory], list[str]], kept: bool = False) -> None:
         self._near, self._choose, self._kept = near, choose, kept
         self.file: RowsFile | None = None
         self._restored = False
@@ -79,6 +77,13 @@ class Stream:
         if self.file is not None:
             self.file.remove()
             self.file = None
+
+    def close(self, keep: bool = False) -> None:
+        """Remove the scratch file; ``keep`` one that has a name."""
+        if self.file is not None and keep:
+            self.file.close()
+        elif self.file is not None:
+            self.file.remove()
 
     def settle(self, motion: Motion) -> None:
         """Decide whether the rows of a motion that is not prepared yet are streamed, and how many are in memory."""
