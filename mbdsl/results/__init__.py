@@ -4,8 +4,8 @@ A format has ``SUFFIX``, ``write(stream, columns, units, meta)`` and ``read(path
 reading in parts (``mbdsl.results.stored``), ``mark(path, meta)``, called before the file gets its name, and
 ``settle(path, meta)``, called afterwards, and ``write_with_units`` if ``write`` leaves out the units.
 ``columns`` maps signal names to arrays of one length, ``time`` first, or to objects whose slices are arrays, so that
-results of any length are written part by part (``mbdsl.results.rows_file``); ``units`` maps them to unit texts; ``meta`` are
-plain values (``complete``, ``model``, ``method``, ``step``, ``version``, ...).
+results of any length are written part by part (``mbdsl.results.rows_file``); ``units`` maps them to unit texts;
+``meta`` are plain values (``complete``, ``model``, ``method``, ``step``, ``version``, ...).
 """
 
 from __future__ import annotations

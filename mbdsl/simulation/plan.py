@@ -171,10 +171,8 @@ def _output_times(scene: Scene, start: float, end: float, spacing: float, times:
 def _streamed_times(start: float, end: float, spacing: float) -> OutputTimes:
     points = _points(start, end, spacing)
     if not points <= MOST_ROWS:
-        raise UsageError(
-            f"{points:.3g} output points are too many",
-            hint=f"give an output interval of {(end - start) / MOST_ROWS:.2g} s",
-        )
+        least = (end - start) / MOST_ROWS
+        raise UsageError(f"{points:.3g} output points are too many", hint=f"give an output interval of {least:.2g} s")
     return OutputTimes(start, end, spacing, int(points))
 
 

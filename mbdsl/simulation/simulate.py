@@ -220,6 +220,7 @@ def _collect(
     t, q, v, lam, states = motion.output(partial) if stream is None else stream.end(motion, partial)
     stats = {
         "method": plan.method,
+        "options": dict(plan.options),
         "h": plan.h if plan.tol is None else None,
         "tol": tol,
         "error": found.error,

@@ -101,7 +101,7 @@ def test_rows_that_only_the_strict_reader_can_judge(tmp_path, monkeypatch):
     monkeypatch.setattr(csv_file, "MANY", 0)
     for text in ("1,2x", "1", "1,", "1,--2 "):
         (tmp_path / "r.csv").write_text(f"time,a.x\n0,1\n{text}\n2,3\n")
-        with pytest.raises(UsageError, match="is not a .csv result file"):
+        with pytest.raises(UsageError, match=r"is not a \.csv result file"):
             list(open_result(tmp_path / "r.csv").chunks(["a.x"]))
 
 

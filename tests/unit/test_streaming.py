@@ -108,7 +108,7 @@ def test_a_mechanism_without_equations(model):
 
 
 def test_a_warning_needs_all_rows(model):
-    """The energy of the trapezoidal rule's explicit cousin is not at hand: a stiff spring with too long steps instead."""
+    """A contact that the steps do not resolve."""
     with open("stiff.mbd", "w") as file:
         file.write(
             "model Stiff\n  Ground g0;\n  PointMass a(m = 1 kg);\n"
