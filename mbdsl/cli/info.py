@@ -111,9 +111,8 @@ def _head(path: str, result: Result, content: Content) -> list[str]:
     for key in ABOUT:
         if (value := meta.get(key)) not in (None, ""):
             text = f"mbdsl {value}" if key == "version" else _value(key, value)
-            lines += _wrapped(
-                key, text + (", its text is in the file" if key == "model" and meta.get("source") else "")
-            )
+            text += ", its text is in the file" if key == "model" and meta.get("source") else ""
+            lines += _wrapped(key, text)
     if content.rows:
         span = f"{content.time.first:.9g} ... {content.time.last:.9g} s, {count(content.rows, 'row')}"
         lines.append(f"{'time':<12}{span}{_steps(content)}")
@@ -168,7 +167,7 @@ def _table(result: Result, content: Content) -> list[str]:
         empty = known.least > known.greatest
         numbers = (known.first, known.last, *((float("nan"),) * 2 if empty else (known.least, known.greatest)))
         row = f"{text:<{wide}}  {result.unit(name)[:7]:<7}" + "".join(f"{x:>11.4g}" for x in numbers)
-        lines.append(f"{row}  *" if known.missing and not content.rows == 0 else row)
+        lines.append(f"{row} *" if known.missing else row)
     if any(known.missing for known in content.signals.values()):
         lines.append("* has values that are not finite; least and greatest are those of the others")
     return lines

@@ -23,8 +23,11 @@ from mbdsl.version import __version__
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    import numpy as np
+
     from mbdsl.initial.consistent import Moved
     from mbdsl.mechanism.scene import Scene
+    from mbdsl.results.rows_file import Column
     from mbdsl.simulation.streaming import Stream
     from mbdsl.simulation.trajectory import Trajectory
     from mbdsl.studies.verify import Verification
@@ -153,8 +156,8 @@ def _run(
             general=args.general,
             progress=display,
             announce=once(display.say, said) if display else None,
-            **({"stream": stream} if stream else {}),
             **kept(args, output, resumed),
+            **taken(stream),
         )
     except IntegrationError as problem:
         trajectory, failure = getattr(problem, "trajectory", None), problem
@@ -247,6 +250,11 @@ def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:
     return {"checkpoint": Checkpoint(args.checkpoint, args.checkpoint_every, {"command": command}, resumed)}
 
 
+def taken(stream: Stream | None) -> dict:
+    """The additional argument of a simulation whose rows are taken while it goes on."""
+    return {} if stream is None else {"stream": stream}
+
+
 def second_opinion(
     trajectory: Trajectory, names: list[str], args: argparse.Namespace, said: set[str]
 ) -> Verification | None:
@@ -300,7 +308,8 @@ def write(
     """
     from mbdsl.lang.stored_model import to_text
 
-    said, columns = about(trajectory), {}
+    columns: Mapping[str, Column] | dict[str, np.ndarray]
+    said = about(trajectory)
     if getattr(results.format_of(output), "KEEPS_MODEL", False):
         said |= {"source": text} if (text := to_text(trajectory.scene, overrides)) else {}
     if stream and stream.file:

@@ -42,13 +42,15 @@ class ThinnedRows:
     ----------
     count : int
         Number of rows that were added.
+    width : int
+        Number of rows of a bucket.
     index : (K,)
         Numbers of the rows that are kept.
     """
 
     def __init__(self, names: Sequence[str], time: str, most: int) -> None:
         self.names, self.count, self._time = list(names), 0, time
-        self._most, self._width = max(2, most), 1
+        self._most, self.width = max(2, most), 1
         self.index = np.zeros(0, np.int64)
         self._rows = np.zeros((len(self.names), 0))
 
@@ -57,12 +59,12 @@ class ThinnedRows:
         rows = np.array([columns[name] for name in self.names])
         index = np.arange(self.count, self.count + rows.shape[1])
         self.count += rows.shape[1]
-        if self._width > 1:
+        if self.width > 1:
             chosen = self._chosen(index, rows)
             index, rows = index[chosen], rows[:, chosen]
         self.index, self._rows = np.append(self.index, index), np.append(self._rows, rows, axis=1)
-        while len(self.index) > self._most and self._width <= self.count:
-            self._width *= 2
+        while len(self.index) > self._most and self.width <= self.count:
+            self.width *= 2
             chosen = self._chosen(self.index, self._rows)
             self.index, self._rows = self.index[chosen], self._rows[:, chosen]
 
@@ -71,7 +73,7 @@ class ThinnedRows:
         return dict(zip(self.names, self._rows, strict=True))
 
     def _chosen(self, index: NDArray[np.int64], rows: Array) -> NDArray[np.int64]:
-        bucket = index // self._width
+        bucket = index // self.width
         found = [extremes(bucket, x) for name, x in zip(self.names, rows, strict=True) if name != self._time]
         return np.unique(np.concatenate(found)) if found else extremes(bucket, rows[0])
 

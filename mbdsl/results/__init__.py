@@ -25,7 +25,9 @@ from mbdsl.storage.output_files import writing
 if TYPE_CHECKING:
     import numpy as np
 
-    Columns = Mapping[str, np.ndarray]
+    from mbdsl.results.rows_file import Column
+
+    Columns = Mapping[str, np.ndarray] | Mapping[str, Column]
     Meta = Mapping[str, str | float | bool]
 
 

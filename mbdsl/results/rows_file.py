@@ -106,7 +106,7 @@ class RowsFile:
     def _write(self, row: int) -> None:
         try:
             self._file.seek(self._place(row))
-            left = memoryview(self._block).cast("B")
+            left = memoryview(self._block).cast("B")  # type: ignore[arg-type]
             while left:
                 left = left[self._file.write(left) :]
         except OSError as problem:

@@ -86,9 +86,6 @@ def _check(columns: dict, path: str | os.PathLike) -> None:
         raise UsageError(f"`{path!s}` has no column `time`", hint="give a result of mbdsl simulate")
     if not np.isfinite(time).all() or (np.diff(time) < 0.0).any():
         raise UsageError(f"the times of `{path!s}` do not ascend")
-    wrong = [name for name, x in columns.items() if np.shape(x) != time.shape]
-    if wrong:
-        raise UsageError(f"columns of `{path!s}` differ in length from `time`: {few(wrong)}")
 
 
 def _states(system: System, columns: dict, rates: bool, path: str | os.PathLike) -> tuple[np.ndarray, bool]:

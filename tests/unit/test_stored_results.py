@@ -137,6 +137,7 @@ def test_a_kept_file_of_rows_is_continued(tmp_path, monkeypatch, count):
     file.append(data[:, :count])
     file.flush()
     file.append(-data)  # lost in the power cut
+    file.close()
     again = rows_file.RowsFile("abc", tmp_path / "rows", kept=True, count=count)
     again.append(data[:, count:])
     assert all(np.array_equal(x[:], data[k]) for k, x in enumerate(again.columns().values()))
