@@ -74,8 +74,11 @@ class ThinnedRows:
 
     def _chosen(self, index: NDArray[np.int64], rows: Array) -> NDArray[np.int64]:
         bucket = index // self.width
-        found = [extremes(bucket, x) for name, x in zip(self.names, rows, strict=True) if name != self._time]
-        return np.unique(np.concatenate(found)) if found else extremes(bucket, rows[0])
+        chosen = np.zeros(len(index), bool)
+        for name, x in zip(self.names, rows, strict=True):
+            if name != self._time or len(self.names) == 1:
+                chosen[extremes(bucket, x)] = True
+        return np.flatnonzero(chosen)
 
 
 def thinned(result: Result, most: int | None = None) -> ThinnedRows:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from mbdsl.results.stored import Layout
 
 SUFFIX = ".csv"
+TOGETHER = 2**18  #: quantity of numbers that are read at once
 MANY = 2**16  #: least quantity of numbers for which the import of the fast reader pays
 NO_UNIT = "1"  #: in the row of units
 DIGITS = b"0123456789+-.eE,\r\nnaNAifIF"  #: characters of numbers and separators
@@ -96,6 +97,8 @@ def read(path: Path) -> tuple[dict, dict]:
 
 def layout(path: Path) -> Layout:
     """The columns, for reading in parts."""
+    import numpy as np
+
     from mbdsl.results.stored import Layout
 
     with open(path, "rb") as stream:
@@ -118,11 +121,19 @@ def layout(path: Path) -> Layout:
         at = [place[name] for name in asked]
         with open(path, "rb") as stream:
             stream.seek(begin)
-            while lines := list(islice(stream, rows)):
-                found = _fast(lines, len(names))
-                yield _by_numpy(lines, at) if found is None else [found[k] for k in at]
+            while parts := list(_parts(stream, at, len(names), rows)):
+                yield parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
     return Layout(names, units, chunks, dict(complete=not os.path.exists(_mark(path))))
+
+
+def _parts(stream: BinaryIO, at: Sequence[int], columns: int, rows: int) -> Iterator[np.ndarray]:
+    """The values (columns, k) of the next ``rows`` rows, in parts whose text is short."""
+    some = max(1, TOGETHER // columns)
+    while rows > 0 and (lines := list(islice(stream, min(some, rows)))):
+        rows -= len(lines)
+        found = _fast(lines, columns)
+        yield _by_numpy(lines, at) if found is None else found[list(at)]
 
 
 def _by_numpy(lines: list[bytes], at: Sequence[int]) -> np.ndarray:

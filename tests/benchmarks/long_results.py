@@ -34,9 +34,11 @@ print(code, own.ru_utime + own.ru_stime, own.ru_maxrss / (1024 if sys.platform =
 
 
 def repeated(short, path, rows):
-    """A result with the rows of a short one, over and over, at ascending times."""
+    """A result with the rows of a short one, over and over, at ascending times; in .csv without velocities."""
     columns = results.read(short)[0]
     result = open_result(short)
+    if path.suffix == ".csv":
+        columns = {name: x for name, x in columns.items() if name.endswith((".x", ".y", ".phi", "time"))}
     names, period = list(columns), columns["time"][-1] + columns["time"][1]
     block = np.array([np.tile(columns[name], 200) for name in names])
     many = len(columns["time"])
@@ -65,14 +67,14 @@ def commands(folder, rows):
     yield "simulate to npz", ("simulate", MODEL, "--step", "10us", "--interval", "10us", "--stop", span, "--quiet")
     for suffix in ("npz", "csv"):
         own = folder / f"{rows}.{suffix}"
-        yield f"plot {suffix}", ("plot", own, "--signals", "crank.phi,rod.x,crank.w", "--out", folder / "p.svg")
+        yield f"plot {suffix}", ("plot", own, "--signals", "crank.phi,rod.x,rod.y", "--out", folder / "p.svg")
         animate = ("animate", own) if suffix == "npz" else ("animate", MODEL, "--result", own)
         yield f"animate {suffix}", (*animate, "--out", folder / "a.html")
         yield f"info {suffix}", ("info", own)
     yield "convert npz to mat", ("convert", folder / f"{rows}.npz", "--out", folder / "c.mat")
 
 
-def run(rows, folder):
+def run(rows, folder, only=""):
     table = {}
     for count in (max(2, rows // 100), rows):
         short = folder / "short.npz"
@@ -80,6 +82,8 @@ def run(rows, folder):
         for suffix in (".npz", ".csv"):
             repeated(short, folder / f"{count}{suffix}", count)
         for name, command in commands(folder, count):
+            if only not in name:
+                continue
             out = ("--output", folder / "s.npz") if name.startswith("simulate") else ()
             table.setdefault(name, []).append(measured(*command, *out))
         for file in folder.iterdir():
@@ -94,6 +98,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rows", type=float, default=1e7)
     parser.add_argument("--folder", help="where the files are written: 100 MB per million rows and file")
+    parser.add_argument("--only", default="", help="commands whose name contains this text")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(dir=given.folder) as name:
-        run(int(given.rows), Path(name))
+        run(int(given.rows), Path(name), given.only)
