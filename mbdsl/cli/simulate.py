@@ -23,8 +23,12 @@ from mbdsl.version import __version__
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    import numpy as np
+
     from mbdsl.initial.consistent import Moved
     from mbdsl.mechanism.scene import Scene
+    from mbdsl.results.rows_file import Column
+    from mbdsl.simulation.streaming import Stream
     from mbdsl.simulation.trajectory import Trajectory
     from mbdsl.studies.verify import Verification
 
@@ -97,7 +101,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, resumed: bool = False) -> int:
     output = args.output or f"{Path(args.model).stem}.csv"
-    outputs = [output, args.stats, args.checkpoint]
+    rows = f"{args.checkpoint}.rows" if args.checkpoint else None
+    outputs = [output, args.stats, args.checkpoint, rows]
     output_files.check(outputs, [args.model])
     results.format_of(output)
 
@@ -108,7 +113,26 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
     parse = perf_counter() - begun
     if args.signals:
         check_signals(scene, values.patterns(args.signals))
+    if args.accuracy is not None or args.verify:  # these compare whole trajectories
+        return _run(args, scene, options, parse, output, None, resumed)
+    from mbdsl.simulation.streaming import Stream
 
+    stream = Stream(rows or output, lambda found: chosen_names(found, output, args.signals), bool(rows))
+    try:
+        return _run(args, scene, options, parse, output, stream, resumed)
+    finally:
+        stream.close(keep=bool(args.checkpoint) and Path(args.checkpoint).exists())
+
+
+def _run(
+    args: argparse.Namespace,
+    scene: Scene,
+    options: Mapping[str, float | None],
+    parse: float,
+    output: str,
+    stream: Stream | None,
+    resumed: bool,
+) -> int:
     from mbdsl.api import simulated
     from mbdsl.compilation import code_cache
 
@@ -133,6 +157,7 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
             progress=display,
             announce=once(display.say, said) if display else None,
             **kept(args, output, resumed),
+            **taken(stream),
         )
     except IntegrationError as problem:
         trajectory, failure = getattr(problem, "trajectory", None), problem
@@ -146,7 +171,7 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
 
     begun = perf_counter()
     with deferred(1, f"writing {output}; Ctrl-C again to end without it") as heard:
-        names = write(trajectory, output, args.signals, dict(args.set))
+        names = write(trajectory, output, args.signals, dict(args.set), stream)
     trajectory.stats["seconds"].update(parse=parse, write=perf_counter() - begun)
     over = over or bool(heard)
     if over:
@@ -156,11 +181,13 @@ def run(args: argparse.Namespace, resumed: bool = False) -> int:
         write_stats(args.stats, trajectory.stats)
     print_warnings(trajectory, args.quiet, failed=failure is not None)
     if not args.quiet:
-        print(summary(trajectory, output, names, args.verbose))
+        print(summary(trajectory, output, names, args.verbose, stream))
         if verified:
             print(verified)
     if failure:
         raise failure
+    if stream and stream.problem:
+        raise UsageError(stream.problem, hint=f"{output} has the results until t = {stream.reached:g} s")
     return end(args, trajectory, output, over)
 
 
@@ -223,6 +250,11 @@ def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:
     return {"checkpoint": Checkpoint(args.checkpoint, args.checkpoint_every, {"command": command}, resumed)}
 
 
+def taken(stream: Stream | None) -> dict:
+    """The additional argument of a simulation whose rows are taken while it goes on."""
+    return {} if stream is None else {"stream": stream}
+
+
 def second_opinion(
     trajectory: Trajectory, names: list[str], args: argparse.Namespace, said: set[str]
 ) -> Verification | None:
@@ -253,21 +285,40 @@ def second_opinion(
     return found
 
 
-def write(trajectory: Trajectory, output: str, signals: str | None, overrides: Mapping[str, str] = {}) -> list[str]:
-    """Write the requested signals and return their names.
+def chosen_names(trajectory: Trajectory, output: str, signals: str | None) -> list[str]:
+    """The names of the signals that are written."""
+    default = [*trajectory.default_names]
+    if getattr(results.format_of(output), "KEEPS_MODEL", False):
+        default += trajectory.elastic_names
+    names = trajectory.select(values.patterns(signals)) if signals else default
+    return [name for name in names if name != "time"]
+
+
+def write(
+    trajectory: Trajectory,
+    output: str,
+    signals: str | None,
+    overrides: Mapping[str, str] = {},
+    stream: Stream | None = None,
+) -> list[str]:
+    """Write the requested signals, or those of a stream, and return their names.
 
     In a format that keeps the model, the file also contains the model's text with its ``overrides``, and by default the
     coordinates of bodies that deform. If the file cannot be written, the results are written to a temporary folder.
     """
     from mbdsl.lang.stored_model import to_text
 
-    said, default = about(trajectory), [*trajectory.default_names]
+    columns: Mapping[str, Column] | dict[str, np.ndarray]
+    said = about(trajectory)
     if getattr(results.format_of(output), "KEEPS_MODEL", False):
         said |= {"source": text} if (text := to_text(trajectory.scene, overrides)) else {}
-        default += trajectory.elastic_names
-    names = trajectory.select(values.patterns(signals)) if signals else default
-    names = [name for name in names if name != "time"]
-    columns = {"time": trajectory.t, **{name: trajectory[name] for name in names}}
+    if stream and stream.file:
+        columns = stream.file.columns()
+        names = [name for name in columns if name != "time"]
+        trajectory.undetermined = stream.undetermined
+    else:
+        names = chosen_names(trajectory, output, signals)
+        columns = {"time": trajectory.t, **{name: trajectory[name] for name in names}}
     units = {"time": "s", **{name: trajectory.unit(name) for name in names}}
     try:
         results.write(output, columns, units, said)
@@ -300,7 +351,9 @@ def about(trajectory: Trajectory) -> dict[str, str | float | bool]:
     """The meta data of a result file."""
     stats = trajectory.stats
     said = {"model": trajectory.scene.name, "method": stats["method"], "step": stats["h"], "tolerance": stats["tol"]}
-    said.update(error=stats.get("error"), horizon=stats.get("horizon"))
+    said.update(error=stats.get("error"), horizon=stats.get("horizon"), steps=stats["steps"])
+    options = [f"{name} = {value:g}" for name, value in stats.get("options", {}).items() if value is not None]
+    said.update(iterations=stats["iterations"], options=", ".join(options) or None)
     return {
         "complete": trajectory.status == "done",
         **{key: value for key, value in said.items() if value is not None},
@@ -313,7 +366,8 @@ def write_stats(path: str, stats: dict) -> None:
     write_text(path, json.dumps(stats, indent=2) + "\n")
 
 
-def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool) -> str:
+def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool, stream: Stream | None = None) -> str:
+    rows = stream.file.count if stream and stream.file else len(trajectory.t)
     stats, seconds = trajectory.stats, trajectory.stats["seconds"]
     steps, iterations = stats["steps"], stats["iterations"]
     reached = trajectory.t[-1] if len(trajectory.t) else 0.0
@@ -323,7 +377,7 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         f"{trajectory.scene.name}: {count(steps, 'step')} of {stats['method']} to t = {reached:g} s, "
         f"{count(work, what)} ({each:.{2 if each < 10 else 0}f} a step), in {seconds['integrate']:.3g} s; "
         f"{error(stats)}",
-        f"{visible(output, line=True)}: {count(len(trajectory.t), 'row')}, time and {count(len(names), 'signal')}",
+        f"{visible(output, line=True)}: {count(rows, 'row')}, time and {count(len(names), 'signal')}",
     ]
     if stats["pivoting_from"] is not None:
         lines.append(

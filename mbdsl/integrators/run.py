@@ -20,6 +20,7 @@ from mbdsl.integrators.loop.compiled_loop import compiled, controls_locally, loo
 from mbdsl.integrators.loop.run_data import RunData
 from mbdsl.integrators.method import Method, Start
 from mbdsl.integrators.missed_peaks import Overlooked
+from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.integrators.peak_zones import Landings
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.scheduled_jumps import Jumps
@@ -55,10 +56,13 @@ class Integration(RunState):
         self._prepare()
         self._load()
 
-    def anew(self, times: Array, tol: float | None, every: bool, longest: float) -> Integration:
+    def anew(
+        self, times: Array, tol: float | None, every: bool, longest: float, rows: OutputTimes | None = None
+    ) -> Integration:
         """A copy of this run for the same System, before its start, with other output times and tolerance."""
         run = copy(self)
         run.times, run.tol, run.every, run.longest, run.pivoting_from = times, tol, every, longest, None
+        run.rows = rows
         del run.vectors, run.layout
         run._prepare()
         return run
@@ -70,6 +74,11 @@ class Integration(RunState):
             self._stop_at_events()
         if self.controlled:
             self._control(modules()[self.method].METHOD)
+        if self.rows is not None:
+            longest = self.h if self.tol is None else self.reals[loop_state.MOST_H]
+            self.integers[loop_state.MARGIN] = 2 + int(np.ceil(1.5 * longest / self.rows.spacing))
+            if 2 * self.integers[loop_state.MARGIN] > len(self.times):
+                raise ValueError("the window of the output is too small for the longest step")
 
     def _load(self) -> None:
         """Load or compile the step loop of the method and the functions of the scene."""
@@ -346,10 +355,12 @@ class Integration(RunState):
     def advance(self, steps: int = sys.maxsize) -> int:
         """Take at most ``steps`` steps; return a status of :mod:`mbdsl.integrators.loop.loop_state`.
 
+        Fewer steps are taken if the window of the output is full.
+
         Raises
         ------
         UsageError
-            If every step is output, and the output would need too much memory.
+            If every step is output, the rows are not released, and they would need too much memory.
         """
         if self.every:
             status = loop_state.RUNNING
@@ -364,11 +375,12 @@ class Integration(RunState):
                 status = self._advance_by(min(steps, ROOM))
                 steps -= ROOM
             return status
-        return self._advance_by(steps)
+        status = self._advance_by(steps)
+        return loop_state.RUNNING if status == loop_state.FULL else status
 
     def _make_room(self) -> None:
         """Allocate rows of output for the next ``ROOM`` steps."""
-        used = self.written
+        used = int(self.integers[loop_state.OUTPUT])
         if len(self.times) < used + ROOM:
             more = max(ROOM, used // 2)
             self.times = np.concatenate([self.times[:used], np.full(more, np.inf)])

@@ -13,6 +13,7 @@ from mbdsl.integrators import modules
 from mbdsl.integrators.loop import linear_solve, loop_state, sparse_lu, step_control
 from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.options import check_options
+from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.system import System
 from mbdsl.system.close_approaches import Approach
 
@@ -38,6 +39,7 @@ class RunState:
     tol: float | None = None
     every: bool = False
     longest: float = np.inf  #: largest allowed size of controlled steps
+    rows: OutputTimes | None = None  #: the output times, of a run that has a window of them only in ``times``
     pivoting_from: float | None = None  #: time since which the dense solver with pivoting replaces the sparse one
 
     def __post_init__(self) -> None:
@@ -61,6 +63,9 @@ class RunState:
         self.memory = np.zeros(0)  # set when the run begins
         self.reals = reals = np.zeros(loop_state.REALS)
         self.integers = integers = np.zeros(loop_state.INTEGERS, np.int64)
+        self.released = 0  #: rows of output that were taken from the run
+        if self.rows is not None:
+            self.times = self.rows.visible(0)
         self.out = np.zeros((len(self.times), self.system.n + self.system.unknowns))
         reals[loop_state.START], reals[loop_state.STOP], reals[loop_state.STEP_SIZE] = self.start, self.stop, self.h
         reals[loop_state.STEP_END] = reals[loop_state.NOW] = self.start
@@ -159,8 +164,22 @@ class RunState:
 
     @property
     def written(self) -> int:
-        """Outputs written to ``out``."""
-        return int(self.integers[loop_state.OUTPUT])
+        """Outputs written, with those that were released."""
+        return self.released + int(self.integers[loop_state.OUTPUT])
+
+    def release(self, count: int) -> tuple[Array, Array]:
+        """Take the first ``count`` rows of output from the run: their times (count,) [s], and the rows."""
+        used = int(self.integers[loop_state.OUTPUT])
+        times, rows = self.times[:count].copy(), self.out[:count].copy()
+        self.released += count
+        self.integers[loop_state.OUTPUT] = used - count
+        self.out[: used - count] = self.out[count:used].copy()
+        if self.rows is not None:
+            self.times = self.rows.visible(self.released)
+        else:
+            self.times[: used - count] = self.times[count:used].copy()
+            self.times[used - count :] = np.inf
+        return times, rows
 
     def count(self, what: str) -> int:
         """Number of "rejected", "events", "iterations", "matrix_evaluations", "factorisations"; 0 if not counted."""

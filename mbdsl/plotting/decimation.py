@@ -75,11 +75,12 @@ def extremes(column: NDArray[np.int64], y: Array) -> NDArray[np.int64]:
     first = np.flatnonzero(np.concatenate(([True], column[1:] != column[:-1])))
     last = np.concatenate((first[1:], [len(y)])) - 1
     count = last - first + 1
-    found = [first, last]
+    chosen = np.zeros(len(y), bool)
+    chosen[first] = chosen[last] = True
     for least in (np.fmin.reduceat(y, first), np.fmax.reduceat(y, first)):
-        found.append(_first(np.flatnonzero(y == np.repeat(least, count)), first))
-    found.append(_first(np.flatnonzero(np.isnan(y)), first))
-    return np.unique(np.concatenate(found))
+        chosen[_first(np.flatnonzero(y == np.repeat(least, count)), first)] = True
+    chosen[_first(np.flatnonzero(np.isnan(y)), first)] = True
+    return np.flatnonzero(chosen)
 
 
 def _first(hits: NDArray[np.int64], first: NDArray[np.int64]) -> NDArray[np.int64]:

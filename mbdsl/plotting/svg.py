@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 from mbdsl.plotting.axes import number
@@ -24,6 +25,7 @@ TALLEST = 560.0  #: frame of equal axes
 LETTER = 6.7  #: width of a letter of the small text
 RADIUS = 4.2  #: radius of a mark
 MANY = 150  #: number of marks above which they are dots
+LONG, PART = 4096, 512  #: number of points of a line above which it is simplified in parts, of so many points
 FLAT = 0.25  #: points of a line within this distance of the line without them are left out [px]
 NEAR = 5.0  #: of many points, hovering shows those that are further than this from the previous one [px]
 
@@ -181,7 +183,9 @@ def _outline(drawn: Drawn, c: Canvas, piece: list[int]) -> list[int]:
         return piece
     x = c.width * np.array([drawn.x[k] for k in piece])
     y = c.height * np.array([drawn.y[k] for k in piece])
-    keep, open_ = {0, len(piece) - 1}, [(0, len(piece) - 1)]
+    # a curve that goes up and down many times takes a time of the square of its points: in parts if there are many
+    ends = [*range(0, len(piece) - 1, PART if len(piece) > LONG else len(piece)), len(piece) - 1]
+    keep, open_ = set(ends), list(pairwise(ends))
     while open_:
         a, b = open_.pop()
         if b - a < 2:

@@ -2,9 +2,10 @@
 
 A format has ``SUFFIX``, ``write(stream, columns, units, meta)`` and ``read(path)``. It may have ``layout(path)`` for
 reading in parts (``mbdsl.results.stored``), ``mark(path, meta)``, called before the file gets its name, and
-``settle(path, meta)``, called afterwards.
-``columns`` maps signal names to arrays of one length, ``time`` first; ``units`` maps them to unit texts; ``meta`` are
-plain values (``complete``, ``model``, ``method``, ``step``, ``version``, ...).
+``settle(path, meta)``, called afterwards, and ``write_with_units`` if ``write`` leaves out the units.
+``columns`` maps signal names to arrays of one length, ``time`` first, or to objects whose slices are arrays, so that
+results of any length are written part by part (``mbdsl.results.rows_file``); ``units`` maps them to unit texts;
+``meta`` are plain values (``complete``, ``model``, ``method``, ``step``, ``version``, ...).
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ from mbdsl.storage.output_files import writing
 if TYPE_CHECKING:
     import numpy as np
 
-    Columns = Mapping[str, np.ndarray]
+    from mbdsl.results.rows_file import Column
+
+    Columns = Mapping[str, np.ndarray] | Mapping[str, Column]
     Meta = Mapping[str, str | float | bool]
 
 
@@ -60,6 +63,7 @@ def write(
     columns: Columns,
     units: Mapping[str, str] | None = None,
     meta: Meta | None = None,
+    row_of_units: bool = False,
 ) -> None:
     """Write a result file atomically: the file gets its name when it is complete.
 
@@ -68,11 +72,13 @@ def write(
     path : path
         The file; its suffix (.csv, .npz, .mat, .nc) selects the format.
     columns : dict of (N,)
-        Signal name -> values, "time" first.
+        Signal name -> values, "time" first; arrays, or objects whose slices are arrays.
     units : mapping, optional
         Signal name -> unit.
     meta : mapping, optional
         Texts and numbers that describe the run ("complete", "model", "method", ...).
+    row_of_units : bool, optional
+        Write a second row with the units, in a format that contains none otherwise (.csv).
 
     Raises
     ------
@@ -82,8 +88,9 @@ def write(
     module = format_of(path)
     target = Path(os.path.realpath(path))
     ordinary = target.is_file() or not target.exists()
+    put = getattr(module, "write_with_units", module.write) if row_of_units else module.write
     with writing(path) as stream:
-        module.write(stream, columns, units or {}, meta or {})
+        put(stream, columns, units or {}, meta or {})
         if ordinary and hasattr(module, "mark"):
             module.mark(target, meta or {})  # before the file gets its name: never incomplete and unmarked
     if ordinary and hasattr(module, "settle"):

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 SUFFIX = ".mat"
 PREFIX = "mbdsl."
+NUMBERS = 2**18  #: that are written at once
 _TYPES = {0: "<f8", 10: "<f4", 20: "<i4", 50: "u1", 51: "u1"}  #: code of little-endian matrices -> dtype
 
 
@@ -41,15 +42,19 @@ def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> 
     notes += [json.dumps(value) for value in meta.values()]
     info = [(2 if k else 0, k + 1, 0, -1) for k in range(len(signals))]
     info += [(1, k + 2, 0, 0) for k in range(len(meta))]
-    time = np.asarray(columns[signals[0]], dtype=float)
-    constants = [(time[0], time[-1]) if time.size else (0.0, 0.0)]
+    time, count = columns[signals[0]], len(columns[signals[0]])
+    constants = [(float(time[:1][0]), float(time[count - 1 :][0])) if count else (0.0, 0.0)]
     constants += [(x, x) for x in (float(v) if isinstance(v, (int, float)) else np.nan for v in meta.values())]
     _matrix(stream, "Aclass", _text(["Atrajectory", "1.1", "", "binTrans"]).T, 51)
     _matrix(stream, "name", _text(names), 51)
     _matrix(stream, "description", _text(notes), 51)
     _matrix(stream, "dataInfo", np.array(info, dtype="<i4").T, 20)
     _matrix(stream, "data_1", np.array(constants), 0)
-    _matrix(stream, "data_2", np.vstack([np.asarray(c, dtype=float) for c in columns.values()]), 0)
+    _head(stream, "data_2", (len(signals), count), 0)
+    rows = max(1, NUMBERS // len(signals))
+    for k in range(0, count, rows):
+        part = np.column_stack([np.asarray(c[k : k + rows], dtype=_TYPES[0]) for c in columns.values()])
+        stream.write(part.tobytes())
 
 
 def read(path: Path) -> tuple[dict, dict]:
@@ -128,8 +133,12 @@ def _lines(matrix: np.ndarray) -> list[str]:
     return [bytes(column).decode(errors="replace").rstrip(" \0") for column in matrix.astype("u1").T]
 
 
+def _head(stream: BinaryIO, name: str, shape: tuple[int, ...], code: int) -> None:
+    stream.write(struct.pack("<5i", code, *shape, 0, len(name) + 1) + name.encode() + b"\0")
+
+
 def _matrix(stream: BinaryIO, name: str, values: np.ndarray, code: int) -> None:
-    stream.write(struct.pack("<5i", code, *values.shape, 0, len(name) + 1) + name.encode() + b"\0")
+    _head(stream, name, values.shape, code)
     stream.write(values.astype(_TYPES[code], copy=False).tobytes(order="F"))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
@@ -11,23 +12,63 @@ if TYPE_CHECKING:
 
 SUFFIX = ".nc"
 PREFIX = "mbdsl_"  #: prefix of the global attributes of ``meta``
+ROWS = 2**16  #: number of rows that are written at once
+_BYTE, _CHAR, _DOUBLE, _DIMENSION, _VARIABLE, _ATTRIBUTE = 1, 2, 6, 10, 11, 12  #: tags of the format
 
 
 def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> None:
     import numpy as np
-    from scipy.io import netcdf_file
 
     time = next(iter(columns))
-    rows = len(columns[time])
-    with netcdf_file(stream, "w", version=2) as file:
-        file.createDimension(time, rows or None)  # the format has no empty dimension, only an unlimited one
-        for name, values in columns.items():
-            variable = file.createVariable(name, np.dtype(">f8"), (time,))
-            variable[:] = np.asarray(values, dtype=float)
-            if units.get(name):
-                variable.units = units[name].encode()
-        for key, value in meta.items():
-            setattr(file, PREFIX + key, value.encode() if isinstance(value, str) else _number(value))
+    rows, place = len(columns[time]), 0
+    for _ in range(2):  # the size of the header does not depend on the places in it
+        header = _header(time, rows, columns, units, meta, place)
+        place = len(header)
+    stream.write(header)
+    for values in columns.values():
+        for k in range(0, rows, ROWS):
+            stream.write(np.asarray(values[k : k + ROWS], dtype=">f8").tobytes())
+
+
+def _header(time: str, rows: int, columns: Mapping, units: Mapping, meta: Mapping, place: int) -> bytes:
+    """The header of a file whose first variable begins at ``place``.
+
+    scipy.io.netcdf_file holds all values in memory. Its grammar: Unidata, "NetCDF classic format specification", with
+    offsets of 64 bits. The format has no empty dimension, only an unlimited one.
+    """
+    dimension = struct.pack(">2i", _DIMENSION, 1) + _text(time) + struct.pack(">i", rows)
+    found = [_attribute(PREFIX + key, value) for key, value in meta.items()]
+    parts = [b"CDF\x02" + struct.pack(">i", 0), dimension, _list(_ATTRIBUTE, found)]
+    variables = []
+    for k, name in enumerate(columns):
+        own = [_attribute("units", units[name])] if units.get(name) else []
+        size = min(8 * rows if rows else 8, 2**32 - 1)
+        end = struct.pack(">iIq", _DOUBLE, size, place + 8 * rows * k)
+        variables.append(_text(name) + struct.pack(">2i", 1, 0) + _list(_ATTRIBUTE, own) + end)
+    return b"".join([*parts, _list(_VARIABLE, variables)])
+
+
+def _list(tag: int, items: list[bytes]) -> bytes:
+    return struct.pack(">2i", tag if items else 0, len(items)) + b"".join(items)
+
+
+def _text(text: str) -> bytes:
+    data = text.encode("latin-1")  # as scipy.io.netcdf_file reads names
+    return struct.pack(">i", len(data)) + _padded(data)
+
+
+def _padded(data: bytes) -> bytes:
+    return data + bytes(-len(data) % 4)
+
+
+def _attribute(name: str, value: str | float | bool) -> bytes:
+    """Text, a number as a double, or a boolean as a byte, which is read as a boolean."""
+    if isinstance(value, str):
+        data = value.encode()
+        return _text(name) + struct.pack(">2i", _CHAR, len(data)) + _padded(data)
+    if isinstance(value, bool):
+        return _text(name) + struct.pack(">2ib3x", _BYTE, 1, value)
+    return _text(name) + struct.pack(">2id", _DOUBLE, 1, value)
 
 
 def read(path: Path) -> tuple[dict, dict]:
@@ -61,13 +102,6 @@ def layout(path: Path) -> Layout:
             yield part
 
     return Layout(fits, {name: str(unit) for name, unit in units.items() if unit}, chunks, meta)
-
-
-def _number(value: float | bool):
-    """A boolean as a byte, which is read as a boolean; a number as a double."""
-    import numpy as np
-
-    return np.int8(value) if isinstance(value, bool) else np.float64(value)
 
 
 def _value(stored) -> str | float | bool:

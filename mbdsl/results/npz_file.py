@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 SUFFIX = ".npz"
 ABOUT = "_mbdsl"
+ROWS = 2**16  #: number of rows that are written at once
 KEEPS_MODEL = True  #: the meta data may contain the model's text
 
 
@@ -26,9 +27,14 @@ def write(stream: BinaryIO, columns: Mapping, units: Mapping, meta: Mapping) -> 
 
     about = np.array(json.dumps({"names": list(columns), "units": dict(units), "meta": dict(meta)}))
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
-        for name, values in {**{k: np.asarray(v, dtype=float) for k, v in columns.items()}, ABOUT: about}.items():
+        for name, values in columns.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
-                np.lib.format.write_array(member, values, allow_pickle=False)
+                head = {"descr": "<f8", "fortran_order": False, "shape": (len(values),)}
+                np.lib.format.write_array_header_1_0(member, head)
+                for k in range(0, len(values), ROWS):
+                    member.write(np.asarray(values[k : k + ROWS], dtype="<f8").tobytes())
+        with archive.open(f"{ABOUT}.npy", "w", force_zip64=True) as member:
+            np.lib.format.write_array(member, about, allow_pickle=False)
 
 
 def read(path: Path) -> tuple[dict, dict]:

@@ -31,6 +31,7 @@ from mbdsl.storage.output_files import check, writing
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
+    from mbdsl.simulation.streaming import Stream
 
     Model: TypeAlias = Scene | Builder | str | os.PathLike
 
@@ -38,7 +39,7 @@ FORMAT = 1
 EVERY = 60.0  #: default time between two checkpoints [s]
 #: attributes of a run that belong to the model or are recomputed
 NOT_KEPT = set(
-    "system run method options coefficients evaluate tangent inertia events jumps landings overlooked".split()
+    "system run method options coefficients evaluate tangent inertia events jumps landings overlooked rows".split()
 ) | {"_advance", "_known", "_rates"}
 Snapshot = dict[str, Any]
 
@@ -83,13 +84,13 @@ class Keeper:
         damaged or belongs to another model.
     """
 
-    def __init__(self, checkpoint: Checkpoint, motion: Motion) -> None:
+    def __init__(self, checkpoint: Checkpoint, motion: Motion, stream: Stream | None = None) -> None:
         if backend(motion.plan.method) is not None:
             raise UsageError(
                 f"there are no checkpoints of {motion.plan.method}: its state is inside another package",
                 hint="take one of mbdsl's own methods",
             )
-        self.checkpoint = checkpoint
+        self.checkpoint, self._stream = checkpoint, stream
         self.identity = {**_versions(), "model": digest(motion.system.scene), "plan": _plan(motion)}
         self.done: list[Snapshot] = []
         self._ahead: list[Snapshot] = []  # from the file, in the order of the runs
@@ -108,6 +109,8 @@ class Keeper:
         known = self._ahead.pop(0)
         try:
             _restore(motion, known)
+            if self._stream is not None and known.get("stream") is not None:
+                self._stream.restore(motion, known["stream"])
         except (KeyError, TypeError, ValueError, AttributeError) as problem:
             raise damaged(self.checkpoint.path, str(problem)) from problem
         if known["status"] is None:
@@ -139,6 +142,8 @@ class Keeper:
 
     def _write(self, motion: Motion) -> None:
         runs = [*self.done, _snapshot(motion, None)]
+        if self._stream is not None and motion.plan.streamed:
+            runs[-1]["stream"] = self._stream.state(motion)
         arrays: dict[str, np.ndarray] = {}
         about = {"format": FORMAT, **self.identity, "about": dict(self.checkpoint.about)}
         about["runs"] = [_plain(x, f"{k}", arrays) for k, x in enumerate(runs)]
@@ -226,7 +231,10 @@ def _plan(motion: Motion) -> str:
     """A digest of the settings of the run and of its initial state."""
     plan = motion.plan
     said = [plan.method, plan.h, plan.start, plan.stop, sorted(plan.options.items()), plan.general]
-    found = hashlib.sha256(json.dumps([*said, plan.tol, plan.every], default=float).encode() + plan.times.tobytes())
+    said += [plan.tol, plan.every, plan.streamed]
+    found = hashlib.sha256(json.dumps(said, default=float).encode() + plan.times.tobytes())
+    if plan.rows is not None:
+        found.update(repr(plan.rows).encode())
     for p in motion.parts:
         first = p.initial
         for x in (first.q, first.v, first.a, first.lam):
@@ -244,9 +252,10 @@ def _snapshot(motion: Motion, status: int | None) -> Snapshot:
         run = p.integration
         assert isinstance(run, Integration)
         kept = _kept(run)
-        kept["out"], kept["times"] = run.out[: run.written].copy(), run.times.copy()
+        there = run.written - run.released
+        kept["out"], kept["times"] = run.out[:there].copy(), run.times.copy()
         if run.every:
-            kept["times"] = run.times[: run.written].copy()
+            kept["times"] = run.times[:there].copy()
         parts.append({"run": kept, "events": _kept(run.events) if hasattr(run, "events") else None})
     tables = [p.system.tables.numbers.copy() for p in motion.parts]
     return {"status": status, "parts": parts, "tables": tables, "taken": motion._taken}

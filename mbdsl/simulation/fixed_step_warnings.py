@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from mbdsl.integrators.peak_zones import LONGEST
 from mbdsl.integrators.run import Integration
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.simulation.mechanism_run import KINEMATIC, Motion, Moving
+from mbdsl.simulation.run_symptoms import EnergyGrowth, Kicks
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
@@ -37,35 +39,76 @@ Array = NDArray[np.float64]
 GROWTH = 0.05
 #: growth of energy, relative to the largest energy, that is rounding
 ROUNDING = 1e-12
-#: change of velocity between two outputs, relative to the largest velocity, that may be due to a contact
-KICK = 0.25
 #: contacts with fewer steps are not resolved; step times angular frequency at which the error is about 1e-3
 FEW, RESOLVED = 10, 0.1
-#: most intervals that are computed again, most steps in each, most coordinates for which frequencies are computed
-PLACES, STEPS, LARGEST = 8, 5000, 300
+#: most steps that are computed again at a place, most coordinates for which frequencies are computed
+STEPS, LARGEST = 5000, 300
 #: the coordinate along which a law acts
 ALONG = {"fx": "x", "fy": "y", "tau": "phi"}
 
 
-def doubts(motion: Motion, trajectory: Trajectory, states: list[tuple[Array, Array]]) -> list[str]:
-    """Warnings about a run with fixed steps, or by a backend that does not search its steps for peaks of laws.
+class Watch:
+    """The search for symptoms of too long steps in the outputs of a run; they are added block by block."""
 
-    ``states`` are q and v (N, n) of each part at its outputs.
-    """
-    found = [_not_searched(motion)]
-    if motion.plan.tol is not None:
+    def __init__(self, motion: Motion) -> None:
+        self._motion, self._rows = motion, 0
+        fixed = motion.plan.tol is None
+        scene = motion.system.scene
+        self._energy: EnergyGrowth | None = None
+        self._kicks: list[tuple[Moving, Kicks] | None] = []
+        if fixed and passive(scene):
+            self._energy = EnergyGrowth([e for c in _by_law(scene) for e in law_expressions(c)])
+        for p in motion.parts:
+            looks = fixed and isinstance(p.integration, Integration) and p.method != KINEMATIC
+            looks = looks and bool(p.system.tables.switches)
+            self._kicks.append((p, Kicks(p.system.tables.scale)) if looks else None)
+
+    def add(self, trajectory: Trajectory, states: list[tuple[Array, Array]]) -> None:
+        """Add the outputs that follow; ``states`` are q and v (N, n) of each part."""
+        self._rows += len(trajectory.t)
+        if self._energy is not None:
+            self._energy.add(trajectory)
+        for looks, (q, v) in zip(self._kicks, states, strict=True):
+            if looks is not None:
+                looks[1].add(trajectory.t, q, v)
+
+    def doubts(self) -> list[str]:
+        """Warnings about a run with fixed steps, or by a backend that does not search its steps for peaks of laws."""
+        motion = self._motion
+        found = [_not_searched(motion)]
+        if motion.plan.tol is not None:
+            return [text for text in found if text]
+        peak = _first_peak(motion)
+        if self._rows >= 3:
+            found.append(None if self._energy is None else _growth(self._energy, motion.plan.h))
+            found += [_kicked(motion, *looks) for looks in self._kicks if looks is not None]
+        if peak is not None:
+            law = _law_within(motion.system.scene, peak.root)
+            if law is None or not any(text and text.startswith(f"{law.kind.name} {law.name} ") for text in found):
+                found.insert(0, _unseen(peak, law))
         return [text for text in found if text]
-    peak = _first_peak(motion)
-    if len(trajectory.t) >= 3:
-        found.append(growth(trajectory))
-        for p, (q, v) in zip(motion.parts, states, strict=True):
-            if isinstance(p.integration, Integration) and p.method != KINEMATIC and p.system.tables.switches:
-                found.append(_kicked(motion, p, trajectory.t, q, v))
-    if peak is not None:
-        law = _law_within(motion.system.scene, peak.root)
-        if law is None or not any(text and text.startswith(f"{law.kind.name} {law.name} ") for text in found):
-            found.insert(0, _unseen(peak, law))
-    return [text for text in found if text]
+
+    def state(self) -> dict[str, Any]:
+        """The state for a checkpoint."""
+        energy = None if self._energy is None else self._energy.state()
+        kicks = [None if looks is None else looks[1].state() for looks in self._kicks]
+        return {"rows": self._rows, "energy": energy, "kicks": kicks}
+
+    def restore(self, known: dict[str, Any]) -> None:
+        """Continue from a state."""
+        self._rows = int(known["rows"])
+        if self._energy is not None:
+            self._energy.restore(known["energy"])
+        for looks, kept in zip(self._kicks, known["kicks"], strict=True):
+            if looks is not None:
+                looks[1].restore(kept)
+
+
+def doubts(motion: Motion, trajectory: Trajectory, states: list[tuple[Array, Array]]) -> list[str]:
+    """Warnings about a run whose outputs are all in memory; ``states`` are q and v (N, n) of each part."""
+    watch = Watch(motion)
+    watch.add(trajectory, states)
+    return watch.doubts()
 
 
 # -- between the ends of a step -----------------------------------------------------------------------------------
@@ -126,31 +169,15 @@ def _law_within(scene: Scene, root: Expr) -> Component | None:
 # -- energy ------------------------------------------------------------------------------------------------------
 
 
-def growth(trajectory: Trajectory) -> str | None:
-    """A warning if energy grows without a source; None if it does not grow, or the model may have a source.
-
-    Forces given by an expression of the coordinate along which they act have a potential, but it is not known.
-    Therefore energies are compared at outputs at which all of these forces are zero.
-    """
-    scene = trajectory.scene
-    if not passive(scene):
+def _growth(found: EnergyGrowth, h: float) -> str | None:
+    """A warning if energy grows without a source; None if it does not grow."""
+    if found.count < 2 or not found.finite:
         return None
-    laws = [e for c in _by_law(scene) for e in law_expressions(c)]
-    t, free = trajectory.t, np.ones(len(trajectory.t), bool)
-    if laws:
-        free = ~np.any(values(trajectory.system, laws, t, trajectory.q, trajectory.v), axis=0)
-    E, T = trajectory["energy.total"], trajectory["energy.kinetic"]
-    if free.sum() < 2 or not (np.isfinite(E).all() and np.isfinite(T).all()):
+    if not found.grown > max(GROWTH * found.kinetic, ROUNDING * found.size):
         return None
-    E, t = E[free], t[free]
-    grown = E - np.minimum.accumulate(E)
-    k = int(np.argmax(grown))
-    if not grown[k] > max(GROWTH * T.max(), ROUNDING * np.abs(E).max()):
-        return None
-    least = int(np.argmin(E[: k + 1]))
     return (
-        f"energy grows by {grown[k]:.3g} J between t = {t[least]:.6g} and {t[k]:.6g} s, but the model has no source of "
-        f"energy: the step of {trajectory.stats['h']:g} s is too long; try a shorter step, or a tolerance instead"
+        f"energy grows by {found.grown:.3g} J between t = {found.since:.6g} and {found.until:.6g} s, but the model has "
+        f"no source of energy: the step of {h:g} s is too long; try a shorter step, or a tolerance instead"
     )
 
 
@@ -212,25 +239,22 @@ def _leaves_without(root: Expr, stop: set[Expr]) -> bool:
 # -- contacts ----------------------------------------------------------------------------------------------------
 
 
-def _kicked(motion: Motion, p: Moving, t: Array, q: Array, v: Array) -> str | None:
+def _kicked(motion: Motion, p: Moving, kicks: Kicks) -> str | None:
     """A warning if a law acts for a few steps only and changes velocities much; these steps are repeated."""
-    scale, h, plan = p.system.tables.scale, motion.plan.h, motion.plan
-    speed = np.abs(v * scale).max(initial=0.0)
-    kicks = np.abs(np.diff(v, axis=0) * scale).max(axis=1, initial=0.0)
-    order = [int(i) for i in np.argsort(-kicks)[:PLACES] if kicks[i] > KICK * speed]
+    h, plan = motion.plan.h, motion.plan
     numbers = p.system.tables.numbers.copy()
     try:
-        for i in sorted(order):
-            first, last = max(0, i - 1), min(len(t) - 1, i + 2)
-            steps = round((t[last] - t[first]) / h)
+        for kick in kicks.largest():
+            first = kick.first
+            steps = round((kick.last - first) / h)
             if not 1 < steps <= STEPS:
                 continue
-            a, lam = accelerations(p.system, t[first], q[first], v[first], p.initial.redundant)
-            stop = t[first] + steps * h
-            due = t[first] + h * np.arange(1.0, steps + 1)
+            a, lam = accelerations(p.system, first, kick.q, kick.v, p.initial.redundant)
+            stop = first + steps * h
+            due = first + h * np.arange(1.0, steps + 1)
             due[-1] = stop
-            again = Integration(p.system, p.method, h, t[first], stop, due, plan.options)
-            again.begin(q[first], v[first], a, lam, p.initial.redundant)
+            again = Integration(p.system, p.method, h, first, stop, due, plan.options)
+            again.begin(kick.q, kick.v, a, lam, p.initial.redundant)
             if again.advance() != loop_state.DONE:
                 continue
             if (warning := _short(p.system, due, again.out, h)) is not None:

@@ -168,7 +168,7 @@ class Motion:
         self.plan, self.failed = plan, None
         for p in self.parts:
             if isinstance(p.integration, Integration):
-                p.integration = p.integration.anew(plan.times, plan.tol, plan.every, plan.longest)
+                p.integration = p.integration.anew(plan.times, plan.tol, plan.every, plan.longest, plan.rows)
             else:
                 p.integration = _run(p.system, p.method, plan, plan.options)
             first = p.initial
@@ -297,8 +297,8 @@ class Motion:
             if found not in (loop_state.RUNNING, loop_state.DONE):
                 self.failed, self._failure = p, found
                 for other in self.parts:  # the parts behind advance to that time; results end at the last of them
-                    while other.integration.time < p.integration.time:
-                        if other.integration.advance(1) != loop_state.RUNNING:
+                    while (before := other.integration.time) < p.integration.time:
+                        if other.integration.advance(1) != loop_state.RUNNING or other.integration.time == before:
                             break
                 return found
             status = loop_state.RUNNING if found == loop_state.RUNNING else status
@@ -409,4 +409,4 @@ def _run(system: System, method: str, plan: Plan, options: Mapping[str, float | 
         from mbdsl.integrators.backends import External
 
         return External(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
-    return Integration(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest)
+    return Integration(*arguments, tol=plan.tol, every=plan.every, longest=plan.longest, rows=plan.rows)

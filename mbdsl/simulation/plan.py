@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,12 +13,14 @@ from mbdsl.errors import UsageError
 from mbdsl.integrators import declared
 from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.options import check_options
+from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.integrators.run import MOST_OUTPUT
 from mbdsl.mechanism.scene import Experiment, Scene
 from mbdsl.numerics.tolerance import misfit, rounding
 
 Array = NDArray[np.float64]
 DEFAULT_METHOD = "hht-si2"
+MOST_ROWS = 1e10  #: of a streamed run
 DEFAULT_STEP = 1e-3  #: [s] of methods with fixed steps only, and of Simulation
 DEFAULT_TOL = 1e-6  #: default tolerance of methods that control their steps by default
 DEFAULT_ERROR = 1e-4  #: default tolerance of the others, if neither a step nor a tolerance is given
@@ -40,6 +42,13 @@ class Plan:
     longest: float = np.inf  #: with a tolerance: the longest step, which is at most a fiftieth of the run
     asked: bool = True  #: whether the caller or the model gave the tolerance; else it is the default
     shown: NDArray[np.bool_] | None = None  #: which of ``times`` were requested; None: all
+    streamed: bool = False  #: rows are taken from the run while it goes on; only a window of them is in memory
+    rows: OutputTimes | None = None  #: with ``streamed``: the output times, unless every step is output
+
+    @property
+    def count(self) -> int:
+        """The number of output times after the start; 0 if every step is output."""
+        return len(self.times) if self.rows is None else self.rows.count
 
 
 def plan(
@@ -54,8 +63,12 @@ def plan(
     force: bool = False,
     general: bool = False,
     times: ArrayLike | None = None,
+    streamed: bool = False,
 ) -> Plan:
-    """The settings of a run: the checked arguments, completed by those of the model and the defaults."""
+    """The settings of a run: the checked arguments, completed by those of the model and the defaults.
+
+    ``streamed``: rows are taken from the run while it goes on.
+    """
     said = scene.experiment
     method = method or said.method or DEFAULT_METHOD
     asked = tol is not None or said.tolerance is not None
@@ -82,9 +95,13 @@ def plan(
     if interval is not None and not 0.0 <= interval < np.inf:
         raise UsageError(f"the output interval must not be negative, not {interval:g} s")
     every = tol is not None and interval == 0.0 and times is None
-    due = _output_times(scene, start, end, np.inf if every else _spacing(interval, h, start, end), times)
+    spacing, rows = np.inf if every else _spacing(interval, h, start, end), None
+    if streamed and times is None:
+        due, rows = np.zeros(0), None if every else _streamed_times(start, end, spacing)
+    else:
+        due = _output_times(scene, start, end, spacing, times)
     chosen = check_options(method, options or {}, constrained(scene), force)
-    return Plan(method, h, start, end, due, chosen, general, tol, every, asked=asked)
+    return Plan(method, h, start, end, due, chosen, general, tol, every, asked=asked, streamed=streamed, rows=rows)
 
 
 def _tolerance(method: str, step: float | None, tol: float | None, said: Experiment) -> float | None:
@@ -141,19 +158,46 @@ def _spacing(interval: float | None, h: float, start: float, end: float) -> floa
 def _output_times(scene: Scene, start: float, end: float, spacing: float, times: ArrayLike | None) -> Array:
     """Output times (N,) after the start [s]: the given ones, else at this spacing; none if it is infinite."""
     given = _asked(times, start, end) if times is not None else None
-    points = np.ceil((end - start) / spacing - 1e-9) if end > start and np.isfinite(spacing) else 0.0
-    points = points if given is None else len(given)
-    columns = sum(2 * len(c.coordinates) + c.kind.rows for c in scene.components.values())
+    points = _points(start, end, spacing) if given is None else float(len(given))
+    columns = width(scene)
     if not points * columns <= MOST_OUTPUT:
         raise UsageError(
             f"{points:.3g} output points of {columns} numbers do not fit in memory",
             hint=f"give an output interval of {(end - start) * columns / MOST_OUTPUT:.2g} s or more",
         )
-    if given is None:
-        given = start + spacing * np.arange(1.0, int(points) + 1) if points else np.zeros(0)
-    if points:
-        given[-1] = end
-    return given
+    return OutputTimes(start, end, spacing, int(points)).part(0, int(points)) if given is None else given
+
+
+def _streamed_times(start: float, end: float, spacing: float) -> OutputTimes:
+    points = _points(start, end, spacing)
+    if not points <= MOST_ROWS:
+        least = (end - start) / MOST_ROWS
+        raise UsageError(f"{points:.3g} output points are too many", hint=f"give an output interval of {least:.2g} s")
+    return OutputTimes(start, end, spacing, int(points))
+
+
+def _points(start: float, end: float, spacing: float) -> float:
+    """The number of output times."""
+    return float(np.ceil((end - start) / spacing - 1e-9)) if end > start and np.isfinite(spacing) else 0.0
+
+
+def width(scene: Scene) -> int:
+    """The number of coordinates, velocities and multipliers, which are the columns of the output of a run."""
+    return sum(2 * len(c.coordinates) + c.kind.rows for c in scene.components.values())
+
+
+def in_memory(plan: Plan, scene: Scene) -> Plan:
+    """A plan that is not streamed, with all its output times.
+
+    Raises
+    ------
+    UsageError
+        If the output does not fit in memory.
+    """
+    if plan.rows is None:
+        return replace(plan, streamed=False)
+    due = _output_times(scene, plan.start, plan.stop, plan.rows.spacing, None)
+    return replace(plan, streamed=False, rows=None, times=due)
 
 
 def check_rounding(tol: float, magnitude: float, what: str) -> None:

@@ -22,6 +22,7 @@ from mbdsl.simulation.interrupts import deferred
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import check_rounding, plan
 from mbdsl.simulation.progress import Progress
+from mbdsl.simulation.streaming import Stream
 from mbdsl.simulation.tolerance_calibration import Found, calibrated
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.storage import cache_folder
@@ -66,10 +67,12 @@ def simulated(
     announce: Callable[[str], None] | None = None,
     checkpoint: Checkpoint | str | PathLike | None = None,
     inspect: Callable[[Motion], None] | None = None,
+    stream: Stream | None = None,
 ) -> Trajectory:
     """As :func:`mbdsl.simulate` without an accuracy, but return the trajectory of a run interrupted between steps.
 
-    ``inspect`` is called with the completed motion.
+    ``inspect`` is called with the completed motion. A ``stream`` takes the rows of a long run while it goes on; the
+    trajectory then contains only the last of them.
 
     Raises
     ------
@@ -79,10 +82,14 @@ def simulated(
     seconds, lap = _stopwatch()
     scene = as_scene(model, parameters, without)
     lap("parse")
-    run = plan(scene, method, step, tol, start, stop, interval, options, force, general, times)
+    run = plan(scene, method, step, tol, start, stop, interval, options, force, general, times, stream is not None)
     if scene.experiment.tolerance is not None and run.tol is None and announce is not None:
         announce(f"the model's Tolerance is not used: steps have a fixed size, {run.h:g} s")
     motion = Motion(scene, run)
+    if stream is not None:
+        stream.settle(motion)
+    if not motion.plan.streamed:
+        stream = None
     lap("build")
     if announce is not None and not motion.is_compiled:
         announce(cache_folder.compiling())
@@ -98,17 +105,17 @@ def simulated(
         asked |= {"interval": interval, "options": dict(options or {})}
         asked |= {"times": None if times is None else np.asarray(times).tolist()}
         asked |= {"force": force, "general": general, "parameters": dict(parameters or {}), "without": list(without)}
-        keeper = Keeper(of_run(checkpoint, model, asked), motion)
+        keeper = Keeper(of_run(checkpoint, model, asked), motion, stream)
     motion.watch()
     lap("initialise")
     with deferred(1) as heard:
         if run.tol is None or not motion.parts or run.stop == run.start:
-            status, found = _integrate(motion, progress, keeper, heard), Found()
+            status, found = _integrate(motion, progress, keeper, heard, stream), Found()
         else:
-            status, found = calibrated(motion, run.tol, lambda: _integrate(motion, progress, keeper, heard))
+            status, found = calibrated(motion, run.tol, lambda: _integrate(motion, progress, keeper, heard, stream))
         lap("integrate")
-        trajectory, states = _collect(motion, run.tol, found, status, seconds)
-        _check(motion, trajectory, states, status)
+        trajectory, states = _collect(motion, run.tol, found, status, seconds, stream)
+        _check(motion, trajectory, states, status, stream)
         if inspect is not None:
             inspect(motion)
         if keeper is not None and keeper.problem:
@@ -148,14 +155,17 @@ def _announce_redundant(motion: Motion, announce: Callable[[str], None]) -> None
             announce(f"  {line}")
 
 
-def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: Sequence[int] = ()) -> int:
+def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: Sequence[int] = (), stream=None) -> int:
     """Advance in slices of about a tenth of a second, between which progress is shown and interruptions are handled.
 
     ``before`` are signals received outside of the loop: they end it after a slice.
     """
     slice_, begun, plan = SLICE, perf_counter(), motion.plan
+    stream = stream if plan.streamed else None
     if keeper is not None and (known := keeper.begin(motion)) is not None:
         return known
+    if stream is not None:
+        stream.begin(motion)
     try:
         with deferred() as heard:
             while not heard:
@@ -166,6 +176,10 @@ def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: S
                     if keeper is not None and status == loop_state.DONE:
                         keeper.end(motion, status)
                     return status
+                if stream is not None:
+                    stream.pause(motion)
+                    if stream.problem:
+                        break
                 if keeper is not None:
                     keeper.pause(motion)
                 if progress is not None:
@@ -182,10 +196,14 @@ def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: S
     return loop_state.RUNNING
 
 
-def _check(motion: Motion, trajectory: Trajectory, states: list, status: int) -> None:
+def _check(motion: Motion, trajectory: Trajectory, states: list, status: int, stream: Stream | None) -> None:
     """Raise the error of a run that failed; else complete its statistics."""
     if status not in (loop_state.DONE, loop_state.RUNNING):
         raise failure(motion, trajectory, status)
+    if stream is not None:
+        stream.check(trajectory)
+        trajectory.stats["warnings"] = stream.watched(motion).doubts() if status == loop_state.DONE else []
+        return
     check_left_out(motion, trajectory, states)
     check_bending(trajectory)
     trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == loop_state.DONE else []
@@ -193,12 +211,16 @@ def _check(motion: Motion, trajectory: Trajectory, states: list, status: int) ->
         motion.outgrown()  # errors are relative to the same size as in a run with a tolerance
 
 
-def _collect(motion: Motion, tol: float | None, found: Found, status: int, seconds: dict) -> tuple[Trajectory, list]:
+def _collect(
+    motion: Motion, tol: float | None, found: Found, status: int, seconds: dict, stream: Stream | None
+) -> tuple[Trajectory, list]:
     """The trajectory, and q and v of every part."""
     plan, system = motion.plan, motion.system
-    t, q, v, lam, states = motion.output(status != loop_state.DONE)
+    partial = status != loop_state.DONE
+    t, q, v, lam, states = motion.output(partial) if stream is None else stream.end(motion, partial)
     stats = {
         "method": plan.method,
+        "options": dict(plan.options),
         "h": plan.h if plan.tol is None else None,
         "tol": tol,
         "error": found.error,

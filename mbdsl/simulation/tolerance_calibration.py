@@ -55,8 +55,10 @@ MOST, LEAST, MOST_STEPS = 14, 1e-5, 2e7
 CHANCE, CHANCE_OF_BACKENDS = 3.0, 30.0
 #: the runs converge if two further runs reduce the difference to this part of it
 FALLS = 0.7
-#: least number of times at which runs are compared
-POINTS = 200
+#: least number of times at which runs are compared, and the largest one
+POINTS, MOST_COMPARED = 200, 10_000
+#: largest number of outputs in a step, for runs with more outputs than these
+DENSE = 512
 #: logarithm of the amplification above which steps have to resolve its rate; rate times step; the shortest such step,
 #: relative to the run
 GROWN, RESOLVED, SHORTEST = 10.0, 0.5, 2e-4
@@ -132,7 +134,15 @@ class _Ladder:
         self.first = max(FIRST * tol, STRICTEST) if self.order <= 2 else FIRST_OF_HIGH_ORDER * tol
         self.first = min(self.first, LOOSEST)
         self.times, self.shown = plan.times, None
-        if plan.every or len(plan.times) < POINTS:
+        #: whether the best run is repeated with all its outputs, of which the calibration runs have a part or none
+        self.again = plan.every or plan.count > MOST_COMPARED
+        #: longest step: methods interpolate, so that a very long one would have very many outputs
+        self.dense = DENSE * self.span / plan.count if plan.count > MOST_COMPARED else np.inf
+        if plan.count > MOST_COMPARED:
+            rows = np.arange(0, plan.count, -(-plan.count // MOST_COMPARED))
+            rows = np.append(rows, plan.count - 1) if rows[-1] < plan.count - 1 else rows
+            self.times = plan.times[rows] if plan.rows is None else plan.rows.at(rows)
+        elif plan.every or len(plan.times) < POINTS:
             even = np.linspace(plan.start, plan.stop, POINTS + 1)[1:]
             self.times = even if plan.every else np.union1d(even, plan.times)
             self.shown = None if plan.every else np.isin(self.times, plan.times)
@@ -168,7 +178,8 @@ class _Ladder:
     def _held_to(self, eps: float) -> Plan:
         # the longest step depends on eps, so that errors decrease with eps where steps have that length, too
         longest = LONGEST * self.span * (eps / self.first) ** (1.0 / self.order)
-        return replace(self.plan, tol=eps, longest=min(longest, self.longest), times=self.times, every=False)
+        longest = min(longest, self.longest, self.dense)
+        return replace(self.plan, tol=eps, longest=longest, times=self.times, every=False, streamed=False, rows=None)
 
     def _run(self, eps: float) -> Trial:
         motion = self.motion
@@ -330,7 +341,7 @@ class _Ladder:
         if last.steps * sum(p.system.n + p.system.unknowns for p in motion.parts) > MOST_NUMBERS:
             return
         present, held = motion.keep(), self._held_to(last.eps)
-        motion.restart(replace(held, times=self.plan.times, every=True, longest=min(held.longest, self.span / SAMPLES)))
+        motion.restart(replace(held, times=np.zeros(0), every=True, longest=min(held.longest, self.span / SAMPLES)))
         status = self.integrate()
         self.interrupted = status == loop_state.RUNNING and not motion.bent()
         steps, kept, before = motion.steps, motion.keep(), coarse.log[-1]
@@ -390,10 +401,11 @@ class _Ladder:
             best = min(whole, key=lambda x: x.error)
         status = best.status
         motion.recall(best.kept)
-        others = [x for x in [*trials, *self.failed] if x is not best or self.plan.every]
+        others = [x for x in [*trials, *self.failed] if x is not best or self.again]
         motion.trial_steps = self.lost + sum(x.steps for x in others)
-        if self.plan.every:
-            motion.restart(replace(self._held_to(best.eps), times=self.plan.times, every=True))
+        if self.again:
+            plan, held = self.plan, self._held_to(best.eps)
+            motion.restart(replace(plan, tol=held.tol, longest=held.longest))
             status = self.integrate()
         if not len(best.claim):
             return status, Found()

@@ -96,7 +96,7 @@ class Animation(SavedPage):
 
     def _about(self) -> list[tuple[str, str]]:
         trajectory, stats = self._trajectory, self._trajectory.stats
-        rows = f"{len(trajectory.t)} stored, {len(self.motion.t)} shown"
+        rows = f"{stats.get('rows', len(trajectory.t))} stored, {len(self.motion.t)} shown"
         found = [("model", trajectory.scene.name), ("frames", rows)]
         if stats.get("method"):
             found.append(("method", str(stats["method"])))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,15 +112,16 @@ def extremes(values: Array, limits: NDArray[np.int64] | None) -> Array:
     """The smallest and the largest value of each part, in the order in which they occur."""
     if limits is None:
         return values
-    found = np.empty(2 * (len(limits) - 1))
-    for k, (a, b) in enumerate(pairwise(limits.tolist())):
-        part = values[a:b]
-        if np.isnan(part).all():
-            found[2 * k : 2 * k + 2] = np.nan
-            continue
-        i, j = sorted((int(np.nanargmin(part)), int(np.nanargmax(part))))
-        found[2 * k : 2 * k + 2] = part[i], part[j]
-    return found
+    first = limits[:-1]
+    part = np.repeat(np.arange(len(first)), np.diff(limits))
+    places = []
+    for extreme in (np.fmin.reduceat(values, first), np.fmax.reduceat(values, first)):
+        hits = np.flatnonzero(values == extreme[part])
+        hits = hits[np.diff(part[hits], prepend=-1) > 0]  # the first one of each part
+        place = first.copy()  # of a part without finite values
+        place[part[hits]] = hits
+        places.append(place)
+    return values[np.sort(places, axis=0)].T.ravel()
 
 
 def _names(trajectory: Trajectory) -> Iterator[str]:

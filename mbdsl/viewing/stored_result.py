@@ -11,6 +11,8 @@ from mbdsl.errors import UsageError
 from mbdsl.lang.stored_model import from_text
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
+from mbdsl.plotting.thinned_rows import thinned
+from mbdsl.results.stored import open_result
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system.system import System, build
 
@@ -24,11 +26,11 @@ def is_result(path: str | os.PathLike) -> bool:
 
 def has_model(path: str | os.PathLike) -> bool:
     """Whether a result file contains its model."""
-    return bool(results.read(path)[1].get("source"))
+    return bool(open_result(path).layout.meta.get("source"))
 
 
 def stored_trajectory(path: str | os.PathLike, scene: Scene | None = None) -> tuple[Trajectory, list[str] | None]:
-    """The trajectory of a result file.
+    """The trajectory of a result file; of a long one, rows that keep the extremes of its signals.
 
     Parameters
     ----------
@@ -49,7 +51,8 @@ def stored_trajectory(path: str | os.PathLike, scene: Scene | None = None) -> tu
     UsageError
         If the file cannot be read, contains no model or lacks coordinates; the message states the remedy.
     """
-    columns, meta = results.read(path)
+    result = open_result(path)
+    meta = result.layout.meta
     if scene is None:
         if not (text := meta.get("source")):
             raise UsageError(
@@ -57,6 +60,9 @@ def stored_trajectory(path: str | os.PathLike, scene: Scene | None = None) -> tu
                 hint=f"mbdsl animate MODEL.mbd --result {path!s}; or write `.npz`, which contains the model",
             )
         scene = from_text(str(text))
+    rows = thinned(result)
+    columns = rows.columns()
+    columns["time"] = columns.pop(result.time)
     _check(columns, path)
     system = build(scene)
     q, _ = _states(system, columns, False, path)
@@ -66,6 +72,7 @@ def stored_trajectory(path: str | os.PathLike, scene: Scene | None = None) -> tu
     complete = complete and len(inputs) == len(scene.inputs)
     status = "done" if meta.get("complete", True) else "interrupted"
     stats = {"status": str(meta.get("status", status)), "method": meta.get("method"), "h": meta.get("step")}
+    stats["rows"] = rows.count
     trajectory = Trajectory(system, time, q, v, None, stats | {"tol": meta.get("tolerance")}, inputs=inputs)
     trajectory.supply(columns)
     names = [name for name in columns if name in trajectory and name != "time"]
@@ -79,9 +86,6 @@ def _check(columns: dict, path: str | os.PathLike) -> None:
         raise UsageError(f"`{path!s}` has no column `time`", hint="give a result of mbdsl simulate")
     if not np.isfinite(time).all() or (np.diff(time) < 0.0).any():
         raise UsageError(f"the times of `{path!s}` do not ascend")
-    wrong = [name for name, x in columns.items() if np.shape(x) != time.shape]
-    if wrong:
-        raise UsageError(f"columns of `{path!s}` differ in length from `time`: {few(wrong)}")
 
 
 def _states(system: System, columns: dict, rates: bool, path: str | os.PathLike) -> tuple[np.ndarray, bool]:

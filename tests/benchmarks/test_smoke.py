@@ -182,3 +182,8 @@ def test_what_accuracy_costs_is_what_was_measured(monkeypatch):
     assert benchmark.at(1e-3, [1e-2, 1e-4], [1.0, 4.0]) == pytest.approx(2.0)
     assert benchmark.at(1e-1, [1e-2, 1e-4], [1.0, 4.0]) == 1.0
     assert benchmark.at(1e-5, [1e-2, 1e-4], [1.0, 4.0]) != benchmark.at(1e-5, [1e-2, 1e-4], [1.0, 4.0])  # unknown
+
+
+def test_long_results(tmp_path, capsys):
+    script("long_results").run(2000, tmp_path, "info")
+    assert re.search(r"^info npz +[\d.]+ +[\d.]+ +\d+ +\d+ MB$", capsys.readouterr().out, re.MULTILINE)

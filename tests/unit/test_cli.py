@@ -217,7 +217,7 @@ def test_result_files_know_what_they_are(say, simulation):
     say("simulate", "m.mbd", "--output", "m.npz")
     assert results.read("m.npz")[1] == {
         "complete": True, "model": "Crank", "method": "hht-si2", "step": 0.1, "status": "done",
-        "version": mbdsl.__version__,
+        "version": mbdsl.__version__, "steps": 10, "iterations": 21,
     }  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 import os
 import tracemalloc
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import scipy.io
 from mbdsl import results
 from mbdsl.elements import kinds
 from mbdsl.errors import UsageError
-from mbdsl.results import csv_file
+from mbdsl.results import csv_file, rows_file
 from mbdsl.results.stored import USUAL_UNITS, open_result
 
 SUFFIXES = sorted(results.formats())
@@ -79,19 +80,71 @@ def test_memory_does_not_grow_with_the_result(tmp_path, suffix):
     assert peak < 500_000
 
 
-def test_csv_with_and_without_pandas(tmp_path, monkeypatch):
-    path = tmp_path / "r.csv"
-    results.write(path, columns(), UNITS, {"complete": True})
-    known = [c for _, c in open_result(path).chunks(["O.fx", "a.x", "link[1,2].w"], 300)]
+def test_csv_by_both_readers(tmp_path, monkeypatch):
+    """Numbers of all sizes are read to the same bits by the fast and by the strict reader."""
+    path, random = tmp_path / "r.csv", np.random.default_rng(1)
+    bits = random.integers(0, 2**63, 3000).view(float)
+    results.write(path, {"time": np.arange(3000) / 7.0, "a.x": bits, "b.x": -bits[::-1]})
+    known = [c for _, c in open_result(path).chunks(["b.x", "a.x"], 800)]
     used = []
-    by_pandas = csv_file._by_pandas
-    monkeypatch.setattr(csv_file, "_by_pandas", lambda *given: used.append(given) or by_pandas(*given))
-    monkeypatch.setattr(csv_file, "LARGE", 0)
-    found = [c for _, c in open_result(path).chunks(["O.fx", "a.x", "link[1,2].w"], 300)]
-    assert used
+    fast = csv_file._fast
+    monkeypatch.setattr(csv_file, "_fast", lambda *given: used.append(fast(*given)) or used[-1])
+    monkeypatch.setattr(csv_file, "MANY", 0)
+    found = [c for _, c in open_result(path).chunks(["b.x", "a.x"], 800)]
+    assert all(x is not None for x in used)
     for a, b in zip(known, found, strict=True):
         assert list(a) == list(b)
         assert all(np.array_equal(a[name], b[name], equal_nan=True) for name in a)
+
+
+def test_rows_that_only_the_strict_reader_can_judge(tmp_path, monkeypatch):
+    monkeypatch.setattr(csv_file, "MANY", 0)
+    for text in ("1,2x", "1", "1,", "1,--2 "):
+        (tmp_path / "r.csv").write_text(f"time,a.x\n0,1\n{text}\n2,3\n")
+        with pytest.raises(UsageError, match=r"is not a \.csv result file"):
+            list(open_result(tmp_path / "r.csv").chunks(["a.x"]))
+
+
+def test_row_of_units(tmp_path):
+    path = tmp_path / "r.csv"
+    results.write(path, columns(), UNITS, {"complete": True}, row_of_units=True)
+    assert path.read_bytes().split(b"\n")[1] == b"s,m,rad/s,N"
+    result = open_result(path)
+    assert [result.unit(name) for name in result.names] == ["m", "rad/s", "N"]
+    for name, x in results.read(path)[0].items():
+        assert np.array_equal(x, columns()[name], equal_nan=True)
+        assert np.array_equal(np.concatenate([c[name] for _, c in result.chunks([name], 300)]), x, equal_nan=True)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_files_written_in_parts_are_the_same(tmp_path, suffix, monkeypatch):
+    """Rows from a scratch file of small blocks give the same bytes as arrays."""
+    monkeypatch.setattr(rows_file, "ROWS", 16)
+    whole = columns(203)
+    results.write(tmp_path / f"a{suffix}", whole, UNITS, {"complete": True})
+    with rows_file.RowsFile(list(whole), tmp_path / "b") as file:
+        for first, end in pairwise([0, 1, 90, 96, 203]):
+            file.append([x[first:end] for x in whole.values()])
+        results.write(tmp_path / f"b{suffix}", file.columns(), UNITS, {"complete": True})
+    assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
+
+
+@pytest.mark.parametrize("count", [0, 16, 21])
+def test_a_kept_file_of_rows_is_continued(tmp_path, monkeypatch, count):
+    monkeypatch.setattr(rows_file, "ROWS", 16)
+    data = np.random.default_rng(2).random((3, 50))
+    file = rows_file.RowsFile("abc", tmp_path / "rows", kept=True)
+    file.append(data[:, :count])
+    file.flush()
+    file.append(-data)  # lost in the power cut
+    file.close()
+    again = rows_file.RowsFile("abc", tmp_path / "rows", kept=True, count=count)
+    again.append(data[:, count:])
+    assert all(np.array_equal(x[:], data[k]) for k, x in enumerate(again.columns().values()))
+    again.remove()
+    assert os.listdir(tmp_path) == []
+    with pytest.raises(UsageError, match="has fewer than 5 rows"):
+        rows_file.RowsFile("abc", tmp_path / "short", kept=(tmp_path / "short").write_bytes(b"") == 0, count=5)
 
 
 @pytest.mark.parametrize("transposed", [True, False])

@@ -22,8 +22,10 @@ from mbdsl.integrators.loop.loop_state import (
     DONE,
     EVENT,
     EVERY,
+    FULL,
     HISTORY,
     LOOK,
+    MARGIN,
     NEXT_EVENT,
     NOTES,
     NOW,
@@ -65,6 +67,8 @@ def advance(step, formulas, steps, times, out, run):
     for _ in range(steps):
         if finished(run):
             return DONE
+        if integers[MARGIN] > 0 and times.size - integers[OUTPUT] < integers[MARGIN]:
+            return FULL
         h = step.trial_length(run)
         if integers[ZONES] > 0:
             h = until_zone(h, run)

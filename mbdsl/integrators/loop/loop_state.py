@@ -4,8 +4,8 @@ from __future__ import annotations
 
 # -- status --------------------------------------------------------------------------------------------------
 # EVENT: a step has ended at a known time or shortly before a switch; LOOK: ``reals`` holds no further zone; RETRY: a
-# shorter step is to be tried
-RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EVENT, LOOK, RETRY = range(11)
+# shorter step is to be tried; FULL: there may be too little room for the output of the next step
+RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EVENT, LOOK, RETRY, FULL = range(12)
 
 # -- reals of the run ----------------------------------------------------------------------------------------
 # times of start and stop; step size; time at the end of the step; contraction of Newton's iteration; its tolerances,
@@ -40,7 +40,9 @@ WATCHING, SIGNATURE, CORNERS, CUT, EVENTS = range(20, 25)
 # of zones: index of the next zone; number of zones in ``reals``; number of states recorded behind the other reals, and
 # its limit
 NEXT_ZONE, ZONES, NOTED, NOTES = range(25, 29)
-INTEGERS = 29
+# number of rows that must be free in the output before a step; 0: all rows of the run have room
+MARGIN = 29
+INTEGERS = 30
 #: name in the statistics -> index in ``integers``
 COUNTERS = {
     "rejected": REJECTED,

@@ -167,7 +167,7 @@ def test_a_run_without_any_state_has_no_page(say, folder, monkeypatch):
         ({"x": [1.0]}, "has no column `time`"),
         ({"time": [0.0, 2.0, 1.0], "mass.x": [0.0, 1.0, 2.0], "mass.y": [0.0, 1.0, 2.0]}, "do not ascend"),
         ({"time": [0.0, np.nan], "mass.x": [0.0, 1.0], "mass.y": [0.0, 1.0]}, "do not ascend"),
-        ({"time": [0.0, 1.0], "mass.x": [0.0, 1.0, 2.0]}, "differ in length from `time`: mass.x"),
+        ({"time": [0.0, 1.0], "mass.x": [0.0, 1.0, 2.0]}, "lacks coordinates of bodies: mass.x"),
         ({"time": [], "mass.x": [], "mass.y": []}, "the trajectory of Pendulum is empty"),
     ],
 )

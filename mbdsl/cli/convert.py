@@ -1,0 +1,104 @@
+"""mbdsl convert: a result file in another format, or a part of it."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from mbdsl import results
+from mbdsl.cli import _values as values
+from mbdsl.errors import UsageError
+from mbdsl.messages import count, visible
+from mbdsl.results.selection import select
+from mbdsl.storage import output_files
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import numpy as np
+
+    from mbdsl.results.stored import Result
+
+    Columns = dict[str, np.ndarray]
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    suffixes = ", ".join(results.formats())
+    parser = subparsers.add_parser(
+        "convert",
+        help="write a result file in another format, or a part of it",
+        description=f"Write a result in the format of another suffix ({suffixes}). Files of any length are read and "
+        "written in parts.",
+    )
+    parser.add_argument("result", metavar="RESULT", help=f"result file ({suffixes})")
+    parser.add_argument("--out", metavar="FILE", required=True, help="the file to write; its suffix is the format")
+    parser.add_argument("--signals", metavar="PATTERN,...", help="signals to write (globs); default: all")
+    parser.add_argument("--start", metavar="T0", type=values.seconds, help="leave out earlier rows")
+    parser.add_argument("--stop", metavar="T1", type=values.seconds, help="leave out later rows")
+    thin = parser.add_mutually_exclusive_group()
+    thin.add_argument("--every", metavar="N", type=_whole, help="write each N-th row, the first one included")
+    thin.add_argument(
+        "--most", metavar="N", type=_whole, help="write at most N rows, with the least and greatest values of signals"
+    )
+    parser.add_argument("--units", action="store_true", help="write the units to the second row of a .csv file")
+    return parser
+
+
+def _whole(text: str) -> int:
+    if not text.isdecimal() or not int(text):
+        raise argparse.ArgumentTypeError(f"expected a whole number above 0, found `{text}`")
+    return int(text)
+
+
+def run(args: argparse.Namespace) -> int:
+    from mbdsl.results.rows_file import RowsFile
+    from mbdsl.results.stored import open_result
+
+    results.format_of(args.out)
+    output_files.check([args.out], [args.result])
+    if args.start is not None and args.stop is not None and args.stop < args.start:
+        raise UsageError(f"--stop {args.stop:g} s is before --start {args.start:g} s")
+    result = open_result(args.result)
+    names = result.names
+    if args.signals:
+        names = [name for name in select(values.patterns(args.signals), names, args.result) if name != result.time]
+    units = {"time": "s", **{name: result.unit(name) for name in names}}
+    about = dict(result.layout.meta)
+    if not getattr(results.format_of(args.out), "KEEPS_MODEL", False):
+        about.pop("source", None)
+    with RowsFile(["time", *names], args.out) as file:
+        for columns in _rows(args, result, names):
+            file.append([columns[result.time], *(columns[name] for name in names)])
+        results.write(args.out, file.columns(), units, about, row_of_units=args.units)
+        print(f"{visible(args.out, line=True)}: {count(file.count, 'row')}, time and {count(len(names), 'signal')}")
+    return 0
+
+
+def _rows(args: argparse.Namespace, result: Result, names: list[str]) -> Iterator[Columns]:
+    """The chosen rows, in parts."""
+    if args.most is None:
+        yield from _within(args, result, names)
+        return
+    from mbdsl.plotting.thinned_rows import ThinnedRows
+
+    rows = ThinnedRows([result.time, *names], result.time, args.most)
+    for columns in _within(args, result, names):
+        rows.add(columns)
+    yield rows.columns()
+
+
+def _within(args: argparse.Namespace, result: Result, names: list[str]) -> Iterator[Columns]:
+    """The rows from ``--start`` to ``--stop``, each N-th of them with ``--every``."""
+    import numpy as np
+
+    seen = 0
+    for times, columns in result.chunks(names):
+        keep = np.ones(len(times), bool)
+        if args.start is not None:
+            keep &= times >= args.start
+        if args.stop is not None:
+            keep &= times <= args.stop
+        chosen = np.flatnonzero(keep)
+        if args.every:
+            chosen, seen = chosen[-seen % args.every :: args.every], seen + len(chosen)
+        yield {name: x[chosen] for name, x in columns.items()}

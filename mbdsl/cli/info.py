@@ -1,0 +1,173 @@
+"""mbdsl info: the content of a result file."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from mbdsl.cli import _values as values
+from mbdsl.messages import count, duration, visible
+from mbdsl.results.selection import select
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from mbdsl.results.stored import Result
+
+MOST = 30  #: signals that are listed without --signals
+WIDTH = 80
+ABOUT = ("model", "method", "options", "step", "tolerance", "error", "horizon", "steps", "iterations", "version")
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "info",
+        help="show the content of a result file",
+        description="Print model, method, times and rows of a result file, and the unit, the first, the last, the "
+        "least and the greatest value of its signals.",
+    )
+    parser.add_argument("result", metavar="RESULT", help="result file")
+    parser.add_argument(
+        "--signals", metavar="PATTERN,...", help=f"signals to list (globs); default: the first {MOST}; '*' lists all"
+    )
+    return parser
+
+
+@dataclass
+class Range:
+    """First, last, least and greatest value of a signal, and the number of values that are not finite."""
+
+    first: float = float("nan")
+    last: float = float("nan")
+    least: float = float("inf")
+    greatest: float = float("-inf")
+    missing: int = 0
+
+
+@dataclass
+class Content:
+    """Ranges of signals, and of the times with their least and greatest difference."""
+
+    rows: int = 0
+    shortest: float = float("inf")
+    longest: float = 0.0
+    time: Range = field(default_factory=Range)
+    signals: dict[str, Range] = field(default_factory=dict)
+
+
+def run(args: argparse.Namespace) -> int:
+    from mbdsl.results.stored import open_result
+
+    result = open_result(args.result)
+    chosen = result.names[:MOST]
+    if args.signals:
+        chosen = [x for x in select(values.patterns(args.signals), result.names, args.result) if x != result.time]
+    content = _content(result, chosen)
+    for line in [*_head(args.result, result, content), *_table(result, content)]:
+        print(line)
+    if not args.signals and len(result.names) > MOST:
+        print(f"... {len(result.names) - MOST} more; --signals '*' lists all")
+    return 0
+
+
+def _content(result: Result, names: list[str]) -> Content:
+    import numpy as np
+
+    found = Content(signals={name: Range() for name in names})
+    for times, columns in result.chunks(names):
+        if not len(times):
+            continue
+        steps = np.diff(times, prepend=found.time.last) if found.rows else np.diff(times)
+        if len(steps):
+            found.shortest = min(found.shortest, float(steps.min()))
+            found.longest = max(found.longest, float(steps.max()))
+        _add(found.time, times, not found.rows)
+        for name in names:
+            _add(found.signals[name], columns[name], not found.rows)
+        found.rows += len(times)
+    return found
+
+
+def _add(known: Range, values: np.ndarray, first: bool) -> None:
+    import numpy as np
+
+    if first:
+        known.first = float(values[0])
+    known.last = float(values[-1])
+    finite = np.isfinite(values)
+    if not finite.all():
+        known.missing += int((~finite).sum())
+        values = values[finite]
+    known.least = min(known.least, float(values.min(initial=np.inf)))
+    known.greatest = max(known.greatest, float(values.max(initial=-np.inf)))
+
+
+def _head(path: str, result: Result, content: Content) -> list[str]:
+    meta = result.layout.meta
+    status = "complete" if meta.get("complete", True) else f"incomplete: {meta.get('status', 'the run has not ended')}"
+    lines = [f"{visible(path, line=True)}: {_bytes(os.path.getsize(path))}, {status}"]
+    for key in ABOUT:
+        if (value := meta.get(key)) not in (None, ""):
+            text = f"mbdsl {value}" if key == "version" else _value(key, value)
+            text += ", its text is in the file" if key == "model" and meta.get("source") else ""
+            lines += _wrapped(key, text)
+    if content.rows:
+        span = f"{content.time.first:.9g} ... {content.time.last:.9g} s, {count(content.rows, 'row')}"
+        lines.append(f"{'time':<12}{span}{_steps(content)}")
+    else:
+        lines.append(f"{'time':<12}no rows")
+    lines.append(f"{'signals':<12}{len(result.names)}")
+    return lines
+
+
+def _steps(content: Content) -> str:
+    """The differences of the times, if there are some."""
+    if content.rows < 2:
+        return ""
+    if content.longest - content.shortest <= 1e-6 * content.longest:
+        return f" every {duration(content.longest)}"
+    return f", {duration(content.shortest)} to {duration(content.longest)} apart"
+
+
+def _value(key: str, value: object) -> str:
+    if not isinstance(value, float):
+        return visible(str(value), line=True)
+    if key in ("step", "horizon"):
+        return duration(value)
+    return f"{value:.0f}" if value.is_integer() and abs(value) < 1e15 else f"{value:.6g}"
+
+
+def _wrapped(key: str, text: str) -> list[str]:
+    import textwrap
+
+    lines = textwrap.wrap(text, WIDTH - 12) or [""]
+    return [f"{key if k == 0 else '':<12}{line}" for k, line in enumerate(lines)]
+
+
+def _bytes(size: int) -> str:
+    for unit, factor in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if size >= factor:
+            return f"{size / factor:.3g} {unit}"
+    return f"{size} bytes"
+
+
+def _table(result: Result, content: Content) -> list[str]:
+    if not content.signals:
+        return []
+    names = {name: visible(name, line=True) for name in content.signals}
+    wide = min(max(map(len, names.values())), WIDTH - 55)
+    lines = [f"{'':<{wide}}  {'unit':<7}" + "".join(f"{title:>11}" for title in ("first", "last", "least", "greatest"))]
+    for name, known in content.signals.items():
+        text = names[name]
+        if len(text) > wide:
+            lines.append(text)
+            text = ""
+        empty = known.least > known.greatest
+        numbers = (known.first, known.last, *((float("nan"),) * 2 if empty else (known.least, known.greatest)))
+        row = f"{text:<{wide}}  {result.unit(name)[:7]:<7}" + "".join(f"{x:>11.4g}" for x in numbers)
+        lines.append(f"{row} *" if known.missing else row)
+    if any(known.missing for known in content.signals.values()):
+        lines.append("* has values that are not finite; least and greatest are those of the others")
+    return lines
