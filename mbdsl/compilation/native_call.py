@@ -52,6 +52,27 @@ class Native:
         self._owner = owner  # keeps the machine code in memory
 
     def __call__(self, *arguments):
+        return self._call(self._block(arguments))
+
+    def prepared(self, *arguments) -> Callable[[int], int]:
+        """A function of the first argument, an integer, for many calls with the same other arguments.
+
+        It keeps the arrays alive, and the content of the arrays may change.
+        """
+        call, blocks = self._call, dict[int, bytes]()
+
+        def prepared(first: int, kept: tuple = arguments) -> int:
+            block = blocks.get(first)
+            if block is None:
+                if len(blocks) > 64:
+                    blocks.clear()
+                block = blocks[first] = self._block((first, *kept[1:]))
+            return call(block)
+
+        return prepared
+
+    def _block(self, arguments: tuple) -> bytes:
+        """The arguments as one block of bytes."""
         last, block = self._last
         same = block and len(arguments) == len(self._arrays)
         if not same or any(known() is not arguments[k] for k, known in last):
@@ -60,7 +81,7 @@ class Native:
         for k, at in self._others:
             x = arguments[k]
             words[at] = x._as_parameter_ if isinstance(x, Native) else x
-        return self._call(self._pack(*words))
+        return self._pack(*words)
 
     def _look_at(self, arguments: tuple) -> tuple[list, list]:
         """Weak references to the arrays among the arguments, and a block of words with their addresses and shapes.

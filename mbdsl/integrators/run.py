@@ -390,12 +390,25 @@ class Integration(RunState):
         most = self.steps + steps
         if self.tol is None:
             call = self._call if self.overlooked is None else partial(self.overlooked.advance, call=self._call)
-            status = call(steps)
-            while status == loop_state.EVENT:
-                self._cross_jump()
-                status = call(most - self.steps)
-        else:
-            status = self.landings.advance(steps, self._call)
+            return self._continued(call(steps), most, call)
+        return self._continued(self.landings.advance(steps, self._call), most, self._call)
+
+    def prepared(self) -> Callable[[int], int]:
+        """The step loop as a function of the number of fixed steps, valid until a buffer is replaced.
+
+        If it returns another status than RUNNING, :meth:`continued` has to follow.
+        """
+        prepare = getattr(self._advance, "prepared", None)  # code that is not compiled has none
+        return self._call if prepare is None else prepare(1, self.times, self.out, *self.data())
+
+    def continued(self, status: int, most: int) -> int:
+        """Continue up to step ``most`` after a call of ``prepared()`` that returned ``status``; a status."""
+        return self._continued(status, most, self._call)
+
+    def _continued(self, status: int, most: int, call: Callable[[int], int]) -> int:
+        while self.tol is None and status == loop_state.EVENT:
+            self._cross_jump()
+            status = call(most - self.steps)
         if status == loop_state.EVENT:
             return self._cross_event()
         if (

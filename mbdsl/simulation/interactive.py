@@ -11,9 +11,11 @@ For controllers and optimisers::
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, MutableMapping, Sequence
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from os import PathLike
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,63 +24,30 @@ from mbdsl.errors import UsageError
 from mbdsl.integrators import backend, declared
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.options import check_options
+from mbdsl.integrators.run import MOST_OUTPUT, Integration
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation.failure_messages import check_bending, failure
+from mbdsl.simulation.input_values import Inputs as Inputs
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, constrained
+from mbdsl.simulation.present_signals import PresentSignals, Values
+from mbdsl.simulation.saved_state import SavedState, restore, snapshot
 from mbdsl.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
 
 Array = NDArray[np.float64]
-
-
-class Inputs(MutableMapping[str, float]):
-    """The inputs of a model by name, in SI units; a change takes effect in the next step.
-
-    Parameters
-    ----------
-    scene : Scene
-        The model.
-    """
-
-    def __init__(self, scene: Scene) -> None:
-        self._values = {name: x.start for name, x in scene.inputs.items()}
-        self._scene = scene
-
-    def __getitem__(self, name: str) -> float:
-        if name not in self._values:
-            raise self._unknown(name)
-        return self._values[name]
-
-    def __setitem__(self, name: str, value: float) -> None:
-        if name not in self._values:
-            raise self._unknown(name)
-        value = float(value)
-        if not np.isfinite(value):
-            raise UsageError(f"the input {name} is set to {value}, which is not a finite number")
-        self._values[name] = value
-
-    def __delitem__(self, name: str) -> None:
-        raise UsageError("inputs of a model cannot be removed")
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._values)
-
-    def __len__(self) -> int:
-        return len(self._values)
-
-    def _unknown(self, name: str) -> UsageError:
-        has = ", ".join(self._values) or "none"
-        return UsageError(f"{self._scene.name} has no input `{name}`", hint=f"its inputs: {has}")
+#: number of rows by which the record grows at least
+ROWS = 1024
 
 
 class Simulation:
     """A run with fixed steps that the caller advances by ``step``.
 
-    ``simulation["pin.phi"]`` is the present value of a signal in SI units.
+    ``simulation["pin.phi"]`` is the present value of a signal in SI units. A Simulation can be copied and pickled.
 
     Parameters
     ----------
@@ -141,47 +110,112 @@ class Simulation:
         self._motion = Motion(scene, plan)
         self._motion.prepare()
         self.system = self._motion.system
-        self.inputs = Inputs(scene)
-        self._in_force = dict(self.inputs)
         self._record = record
-        self._states: list[tuple[float, Array, Array, Array, dict[str, float]]] = []
-        self._keep()
+        self.inputs = Inputs(scene)
+        self._in_force = list(self.inputs.values())  #: read by the functions of signals
+        self._changes: list[tuple[int, tuple[float, ...]]] = []  #: steps done, and the inputs from then on
+        self._known: SignalNames | None = None
+        self._bind()
+        self._first = self.state
 
-    def __reduce__(self) -> NoReturn:
-        raise TypeError("a Simulation holds compiled code and cannot be pickled; its scene and its trajectory() can")
+    def __reduce__(self) -> tuple:
+        """Pickled as the arguments and the state; compiled code is loaded or compiled again."""
+        plan = self._motion.plan
+        arguments = {"method": self.method, "step": self.h, "start": plan.start, "options": dict(plan.options)}
+        arguments |= {"force": True, "general": plan.general, "record": self._record}
+        return _restored, (self.scene, arguments, self.state)
+
+    def __copy__(self) -> Simulation:
+        return self.copy()
+
+    def __deepcopy__(self, memo: dict) -> Simulation:
+        return self.copy()
 
     def __repr__(self) -> str:
-        return f"<Simulation of {self.system.scene.name} by {self.method}: t = {self.time:g} s>"
+        return f"<Simulation of {self.scene.name} by {self.method}: t = {self.time:g} s>"
 
     @property
     def scene(self) -> Scene:
         """The model."""
         return self.system.scene
 
+    # -- the present state -------------------------------------------------------------------------------------
     @property
     def time(self) -> float:
         """Time reached [s]."""
-        return self._motion.time
+        return self._motion.time if self._steps is None else self._start + self._steps[loop_state.STEP] * self.h
 
     @property
     def q(self) -> Array:
-        """Present generalised coordinates (n,) [m, rad], in the order of ``system.names()``; a copy."""
-        return self._motion.present()[0]
+        """Present generalised coordinates (n,) [m, rad], in the order of ``system.names()``; a copy, not writeable."""
+        return _fixed(self._motion.present()[0])
+
+    @q.setter
+    def q(self, value: object) -> NoReturn:
+        raise _not_set("q")
 
     @property
     def v(self) -> Array:
-        """Present generalised velocities (n,) [m/s, rad/s]; a copy."""
-        return self._motion.present()[1]
+        """Present generalised velocities (n,) [m/s, rad/s]; a copy, not writeable."""
+        return _fixed(self._motion.present()[1])
+
+    @v.setter
+    def v(self, value: object) -> NoReturn:
+        raise _not_set("v")
 
     @property
     def lam(self) -> Array:
-        """Present multipliers (m + p,), in the order of ``system.constraint_names()``."""
-        return self._now().lam[0].copy()
+        """Present multipliers (m + p,), in the order of ``system.constraint_names()``; a copy, not writeable."""
+        return _fixed(self._now().lam[0].copy())
 
     def __getitem__(self, name: str) -> float:
         """The present value of a signal, in SI units."""
-        return float(self._now()[name][0])
+        function = self._functions.get(name)
+        if function is None:
+            function = self._functions[name] = self._reading.function((name,))
+        return function()[0]
 
+    def reader(self, *names: str) -> Reader:
+        """Choose signals that are read together.
+
+        Parameters
+        ----------
+        *names : str
+            Names of signals, and patterns as in ``Trajectory.select``.
+
+        Returns
+        -------
+        Reader
+            A function without arguments that returns the present values (k,) in SI units.
+
+        Raises
+        ------
+        UsageError
+            If a pattern matches no signal.
+        """
+        return Reader(self, self._reading.known.select(names))
+
+    def writer(self, *names: str) -> Callable[[Sequence[float]], None]:
+        """Choose inputs that are set together.
+
+        Parameters
+        ----------
+        *names : str
+            Names of inputs. Default: all inputs, in the order of the model.
+
+        Returns
+        -------
+        callable
+            A function of a sequence of values (k,) in SI units, which sets the inputs.
+
+        Raises
+        ------
+        UsageError
+            If there is no such input, or one is named twice.
+        """
+        return self.inputs.writer(names or self.inputs.names)
+
+    # -- steps -------------------------------------------------------------------------------------------------
     def step(self, count: int = 1) -> float:
         """Advance by a number of steps with the present inputs.
 
@@ -202,21 +236,105 @@ class Simulation:
         IntegrationError
             If the integration fails; its ``trajectory`` holds the stored states.
         """
-        if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
-            raise UsageError(f"found {count!r} steps, expected an integer of 1 or more")
-        if dict(self.inputs) != self._in_force:
-            self._motion.change_inputs(self.inputs)
-            self._in_force = dict(self.inputs)
-        for _ in range(count):
-            status = self._motion.advance(1)
-            if status not in (loop_state.RUNNING, loop_state.DONE):
-                trajectory = self.trajectory()
-                trajectory.stats["status"] = "failed"
-                raise failure(self._motion, trajectory, status)
-            self._keep()
-            if self._motion.bent():
+        if type(count) is not int or count < 1:
+            count = _checked(count)
+        if self.inputs._changed:
+            self._change_inputs()
+        if count > self._room:
+            self._make_room(count)
+        self._point = None
+        if self._call is None:
+            return self._step_slowly(count)
+        self._room -= count
+        status = self._call(count)
+        if status != loop_state.RUNNING:
+            self._finish(status, self._steps[loop_state.STEP] + count)
+        return self._start + self._steps[loop_state.STEP] * self.h
+
+    def _finish(self, status: int, most: int) -> None:
+        """Continue up to step ``most`` after the step loop returned another status than RUNNING."""
+        self._check(self._motion.continued(status, most))
+
+    def _step_slowly(self, count: int) -> float:
+        """Steps of models with several parts, or with bodies that bend, whose range is checked at every step."""
+        motion = self._motion
+        for _ in range(count if self._bends else 1):
+            self._check(motion.advance(1 if self._bends else count))
+            if self._bends and motion.bent():
                 check_bending(self.trajectory() if self._record else self._now())
         return self.time
+
+    def _check(self, status: int) -> None:
+        self._bind()
+        if status not in (loop_state.RUNNING, loop_state.DONE):
+            self._call = None  # the motion remains failed
+            trajectory = self.trajectory()
+            trajectory.stats["status"] = "failed"
+            raise failure(self._motion, trajectory, status)
+
+    def _change_inputs(self) -> None:
+        numbers = self.inputs.take()
+        if numbers is None or list(numbers) == self._in_force:
+            return
+        self._point = None
+        self._motion.change_inputs(dict(zip(self.inputs.names, numbers, strict=True)))
+        self._in_force[:] = numbers
+        self._changes.append((self._motion.steps, numbers))
+
+    # -- state -------------------------------------------------------------------------------------------------
+    @property
+    def state(self) -> SavedState:
+        """The complete state, with the stored states; assign it to return to it, bit for bit.
+
+        It may be assigned to other simulations of the same model with the same method, options and step.
+        """
+        inputs, in_force = tuple(self.inputs.values()), tuple(self._in_force)
+        changes = self._changes, len(self._changes)
+        motion = self._motion
+        return SavedState(
+            self.time, self.scene, self._settings, motion._taken, snapshot(motion), inputs, in_force, changes
+        )
+
+    @state.setter
+    def state(self, state: SavedState) -> None:
+        if not isinstance(state, SavedState):
+            raise UsageError(f"found {state!r}, expected a state from the attribute `state` of a Simulation")
+        same = state.scene is self.scene or state.scene == self.scene
+        if not same or state.settings != self._settings:
+            raise UsageError(
+                f"this state of {state.scene.name} belongs to another model or to other settings",
+                hint="it fits simulations of the same model with the same method, options, step and record",
+            )
+        restore(self._motion, state.taken, state.runs)
+        self._in_force[:] = state.in_force
+        self.inputs.put(state.inputs, state.inputs != state.in_force)
+        changes, count = state.changes
+        self._changes = changes[:count]
+        self._bind()
+
+    @property
+    def _settings(self) -> tuple:
+        plan = self._motion.plan
+        return plan.method, plan.h, plan.start, tuple(sorted(plan.options.items())), plan.general, self._record
+
+    def reset(self) -> None:
+        """Return to the start: the initial state, start values of the inputs, and nothing stored."""
+        self.state = self._first
+
+    def copy(self) -> Simulation:
+        """Return a copy that continues from the present state independently.
+
+        Returns
+        -------
+        Simulation
+            It shares the equations and the compiled code with this one.
+        """
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        other._motion = self._motion.copied()
+        other.inputs, other._in_force = Inputs(self.scene), list(self._in_force)
+        other.state = self.state
+        return other
 
     def trajectory(self) -> Trajectory:
         """Return the stored states.
@@ -226,35 +344,142 @@ class Simulation:
         Trajectory
             The initial state and the state after every step; only the present state if ``record`` is False.
         """
-        t = np.array([s[0] for s in self._states])
-        q, v, lam = (np.array([s[k] for s in self._states]) for k in (1, 2, 3))
-        inputs = {name: np.array([s[4][name] for s in self._states]) for name in self.inputs}
-        stats = {
-            "method": self.method,
-            "h": self.h,
-            "status": "done",
-            "steps": self._motion.steps,
-            "iterations": self._motion.count("iterations"),
-            "matrix_evaluations": self._motion.count("matrix_evaluations"),
-            "factorisations": self._motion.count("factorisations"),
-        }
-        return self._trajectory(t, q, v, lam, stats, inputs)
+        motion = self._motion
+        if not self._record:
+            return self._at_present(self._stats())
+        times = motion.parts[0].integration.times if motion.parts else self._own_times(motion.steps)
+        motion.plan = replace(motion.plan, times=times)
+        t, q, v, lam, _ = motion.output(False)
+        rows = np.searchsorted([k for k, _ in self._changes], np.arange(len(t)))  # the changes before step k
+        values = np.array([list(self._first.inputs), *(numbers for _, numbers in self._changes)])
+        inputs = {name: values[rows, k] for k, name in enumerate(self.inputs.names)}
+        return self._trajectory(t, q, v, lam, self._stats(), inputs)
+
+    def _stats(self) -> dict[str, Any]:
+        counts = {key: self._motion.count(key) for key in ("iterations", "matrix_evaluations", "factorisations")}
+        return {"method": self.method, "h": self.h, "status": "done", "steps": self._motion.steps, **counts}
 
     def _trajectory(self, t, q, v, lam, stats: dict, inputs: dict) -> Trajectory:
         motion = self._motion
         found = lam if motion.own_reactions else None
         return Trajectory(self.system, t, q, v, found, stats, motion.moved, motion.left_out, inputs)
 
-    def _state(self) -> tuple[float, Array, Array, Array, dict[str, float]]:
-        return self.time, *self._motion.present(), self._in_force
-
-    def _keep(self) -> None:
-        if not self._record:
-            self._states.clear()
-        self._states.append(self._state())
+    def _at_present(self, stats: dict) -> Trajectory:
+        q, v, lam = self._motion.present()
+        inputs = {name: np.array([x]) for name, x in zip(self.inputs.names, self._in_force, strict=True)}
+        return self._trajectory(np.array([self.time]), q[None], v[None], lam[None], stats, inputs)
 
     def _now(self) -> Trajectory:
         """The present state as a trajectory of one point, where all signals are defined."""
-        t, q, v, lam, inputs = self._state()
-        values = {name: np.array([value]) for name, value in inputs.items()}
-        return self._trajectory(np.array([t]), q[None], v[None], lam[None], {}, values)
+        if self._point is None:
+            self._point = self._at_present({})
+        return self._point
+
+    # -- buffers -----------------------------------------------------------------------------------------------
+    def _bind(self) -> None:
+        """Set what depends on the buffers of the runs; called whenever one of them may have been replaced."""
+        motion = self._motion
+        runs = [p.integration for p in motion.parts]
+        tables = [p.system.tables for p in motion.parts]
+        self._bends = any(model.deforms for own in tables for model in own.models.values())
+        self._start = motion.plan.start
+        self._steps = memoryview(runs[0].integers) if runs else None
+        self._room = len(runs[0].times) - runs[0].written if runs and self._record else sys.maxsize
+        single = len(runs) == 1 and not self._bends and motion.failed is None
+        self._call = runs[0].prepared() if single else None
+        self._functions: dict[str, Values] = {}
+        self._signals: PresentSignals | None = None
+        self._point: Trajectory | None = None
+        self._binding = object()
+
+    def _make_room(self, count: int) -> None:
+        """Add rows to the record for ``count`` steps and some more."""
+        for p in self._motion.parts:
+            run = p.integration
+            assert isinstance(run, Integration)
+            rows = run.written + max(count, ROWS, run.written // 2)
+            if rows * run.out.shape[1] > MOST_OUTPUT:
+                raise UsageError(
+                    f"the states of {run.written + count} steps do not fit in memory",
+                    hint="`record=False` stores the present state only",
+                )
+            out = np.empty((rows, run.out.shape[1]))
+            out[: run.written] = run.out[: run.written]
+            run.times, run.out = self._own_times(rows), out
+        self._bind()
+
+    def _own_times(self, steps: int) -> Array:
+        return self._motion.plan.start + self.h * np.arange(1.0, steps + 1)
+
+    @property
+    def _reading(self) -> PresentSignals:
+        """The functions of signals for the present buffers."""
+        if self._signals is None:
+            if self._known is None:
+                self._known = SignalNames(self.scene)
+            self._signals = PresentSignals(self._motion, self._known, self._in_force, self._now)
+        return self._signals
+
+
+class Reader:
+    """Present values of chosen signals, from ``Simulation.reader``; call it.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the signals.
+    """
+
+    def __init__(self, simulation: Simulation, names: Sequence[str]) -> None:
+        self.names = tuple(names)
+        self._simulation, self._binding = simulation, None
+
+    def __call__(self, out: Array | None = None) -> Array:
+        """Return the present values.
+
+        Parameters
+        ----------
+        out : (k,) array, optional
+            An array to write the values to. Default: a new array.
+
+        Returns
+        -------
+        (k,) array
+            Values in SI units.
+        """
+        simulation = self._simulation
+        if self._binding is not simulation._binding:
+            self._function, self._binding = simulation._reading.function(self.names), simulation._binding
+        if out is None:
+            return np.array(self._function())
+        out[:] = self._function()
+        return out
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """SI units of the signals; "" for pure numbers."""
+        known = self._simulation._reading.known
+        return tuple(known.unit(name) for name in self.names)
+
+
+def _restored(scene: Scene, arguments: dict[str, Any], state: SavedState) -> Simulation:
+    """A pickled Simulation."""
+    simulation = Simulation(scene, **arguments)
+    simulation.state = state
+    return simulation
+
+
+def _checked(count: object) -> int:
+    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
+        raise UsageError(f"found {count!r} steps, expected an integer of 1 or more")
+    return int(count)
+
+
+def _fixed(x: Array) -> Array:
+    x.flags.writeable = False
+    return x
+
+
+def _not_set(name: str) -> UsageError:
+    hint = "the initial equations of the model set the start, and `state` returns to a saved state"
+    return UsageError(f"`{name}` follows from the motion and cannot be set", hint=hint)

@@ -6,6 +6,7 @@ The reduced scene (:mod:`mbdsl.mechanism.reduction`) is solved; the results refe
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -20,6 +21,7 @@ from mbdsl.integrators import Run, backend, declared
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.loop.compiled_loop import loop_name
 from mbdsl.integrators.run import Integration
+from mbdsl.integrators.scheduled_jumps import Jumps
 from mbdsl.mechanism import graph
 from mbdsl.mechanism.reduction import Note, Part, Reduction, reduce
 from mbdsl.mechanism.scene import Scene
@@ -286,6 +288,28 @@ class Motion:
             self._taken = min(self._taken + steps, self._steps)
             status = loop_state.DONE if self._taken == self._steps else loop_state.RUNNING
         return status
+
+    def continued(self, status: int, most: int) -> int:
+        """Continue the only part after a call of its prepared step loop; see :meth:`Integration.continued`."""
+        (p,) = self.parts
+        assert isinstance(p.integration, Integration)
+        found = p.integration.continued(status, most)
+        if found not in (loop_state.RUNNING, loop_state.DONE):
+            self.failed, self._failure = p, found
+        return found
+
+    def copied(self) -> Motion:
+        """A copy whose runs have buffers of their own, before their start; equations and compiled code are shared."""
+        other = copy(self)
+        other.parts = []
+        for p in self.parts:
+            run = p.integration
+            assert isinstance(run, Integration)
+            own = run.anew(run.times, run.tol, run.every, run.longest)
+            if hasattr(run, "jumps"):  # it is in the middle of a search
+                own.jumps = Jumps(run.system, run.start, run.stop, run.h)
+            other.parts.append(replace(p, integration=own))
+        return other
 
     def _advance_each(self, steps: int) -> int:
         """As advance, for parts with steps of their own: the part that is furthest behind is advanced first."""

@@ -1,0 +1,111 @@
+"""The inputs of a model, which the caller of a ``Simulation`` sets between steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, MutableMapping, Sequence
+from math import isfinite
+
+from mbdsl.errors import UsageError
+from mbdsl.mechanism.scene import Scene
+
+
+class Inputs(MutableMapping[str, float]):
+    """The inputs of a model by name, in SI units; a change takes effect in the next step.
+
+    Parameters
+    ----------
+    scene : Scene
+        The model.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the inputs.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.names = tuple(scene.inputs)
+        self._scene = scene
+        self._index = {name: k for k, name in enumerate(self.names)}
+        self._numbers = [x.start for x in scene.inputs.values()]
+        self._changed = False
+
+    def __getitem__(self, name: str) -> float:
+        if name not in self._index:
+            raise self._unknown(name)
+        return self._numbers[self._index[name]]
+
+    def __setitem__(self, name: str, value: float) -> None:
+        if name not in self._index:
+            raise self._unknown(name)
+        number = _number(name, value)
+        k = self._index[name]
+        if number != self._numbers[k]:
+            self._numbers[k], self._changed = number, True
+
+    def __delitem__(self, name: str) -> None:
+        raise UsageError("inputs of a model cannot be removed")
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __repr__(self) -> str:
+        return f"<inputs of {self._scene.name}: {dict(self)}>"
+
+    def writer(self, names: Sequence[str]) -> Callable[[Sequence[float]], None]:
+        """A function that sets several inputs to the values of a sequence.
+
+        Raises
+        ------
+        UsageError
+            If there is no such input, or one is named twice.
+        """
+        for name in names:
+            if name not in self._index:
+                raise self._unknown(name)
+        if len(set(names)) < len(names):
+            raise UsageError(f"an input is named twice: {', '.join(names)}")
+        places = [self._index[name] for name in names]
+
+        def write(values: Sequence[float]) -> None:
+            given = [float(x) for x in values]
+            if len(given) != len(places):
+                raise UsageError(f"found {len(given)} values for {len(places)} inputs: {', '.join(names)}")
+            numbers = self._numbers
+            for k, x in zip(places, given, strict=True):
+                if not isfinite(x):
+                    _number(self.names[k], x)
+            for k, x in zip(places, given, strict=True):
+                if numbers[k] != x:
+                    numbers[k], self._changed = x, True
+
+        return write
+
+    def take(self) -> tuple[float, ...] | None:
+        """The values of all inputs, if one was set to a new value since the last call."""
+        if not self._changed:
+            return None
+        self._changed = False
+        return tuple(self._numbers)
+
+    def put(self, numbers: Sequence[float], changed: bool) -> None:
+        """Set all inputs; ``changed`` is whether the next step has to take them over."""
+        self._numbers[:] = numbers
+        self._changed = changed
+
+    def _unknown(self, name: str) -> UsageError:
+        has = ", ".join(self.names) or "none"
+        return UsageError(f"{self._scene.name} has no input `{name}`", hint=f"its inputs: {has}")
+
+
+def _number(name: str, value: float) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise UsageError(f"the input {name} is set to {value!r}, which is not a number") from None
+    if not isfinite(number):
+        raise UsageError(f"the input {name} is set to {number}, which is not a finite number")
+    return number

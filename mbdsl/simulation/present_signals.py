@@ -1,0 +1,213 @@
+"""Signals of the present state as Python functions that read the buffers of the runs.
+
+The coordinates of frames in a signal's expression are replaced by their formulas in the coordinates of the bodies that
+are solved for, and the resulting expression becomes the text of a function. The text contains only numbered names: no
+name and no number of the model is part of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.bodies.contract import POSITIONS, VELOCITIES
+from mbdsl.compilation import buffer_layout
+from mbdsl.expressions.array_operations import table_value
+from mbdsl.expressions.symbolic import OPERATIONS, RATE, TIME, Expr, call, const, der, substitute, walk
+from mbdsl.integrators.loop import loop_state
+from mbdsl.integrators.run import Integration
+from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.signal_names import SignalNames
+from mbdsl.simulation.mechanism_run import KINEMATIC, Motion
+from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.system import System
+from mbdsl.system.body_models import at_rest, body_pose
+
+Array = NDArray[np.float64]
+#: the values of signals, without arguments
+Values = Callable[[], tuple[float, ...]]
+_INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
+_RATES = tuple(RATE.values())
+LARGEST = 20_000  #: largest number of nodes of an expression that becomes a function
+
+
+class _NotHere(Exception):
+    """A signal depends on values that are not in the buffers."""
+
+
+class PresentSignals:
+    """Makes functions for the signals of a motion; they are valid until a buffer of a run is replaced.
+
+    Parameters
+    ----------
+    motion : Motion
+        A prepared motion with fixed steps.
+    known : SignalNames
+        The signals of its scene.
+    inputs : list of float
+        The values of all inputs during the last step. The functions read this list.
+    point : callable
+        The present state as a trajectory of one point, which has the signals that are not in the buffers.
+    """
+
+    def __init__(
+        self, motion: Motion, known: SignalNames, inputs: list[float], point: Callable[[], Trajectory]
+    ) -> None:
+        self.known = known
+        self._motion, self._point = motion, point
+        self._input = {name: k for k, name in enumerate(motion.system.scene.inputs)}
+        self._owner = {body: k for k, p in enumerate(motion.parts) for body in p.system.tables.coordinates}
+        self._names: dict[str, object] = {"u": inputs, "table": _table}
+        for k, p in enumerate(motion.parts):
+            run = p.integration
+            assert isinstance(run, Integration)
+            n, vectors = p.system.n, run.vectors
+            self._names[f"q{k}"] = memoryview(vectors[buffer_layout.POSITION0, :n])
+            self._names[f"v{k}"] = memoryview(vectors[buffer_layout.VELOCITY0, :n])
+            self._names[f"l{k}"] = memoryview(vectors[buffer_layout.UNKNOWN0])
+            self._names[f"i{k}"] = memoryview(run.integers)
+
+    def function(self, names: tuple[str, ...]) -> Values:
+        """The function that returns the present values of signals, in SI units.
+
+        Raises
+        ------
+        UsageError
+            If there is no such signal.
+        """
+        roots = [TIME if name == "time" else self.known.expressions.get(name, (None,))[0] for name in names]
+        quick = None if None in roots else self._compiled(roots)  # type: ignore[arg-type]
+        if quick is None and len(names) > 1:
+            each = [self.function((name,)) for name in names]
+            return lambda: tuple(value()[0] for value in each)
+        for name in names:
+            if name not in self.known:
+                raise self.known.unknown(name)
+        point = self._point
+
+        def by_arrays() -> tuple[float, ...]:
+            return tuple(float(point()[name][0]) for name in names)
+
+        if quick is None:
+            return by_arrays
+
+        def values() -> tuple[float, ...]:
+            try:
+                return quick()
+            except (ArithmeticError, ValueError):  # as of sqrt(-1), for which arrays give nan
+                return by_arrays()
+
+        return values
+
+    def _compiled(self, roots: Sequence[Expr]) -> Values | None:
+        """The function that returns the values of expressions; None if the buffers do not determine them."""
+        try:
+            roots = [substitute(root, self._leaf) for root in roots]
+        except _NotHere:
+            return None
+        order = walk(*roots)
+        if len(order) > LARGEST:
+            return None
+        names, lines, place = dict(self._names), [], dict[Expr, str]()
+        for number, node in enumerate(order):
+            place[node] = f"x{number}"
+            lines.append(f" x{number} = {self._text(node, [place[a] for a in node.args], number, names)}")
+        result = "".join(f"{place[root]}, " for root in roots)
+        exec(compile("\n".join(["def values():", *lines, f" return ({result})"]), "<signals>", "exec"), names)
+        return names["values"]  # type: ignore[return-value]
+
+    @staticmethod
+    def _text(node: Expr, args: list[str], number: int, names: dict[str, object]) -> str:
+        """The text of one operation; its constants are added to the ``names`` of the function."""
+        if node.op == "buffer":
+            buffer, index = node.value  # type: ignore[misc]
+            return f"{buffer}[{int(index)}]"
+        if node.op == "const":
+            names[f"c{number}"] = float(node.value)  # type: ignore[arg-type]
+            return f"c{number}"
+        if node.op == "table":
+            names[f"t{number}"], order = node.value  # type: ignore[misc]
+            return f"table(t{number}, {int(order)}, {args[0]})"
+        if node.op in _INFIX:
+            return f"{args[0]} {_INFIX[node.op]} {args[1]}"
+        if node.op == "neg":
+            return f"-{args[0]}"
+        names[f"f{number}"] = OPERATIONS[node.op]
+        return f"f{number}({', '.join(args)})"
+
+    def _leaf(self, leaf: Expr) -> Expr | None:
+        if leaf.op == "time":
+            return self._time()
+        if leaf.op == "input":
+            return _buffer("u", self._input[str(leaf.value)])
+        if leaf.op == "multiplier":
+            return self._multiplier(leaf.value)  # type: ignore[arg-type]
+        if leaf.op == "coordinate":
+            frame, key = leaf.value  # type: ignore[misc]
+            return self._coordinate(self._motion.system.scene, frame, key)
+        return None
+
+    def _time(self) -> Expr:
+        if not self._motion.parts:
+            raise _NotHere
+        plan = self._motion.plan
+        return plan.start + _buffer("i0", loop_state.STEP) * plan.h
+
+    def _multiplier(self, key: tuple[str, int]) -> Expr:
+        if self._motion.own_reactions:
+            for k, p in enumerate(self._motion.parts):
+                if p.method != KINEMATIC and key in p.system.tables.multipliers:
+                    return _buffer(f"l{k}", p.system.tables.multipliers[key])
+        raise _NotHere
+
+    def _coordinate(self, scene: Scene, name: str, key: str) -> Expr:
+        """A coordinate of a frame of ``scene``: the model as written, reduced, or a part."""
+        frame = scene.frames[name]
+        if frame.motion is not None:
+            moved = frame.motion[tuple(RATE).index(key)] if key in RATE else der(frame.motion[_RATES.index(key)])
+            return substitute(moved, self._leaf)
+        body = scene.components[frame.body]
+        if frame.body in self._owner:
+            k = self._owner[frame.body]
+            part = self._motion.parts[k].system
+            if part.scene is scene:
+                return _of_body(k, part, frame.body, body_pose(body, frame), key)
+            if name in part.scene.frames:
+                return self._coordinate(part.scene, name, key)
+        elif not body.coordinates:
+            return const(at_rest(body, frame, key))
+        reduced = self._motion.reduction.scene
+        if reduced is not scene and name in reduced.frames:
+            return self._coordinate(reduced, name, key)
+        raise _NotHere
+
+
+def _buffer(name: str, index: int) -> Expr:
+    return Expr("buffer", (), (name, int(index)))
+
+
+def _of_body(k: int, system: System, body: str, pose: tuple[float, float, float], key: str) -> Expr:
+    """A coordinate of a frame at a pose on a body of part ``k``."""
+    d, model = system.tables.coordinates[body], system.tables.models[body]
+    if model.deforms:
+        raise _NotHere
+    names = VELOCITIES if key in VELOCITIES else POSITIONS
+    j, buffer = names.index(key), "v" if key in VELOCITIES else "q"
+    own = [_buffer(f"{buffer}{k}", d + i) for i in range(model.n)]
+    if j == 2:
+        offset = const(pose[2] if buffer == "q" else 0.0)
+        return own[2] + offset if model.n == 3 else offset
+    if model.n < 3 or (pose[0] == 0.0 and pose[1] == 0.0):
+        return own[j]
+    phi = _buffer(f"q{k}", d + 2)
+    c, s = call("cos", phi), call("sin", phi)
+    lever = c * pose[0] - s * pose[1], s * pose[0] + c * pose[1]
+    if buffer == "q":
+        return own[j] + lever[j]
+    return own[0] - lever[1] * own[2] if j == 0 else own[1] + lever[0] * own[2]
+
+
+def _table(table: object, order: int, u: float) -> float:
+    return float(table_value(table, order, u))
