@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.errors import InitialisationError, UsageError
-from mbdsl.integrators import modules
+from mbdsl.integrators import input_jumps, modules
 from mbdsl.integrators.events import Events
 from mbdsl.integrators.loop import linear_solve, loop_state, step_control
 from mbdsl.integrators.loop.compiled_loop import compiled, controls_locally, loop_name
@@ -282,7 +282,13 @@ class Integration(RunState):
                 system.set_input(name, value)
                 self.numbers[system.tables.inputs[name]] = value
 
-        self.jump(t, t, change)
+        if system.kept(input_jumps.acts_by_forces):
+            vectors, n = self.vectors, system.n
+            q, v = vectors[buffer_layout.POSITION0, :n], vectors[buffer_layout.VELOCITY0, :n]
+            self.synchronise()
+            self._add(input_jumps.jump(system, t, q, v, self.left_out, change))
+        else:
+            self.jump(t, t, change)
         if self.tol is not None:
             self.events.resume()
 
@@ -305,12 +311,14 @@ class Integration(RunState):
         new = accelerations(system, behind, q, v, self.left_out)
         a, lam = new[0] - old[0], new[1] - old[1]
         fa = applied(system, behind, q, v, new[1]) - fa
-        nothing = np.zeros(n)
-        jump = Start(self.h, nothing, nothing, a, lam, fa, nothing, nothing, False)
-        rows = {
-            buffer_layout.FORCE0: system.M(behind, q) @ a,
-            **modules()[self.method].METHOD.begin(self.coefficients, jump),
-        }
+        self._add(input_jumps.Jump(a, lam, fa, system.M(behind, q) @ a))
+
+    def _add(self, jump: input_jumps.Jump) -> None:
+        """Add a jump to the history."""
+        vectors, nothing = self.vectors, np.zeros(self.system.n)
+        start = Start(self.h, nothing, nothing, jump.a, jump.lam, jump.fa, nothing, nothing, False)
+        method = modules()[self.method].METHOD
+        rows = {buffer_layout.FORCE0: jump.force, **method.begin(self.coefficients, start)}
         for row, part in rows.items():
             past = (
                 buffer_layout.PAST

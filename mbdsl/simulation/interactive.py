@@ -33,6 +33,7 @@ from mbdsl.simulation.input_values import Inputs as Inputs
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, constrained
 from mbdsl.simulation.present_signals import PresentSignals, Values
+from mbdsl.simulation.reader import Reader
 from mbdsl.simulation.saved_state import SavedState, restore, snapshot
 from mbdsl.simulation.trajectory import Trajectory
 
@@ -115,6 +116,8 @@ class Simulation:
         self._in_force = list(self.inputs.values())  #: read by the functions of signals
         self._changes: list[tuple[int, tuple[float, ...]]] = []  #: steps done, and the inputs from then on
         self._known: SignalNames | None = None
+        self._call: Callable[[int], int] | None = None  #: the step loop of all parts
+        self._point: Trajectory | None = None  #: the present state, if a signal has needed it
         self._bind()
         self._first = self.state
 
@@ -172,7 +175,7 @@ class Simulation:
         """The present value of a signal, in SI units."""
         function = self._functions.get(name)
         if function is None:
-            function = self._functions[name] = self._reading.function((name,))
+            function = self._functions[name] = self._reading().function((name,))
         return function()[0]
 
     def reader(self, *names: str) -> Reader:
@@ -193,7 +196,7 @@ class Simulation:
         UsageError
             If a pattern matches no signal.
         """
-        return Reader(self, self._reading.known.select(names))
+        return Reader(self._reading().known.select(names), self._reading)
 
     def writer(self, *names: str) -> Callable[[Sequence[float]], None]:
         """Choose inputs that are set together.
@@ -253,10 +256,10 @@ class Simulation:
 
     def _finish(self, status: int, most: int) -> None:
         """Continue up to step ``most`` after the step loop returned another status than RUNNING."""
-        self._check(self._motion.continued(status, most))
+        self._check(self._motion.continued(self._stopped, status, most))
 
     def _step_slowly(self, count: int) -> float:
-        """Steps of models with several parts, or with bodies that bend, whose range is checked at every step."""
+        """Steps of models with bodies that bend, whose range is checked at every step, and of those without parts."""
         motion = self._motion
         for _ in range(count if self._bends else 1):
             self._check(motion.advance(1 if self._bends else count))
@@ -379,18 +382,35 @@ class Simulation:
     def _bind(self) -> None:
         """Set what depends on the buffers of the runs; called whenever one of them may have been replaced."""
         motion = self._motion
-        runs = [p.integration for p in motion.parts]
+        runs = [p.integration for p in motion.parts if isinstance(p.integration, Integration)]  # all of them
         tables = [p.system.tables for p in motion.parts]
         self._bends = any(model.deforms for own in tables for model in own.models.values())
         self._start = motion.plan.start
-        self._steps = memoryview(runs[0].integers) if runs else None
+        self._steps = runs[0].integers.data if runs else None
         self._room = len(runs[0].times) - runs[0].written if runs and self._record else sys.maxsize
-        single = len(runs) == 1 and not self._bends and motion.failed is None
-        self._call = runs[0].prepared() if single else None
+        quick = bool(runs) and not self._bends and motion.failed is None
+        self._call = None
+        if quick:
+            self._call = self._together([run.prepared() for run in runs])
         self._functions: dict[str, Values] = {}
         self._signals: PresentSignals | None = None
-        self._point: Trajectory | None = None
-        self._binding = object()
+        self._point = None
+
+    def _together(self, calls: Sequence[Callable[[int], int]]) -> Callable[[int], int]:
+        """The step loops of all parts in one function, which ends at the first status other than RUNNING."""
+        self._stopped = 0  #: the part with that status
+        if len(calls) == 1:
+            return calls[0]
+
+        def call(count: int) -> int:
+            for k, one in enumerate(calls):
+                status = one(count)
+                if status != loop_state.RUNNING:
+                    self._stopped = k
+                    return status
+            return loop_state.RUNNING
+
+        return call
 
     def _make_room(self, count: int) -> None:
         """Add rows to the record for ``count`` steps and some more."""
@@ -411,7 +431,6 @@ class Simulation:
     def _own_times(self, steps: int) -> Array:
         return self._motion.plan.start + self.h * np.arange(1.0, steps + 1)
 
-    @property
     def _reading(self) -> PresentSignals:
         """The functions of signals for the present buffers."""
         if self._signals is None:
@@ -419,47 +438,6 @@ class Simulation:
                 self._known = SignalNames(self.scene)
             self._signals = PresentSignals(self._motion, self._known, self._in_force, self._now)
         return self._signals
-
-
-class Reader:
-    """Present values of chosen signals, from ``Simulation.reader``; call it.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Names of the signals.
-    """
-
-    def __init__(self, simulation: Simulation, names: Sequence[str]) -> None:
-        self.names = tuple(names)
-        self._simulation, self._binding = simulation, None
-
-    def __call__(self, out: Array | None = None) -> Array:
-        """Return the present values.
-
-        Parameters
-        ----------
-        out : (k,) array, optional
-            An array to write the values to. Default: a new array.
-
-        Returns
-        -------
-        (k,) array
-            Values in SI units.
-        """
-        simulation = self._simulation
-        if self._binding is not simulation._binding:
-            self._function, self._binding = simulation._reading.function(self.names), simulation._binding
-        if out is None:
-            return np.array(self._function())
-        out[:] = self._function()
-        return out
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """SI units of the signals; "" for pure numbers."""
-        known = self._simulation._reading.known
-        return tuple(known.unit(name) for name in self.names)
 
 
 def _restored(scene: Scene, arguments: dict[str, Any], state: SavedState) -> Simulation:

@@ -5,7 +5,7 @@ The reduced scene (:mod:`mbdsl.mechanism.reduction`) is solved; the results refe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
@@ -277,26 +277,34 @@ class Motion:
         """
         if self._own_steps and self.parts:
             return self._advance_each(steps)
-        status, most = self._failure, self.steps + steps
-        for p in self.parts if self.failed is None else ():
-            found = p.integration.advance(max(0, most - p.integration.steps))
-            if found not in (loop_state.RUNNING, loop_state.DONE):
-                self.failed, self._failure = p, found
-                most = p.integration.steps  # for the parts behind it
-            status = found if self.failed is None else self._failure
+        status = self._failure
+        if self.failed is None:
+            status = self._advance_to(self.steps + steps, self.parts, status)
         if not self.parts:
             self._taken = min(self._taken + steps, self._steps)
             status = loop_state.DONE if self._taken == self._steps else loop_state.RUNNING
         return status
 
-    def continued(self, status: int, most: int) -> int:
-        """Continue the only part after a call of its prepared step loop; see :meth:`Integration.continued`."""
-        (p,) = self.parts
+    def _advance_to(self, most: int, parts: Sequence[Moving], status: int) -> int:
+        """Advance ``parts`` to step ``most`` or, if one fails, those behind it to its last step; a status."""
+        for p in parts:
+            found = p.integration.advance(max(0, most - p.integration.steps))
+            if found not in (loop_state.RUNNING, loop_state.DONE):
+                self.failed, self._failure = p, found
+                most = p.integration.steps
+            status = found if self.failed is None else self._failure
+        return status
+
+    def continued(self, k: int, status: int, most: int) -> int:
+        """Continue to step ``most`` after calls of the parts' prepared step loops, of which that of part ``k`` returned
+        ``status`` (see :meth:`Integration.continued`), and those of the parts behind it were not called; a status."""
+        p = self.parts[k]
         assert isinstance(p.integration, Integration)
         found = p.integration.continued(status, most)
         if found not in (loop_state.RUNNING, loop_state.DONE):
             self.failed, self._failure = p, found
-        return found
+            most = p.integration.steps
+        return self._advance_to(most, self.parts[k + 1 :], found)
 
     def copied(self) -> Motion:
         """A copy whose runs have buffers of their own, before their start; equations and compiled code are shared."""

@@ -64,10 +64,10 @@ class PresentSignals:
             run = p.integration
             assert isinstance(run, Integration)
             n, vectors = p.system.n, run.vectors
-            self._names[f"q{k}"] = memoryview(vectors[buffer_layout.POSITION0, :n])
-            self._names[f"v{k}"] = memoryview(vectors[buffer_layout.VELOCITY0, :n])
-            self._names[f"l{k}"] = memoryview(vectors[buffer_layout.UNKNOWN0])
-            self._names[f"i{k}"] = memoryview(run.integers)
+            self._names[f"q{k}"] = vectors[buffer_layout.POSITION0, :n].data
+            self._names[f"v{k}"] = vectors[buffer_layout.VELOCITY0, :n].data
+            self._names[f"l{k}"] = vectors[buffer_layout.UNKNOWN0].data
+            self._names[f"i{k}"] = run.integers.data
 
     def function(self, names: tuple[str, ...]) -> Values:
         """The function that returns the present values of signals, in SI units.

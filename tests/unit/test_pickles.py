@@ -100,7 +100,13 @@ def test_an_integration_error_crosses_processes(given):
         np.testing.assert_array_equal(theirs[signal], ours[signal])
 
 
-def test_what_cannot_travel_says_so():
-    simulation = mbdsl.Simulation(MODELS / "pendulum.mbd")
-    with pytest.raises(TypeError, match="its scene and its trajectory"):
-        pickle.dumps(simulation)
+def test_a_simulation_continues_where_it_was_pickled():
+    simulation = mbdsl.Simulation(MODELS / "pendulum.mbd", step=1e-3)
+    simulation.step(7)
+    again = through(simulation)
+    assert again.time == simulation.time
+    for one in (simulation, again):
+        one.step(5)
+    ours, theirs = simulation.trajectory(), again.trajectory()
+    for x in ("t", "q", "v", "lam"):
+        np.testing.assert_array_equal(getattr(theirs, x), getattr(ours, x))

@@ -1,0 +1,54 @@
+"""Signals of a ``Simulation`` that are chosen once and read together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.simulation.present_signals import PresentSignals
+
+Array = NDArray[np.float64]
+
+
+class Reader:
+    """Present values of chosen signals, from ``Simulation.reader``; call it.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the signals.
+    """
+
+    def __init__(self, names: Sequence[str], reading: Callable[[], PresentSignals]) -> None:
+        self.names = tuple(names)
+        self._reading = reading
+        self._known: PresentSignals | None = None
+
+    def __call__(self, out: Array | None = None) -> Array:
+        """Return the present values.
+
+        Parameters
+        ----------
+        out : (k,) array, optional
+            An array to write the values to. Default: a new array.
+
+        Returns
+        -------
+        (k,) array
+            Values in SI units.
+        """
+        known = self._reading()
+        if known is not self._known:  # the buffers of the run were replaced
+            self._function, self._known = known.function(self.names), known
+        if out is None:
+            return np.array(self._function())
+        out[:] = self._function()
+        return out
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """SI units of the signals; "" for pure numbers."""
+        known = self._reading().known
+        return tuple(known.unit(name) for name in self.names)
