@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from mbdsl.analysis.eigenmodes import eigen as eigen
     from mbdsl.analysis.equilibria import static as static
+    from mbdsl.analysis.linearisation import linearise as linearise
     from mbdsl.api import simulate as simulate
     from mbdsl.errors import MbdslError as MbdslError
     from mbdsl.explanation.receipt import explain as explain
@@ -29,6 +30,7 @@ _PUBLIC = {
     "Scene": ("mbdsl.mechanism.scene", "Scene"),
     "static": ("mbdsl.analysis.equilibria", "static"),
     "eigen": ("mbdsl.analysis.eigenmodes", "eigen"),
+    "linearise": ("mbdsl.analysis.linearisation", "linearise"),
     "simulate": ("mbdsl.api", "simulate"),
     "resume": ("mbdsl.simulation.resume", "resume"),
     "Checkpoint": ("mbdsl.simulation.checkpoint", "Checkpoint"),

@@ -27,19 +27,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.analysis import operating_points
 from mbdsl.analysis.eigenvalues import lowest, normalised, one_of_each, reduced
-from mbdsl.analysis.equilibria import prepare, settle
 from mbdsl.analysis.tangent_bases import Moving, Still, of_positions
 from mbdsl.bodies.contract import Pose
 from mbdsl.errors import UsageError
-from mbdsl.initial.consistent import initial_position, initial_state
 from mbdsl.lang.model_argument import blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
 from mbdsl.numerics.saddle_point import Array, dense
-from mbdsl.simulation.simulate import simulate
 from mbdsl.system import System
-from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import gradients
 
 if TYPE_CHECKING:
@@ -307,39 +304,12 @@ def eigen(
     """
     if count is not None and (not isinstance(count, (int, np.integer)) or count < 1):
         raise UsageError(f"count = {count!r}: the number of modes is 1 or more")
-    if not isinstance(at, str) and not np.isfinite(at):
-        raise UsageError(f"at = {at} is not a finite number")
-    if isinstance(at, str) and at not in ("static", "start"):
-        raise UsageError(f"at = {at!r}: modes are about `static`, `start` or a time")
-    system, mechanism = prepare(model, parameters, without, announce)
-    start, notes = float(system.scene.experiment.start), list[str]()
-    if at == "static":
-        found = settle(system, start, initial_position(system, mechanism, start))
-        notes += found.notes
-        state = found.t, found.q, np.zeros(system.n), np.zeros(system.n), found.lam
-    elif at == "start" or at == start:
-        first = initial_state(system, mechanism, start)
-        state = start, first.q, first.v, first.a, first.lam
-    else:
-        assert not isinstance(at, str)
-        run = simulate(system.scene, stop=float(at), interval=abs(float(at) - start), announce=announce)
-        t, q, v = float(run.t[-1]), run.q[-1], run.v[-1]
-        for body, angle in run.turns.items():
-            system.set_turn(body, float(angle[-1]))
-        state = t, q, v, *accelerations(system, t, q, v, run.left_out)
-    name = at if isinstance(at, str) else f"t = {float(at):g} s"
-    t, q, v, a, lam = state
-    scale = system.tables.scale
-    speed, rate = (float(np.abs(x * scale).max(initial=0.0)) for x in (v, a))
-    if rate > 1e-9 * (1.0 + speed**2):
-        if speed == 0.0:
-            notes.append("no equilibrium: the mechanism begins to move, and the eigenvalues hold for that moment only")
-        else:
-            notes.append("the mechanism moves: the eigenvalues are those of the equations frozen at this moment")
-    moving = bool(speed > 0.0 or rate > 1e-9)
+    point = operating_points.find(model, at, without, parameters, announce)
+    system, t, q, v, a, lam, moving = point.system, point.t, point.q, point.v, point.a, point.lam, point.moving
+    notes = point.notes + point.warning("eigenvalues")
     values, shapes, total = _solve(system, t, q, v, a, lam, moving, count)
     modes = [Mode(complex(s), x, _shares(system, t, q, x)) for s, x in zip(values, shapes, strict=True)]
-    return Modes(system, name, t, q, v, modes, notes, total)
+    return Modes(system, point.at, t, q, v, modes, notes, total)
 
 
 def _shares(system: System, t: float, q: Array, shape: Complex) -> dict[str, float]:

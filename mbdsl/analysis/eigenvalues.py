@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +18,17 @@ Complex = NDArray[np.complex128]
 CENTRE: Pose = (0.0, 0.0, 0.0)  #: centre of a beam: its frame c
 
 
-def reduced(
-    system: System, M: Array, D: Array, K: Array, U: Array, J: Array, basis: Still | Moving
-) -> tuple[list[complex], list[Complex]]:
-    """All eigenvalues, one of each conjugate pair if the pairs are known, and vectors y (r,)."""
+class Projected(NamedTuple):
+    """The equations M u' + D u + K y = L^T f of speeds u (d,) and coordinates y (r,), with L (n, d); f are forces."""
+
+    M: Array
+    D: Array
+    K: Array
+    L: Array
+
+
+def projected(system: System, M: Array, D: Array, K: Array, U: Array, J: Array, basis: Still | Moving) -> Projected:
+    """The linearised equations in the coordinates of a basis, without reactions."""
     Z, Z1, Z2, T, T1, S, S1 = (getattr(basis, name) for name in ("Z", "Z1", "Z2", "T", "T1", "S", "S1"))
     L = Z @ T
     if not np.array_equal(U, J.T):  # forces that depend on multipliers do not act in the directions of the constraints
@@ -31,7 +39,7 @@ def reduced(
                 "the reactions, with the forces that depend on them, are linearly dependent", hint="another state"
             )
     if not T.shape[1]:
-        return [], []
+        return Projected(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, T.shape[0])), L)
     DZ = 2.0 * M @ Z1 + D @ Z
     Mr = L.T @ M @ Z @ T
     Dr = L.T @ (M @ Z @ (T1 + S @ T) + DZ @ T)
@@ -40,6 +48,17 @@ def reduced(
     size = 1e-9 * basis.rate * largest(np.abs(L).T @ np.abs(M) @ np.abs(Z))
     Dr = np.where(np.abs(Dr) > size, Dr, 0.0)
     Kr = np.where(np.abs(Kr) > size * basis.rate, Kr, 0.0)
+    return Projected(Mr, Dr, Kr, L)
+
+
+def reduced(
+    system: System, M: Array, D: Array, K: Array, U: Array, J: Array, basis: Still | Moving
+) -> tuple[list[complex], list[Complex]]:
+    """All eigenvalues, one of each conjugate pair if the pairs are known, and vectors y (r,)."""
+    T, S = basis.T, basis.S
+    Mr, Dr, Kr, _ = projected(system, M, D, K, U, J, basis)
+    if not T.shape[1]:
+        return [], []
     if not Dr.any() and not S.any() and _symmetric(Mr) and _symmetric(Kr):
         found = _undamped(Mr, Kr)
         if found is not None:

@@ -177,11 +177,15 @@ class Moving:
         size = row_size(B)
         B, C = B / size[:, None], C / size[:, None]
         if self.H is None:
-            self.H = null_space(B).T
+            self.H = self._speeds(B)
         whole = np.vstack([B, self.H])
         T = np.linalg.lstsq(whole, np.vstack([np.zeros((len(B), len(self.H))), np.eye(len(self.H))]), rcond=RANK)[0]
         S = np.linalg.lstsq(whole, np.vstack([-C, np.zeros((len(self.H), r))]), rcond=RANK)[0]
-        return Z, T, S
+        return Z, np.asarray(T, float), np.asarray(S, float)
+
+    def _speeds(self, B: Array) -> Array:
+        """Combinations (d, r) of the rates y' whose values are the speeds u that the constraints B y' = 0 allow."""
+        return null_space(B).T
 
     def _gradient_rate(self, s: float) -> Array:
         """The rate of the targets' gradient (r, n), scaled."""

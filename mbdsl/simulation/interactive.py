@@ -29,7 +29,7 @@ from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation.failure_messages import check_bending, failure
-from mbdsl.simulation.input_values import Inputs as Inputs
+from mbdsl.simulation.input_values import Inputs
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, constrained
 from mbdsl.simulation.present_signals import PresentSignals, Values
@@ -246,17 +246,15 @@ class Simulation:
         if count > self._room:
             self._make_room(count)
         self._point = None
-        if self._call is None:
+        steps = self._steps
+        if self._call is None or steps is None:
             return self._step_slowly(count)
+        most = steps[loop_state.STEP] + count
         self._room -= count
         status = self._call(count)
         if status != loop_state.RUNNING:
-            self._finish(status, self._steps[loop_state.STEP] + count)
-        return self._start + self._steps[loop_state.STEP] * self.h
-
-    def _finish(self, status: int, most: int) -> None:
-        """Continue up to step ``most`` after the step loop returned another status than RUNNING."""
-        self._check(self._motion.continued(self._stopped, status, most))
+            self._check(self._motion.continued(self._stopped, status, most))
+        return self._start + most * self.h
 
     def _step_slowly(self, count: int) -> float:
         """Steps of models with bodies that bend, whose range is checked at every step, and of those without parts."""

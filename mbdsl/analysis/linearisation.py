@@ -1,0 +1,294 @@
+"""Linear state-space models: x' = A x + B u, y = C x + D u, about a state of a mechanism.
+
+The equations of motion, linearised as in :mod:`mbdsl.analysis.eigenmodes` and in its notation, with forces Q_u du of
+the inputs:
+
+    M da + D dv + (K + (M a)_q) dq + U dlam = Q_u du,   dq = Z y,   dv = Z y' + Z' y,   y' = T s + S y
+
+The states are the coordinates y and the speeds s. Reactions dlam follow from the first equation. All derivatives are
+exact at rest; about a motion, Z'' and the rates of T and S are differences along the motion, as in ``eigen``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from mbdsl.analysis import operating_points
+from mbdsl.analysis.eigenmodes import LARGEST_MOVING
+from mbdsl.analysis.eigenvalues import Projected, projected
+from mbdsl.analysis.input_forces import input_forces, signal_derivatives
+from mbdsl.analysis.named_basis import AtRest, Named
+from mbdsl.analysis.operating_points import OperatingPoint
+from mbdsl.errors import UsageError
+from mbdsl.lang.model_argument import blame_model
+from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
+from mbdsl.messages import did_you_mean
+from mbdsl.numerics.saddle_point import Array, dense
+from mbdsl.system import System
+from mbdsl.system.signals import values
+
+if TYPE_CHECKING:
+    from mbdsl.lang.builder import Builder
+
+#: condition number of the mass matrix in the chosen coordinates from which a coordinate counts as massless
+MASSLESS = 1e12
+
+
+@dataclass(eq=False)
+class Linearisation:
+    """A linear model x' = A x + B u, y = C x + D u of deviations from a state; in SI units.
+
+    It unpacks into its matrices: ``scipy.signal.StateSpace(*linear)``, ``control.ss(*linear)``.
+
+    Attributes
+    ----------
+    system : System
+        The equations of motion of the model as written.
+    at : str
+        State of the linearisation: "static", "start" or "t = 1.5 s".
+    t : float [s]
+        Time of the state.
+    q, v : (n,) [m, rad; m/s, rad/s]
+        Coordinates and velocities of the state.
+    A, B, C, D : (r, r), (r, i), (o, r), (o, i)
+        The matrices.
+    states, inputs, outputs : list of str
+        Names: of coordinates, then speeds; of inputs; of signals.
+    state_units, input_units, output_units : list of str
+        Their SI units; "" for pure numbers.
+    x0, u0, y0 : (r,), (i,), (o,)
+        Values of states, inputs and outputs at the state, of which x, u and y are the deviations. Coordinates of
+        flexible bodies, which are no signals, have nan.
+    notes : list of str
+        Remarks, such as that the state is no equilibrium.
+    """
+
+    system: System
+    at: str
+    t: float
+    q: Array
+    v: Array
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: list[str]
+    inputs: list[str]
+    outputs: list[str]
+    state_units: list[str]
+    input_units: list[str]
+    output_units: list[str]
+    x0: Array
+    u0: Array
+    y0: Array
+    notes: list[str]
+
+    def __iter__(self) -> Iterator[Array]:
+        return iter((self.A, self.B, self.C, self.D))
+
+    @property
+    def scene(self) -> Scene:
+        """The model."""
+        return self.system.scene
+
+    def to_dict(self) -> dict[str, object]:
+        """Return all content but the equations as arrays, lists and numbers.
+
+        Returns
+        -------
+        dict
+            The matrices, the names, units and values of states, inputs and outputs, the state and the notes.
+        """
+        found: dict[str, object] = {"model": self.scene.name, "at": self.at, "t": self.t}
+        for name in ("A", "B", "C", "D", "states", "inputs", "outputs"):
+            found[name] = getattr(self, name)
+        for name in ("state_units", "input_units", "output_units", "x0", "u0", "y0", "notes"):
+            found[name] = getattr(self, name)
+        return found
+
+    def __repr__(self) -> str:
+        sizes = f"{len(self.states)} states, {len(self.inputs)} inputs, {len(self.outputs)} outputs"
+        return f"<linear model of {self.scene.name} about {self.at}: {sizes}>"
+
+    def __str__(self) -> str:
+        from mbdsl.analysis.linear_tables import text
+
+        return text(self)
+
+
+@blame_model
+def linearise(
+    model: Scene | Builder | str | PathLike,
+    at: str | float = "static",
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    *,
+    without: Sequence[str] = (),
+    parameters: Mapping[str, str | float] | None = None,
+    announce: Callable[[str], None] | None = None,
+) -> Linearisation:
+    """Compute a linear state-space model about a state, in minimal coordinates.
+
+    Parameters
+    ----------
+    model : Scene, Builder or path
+        The mechanism. Its inputs have their start values.
+    at : str or float, optional
+        "static": the equilibrium that ``mbdsl.static`` finds. "start": the initial state with its velocities, such as
+        an upright pose. A time [s]: the state at that time of a simulation with the model's settings.
+    inputs : sequence of str, optional
+        Names of inputs of the model, which act by forces. Default: all.
+    outputs : sequence of str, optional
+        Names and patterns of signals, also reactions and accelerations. Default: the states.
+    without, parameters, announce : optional
+        As for ``mbdsl.simulate``.
+
+    Returns
+    -------
+    Linearisation
+
+    Raises
+    ------
+    ModelError, UsageError
+        If the model or the arguments are invalid.
+    EquilibriumError, InitialisationError, IntegrationError
+        If the state is not found.
+    """
+    return linearised(operating_points.find(model, at, without, parameters, announce), inputs, outputs)
+
+
+def linearised(
+    point: OperatingPoint, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None
+) -> Linearisation:
+    """The linear model about a state; see :func:`linearise`."""
+    system, t, q, v, a, lam = point.system, point.t, point.q, point.v, point.a, point.lam
+    if system.unknowns > LARGEST_MOVING:
+        raise UsageError(
+            f"a linear model needs dense matrices: {system.unknowns} unknowns are too many",
+            hint=f"up to {LARGEST_MOVING}; `mbdsl eigen` finds the lowest modes of large models",
+        )
+    chosen = _inputs(system.scene, inputs)
+    known = SignalNames(system.scene)
+    wanted = None if outputs is None else _outputs(known, outputs)
+    basis = AtRest(system, t, q, a) if AtRest.suits(system, v, a) else Named(system, t, q, v, a)
+    forces = input_forces(system, chosen, t, q, v, lam)
+    equations = _Equations(point, basis, forces)
+    states = [*basis.coordinates, *basis.speeds]
+    names = [x.name for x in states]
+    C, D, y0 = np.eye(len(names)), np.zeros((len(names), len(chosen))), _values(known, point, names)
+    x0 = y0
+    if wanted is not None:
+        C, D, y0 = equations.outputs(known, wanted, chosen)
+    units = [x.unit for x in states]
+    return Linearisation(
+        *(system, point.at, t, q, v, equations.A, equations.B, C, D),
+        *(names, chosen, list(names if wanted is None else wanted)),
+        *(units, [known.unit(name) for name in chosen]),
+        units if wanted is None else [known.unit(name) for name in wanted],
+        *(x0, np.array([system.scene.inputs[name].start for name in chosen]), y0),
+        point.notes + point.warning("matrices"),
+    )
+
+
+def _inputs(scene: Scene, names: Sequence[str] | None) -> list[str]:
+    if names is None:
+        return list(scene.inputs)
+    for name in names:
+        if name not in scene.inputs:
+            has = ", ".join(scene.inputs) or "none"
+            raise UsageError(f"{scene.name} has no input `{name}`", hint=f"its inputs: {has}")
+    return list(dict.fromkeys(names))
+
+
+def _outputs(known: SignalNames, patterns: Sequence[str]) -> list[str]:
+    """The signals that patterns select; only those with exact derivatives."""
+    found = known.select(patterns)
+    for name in found:
+        owner, _, key = name.rpartition(".")
+        rigid = key in ACCELERATIONS and owner not in known.flexible
+        if name not in known.expressions and not (name in known.computed and rigid):
+            hint = did_you_mean(name, known.expressions) or "positions, velocities, forces, reactions, accelerations"
+            raise UsageError(f"`{name}` cannot be an output of a linear model", hint=hint)
+    return found
+
+
+def _values(known: SignalNames, point: OperatingPoint, names: Sequence[str]) -> Array:
+    """Values of signals at a state; nan for other names."""
+    roots = {name: known.expressions[name][0] for name in names if name in known.expressions}
+    state = np.array([point.t]), point.q[None], point.v[None], point.lam[None]
+    found = dict(zip(roots, values(point.system, [*roots.values()], *state), strict=True))
+    return np.array([float(found[name][0]) if name in found else np.nan for name in names])
+
+
+class _Rows(NamedTuple):
+    """A quantity as a linear function of states (k, r) and inputs (k, i)."""
+
+    x: Array
+    u: Array
+
+
+class _Equations:
+    """The linearised equations, and from them dq, dv, da and dlam as functions of states and inputs."""
+
+    def __init__(self, point: OperatingPoint, basis: Named, forces: Array) -> None:
+        system, t, q, v, a, lam = point.system, point.t, point.q, point.v, point.a, point.lam
+        self.point, self.system = point, system
+        n = system.n
+        tangent = dense(system.tangent(t, q, v, lam, cL=1.0, cP=1.0, cV=1.0))
+        U, J = tangent[:n, n:], tangent[n:, :n]
+        M, D = dense(system.M(t, q)), dense(system.damping(t, q, v, lam))
+        K = dense(system.stiffness(t, q, v, lam, a))
+        found = projected(system, M, D, K, U, J, basis)
+        self._solve(basis, found, found.L.T @ forces)
+        r, i = basis.Z.shape[1], forces.shape[1]
+        T, S, Z, Z1, Z2 = basis.T, basis.S, basis.Z, basis.Z1, basis.Z2
+        y = np.hstack([np.eye(r), np.zeros((r, T.shape[1]))])
+        rate = np.hstack([S, T])
+        rate2 = _Rows(rate @ self.A, rate @ self.B)
+        rate2 = _Rows(rate2.x + np.hstack([basis.S1, basis.T1]), rate2.u)
+        none = np.zeros((n, i))
+        self.dq, self.dv = _Rows(Z @ y, none), _Rows(Z @ rate + Z1 @ y, none)
+        self.da = _Rows(Z @ rate2.x + 2.0 * Z1 @ rate + Z2 @ y, Z @ rate2.u)
+        left = M @ self.da.x + D @ self.dv.x + K @ self.dq.x
+        kept = np.delete(np.arange(U.shape[1]), point.left_out)
+        self.dlam = _Rows(np.zeros((U.shape[1], len(self.A))), np.zeros((U.shape[1], i)))
+        scaled = U[:, kept] / system.tables.scale[:, None]
+        for part, right in ((self.dlam.x, -left), (self.dlam.u, forces - M @ self.da.u)):
+            if len(kept):
+                part[kept] = np.linalg.lstsq(scaled, right / system.tables.scale[:, None], rcond=1e-12)[0]
+
+    def _solve(self, basis: Named, found: Projected, forces: Array) -> None:
+        """A and B from the projected equations M s' + D s + K y = L^T Q_u u."""
+        r, d = basis.T.shape
+        if d:
+            size = 1.0 / np.sqrt(np.where(np.diag(found.M) > 0.0, np.diag(found.M), 1.0))
+            if not np.linalg.cond(size[:, None] * found.M * size) < MASSLESS:
+                raise UsageError(
+                    "a coordinate without mass can move, and has no equation of motion",
+                    hint="give every body that moves a mass and a moment of inertia",
+                )
+        solved = np.linalg.solve(found.M, np.hstack([-found.K, -found.D, forces]))
+        self.A = np.vstack([np.hstack([basis.S, basis.T]), solved[:, : r + d]])
+        self.B = np.vstack([np.zeros((r, forces.shape[1])), solved[:, r + d :]])
+
+    def outputs(self, known: SignalNames, names: Sequence[str], inputs: Sequence[str]) -> tuple[Array, Array, Array]:
+        """C (o, r), D (o, i) and values (o,) of signals."""
+        point, system = self.point, self.system
+        C, D, y0 = np.zeros((len(names), len(self.A))), np.zeros((len(names), len(inputs))), np.zeros(len(names))
+        plain = [k for k, name in enumerate(names) if name in known.expressions]
+        roots = [known.expressions[names[k]][0] for k in plain]
+        found = signal_derivatives(system, roots, inputs, point.t, point.q, point.v, point.lam)
+        C[plain] = found.q @ self.dq.x + found.v @ self.dv.x + found.lam @ self.dlam.x
+        D[plain] = found.lam @ self.dlam.u + found.u
+        y0[plain] = found.value
+        for k in set(range(len(names))) - set(plain):
+            owner, _, key = names[k].rpartition(".")
+            row = system.tables.coordinates[owner] + list(ACCELERATIONS).index(key)
+            C[k], D[k], y0[k] = self.da.x[row], self.da.u[row], point.a[row]
+        return C, D, y0

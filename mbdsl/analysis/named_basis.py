@@ -1,0 +1,147 @@
+"""Bases of the directions that the constraints allow, in coordinates with names and SI units.
+
+:class:`mbdsl.analysis.tangent_bases.Moving` chooses the coordinates: signals of joints first, then coordinates of
+bodies, the most independent ones first. The speeds are rates of these coordinates, chosen in the same way among those
+that nonholonomic constraints leave independent.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mbdsl.analysis.tangent_bases import Moving
+from mbdsl.elements.kind import JointKind
+from mbdsl.expressions.symbolic import RATE, Expr, coordinate, der
+from mbdsl.mechanism.signal_names import SignalNames
+from mbdsl.numerics.saddle_point import RANK, Array, dense, null_space, row_size
+from mbdsl.system import System
+from mbdsl.system.signals import gradients
+
+
+class Quantity(NamedTuple):
+    """A coordinate or a speed: its name and its SI unit ("" for a pure number)."""
+
+    name: str
+    unit: str
+
+
+class Named(Moving):
+    """The bases along a motion, with names: of the coordinates y (r,), and of the speeds u (d,).
+
+    Attributes
+    ----------
+    coordinates : list of Quantity
+        Signals, or coordinates of beams: ``beam.q[4]``, or in the axes of its frame c ``beam.c:x``, ``beam.c:q[4]``.
+    speeds : list of Quantity
+        Signals, or ``der(name)``.
+    """
+
+    def __init__(self, system: System, t: float, q: Array, v: Array, a: Array) -> None:
+        super().__init__(system, t, q, v, a)
+        self._name()
+
+    def _coordinates(self, t: float, q: Array, v: Array) -> tuple[list[Expr], list[int]]:
+        """The targets in the order of the model."""
+        targets, turned = super()._coordinates(t, q, v)
+        order = {expression: k for k, expression in enumerate(self._known())}
+        return sorted(targets, key=order.__getitem__), sorted(turned)
+
+    def _speeds(self, B: Array) -> Array:
+        """The most independent of the rates y' themselves, with lengths relative to the mechanism's size."""
+        size = np.array([self.system.tables.size if x.unit == "m" else 1.0 for x in self._quantities()[0]])
+        rows = np.eye(B.shape[1])
+        chosen, _ = self._independent(rows, null_space(B * size))
+        return rows[sorted(chosen)]
+
+    def _name(self) -> None:
+        """Set the names, and convert the bases from scaled coordinates of beams to SI units."""
+        self.coordinates, rates, factors = self._quantities()
+        chosen = range(len(rates)) if self.H is None else [int(np.argmax(row)) for row in self.H]
+        self.speeds = [rates[k] for k in chosen]
+        f, g = factors, factors[list(chosen)]
+        self.Z, self.Z1, self.Z2 = self.Z / f, self.Z1 / f, self.Z2 / f
+        self.T, self.T1 = f[:, None] * self.T / g, f[:, None] * self.T1 / g
+        self.S, self.S1 = f[:, None] * self.S / f, f[:, None] * self.S1 / f
+
+    def _quantities(self) -> tuple[list[Quantity], list[Quantity], Array]:
+        """Coordinates, their rates, and the SI value of a unit of each coordinate."""
+        known = self._known()
+        found, rates = [], []
+        for target in self.targets:
+            found.append(known[target])
+            rates.append(known.get(der(target), Quantity(f"der({known[target].name})", f"{known[target].unit}/s")))
+        beams = self._beams()
+        chosen = [beams[k] for k in self.turned]
+        found += [x for x, _ in chosen]
+        rates += [Quantity(f"der({x.name})", f"{x.unit or '1'}/s") for x, _ in chosen]
+        return found, rates, np.array([1.0] * len(self.targets) + [f for _, f in chosen])
+
+    def _known(self) -> dict[Expr, Quantity]:
+        """Signals of joints, then of bodies, by their expressions."""
+        scene = self.system.scene
+        names, found = SignalNames(scene), dict[Expr, Quantity]()
+        for c in scene.components.values():
+            if isinstance(c.kind, JointKind):
+                for key, expression in scene.signals_of(c).items():
+                    name = f"{c.name}.{key}"
+                    found.setdefault(expression, Quantity(name, names.unit(name)))
+        for body in scene.bodies():
+            for key in (*body.kind.coordinates, *(RATE[key] for key in body.kind.coordinates)):
+                name = f"{body.name}.{key}"
+                found.setdefault(coordinate(f"{body.name}.c", key), Quantity(name, names.unit(name)))
+        return found
+
+    def _beams(self) -> list[tuple[Quantity, float]]:
+        """Rows of :meth:`_of_beams`, and the SI value of a unit of each."""
+        elastic, pose = [], []
+        for name in self.bends:
+            body, d = self.system.tables.models[name], self.system.tables.coordinates[name]
+            floating = not body.rigid(np.zeros(body.n))[3:].any()
+            for k in range(3 if floating else 0, body.n):
+                text = f"{name}.q[{k + 1}]" if floating else f"{name}.c:q[{k + 1}]"
+                elastic.append((Quantity(text, ""), 1.0 / float(self.scale[d + k])))
+            length = 1.0 / float(self.scale[d])
+            pose += [(Quantity(f"{name}.c:x", "m"), length), (Quantity(f"{name}.c:y", "m"), length)]
+            pose.append((Quantity(f"{name}.phi", "rad"), 1.0))
+        return elastic + pose
+
+
+class AtRest(Named):
+    """The bases at rest: Z' = 0, and Z'' from the accelerations, without differences.
+
+    Variations satisfy Phi_q da + (Phi_q a)_q dq = 0, and y'' = g_q da + (g_q a)_q dq for coordinates y = g(q).
+    """
+
+    def __init__(self, system: System, t: float, q: Array, a: Array) -> None:
+        rest = np.zeros(system.n)
+        self.system, self.scale = system, system.tables.scale
+        self.path = lambda s: (t, q, rest)
+        self.bends = [name for name, body in system.tables.models.items() if body.deforms]
+        self.targets, self.turned = self._coordinates(t, q, rest)
+        self.rate, self.e = max(float(np.sqrt(np.abs(a * self.scale).max(initial=0.0))), 1e-6), 1.0
+        self.H: Array | None = None
+        self.Z, self.T, self.S = self._at(0.0)
+        self.Z1, self.Z2 = np.zeros_like(self.Z), np.zeros_like(self.Z)
+        self.T1, self.S1 = np.zeros_like(self.T), np.zeros_like(self.S)
+        if a.any():
+            self.Z2 = self._second(t, q, a)
+        self._name()
+
+    @staticmethod
+    def suits(system: System, v: Array, a: Array) -> bool:
+        """Whether a state is at rest, and its accelerations change neither axes of beams nor nonholonomic bases."""
+        simple = not system.p and not any(body.deforms for body in system.tables.models.values())
+        return not v.any() and (simple or float(np.abs(a * system.tables.scale).max(initial=0.0)) <= 1e-9)
+
+    def _second(self, t: float, q: Array, a: Array) -> Array:
+        system, rest = self.system, np.zeros(self.system.n)
+        J, G = dense(system.Phi_q(t, q)) / self.scale, self._gradient(t, q, rest)
+        curved = np.zeros((len(G), system.n))
+        if self.targets:
+            curved[: len(self.targets)] = dense(gradients(system, [der(x) for x in self.targets], t, q, a)[1])
+        right = -np.vstack([dense(system.Phi_v_q(t, q, a)), curved]) @ self.Z
+        whole = np.vstack([J, G])
+        size = row_size(whole)[:, None]
+        return np.asarray(np.linalg.lstsq(whole / size, right / size, rcond=RANK)[0]) / self.scale[:, None]

@@ -1,0 +1,104 @@
+"""States about which a mechanism is linearised: its equilibrium, its initial state, or the state of a run at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from os import PathLike
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from mbdsl.analysis.equilibria import prepare, settle
+from mbdsl.errors import UsageError
+from mbdsl.initial.consistent import initial_position, initial_state
+from mbdsl.mechanism.scene import Scene
+from mbdsl.numerics.saddle_point import Array
+from mbdsl.simulation.simulate import simulate
+from mbdsl.system import System
+from mbdsl.system.accelerations import accelerations
+
+if TYPE_CHECKING:
+    from mbdsl.lang.builder import Builder
+
+
+class OperatingPoint(NamedTuple):
+    """A state with its accelerations and multipliers.
+
+    ``at`` is "static", "start" or "t = 1.5 s"; ``left_out`` are indices of redundant constraints.
+    """
+
+    system: System
+    at: str
+    t: float
+    q: Array
+    v: Array
+    a: Array
+    lam: Array
+    left_out: tuple[int, ...]
+    notes: list[str]
+
+    @property
+    def speed(self) -> float:
+        """The largest scaled velocity [1/s]."""
+        return float(np.abs(self.v * self.system.tables.scale).max(initial=0.0))
+
+    @property
+    def rate(self) -> float:
+        """The largest scaled acceleration [1/s2]."""
+        return float(np.abs(self.a * self.system.tables.scale).max(initial=0.0))
+
+    @property
+    def moving(self) -> bool:
+        """Whether the mechanism has velocities or accelerations."""
+        return self.speed > 0.0 or self.rate > 1e-9
+
+    def warning(self, results: str) -> list[str]:
+        """A note if the state is no equilibrium; ``results`` are what is computed there."""
+        if not self.rate > 1e-9 * (1.0 + self.speed**2):
+            return []
+        if self.speed == 0.0:
+            return [f"no equilibrium: the mechanism begins to move, and the {results} hold for that moment only"]
+        return [f"the mechanism moves: the {results} are those of the equations frozen at this moment"]
+
+
+def check(at: str | float) -> None:
+    """Raise an error if ``at`` denotes no state."""
+    if not isinstance(at, str) and not np.isfinite(at):
+        raise UsageError(f"at = {at} is not a finite number")
+    if isinstance(at, str) and at not in ("static", "start"):
+        raise UsageError(f"at = {at!r}: expected `static`, `start` or a time")
+
+
+def find(
+    model: Scene | Builder | str | PathLike,
+    at: str | float,
+    without: Sequence[str],
+    parameters: Mapping[str, str | float] | None,
+    announce: Callable[[str], None] | None,
+) -> OperatingPoint:
+    """The state of a model that ``at`` denotes.
+
+    Raises
+    ------
+    ModelError, UsageError
+        If the model or the arguments are invalid.
+    EquilibriumError, InitialisationError, IntegrationError
+        If the state is not found.
+    """
+    check(at)
+    system, mechanism = prepare(model, parameters, without, announce)
+    start, name = float(system.scene.experiment.start), at if isinstance(at, str) else f"t = {float(at):g} s"
+    if at == "static":
+        found = settle(system, start, initial_position(system, mechanism, start))
+        rest = np.zeros(system.n)
+        return OperatingPoint(system, name, found.t, found.q, rest, rest, found.lam, found.left_out, found.notes)
+    if at == "start" or at == start:
+        first = initial_state(system, mechanism, start)
+        return OperatingPoint(system, name, start, first.q, first.v, first.a, first.lam, tuple(first.redundant), [])
+    assert not isinstance(at, str)
+    run = simulate(system.scene, stop=float(at), interval=abs(float(at) - start), announce=announce)
+    t, q, v = float(run.t[-1]), run.q[-1], run.v[-1]
+    for body, angle in run.turns.items():
+        system.set_turn(body, float(angle[-1]))
+    a, lam = accelerations(system, t, q, v, run.left_out)
+    return OperatingPoint(system, name, t, q, v, a, lam, tuple(run.left_out), [])

@@ -1,0 +1,90 @@
+"""mbdsl linearise: the matrices A, B, C, D of a model about a state."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mbdsl.cli import _values as values
+from mbdsl.cli.eigen import state
+from mbdsl.errors import UsageError
+from mbdsl.storage import output_files
+
+if TYPE_CHECKING:
+    from mbdsl.analysis.linearisation import Linearisation
+
+SUFFIXES = (".json", ".mat", ".npz")
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "linearise",
+        help="linear state-space model: A, B, C, D about a state",
+        description="Linearise a model about a state in minimal coordinates; print names, units and the matrices of "
+        "x' = A x + B u, y = C x + D u, for deviations x, u and y from that state.",
+    )
+    values.add_model(parser)
+    parser.add_argument(
+        "--at",
+        metavar="STATE",
+        type=state,
+        default="static",
+        help="static: the equilibrium that `mbdsl static` finds (default); start: the initial state with its "
+        "velocities; a time such as 1.5s: the state of a simulation at that time",
+    )
+    parser.add_argument("--inputs", metavar="NAME,...", type=values.names, help="inputs u; default: all")
+    parser.add_argument(
+        "--signals", metavar="NAME,...", type=values.patterns, help="outputs y, such as pin.phi; default: the states"
+    )
+    parser.add_argument("--output", metavar="FILE", help="write matrices, names and units (.json, .mat, .npz)")
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    if args.output:
+        output_files.check([args.output], [args.model])
+        if Path(args.output).suffix.lower() not in SUFFIXES:
+            raise UsageError(f"unknown suffix of `{args.output}`", hint=f"known are {', '.join(SUFFIXES)}")
+    scene = values.load_model(args)
+    output_files.check([args.output], scene.files)
+
+    from mbdsl.analysis.linearisation import linearise
+    from mbdsl.compilation import code_cache
+
+    code_cache.alone()
+    found = linearise(scene, args.at, args.inputs, args.signals, announce=lambda text: print(text, file=sys.stderr))
+    print(found)
+    if args.output:
+        write(found, args.output)
+        print(f"{args.output}: A, B, C, D, with names, units and values at the state")
+    return 0
+
+
+def write(found: Linearisation, path: str) -> None:
+    """All content of a linear model: lists in JSON; arrays in .npz and in .mat files of MATLAB and Octave."""
+    import numpy as np
+
+    content = found.to_dict()
+    suffix = Path(path).suffix.lower()
+    if suffix == ".json":
+        plain = {key: _plain(x.tolist()) if isinstance(x, np.ndarray) else x for key, x in content.items()}
+        output_files.write_text(path, json.dumps(plain, indent=2) + "\n")
+        return
+    with output_files.writing(path) as stream:
+        if suffix == ".npz":
+            np.savez(stream, **{key: np.asarray(x) for key, x in content.items()})  # type: ignore[arg-type]
+        else:
+            from scipy.io import savemat
+
+            cells = {key: np.array(x, dtype=object) if isinstance(x, list) else x for key, x in content.items()}
+            savemat(stream, cells)
+
+
+def _plain(x):
+    """Numbers for JSON, which has no nan."""
+    if isinstance(x, list):
+        return [_plain(part) for part in x]
+    return x if x == x else None
