@@ -1,8 +1,8 @@
 """Bases of the directions that the constraints allow, in coordinates with names and SI units.
 
 :class:`mbdsl.analysis.tangent_bases.Moving` chooses the coordinates: signals of joints first, then coordinates of
-bodies, the most independent ones first. The speeds are rates of these coordinates, chosen in the same way among those
-that nonholonomic constraints leave independent.
+bodies; always the first in the model that is at least half as independent as the most independent one. The speeds are
+rates of these coordinates, chosen in the same way among those that nonholonomic constraints leave independent.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbdsl.analysis.tangent_bases import Moving
+from mbdsl.analysis.tangent_bases import LEAST, Moving
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.symbolic import RATE, Expr, coordinate, der
 from mbdsl.mechanism.signal_names import SignalNames
@@ -47,6 +47,20 @@ class Named(Moving):
         targets, turned = super()._coordinates(t, q, v)
         order = {expression: k for k, expression in enumerate(self._known())}
         return sorted(targets, key=order.__getitem__), sorted(turned)
+
+    @staticmethod
+    def _independent(rows: Array, free: Array) -> tuple[list[int], Array]:
+        """As in ``Moving``, but the first row that is at least half as independent as the most independent one."""
+        found: list[int] = []
+        while free.shape[1] and len(rows):
+            size = np.linalg.norm(rows @ free, axis=1)
+            largest = float(size.max())
+            if largest < LEAST:
+                break
+            k = int(np.argmax(size >= 0.5 * largest))
+            found.append(k)
+            free = free @ null_space((rows[k] @ free)[None])
+        return found, free
 
     def _speeds(self, B: Array) -> Array:
         """The most independent of the rates y' themselves, with lengths relative to the mechanism's size."""

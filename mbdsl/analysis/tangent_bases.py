@@ -21,6 +21,8 @@ from mbdsl.system.signals import gradients
 Complex = NDArray[np.complex128]
 CENTRE: Pose = (0.0, 0.0, 0.0)  #: centre of a beam: its frame c
 
+LEAST = 1e-3  #: sine of the angle below which a row does not separate directions
+
 
 def of_positions(expression: Expr) -> bool:
     found = leaves(expression)
@@ -113,7 +115,7 @@ class Moving:
         while free.shape[1] and len(rows):  # the most independent one first
             size = np.linalg.norm(rows @ free, axis=1)
             k = int(np.argmax(np.round(size, 9)))
-            if size[k] < 1e-3:
+            if size[k] < LEAST:
                 break
             found.append(k)
             free = free @ null_space((rows[k] @ free)[None])

@@ -187,3 +187,8 @@ def test_what_accuracy_costs_is_what_was_measured(monkeypatch):
 def test_long_results(tmp_path, capsys):
     script("long_results").run(2000, tmp_path, "info")
     assert re.search(r"^info npz +[\d.]+ +[\d.]+ +\d+ +\d+ MB$", capsys.readouterr().out, re.MULTILINE)
+
+
+def test_control_loop():
+    lines = script("control_loop").table(repeats=1, number=2).splitlines()
+    assert len(lines) == 12 and all(float(x) > 0.0 for line in lines[1:] for x in line.split()[-2:])

@@ -89,9 +89,9 @@ def test_reactions_accelerations_and_inputs_as_outputs():
     np.testing.assert_allclose(found.D[2:6], rows @ unit, atol=1e-12)
     np.testing.assert_allclose(np.abs(found.C[1]), 0.2 * np.abs(found.C[2]), atol=1e-11)
     np.testing.assert_allclose(np.abs(found.D[1]), 0.2 * np.abs(found.D[2]), atol=1e-12)
-    assert found.C[0].tolist() == [1.0, 0.0, 0.0, 0.0]
-    np.testing.assert_allclose(found.C[6], [0.0, 0.0, 1.0, -0.6], atol=1e-14)
-    assert found.output_units == ["m", "N", "m/s2", "m/s2", "rad/s2", "N", "m/s"] and not found.D[[0, 6]].any()
+    np.testing.assert_allclose(found.C[0], [1.0, 0.0, 0.0, 0.0], atol=1e-13)
+    np.testing.assert_allclose(found.C[6], [0.0, 0.0, 1.0, -0.6], atol=1e-13)
+    assert found.output_units == ["m", "N", "m/s2", "m/s2", "rad/s2", "N", "m/s"] and np.abs(found.D[[0, 6]]).max() < 1e-13
 
 
 def test_a_moving_pendulum():
@@ -109,7 +109,7 @@ def test_a_moving_pendulum():
     sign = np.sign(found.C[0, 0] / ax[0])
     np.testing.assert_allclose(sign * found.C[0], 2.0 * ax, rtol=1e-8)
     np.testing.assert_allclose(sign * found.D[0], -2.0 * 0.5 * l * np.sin(phi) * b, rtol=1e-10)
-    np.testing.assert_allclose(found.C[1], [-l * np.sin(phi) * w, l * np.cos(phi)], rtol=1e-12)
+    np.testing.assert_allclose(found.C[1], [-l * np.sin(phi) * w, l * np.cos(phi)], rtol=1e-9)
     assert any("frozen" in note for note in found.notes)
 
 
@@ -147,8 +147,8 @@ def test_eigenvalues(name, at):
 
 def test_eigenvalues_of_a_beam():
     """Lengths of a millimetre beside angles, and coordinates of the beam by their names."""
-    text = """model B Ground ground; FlexibleBeam beam(length = 1 m, width = 10 mm, height = 5 mm, E = 70 GPa,
-        rho = 2700 kg/m3, modes = 3); Fixed weld(ground, beam.a); end B;"""
+    text = """model B Ground ground; FlexibleBeam beam(length = 1 m, S = 50 mm2, I = 104 mm4, E = 70 GPa,
+        density = 2700 kg/m3, modes = 3); Fixed weld(ground, beam.a); end B;"""
     scene = mbdsl.parse(text)
     found = mbdsl.linearise(scene)
     assert_eigenvalues(found, mbdsl.eigen(scene, count=None), 1e-9)
@@ -196,7 +196,7 @@ def test_step_responses():
     """The deviation from the motion is of second order: an eighth of the step of the inputs, a sixty-fourth of it."""
     outputs = ["O.phi", "block.vx", "A.fx", "slide.fy", "rod.alpha", "spring.force"]
     linear = mbdsl.linearise(mbdsl.parse(CRANK), outputs=outputs)
-    assert linear.inputs == ["u", "f"] and linear.states[0] == "O.phi"
+    assert linear.inputs == ["u", "f"] and linear.states == ["O.phi", "O.w"]
     rest = CRANK.replace("guess crank.phi = 60 deg", f"crank.phi = {float(linear.x0[0])!r} rad")
     errors = []
     for size in (1.0, 1.0 / 8.0):
@@ -244,8 +244,8 @@ def test_an_input_that_prescribes_a_velocity():
 
 
 def test_a_coordinate_without_mass():
-    scene = mbdsl.parse("""model V Ground ground(g = 0); PointMass a(m = 0 kg); Prismatic s(ground, a);
-        SpringDamper k(ground, a, k = 1 N/m, c = 1 N.s/m); initial equation s.s = 1 m; end V;""")
+    scene = mbdsl.parse("""model V Ground ground(g = 0); Body a(m = 1 kg, I = 0 kg.m2); Revolute R(ground, a.c);
+        RotationalSpringDamper k(R, k = 1 N.m/rad, c = 1 N.m.s/rad); end V;""")
     with pytest.raises(UsageError, match="without mass"):
         mbdsl.linearise(scene, "start")
 
@@ -268,8 +268,8 @@ def test_command(tmp_path, capsys):
             assert found["states"] == wanted.states and found["at"] == "start"
         else:
             found = io.loadmat(file) if suffix == "mat" else np.load(file)
-            names = [str(np.squeeze(x)[()]) for x in np.ravel(found["states"])]
-            assert [name.strip("[]'") for name in names] == wanted.states
+            names = [str(np.squeeze(x)) for x in np.ravel(found["states"])]
+            assert names == wanted.states
         for letter in "ABCD":
             assert np.array_equal(np.asarray(found[letter], float), getattr(wanted, letter))
     assert cli.main(["linearise", str(model), "--output", str(tmp_path / "linear.txt")]) == 2
