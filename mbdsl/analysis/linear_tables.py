@@ -1,45 +1,20 @@
-"""A linear state-space model as text."""
+"""Vectors and matrices with names as text, for linear state-space models."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbdsl.messages import few
-
-if TYPE_CHECKING:
-    from mbdsl.analysis.linearisation import Linearisation
 
 WIDTH = 80  #: columns of the terminal
 LARGEST = 12  #: largest matrix that is printed
 CELL = 12  #: columns of a number
 
 
-def text(found: Linearisation) -> str:
-    """States, inputs and outputs with their units and values, and the matrices of small models."""
-    where = {"static": "its static equilibrium", "start": f"its state at t = {found.t:g} s"}
-    head = f"{found.scene.name}: x' = A x + B u, y = C x + D u about {where.get(found.at, f'its state at {found.at}')}"
-    lines = [head]
-    for what, names, units, now in (
-        ("x", found.states, found.state_units, found.x0),
-        ("u", found.inputs, found.input_units, found.u0),
-        ("y", found.outputs, found.output_units, found.y0),
-    ):
-        lines += _listed(what, names, units, now)
-    rows = [f"{name}'" for name in found.states]
-    for letter, matrix, left, above in (
-        ("A", found.A, rows, found.states),
-        ("B", found.B, rows, found.inputs),
-        ("C", found.C, found.outputs, found.states),
-        ("D", found.D, found.outputs, found.inputs),
-    ):
-        lines += _matrix(letter, matrix, left, above)
-    return "\n".join([*lines, *(f"note: {note}" for note in found.notes)])
-
-
-def _listed(what: str, names: Sequence[str], units: Sequence[str], now: np.ndarray) -> list[str]:
+def listed(what: str, names: Sequence[str], units: Sequence[str], now: np.ndarray) -> list[str]:
+    """The names of a vector called ``what``, with values and units."""
     if not names:
         return [f"  {what}: none"]
     if len(names) > LARGEST:
@@ -51,7 +26,7 @@ def _listed(what: str, names: Sequence[str], units: Sequence[str], now: np.ndarr
     ]
 
 
-def _matrix(letter: str, matrix: np.ndarray, left: Sequence[str], above: Sequence[str]) -> list[str]:
+def matrix_rows(letter: str, matrix: np.ndarray, left: Sequence[str], above: Sequence[str]) -> list[str]:
     """A matrix with the names of its rows and columns, in as many blocks of columns as the width requires."""
     if not matrix.size:
         return []

@@ -117,9 +117,19 @@ class Linearisation:
         return f"<linear model of {self.scene.name} about {self.at}: {sizes}>"
 
     def __str__(self) -> str:
-        from mbdsl.analysis.linear_tables import text
+        from mbdsl.analysis.linear_tables import listed, matrix_rows
 
-        return text(self)
+        where = {"static": "its static equilibrium", "start": f"its state at t = {self.t:g} s"}
+        about = where.get(self.at, f"its state at {self.at}")
+        lines = [f"{self.scene.name}: x' = A x + B u, y = C x + D u about {about}"]
+        lines += listed("x", self.states, self.state_units, self.x0)
+        lines += listed("u", self.inputs, self.input_units, self.u0)
+        lines += listed("y", self.outputs, self.output_units, self.y0)
+        rates = [f"{name}'" for name in self.states]
+        lines += matrix_rows("A", self.A, rates, self.states) + matrix_rows("B", self.B, rates, self.inputs)
+        lines += matrix_rows("C", self.C, self.outputs, self.states)
+        lines += matrix_rows("D", self.D, self.outputs, self.inputs)
+        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
 
 @blame_model

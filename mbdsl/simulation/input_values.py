@@ -56,7 +56,17 @@ class Inputs(MutableMapping[str, float]):
         return f"<inputs of {self._scene.name}: {dict(self)}>"
 
     def writer(self, names: Sequence[str]) -> Callable[[Sequence[float]], None]:
-        """A function that sets several inputs to the values of a sequence.
+        """Return a function that sets several inputs to the values of a sequence.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Names of inputs.
+
+        Returns
+        -------
+        callable
+            A function of a sequence of values (k,) in SI units.
 
         Raises
         ------
@@ -84,14 +94,14 @@ class Inputs(MutableMapping[str, float]):
 
         return write
 
-    def take(self) -> tuple[float, ...] | None:
+    def _take(self) -> tuple[float, ...] | None:
         """The values of all inputs, if one was set to a new value since the last call."""
         if not self._changed:
             return None
         self._changed = False
         return tuple(self._numbers)
 
-    def put(self, numbers: Sequence[float], changed: bool) -> None:
+    def _put(self, numbers: Sequence[float], changed: bool) -> None:
         """Set all inputs; ``changed`` is whether the next step has to take them over."""
         self._numbers[:] = numbers
         self._changed = changed

@@ -274,7 +274,7 @@ class Simulation:
             raise failure(self._motion, trajectory, status)
 
     def _change_inputs(self) -> None:
-        numbers = self.inputs.take()
+        numbers = self.inputs._take()
         if numbers is None or list(numbers) == self._in_force:
             return
         self._point = None
@@ -308,7 +308,7 @@ class Simulation:
             )
         restore(self._motion, state.taken, state.runs)
         self._in_force[:] = state.in_force
-        self.inputs.put(state.inputs, state.inputs != state.in_force)
+        self.inputs._put(state.inputs, state.inputs != state.in_force)
         changes, count = state.changes
         self._changes = changes[:count]
         self._bind()

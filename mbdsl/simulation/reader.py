@@ -15,6 +15,13 @@ Array = NDArray[np.float64]
 class Reader:
     """Present values of chosen signals, from ``Simulation.reader``; call it.
 
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the signals.
+    reading : callable
+        The functions of signals for the present buffers.
+
     Attributes
     ----------
     names : tuple of str

@@ -29,6 +29,18 @@ class SavedState:
     ----------
     time : float [s]
         Time reached.
+    scene : Scene
+        The model.
+    settings : tuple
+        Method, step, start, options and whether steps are recorded, which have to be the same.
+    taken : int
+        Number of steps, if no part of the model is solved for.
+    runs : tuple of dict
+        The buffers of every part.
+    inputs, in_force : tuple of float
+        Values of the inputs, and those of the last step.
+    changes : tuple
+        The changes of inputs so far: a list of (steps before it, values), and its length then.
     """
 
     time: float
@@ -38,7 +50,7 @@ class SavedState:
     runs: tuple[dict[str, Any], ...]
     inputs: tuple[float, ...]
     in_force: tuple[float, ...]
-    changes: tuple[list[tuple[int, tuple[float, ...]]], int]  #: changes of inputs so far: a list, and its length then
+    changes: tuple[list[tuple[int, tuple[float, ...]]], int]
 
     def __repr__(self) -> str:
         return f"<state of {self.scene.name} at t = {self.time:g} s>"

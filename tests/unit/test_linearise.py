@@ -91,7 +91,9 @@ def test_reactions_accelerations_and_inputs_as_outputs():
     np.testing.assert_allclose(np.abs(found.D[1]), 0.2 * np.abs(found.D[2]), atol=1e-12)
     np.testing.assert_allclose(found.C[0], [1.0, 0.0, 0.0, 0.0], atol=1e-13)
     np.testing.assert_allclose(found.C[6], [0.0, 0.0, 1.0, -0.6], atol=1e-13)
-    assert found.output_units == ["m", "N", "m/s2", "m/s2", "rad/s2", "N", "m/s"] and np.abs(found.D[[0, 6]]).max() < 1e-13
+    assert (
+        found.output_units == ["m", "N", "m/s2", "m/s2", "rad/s2", "N", "m/s"] and np.abs(found.D[[0, 6]]).max() < 1e-13
+    )
 
 
 def test_a_moving_pendulum():
