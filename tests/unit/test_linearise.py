@@ -10,6 +10,7 @@ from scipy import io, signal
 import mbdsl
 from mbdsl import cli
 from mbdsl.analysis.input_forces import input_forces
+from mbdsl.analysis.named_basis import AtRest
 from mbdsl.errors import UsageError
 from mbdsl.system import build
 
@@ -115,13 +116,20 @@ def test_a_moving_pendulum():
     assert any("frozen" in note for note in found.notes)
 
 
-def test_a_pose_that_is_no_equilibrium():
-    """Released from rest, the same equation without differences."""
-    text = CRANK.replace("u*(1 + 0.1*O.phi/1 rad)", "u")
-    found = mbdsl.linearise(mbdsl.parse(text), "start")
-    wanted = mbdsl.eigen(mbdsl.parse(text), "start")
-    assert any("begins to move" in note for note in found.notes)
-    assert_eigenvalues(found, wanted, 1e-8)  # those of ``eigen`` are differences along the motion
+def test_a_pose_that_is_no_equilibrium(monkeypatch):
+    """Released from rest at other angles, the crank has other accelerations; their difference quotient is A."""
+    text = CRANK.replace("guess crank.phi = 60 deg", "O.phi = {phi} rad")
+
+    def at(phi):
+        return mbdsl.linearise(mbdsl.parse(text.format(phi=phi)), "start", outputs=["crank.alpha"])
+
+    found, e = at(1.0), 1e-3
+    assert found.states == ["O.phi", "O.w"] and any("begins to move" in note for note in found.notes)
+    near, far = ((at(1.0 + x).y0[0] - at(1.0 - x).y0[0]) / (2.0 * x) for x in (e, 2.0 * e))
+    assert found.A[1, 0] == pytest.approx((4.0 * near - far) / 3.0, rel=1e-8)  # an error of order e^4
+    assert found.C[0] == pytest.approx(found.A[1], rel=1e-12)
+    monkeypatch.setattr(AtRest, "suits", lambda *state: False)  # by differences along the motion, as if it moved
+    np.testing.assert_allclose(at(1.0).A, found.A, atol=1e-8 * np.abs(found.A).max())
 
 
 def assert_eigenvalues(found, modes, tolerance):
