@@ -1,8 +1,8 @@
-"""Draws the films of the gallery, docs/gallery/*.gif, and its index; measures its loops over 1,000 revolutions.
+"""Draw the films of the gallery, docs/gallery/*.gif, and its index; measure its loops over 1,000 revolutions.
 
 python docs/draw_gallery.py [NAME...]     # of these models, or of all
 
-The command of a page, `mbdsl animate models/gallery/NAME.mbd --trace ...`, names the paths of its film.
+The command of a page, `mbdsl animate models/gallery/NAME.mbd --trace ...`, names the traces of its film.
 """
 
 import io
@@ -50,8 +50,8 @@ GROUPS = {
     ),
 }
 INTRODUCTION = (
-    "Mechanisms of one screen each (`models/gallery/`). Each page has a number that proves the motion right, from a",
-    "closed form or an independent computation, and the command to try it.",
+    "Mechanisms whose models fit on one screen (`models/gallery/`). Each page compares the motion with a closed form or",
+    "an independent computation, and has the command that plays it.",
 )
 COLUMNS = 3  #: of the index
 LARGEST = 100_000  #: size of a film [bytes]
@@ -59,7 +59,7 @@ SIZES = (360, 270), (240, 180)  #: of a film [px]; the second only if the first 
 #: size, number of pictures and number of colours that are tried
 FILMS = (*((SIZES[0], count, 48) for count in (50, 40, 32, 25, 20)), *((SIZES[1], count, 16) for count in (20, 18, 16)))
 SHORTEST, LONGEST = 2.0, 6.0  #: duration of a film [s]; motions of another duration are shown slower or faster
-#: without degrees of freedom all methods find the same motion; the code of this one compiles in the least time
+#: without degrees of freedom all methods find the same motion; this one compiles fastest
 DRIVEN = "newmark"
 TURNS, STEPS = 1000, 24  #: revolutions over which loops are measured, and steps of each
 RESIDUAL = re.compile(r"(largest\s+residual\s+of\s+the\s+loops\s+over\s+1,000\s+revolutions\s+is\s+)\S+( m)")
@@ -70,14 +70,14 @@ def page(name: str) -> str:
 
 
 def option(name: str, flag: str) -> list[str]:
-    """The names that an option of the command of a page lists."""
+    """The names listed in an option of the command of a page."""
     (command,) = re.findall(rf"^mbdsl animate models/gallery/{name}\.mbd.*$", page(name), flags=re.MULTILINE)
     words = shlex.split(command)
     return words[words.index(flag) + 1].split(",") if flag in words else []
 
 
 def film(trajectory: mbdsl.Trajectory, traced: list[str]) -> bytes:
-    """A GIF that repeats: the first of ``FILMS`` that is small enough."""
+    """A looping GIF: the first of ``FILMS`` that is small enough."""
     shown = trajectory.animate(traces=traced)
     seconds = min(LONGEST, max(SHORTEST, float(trajectory.t[-1] - trajectory.t[0])))
     with tempfile.TemporaryDirectory() as folder:
@@ -100,7 +100,7 @@ def shortened(path: Path, count: int, colours: int, seconds: float) -> bytes:
             images.append(whole.convert("RGB"))
     palette = images[0].quantize(colours, dither=Image.Dither.NONE)
     frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
-    ends = np.rint(100 * seconds * np.arange(count + 1) / count).astype(int)  # a GIF counts hundredths of a second
+    ends = np.rint(100 * seconds * np.arange(count + 1) / count).astype(int)  # times in a GIF are in hundredths of a second
     stream = io.BytesIO()
     lengths = (10 * np.diff(ends)).tolist()
     frames[0].save(stream, "GIF", save_all=True, append_images=frames[1:], duration=lengths, loop=0)
@@ -108,7 +108,7 @@ def shortened(path: Path, count: int, colours: int, seconds: float) -> bytes:
 
 
 def turned(scene: mbdsl.Scene) -> mbdsl.Trajectory:
-    """A run of 1,000 revolutions of a driven mechanism, each of which lasts as long as its experiment."""
+    """A run of 1,000 revolutions of a driven mechanism; a revolution is the duration of its experiment."""
     stop = scene.experiment.stop
     return mbdsl.simulate(scene, method=DRIVEN, step=stop / STEPS, stop=TURNS * stop, interval=stop / STEPS)
 
