@@ -50,8 +50,8 @@ GROUPS = {
     ),
 }
 INTRODUCTION = (
-    "Mechanisms whose models fit on one screen (`models/gallery/`). Each page compares the motion with a closed form or",
-    "an independent computation, and has the command that plays it.",
+    "Mechanisms whose models fit on one screen (`models/gallery/`). Each page compares the motion with a closed form",
+    "or an independent computation, and has the command that plays it.",
 )
 COLUMNS = 3  #: of the index
 LARGEST = 100_000  #: size of a film [bytes]
@@ -100,7 +100,7 @@ def shortened(path: Path, count: int, colours: int, seconds: float) -> bytes:
             images.append(whole.convert("RGB"))
     palette = images[0].quantize(colours, dither=Image.Dither.NONE)
     frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
-    ends = np.rint(100 * seconds * np.arange(count + 1) / count).astype(int)  # times in a GIF are in hundredths of a second
+    ends = np.rint(100 * seconds * np.arange(count + 1) / count).astype(int)  # [0.01 s], as in a GIF
     stream = io.BytesIO()
     lengths = (10 * np.diff(ends)).tolist()
     frames[0].save(stream, "GIF", save_all=True, append_images=frames[1:], duration=lengths, loop=0)

@@ -174,7 +174,7 @@ class Modes(Sequence[Mode]):
         return complex((gradients(self.system, [expression], self.t, self.q, self.v)[1] @ self.modes[k].shape)[0])
 
     def animate(self, path: str | PathLike | None = None, mode: int | None = None) -> ModeAnimation:
-        """Show the mode shapes as motions.
+        """Animate the mode shapes.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Runs of commands that show a motion: a model is simulated, and what a run that ends early has computed is kept."""
+"""Runs for commands that show a motion: a model is simulated; the results of a run that ends early are kept."""
 
 from __future__ import annotations
 

@@ -143,7 +143,7 @@ def add_model(parser: argparse.ArgumentParser, metavar: str = "MODEL", help: str
 
 
 def add_changes(parser: argparse.ArgumentParser) -> None:
-    """Changes of a model, and its imports."""
+    """The arguments that change a model and find its imports."""
     parser.add_argument(
         "--set",
         metavar="NAME=VALUE",

@@ -42,7 +42,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         metavar="GROUP,...",
         type=_arrows,
         default=("forces",),
-        help="arrows that are drawn at first: forces, reactions, both, or none; default: forces",
+        help="arrows in a film, or in a page when it opens: forces, reactions, both, or none; default: forces",
     )
     parser.add_argument(
         "--ghost", metavar="RESULT", help="another result, which is drawn pale behind the motion at the same time"

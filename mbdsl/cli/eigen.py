@@ -48,17 +48,17 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     parser.add_argument("--count", metavar="N", type=number_of_modes, default=10, help="number of modes; default 10")
     parser.add_argument("--output", metavar="FILE", help="write frequencies, damping and shapes (.csv, .json)")
-    parser.add_argument("--animate", action="store_true", help="write a page that shows the mode shapes as motions")
+    parser.add_argument("--animate", action="store_true", help="write a page that animates the mode shapes")
     parser.add_argument(
         "--out",
         metavar="FILE",
-        help="of --animate: a page (.html) or a film of one mode (.gif, .mp4); default: NAME-modes.html",
+        help="with --animate: a page (.html) or a film of one mode (.gif, .mp4); default: NAME-modes.html",
     )
     parser.add_argument(
         "--mode",
         metavar="N",
         type=number_of_modes,
-        help="of --animate: the mode of a film, and the first that a page shows; default: the first that oscillates",
+        help="with --animate: the mode of a film, or the first on a page; default: the first that oscillates",
     )
     values.add_size(parser)
     return parser

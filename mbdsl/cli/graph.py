@@ -16,7 +16,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         "graph",
         help="show which joints connect which bodies",
         description="Show the bodies of a model and the joints, drivers and forces between them: loops, redundant "
-        "joints, bodies that are solved as one, and what drivers move; to a file, or without --out in characters.",
+        "joints, bodies that are solved as one, and the bodies that drivers move. Without --out, print a tree.",
     )
     values.add_model(parser)
     parser.add_argument(
@@ -25,7 +25,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--quick",
         action="store_true",
-        help="do not search for redundant constraints, which may compile code for the initial positions",
+        help="do not search for redundant constraints; the search may compile code",
     )
     return parser
 

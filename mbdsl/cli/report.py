@@ -20,8 +20,8 @@ def register(subparsers) -> argparse.ArgumentParser:
         "report",
         help="write a page about a model and its run",
         description="Simulate a model and write one HTML page: its text, picture, graph and effects, the motion, main "
-        "signals, energy and constraint drift, the run's statistics, and what is needed to repeat it. The page loads "
-        "nothing and can be mailed or printed.",
+        "signals, energy and constraint drift, the run's statistics, and the data that are required to repeat it. The "
+        "page loads nothing and can be mailed or printed.",
     )
     values.add_model(parser)
     values.add_method(parser)
@@ -37,9 +37,9 @@ def register(subparsers) -> argparse.ArgumentParser:
         "--at",
         metavar="STATE",
         type=state,
-        help="of --eigen: static (default), start, or a time such as 1.5s; see `mbdsl eigen`",
+        help="with --eigen: the state, static (default), start, or a time such as 1.5s; see `mbdsl eigen`",
     )
-    parser.add_argument("--out", metavar="FILE", help="the page (.html); default: the name of the model + -report.html")
+    parser.add_argument("--out", metavar="FILE", help="the page (.html); default: NAME-report.html")
     parser.add_argument("--quiet", action="store_true", help="print errors and warnings only")
     return parser
 

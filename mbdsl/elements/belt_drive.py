@@ -1,11 +1,11 @@
-"""BeltDrive: a belt or chain around two pulleys or sprockets, without slip and stretch (a constraint of positions).
+"""BeltDrive: a belt or chain around two pulleys or sprockets, without slip or stretch (a constraint of positions).
 
     g = r_a (phi_a - theta) + r_b (phi_b - theta - phi0)                                 (1 row)
 
 with theta the angle of the line of centres, see line_of_centres.py; r_b is negative for an open belt, whose pulleys
-turn in the same sense, and positive for a crossed belt. Both strands become longer or shorter by the same amount where
-the centres move apart or together, which changes no angle. The multiplier is the difference of the tensions of the
-strands [N]; their sum, the pull between the centres, depends on how the belt was mounted and is left out.
+turn in the same sense, and positive for a crossed belt. If the centres move apart or together, both strands
+change their length by the same amount, which changes no angle. The multiplier is the difference of the tensions of the
+strands [N]; the sum of the tensions depends on the pretension and is left out.
 """
 
 from mbdsl.compilation.marks import kernel
@@ -25,12 +25,12 @@ def check(values):
 
 KIND = JointKind(
     "BeltDrive",
-    doc="A belt or chain around two pulleys or sprockets about the frame origins, without slip and stretch.",
+    doc="A belt or chain around two pulleys or sprockets about the frame origins, without slip or stretch.",
     rows=1,
     parameters=(
         Parameter("r_a", "m", doc="radius about frame_a", positive=True),
         Parameter("r_b", "m", doc="radius about frame_b", positive=True),
-        Parameter("crossed", "", False, "the strands cross: the pulleys turn in opposite senses"),
+        Parameter("crossed", "", False, "whether the strands cross, so that the pulleys turn in opposite senses"),
         Parameter("phi0", "rad", 0.0, "angle of frame_b when frame_a and the line of centres are at angle 0"),
     ),
     signals=SIGNALS,

@@ -3,8 +3,8 @@
     g = s - f(phi),  s = t_b . (r_b - r_a),  phi = phi_a - phi_b                         (1 row)
 
 The follower moves along the x axis of frame_b, which its guide keeps from turning; s is its position from the centre of
-the cam. On a flat follower the cam touches at the distance f'(phi) from the axis, and the multiplier is the contact
-force [N]. On other followers the contact force also has a component across the guide, which does no work and is left
+the cam. A flat follower touches the cam at the distance f'(phi) from the axis, and the multiplier is the contact
+force [N]. For other followers the contact force also has a component across the guide, which does no work and is left
 out.
 """
 
@@ -18,9 +18,9 @@ DRAWING = "cam"
 KIND = JointKind(
     "Cam",
     doc="A cam about the origin of frame_a moves the origin of frame_b along the x axis of frame_b, as a function of "
-    "its angle.",
+    "the cam angle.",
     rows=1,
-    parameters=(Parameter("s", "m", doc="position of the follower by the angle phi of the cam", law=True),),
+    parameters=(Parameter("s", "m", doc="position of the follower at the cam angle phi", law=True),),
     signals=(
         Signal("phi", "rad", "frame_a.phi - frame_b.phi", "angle of the cam relative to the axis of the follower"),
         Signal("w", "rad/s", "der(phi)", "angular velocity of the cam"),

@@ -2,8 +2,8 @@
 
     force = k d max(0, 1 + alpha d'),  d = r_a + r_b - |r_b - r_a| > 0                   see contact_law.py
 
-(in a hole d = |r_b - r_a| - (r_a - r_b)), along the line of centres, without friction. Its law is the one of a linear
-spring; the flattening of solid bodies (Hertz) is stiffer at larger depths.
+(in a hole d = |r_b - r_a| - (r_a - r_b)), along the line of centres, without friction. The spring is linear;
+the contact of solid bodies (Hertz) becomes stiffer with the depth.
 """
 
 from mbdsl.compilation.marks import kernel
@@ -22,7 +22,7 @@ def check(values):
 
 
 def derive(values):
-    """``side``: the sense in which contact pushes along the distance; ``reach``: the distance at first touch."""
+    """``side``: the sign of the contact force along the distance; ``reach``: the distance at first touch."""
     inside = values["internal"]
     reach = values["r_a"] - values["r_b"] if inside else values["r_a"] + values["r_b"]
     return {"side": (-1.0 if inside else 1.0,), "reach": (reach,), "alpha": (contact_law.rate(values, "v_0"),)}
@@ -36,7 +36,7 @@ KIND = ForceKind(
     parameters=(
         Parameter("r_a", "m", doc="radius about frame_a", positive=True),
         Parameter("r_b", "m", doc="radius about frame_b", positive=True),
-        Parameter("internal", "", False, "circle b is in a round hole, circle a"),
+        Parameter("internal", "", False, "whether circle a is a round hole that contains circle b"),
         *contact_law.parameters("N/m", "v_0", "m/s"),
     ),
     signals=(
@@ -46,7 +46,7 @@ KIND = ForceKind(
             "force",
             "N",
             "side[1]*k*max(0, depth)*max(0, 1 - alpha[1]*side[1]*v)",
-            "contact force along the distance, positive if it pushes apart",
+            "contact force along the line of centres, positive if it pushes the centres apart",
         ),
     ),
     energy="0.5*k*max(0, depth)^2",

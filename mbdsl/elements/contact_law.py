@@ -23,7 +23,7 @@ def parameters(stiffness: str, speed: str, unit: str) -> tuple[Parameter, ...]:
     return (
         Parameter("k", stiffness, doc="stiffness", positive=True),
         Parameter("e", "1", 1.0, f"coefficient of restitution of an impact at the speed {speed}", positive=True),
-        Parameter(speed, unit, None, "speed of approach with this restitution; required with e < 1", positive=True),
+        Parameter(speed, unit, None, "speed of approach of this impact; required with e < 1", positive=True),
     )
 
 
@@ -47,7 +47,7 @@ def check(values: Mapping, speed: str) -> str | None:
     """The error text, if the coefficient of restitution or the speed cannot be used."""
     e = values["e"]
     if not LEAST <= e <= 1.0:
-        return f"e is {e:g}, but a coefficient of restitution is between {LEAST:g} and 1"
+        return f"e is {e:g}, the coefficient of restitution must be between {LEAST:g} and 1"
     if e < 1.0 and values[speed] is None:
         return f"e = {e:g} needs `{speed}`, the speed of approach at which an impact has this restitution"
     return None

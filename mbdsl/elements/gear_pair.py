@@ -3,9 +3,10 @@
     g = r_a (phi_a - theta) + r_b (phi_b - theta - phi0)                                 (1 row)
 
 with theta the angle of the line of centres, see line_of_centres.py; for a ring with internal teeth r_b is negative, and
-theta is that of the line from frame_b to frame_a, on which the circles touch. The centres may move, as those of planets
-do: whatever holds them apart is the carrier. The multiplier is the force between the teeth along the tangent of the
-pitch circles [N]; the force along the line of centres, from the angle of pressure, does no work and is left out.
+theta is that of the line from frame_b to frame_a, on which the circles touch. The centres may move, like those of
+planets: the body that holds them apart is the carrier. The multiplier is the force between the teeth along the common
+tangent of the pitch circles [N]; the force along the line of centres, due to the pressure angle, does no work and is
+left out.
 """
 
 from math import pi
@@ -26,7 +27,7 @@ REACTIONS = wrench(
     f"lam[1]*(r[1] + r[2])*(frame_b.x - frame_a.x)/{SQUARE}",
     "-(lam[1]*r[2])",
 )
-CLOSE = 1e-3  #: least difference of two radii, relative to their mean, whose sign is known in a motion
+CLOSE = 1e-3  #: difference of two radii, relative to their mean, below which its sign is not reliable in a motion
 
 
 def close(r_a, r_b):
@@ -43,13 +44,13 @@ def check(values):
 
 KIND = JointKind(
     "GearPair",
-    doc="Two gears in mesh: their pitch circles about the frame origins roll on each other. Joints of their own hold "
-    "the centres apart, on the ground or on a carrier that moves.",
+    doc="Two gears in mesh: their pitch circles about the frame origins roll on each other. Other joints hold "
+    "the centres apart, on the ground or on a moving carrier.",
     rows=1,
     parameters=(
         Parameter("r_a", "m", doc="pitch radius about frame_a", positive=True),
         Parameter("r_b", "m", doc="pitch radius about frame_b", positive=True),
-        Parameter("internal", "", False, "frame_b is a ring with internal teeth, around frame_a"),
+        Parameter("internal", "", False, "whether frame_b is a ring gear with internal teeth, around frame_a"),
         Parameter("phi0", "rad", 0.0, "angle of frame_b when frame_a and the line of centres are at angle 0"),
     ),
     signals=SIGNALS,

@@ -4,7 +4,7 @@
 
 theta jumps by a turn where the line passes the direction theta_0 - pi, in which few machines have a line of centres.
 
-Circles of radii r_a and r_b about these origins that roll on each other outside obey
+Circles of radii r_a and r_b about these origins that roll on each other externally obey
 
     r_a (w_a - theta') + r_b (w_b - theta') = 0
 

@@ -2,7 +2,7 @@
 
     g = t_a . (r_b - r_a) + radius (phi_b - phi_a) - s0                                  (1 row)
 
-Unlike RollingDisc it leaves the distance of the pinion from the rack to other joints, and it constrains positions. The
+Unlike RollingDisc, it constrains positions, and other joints hold the distance of the pinion from the rack. The
 multiplier is the force between the teeth along the rack [N].
 """
 
@@ -15,12 +15,12 @@ from mbdsl.elements.kind import JointKind, Parameter, wrench
 DRAWING = "rack"
 KIND = JointKind(
     "RackAndPinion",
-    doc="A pinion about the origin of frame_b rolls on a rack along the x axis of frame_a, above it. Joints of their "
-    "own guide the rack and hold the pinion.",
+    doc="A pinion about the origin of frame_b rolls on a rack along the x axis of frame_a, above it. Other "
+    "joints guide the rack and hold the pinion.",
     rows=1,
     parameters=(
         Parameter("radius", "m", doc="pitch radius of the pinion", positive=True),
-        Parameter("s0", "m", 0.0, "position of the pinion along the rack where frame_b is at the angle of frame_a"),
+        Parameter("s0", "m", 0.0, "position of the pinion along the rack when frame_b is at the angle of frame_a"),
     ),
     signals=(*prismatic.KIND.signals, *revolute.KIND.signals),
     reactions=wrench("-(cos(frame_a.phi)*lam[1])", "-(sin(frame_a.phi)*lam[1])", "-(radius*lam[1])"),

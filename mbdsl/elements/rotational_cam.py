@@ -1,10 +1,11 @@
-"""RotationalCam: a cam that turns a follower by a function f of its own angle; also Geneva drives and uneven gears.
+"""RotationalCam: a cam turns a follower by a function f of its own angle; also Geneva drives, non-circular gears.
 
     g = beta - f(phi),  phi = phi_a - theta,  beta = phi_b - theta                       (1 row)
 
 with theta the angle of the line of centres, see line_of_centres.py. Whole turns are removed from g. The multiplier is
-the torque on the follower [N.m]. The force on both bearings is that of a contact where the common normal crosses the
-line of centres, across this line; the component along the line does no work and is left out.
+the torque on the follower [N.m]. The bearing forces are those of a contact force perpendicular to the line of
+centres, at the point where the common normal crosses this line; the component along the line does no work and is left
+out.
 """
 
 from mbdsl.compilation.buffer_layout import VALUE
@@ -15,10 +16,10 @@ from mbdsl.elements.line_of_centres import FORMULA, SQUARE, TURN, add_direction,
 DRAWING = "dashed"
 KIND = JointKind(
     "RotationalCam",
-    doc="A cam about the origin of frame_a turns frame_b about its origin, as a function of the angle. Both angles are "
-    "measured from the line between the origins.",
+    doc="A cam about the origin of frame_a turns frame_b about its origin, as a function of the cam angle. Both angles "
+    "are measured from the line between the origins.",
     rows=1,
-    parameters=(Parameter("beta", "rad", doc="angle of the follower by the angle phi of the cam", law=True),),
+    parameters=(Parameter("beta", "rad", doc="angle of the follower at the cam angle phi", law=True),),
     signals=(
         Signal("theta", "rad", FORMULA, "angle of the line from frame_a to frame_b"),
         Signal("phi", "rad", "frame_a.phi - theta", "angle of the cam, from this line"),

@@ -12,7 +12,7 @@ from mbdsl.elements.translational_stop import bounds, check_limits, energy, forc
 DRAWING = "nothing"
 KIND = ForceKind(
     "RotationalStop",
-    doc="Limits of an angle: beyond them a stiff torsional spring pushes back, and never pulls.",
+    doc="Limits of an angle: beyond them a stiff torsional spring pushes back; it never pulls.",
     rows=1,
     parameters=(*limits("phi_min", "phi_max", "rad"), *contact_law.parameters("N.m/rad", "w_0", "rad/s")),
     signals=(*revolute.KIND.signals, Signal("torque", "N.m", force("phi", "w"), "resisting torque")),

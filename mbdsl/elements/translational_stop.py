@@ -14,8 +14,8 @@ DRAWING = "stop"
 def limits(low: str, high: str, unit: str) -> tuple[Parameter, ...]:
     """The parameters of a range."""
     return (
-        Parameter(low, unit, None, "lower limit; none if it is left out"),
-        Parameter(high, unit, None, "upper limit; none if it is left out"),
+        Parameter(low, unit, None, "lower limit; no limit if omitted"),
+        Parameter(high, unit, None, "upper limit; no limit if omitted"),
     )
 
 
@@ -46,7 +46,7 @@ def energy(s):
 
 KIND = ForceKind(
     "TranslationalStop",
-    doc="End stops of a sliding joint: beyond its limits a stiff spring pushes back, and never pulls.",
+    doc="End stops of a sliding joint: beyond its limits a stiff spring pushes back; it never pulls.",
     rows=1,
     parameters=(
         *limits("s_min", "s_max", "m"),

@@ -294,7 +294,7 @@ class Builder:
         name = self._name(body)
         part = self._assembly.parts.get(name.replace(" ", ""))
         if part is None or not is_body(part):
-            raise ModelError(f"`{name}` is no body", hint=did_you_mean(name, self._assembly.parts))
+            raise ModelError(f"`{name}` is not a body", hint=did_you_mean(name, self._assembly.parts))
         graphics = s.Array(tuple(parse_expression(text, f"<shape of {name}>") for text in parts))
         whole = s.Argument("Shape", None, (s.Argument("graphics", graphics),))
         part.drawn.append(((whole,), self._instance.scope))

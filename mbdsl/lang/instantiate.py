@@ -233,7 +233,7 @@ class Instance:
         return part
 
     def _refuse_shapes(self, d: s.Declaration, kind: object) -> None:
-        """Refuse a Shape of anything but a body or the ground where it is declared."""
+        """Refuse a Shape of anything except a body or the ground at its declaration."""
         from mbdsl.lang.shapes import ICON, shapes_among
 
         known = kinds().get(kind) if isinstance(kind, str) else None
@@ -241,9 +241,9 @@ class Instance:
             return
         for shape in shapes_among(d.notes):
             if shape.name != ICON:
-                what = "is declared in a model around this one" if "outer" in d.prefixes else "is no body"
-                hint = "give it to a body or to the ground, behind its declaration"
-                raise ModelError(f"`{d.name}` {what}, a Shape belongs to a body", span_of(shape.at), hint)
+                what = "is declared in an enclosing model" if "outer" in d.prefixes else "is not a body"
+                hint = "give it to a body or to the ground, after its declaration"
+                raise ModelError(f"`{d.name}` {what}; a Shape belongs to a body", span_of(shape.at), hint)
 
     def _refuse_loose_shapes(self) -> None:
         """Refuse a Shape in the annotation of a model; its Icon is for diagrams and is ignored."""
@@ -251,7 +251,7 @@ class Instance:
             for a in annotation.arguments:
                 function = a.value.function if isinstance(a.value, s.Call) else None
                 if "Shape" in (a.name, write(function)):
-                    hint = "write it behind the declaration of the body: `Rod rod(...) annotation(Shape(...));`"
+                    hint = "write it after the declaration of the body: `Rod rod(...) annotation(Shape(...));`"
                     raise ModelError("a Shape belongs to a body, not to a model", span_of(a.at), hint)
 
     def _sub_models(

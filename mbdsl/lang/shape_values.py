@@ -44,7 +44,7 @@ def lengths(value: Value, what: str) -> float | tuple:
         if isinstance(x, tuple):
             pending += x
         elif abs(x) > FAR:
-            raise ModelError(f"{what} is {x:g} m, the largest coordinate is {FAR:g} m")
+            raise ModelError(f"{what} is {x:g} m; the largest coordinate is {FAR:g} m")
     return found
 
 
@@ -80,7 +80,7 @@ def point(value: Value, what: str) -> Point:
 def length(value: Value, what: str) -> float:
     found = width(value, what)
     if found == 0.0:
-        raise ModelError(f"{what} is 0, it must be positive")
+        raise ModelError(f"{what} is 0; it must be positive")
     return found
 
 
@@ -89,7 +89,7 @@ def width(value: Value, what: str) -> float:
     if isinstance(found, tuple):
         raise ModelError(f"{what}: found {words(value)}, expected a single length")
     if found < 0.0:
-        raise ModelError(f"{what} is {found:g} m, it must not be negative")
+        raise ModelError(f"{what} is {found:g} m; it must not be negative")
     return found
 
 
@@ -122,7 +122,7 @@ def colour(value: Value, what: str) -> str:
         text = "#" + "".join(2 * c for c in text[1:])
     if text in COLOURS or re.fullmatch("#[0-9a-f]{6}", text):
         return COLOURS.get(text, text)
-    raise ModelError(f'{what}: "{value.value}" is no colour', hint=did_you_mean(text, COLOURS) or hint)
+    raise ModelError(f'{what}: "{value.value}" is not a colour', hint=did_you_mean(text, COLOURS) or hint)
 
 
 def words(value: Value) -> str:

@@ -34,7 +34,7 @@ FIELDS = {
 REQUIRED = {"Polygon": "points", "Rectangle": "extent", "Circle": "radius", "Ellipse": "extent", "Line": "points"}
 REQUIRED |= {"Path": "d"}
 LENGTHS = ("points", "extent", "radius", "center", "origin", "lineThickness", "thickness", "scale")
-#: names of Modelica without the same meaning here -> what is written instead
+#: Modelica names without the same meaning here -> the remedy
 OTHERS = {
     "Text": "the page shows the names of bodies with the key L; letters are not drawn on bodies",
     "Bitmap": 'give the outline of the part: `Path(d = "M 0 0 L 10 0 ...", scale = 1 mm)`; no file is read',
@@ -42,7 +42,7 @@ OTHERS = {
     "`points = {{0, 0}, {20, 0}} mm`",
     "smooth": 'give curves as `Path(d = "M 0 0 C ...", scale = 1 mm)`',
     "startAngle": 'give an arc as `Path(d = "M 10 0 A 10 10 0 0 1 0 10", scale = 1 mm)`',
-    "arrow": "give the head of the arrow as a Polygon",
+    "arrow": "draw the arrowhead as a Polygon",
     "visible": "leave the shape out",
     "textString": "letters are not drawn on bodies",
     "borderPattern": "leave it out",
@@ -261,12 +261,12 @@ def _outlines(fields: _Fields, scale: float) -> Iterator[tuple[str, list[tuple[P
 
 
 def total(shapes: tuple[DrawnShape, ...], before: int, at: At) -> int:
-    """The number of points with those of more shapes.
+    """The number of points including those of further shapes.
 
     Raises
     ------
     ModelError
-        If a page could not hold them.
+        If there are too many points for a page.
     """
     found = before + sum(map(len, shapes))
     if found > limits.SHAPE_POINTS:

@@ -21,7 +21,7 @@ ARC = pi / 18  #: largest angle of a line of an arc [rad]
 
 
 class PathError(ValueError):
-    """Text that is no path data; ``args`` are the message."""
+    """Text that is not path data; ``args`` hold the message."""
 
 
 def flattened(text: str) -> list[tuple[list[Point], bool]]:
@@ -40,7 +40,7 @@ def flattened(text: str) -> list[tuple[list[Point], bool]]:
     Raises
     ------
     PathError
-        If the text is no path data.
+        If the text is not path data.
     """
     found: list[tuple[list[Point], bool]] = []
     points: list[Point] = []

@@ -7,8 +7,8 @@
       ...
     end SliderCrank;
 
-The first line names the variable that the scene is assigned to. Errors raise, so that a run of all cells stops there;
-IPython shows their message with line and column in the cell, and no traceback.
+The first line names the variable that the scene is assigned to. An error is raised, so that a run of
+all cells stops there; IPython shows its message with line and column in the cell, and no traceback.
 """
 
 from __future__ import annotations
@@ -61,9 +61,9 @@ def _parser(options: bool = False) -> Parser:
         usage="%%%%mbd NAME [--simulate [RESULT] [--method NAME] [--step H] ...]",
         add_help=False,
         allow_abbrev=False,
-        description="Read the model in the cell and assign it to a variable; simulate it if asked for.",
+        description="Read the model in the cell and assign it to a variable; simulate it if requested.",
     )
-    parser.add_argument("name", metavar="NAME", help="variable of the scene")
+    parser.add_argument("name", metavar="NAME", help="variable for the scene")
     parser.add_argument(
         "--simulate",
         metavar="RESULT",
@@ -123,7 +123,7 @@ def _variable(name: str) -> str:
 
 
 def _simulated(variables: dict[str, Any], result: str, scene: Scene, args: argparse.Namespace) -> Trajectory:
-    """The trajectory of a scene; an incomplete one is assigned, too, before its error is raised."""
+    """The trajectory of a scene; an incomplete one is also assigned, before its error is raised."""
     from mbdsl.api import simulate
 
     settings: dict[str, Any] = {key: getattr(args, key) for key in SETTINGS}

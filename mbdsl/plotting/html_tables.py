@@ -58,7 +58,7 @@ def table(t: Table) -> str:
     Parameters
     ----------
     t : Table
-        The table; of more than ``LIMIT`` rows the first are shown, and the number of all.
+        The table; if it has more than ``LIMIT`` rows, the first ones and the number of rows are shown.
 
     Returns
     -------
@@ -80,7 +80,7 @@ def table(t: Table) -> str:
 
 
 def _table(columns: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[bool]) -> Iterator[str]:
-    # Each cell has its side, because front ends align all cells to the right.
+    # Each cell states its alignment, because front ends align all cells to the right.
     sides = [f'style="text-align:{"right" if r else "left"}"' for r in right]
     head = "".join(f'<th scope="col" {side}>{escape(c)}</th>' for c, side in zip(columns, sides, strict=True))
     yield f'<table style="margin: 0; font-variant-numeric: tabular-nums"><thead><tr>{head}</tr></thead><tbody>'

@@ -187,7 +187,7 @@ def fine_print(items: Sequence[tuple[str, str]]) -> Iterator[str]:
     """Names and values that describe a run, as required to repeat it."""
     if not items:
         return
-    yield '<section class="fine">\n<h2>To repeat it</h2>\n<dl>'
+    yield '<section class="fine">\n<h2>How to repeat it</h2>\n<dl>'
     for name, value in items:
         yield f"<dt>{escape(name)}</dt><dd>{_value(str(value))}</dd>"
     yield "</dl>\n</section>"

@@ -1,1 +1,1 @@
-"""Reports: one page with all that a run of a model shows."""
+"""Reports: one page about a model and its run."""

@@ -1,4 +1,4 @@
-"""What a report contains: the run, the graph, the effects and the modes of a model, and the facts that repeat them."""
+"""What a report contains: the run, the graph, the effects and the modes of a model, and how to repeat the run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The text of a model with its words marked, by the tokens of the parser."""
+"""The text of a model with syntax highlighting, by the tokens of the parser."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def highlighted(text: str, file: str = "") -> str:
 
 
 def _parts(text: str, file: str) -> Iterator[tuple[str, str]]:
-    """(Class, text) of all parts of a text, in order; "" for what is between words."""
+    """(Class, text) of all parts of a text, in order; "" for the text between tokens."""
     try:
         tokens = tokenize(Source(file, text))
     except MbdslError:  # a file that was replaced

@@ -34,7 +34,7 @@ class Report(Findings):
     receipt : Receipt or None
         The effects of the model and their costs; None if they could not be found.
     modes : Modes or None
-        Eigenmodes, if they were asked for and found.
+        Eigenmodes, if they were requested and found.
     signals : sequence of str or None
         Names and glob patterns of the plotted signals.
     command : str

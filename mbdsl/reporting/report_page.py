@@ -65,7 +65,7 @@ def page(report: Findings) -> str:
         _effects(report),
         _run(report),
         _modes(report, frames),
-        Section("repeat", "To repeat it", ["\n".join(fine_print(report.facts())).replace(REPEAT, "", 1)]),
+        Section("repeat", "How to repeat it", ["\n".join(fine_print(report.facts())).replace(REPEAT, "", 1)]),
     ]
     sections = [section for section in sections if section.content]
     items = [item for section in sections for item in section.content if not isinstance(item, str)]
@@ -83,7 +83,7 @@ def page(report: Findings) -> str:
     return document(f"Report on {scene.name}", body, styles, [script], frames)
 
 
-REPEAT = "<h2>To repeat it</h2>\n"  #: the heading of the fine print, which the section has already
+REPEAT = "<h2>How to repeat it</h2>\n"  #: the heading of the fine print; the section has its own
 
 
 def _paragraph(text: str, kind: str = "") -> str:

@@ -461,7 +461,7 @@ class Trajectory:
         ghost : Trajectory, optional
             Another motion, such as that of another parameter, which is drawn pale behind the first at the same time.
         arrows : sequence of str, optional
-            Arrows that are drawn at first, of "forces" and "reactions". A page can switch them, a film has no others.
+            Arrows in a film, or in a page when it opens: any of "forces" and "reactions".
 
         Returns
         -------

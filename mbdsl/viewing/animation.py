@@ -35,7 +35,7 @@ class Animation(SavedPage):
     ghost : Trajectory, optional
         Another motion, which is drawn pale behind the first.
     arrows : sequence of str, optional
-        Arrows that are drawn at first: "forces", "reactions". A film has no others.
+        Arrows in a film, or in a page when it opens: any of "forces" and "reactions".
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ def animate(
     ghost : Trajectory, optional
         Another motion, which is drawn pale behind the first at the same time.
     arrows : sequence of str, optional
-        Arrows that are drawn at first, of "forces" and "reactions". A page can switch them, a film has no others.
+        Arrows in a film, or in a page when it opens: any of "forces" and "reactions".
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Films and pictures: GIF and PNG by Pillow, MP4 by ffmpeg, if there is one."""
+"""Films and pictures: GIF and PNG by Pillow, MP4 by ffmpeg, if they are installed."""
 
 from __future__ import annotations
 

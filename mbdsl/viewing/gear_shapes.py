@@ -1,7 +1,7 @@
 """Shapes of gears, racks, belts, cams and circles in contact, from the radii and laws of their elements.
 
-Gears get teeth of one module in every train, so many that the smallest gear has about a dozen, and turned so that they
-mesh at the first frame. They show the motion; their flanks are not involutes.
+The gears of a train have teeth of one module, about a dozen of them on the smallest gear, and mesh in the first frame.
+The teeth only show the motion; their flanks are not involutes.
 """
 
 from __future__ import annotations
@@ -76,7 +76,8 @@ def _teeth(motion: Motion) -> dict[str, tuple[float, float]]:
         line = np.arctan2(pb[1] - pa[1], pb[0] - pa[0])
         at_a, at_b = line + np.pi * inside - pa[2], line + np.pi - pb[2]  # where the circles touch
         sense = 1.0 if inside else -1.0
-        half = 0.0 if inside else np.pi * module / 2  # teeth in gaps; the hole of a ring has its teeth where a has them
+        # teeth are in gaps; the polygon of a ring is its hole, which has teeth at the angles of those of a
+        half = 0.0 if inside else np.pi * module / 2
         if a not in found and b not in found:
             found[a] = (module, 0.0)
         if b not in found:
@@ -131,7 +132,7 @@ def _law(c: Component, motion: Motion, angle: Array) -> Array:
     assert isinstance(c.kind, JointKind) and c.kind.coupling is not None
     law, argument = expr(c.values[c.kind.coupling[0]]), motion.scene.signal_of(c, c.kind.coupling[1])
     assert argument is not None
-    turning = coordinate(c.ports["frame_a"], "phi")  # the argument is this angle and terms that are 0 here
+    turning = coordinate(c.ports["frame_a"], "phi")  # the argument is this angle plus terms that are 0 here
 
     def at(leaf: Expr) -> object:
         return angle if leaf is turning else 0.0

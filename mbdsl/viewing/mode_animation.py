@@ -27,7 +27,7 @@ PHASES = 60  #: steps of the page's cycle
 
 @dataclass(frozen=True)
 class Row:
-    """A mode in the list of the page: frequencies [Hz], damping ratio, what moves, and whether it grows."""
+    """A mode in the list of the page: frequencies [Hz], damping ratio, the bodies that move, and whether it grows."""
 
     frequency: float
     damped: float

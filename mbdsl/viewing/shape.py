@@ -10,7 +10,7 @@ from mbdsl.viewing.motion import Spot
 
 @dataclass(frozen=True)
 class Shape:
-    """A shape of the page: ``draw`` is the name of its drawing in the player, ``at`` are the spots that it hangs on."""
+    """A shape of the page: ``draw`` names its drawing in the player, ``at`` are the spots that it is attached to."""
 
     draw: str
     name: str

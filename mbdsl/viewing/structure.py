@@ -1,4 +1,4 @@
-"""The structure of a mechanism as its graph shows it: bodies, joints and forces with what a reader asks about them.
+"""The structure of a mechanism as its graph shows it: bodies, joints and forces with loops, drivers and redundancies.
 
 A joint closes a loop if it is not in the spanning tree in which bodies are placed (``MechanismGraph.tree``). Redundant
 constraints depend on the pose; they are searched for in the initial positions, if the structure makes them possible.
@@ -36,7 +36,7 @@ class BodyNode:
     moved : bool
         Whether drivers alone determine its motion, as a function of time.
     follows : bool
-        Whether its constraints, with those of the bodies around it, leave nothing free.
+        Whether the constraints alone determine its motion, if that of the ``moved`` bodies is given.
     """
 
     name: str
@@ -65,7 +65,7 @@ class Link:
     redundant : int
         Number of redundant constraints.
     weld : bool
-        Whether it leaves nothing free.
+        Whether it allows no relative motion.
     """
 
     name: str
@@ -188,7 +188,7 @@ def structure(graph: MechanismGraph, search: bool = True, announce: Callable[[st
     graph : MechanismGraph
         Its graph.
     search : bool, optional
-        Whether to search for redundant constraints, which takes the initial positions.
+        Whether to search for redundant constraints, which requires the initial positions.
     announce : callable, optional
         Receives a line if code has to be compiled for it.
 
@@ -200,7 +200,7 @@ def structure(graph: MechanismGraph, search: bool = True, announce: Callable[[st
     strong = {e.name: e for e in joints}
     parents = {p.body: p.parent for p in graph.tree()}
     by = {p.body: p.joint for p in graph.tree()}
-    for body, name in by.items():  # rather by a joint than by its driver
+    for body, name in by.items():  # a joint is preferred to its driver
         if name not in strong:
             ends = {body, parents[body]}
             by[body] = next((e.name for e in joints if {e.body_i, e.body_j} == ends), name)
@@ -250,14 +250,14 @@ def _bodies(graph: MechanismGraph, notes: Iterable[Note]) -> dict[str, BodyNode]
     for note in notes:
         if note.action == "merged":
             merged[note.names[0]] = note.names
-    for root, names in merged.items():  # later reductions name the first of them only
+    for root, names in merged.items():  # later reductions name only the first of them
         for name in names:
             found[name] = replace(found[name], moved=found[root].moved, follows=found[root].follows)
     return found
 
 
 def _driven(found: Structure, notes: Iterable[Note]) -> list[str]:
-    """What each driver moves."""
+    """Sentences on the bodies that each driver moves."""
     lines, named = [], set()
     for note in notes:
         if note.action == "moved":

@@ -1,9 +1,10 @@
 """Places of bodies, joints and forces in the picture of a mechanism's graph.
 
 Bodies are in columns by their distance from the ground, and every joint and force has a place of its own in a column
-between them, so that labels overlap nothing. By breadth-first search each joint connects neighbouring columns: no line
-passes a column. (A force between distant bodies is shown at both.) The order in the columns has few crossings of lines
-by the barycentre heuristic (Sugiyama, Tagawa and Toda, IEEE Trans. Syst. Man Cybern. 11 (1981) 109), and the heights
+between them, so that labels overlap nothing. Distances are found by breadth-first search, so that each joint connects
+neighbouring columns and no line crosses a column. (A force between distant bodies is shown at both.) The barycentre
+heuristic orders the columns with few crossings of lines (Sugiyama, Tagawa and Toda, IEEE Trans. Syst. Man Cybern. 11
+(1981) 109), and the heights
 minimise the squared distances of neighbours by isotonic regression. A long row of columns is folded like a serpent.
 """
 
@@ -26,7 +27,7 @@ LETTERS = 20  #: largest number of letters of a name
 LETTER, SMALL = 7.6, 6.2  #: width of a letter of names and of kinds
 HEAD = 22.0  #: space for the heading of a part
 SWEEPS = 8
-LEAF = 0.02  #: weight of the height of a force that ends a line, relative to others
+LEAF = 0.02  #: weight of a force at the end of a line in the choice of heights, relative to others
 MANY = 4000  #: number of lines from which their crossings are not counted
 
 

@@ -202,7 +202,7 @@ def _link(structure: Structure, node: Node) -> Iterator[Item]:
 
 
 def _turned(p: tuple[float, ...], x: float, y: float, direction: int) -> tuple[float, ...]:
-    """A point of a hatch as one of a wall at (x, y)."""
+    """A point of a hatch, turned to that of a wall at (x, y)."""
     return (x + direction * p[1], y + p[0]) if p else p
 
 
@@ -221,7 +221,7 @@ def _symbol(link: Link, x: float, y: float) -> tuple:
 
 # -- legend ------------------------------------------------------------------------------------------------------------
 def _legend(kinds: set[str], top: float, width: float) -> tuple[list[Item], float]:
-    """The samples and texts of what occurs, and the end of the last line."""
+    """The samples and texts of the classes that occur, and the end of the last line."""
     items: list[Item] = []
     x, y = MARGIN, top + LINE
     for kind, text in LEGEND.items():

@@ -1,4 +1,4 @@
-"""The graph of a mechanism in characters: a tree of bodies from the ground, and lists of what closes it."""
+"""The graph of a mechanism in characters: a tree of bodies from the ground, and lists of loops and remarks."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def text(structure: Structure, columns: int = COLUMNS, ascii_only: bool = False)
     Returns
     -------
     str
-        Counts, the tree, and what closes loops, drives, is solved as one or redundant.
+        Counts, the tree, the loops, and remarks on drivers, merged bodies and redundant constraints.
     """
     tree = _Tree(structure, max(columns, 40), ASCII if ascii_only else LINES)
     summary = [line for found in structure.summary.split("\n") for line in _wrapped(found, columns)]
@@ -92,7 +92,7 @@ class _Tree:
                 pending += more
 
     def _entries(self, body: str, prefix: str) -> list[tuple[str, bool, str | Link]]:
-        """What is below a body, the first one last."""
+        """The links and bodies below a body, in reverse order."""
         entries: list[str | Link] = [*self.leaves[body], *self.children[body]]
         return [(prefix, k == len(entries) - 1, entry) for k, entry in enumerate(entries)][::-1]
 

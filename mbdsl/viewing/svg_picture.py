@@ -31,7 +31,7 @@ class SvgPicture(Picture):
         return self.parts
 
     def names(self, row: int) -> list[str]:
-        """The names of bodies near their centres, at the first place around that no other name takes."""
+        """The names of bodies near their centres, each at the first free place around."""
         self.row = row
         bodies = self.motion.scene.bodies()
         if len(bodies) > NAMED:
@@ -103,7 +103,7 @@ def still(motion: Motion, row: int, key: str, title: str, behind: Sequence[int] 
     Returns
     -------
     str
-        ``<svg>``, on no paper.
+        ``<svg>``, without a background.
     """
     found = SvgPicture(motion, drawing(motion))
     pale = [f'<g opacity="0.25">{"".join(found.elements(k))}</g>' for k in behind]

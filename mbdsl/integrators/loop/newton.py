@@ -55,7 +55,7 @@ SINGULAR_NOISE = 1e-9
 NOISE = 0.3
 #: steps until a new matrix is tried again where corrections are as small as rounding
 LONG = 100
-#: largest size that loosens the bounds of kinematics: coordinates beyond it count turns or measure a way
+#: largest size that loosens the bounds of kinematics: larger coordinates count turns or long travels
 FAR = 16.0
 EPS = 2.220446049250313e-16
 
@@ -120,14 +120,14 @@ class Limits(NamedTuple):
     size: float  #: of the mechanism
     floor: float  #: rounding, with a margin
     rounding: float  #: rounding, or a part of the allowed error if that is smaller
-    estimate: float  #: the same for errors that are estimated from a contraction; in kinematics without turns and ways
+    estimate: float  #: the same for errors estimated from a contraction; in kinematics without turns and travels
     tolerance: float  #: from the discretisation error of the step
     velocity_tolerance: float  #: for the constraints on velocities
 
 
 @kernel
 def kinematic(run):
-    """Whether there is no differential equation, and so no error that a tolerance could be relative to."""
+    """Whether there is no differential equation, and therefore no error that a tolerance can refer to."""
     return run.reals[RELATIVE_TOL] > 1.0
 
 

@@ -109,13 +109,13 @@ def test_what_is_refused_and_where(annotation, column, words):
     ("text", "words"),
     [
         ("model M Ground g; annotation(Shape(Circle(radius = 1))); end M;", "not to a model"),
-        ("model M Ground g; PointMass m(m = 1); Revolute p(g, m) annotation(Shape()); end M;", "`p` is no body"),
-        ("model M Ground g; Frame f(g, r = {1, 0}) annotation(Shape(Circle(radius = 1))); end M;", "`f` is no body"),
+        ("model M Ground g; PointMass m(m = 1); Revolute p(g, m) annotation(Shape()); end M;", "`p` is not a body"),
+        ("model M Ground g; Frame f(g, r = {1, 0}) annotation(Shape(Circle(radius = 1))); end M;", "`f` is not a body"),
         (
             "model A outer Ground g annotation(Shape()); end A; model M inner Ground g; A a; end M;",
-            "`g` is declared in a model around",
+            "`g` is declared in an enclosing model",
         ),
-        ("model A PointMass m(m = 1); end A; model M Ground g; A a annotation(Shape()); end M;", "`a` is no body"),
+        ("model A PointMass m(m = 1); end A; model M Ground g; A a annotation(Shape()); end M;", "`a` is not a body"),
     ],
 )
 def test_shapes_belong_to_bodies(text, words):
@@ -158,7 +158,7 @@ def test_from_python():
     b.shape("ground", "Circle(radius = 1 kg)")
     with pytest.raises(ModelError, match="expected a length"):
         b.scene()
-    with pytest.raises(ModelError, match="`pin` is no body"):
+    with pytest.raises(ModelError, match="`pin` is not a body"):
         b.shape("pin")
 
 
