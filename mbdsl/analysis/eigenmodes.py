@@ -252,7 +252,7 @@ class Modes(Sequence[Mode]):
         return rows
 
     def __str__(self) -> str:
-        lines = [self._head(), *(["    #      f [Hz]  damped [Hz]     damping  what moves"] if self.modes else [])]
+        lines = [self._head(), *(["    #      f [Hz]  damped [Hz]     damping  moving bodies"] if self.modes else [])]
         lines += [f"{k:>5} {f:>11}  {damped:>11} {ratio:>11}  {what}" for k, f, damped, ratio, what in self._rows()]
         return "\n".join([*lines, *(f"note: {text}" for text in self.notes)])
 
@@ -263,7 +263,7 @@ class Modes(Sequence[Mode]):
         from mbdsl.plotting.figures import Table
         from mbdsl.plotting.html_tables import fragment
 
-        found = Table("", ("#", "f [Hz]", "damped [Hz]", "damping", "what moves"), self._rows())
+        found = Table("", ("#", "f [Hz]", "damped [Hz]", "damping", "moving bodies"), self._rows())
         return fragment(self._head(), (), [found], [f"note: {text}" for text in self.notes])
 
 

@@ -201,7 +201,7 @@ def _modes(report: Findings, frames: list[str]) -> Section:
         )
         for k, mode in enumerate(modes, 1)
     ]
-    columns = ("mode", "frequency [Hz]", "damped [Hz]", "damping ratio", "what moves", "")
+    columns = ("mode", "frequency [Hz]", "damped [Hz]", "damping ratio", "moving bodies", "")
     if rows:
         found.content.append(Table("", columns, rows))
         frames.append(modes.animate().html)

@@ -13,7 +13,7 @@ DRAW = runpy.run_path(str(ROOT / "docs" / "draw_gallery.py"))
 
 @pytest.fixture(scope="session")
 def draw():
-    """What docs/draw_gallery.py defines, by name."""
+    """The names that docs/draw_gallery.py defines."""
     return DRAW
 
 

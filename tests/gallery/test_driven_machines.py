@@ -1,4 +1,4 @@
-"""Driven machines against constructions with circles and textbook formulas, in plain numpy, 1,000 cycles long."""
+"""Driven machines against constructions with circles and textbook formulas, in plain numpy, over 1,000 cycles."""
 
 import numpy as np
 import pytest
@@ -62,7 +62,7 @@ def test_double_wishbone(turned):
 
 
 def test_mcpherson_strut(turned):
-    """The axis of the strut passes through the mount at a fixed distance from the ball joint: a sine."""
+    """The axis of the strut passes through the mount at a fixed distance from the ball joint, which gives a sine."""
     run = turned("mcpherson_strut")
     ball, strut, mount = -0.07 - 0.13j, -0.12 + 0.1j, 0.56 + 0.85j
     axis = (-0.07 + 0.45j) / abs(-0.07 + 0.45j)
@@ -125,7 +125,7 @@ def slider_crank_bearing(theta, w, gas):
 
 
 def test_four_cylinder_engine(gallery):
-    """Bearing forces by Newton and Euler; their sum has no first order, and the second order of the textbooks."""
+    """Bearing forces by Newton and Euler; their sum has no first order, and its second order is the textbook value."""
     run = mbdsl.simulate(gallery("four_cylinder_engine"), method="newmark", step=1e-3, interval=1e-3)
     w, t = 100 * np.pi, run.t
     table = np.array(
@@ -144,7 +144,7 @@ def test_four_cylinder_engine(gallery):
         inertia = inertia + (0.45 + 0.55 / 2) * acceleration
     assert_same(total, inertia, 1e-9 * np.abs(inertia).max())
     first, second = (2 * np.mean(total[:-1] * turn(-n * w * t[:-1])) for n in (1, 2))
-    ratio = 0.3  # of crank and rod; the series goes on with 15 ratio^5/128, 0.1 %
+    ratio = 0.3  # of crank and rod; the next term of the series is 15 ratio^5/128, 0.1 %
     textbook = -4 * (0.45 + 0.55 / 2) * 0.045 * w**2 * (ratio + ratio**3 / 4)
     assert abs(first) < 1e-9 * abs(textbook)
     assert second == pytest.approx(textbook, rel=2e-3)

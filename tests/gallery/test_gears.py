@@ -29,7 +29,7 @@ def test_gear_pair(ran):
     expected = acceleration * run.t**2 / 2
     assert run["pinion.phi"] == pytest.approx(expected, abs=1e-9 * expected[-1])  # rounding over 500 steps
     assert run["wheel.phi"] == pytest.approx(-expected / ratio, abs=1e-9 * expected[-1])
-    tooth = (6.0 - 1.2e-3 * acceleration) / 0.036  # what the motor does not spend on the pinion
+    tooth = (6.0 - 1.2e-3 * acceleration) / 0.036  # the motor torque without the part that accelerates the pinion
     assert run["mesh.fy"] == pytest.approx(tooth, rel=1e-6)
     assert run["mesh.tau"] == pytest.approx(-0.108 * tooth, rel=1e-6)
     assert run["A.fy"] == pytest.approx(1.5 * 9.81 + tooth, rel=1e-6)
@@ -107,7 +107,7 @@ def test_newtons_cradle(ran):
     run = ran("newtons_cradle")
     energy = run["energy.total"]
     start = 0.064 * 9.81 * 0.15 * (1 - np.cos(np.pi / 6))
-    assert np.ptp(energy) < 2e-3 * start  # the springs of the contacts take part of it in some of the states
+    assert np.ptp(energy) < 2e-3 * start  # the springs of the contacts store a part of it in some of the states
     last, inner = np.rad2deg(run["ball[5].phi"]), np.rad2deg([run[f"ball[{k}].phi"] for k in (2, 3, 4)])
     assert last[run.t < 0.8].max() == pytest.approx(30.0, rel=2e-3)
     assert abs(inner[:, run.t < 0.5]).max() < 1.0

@@ -1,4 +1,4 @@
-"""Linkages against closed forms and against constructions with compass and ruler, 1,000 revolutions long.
+"""Linkages against closed forms and against constructions with compass and ruler, over 1,000 revolutions.
 
 Points are complex numbers. Angles of the 1,000th revolution are rounded to 1e-12 rad, lengths are up to 1.3 m, and no
 linkage magnifies an error by more than ten.
@@ -27,7 +27,7 @@ def turn(run, period):
 
 
 def on_plate(A, B, at_a, at_b, at):
-    """Where a point of a plate is, whose points ``at_a`` and ``at_b`` are at A and B."""
+    """The position of a point of a plate whose points ``at_a`` and ``at_b`` are at A and B."""
     return A + (B - A) * (at - at_a) / (at_b - at_a)
 
 
@@ -83,7 +83,7 @@ def test_klann_leg(turned):
 
 
 def test_chebyshev_lambda(turned):
-    """B is as far from the crank's pin and from P as from D: the angle at D is right, by Thales."""
+    """B has equal distances from the crank's pin, P and D: the angle at D is right, by Thales."""
     run = turned("chebyshev_lambda")
     A, D = 0.04 * turn(run, 3.0), 0.08
     P = point(run, "coupler.b")

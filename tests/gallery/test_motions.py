@@ -50,7 +50,7 @@ def rods_hanging(lengths, masses, phi, t):
 def test_double_pendulum(run):
     found = run("double_pendulum")
     expected = rods_hanging([0.5, 0.4], [0.4, 0.32], [20, 50], found.t)
-    size = 0.9  # of the mechanism: angles are known to 1e-6 rad and a margin of 3
+    size = 0.9  # of the mechanism: angles to 1e-6 rad, with a margin of 3
     assert np.abs(np.array([found["upper.phi"], found["lower.phi"]]) - expected).max() < 3e-6 / size
 
 
@@ -273,7 +273,7 @@ def limb_of_bow(fx, fy):
 
 
 def test_bow(run):
-    """Full draw by the elastica; what the limbs and the string have stored is what is moving later."""
+    """Full draw by the elastica; the energy stored in the limbs and the string becomes that of the motion."""
     found = run("bow")
     k, length = 40e3, 0.78
 

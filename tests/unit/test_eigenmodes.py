@@ -460,7 +460,7 @@ def test_the_command(say):
     assert (code, err) == (0, "")
     lines = out.splitlines()
     assert lines[0] == "Chain: 2 of 8 modes about its static equilibrium"
-    assert lines[1] == "    #      f [Hz]  damped [Hz]     damping  what moves"
+    assert lines[1] == "    #      f [Hz]  damped [Hz]     damping  moving bodies"
     assert lines[2].startswith("    1    0.212015     0.212015           0  link[8] 39%, ")
     assert lines[-1] == "m.csv: 2 modes, frequencies, damping and shapes"
     table = np.genfromtxt("m.csv", delimiter=",", names=True, deletechars="", replace_space=" ")

@@ -1,4 +1,4 @@
-"""Shapes of bodies in annotations: what they mean, what is refused and where, and who keeps them."""
+"""Shapes of bodies in annotations: their meaning, errors with places, and the files that keep them."""
 
 import pickle
 
@@ -223,7 +223,7 @@ def test_texts_that_are_no_paths():
 
 
 def test_damaged_annotations_are_messages():
-    """Every annotation that a letter less makes of a valid one is valid or a message with a place."""
+    """Every annotation that lacks one letter of a valid one is valid, or gives a message with a place."""
     whole = 'Shape(Path(d = "M0 0h9v9z", scale = 1 mm), Line(points = {{0, 0}, {1, 0}} mm, color = {1, 2, 3}))'
     problems = []
     for k in range(len(whole)):

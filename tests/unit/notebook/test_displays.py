@@ -1,4 +1,4 @@
-"""What objects show in a notebook: short texts, and tables whose numbers are those of the objects."""
+"""Displays of objects in a notebook: short texts, and tables whose numbers are those of the objects."""
 
 import numpy as np
 import pytest

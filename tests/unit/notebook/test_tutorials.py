@@ -1,4 +1,4 @@
-"""The notebooks of docs/notebooks run, and their results are those that their texts say."""
+"""The notebooks of docs/notebooks run, and their results agree with their texts."""
 
 import json
 from pathlib import Path
@@ -45,7 +45,7 @@ def test_slider_crank(executed):
     # Newton iterations end at residuals of 1e-10 of the size of the mechanism.
     assert np.abs(names["residual"]).max() < 1e-9
     assert names["soft"].parameters["k"].value == 40.0
-    # At 4 s the amplitude is below 1 % of the first one: what it changes of the frequency is its square.
+    # At 4 s the amplitude is below 1 % of the first one; it changes the frequency by its square.
     frequency = 1 / np.diff(names["crossings"])[-1]
     assert frequency == pytest.approx(names["modes"][0].damped_frequency, rel=1e-3)
 

@@ -1,4 +1,4 @@
-"""Shapes of the model in pages and films: pixels against the motion, colours, and what they replace."""
+"""Shapes of the model in pages and films: pixels against the motion, colours, and the drawings that they replace."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def turning(trajectory_of):
 
 
 def expected(t, x, y):
-    """Where a point at (x, y) from the reference point is: by (x - 0.2, y) from the centre of mass."""
+    """The position of a point at (x, y) from the reference point, (x - 0.2, y) from the centre of mass."""
     c, s = np.cos(2 * t), np.sin(2 * t)
     return 0.3 * t + c * (x - 0.2) - s * y, 0.1 * t + s * (x - 0.2) + c * y
 

@@ -1,8 +1,8 @@
 """Pages at three widths, light and dark, against stored pictures.
 
-Texts have no size and native controls are hidden, because fonts and controls differ between machines; what is left is
-the layout, the mechanism and the plots, at a quarter of the resolution. After a change of the page that is meant,
-``MBDSL_REDRAW=1 pytest tests/unit/viewing/test_screens.py`` stores new pictures; look at them before you commit them.
+Texts have no size and native controls are hidden, because fonts and controls differ between machines; the layout, the
+mechanism and the plots remain, at a quarter of the resolution. After an intended change of the page, ``MBDSL_REDRAW=1
+pytest tests/unit/viewing/test_screens.py`` stores new pictures; look at them before you commit them.
 """
 
 import base64
@@ -62,12 +62,12 @@ def test_the_page_looks_as_stored(screen, width, scheme):
     with Image.open(path) as stored:
         assert stored.size == picture.size
         mean, far = distance(stored.convert("RGB"), picture)
-    # other smoothing changes a quarter of a pixel along edges; the test below shows what a moved rod changes
+    # other smoothing changes a quarter of a pixel along edges; the test below shows the effect of a moved rod
     assert mean < 0.5 and far < 1e-3
 
 
 def test_another_pose_is_another_picture(screen):
-    """The comparison sees a crank that is 0.12 rad further, and a page of the other scheme."""
+    """The comparison detects a crank that is 0.12 rad further, and a page of the other scheme."""
     with Image.open(STORED / "crank-800-light.png") as stored:
         picture = stored.convert("RGB")
     mean, far = distance(picture, screen(800, "light", 0.22))

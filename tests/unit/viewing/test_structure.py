@@ -1,4 +1,4 @@
-"""The graph of a mechanism: loops against networkx, what is merged, driven and redundant; layout, picture and text."""
+"""The graph of a mechanism: loops against networkx, merged, driven and redundant parts; layout, picture and text."""
 
 import itertools
 import json
@@ -184,7 +184,7 @@ def test_the_text_fits_the_terminal(found, columns):
 
 
 def test_the_picture_of_the_docs(model_file):
-    """It is the one that the command writes today."""
+    """It is the one that the command writes."""
     stored = model_file("seven_body").parents[1] / "docs" / "seven_body_graph.svg"
     assert stored.read_text(encoding="utf-8") == svg(structure(build(load(model_file("seven_body"))), search=False))
 
