@@ -64,7 +64,7 @@ class Linearisation:
         Their SI units; "" for pure numbers.
     x0, u0, y0 : (r,), (i,), (o,)
         Values of states, inputs and outputs at the state, of which x, u and y are the deviations. Coordinates of
-        flexible bodies, which are no signals, have nan.
+        flexible bodies, which are not signals, have nan.
     notes : list of str
         Remarks, such as that the state is no equilibrium.
     """

@@ -36,7 +36,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument("--start", metavar="T0", type=values.seconds, help="leave out earlier rows")
     parser.add_argument("--stop", metavar="T1", type=values.seconds, help="leave out later rows")
     thin = parser.add_mutually_exclusive_group()
-    thin.add_argument("--every", metavar="N", type=_whole, help="write each N-th row, the first one included")
+    thin.add_argument("--every", metavar="N", type=_whole, help="write every N-th row, beginning with the first")
     thin.add_argument(
         "--most", metavar="N", type=_whole, help="write at most N rows, with the least and greatest values of signals"
     )

@@ -1,7 +1,7 @@
 """Jumps of accelerations and reactions at a change of inputs.
 
-An input occurs in the laws of forces. If these depend neither on reactions nor prescribe velocities, a change of inputs
-leaves masses and constraints as they are, and the jump follows from the jump of the forces:
+An input occurs in the laws of forces. If these neither depend on reactions nor prescribe velocities, a change of inputs
+does not change masses and constraints, and the jump follows from the jump of the forces:
 
     [[M, J^T], [J, 0]] [da; dlam] = [dQ; 0],   J = [Phi_q; Gam_v],   d(fa) = M^{-1} (dQ - Gam_v^T dnu)
 """

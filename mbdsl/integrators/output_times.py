@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 class OutputTimes:
     """Evenly spaced output times after the start; the last one is ``stop`` [s].
 
-    A run that has such times holds at most ``window`` rows of output, which others take from it (``RunState.release``).
+    A run that has such times holds at most ``window`` rows of output, which ``RunState.release`` takes from it.
     """
 
     start: float
@@ -33,7 +33,7 @@ class OutputTimes:
         return self.at(np.arange(first, end))
 
     def visible(self, first: int) -> Array:
-        """The times (window,) [s] from row ``first`` on; infinite behind the last one."""
+        """The times (window,) [s] from row ``first`` on; infinite after the last one."""
         found = np.full(self.window, np.inf)
         there = self.part(first, min(first + self.window, self.count))
         found[: len(there)] = there

@@ -183,7 +183,7 @@ def _outline(drawn: Drawn, c: Canvas, piece: list[int]) -> list[int]:
         return piece
     x = c.width * np.array([drawn.x[k] for k in piece])
     y = c.height * np.array([drawn.y[k] for k in piece])
-    # a curve that goes up and down many times takes a time of the square of its points: in parts if there are many
+    # the time grows with the square of the points if a curve goes up and down often: in parts if there are many
     ends = [*range(0, len(piece) - 1, PART if len(piece) > LONG else len(piece)), len(piece) - 1]
     keep, open_ = set(ends), list(pairwise(ends))
     while open_:

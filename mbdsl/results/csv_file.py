@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 SUFFIX = ".csv"
 TOGETHER = 2**18  #: quantity of numbers that are read at once
-MANY = 2**16  #: least quantity of numbers for which the import of the fast reader pays
+MANY = 2**16  #: least quantity of numbers for which the import of the fast reader pays off
 NO_UNIT = "1"  #: in the row of units
 DIGITS = b"0123456789+-.eE,\r\nnaNAifIF"  #: characters of numbers and separators
 CHUNK = 8192  #: number of rows converted to text at a time, to limit the memory

@@ -1,6 +1,6 @@
 """Rows of signals in a scratch file, for results that are longer than the memory.
 
-The rows of a run are appended while it goes on; the formats then read the columns part by part. A block of rows is
+The rows of a run are appended during the run; the formats then read the columns part by part. A block of rows is
 stored column after column, so that both rows and columns are read in long pieces. Only the last block is in memory.
 """
 
@@ -34,7 +34,7 @@ class RowsFile:
     kept : bool, optional
         ``near`` is the name of the scratch file itself, which stays until ``remove`` is called.
     count : int, optional
-        Number of rows of an existing ``kept`` file to continue behind; the later ones are dropped.
+        Number of rows of an existing ``kept`` file to continue after; the later ones are dropped.
 
     Raises
     ------

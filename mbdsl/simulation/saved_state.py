@@ -102,7 +102,7 @@ def _put_back(run: Integration, kept: dict[str, Any]) -> None:
         run.use_solver(kept["solver"])
     written = int(kept["integers"][loop_state.OUTPUT])
     if kept["out"] is not run.out or run.written != written:
-        # rows behind the state may belong to other states: the run continues in a record of its own
+        # rows after the state may belong to other states: the run continues in a record of its own
         room = max(len(kept["times"]), written)
         times, out = np.full(room, np.inf), np.empty((room, kept["out"].shape[1]))
         times[: len(kept["times"])], out[:written] = kept["times"], kept["out"][:written]

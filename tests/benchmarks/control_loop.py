@@ -3,7 +3,7 @@
 python tests/benchmarks/control_loop.py [--repeats 5]
 
 "step, computed" is a hundredth of ``step(100)``; the difference to "step()" is the overhead of a call. Nothing is
-asserted: times belong to a machine and an hour. Operations that an earlier version lacks are left out.
+asserted, because times depend on the machine and its load. Operations that an earlier version lacks are left out.
 """
 
 from __future__ import annotations
