@@ -351,7 +351,7 @@ def about(trajectory: Trajectory) -> dict[str, str | float | bool]:
     """The meta data of a result file."""
     stats = trajectory.stats
     said = {"model": trajectory.scene.name, "method": stats["method"], "step": stats["h"], "tolerance": stats["tol"]}
-    said.update(error=stats.get("error"), horizon=stats.get("horizon"), steps=stats["steps"])
+    said.update(error=stats.get("error"), horizon=stats.get("horizon"), steps=stats.get("steps"))
     options = [f"{name} = {value:g}" for name, value in stats.get("options", {}).items() if value is not None]
     said.update(iterations=stats["iterations"], options=", ".join(options) or None)
     return {
