@@ -112,7 +112,7 @@ class Modes(Sequence[Mode]):
     modes : list of Mode
         The modes.
     notes : list of str
-        Remarks, such as that the state is no equilibrium.
+        Remarks, such as that the state is not an equilibrium.
     total : int or None
         Number of modes of the mechanism; None if only the lowest were computed.
 

@@ -66,7 +66,7 @@ class Linearisation:
         Values of states, inputs and outputs at the state, of which x, u and y are the deviations. Coordinates of
         flexible bodies, which are not signals, have nan.
     notes : list of str
-        Remarks, such as that the state is no equilibrium.
+        Remarks, such as that the state is not an equilibrium.
     """
 
     system: System

@@ -53,11 +53,11 @@ class OperatingPoint(NamedTuple):
         return self.speed > 0.0 or self.rate > 1e-9
 
     def warning(self, results: str) -> list[str]:
-        """A note if the state is no equilibrium; ``results`` are what is computed there."""
+        """A note if the state is not an equilibrium; ``results`` names the computed results."""
         if not self.rate > 1e-9 * (1.0 + self.speed**2):
             return []
         if self.speed == 0.0:
-            return [f"no equilibrium: the mechanism begins to move, and the {results} hold for that moment only"]
+            return [f"not an equilibrium: the mechanism begins to move, and the {results} hold for that moment only"]
         return [f"the mechanism moves: the {results} are those of the equations frozen at this moment"]
 
 

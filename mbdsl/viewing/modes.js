@@ -59,7 +59,7 @@ function hertz(f) {
   return f >= 1e5 ? `${written(f / 1e3, 4)} kHz` : `${written(f, 4)} Hz`;
 }
 
-// What a mode does, in words.
+// A mode in words.
 function about(mode) {
   if (mode.f === 0) return "moves freely";
   const state = mode.unstable ? "unstable" : mode.damped === 0 ? "does not oscillate" : "";

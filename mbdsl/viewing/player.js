@@ -198,7 +198,7 @@ function scaleBar(g) {
   if (data.modes ? data.curves.length : data.strain) colourBar(g, x, y - 26 - 17 * notes.length);
 }
 
-// The colours of beams and what they mean.
+// The colour bar of bending strain.
 function colourBar(g, x, y) {
   const [width, height] = [90, 8];
   const own = painter.colour(data.elastic[0]);
