@@ -52,8 +52,8 @@ class Curve:
     edge: float = 1.0
 
     def curvature(self) -> Array:
-        """Curvature (N, K) [1/m], by differences of the angles."""
-        return np.gradient(self.angles, self.along, axis=1)
+        """Curvature (N, K) [1/m], by differences of the angles; of second order also at the ends, where it is largest."""
+        return np.gradient(self.angles, self.along, axis=1, edge_order=2)
 
     def strain(self) -> Array:
         """Absolute value of the bending strain (N, K) at the edge of the section; values of rounding are zero."""

@@ -7,7 +7,7 @@ from mbdsl import load, parse
 from mbdsl.elements import kinds, modules
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import UsageError
-from mbdsl.viewing.motion import GROUND, chosen_rows, largest_strain, motion
+from mbdsl.viewing.motion import GROUND, Curve, chosen_rows, largest_strain, motion
 from mbdsl.viewing.shapes import drawing, outline
 from mbdsl.viewing.signals import extremes, signals, thinned
 from mbdsl.viewing.symbols import KNOWN, SYMBOLS
@@ -177,3 +177,12 @@ def test_the_strain_of_a_beam(trajectory_of):
     assert curve.strain()[1, 12] == pytest.approx(0.01 * height * (np.pi / 2) ** 2, rel=5e-3)
     assert not curve.strain()[0].any()
     assert largest_strain([curve]) == curve.strain()[1].max()
+
+
+def test_the_strain_of_a_cantilever_is_largest_where_it_is_clamped():
+    """F c L/(E I) there and zero at the tip, where the force F acts: the closed form of a slender beam."""
+    L, half, E, F, along = 2.0, 0.01, 210e9, 1.0, np.linspace(0.0, 2.0, 25)
+    inertia = (2 * half) ** 4 / 12
+    angles = F * (L * along - along**2 / 2) / (E * inertia)
+    curve = Curve("beam", along - L / 2, np.stack([along, 0 * along], axis=1)[None], angles[None], half)
+    assert curve.strain()[0, [0, -1]] == pytest.approx([F * half * L / (E * inertia), 0.0], rel=1e-9, abs=1e-15)
