@@ -24,8 +24,8 @@ def gravity(scene: Scene) -> tuple[float, float]:
 def energies(scene: Scene, excluded: Collection[str] = ()) -> tuple[Expr, Expr, Expr]:
     """Kinetic energy, potential energy and their sum [J], without the ``excluded`` bodies.
 
-    The potential energy is that of gravity (zero at the origin of the ground) and of linear springs; forces given by
-    expressions have none.
+    The potential energy is that of gravity (zero at the origin of the ground), of linear springs, stops and contacts;
+    forces given by expressions have none.
     """
     kinetic, potential = const(0.0), const(0.0)
     g = gravity(scene)

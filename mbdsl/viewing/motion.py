@@ -52,7 +52,7 @@ class Curve:
     edge: float = 1.0
 
     def curvature(self) -> Array:
-        """Curvature (N, K) [1/m], by differences of the angles; of second order also at the ends, where it is largest."""
+        """Curvature (N, K) [1/m], by differences of second order of the angles, also at the ends."""
         return np.gradient(self.angles, self.along, axis=1, edge_order=2)
 
     def strain(self) -> Array:

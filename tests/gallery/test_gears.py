@@ -38,8 +38,9 @@ def test_gear_pair(ran):
 def test_planetary_gear(turned):
     run = turned("planetary_gear")
     sun = 2 * np.pi * run.t
-    assert run["carrier.phi"] == pytest.approx(2 / 7 * sun, abs=ROUNDING)
-    assert run["planet.phi"] == pytest.approx(-7 / 3 * 2 / 7 * sun, abs=ROUNDING)
+    places = 8 * np.spacing(sun[-1])  # the sun turns by 2.2e4 rad; found: 1.5 of them
+    assert run["carrier.phi"] == pytest.approx(2 / 7 * sun, abs=places)
+    assert run["planet.phi"] == pytest.approx(-7 / 3 * 2 / 7 * sun, abs=places)
     assert abs(point(run, "planet") - 0.042 * np.exp(2j / 7 * sun)).max() < EXACT
 
 
@@ -107,7 +108,7 @@ def test_newtons_cradle(ran):
     run = ran("newtons_cradle")
     energy = run["energy.total"]
     start = 0.064 * 9.81 * 0.15 * (1 - np.cos(np.pi / 6))
-    assert np.ptp(energy) < 2e-3 * start  # the springs of the contacts store a part of it in some of the states
+    assert np.ptp(energy) < 1e-3 * start  # it contains that of the contacts, almost half of it in one of the states
     last, inner = np.rad2deg(run["ball[5].phi"]), np.rad2deg([run[f"ball[{k}].phi"] for k in (2, 3, 4)])
     assert last[run.t < 0.8].max() == pytest.approx(30.0, rel=2e-3)
     assert abs(inner[:, run.t < 0.5]).max() < 1.0

@@ -82,6 +82,23 @@ def test_a_planet_keeps_its_tooth_over_turns_of_the_carrier(plain):
         assert g_and_rate(gear_pair, p, Z, np.zeros((2, 3)), plain)[0] == pytest.approx(0.1 * R_B, abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("module", "choice", "side"),
+    [
+        (gear_pair, {"internal": False}, 1.0),
+        (gear_pair, {"internal": True}, -1.0),  # the line is that from frame_b to frame_a, on which the circles touch
+        (belt_drive, {"crossed": False}, 1.0),
+        (belt_drive, {"crossed": True}, 1.0),
+    ],
+)
+def test_phi0_is_the_angle_of_frame_b_where_frame_a_and_the_line_are_at_zero(module, choice, side, plain):
+    values = {"r_a": R_A, "r_b": R_B, "phi0": PHI0, **choice}
+    p = module.KIND.table({**values, **module.KIND.derive(values)})
+    for turned, expected in ((0.0, 0.0), (0.1, 0.1 * R_B)):
+        Z = pose((0.2 + 0.1j, 0.0), (0.2 + 0.1j + side * 1.7, PHI0 + turned))
+        assert abs(g_and_rate(module, p, Z, np.zeros((2, 3)), plain)[0]) == pytest.approx(expected, abs=ROUNDING)
+
+
 def test_a_pinion_rolls_on_the_pitch_line(plain):
     """The rate of g is the velocity of pinion less rack along the rack, where they touch; the rack may turn."""
     rng = np.random.default_rng(3)
