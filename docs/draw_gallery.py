@@ -43,7 +43,7 @@ GROUPS = {
         *("four_cylinder_engine", "excavator_arm", "windscreen_wiper", "sewing_machine", "pump_jack"),
         *("flyball_governor", "loading_crane", "robot_arm", "loom"),
     ),
-    "Pendulums and throws": ("double_pendulum", "triple_pendulum", "swing", "trebuchet", "bow"),
+    "Pendulums and throws": ("double_pendulum", "triple_pendulum", "swing", "trebuchet", "bow", "slingshot"),
     "Gears, cams and contacts": (
         *("gear_pair", "planetary_gear", "hypocycloid", "rack_steering", "bicycle_chain", "cam_follower"),
         *("geneva_drive", "newtons_cradle"),
