@@ -41,9 +41,9 @@ GROUPS = {
     "Vehicles": ("ackermann_steering", "double_wishbone", "mcpherson_strut", "quarter_car", "half_car"),
     "Machines": (
         *("four_cylinder_engine", "excavator_arm", "windscreen_wiper", "sewing_machine", "pump_jack"),
-        *("flyball_governor", "loading_crane", "robot_arm"),
+        *("flyball_governor", "loading_crane", "robot_arm", "loom", "clock_escapement"),
     ),
-    "Pendulums and throws": ("double_pendulum", "triple_pendulum", "swing", "trebuchet", "bow"),
+    "Pendulums and throws": ("double_pendulum", "triple_pendulum", "swing", "trebuchet", "bow", "slingshot"),
     "Gears, cams and contacts": (
         *("gear_pair", "planetary_gear", "hypocycloid", "rack_steering", "bicycle_chain", "cam_follower"),
         *("geneva_drive", "newtons_cradle"),

@@ -107,6 +107,33 @@ def test_sewing_machine(turned):
     assert np.ptp(eye.imag) == pytest.approx(0.0312, abs=5e-5)
 
 
+def loom_batten(theta):
+    """Joint of rocker and link, and direction of the batten, from the angle of the crank, by circles."""
+    a, b, c, h, e, l = 0.08, 0.3, 0.19, 0.4, 0.13, 0.26
+    rocker_shaft = h * turn(np.radians(80)) - (e + l) * turn(np.radians(5))
+    d = np.sqrt(b**2 + c**2 - a**2)
+    line = np.radians(5) + np.arccos((c**2 + d**2 - (b - a) ** 2) / (2 * c * d))
+    coupler = circles(rocker_shaft - d * turn(line) + a * turn(theta), b, rocker_shaft, c, 1)
+    joint = rocker_shaft + (rocker_shaft - coupler) / c * e
+    return joint, circles(joint, l, 0j, h, 1) / h
+
+
+def test_loom(turned):
+    """Pins by circles; the dwell as the turn of the crank with the batten within 2 % of its swing."""
+    run = turned("loom")
+    joint, batten = loom_batten(np.pi * run.t)
+    assert_same(point(run, "rocker.E"), joint)
+    assert_same(point(run, "batten.reed"), 0.8 * batten)
+    theta = np.radians(np.arange(0, 360, 0.1))
+    angle = np.degrees(np.angle(loom_batten(theta)[1]))
+    assert angle.min() == pytest.approx(80, abs=1e-6)
+    swing = np.ptp(angle)
+    dwell = 0.1 * np.sum(angle < 80 + 0.02 * swing)
+    assert [swing, dwell, 800 * np.radians(swing)] == pytest.approx([10.37, 97.5, 144.8], abs=0.1)
+    waiting = np.degrees(run["batten.phi"]) < 80 + 0.02 * swing
+    assert waiting.mean() == pytest.approx(dwell / 360, abs=1 / 24)  # 24 states a turn
+
+
 def slider_crank_bearing(theta, w, gas):
     """Force on the crank by its bearing [N], of a slider crank with a vertical bore, by Newton and Euler."""
     r, l, piston_m, rod_m = 0.045, 0.15, 0.45, 0.55

@@ -1,10 +1,13 @@
 """Motions with degrees of freedom against equations of motion of their own, integrated by SciPy, and closed forms."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh, expm
 from scipy.optimize import brentq, fsolve
+from scipy.special import ellipk
 
 import mbdsl
 
@@ -294,3 +297,52 @@ def test_bow(run):
     assert 0.99 * stored < total[-1] < stored  # the limbs lose little
     arrow = 0.025 * found["arrow.vx"][-1] ** 2 / 2
     assert [stored, arrow / stored] == pytest.approx([25.07, 0.54], rel=0.01)
+
+
+def test_slingshot(run):
+    """The cantilever by Euler and Bernoulli, with the next term of the elastica; later the stored energy moves."""
+    found = run("slingshot")
+    length, bending, band = 0.3, 35e9 * 0.03 * 0.006**3 / 12, 400
+    pull = found["band.force"][0]
+    assert pull == pytest.approx(67.3, abs=0.05)
+    shortened = (pull * length**2 / bending) ** 2
+    small = pull * length**3 / (3 * bending)
+    assert small == pytest.approx(32.06e-3, abs=1e-5)
+    # the elastica by series; its next term is of the order of (P L^2/EI)^4 = 1e-2 times a coefficient below 0.05
+    assert -found["fork.b.x"][0] == pytest.approx(small * (1 - 4 / 35 * shortened), rel=1e-3)
+    stored = pull**2 / (2 * band) + pull * small / 2 * (1 - 6 / 35 * shortened)
+    stretch = np.maximum(np.abs(found["band.s"]) - 0.12, 0)
+    total = found["energy.total"] + band * stretch**2 / 2
+    assert total[0] == pytest.approx(stored, rel=1e-3)
+    assert 0.998 * stored < total[-1] < stored  # the fork loses little
+    stone = 0.03 * found["stone.vx"][-1] ** 2 / 2
+    assert [stored, stone / stored] == pytest.approx([6.73, 0.8555], rel=2e-3)
+
+
+def test_clock_escapement():
+    """The amplitude by the balance of push and damping from a smaller one, the period by the elliptic integral."""
+    path = Path(__file__).parents[2] / "models" / "gallery" / "clock_escapement.mbd"
+    found = mbdsl.simulate(mbdsl.load(path, {"A": "7 deg"}), stop=12, interval=2e-3)
+    inertia, weight, damping, torque = 1e-5 + 0.5 * 0.18**2, 0.5 * G * 0.18, 1.2e-3, 4e-3
+    t, phi, w = found.t, found["pendulum.phi"], found["pendulum.w"]
+    row = np.flatnonzero((w[:-1] > 0) & (w[1:] <= 0))  # before each turn to the right
+    energy = inertia * w[row] ** 2 / 2 + weight * (1 - np.cos(phi[row]))
+    amplitude, turned = np.arccos(1 - energy / weight), t[row] + w[row] / (w[row] - w[row + 1]) * 2e-3
+    slow = np.sqrt(weight / inertia)
+    settled = np.sqrt(2 * torque * np.radians(5) / (np.pi * damping * slow))
+    decay = np.exp(-damping / inertia * turned)
+    expected = np.sqrt(settled**2 + (np.radians(7) ** 2 - settled**2) * decay)
+    # a pendulum's period, and what it loses, differ from those of an oscillator by the order of A^2/16 = 1.6e-3
+    assert amplitude == pytest.approx(expected, rel=2e-3)
+    assert np.degrees([settled, amplitude[-1]]) == pytest.approx([9.08, 8.28], abs=0.01)
+    row = np.flatnonzero((phi[:-1] < 0) & (phi[1:] >= 0))
+    period = np.diff(t[row] - phi[row] / w[row])
+    middle = (amplitude[:-1] + amplitude[1:]) / 2  # the elliptic integral with the parameter sin(A/2)^2
+    exact = 4 / slow * ellipk(np.sin(middle[: len(period)] / 2) ** 2)
+    assert [4 / slow * ellipk(np.sin(settled / 2) ** 2), 2 * np.pi / slow] == pytest.approx([0.8527, 0.8514], abs=5e-5)
+    # damping and pushes are symmetrical about the vertical; their second order is below (c/(I w))^2/8 = 1.3e-5
+    assert period == pytest.approx(exact, rel=3e-5)
+    # one tooth each period, and a tooth is at rest on a pallet at the end
+    assert np.degrees(np.interp(turned, t, found["wheel.phi"])) == pytest.approx(
+        12 * np.arange(1, len(turned) + 1), abs=0.05
+    )
