@@ -10,7 +10,7 @@ from mbdsl.cli import _values as values
 from mbdsl.cli._runs import simulated
 from mbdsl.cli.simulate import add_options as add_options
 from mbdsl.errors import UsageError
-from mbdsl.messages import visible
+from mbdsl.messages import count, visible
 from mbdsl.storage import output_files
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def _arrows(text: str) -> tuple[str, ...]:
     found = () if text.strip() == "none" else tuple(values.names(text))
     for group in found:
         if group not in ("forces", "reactions"):
-            raise argparse.ArgumentTypeError(f"there are no arrows `{group}`: forces, reactions, none")
+            raise argparse.ArgumentTypeError(f"`{text}`: expected forces, reactions, both with a comma, or none")
     return found
 
 
@@ -102,7 +102,7 @@ def _write(args: argparse.Namespace, trajectory: Trajectory, names: list[str] | 
     if not args.quiet:
         motion = page.motion
         size = values.file_size(out)
-        frames = f"{len(motion.t)} frames of " if Path(out).suffix.lower() in PAGES else ""
+        frames = f"{count(len(motion.t), 'frame')} of " if Path(out).suffix.lower() in PAGES else ""
         print(f"{visible(out, line=True)}: {size}, {frames}{motion.t[-1] - motion.t[0]:.6g} s")
 
 

@@ -83,9 +83,14 @@ def run(args: argparse.Namespace) -> int:
         write(modes, args.output)
         print(f"{args.output}: {len(modes)} modes, frequencies, damping and shapes")
     if out:
+        from mbdsl.viewing.saved_page import PAGES
+
         mode = None if args.mode is None else args.mode - 1
-        modes.animate(mode=mode).save(out, args.size)
-        print(f"{visible(out, line=True)}: {values.file_size(out)}, {count(len(modes), 'mode')}")
+        shown = modes.animate(mode=mode)
+        shown.save(out, args.size)
+        page = Path(out).suffix.lower() in PAGES
+        what = count(len(modes), "mode") if page else f"mode {shown.first + 1}"
+        print(f"{visible(out, line=True)}: {values.file_size(out)}, {what}")
     return 0
 
 

@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     for problem in found.problems:
         print(f"warning: {problem}", file=sys.stderr)
     if not args.quiet:
-        print(f"{visible(out, line=True)}: {Path(out).stat().st_size / 1e3:.0f} kB")
+        print(f"{visible(out, line=True)}: {values.file_size(out)}")
     if failure is not None:
         raise failure
     return 0

@@ -204,7 +204,7 @@ def read(path: str) -> str:
     except (FileNotFoundError, NotADirectoryError):
         raise UsageError(f"there is no file `{path}`", hint=_close_file(path)) from None
     except UnicodeDecodeError:
-        raise UsageError(f"`{path}` is no text (UTF-8)") from None
+        raise UsageError(f"`{path}` is no text (UTF-8), expected a .mbd file") from None
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or "not a valid path"
         raise UsageError(f"cannot read `{path}`: {reason}") from None

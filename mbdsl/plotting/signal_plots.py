@@ -15,7 +15,7 @@ from mbdsl.plotting.differences import Difference
 from mbdsl.plotting.figures import Page, Panels
 from mbdsl.plotting.plot_notes import of_choice, of_curves, of_results, short_labels
 from mbdsl.plotting.signal_panels import Horizontal, panels
-from mbdsl.results.selection import select, unknown
+from mbdsl.results.selection import matching, select, unknown
 from mbdsl.results.stored import Result
 
 SUFFIXES = (".png", ".svg", ".pdf", ".html")
@@ -110,7 +110,8 @@ def suffix_of(path: str | os.PathLike) -> str:
     """
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
-        raise UsageError(f"unknown suffix `{Path(path).suffix}` of `{path!s}`", hint=f"known are {', '.join(SUFFIXES)}")
+        problem = f"unknown suffix `{Path(path).suffix}` of" if suffix else "no suffix on"
+        raise UsageError(f"{problem} `{path!s}`", hint=f"known are {', '.join(SUFFIXES)}")
     return suffix
 
 
@@ -182,6 +183,11 @@ def _check_axis(
         raise UsageError("a spectrum is plotted against the frequency", hint="omit --against or --spectrum")
     lacking = [label for label, result in zip(labels, results, strict=True) if against not in result.names]
     if lacking:
+        if found := matching(against, known):
+            raise UsageError(
+                f"the horizontal axis needs the name of one signal, and `{against}` is a pattern",
+                hint=f"it matches {few(found)}",
+            )
         raise unknown(against, known, few(lacking))
 
 

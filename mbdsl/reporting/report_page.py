@@ -9,7 +9,7 @@ from pathlib import Path
 
 from mbdsl import plotting
 from mbdsl.explanation.receipt import cells, head, remarks
-from mbdsl.messages import duration
+from mbdsl.messages import count, duration
 from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.figures import Figure, Table
 from mbdsl.plotting.pages import fine_print, fragments
@@ -94,7 +94,7 @@ def _lead(report: Findings) -> Iterator[str]:
     trajectory, stats = report.trajectory, report.trajectory.stats
     if trajectory.scene.doc:
         yield _paragraph(trajectory.scene.doc)
-    text = f"{len(trajectory)} states from t = {trajectory.t[0]:g} s to {trajectory.t[-1]:g} s"
+    text = f"{count(len(trajectory), 'state')} from t = {trajectory.t[0]:g} s to {trajectory.t[-1]:g} s"
     if stats.get("method"):
         text += f" by {stats['method']}"
     if (error := stats.get("error")) is not None and trajectory.status != "inaccurate":

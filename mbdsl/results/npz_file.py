@@ -43,6 +43,9 @@ def read(path: Path) -> tuple[dict, dict]:
     import numpy as np
 
     try:
+        if not zipfile.is_zipfile(path):  # NumPy would take it for an array of Python objects
+            with open(path, "rb"):  # or it cannot be opened
+                raise zipfile.BadZipFile("File is not a zip file")
         with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as archive:
             about = json.loads(archive[ABOUT].item()) if ABOUT in archive.files else {}
             found = {name: archive[name] for name in about.get("names", archive.files)}

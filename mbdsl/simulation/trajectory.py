@@ -442,10 +442,10 @@ class Trajectory:
     def animate(
         self,
         path: str | PathLike | None = None,
-        signals: Iterable[str] | None = None,
-        traces: Sequence[str] = (),
+        signals: str | Iterable[str] | None = None,
+        traces: str | Sequence[str] = (),
         ghost: Trajectory | None = None,
-        arrows: Sequence[str] = ("forces",),
+        arrows: str | Sequence[str] = ("forces",),
     ) -> Animation:
         """Animate the mechanism, as one HTML page that loads nothing.
 
@@ -453,14 +453,14 @@ class Trajectory:
         ----------
         path : path, optional
             File that the page is written to, ``.html``.
-        signals : iterable of str, optional
+        signals : str or iterable of str, optional
             Names and glob patterns of the signals that are plotted with the motion. Default: coordinates, velocities
             and signals of elements that change.
-        traces : sequence of str, optional
+        traces : str or sequence of str, optional
             Names of frames and bodies whose path is drawn.
         ghost : Trajectory, optional
             Another motion, such as that of another parameter, which is drawn pale behind the first at the same time.
-        arrows : sequence of str, optional
+        arrows : str or sequence of str, optional
             Arrows in a film, or in a page when it opens: any of "forces" and "reactions".
 
         Returns

@@ -14,7 +14,7 @@ from mbdsl.viewing import page
 from mbdsl.viewing.motion import Motion, motion
 from mbdsl.viewing.overlays import Overlays
 from mbdsl.viewing.saved_page import SavedPage
-from mbdsl.viewing.shapes import Drawing, drawing
+from mbdsl.viewing.shapes import Drawing, behind, drawing
 from mbdsl.viewing.signals import signals
 from mbdsl.viewing.vectors import FORCES, REACTIONS, Vector, largest, vectors
 
@@ -34,7 +34,7 @@ class Animation(SavedPage):
         Names of frames and bodies whose path is drawn.
     ghost : Trajectory, optional
         Another motion, which is drawn pale behind the first.
-    arrows : sequence of str, optional
+    arrows : str or sequence of str, optional
         Arrows in a film, or in a page when it opens: any of "forces" and "reactions".
 
     Attributes
@@ -48,20 +48,20 @@ class Animation(SavedPage):
     def __init__(
         self,
         trajectory: Trajectory,
-        patterns: Iterable[str] | None,
-        traced: Sequence[str],
+        patterns: str | Iterable[str] | None,
+        traced: str | Sequence[str],
         ghost: Trajectory | None = None,
-        arrows: Sequence[str] = (FORCES,),
+        arrows: str | Sequence[str] = (FORCES,),
     ) -> None:
         self.motion: Motion = motion(trajectory)
         self._ghost = None if ghost is None else motion(ghost)
-        self._trajectory, self._patterns = trajectory, None if patterns is None else list(patterns)
-        for group in arrows:
+        self._trajectory, self._patterns = trajectory, None if patterns is None else _several(patterns)
+        self._arrows = tuple(_several(arrows))
+        for group in self._arrows:
             if group not in (FORCES, REACTIONS):
                 hint = f"there are `{FORCES}` and `{REACTIONS}`"
                 raise UsageError(f"there are no arrows called `{group}`", hint=hint)
-        self._arrows = tuple(arrows)
-        self._traced = [_point(self.motion, name) for name in traced]
+        self._traced = [_point(self.motion, name) for name in _several(traced)]
 
     def __repr__(self) -> str:
         span = f"{self.motion.t[0]:g} ... {self.motion.t[-1]:g} s"
@@ -78,7 +78,7 @@ class Animation(SavedPage):
             arrows,
             self._traced or drawn.paths,
             self._about(),
-            None if self._ghost is None else (self._ghost, drawing(self._ghost)),
+            None if self._ghost is None else (self._ghost, behind(drawing(self._ghost), drawn)),
         )
         more = {"arrows": self._arrows, "pale": self._pale, "largest": largest(arrows, self._one_scale)}
         return page.html(data | more)
@@ -124,10 +124,10 @@ class Animation(SavedPage):
 
 def animate(
     trajectory: Trajectory,
-    signals: Iterable[str] | None = None,
-    traces: Sequence[str] = (),
+    signals: str | Iterable[str] | None = None,
+    traces: str | Sequence[str] = (),
     ghost: Trajectory | None = None,
-    arrows: Sequence[str] = (FORCES,),
+    arrows: str | Sequence[str] = (FORCES,),
 ) -> Animation:
     """Animate a trajectory.
 
@@ -135,14 +135,14 @@ def animate(
     ----------
     trajectory : Trajectory
         The states over time.
-    signals : iterable of str, optional
+    signals : str or iterable of str, optional
         Names and glob patterns of the signals that are plotted with the motion. Default: coordinates, velocities and
         signals of elements that change.
-    traces : sequence of str, optional
+    traces : str or sequence of str, optional
         Names of frames and bodies whose path is drawn.
     ghost : Trajectory, optional
         Another motion, which is drawn pale behind the first at the same time.
-    arrows : sequence of str, optional
+    arrows : str or sequence of str, optional
         Arrows in a film, or in a page when it opens: any of "forces" and "reactions".
 
     Returns
@@ -158,6 +158,10 @@ def animate(
     return Animation(trajectory, signals, traces, ghost, arrows)
 
 
+def _several(names: str | Iterable[str]) -> list[str]:
+    return [names] if isinstance(names, str) else list(names)
+
+
 def _point(motion: Motion, name: str) -> str:
     """The name of a frame, from its own, another name of it, or that of its body."""
     name_ = motion.scene.aliases.get(name, name)
@@ -166,4 +170,5 @@ def _point(motion: Motion, name: str) -> str:
             if motion.spots[known].track < 0:
                 raise UsageError(f"`{name}` does not move: it has no path", hint="give a frame of a body")
             return known
-    raise UsageError(f"there is no frame `{name}` in {motion.scene.name}", hint=did_you_mean(name, motion.spots))
+    moving = [known for known, spot in motion.spots.items() if spot.track >= 0]
+    raise UsageError(f"there is no frame `{name}` in {motion.scene.name}", hint=did_you_mean(name, moving, "frames"))

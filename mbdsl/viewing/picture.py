@@ -17,7 +17,7 @@ from mbdsl.viewing.motion import Motion, largest_strain
 from mbdsl.viewing.overlays import Overlays, Painted, colour_bar
 from mbdsl.viewing.pixels import DRIVE, FINE, FORCE, HOT, INK, PALE, ROD, SHADE, Pixels, Place, mixed
 from mbdsl.viewing.shape import Shape
-from mbdsl.viewing.shapes import Drawing
+from mbdsl.viewing.shapes import Drawing, behind
 from mbdsl.viewing.shapes import drawing as shapes_of
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ class Picture(Pixels):
     ) -> None:
         self.ghost: Picture | None = None
         if (other := overlays.ghost) is not None:
-            back = shapes_of(other)
+            back = behind(shapes_of(other), drawing)
             drawing = replace(drawing, bounds=_around(drawing.bounds, back.bounds))
             self.ghost = Picture(other, replace(back, bounds=drawing.bounds, unit=drawing.unit), width, height)
             self.ghost.strain = np.inf  # its beams have the colours of their bodies

@@ -187,14 +187,19 @@ function scaleBar(g) {
   text(g, `${written(length / size, 3)} ${unit}`, end + 7, y - 3, theme.pale);
   const notes = [];
   const both = show.forces && show.reactions && data.largest.forces2 === data.largest.reactions2;
-  if (both && data.largest.forces2) notes.push(`longest arrow: ${written(data.largest.forces2, 3)} N`);
+  if (both && data.largest.forces2)
+    notes.push(
+      `longest arrow: ${written(data.largest.forces2, 3)} N`,
+      ["reactions", theme.reaction],
+      ["forces", theme.load],
+    );
   else for (const [group, name] of [["forces", "force"], ["reactions", "reaction"]])
     if (show[group] && data.largest[`${group}2`])
       notes.push(`longest arrow of a ${name}: ${written(data.largest[`${group}2`], 3)} N`);
   if (show.deflection !== 1) notes.push(`deflection × ${show.deflection}`);
   if (data.pale) notes.push(`pale: ${data.pale}`);
   if (data.modes) notes.push(...modeNotes());
-  notes.forEach((note, k) => text(g, note, x, y - 22 - 17 * k, theme.pale));
+  notes.forEach((note, k) => text(g, [note].flat()[0], x, y - 22 - 17 * k, [note].flat()[1] || theme.pale));
   if (data.modes ? data.curves.length : data.strain) colourBar(g, x, y - 26 - 17 * notes.length);
 }
 

@@ -72,5 +72,6 @@ def check_suffix(path: str | os.PathLike, known: tuple[str, ...] = SavedPage.suf
     """
     suffix = os.path.splitext(os.fspath(path))[1].lower()
     if suffix not in known:
-        raise UsageError(f"unknown suffix of the animation `{path!s}`", hint=f"known are {', '.join(known)}")
+        problem = f"unknown suffix `{suffix}` of" if suffix else "no suffix on"
+        raise UsageError(f"{problem} `{path!s}`", hint=f"known are {', '.join(known)}")
     return suffix

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,12 +92,22 @@ def _once(shapes: Sequence[Shape]) -> list[Shape]:
     seen: set[tuple] = set()
     found = []
     for shape in shapes:
-        spots = ((at.track, round(at.x, 12), round(at.y, 12)) for at in shape.at)
-        place = (shape.draw, shape.data.get("radius"), *spots)
+        place = _place(shape)
         if shape.draw not in ("support", "plate", "ring") or place not in seen:
             found.append(shape)
         seen.add(place)
     return found
+
+
+def behind(back: Drawing, front: Drawing) -> Drawing:
+    """``back`` without supports of pins that ``front`` has too, perhaps on the other side of the pin."""
+    seen = {_place(shape) for shape in front.shapes if shape.draw == "support"}
+    return replace(back, shapes=[x for x in back.shapes if x.draw != "support" or _place(x) not in seen])
+
+
+def _place(shape: Shape) -> tuple:
+    spots = ((at.track, round(at.x, 12), round(at.y, 12)) for at in shape.at)
+    return (shape.draw, shape.data.get("radius"), *spots)
 
 
 def _element(c: Component, motion: Motion) -> Iterator[Shape]:

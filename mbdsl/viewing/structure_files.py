@@ -46,7 +46,8 @@ def check_suffix(path: str | os.PathLike) -> str:
     """
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
-        raise UsageError(f"unknown suffix `{Path(path).suffix}` of `{path!s}`", hint=f"known are {', '.join(SUFFIXES)}")
+        problem = f"unknown suffix `{Path(path).suffix}` of" if suffix else "no suffix on"
+        raise UsageError(f"{problem} `{path!s}`", hint=f"known are {', '.join(SUFFIXES)}")
     return suffix
 
 

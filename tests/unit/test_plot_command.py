@@ -79,8 +79,13 @@ def test_list(capsys):
         (["a.npz", "--signals", "crnk.x"], "did you mean `crank.x` or"),
         (["a.npz", "--signals", "zzz*"], "no signal that matches `zzz*` in a.npz\n  = signals: crank.x"),
         (["a.npz", "--against", "time"], ""),
+        (
+            ["a.npz", "--against", "crank.*"],
+            "one signal, and `crank.*` is a pattern\n  = it matches crank.x, crank.phi",
+        ),
         (["a.npz", "--difference"], "a difference needs two results"),
         (["a.npz", "--out", "plot.gif"], "unknown suffix `.gif`"),
+        (["a.npz", "--out", "no"], "no suffix on `no`"),
         (["a.npz", "--out", "no/plot.svg"], "there is no folder `no`"),
         (["a.npz", "--out", "a.svg", "--list"], "not allowed with"),
         (["a.txt"], "no result file and no model\n  = known suffixes are .csv, .mat, .mbd, .nc, .npz"),

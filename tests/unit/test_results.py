@@ -94,6 +94,13 @@ def test_numpy_reads_the_archive_by_name(tmp_path):
         np.testing.assert_array_equal(archive["link[1].b.x"], HARD)
 
 
+def test_a_text_is_no_archive(tmp_path):
+    """NumPy takes any content for pickled objects; the message must not recommend to load them."""
+    (tmp_path / "r.npz").write_text("time,x", encoding="utf-8")
+    with pytest.raises(UsageError, match=r"is not a \.npz result file, or is damaged: File is not a zip file"):
+        results.read(tmp_path / "r.npz")
+
+
 def test_mat_is_laid_out_as_trajectory_readers_expect(tmp_path):
     results.write(tmp_path / "r.mat", columns(), UNITS, META)
     mat = scipy.io.loadmat(tmp_path / "r.mat", chars_as_strings=False)

@@ -93,9 +93,10 @@ def test_beams_of_results(say, folder, model_file):
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        (("--out", "p.png"), "unknown suffix of the animation `p.png`"),
+        (("--out", "p.png"), "unknown suffix `.png` of `p.png`"),
         (("--out", "p.gif", "--size", "641x480"), "`641x480`: expected even numbers"),
         (("--out", "p.gif", "--size", "640"), "expected WIDTHxHEIGHT"),
+        (("--arrows", "forces,none"), "`forces,none`: expected forces, reactions"),
         (("--trace", "masss"), "there is no frame `masss` in Pendulum"),
         (("--signals", "masss"), "there is no signal `masss`"),
         (("--out", "pendulum.mbd.html/x.html"), "there is no folder"),

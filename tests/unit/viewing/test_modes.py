@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mbdsl import load, parse
+from mbdsl import load, parse, static
 from mbdsl.errors import UsageError
 from mbdsl.system.system import build
 from mbdsl.viewing.mode_animation import ModeAnimation, Row
@@ -140,6 +140,7 @@ def test_the_commands(say, tmp_path):
     with Image.open(tmp_path / "p.gif") as film:
         assert code == 0 and film.size == (100, 80)
         assert 25 <= film.n_frames <= 50  # Pillow joins pictures that are equal
+    assert out.endswith(" KB, mode 1\n")
     code, out, _ = say("static", "p.mbd", "--show")
     assert code == 0 and out.splitlines()[-1].startswith("p-equilibrium.html: ")
     page = data(tmp_path / "p-equilibrium.html")
@@ -159,7 +160,7 @@ def test_the_commands(say, tmp_path):
         (("eigen", "--animate", "--out", "p.mbd"), "unknown suffix"),
         (("eigen", "--animate", "--mode", "2"), "there is no mode 2"),
         (("static", "--out", "x.html"), "--out belongs to --show"),
-        (("static", "--show", "--out", "x.gif"), "unknown suffix of the animation `x.gif`"),
+        (("static", "--show", "--out", "x.gif"), "unknown suffix `.gif` of `x.gif`"),
     ],
 )
 def test_what_the_commands_refuse(say, tmp_path, arguments, words):
@@ -167,6 +168,15 @@ def test_what_the_commands_refuse(say, tmp_path, arguments, words):
     code, _, err = say(arguments[0], "p.mbd", *arguments[1:])
     assert code == 2 and words in err
     assert [path.name for path in tmp_path.iterdir()] == ["p.mbd"]
+
+
+def test_the_pale_positions_have_no_second_support(tmp_path):
+    """A rod that starts upwards hangs from its support at rest; the ground does not move."""
+    (tmp_path / "r.mbd").write_text(ROD.replace("end R", "initial equation rod.phi = 1.5 rad; end R"))
+    page = tmp_path / "r.html"
+    static(tmp_path / "r.mbd").show(page)
+    drawn, pale = ([shape["draw"] for shape in part["shapes"]] for part in (data(page), data(page)["ghost"]))
+    assert drawn.count("support") == 1 and sorted(drawn) == sorted([*pale, "support"])
 
 
 def test_forces_of_springs_and_weights(trajectory_of):

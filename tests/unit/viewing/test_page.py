@@ -110,6 +110,13 @@ def test_a_notebook_shows_the_page_in_a_frame(slider_crank):
     assert repr(animation) == "<Animation of SliderCrank: 301 frames, 0 ... 3 s>"
 
 
+def test_one_name_is_a_list_of_one(slider_crank):
+    one = slider_crank.animate(signals="rod.x", traces="rod", arrows="reactions")
+    assert one.html == slider_crank.animate(signals=["rod.x"], traces=["rod"], arrows=["reactions"]).html
+    with pytest.raises(UsageError, match="there is no frame `rid`"):
+        slider_crank.animate(traces="rid")
+
+
 def test_the_page_is_not_written_over_the_model(tmp_path, trajectory_of):
     from mbdsl import load
 
