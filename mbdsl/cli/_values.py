@@ -214,8 +214,23 @@ def add_times(parser: argparse.ArgumentParser) -> None:
 def add_size(parser: argparse.ArgumentParser) -> None:
     """The size of a film or a picture."""
     parser.add_argument(
-        "--size", metavar="WxH", type=_size, default=(640, 400), help="of a film or picture [px]; default 640x400"
+        "--size", metavar="WxH", type=_size, help="of a film or picture [px]; default 640x400"
     )
+
+
+def size_of(args: argparse.Namespace, out: str | None) -> tuple[int, int]:
+    """The size of the film or picture ``out``.
+
+    Raises
+    ------
+    UsageError
+        If a size is given for a page.
+    """
+    from mbdsl.viewing.saved_page import PAGES
+
+    if args.size and out and Path(out).suffix.lower() in PAGES:
+        raise UsageError("--size is for films and pictures; a page has the size of its window", hint="omit --size")
+    return args.size or (640, 400)
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -72,6 +72,7 @@ def run(args: argparse.Namespace) -> int:
 
     out = args.out or f"{Path(args.model).stem}.html"
     check_suffix(out)
+    values.size_of(args, out)
     output_files.check([out], [path for path in (args.model, args.result, args.ghost) if path])
     stored = is_result(args.model)
     if args.ghost and not is_result(args.ghost):
@@ -98,12 +99,12 @@ def _write(args: argparse.Namespace, trajectory: Trajectory, names: list[str] | 
     patterns = values.patterns(args.signals) if args.signals else names
     traces = values.names(args.trace) if args.trace else ()
     page = animate(trajectory, patterns, traces, _ghost(args, trajectory), args.arrows)
-    page.save(out, args.size)
+    page.save(out, values.size_of(args, out))
     if not args.quiet:
         motion = page.motion
-        size = values.file_size(out)
+        written = values.file_size(out)
         frames = f"{count(len(motion.t), 'frame')} of " if Path(out).suffix.lower() in PAGES else ""
-        print(f"{visible(out, line=True)}: {size}, {frames}{motion.t[-1] - motion.t[0]:.6g} s")
+        print(f"{visible(out, line=True)}: {written}, {frames}{motion.t[-1] - motion.t[0]:.6g} s")
 
 
 def _ghost(args: argparse.Namespace, trajectory: Trajectory) -> Trajectory | None:

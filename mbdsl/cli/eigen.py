@@ -66,6 +66,7 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     out = _animation(args)
+    size = values.size_of(args, out)
     if args.output:
         output_files.check([args.output], [args.model])
         if Path(args.output).suffix.lower() not in SUFFIXES:
@@ -87,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
 
         mode = None if args.mode is None else args.mode - 1
         shown = modes.animate(mode=mode)
-        shown.save(out, args.size)
+        shown.save(out, size)
         page = Path(out).suffix.lower() in PAGES
         what = count(len(modes), "mode") if page else f"mode {shown.first + 1}"
         print(f"{visible(out, line=True)}: {values.file_size(out)}, {what}")
@@ -97,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
 def _animation(args: argparse.Namespace) -> str | None:
     """The file of the animation, checked."""
     if not args.animate:
-        given = next((name for name in ("out", "mode") if getattr(args, name) is not None), None)
+        given = next((name for name in ("out", "mode", "size") if getattr(args, name) is not None), None)
         if given:
             raise UsageError(f"--{given} belongs to --animate", hint="add --animate, or write numbers by --output")
         return None

@@ -42,6 +42,7 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     out = _picture(args)
+    size = values.size_of(args, out)
     if args.output:
         output_files.check([args.output], [args.model])
         results.format_of(args.output)
@@ -69,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     if args.output:
         lines.append(f"{args.output}: 1 row, time and {len(names)} signals")
     if out:
-        found.show().save(out, args.size)
+        found.show().save(out, size)
         lines.append(f"{visible(out, line=True)}: {values.file_size(out)}")
     print("\n".join(lines))
     return 0
@@ -78,8 +79,9 @@ def run(args: argparse.Namespace) -> int:
 def _picture(args: argparse.Namespace) -> str | None:
     """The file of the picture, checked."""
     if not args.show:
-        if args.out is not None:
-            raise UsageError("--out belongs to --show", hint="add --show, or write numbers by --output")
+        given = next((name for name in ("out", "size") if getattr(args, name) is not None), None)
+        if given:
+            raise UsageError(f"--{given} belongs to --show", hint="add --show, or write numbers by --output")
         return None
     from mbdsl.viewing.saved_page import PAGES, PICTURES, check_suffix
 

@@ -81,6 +81,7 @@ class Animation(SavedPage):
             None if self._ghost is None else (self._ghost, behind(drawing(self._ghost), drawn)),
         )
         more = {"arrows": self._arrows, "pale": self._pale, "largest": largest(arrows, self._one_scale)}
+        more["mark"] = self._mark()
         return page.html(data | more)
 
     def _drawing(self) -> Drawing:
@@ -93,6 +94,16 @@ class Animation(SavedPage):
     def _pale(self) -> str:
         """The pale motion in words."""
         return ""
+
+    def _mark(self) -> str:
+        """The remark on a run that was not completed, or not to its tolerance."""
+        status = self._trajectory.status
+        if status == "inaccurate":
+            return "The tolerance was not reached."
+        if status == "done" or not len(self._trajectory.t):
+            return ""
+        what = "was interrupted" if status == "interrupted" else "failed"
+        return f"The run {what} at t = {self._trajectory.t[-1]:.6g} s."
 
     def _about(self) -> list[tuple[str, str]]:
         trajectory, stats = self._trajectory, self._trajectory.stats

@@ -57,6 +57,8 @@ function switchTheme() {
 function fill() {
   document.querySelector("h1").textContent = data.name;
   $("doc").textContent = data.doc;
+  $("mark").textContent = data.mark || "";
+  $("mark").hidden = !data.mark;
   const names = Object.keys(data.bodies);
   const listed = `${names.slice(0, 12).join(", ")}${names.length > 12 ? " and more" : ""}`;
   canvas.setAttribute("aria-label", `Picture of ${data.name}: ${listed}`);

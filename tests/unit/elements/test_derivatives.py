@@ -218,7 +218,10 @@ def mass_matrix(s: System, q):
 
 
 def states(s: System, names):
-    """Random (t, q, v, lam) with no two connected frames closer than half a metre."""
+    """Random (t, q, v, lam) with no two connected frames closer than half a metre.
+
+    Their x differ by more than differences of coordinates, up to 2 H, move them: laws have an ``if`` at equal x.
+    """
     rng = np.random.default_rng(7)
     found = []
     ends = [tuple(s.scene.components[name].ports.values()) for name in names]
@@ -229,7 +232,7 @@ def states(s: System, names):
             assert np.linalg.eigvalsh(body.M(q[at])).min() > 0.0, name
         v, lam = rng.normal(size=(2, s.n)), rng.normal(size=s.m + s.p)
         x, y = ({f: frame_coordinate(s, f, k, q[None], v[:1])[0] for e in ends for f in e} for k in "xy")
-        if all(np.hypot(x[a] - x[b], y[a] - y[b]) > 0.5 for a, b in ends):
+        if all(np.hypot(x[a] - x[b], y[a] - y[b]) > 0.5 and abs(x[a] - x[b]) > 20 * H for a, b in ends):
             found.append((rng.uniform(0.1, 2.0), q, v[0], lam))
     return found
 
