@@ -213,9 +213,7 @@ def add_times(parser: argparse.ArgumentParser) -> None:
 
 def add_size(parser: argparse.ArgumentParser) -> None:
     """The size of a film or a picture."""
-    parser.add_argument(
-        "--size", metavar="WxH", type=_size, help="of a film or picture [px]; default 640x400"
-    )
+    parser.add_argument("--size", metavar="WxH", type=_size, help="of a film or picture [px]; default 640x400")
 
 
 def size_of(args: argparse.Namespace, out: str | None) -> tuple[int, int]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from mbdsl.cli import _values as values
 from mbdsl.cli.eigen import state
 from mbdsl.errors import UsageError
-from mbdsl.storage import output_files
+from mbdsl.storage.output_files import check, write_text, writing
 
 if TYPE_CHECKING:
     from mbdsl.analysis.linearisation import Linearisation
@@ -45,11 +45,11 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     if args.output:
-        output_files.check([args.output], [args.model])
+        check([args.output], [args.model])
         if Path(args.output).suffix.lower() not in SUFFIXES:
             raise UsageError(f"unknown suffix of `{args.output}`", hint=f"known are {', '.join(SUFFIXES)}")
     scene = values.load_model(args)
-    output_files.check([args.output], scene.files)
+    check([args.output], scene.files)
 
     from mbdsl.analysis.linearisation import linearise
     from mbdsl.compilation import code_cache
@@ -71,9 +71,9 @@ def write(found: Linearisation, path: str) -> None:
     suffix = Path(path).suffix.lower()
     if suffix == ".json":
         plain = {key: _plain(x.tolist()) if isinstance(x, np.ndarray) else x for key, x in content.items()}
-        output_files.write_text(path, json.dumps(plain, indent=2) + "\n")
+        write_text(path, json.dumps(plain, indent=2) + "\n")
         return
-    with output_files.writing(path) as stream:
+    with writing(path) as stream:
         if suffix == ".npz":
             np.savez(stream, **{key: np.asarray(x) for key, x in content.items()})  # type: ignore[arg-type]
         else:

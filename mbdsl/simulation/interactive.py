@@ -241,6 +241,10 @@ class Simulation:
         """
         if type(count) is not int or count < 1:
             count = _checked(count)
+        if count > 1 and len(self._motion.parts) > 1:  # if one part fails, the others end at the same step
+            for _ in range(count - 1):
+                self.step()
+            count = 1
         if self.inputs._changed:
             self._change_inputs()
         if count > self._room:

@@ -96,6 +96,7 @@ def test_beams_of_results(say, folder, model_file):
         (("--out", "p.png"), "unknown suffix `.png` of `p.png`"),
         (("--out", "p.gif", "--size", "641x480"), "`641x480`: expected even numbers"),
         (("--out", "p.gif", "--size", "640"), "expected WIDTHxHEIGHT"),
+        (("--out", "p.html", "--size", "640x480"), "--size is for films and pictures"),
         (("--arrows", "forces,none"), "`forces,none`: expected forces, reactions"),
         (("--trace", "masss"), "there is no frame `masss` in Pendulum"),
         (("--signals", "masss"), "there is no signal `masss`"),
@@ -138,8 +139,8 @@ def test_a_run_that_ends_early_is_shown_up_to_there(say, folder, monkeypatch, sl
     """The page is written, and the exit code is that of the run."""
 
     def simulated(scene, **given):
+        monkeypatch.setitem(slider_crank.stats, "status", "failed" if failed else "interrupted")
         if not failed:
-            monkeypatch.setitem(slider_crank.stats, "status", "interrupted")
             return slider_crank
         problem = IntegrationError("Newton's iteration fails at t = 3 s")
         problem.trajectory = slider_crank
@@ -149,6 +150,7 @@ def test_a_run_that_ends_early_is_shown_up_to_there(say, folder, monkeypatch, sl
     code, out, err = say("animate", "pendulum.mbd")
     assert code == expected
     assert out.endswith("301 frames of 3 s\n") and (folder / "pendulum.html").stat().st_size > 10_000
+    assert '"mark": "The run ' in (folder / "pendulum.html").read_text(encoding="utf-8").replace('":"', '": "')
     assert ("Newton's iteration fails" in err) if failed else err.endswith("interrupted\n")
 
 
