@@ -117,6 +117,7 @@ class Simulation:
         self._changes: list[tuple[int, tuple[float, ...]]] = []  #: steps done, and the inputs from then on
         self._known: SignalNames | None = None
         self._call: Callable[[int], int] | None = None  #: the step loop of all parts
+        self._steps: memoryview | None = None  #: integers of the first part's run
         self._point: Trajectory | None = None  #: the present state, if a signal has needed it
         self._bind()
         self._first = self.state
@@ -272,7 +273,7 @@ class Simulation:
     def _check(self, status: int) -> None:
         self._bind()
         if status not in (loop_state.RUNNING, loop_state.DONE):
-            self._call = None  # the motion remains failed
+            self._call = self._steps = None  # the motion remains failed, at the last step of all parts
             trajectory = self.trajectory()
             trajectory.stats["status"] = "failed"
             raise failure(self._motion, trajectory, status)
