@@ -217,14 +217,22 @@ def mass_matrix(s: System, q):
     return M
 
 
+def switches(x: Expr) -> bool:
+    """Whether an expression contains an ``if``."""
+    return x.op == "select" or any(map(switches, x.args))
+
+
 def states(s: System, names):
     """Random (t, q, v, lam) with no two connected frames closer than half a metre.
 
-    Their x differ by more than differences of coordinates, up to 2 H, move them: laws have an ``if`` at equal x.
+    If they have laws with an ``if``, which switch at equal x, their x differ by more than changes of coordinates of up
+    to 2 H move them.
     """
     rng = np.random.default_rng(7)
     found = []
-    ends = [tuple(s.scene.components[name].ports.values()) for name in names]
+    tested = [s.scene.components[name] for name in names]
+    ends = [tuple(c.ports.values()) for c in tested]
+    apart = 20 * H if any(isinstance(x, Expr) and switches(x) for x in tested[0].values.values()) else 0.0
     while len(found) < STATES:
         q = rng.uniform(-3, 3, s.n)
         for name, at, body in flexible(s):
@@ -232,7 +240,7 @@ def states(s: System, names):
             assert np.linalg.eigvalsh(body.M(q[at])).min() > 0.0, name
         v, lam = rng.normal(size=(2, s.n)), rng.normal(size=s.m + s.p)
         x, y = ({f: frame_coordinate(s, f, k, q[None], v[:1])[0] for e in ends for f in e} for k in "xy")
-        if all(np.hypot(x[a] - x[b], y[a] - y[b]) > 0.5 and abs(x[a] - x[b]) > 20 * H for a, b in ends):
+        if all(np.hypot(x[a] - x[b], y[a] - y[b]) > 0.5 and abs(x[a] - x[b]) >= apart for a, b in ends):
             found.append((rng.uniform(0.1, 2.0), q, v[0], lam))
     return found
 

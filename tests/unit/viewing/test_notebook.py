@@ -8,6 +8,9 @@ POLICY = (
     "font-src https:; connect-src https:; child-src https: data:"
 )
 
+#: resolved when the page in the frame has run its script
+LOADED = "new Promise((done) => document.readyState === 'complete' ? done(0) : addEventListener('load', () => done(0)))"
+
 
 @pytest.fixture
 def inside(browser, tmp_path):
@@ -27,6 +30,7 @@ def inside(browser, tmp_path):
         try:
             for domain in ("Runtime", "Log", "Network"):
                 browser.send(f"{domain}.enable")
+            browser.value(LOADED)
             found = [browser.value(expression) for expression in expressions]
         finally:
             browser.session = notebook
