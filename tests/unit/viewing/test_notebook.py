@@ -31,7 +31,10 @@ def inside(browser, tmp_path):
             for domain in ("Runtime", "Log", "Network"):
                 browser.send(f"{domain}.enable")
             browser.value(LOADED)
-            found = [browser.value(expression) for expression in expressions]
+            found = []
+            for expression in expressions:
+                found.append(browser.value(expression))
+                browser.settle()
         finally:
             browser.session = notebook
         assert browser.said == [] and browser.loaded == [page.as_uri()]
