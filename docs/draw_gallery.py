@@ -107,10 +107,10 @@ def shortened(path: Path, count: int, colours: int, seconds: float) -> bytes:
     return stream.getvalue()
 
 
-def turned(scene: mbdsl.Scene) -> mbdsl.Trajectory:
-    """A run of 1,000 revolutions of a driven mechanism; a revolution is the duration of its experiment."""
+def turned(scene: mbdsl.Scene, turns: int = TURNS) -> mbdsl.Trajectory:
+    """A run of many revolutions of a driven mechanism; a revolution is the duration of its experiment."""
     stop = scene.experiment.stop
-    return mbdsl.simulate(scene, method=DRIVEN, step=stop / STEPS, stop=TURNS * stop, interval=stop / STEPS)
+    return mbdsl.simulate(scene, method=DRIVEN, step=stop / STEPS, stop=turns * stop, interval=stop / STEPS)
 
 
 def residual(run: mbdsl.Trajectory) -> float:
