@@ -7,7 +7,7 @@ from typing import Protocol
 
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
-from mbdsl.lang import functions, unit_readings, values
+from mbdsl.lang import functions, unit_hints, unit_readings, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.limits import ARRAY, NODES
 from mbdsl.lang.source import At, span_of
@@ -145,7 +145,12 @@ def _binary(e: s.Binary, scope: Scope) -> Value:
         if node.operator in ("and", "or") and isinstance(result, Quantity) and isinstance(result.value, bool):
             if result.value is (node.operator == "or"):
                 continue  # decided: the other side need not be valid (`i > 1 and x[i - 1] > 0`)
-        right = evaluate(node.right, scope)
+        try:
+            right = evaluate(node.right, scope)
+        except ModelError as problem:
+            if problem.message.startswith("unknown name") and (written := unit_hints.one_word(spine[0])) is not None:
+                problem.hint = f"a unit is one word without `*`: write `{written[0]}`"
+            raise
         try:
             operation = _OPERATORS.get(node.operator)
             result = operation(result, right) if operation else values.compare(node.operator, result, right)

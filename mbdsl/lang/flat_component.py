@@ -148,7 +148,7 @@ class Part:
             value = modifier.evaluate()
             try:
                 picked = modifier.pick(value, len(parameter.shape), self.contexts)
-                found[parameter.name] = argument_checks.argument(parameter, picked, self.name)
+                found[parameter.name] = argument_checks.argument(parameter, picked, self.name, modifier.value)
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None  # type: ignore[union-attr]
             same = same and picked is value
@@ -217,7 +217,7 @@ class Part:
             value = evaluate(modifier.value, modifier.scope.for_law(self, name))
             try:
                 picked = modifier.pick(value, 0, self.contexts)
-                law = argument_checks.law(parameter, picked, self.name)
+                law = argument_checks.law(parameter, picked, self.name, modifier.value)
                 if "damping" in self.assembly.without and "damping" in self.kind.effects:
                     if symbolic.is_velocity_level(law):
                         self.lacks.add("damping")

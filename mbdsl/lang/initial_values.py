@@ -65,7 +65,8 @@ class InitialValues:
                     keep = decided.value
                 try:
                     value = start.pick(start.evaluate(), 0, part.contexts)
-                    yield self._initial_value(name, part.signal(signal.name), value, keep, start.at), start.at
+                    target = part.signal(signal.name)
+                    yield self._initial_value(name, target, value, keep, start.at, start.value), start.at
                 except ModelError as problem:
                     raise place(problem, start.value.at) from None
 
@@ -86,7 +87,7 @@ class InitialValues:
                 label = f"{name}[{k + 1}]" if isinstance(target, tuple) else name
                 try:
                     assert isinstance(t, Quantity)
-                    yield self._initial_value(label, t, v, item.mode == "fixed", item.at), item.at
+                    yield self._initial_value(label, t, v, item.mode == "fixed", item.at, item.value), item.at
                 except ModelError as problem:
                     raise place(problem, item.at) from None
 
@@ -107,7 +108,9 @@ class InitialValues:
             "e.g. `crank.phi = 30 deg;` or `guess rod.w = 1 rad/s;`",
         )
 
-    def _initial_value(self, name: str, target: Quantity, value: Value, fixed: bool, at: At) -> InitialValue:
+    def _initial_value(
+        self, name: str, target: Quantity, value: Value, fixed: bool, at: At, e: s.Expression | None = None
+    ) -> InitialValue:
         if isinstance(value, tuple):
             raise ModelError(f"found {values.describe(value)} for `{name}`, expected a single value")
         leaves = symbolic.leaves(target.value) if isinstance(target.value, symbolic.Expr) else []
@@ -126,5 +129,5 @@ class InitialValues:
                 f"`{name}` depends on time; only positions and velocities have initial values", span_of(at)
             )
         what = f"the initial value of `{name}`"
-        number = argument_checks.number(argument_checks.fit(value, target.dimension, what), what)  # type: ignore[arg-type]
+        number = argument_checks.number(argument_checks.fit(value, target.dimension, what, "", e), what)  # type: ignore[arg-type]
         return InitialValue(name, target.value, number, fixed, span_of(at))  # type: ignore[arg-type]
