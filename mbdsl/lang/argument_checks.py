@@ -7,7 +7,7 @@ import math
 from mbdsl.elements.kind import Parameter
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
-from mbdsl.lang import quantities, unit_hints, units, values
+from mbdsl.lang import foreign_names, quantities, unit_hints, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value, describe
@@ -76,7 +76,10 @@ def argument(
     value = fit(value, units.dimension(parameter.unit), what, parameter.unit, e)
     found = values.shape(value)
     if found != parameter.shape:
-        raise ModelError(f"{what}: found {shape_words(found)}, expected {shape_words(parameter.shape)}")
+        hint = None
+        if (found, parameter.shape) == ((3,), (2,)) and isinstance(value, tuple) and value[2].value == 0:  # type: ignore[union-attr]
+            hint = f"a vector of the plane has no z: write `{foreign_names.planar(e)}`"
+        raise ModelError(f"{what}: found {shape_words(found)}, expected {shape_words(parameter.shape)}", hint=hint)
     result = floats(value, what)
     for x in result if isinstance(result, tuple) else (result,):
         if parameter.positive and not x > 0.0:

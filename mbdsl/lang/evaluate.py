@@ -7,7 +7,7 @@ from typing import Protocol
 
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
-from mbdsl.lang import functions, unit_hints, unit_readings, values
+from mbdsl.lang import foreign_names, functions, unit_hints, unit_readings, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.limits import ARRAY, NODES
 from mbdsl.lang.source import At, span_of
@@ -187,7 +187,7 @@ def _choice(e: s.Choice, scope: Scope) -> Value:
 
 
 def _call(e: s.Call, scope: Scope) -> Value:
-    name = write(e.function)
+    name = foreign_names.function(write(e.function))
     named = next((a for a in e.arguments if a.name or a.each or a.final), None)
     if named is not None:
         raise ModelError(f"{name}() takes values only, found `{write_argument(named)}`", span_of(named.at))
@@ -203,7 +203,8 @@ def _call(e: s.Call, scope: Scope) -> Value:
     from mbdsl.messages import did_you_mean
 
     known = [*functions.FUNCTIONS, "der", *scope.function_names()]
-    raise ModelError(f"no function is called `{name}`", span_of(e.function.at), did_you_mean(name, known))
+    hint = foreign_names.FUNCTIONS.get(name) or did_you_mean(name, known)
+    raise ModelError(f"no function is called `{name}`", span_of(e.function.at), hint)
 
 
 def _der(arguments: list[s.Expression], scope: Scope) -> Value:

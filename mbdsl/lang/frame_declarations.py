@@ -11,6 +11,7 @@ from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import place
 from mbdsl.lang.flat_component import Part, is_body
 from mbdsl.lang.flat_model import Positional
+from mbdsl.lang.foreign_names import planar
 from mbdsl.lang.modifiers import Contexts, Modifiers
 from mbdsl.lang.scope import as_frame
 from mbdsl.lang.source import At, span_of
@@ -37,7 +38,9 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
         try:
             picked = r.pick(r.evaluate(), 1, contexts)
             if values.shape(picked) != (2,):
-                raise ModelError(f"`r` of `{name}`: found {values.describe(picked)}, expected a position {{x, y}}")
+                hint = f"write `r = {planar(r.value)}`" if values.shape(picked) == (3,) else None
+                what = f"found {values.describe(picked)}, expected a position {{x, y}}"
+                raise ModelError(f"`r` of `{name}`: {what}", hint=hint)
             x, y, _ = argument_checks.pose(picked, f"`r` of `{name}`")
         except ModelError as problem:
             raise place(problem, r.value.at) from None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import COORDINATES, TIME
-from mbdsl.lang import functions, units, values
+from mbdsl.lang import foreign_names, functions, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node
 from mbdsl.lang.entities import Array, Disabled, FrameMember, Many, Namespace, Slot, TableMember
@@ -142,8 +142,8 @@ class Scope:
         """The entity that ``reference`` denotes."""
         steps = reference.steps
         first = steps[0]
-        if first.name == "Modelica" and (constant := write(reference)) in functions.CONSTANTS:
-            return Quantity(functions.CONSTANTS[constant], units.NUMBER)
+        if first.name == "Modelica" and (constant := foreign_names.CONSTANTS.get(write(reference))) is not None:
+            return Quantity(constant[0], units.dimension(constant[1]))
         entity = self._first(first, reference)
         if first.indices:
             entity = self._index(entity, first, first.name)
@@ -174,6 +174,9 @@ class Scope:
             return Quantity(TIME, units.dimension("s"))
         if name in functions.CONSTANTS:
             return Quantity(functions.CONSTANTS[name], units.NUMBER)
+        if name == "Modelica":
+            whole = write(reference)
+            raise ModelError(f"unknown name `{whole}`", span_of(reference.at), foreign_names.constant(whole))
         raise self._unknown(name, step.at)
 
     def _unknown(self, name: str, at: At) -> ModelError:
@@ -228,7 +231,7 @@ class Scope:
                 return Signal(f"{owner}.{name}", lambda: _coordinate(self.namespace, entity, name))
             if name in ACCELERATIONS:
                 raise _output_only(f"{owner}.{name}", step.at)
-            hint = did_you_mean(name, COORDINATES, "a frame has")
+            hint = foreign_names.MEMBERS.get(name) or did_you_mean(name, COORDINATES, "a frame has")
             raise ModelError(f"the frame `{owner}` has no `{name}`", span_of(step.at), hint)
         if isinstance(entity, Part):
             return self._of_part(entity, step, owner)
@@ -247,8 +250,11 @@ class Scope:
         if is_body(part) and part.kind.is_frame and name in COORDINATES:  # type: ignore[attr-defined]
             frame = part.frames["c"]
             return Signal(f"{owner}.{name}", lambda: _coordinate(self.namespace, frame, name))
+        other = part.by_other_name(name)
+        if other is not None:
+            return other
         known = part.known_names()
-        hint = did_you_mean(name, known, "it has")
+        hint = foreign_names.MEMBERS.get(name) or did_you_mean(name, known, "it has")
         raise ModelError(f"{part.kind.name} `{owner}` has no `{name}`", span_of(step.at), hint)
 
     def _index(self, entity: Entity, step: s.Step, owner: str) -> Entity:

@@ -1,0 +1,350 @@
+"""Names of Modelica (and some of Adams): those with the same meaning here, and what to write instead of the others."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+from mbdsl.lang import syntax as s
+from mbdsl.lang.unparse import write
+
+# -- accepted --------------------------------------------------------------------------------------------------------
+
+#: other names of kinds
+KINDS = {"World": "Ground", "PlanarWorld": "Ground"}
+#: the end of a name in a package -> the kind or type with the same meaning
+_QUALIFIED = {
+    "MultiBody.World": "Ground",
+    "PlanarMechanics.PlanarWorld": "Ground",
+    "Parts.Body": "Body",
+    "Parts.PointMass": "PointMass",
+    "Joints.Revolute": "Revolute",
+    "Joints.Prismatic": "Prismatic",
+    "Joints.FreeMotion": "FreeMotion",
+    "Forces.Torque": "Torque",
+    "Interfaces.Frame": "Frame",
+    "Interfaces.Frame_a": "Frame_a",
+    "Interfaces.Frame_b": "Frame_b",
+}
+#: packages whose functions are known without the package
+_FUNCTION_PACKAGES = ("Modelica.Math.", "Modelica.Units.Conversions.", "Modelica.SIunits.Conversions.")
+#: functions of conversions -> the unit; their names begin with from_ or to_
+CONVERSIONS = {"deg": "deg", "rpm": "rpm", "kmh": "km/h"}
+#: constant -> (value, unit)
+CONSTANTS = {
+    "Modelica.Constants.pi": (math.pi, "1"),
+    "Modelica.Constants.e": (math.e, "1"),
+    "Modelica.Constants.D2R": (math.pi / 180.0, "1"),
+    "Modelica.Constants.R2D": (180.0 / math.pi, "1"),
+    "Modelica.Constants.g_n": (9.80665, "m/s2"),
+}
+#: models without content, which `extends` may name
+ICONS = "Modelica.Icons."
+#: attributes of signals without an effect
+NO_EFFECT = ("displayUnit",)
+
+
+def kind(name: str) -> str:
+    """The name here of the kind or type ``name``: that at the end of ``Modelica.Mechanics.MultiBody.Joints.Revolute``."""
+    name = _QUALIFIED.get(".".join(name.split(".")[-2:]), name) if "." in name else name
+    return KINDS.get(name, name)
+
+
+def function(name: str) -> str:
+    """The name here of the function ``name``."""
+    package = next((p for p in _FUNCTION_PACKAGES if name.startswith(p)), "")
+    return name[len(package) :]
+
+
+def frame_of_body(name: str, frames: Sequence[str], is_frame: bool, centred: bool) -> str | None:
+    """The frame of a body that Modelica calls ``frame_a`` or ``frame_b``; None if there is none."""
+    own = {"frame_a": "a", "frame_b": "b"}.get(name)
+    if own is None or own in frames:
+        return own
+    return "c" if is_frame or (name == "frame_a" and centred) else None
+
+
+#: ports by the names that the ends of bodies have
+PORTS = {"a": "frame_a", "b": "frame_b"}
+
+# -- refused: functions, constants and members -----------------------------------------------------------------------
+
+_EVENTS = "mbdsl has no events: use an `if` expression in a law"
+_SIGNALS = "signals are named directly: `rod.b.x`, `pin.phi`, `pin.w`"
+#: function -> what to write instead
+FUNCTIONS = {
+    **dict.fromkeys(("pre", "edge", "change", "sample", "reinit", "initial", "terminal"), _EVENTS),
+    "delay": "values of the past are not available; use a Table or a law of time",
+    "semiLinear": "write `(if x >= 0 then k1*x else k2*x)`",
+    "homotopy": "write its first argument alone",
+    "Modelica.Math.Vectors.length": "write `hypot(x, y)`",
+    "Modelica.Math.Vectors.norm": "write `hypot(x, y)`",
+    "norm": "write `hypot(x, y)`",
+    "cross": "write the component along z: `x1*y2 - y1*x2`",
+    "rem": "write `mod(x, y)` for positive numbers",
+    "String": "texts cannot be made of numbers",
+    "pow": "a power is written `x^y`",
+    "sqr": "a square is written `x^2`",
+    "arctan": "write `atan(x)`",
+    "arctan2": "write `atan2(y, x)`",
+    "arcsin": "write `asin(x)`",
+    "arccos": "write `acos(x)`",
+    **dict.fromkeys(("radians", "deg2rad", "DTOR"), "give the number its unit: `30 deg`"),
+    **dict.fromkeys(("degrees", "rad2deg", "RTOD"), "divide by a degree: `pin.phi/(1 deg)`"),
+    **dict.fromkeys(("step", "STEP", "heaviside"), "write `(if time < t1 then a else b)`, or use a Table for a ramp"),
+    **dict.fromkeys(("STEP5", "AKISPL", "CUBSPL"), 'use a Table with `smoothness = "cubic"`'),
+    **dict.fromkeys(("IMPACT", "BISTOP"), "use TranslationalStop, RotationalStop or CircleContact"),
+    **dict.fromkeys(("DX", "DY", "DM", "VX", "VY", "VM", "VR", "AZ", "WZ", "FX", "FY", "TZ"), _SIGNALS),
+}
+#: member of a component or frame -> what to write instead
+MEMBERS = {
+    **dict.fromkeys(("r_0", "r"), "its position is x and y"),
+    **dict.fromkeys(("v_0",), "its velocity is vx and vy"),
+    **dict.fromkeys(("a_0",), "its acceleration is ax and ay, in results"),
+    **dict.fromkeys(("w_a", "w_rel", "w_rel_a"), "its angular velocity is w"),
+    **dict.fromkeys(("R", "phi_rel", "angle"), "its angle is phi"),
+    "z_a": "its angular acceleration is alpha, in results",
+    "s_rel": "its distance or position is s",
+    "v_rel": "its velocity is v",
+    "f": "forces are fx and fy of joints, `force` of springs",
+    "t": "torques are tau of joints, `torque` of springs",
+    **dict.fromkeys(
+        ("axis", "support", "flange", "flange_a", "flange_b"),
+        "there are no flanges: drivers and springs are attached to the joint, as in `RotationalDriver d(pin, ...)`",
+    ),
+}
+_LEFT_OUT = "leave it out: it has no effect on the motion"
+_INITIAL = "initial values stand under `initial equation`, as in `rod.phi = 30 deg;`"
+#: parameter -> what to write instead
+PARAMETERS = {
+    "r_CM": "the centre of mass is `com = {x, y}`",
+    **dict.fromkeys(("I_33", "I_zz", "Izz", "J"), "the moment of inertia is `I`"),
+    **dict.fromkeys(("I_11", "I_22", "I_21", "I_31", "I_32"), "leave it out: a planar body has one moment of inertia, `I`"),
+    **dict.fromkeys(("s_unstretched", "s_rel0", "l0", "L0"), "the free length is `s0`"),
+    **dict.fromkeys(("phi_rel0", "phi_offset"), "the angle without torque is `phi0`"),
+    **dict.fromkeys(("k_x", "c_x", "d_x"), "use a Bushing: `k = {kx, ky}`, `c = {cx, cy}`"),
+    **dict.fromkeys(("animation", "animate", "enableAnimation"), f"{_LEFT_OUT}; an empty `Shape()` hides a body"),
+    **dict.fromkeys(("stateSelect", "enforceStates", "useQuaternions"), "leave it out: coordinates are not selected"),
+    **dict.fromkeys(
+        ("useAxisFlange", "useFlange"),
+        "leave it out: drivers and springs are attached to the joint, as in `RotationalDriver d(pin, ...)`",
+    ),
+    **dict.fromkeys(("r_0", "v_0", "w_0_start", "angles_start", "angles_fixed", "phi_start", "w_start"), _INITIAL),
+    "gravityType": "leave it out: gravity is uniform",
+    "density": "give the mass `m`",
+    **dict.fromkeys(("height", "color", "sphereDiameter", "cylinderDiameter"), "shapes are in `annotation(Shape(...))`"),
+}
+
+
+def parameter(known: Sequence[str], name: str, given: Mapping[str, str]) -> str | None:
+    """The remedy for the parameter ``name`` of a kind with the parameters ``known``; ``given`` are those given."""
+    if name == "d" and "k" in known and "c" in known:
+        stiffness = f"k = {given['c']}, " if "c" in given and "k" not in given else ""
+        return f"here `k` is the stiffness and `c` the damping: write `{stiffness}c = {given.get('d', '...')}`"
+    return PARAMETERS.get(name)
+
+
+def constant(name: str) -> str:
+    """The remedy for an unknown name in the package Modelica."""
+    if name.startswith("Modelica.Constants."):
+        return f"known are {', '.join(c.rpartition('.')[2] for c in CONSTANTS)}; for others write the number"
+    return "known are Modelica.Math, Modelica.Constants, Modelica.Units and the joints and bodies of MultiBody"
+
+
+# -- refused: kinds --------------------------------------------------------------------------------------------------
+
+#: end of a name -> the kind here, and its parameters by the names there
+_RENAMED: dict[str, tuple[str, dict[str, str]]] = {
+    "Spring": ("SpringDamper", {"c": "k", "s_unstretched": "s0"}),
+    "Damper": ("SpringDamper", {"d": "c"}),
+    "SpringDamperParallel": ("SpringDamper", {"c": "k", "d": "c", "s_unstretched": "s0"}),
+    "WorldForce": ("Force", {}),
+    "WorldTorque": ("Torque", {}),
+    "RevolutePlanarLoopConstraint": ("Revolute", {}),
+    "IdealRolling": ("RollingDisc", {"R": "radius"}),
+    "RollingWheel": ("RollingDisc", {"radius": "radius"}),
+    "Beam": ("FlexibleBeam", {}),
+    "Link": ("Rod", {}),
+    "Bar": ("Rod", {}),
+    "Hinge": ("Revolute", {}),
+    "Pin": ("Revolute", {}),
+    "RevoluteJoint": ("Revolute", {}),
+    "PrismaticJoint": ("Prismatic", {}),
+    "Slider": ("Prismatic", {}),
+    "Translational": ("Prismatic", {}),
+    "Weld": ("Fixed", {}),
+    "Motion": ("RotationalDriver", {}),
+    "Motor": ("RotationalDriver", {}),
+    **{
+        f"{axis}.Components.{name}": (f"{axis}SpringDamper", {"c": "k", "d": "c", "s_rel0": "s0", "phi_rel0": "phi0"})
+        for axis in ("Rotational", "Translational")
+        for name in ("Spring", "Damper", "SpringDamper")
+    },
+    "Rotational.Sources.Position": ("RotationalDriver", {}),
+    "Rotational.Sources.Speed": ("RotationalVelocityDriver", {}),
+    "Translational.Sources.Position": ("TranslationalDriver", {}),
+    "Translational.Sources.Speed": ("TranslationalVelocityDriver", {}),
+}
+_EXPRESSION = "there are no blocks: write the expression where its value is used, as in `tau = 3 N.m*sin(2*time)`"
+_SENSOR = "sensors are not needed: signals such as `rod.b.x`, `pin.phi` and `pin.fx` can be used and written directly"
+#: a part of a name -> what to write instead
+_TEXTS = {
+    "Blocks.Interfaces": "an input is declared `input Real u;`, an output `Real y = ...;`",
+    "Blocks": _EXPRESSION,
+    "Sensors": _SENSOR,
+    "Spherical": "in the plane it is a Revolute",
+    "Universal": "in the plane it is a Revolute",
+    "Cylindrical": "in the plane it is a Prismatic",
+    "JointRRR": "use three Revolute joints and two bodies",
+    "JointRRP": "use two Revolute joints, a Prismatic and the bodies between them",
+    "Inertia": "a rotor is a Body on a Revolute: `Body rotor(m = 1 kg, I = 0.1 kg.m2);`",
+    "Translational.Components.Mass": "a sliding mass is a Body on a Prismatic",
+    "Rotational.Components.Fixed": "the frame of the ground is the name of the ground",
+    "Flange_a": "there are no flanges: connectors are frames, `Frame name;`",
+    "Flange_b": "there are no flanges: connectors are frames, `Frame name;`",
+    "Forces.Force": "in Modelica, it acts on both frames; here it acts on frame_b only: write `Force f(rod.b, fx = ...);`",
+    "Parts.SpringDamper": "write `Bushing b(k = {c_x, c_y}, c = {d_x, d_y}, k_phi = c_phi, c_phi = d_phi);`",
+    "Marker": "a point of a body is a frame: `Frame tip(rod, r = {0.5 m, 0});`",
+    "RigidBody": "write `Body b(m = 1 kg, I = 0.1 kg.m2);`",
+    "Gravity": "gravity belongs to the ground: `Ground ground(g = 9.81 m/s2);`",
+    **dict.fromkeys(("double", "float", "var", "let", "num"), "write `Real`"),
+    "int": "write `Integer`",
+    "bool": "write `Boolean`",
+    "string": "write `String`",
+    "str": "write `String`",
+}
+
+#: where the ports of a declaration lead: port -> name of a frame, and whether a body has this frame
+Ends = Callable[[str], tuple[str, bool] | None]
+
+
+def instead(d: s.Declaration, ends: Ends) -> str | None:
+    """What to write instead of a declaration with a type that mbdsl does not have; None if it is unknown there, too."""
+    parts = d.type.split(".")
+    suffixes = [".".join(parts[i:]) for i in range(len(parts))]
+    given = {a.name: a.value for a in d.arguments if a.name and a.value is not None}
+    for suffix in suffixes:
+        if suffix in _MADE:
+            return _MADE[suffix](d.name, given, ends)
+        if suffix in _RENAMED and not (len(parts) == 1 and "." in suffix):
+            return f"write `{_renamed(d, *_RENAMED[suffix])}`"
+        if suffix in _TEXTS:
+            return _TEXTS[suffix]
+    found = next((part for part in ("Blocks.Interfaces", "Blocks", "Sensors") if f".{part}." in f".{d.type}"), None)
+    return _TEXTS[found] if found else None
+
+
+def _renamed(d: s.Declaration, name: str, names: dict[str, str]) -> str:
+    shown = []
+    for a in d.arguments:
+        if a.value is not None:
+            shown.append(f"{names.get(a.name, a.name)} = {write(a.value)}" if a.name else write(a.value))
+    return f"{name} {d.name}({', '.join(shown) or '...'});"
+
+
+def planar(e: s.Expression | None) -> str:
+    """A vector as it is written in the plane: {1, 0, 0} as {1, 0}."""
+    if isinstance(e, s.Array) and len(e.items) == 3 and e.unit is None:
+        e = s.Array(e.items[:2])
+    return write(e) if e is not None else "{x, y}"
+
+
+def _translation(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    """A frame at one end; the other end is then the frame of a body."""
+    r, first, second = planar(given.get("r")), ends("frame_a"), ends("frame_b")
+    if first is not None and first[1]:
+        return f"write `Frame {name}({first[0]}, r = {r});`, and `{name}` instead of `{name}.frame_b`"
+    if second is not None and second[1]:
+        return f"write `Frame {name}({second[0]}, r = -{r});`, and `{name}` instead of `{name}.frame_a`"
+    if first is not None and second is not None:
+        return f"a link between two joints is a body: write `Rod {name}(m = ..., length = ...);`"
+    return f"a frame at a distance is fixed to a body: write `Frame {name}(body.c, r = {r});`"
+
+
+def _fixed(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    angle = f", phi = {write(given['phi'])}" if "phi" in given else ""
+    where = f"r = {planar(given.get('r'))}{angle}" if given else "r = {x, y}"
+    return f"write `Frame {name}(ground, {where});`, and `{name}` instead of `{name}.frame_b`"
+
+
+def _rotation(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    first = ends("frame_a")
+    angle = write(given["angle"]) if "angle" in given else write(given["alpha"]) if "alpha" in given else "..."
+    return f"write `Frame {name}({first[0] if first and first[1] else 'body.c'}, phi = {angle});`; angles take `deg`"
+
+
+def _shape(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    inertia = next((write(given[key]) for key in ("I_33", "I") if key in given), "...")
+    com = f", com = {planar(given['r_CM'])}" if "r_CM" in given else ""
+    m = write(given["m"]) if "m" in given else "..."
+    return f"write `Body {name}(m = {m}, I = {inertia}{com}, frames(a = {{0, 0}}, b = {planar(given.get('r'))}));`"
+
+
+def _box(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    size = [_number(given.get(key)) for key in ("width", "height", "density")]
+    width, height, density = size[0], size[1] or size[0], size[2] or 7700.0
+    length = _length(given.get("r"))
+    if length is None or width is None or height is None:
+        return f"write `Body {name}(m = ..., I = m*(length^2 + width^2)/12, length = ...);`"
+    m = density * length * width * height
+    return _bar(name, m, m * (length**2 + width**2) / 12.0, length, density)
+
+
+def _cylinder(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    diameter, density = _number(given.get("diameter")), _number(given.get("density")) or 7700.0
+    length = _length(given.get("r"))
+    if length is None or diameter is None:
+        return f"write `Body {name}(m = ..., I = m*(length^2/12 + diameter^2/16), length = ...);`"
+    m = density * math.pi * diameter**2 / 4.0 * length
+    return _bar(name, m, m * (length**2 / 12.0 + diameter**2 / 16.0), length, density)
+
+
+def _bar(name: str, m: float, inertia: float, length: float, density: float) -> str:
+    return (
+        f"write `Body {name}(m = {m:.6g} kg, I = {inertia:.6g} kg.m2, length = {length:.6g} m);`, "
+        f"for the density {density:g} kg/m3"
+    )
+
+
+_MADE: dict[str, Callable[[str, dict[str, s.Expression], Ends], str]] = {
+    "FixedTranslation": _translation,
+    "FixedRotation": _rotation,
+    "Parts.Fixed": _fixed,
+    "BodyShape": _shape,
+    "BodyBox": _box,
+    "BodyCylinder": _cylinder,
+}
+
+
+def _number(e: s.Expression | None) -> float | None:
+    if isinstance(e, s.Number):
+        return e.value * (e.unit.factor if e.unit is not None else 1.0)
+    return None
+
+
+def _length(e: s.Expression | None) -> float | None:
+    if not isinstance(e, s.Array):
+        return None
+    found = [_number(item) for item in e.items]
+    factor = e.unit.factor if e.unit is not None else 1.0
+    return math.hypot(*found) * factor if None not in found else None  # type: ignore[arg-type]
+
+
+def axis(kind_name: str, owner: str, n: Sequence[float], frames: Sequence[str]) -> str | None:
+    """The remedy for an axis ``n`` of a joint; "" if the joint has this axis, None if it cannot have an axis."""
+    if kind_name == "Revolute":
+        if tuple(n) == (0, 0, 1):
+            return ""
+        if tuple(n) == (0, 0, -1):
+            return "angles are counter-clockwise; exchange its frames to reverse the sign"
+        return "mbdsl is planar: joints turn about z"
+    if kind_name != "Prismatic" or len(n) not in (2, 3) or not any(n[:2]) or any(n[2:]):
+        return None
+    if n[0] > 0 and n[1] == 0:
+        return ""
+    angle = math.degrees(math.atan2(n[1], n[0]))
+    first, second = frames if len(frames) == 2 else ("...", "...")
+    return (
+        f"it slides along the x axis of frame_a: write `Frame {owner}_axis({first}, phi = {angle:g} deg);` and "
+        f"`Prismatic {owner}({owner}_axis, {second}, phi0 = {-angle:g} deg);`"
+    )
