@@ -47,6 +47,9 @@ class Scope(Protocol):
     def declared(self, name: str) -> str | None:
         """The unit of a parameter, variable or loop variable of this name, "" for none; None if there is none."""
 
+    def doubt_angle(self, value: Value, e: s.Expression, what: str) -> None:
+        """Warn if ``value`` is probably in degrees."""
+
     def function_names(self) -> list[str]:
         """Names of the tables."""
 
@@ -195,7 +198,10 @@ def _call(e: s.Call, scope: Scope) -> Value:
     if name == "der":
         return _der(expressions_, scope)
     if name in functions.FUNCTIONS:
-        return functions.call(name, [evaluate(a, scope) for a in expressions_])
+        arguments = [evaluate(a, scope) for a in expressions_]
+        if name in ("sin", "cos", "tan") and isinstance(expressions_[0] if expressions_ else None, s.Number):
+            scope.doubt_angle(arguments[0], expressions_[0], f"the argument of {name}()")
+        return functions.call(name, arguments)
     if len(expressions_) == 1:
         found = scope.apply(e.function, evaluate(expressions_[0], scope))
         if found is not None:

@@ -12,7 +12,7 @@ from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, 
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr
-from mbdsl.lang import argument_checks, foreign_names, joint_law_checks, units
+from mbdsl.lang import argument_checks, doubts, foreign_names, joint_law_checks, units
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import evaluate, place
@@ -166,7 +166,10 @@ class Part:
                 found[parameter.name] = argument_checks.argument(parameter, picked, self.name, modifier.value)
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None  # type: ignore[union-attr]
+            if parameter.unit == "rad":
+                doubts.angle(self.assembly, picked, modifier.value, f"`{parameter.name}` of `{self.name}`")
             same = same and picked is value
+        doubts.damping_alone(self.assembly, self.kind, self.name, self.template.modifiers)
         laws = {p.name: modifier for p in self.kind.parameters if p.law and (modifier := self._modifier(p.name))}
         problem_text = self.kind.check({**found, **laws} if laws else found)
         if problem_text:
@@ -212,6 +215,8 @@ class Part:
             try:
                 picked = modifier.pick(value, 1, self.contexts)
                 found.append((name, argument_checks.pose(picked, what)))
+                if isinstance(picked, tuple) and len(picked) == 3:
+                    doubts.angle(self.assembly, picked[2], modifier.value, f"phi of {what}")
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None
             same = same and picked is value
@@ -238,6 +243,8 @@ class Part:
                         self.lacks.add("damping")
                     law = symbolic.substitute(law, _at_rest)
                 self._laws[name] = law
+                if parameter.unit == "rad":
+                    doubts.angle(self.assembly, picked, modifier.value, f"`{name}` of `{self.name}`")
                 if isinstance(self.kind, JointKind):
                     joint_law_checks.check_law(name, law, self.kind, self.name)
                     if self.kind.coupling is not None and self.kind.coupling[0] == name:

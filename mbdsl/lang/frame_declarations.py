@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, sin
 
 from mbdsl.errors import ModelError
-from mbdsl.lang import argument_checks, units, values
+from mbdsl.lang import argument_checks, doubts, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import place
@@ -47,7 +47,9 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
     if (angle := modifiers.get("phi")) is not None and angle.value is not None:
         try:
             what = f"`phi` of `{name}`"
-            q = argument_checks.fit(angle.pick(angle.evaluate(), 0, contexts), units.NUMBER, what, "rad")
+            value = angle.pick(angle.evaluate(), 0, contexts)
+            q = argument_checks.fit(value, units.NUMBER, what, "rad", angle.value)
+            doubts.angle(base.scope.namespace.assembly, value, angle.value, what)
             phi = argument_checks.floats(q, what)  # type: ignore[assignment]
             if isinstance(phi, tuple):
                 raise ModelError(f"{what}: found an array, expected a single angle")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mbdsl.errors import ModelError
-from mbdsl.lang import argument_checks, functions, quantities, units, values
+from mbdsl.lang import argument_checks, doubts, functions, quantities, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import Namespace, Slot
 from mbdsl.lang.evaluate import evaluate, place
@@ -103,7 +103,7 @@ def _evaluate(
         if comes_in:
             value = starts(value, dimension, sizes)
         assert value is not None
-        value = _check(value, d, what, dimension, unit, sizes, attributes, e)
+        value = _check(value, d, what, dimension, unit, sizes, attributes, e, slot.assembly)
         if comes_in:
             value, slot.inputs = make_inputs(slot.name, value, slot.unit, d.doc, d.at)
     except ModelError as problem:
@@ -145,6 +145,7 @@ def _check(
     sizes: list[int],
     attributes: Modifiers,
     e: s.Expression | None,
+    assembly: Assembly,
 ) -> Value:
     shape = values.shape(value)
     if (sizes or d.type) and (
@@ -162,6 +163,8 @@ def _check(
         if factor is not None and factor.factor != 1.0 and "unit" in attributes:
             value = _scaled(value, factor)
     if d.type not in ("", "Boolean", "String", "Integer") or dimension is not None:
+        if unit == "rad":
+            doubts.angle(assembly, value, e, what)
         value = argument_checks.fit(value, dimension, what, unit, e)
     value = _typed(value, d.type, what)
     for name in ("min", "max"):

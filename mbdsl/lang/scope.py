@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import COORDINATES, TIME
-from mbdsl.lang import foreign_names, functions, units, values
+from mbdsl.lang import doubts, foreign_names, functions, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node
 from mbdsl.lang.entities import Array, Disabled, FrameMember, Many, Namespace, Slot, TableMember
@@ -132,6 +132,9 @@ class Scope:
                 raise _disabled(entity, write(reference))
             return None
         return entity.at_argument(argument, self.varying)
+
+    def doubt_angle(self, value: Value, e: s.Expression, what: str) -> None:
+        doubts.angle(self.namespace.assembly, value, e, what)
 
     def function_names(self) -> list[str]:
         return [name for name, member in self.namespace.members.items() if isinstance(member, TableMember)]
