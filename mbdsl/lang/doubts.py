@@ -3,29 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
 
 from mbdsl.elements.kind import Kind
 from mbdsl.expressions import symbolic
 from mbdsl.lang import syntax as s
+from mbdsl.lang.modifiers import Modifier
 from mbdsl.lang.source import At
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 
-if TYPE_CHECKING:
-    from mbdsl.lang.flat_model import Assembly
-    from mbdsl.lang.modifiers import Modifier
+#: takes a message, its place and a remedy
+Warn = Callable[[str, At, str], None]
 
 
-def angle(assembly: Assembly, value: Value, e: s.Expression | None, what: str) -> None:
+def angle(warn: Warn, value: Value, e: s.Expression | None, what: str) -> None:
     """Warn about a number without unit that is an angle of more than a turn."""
     if e is None or e.at is None:  # numbers of a Builder have no units
         return
     for q in value if isinstance(value, tuple) else (value,):
         x = _bare(q)
         if x is not None and abs(x) > 2.0 * math.pi:
-            assembly.warn(
+            warn(
                 f"{what} is {x:g} rad, more than a turn: a number without unit is in radians",
                 e.at,
                 f"write `{_with_unit(e, x, 'deg')}`; if radians are meant, `{_with_unit(e, x, 'rad')}`",
@@ -33,14 +32,14 @@ def angle(assembly: Assembly, value: Value, e: s.Expression | None, what: str) -
             return
 
 
-def damping_alone(assembly: Assembly, kind: Kind, owner: str, modifiers: Mapping[str, Modifier]) -> None:
+def damping_alone(warn: Warn, kind: Kind, owner: str, modifiers: Mapping[str, Modifier]) -> None:
     """Warn about a number without unit for ``c`` of a spring without ``k``: in Modelica, ``c`` is the stiffness."""
     c, stiffness, damping = modifiers.get("c"), kind.parameter("k"), kind.parameter("c")
     if c is None or c.value is None or c.value.at is None or "k" in modifiers or stiffness is None or damping is None:
         return
     x = _bare(c.evaluate())
     if x:
-        assembly.warn(
+        warn(
             f"{kind.name} `{owner}` has a damping constant c and no stiffness k",
             c.value.at,
             f"c is the stiffness in Modelica; here write `k = {x:g} {stiffness.unit}`, "
@@ -48,7 +47,7 @@ def damping_alone(assembly: Assembly, kind: Kind, owner: str, modifiers: Mapping
         )
 
 
-def hidden_pi(assembly: Assembly, name: str, value: Value | None, at: At) -> None:
+def hidden_pi(warn: Warn, name: str, value: Value | None, at: At) -> None:
     """Warn about a component or value called ``pi``, except for the number itself."""
     if name.rpartition(".")[2].partition("[")[0] != "pi":
         return
@@ -58,7 +57,7 @@ def hidden_pi(assembly: Assembly, name: str, value: Value | None, at: At) -> Non
     if isinstance(number, int | float) and math.isclose(number, math.pi, rel_tol=1e-9):
         return
     what = f", and differs from it by {abs(number - math.pi):.2g}" if isinstance(number, float | int) else ""
-    assembly.warn(f"`{name}` hides the constant pi{what}", at, "give it another name, or delete it: `pi` is known")
+    warn(f"`{name}` hides the constant pi{what}", at, "give it another name, or delete it: `pi` is known")
 
 
 def _with_unit(e: s.Expression, x: float, unit: str) -> str:

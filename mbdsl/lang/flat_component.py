@@ -167,9 +167,9 @@ class Part:
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None  # type: ignore[union-attr]
             if parameter.unit == "rad":
-                doubts.angle(self.assembly, picked, modifier.value, f"`{parameter.name}` of `{self.name}`")
+                doubts.angle(self.assembly.warn, picked, modifier.value, f"`{parameter.name}` of `{self.name}`")
             same = same and picked is value
-        doubts.damping_alone(self.assembly, self.kind, self.name, self.template.modifiers)
+        doubts.damping_alone(self.assembly.warn, self.kind, self.name, self.template.modifiers)
         laws = {p.name: modifier for p in self.kind.parameters if p.law and (modifier := self._modifier(p.name))}
         problem_text = self.kind.check({**found, **laws} if laws else found)
         if problem_text:
@@ -216,7 +216,7 @@ class Part:
                 picked = modifier.pick(value, 1, self.contexts)
                 found.append((name, argument_checks.pose(picked, what)))
                 if isinstance(picked, tuple) and len(picked) == 3:
-                    doubts.angle(self.assembly, picked[2], modifier.value, f"phi of {what}")
+                    doubts.angle(self.assembly.warn, picked[2], modifier.value, f"phi of {what}")
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None
             same = same and picked is value
@@ -244,7 +244,7 @@ class Part:
                     law = symbolic.substitute(law, _at_rest)
                 self._laws[name] = law
                 if parameter.unit == "rad":
-                    doubts.angle(self.assembly, picked, modifier.value, f"`{name}` of `{self.name}`")
+                    doubts.angle(self.assembly.warn, picked, modifier.value, f"`{name}` of `{self.name}`")
                 if isinstance(self.kind, JointKind):
                     joint_law_checks.check_law(name, law, self.kind, self.name)
                     if self.kind.coupling is not None and self.kind.coupling[0] == name:

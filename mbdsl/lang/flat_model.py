@@ -273,7 +273,7 @@ class Assembly:
                 frames[frame.name] = frame
             elif frame is not None:
                 aliases[member.name] = frame.name
-        initial = tuple(InitialValues(self, self._initial).values())
+        initial = tuple(InitialValues(self.parts.values(), self._initial, self.warn).values())
         self._doubt_names()
         return Scene(
             name,
@@ -294,9 +294,9 @@ class Assembly:
 
     def _doubt_names(self) -> None:
         for slot in self.slots:
-            doubts.hidden_pi(self, slot.name, slot.value(), slot.at)
+            doubts.hidden_pi(self.warn, slot.name, slot.value(), slot.at)
         for item in (*self.parts.values(), *self.frames):
-            doubts.hidden_pi(self, item.name, None, item.at)
+            doubts.hidden_pi(self.warn, item.name, None, item.at)
 
     def _shapes(self) -> dict[str, tuple[DrawnShape, ...]]:
         """Shapes of bodies by their names; elements of an array share theirs."""

@@ -49,7 +49,7 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
             what = f"`phi` of `{name}`"
             value = angle.pick(angle.evaluate(), 0, contexts)
             q = argument_checks.fit(value, units.NUMBER, what, "rad", angle.value)
-            doubts.angle(base.scope.namespace.assembly, value, angle.value, what)
+            doubts.angle(base.scope.namespace.assembly.warn, value, angle.value, what)
             phi = argument_checks.floats(q, what)  # type: ignore[assignment]
             if isinstance(phi, tuple):
                 raise ModelError(f"{what}: found an array, expected a single angle")

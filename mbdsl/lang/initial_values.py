@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator
 
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
 from mbdsl.lang import argument_checks, doubts, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate, place
+from mbdsl.lang.flat_component import Part
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.units import NUMBER
@@ -17,16 +17,13 @@ from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.scene import InitialValue
 
-if TYPE_CHECKING:
-    from mbdsl.lang.flat_model import Assembly
-
 
 class InitialValues:
     """The initial values of a model."""
 
-    def __init__(self, assembly: Assembly, equations: list[tuple[s.Initial, Scope]]) -> None:
-        self.assembly = assembly
-        self.parts = assembly.parts.values()
+    def __init__(self, parts: Iterable[Part], equations: list[tuple[s.Initial, Scope]], warn: doubts.Warn) -> None:
+        self.parts = parts
+        self.warn = warn
         self.equations = equations
 
     def values(self) -> Iterator[InitialValue]:
@@ -135,6 +132,6 @@ class InitialValues:
             )
         what = f"the initial value of `{name}`"
         if target.dimension == NUMBER:
-            doubts.angle(self.assembly, value, e, what)
+            doubts.angle(self.warn, value, e, what)
         number = argument_checks.number(argument_checks.fit(value, target.dimension, what, "", e), what)  # type: ignore[arg-type]
         return InitialValue(name, target.value, number, fixed, span_of(at))  # type: ignore[arg-type]

@@ -164,7 +164,7 @@ def _check(
             value = _scaled(value, factor)
     if d.type not in ("", "Boolean", "String", "Integer") or dimension is not None:
         if unit == "rad":
-            doubts.angle(assembly, value, e, what)
+            doubts.angle(assembly.warn, value, e, what)
         value = argument_checks.fit(value, dimension, what, unit, e)
     value = _typed(value, d.type, what)
     for name in ("min", "max"):

@@ -134,7 +134,7 @@ class Scope:
         return entity.at_argument(argument, self.varying)
 
     def doubt_angle(self, value: Value, e: s.Expression, what: str) -> None:
-        doubts.angle(self.namespace.assembly, value, e, what)
+        doubts.angle(self.namespace.assembly.warn, value, e, what)
 
     def function_names(self) -> list[str]:
         return [name for name, member in self.namespace.members.items() if isinstance(member, TableMember)]
