@@ -22,7 +22,10 @@ def fit(
         return tuple(fit(v, dimension, what, unit) for v in value)
     if not value.number:
         expected = quantities.words(dimension, unit) if dimension is not None else "a number"
-        raise ModelError(f"{what}: found {describe(value)}, expected {expected}")
+        hint = None
+        if isinstance(value.value, str) and value.value[:1].isdigit():
+            hint = f"write it without quotes: `{value.value}`"
+        raise ModelError(f"{what}: found {describe(value)}, expected {expected}", hint=hint)
     if dimension is None or value.dimension == dimension:
         return value
     if value.dimension is None:
@@ -76,9 +79,8 @@ def argument(
     value = fit(value, units.dimension(parameter.unit), what, parameter.unit, e)
     found = values.shape(value)
     if found != parameter.shape:
-        hint = None
-        if (found, parameter.shape) == ((3,), (2,)) and isinstance(value, tuple) and value[2].value == 0:  # type: ignore[union-attr]
-            hint = f"a vector of the plane has no z: write `{foreign_names.planar(e)}`"
+        right = foreign_names.in_braces(e, found) if parameter.shape == (2,) else None
+        hint = f"a vector of the plane is written `{right}`" if right is not None else None
         raise ModelError(f"{what}: found {shape_words(found)}, expected {shape_words(parameter.shape)}", hint=hint)
     result = floats(value, what)
     for x in result if isinstance(result, tuple) else (result,):

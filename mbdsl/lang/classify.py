@@ -63,7 +63,13 @@ def no_type(d: s.Declaration, unit: Unit, around: Callable[[], list[s.Item]] = l
 
 
 def _end(d: s.Declaration, port: str, around: list[s.Item]) -> tuple[str, bool] | None:
-    """The frame that a port of ``d`` is connected to, and whether it is that of a body; None if it is not known."""
+    """The frame that a port of ``d`` is connected to, and whether it is that of a body; None if it is not known.
+
+    Without a port, the ground.
+    """
+    if not port:
+        ground = (x for x in around if isinstance(x, s.Declaration) and foreign_names.kind(x.type) == "Ground")
+        return next(((x.name, True) for x in ground), None)
     found = next((a.value for a in d.arguments if a.name == port), None)
     positional = [a.value for a in d.arguments if not a.name]
     if found is None and (index := int(port == "frame_b")) < len(positional):

@@ -151,7 +151,7 @@ def _binary(e: s.Binary, scope: Scope) -> Value:
         try:
             right = evaluate(node.right, scope)
         except ModelError as problem:
-            if problem.message.startswith("unknown name") and (written := unit_hints.one_word(spine[0])) is not None:
+            if (written := unit_hints.one_word(spine[0])) is not None:
                 problem.hint = f"a unit is one word without `*`: write `{written[0]}`"
             raise
         try:
@@ -190,7 +190,8 @@ def _choice(e: s.Choice, scope: Scope) -> Value:
 
 
 def _call(e: s.Call, scope: Scope) -> Value:
-    name = foreign_names.function(write(e.function))
+    written = write(e.function)
+    name = foreign_names.function(written)
     named = next((a for a in e.arguments if a.name or a.each or a.final), None)
     if named is not None:
         raise ModelError(f"{name}() takes values only, found `{write_argument(named)}`", span_of(named.at))
@@ -202,6 +203,9 @@ def _call(e: s.Call, scope: Scope) -> Value:
         if name in ("sin", "cos", "tan") and isinstance(expressions_[0] if expressions_ else None, s.Number):
             scope.doubt_angle(arguments[0], expressions_[0], f"the argument of {name}()")
         return functions.call(name, arguments)
+    foreign = foreign_names.FUNCTIONS.get(name)
+    if foreign is not None and scope.declared(name) is None and name not in scope.function_names():
+        raise ModelError(f"no function is called `{written}`", span_of(e.function.at), foreign)
     if len(expressions_) == 1:
         found = scope.apply(e.function, evaluate(expressions_[0], scope))
         if found is not None:
@@ -209,8 +213,7 @@ def _call(e: s.Call, scope: Scope) -> Value:
     from mbdsl.messages import did_you_mean
 
     known = [*functions.FUNCTIONS, "der", *scope.function_names()]
-    hint = foreign_names.FUNCTIONS.get(name) or did_you_mean(name, known)
-    raise ModelError(f"no function is called `{name}`", span_of(e.function.at), hint)
+    raise ModelError(f"no function is called `{written}`", span_of(e.function.at), did_you_mean(name, known))
 
 
 def _der(arguments: list[s.Expression], scope: Scope) -> Value:

@@ -72,7 +72,7 @@ class Template:
             hint = self._axis(name, modifier, owner, frames)
             if hint == "":
                 continue
-            given = {key: write(m.value) for key, m in self.modifiers.items() if m.value is not None}
+            given = {key: m.value for key, m in self.modifiers.items() if m.value is not None}
             hint = hint or foreign_names.parameter(known, name, given) or did_you_mean(name, known, f"{kind.name} takes")
             raise ModelError(f"{kind.name} `{owner}` has no parameter `{name}`", span_of(modifier.at), hint)
 

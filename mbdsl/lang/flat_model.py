@@ -101,6 +101,13 @@ class Assembly:
             raise ModelError(f"more than {limits.COMPONENTS} components", span_of(part.at))
         if positional and is_body(part):
             p = positional[0]
+            if not isinstance(p.e, s.Reference) and part.kind.parameters:
+                first = part.kind.parameters[0].name
+                raise ModelError(
+                    f"found the value `{write(p.e)}` without a name",
+                    span_of(p.e.at),
+                    f"write `{first} = {write(p.e)}`",
+                )
             raise ModelError(
                 f"{part.kind.name} `{part.name}` is a body and takes no frames",
                 span_of(p.e.at),

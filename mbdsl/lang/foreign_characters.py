@@ -16,6 +16,7 @@ _REMEDIES = {
     "||": "write `or`",
     "!": "write `not`",
     "'": 'a text is written in double quotes: "..."',
+    "?": "write `(if condition then a else b)`",
     "#": "a comment begins with `//`",
     "%": "a comment begins with `//`",
     _DEGREE: "",
@@ -55,6 +56,8 @@ def foreign(text: str, at: int) -> tuple[str, int, str]:
             if odd == _DEGREE:
                 number = _NUMBER_BEFORE.search(text, max(0, at - 40), at)
                 remedy = f"write `{number[1]} deg`" if number else "degrees are written `deg`"
+            elif odd == "'" and (number := _NUMBER_BEFORE.search(text, max(0, at - 40), at)):
+                remedy = f"feet are written `{number[1]} ft`"
             elif odd == _QUOTE and (quoted := _QUOTED.match(line)):
                 remedy = f'write "{quoted[1]}", with straight double quotes'
             return f"`{text[at : at + len(odd)]}` is not part of mbdsl", len(odd), remedy

@@ -77,8 +77,8 @@ FUNCTIONS = {
     "delay": "values of the past are not available; use a Table or a law of time",
     "semiLinear": "write `(if x >= 0 then k1*x else k2*x)`",
     "homotopy": "write its first argument alone",
-    "Modelica.Math.Vectors.length": "write `hypot(x, y)`",
-    "Modelica.Math.Vectors.norm": "write `hypot(x, y)`",
+    "Vectors.length": "write `hypot(x, y)`",
+    "Vectors.norm": "write `hypot(x, y)`",
     "norm": "write `hypot(x, y)`",
     "cross": "write the component along z: `x1*y2 - y1*x2`",
     "rem": "write `mod(x, y)` for positive numbers",
@@ -113,15 +113,23 @@ MEMBERS = {
         "there are no flanges: drivers and springs are attached to the joint, as in `RotationalDriver d(pin, ...)`",
     ),
 }
+#: parameter -> its name here
+_SAME = {
+    "r_CM": "com",
+    **dict.fromkeys(("I_33", "I_zz", "Izz", "J", "inertia"), "I"),
+    **dict.fromkeys(("s_unstretched", "s_rel0", "l0", "L0"), "s0"),
+    **dict.fromkeys(("phi_rel0", "phi_offset"), "phi0"),
+    **dict.fromkeys(("L", "l"), "length"),
+    "mass": "m",
+    "stiffness": "k",
+    "damping": "c",
+    "R": "radius",
+}
 _LEFT_OUT = "leave it out: it has no effect on the motion"
 _INITIAL = "initial values stand under `initial equation`, as in `rod.phi = 30 deg;`"
 #: parameter -> what to write instead
 PARAMETERS = {
-    "r_CM": "the centre of mass is `com = {x, y}`",
-    **dict.fromkeys(("I_33", "I_zz", "Izz", "J"), "the moment of inertia is `I`"),
     **dict.fromkeys(("I_11", "I_22", "I_21", "I_31", "I_32"), "leave it out: a planar body has one moment of inertia, `I`"),
-    **dict.fromkeys(("s_unstretched", "s_rel0", "l0", "L0"), "the free length is `s0`"),
-    **dict.fromkeys(("phi_rel0", "phi_offset"), "the angle without torque is `phi0`"),
     **dict.fromkeys(("k_x", "c_x", "d_x"), "use a Bushing: `k = {kx, ky}`, `c = {cx, cy}`"),
     **dict.fromkeys(("animation", "animate", "enableAnimation"), f"{_LEFT_OUT}; an empty `Shape()` hides a body"),
     **dict.fromkeys(("stateSelect", "enforceStates", "useQuaternions"), "leave it out: coordinates are not selected"),
@@ -136,11 +144,13 @@ PARAMETERS = {
 }
 
 
-def parameter(known: Sequence[str], name: str, given: Mapping[str, str]) -> str | None:
+def parameter(known: Sequence[str], name: str, given: Mapping[str, s.Expression]) -> str | None:
     """The remedy for the parameter ``name`` of a kind with the parameters ``known``; ``given`` are those given."""
+    if (same := _SAME.get(name)) in known:
+        return f"write `{same} = {planar(given[name])}`" if name in given else f"it is called `{same}` here"
     if name == "d" and "k" in known and "c" in known:
-        stiffness = f"k = {given['c']}, " if "c" in given and "k" not in given else ""
-        return f"here `k` is the stiffness and `c` the damping: write `{stiffness}c = {given.get('d', '...')}`"
+        stiffness = f"k = {write(given['c'])}, " if "c" in given and "k" not in given else ""
+        return f"here `k` is the stiffness and `c` the damping: write `{stiffness}c = {write(given['d']) if 'd' in given else '...'}`"
     return PARAMETERS.get(name)
 
 
@@ -166,6 +176,7 @@ _RENAMED: dict[str, tuple[str, dict[str, str]]] = {
     "Beam": ("FlexibleBeam", {}),
     "Link": ("Rod", {}),
     "Bar": ("Rod", {}),
+    "RigidBody": ("Body", {"Izz": "I", "Jzz": "I", "mass": "m", "inertia": "I"}),
     "Hinge": ("Revolute", {}),
     "Pin": ("Revolute", {}),
     "RevoluteJoint": ("Revolute", {}),
@@ -203,9 +214,6 @@ _TEXTS = {
     "Flange_a": "there are no flanges: connectors are frames, `Frame name;`",
     "Flange_b": "there are no flanges: connectors are frames, `Frame name;`",
     "Forces.Force": "in Modelica, it acts on both frames; here it acts on frame_b only: write `Force f(rod.b, fx = ...);`",
-    "Parts.SpringDamper": "write `Bushing b(k = {c_x, c_y}, c = {d_x, d_y}, k_phi = c_phi, c_phi = d_phi);`",
-    "Marker": "a point of a body is a frame: `Frame tip(rod, r = {0.5 m, 0});`",
-    "RigidBody": "write `Body b(m = 1 kg, I = 0.1 kg.m2);`",
     "Gravity": "gravity belongs to the ground: `Ground ground(g = 9.81 m/s2);`",
     **dict.fromkeys(("double", "float", "var", "let", "num"), "write `Real`"),
     "int": "write `Integer`",
@@ -214,7 +222,7 @@ _TEXTS = {
     "str": "write `String`",
 }
 
-#: where the ports of a declaration lead: port -> name of a frame, and whether a body has this frame
+#: where the ports of a declaration lead: port -> name of a frame, and whether a body has it; "" -> the ground
 Ends = Callable[[str], tuple[str, bool] | None]
 
 
@@ -242,6 +250,15 @@ def _renamed(d: s.Declaration, name: str, names: dict[str, str]) -> str:
     return f"{name} {d.name}({', '.join(shown) or '...'});"
 
 
+def in_braces(e: s.Expression | None, shape: tuple[int, ...]) -> str | None:
+    """A vector of the plane that was given in ``shape``, as the language writes it; None for other shapes."""
+    if shape == (3,):
+        return planar(e)
+    if shape == (1, 2) and isinstance(e, s.Array) and isinstance(e.items[0], s.Array):
+        return write(s.Array(e.items[0].items, e.unit))
+    return None
+
+
 def planar(e: s.Expression | None) -> str:
     """A vector as it is written in the plane: {1, 0, 0} as {1, 0}."""
     if isinstance(e, s.Array) and len(e.items) == 3 and e.unit is None:
@@ -264,13 +281,19 @@ def _translation(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
 def _fixed(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
     angle = f", phi = {write(given['phi'])}" if "phi" in given else ""
     where = f"r = {planar(given.get('r'))}{angle}" if given else "r = {x, y}"
-    return f"write `Frame {name}(ground, {where});`, and `{name}` instead of `{name}.frame_b`"
+    world = ends("")
+    return (
+        f"write `Frame {name}({world[0] if world else 'ground'}, {where});`, and `{name}` instead of `{name}.frame_b`"
+    )
 
 
 def _rotation(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
     first = ends("frame_a")
-    angle = write(given["angle"]) if "angle" in given else write(given["alpha"]) if "alpha" in given else "..."
-    return f"write `Frame {name}({first[0] if first and first[1] else 'body.c'}, phi = {angle});`; angles take `deg`"
+    angle = write(given["alpha"]) if "alpha" in given else "..."
+    if "angle" in given:  # in degrees
+        given_angle = write(given["angle"])
+        angle = f"{given_angle} deg" if isinstance(given["angle"], s.Number) else f"({given_angle})*(1 deg)"
+    return f"write `Frame {name}({first[0] if first and first[1] else 'body.c'}, phi = {angle});`"
 
 
 def _shape(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
@@ -306,7 +329,24 @@ def _bar(name: str, m: float, inertia: float, length: float, density: float) -> 
     )
 
 
+def _bushing(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    def value(key: str) -> str:
+        return write(given[key]) if key in given else "0"
+
+    shown = f"k = {{{value('c_x')}, {value('c_y')}}}, c = {{{value('d_x')}, {value('d_y')}}}"
+    shown += f", k_phi = {value('c_phi')}" if "c_phi" in given else ""
+    shown += f", c_phi = {value('d_phi')}" if "d_phi" in given else ""
+    return f"write `Bushing {name}({shown});`, whose frames coincide where it is relaxed"
+
+
+def _marker(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    first = ends("frame_a")
+    return f"a point of a body is a frame: write `Frame {name}({first[0] if first else 'body'}, r = {{x, y}});`"
+
+
 _MADE: dict[str, Callable[[str, dict[str, s.Expression], Ends], str]] = {
+    "Parts.SpringDamper": _bushing,
+    "Marker": _marker,
     "FixedTranslation": _translation,
     "FixedRotation": _rotation,
     "Parts.Fixed": _fixed,

@@ -11,7 +11,7 @@ from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import place
 from mbdsl.lang.flat_component import Part, is_body
 from mbdsl.lang.flat_model import Positional
-from mbdsl.lang.foreign_names import planar
+from mbdsl.lang.foreign_names import in_braces
 from mbdsl.lang.modifiers import Contexts, Modifiers
 from mbdsl.lang.scope import as_frame
 from mbdsl.lang.source import At, span_of
@@ -38,7 +38,8 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
         try:
             picked = r.pick(r.evaluate(), 1, contexts)
             if values.shape(picked) != (2,):
-                hint = f"write `r = {planar(r.value)}`" if values.shape(picked) == (3,) else None
+                right = in_braces(r.value, values.shape(picked))
+                hint = f"write `r = {right}`" if right is not None else None
                 what = f"found {values.describe(picked)}, expected a position {{x, y}}"
                 raise ModelError(f"`r` of `{name}`: {what}", hint=hint)
             x, y, _ = argument_checks.pose(picked, f"`r` of `{name}`")

@@ -505,6 +505,6 @@ def _no_equation(item: s.Relation) -> ModelError:
     return ModelError(
         "mbdsl has no free equations: the equation section holds `connect(a, b);`",
         span_of(item.left.at),
-        "give a variable its value where it is declared, `Real F = 2 N * sin(time);`; "
+        "give a variable its value where it is declared, `Real F = 2 N*sin(3*time);`; "
         "initial values stand under `initial equation`",
     )

@@ -35,6 +35,7 @@ _TOKEN = re.compile(
     r"|(?P<operator>==|<>|<=|>=|[-+*/^(){}\[\];,.:=<>])"
 )
 _BLANK = re.compile(f"[{BLANKS}]*")
+_NEXT_VALUE = re.compile(rf";[{BLANKS}]*[A-Za-z_]\w*[{BLANKS}]*=[^\n(]*\)")
 _PAIRS = {")": "(", "]": "[", "}": "{"}
 
 
@@ -130,7 +131,7 @@ def _glued(source: Source, at: int, end: int) -> SyntaxProblem:
     name = "pi" if word == "\u03c0" else word
     hint = hint or f"a product is written with `*`, as in `{number}*{name}`; units are e.g. kg, m/s2, N.m/rad, deg, 1 ms"
     return SyntaxProblem(
-        f"found {source.text[at:stop]!r}: {word!r} is no unit, and a name does not begin with a digit",
+        f"found `{source.text[at:stop]}`: `{word}` is no unit, and a name does not begin with a digit",
         source.span(end, stop),
         hint,
     )
@@ -139,7 +140,9 @@ def _glued(source: Source, at: int, end: int) -> SyntaxProblem:
 def _strange(source: Source, at: int) -> SyntaxProblem:
     text = source.text
     if text.startswith('"', at):
-        return SyntaxProblem("this text has no end", source.span(at, at + 1), 'close it with `"`')
+        inches = re.search(r"[0-9.]+\Z", text[max(0, at - 20) : at])
+        hint = f"inches are written `{inches[0]} in`" if inches else 'close it with `"`'
+        return SyntaxProblem("this text has no end", source.span(at, at + 1), hint)
     message, length, remedy = foreign(text, at)
     return SyntaxProblem(message, source.span(at, at + length), remedy)
 
@@ -160,8 +163,10 @@ def _unclosed(source: Source, at: int, bracket: tuple[str, int, bool]) -> Syntax
     opened, where, _ = bracket
     closing = next(c for c, o in _PAIRS.items() if o == opened)
     found = "the text ends" if at >= len(source.text) else f"found `{source.text[at]}`"
+    hint = "values are separated by `,`" if _NEXT_VALUE.match(source.text, at) else None
     return SyntaxProblem(
         f"{found}, but `{opened}` is still open; `{closing}` is missing",
         source.span(at, at + 1),
+        hint,
         notes=((f"`{opened}` was opened here", source.span(where, where + 1)),),
     )

@@ -203,6 +203,7 @@ class Scope:
         hint = did_you_mean(name, known)
         if hint is None and name in functions.FUNCTIONS:
             hint = f"{name}(...) is a function"
+        hint = hint or foreign_names.FUNCTIONS.get(name)
         return ModelError(f"unknown name `{name}`{where}", span_of(at), hint)
 
     def _own(self, owner: Part, name: str) -> Entity | None:

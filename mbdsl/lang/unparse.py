@@ -13,7 +13,8 @@ def write(e: s.Expression | None) -> str:
         case None:
             return ""
         case s.Number(value, unit):
-            return f"{value!r} {unit.text}" if unit else repr(value)
+            shown = repr(int(value)) if unit and float(value).is_integer() and abs(value) < 1e15 else repr(value)
+            return f"{shown} {unit.text}" if unit else shown
         case s.String(value):
             return '"' + value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
         case s.Boolean(value):
