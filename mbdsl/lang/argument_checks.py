@@ -14,9 +14,7 @@ from mbdsl.lang.values import Quantity, Value, describe
 from mbdsl.messages import did_you_mean
 
 
-def fit(
-    value: Value, dimension: Dimension | None, what: str, unit: str = "", e: s.Expression | None = None
-) -> Value:
+def fit(value: Value, dimension: Dimension | None, what: str, unit: str = "", e: s.Expression | None = None) -> Value:
     """``value`` of the expression ``e`` as a number (or array) of ``dimension``, which bare numbers adopt."""
     if isinstance(value, tuple):
         return tuple(fit(v, dimension, what, unit) for v in value)
@@ -59,9 +57,7 @@ def floats(value: Value, what: str) -> float | tuple:
     return number(value, what)
 
 
-def argument(
-    parameter: Parameter, value: Value, owner: str, e: s.Expression | None = None
-) -> float | str | tuple:
+def argument(parameter: Parameter, value: Value, owner: str, e: s.Expression | None = None) -> float | str | tuple:
     """The value of a component's parameter in SI, checked against its declaration."""
     what = f"`{parameter.name}` of `{owner}`"
     if isinstance(parameter.default, bool):

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError
-from mbdsl.lang import foreign_names, quantities
+from mbdsl.lang import foreign_kinds, foreign_names, quantities
 from mbdsl.lang import syntax as s
 from mbdsl.lang.library import Unit
 from mbdsl.lang.source import span_of
@@ -53,7 +53,7 @@ def no_type(d: s.Declaration, unit: Unit, around: Callable[[], list[s.Item]] = l
         known = [*VALUE_TYPES[1:], *quantities.TYPES]
         return ModelError(f"`{d.type}` is no type of a parameter", span_of(d.type_at), did_you_mean(d.type, known))
     message = f"there is no kind of component or model called `{d.type}`"
-    instead = foreign_names.instead(d, lambda port: _end(d, port, around()))
+    instead = foreign_kinds.instead(d, lambda port: _end(d, port, around()))
     if instead is not None:
         return ModelError(message, span_of(d.type_at), instead)
     known = [*kinds(), *foreign_names.KINDS, "Table", "Frame", *unit.names(), *VALUE_TYPES[1:]]

@@ -73,7 +73,9 @@ class Template:
             if hint == "":
                 continue
             given = {key: m.value for key, m in self.modifiers.items() if m.value is not None}
-            hint = hint or foreign_names.parameter(known, name, given) or did_you_mean(name, known, f"{kind.name} takes")
+            hint = (
+                hint or foreign_names.parameter(known, name, given) or did_you_mean(name, known, f"{kind.name} takes")
+            )
             raise ModelError(f"{kind.name} `{owner}` has no parameter `{name}`", span_of(modifier.at), hint)
 
     def _axis(self, name: str, modifier: Modifier, owner: str, frames: Sequence[s.Expression]) -> str | None:
@@ -83,7 +85,8 @@ class Template:
         given = modifier.evaluate()
         if not isinstance(given, tuple) or any(isinstance(x, tuple) or not x.number or x.varying for x in given):
             return None
-        return foreign_names.axis(self.kind.name, owner, [float(x.value) for x in given], [write(f) for f in frames])  # type: ignore[union-attr]
+        n = [float(x.value) for x in given]  # type: ignore[union-attr,arg-type]
+        return foreign_names.axis(self.kind.name, owner, n, [write(f) for f in frames])
 
 
 class Part:

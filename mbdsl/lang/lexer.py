@@ -129,7 +129,9 @@ def _glued(source: Source, at: int, end: int) -> SyntaxProblem:
     meant = units.meant(word) if NUMBER.fullmatch(number) else None
     hint = f"did you mean `{meant}`?" if meant else None
     name = "pi" if word == "\u03c0" else word
-    hint = hint or f"a product is written with `*`, as in `{number}*{name}`; units are e.g. kg, m/s2, N.m/rad, deg, 1 ms"
+    hint = (
+        hint or f"a product is written with `*`, as in `{number}*{name}`; units are e.g. kg, m/s2, N.m/rad, deg, 1 ms"
+    )
     return SyntaxProblem(
         f"found `{source.text[at:stop]}`: `{word}` is no unit, and a name does not begin with a digit",
         source.span(end, stop),

@@ -11,7 +11,7 @@ from mbdsl.lang import values
 from mbdsl.lang.evaluate import evaluate
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.typing_mistakes import misread_argument, text_of
-from mbdsl.lang.unparse import write, write_argument
+from mbdsl.lang.unparse import write_argument
 from mbdsl.lang.values import Value
 
 if TYPE_CHECKING:

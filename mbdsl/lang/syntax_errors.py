@@ -156,7 +156,9 @@ def _special(
     if kind == "IF" and "NUMBER" in expected:
         return "found `if` inside an expression", "put it in parentheses: `1 + (if a then b else c)`"
     if kind.lower() in KEYWORDS and "NAME" in expected and text:
-        hint = "the frames at the ends of a body are `a` and `b`" if kind == "END" and before[-1].type == "DOT" else None
+        hint = (
+            "the frames at the ends of a body are `a` and `b`" if kind == "END" and before[-1].type == "DOT" else None
+        )
         return f"`{text}` is a word of the language and cannot be a name here", hint or _misspelt(before)
     if kind == "LBRACE" and "LPAR" in expected and previous is not None and previous.type == "NAME":
         return "found `{`, expected `(`", f"values stand in parentheses: `{previous.text}(m = 1 kg)`"

@@ -99,7 +99,7 @@ def test_message_about_an_input(title):
 
 @pytest.mark.parametrize("title", TYPED)
 def test_message_shows_the_place_and_what_is_right(title):
-    typed, expected = TYPED[title]
+    _, expected = TYPED[title]
     first, line, caret, *rest = expected.splitlines()
     assert re.match(r"cart\.mbd:[0-9]+:[0-9]+: (error|warning): ", first)
     assert caret.strip().strip("^") == ""
@@ -112,6 +112,30 @@ def test_inputs_of_all_people():
     people = {title.partition(":")[0] for title in TYPED}
     assert people == {"Modelica user", "Adams engineer", "teacher", "researcher", "impatient person"}
     assert len(TYPED) >= 105
+
+
+REMEDY = re.compile(r"`((?:Frame|Body|Rod|SpringDamper|Rotational\w+|Prismatic|Revolute|Fixed|Force|Bushing) [^`]*;)`")
+REMEDIES = {
+    title: REMEDY.findall(expected.splitlines()[-1])
+    for title, (_, expected) in TYPED.items()
+    if REMEDY.search(expected.splitlines()[-1])
+}
+
+
+@pytest.mark.parametrize("title", REMEDIES)
+def test_remedies_are_text_of_the_language(title):
+    """Declarations in remedies are accepted as they are, where they hold all values."""
+    code = " ".join(REMEDIES[title])
+    if "..." in code or "x, y" in code or "body.c" in code:
+        return
+    if code.startswith(("SpringDamper s(k", "RotationalSpringDamper friction(c", "Bushing")):  # connected by `connect`
+        code = code.replace("(", "(world, rod.b, ", 1)
+    typed = "" if title != "Modelica user: an axis of a prismatic joint" else "Body slider(m = 1, I = 1);"
+    assert parse_text(f"{AROUND}{typed}{code}\nend Cart;\n").components
+
+
+def test_there_are_remedies_with_declarations():
+    assert len(REMEDIES) > 15
 
 
 def write_inputs() -> None:
