@@ -203,17 +203,17 @@ def _call(e: s.Call, scope: Scope) -> Value:
         if name in ("sin", "cos", "tan") and isinstance(expressions_[0] if expressions_ else None, s.Number):
             scope.doubt_angle(arguments[0], expressions_[0], f"the argument of {name}()")
         return functions.call(name, arguments)
-    foreign = foreign_names.FUNCTIONS.get(name)
-    if foreign is not None and scope.declared(name) is None and name not in scope.function_names():
-        raise ModelError(f"no function is called `{written}`", span_of(e.function.at), foreign)
-    if len(expressions_) == 1:
+    if len(expressions_) == 1 and not written.startswith("Modelica."):
         found = scope.apply(e.function, evaluate(expressions_[0], scope))
         if found is not None:
             return found
     from mbdsl.messages import did_you_mean
 
     known = [*functions.FUNCTIONS, "der", *scope.function_names()]
-    raise ModelError(f"no function is called `{written}`", span_of(e.function.at), did_you_mean(name, known))
+    hint = foreign_names.FUNCTIONS.get(name) or did_you_mean(name, known)
+    if hint is None and written.startswith("Modelica."):
+        hint = foreign_names.constant(written)
+    raise ModelError(f"no function is called `{written}`", span_of(e.function.at), hint)
 
 
 def _der(arguments: list[s.Expression], scope: Scope) -> Value:
