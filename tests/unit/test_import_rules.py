@@ -29,6 +29,7 @@ UPWARD = {
 CIRCLES = {
     ("mbdsl.mechanism.graph", "mbdsl.mechanism.scene_tables"): "a graph shows itself in a notebook",
     ("mbdsl.mechanism.scene", "mbdsl.mechanism.scene_tables"): "a Scene shows itself in a notebook",
+    ("mbdsl.simulation.result_file", "mbdsl.simulation.trajectory"): "type: a file is written from a Trajectory",
     ("mbdsl.simulation.trajectory", "mbdsl.simulation.signal_table"): "a Trajectory lists its signals as a table",
     ("mbdsl.elements.kind", "mbdsl.elements"): "a kind is pickled by its name, and found again among all kinds",
     ("mbdsl.expressions.symbolic", "mbdsl.expressions.printing"): "an expression prints itself as text",
