@@ -26,6 +26,7 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.errors import EquilibriumError, UsageError
 from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.initial.consistent import initial_position, redundant_rows
+from mbdsl.lang.given_values import seconds
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism import graph as mechanism_graph
 from mbdsl.mechanism.scene import Scene
@@ -247,7 +248,7 @@ def prepare(
 def static(
     model: Scene | Builder | str | PathLike,
     *,
-    start: float | None = None,
+    start: float | str | None = None,
     without: Sequence[str] = (),
     parameters: Mapping[str, str | float] | None = None,
     announce: Callable[[str], None] | None = None,
@@ -258,7 +259,7 @@ def static(
     ----------
     model : Scene, Builder or path
         The mechanism.
-    start : float, optional [s]
+    start : float or str, optional [s]
         Time at which drivers and forces are evaluated. Default: the model's start time.
     without, parameters, announce : optional
         As for ``mbdsl.simulate``.
@@ -276,8 +277,9 @@ def static(
     EquilibriumError
         If no equilibrium is reached; the message names the bodies that keep moving.
     """
+    given = seconds(start, "start")
     system, mechanism = prepare(model, parameters, without, announce)
-    t = float(system.scene.experiment.start if start is None else start)
+    t = float(system.scene.experiment.start) if given is None else given
     if not np.isfinite(t):
         raise UsageError(f"start = {t} is not a finite number")
     return settle(system, t, initial_position(system, mechanism, t))

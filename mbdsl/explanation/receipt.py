@@ -18,6 +18,7 @@ from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import Span
 from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
 from mbdsl.integrators import backend, declared
+from mbdsl.lang import given_values
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.reduction import Note
 from mbdsl.mechanism.scene import Component, Scene
@@ -132,7 +133,7 @@ def explain(
     model: Scene | Builder | str | PathLike,
     *,
     method: str | None = None,
-    step: float | None = None,
+    step: float | str | None = None,
     signals: Sequence[str] | None = None,
     measured: bool = True,
     parameters: Mapping[str, str | float] | None = None,
@@ -147,7 +148,7 @@ def explain(
         The mechanism.
     method, parameters, without, announce : optional
         As for ``mbdsl.simulate``.
-    step : float, optional [s]
+    step : float or str, optional [s]
         Size of the steps that are timed. Default: the model's Step, else 1 ms.
     signals : sequence of str, optional
         Names and patterns of output signals to include.
@@ -165,6 +166,7 @@ def explain(
     InitialisationError
         If no consistent initial state is found.
     """
+    step = given_values.seconds(step, "step")
     scene = as_scene(model, parameters, without)
     stop = scene.experiment.stop if scene.experiment.stop is not None else scene.experiment.start + 1.0
     method = method or scene.experiment.method or DEFAULT_METHOD
