@@ -24,7 +24,7 @@ def value(given: str | float, unit: str, what: str) -> float:
         except ValueError as problem:
             raise UsageError(f"{what}: {problem}") from None
     example = "ms" if unit == "s" else unit
-    if isinstance(given, numbers.Real) and not isinstance(given, bool) and not type(given).__name__.startswith("bool"):
+    if isinstance(given, numbers.Real) and not isinstance(given, bool):
         return float(given)
     expected = "a number" if unit == "1" else f'a number in {unit}, or a text such as "10 {example}"'
     raise UsageError(f"{what}: found {given!r}, expected {expected}")

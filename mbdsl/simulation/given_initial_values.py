@@ -68,9 +68,9 @@ def with_initial(scene: Scene, initial: Initial | None) -> Scene:
     known = SignalNames(scene)
     given = [_value(known, name, x, False) for name, x in {**final, **guesses}.items()]
     given += [_value(known, name, x, True) for name, x in fixed.items()]
-    targets = {item.target for item in given}
-    kept = [] if final else [item for item in scene.initial if item.target not in targets]
-    return replace(scene, initial=(*kept, *given))
+    new = {item.target: item for item in given}
+    kept = [] if final else [new.pop(item.target, item) for item in scene.initial]
+    return replace(scene, initial=(*kept, *new.values()))
 
 
 def _value(known: SignalNames, name: str, given: str | float, fixed: bool) -> InitialValue:
