@@ -132,7 +132,7 @@ def test_signals_are_those_of_the_result():
 
 def test_signals_are_checked_before_the_run(monkeypatch):
     monkeypatch.setattr("mbdsl.api.simulated", None)
-    with pytest.raises(UsageError, match="there is no signal `crank.ph`") as caught:
+    with pytest.raises(UsageError, match=r"there is no signal `crank\.ph`") as caught:
         mbdsl.simulate(MODEL, signals=["crank.ph"])
     assert "crank.phi" in caught.value.hint
 
@@ -240,5 +240,5 @@ def test_a_path_in_place_of_a_text():
 
 
 def test_a_missing_file_is_a_path():
-    with pytest.raises(UsageError, match="there is no file `model of a crank.mbd`"):
+    with pytest.raises(UsageError, match=r"there is no file `model of a crank\.mbd`"):
         mbdsl.load("model of a crank.mbd")
