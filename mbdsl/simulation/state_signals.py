@@ -43,6 +43,8 @@ class StateSignals:
         self.undetermined: list[float] = []
         self._known: dict[str, Array] = {}
         self._chosen: tuple[str, ...] | None = None  #: the signals of a selection
+        #: of a part between two times, if angles depend on earlier states: the whole trajectory and the rows
+        self._whole: tuple[StateSignals, slice] | None = None
 
     @property
     def scene(self) -> Scene:
@@ -55,9 +57,12 @@ class StateSignals:
         return self.stats["status"]
 
     def __getstate__(self) -> dict:
-        """The state without signals, which are computed again on access."""
-        found = {k: x for k, x in vars(self).items() if not isinstance(getattr(type(self), k, None), cached_property)}
-        return {**found, "_known": {}}
+        """The state without signals, which are computed again on access.
+
+        Reference angles remain: those of a part between two times depend on the states before it.
+        """
+        computed = {k for k in vars(self) if isinstance(getattr(type(self), k, None), cached_property)} - {"turns"}
+        return {**{k: x for k, x in vars(self).items() if k not in computed}, "_known": {}}
 
     # -- names -------------------------------------------------------------------------------------------------
     @cached_property
@@ -107,7 +112,10 @@ class StateSignals:
         if name == "time":
             return self.t
         if name not in self._known:
-            if name in self._names.expressions:
+            if self._whole is not None:
+                whole, rows = self._whole
+                self._known[name] = whole._signal(name)[rows]
+            elif name in self._names.expressions:
                 root = self._names.expressions[name][0]
                 lam = self._multipliers([leaf.value for leaf in leaves(root) if leaf.op == "multiplier"])
                 (value,) = values(self.system, [root], self.t, self.q, self.v, lam, self.inputs)

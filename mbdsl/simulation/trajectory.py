@@ -112,7 +112,8 @@ class Trajectory(StateSignals):
             return self._signal(key)
         if isinstance(key, slice):
             kept = time_slices.rows(self.t, key)
-            return self._with(time_slices.part({**vars(self), "turns": self.turns}, kept))
+            whole = (self, kept) if self.turns else None
+            return self._with({**time_slices.part({**vars(self), "turns": self.turns}, kept), "_whole": whole})
         if isinstance(key, (list, tuple)) and all(isinstance(name, str) for name in key):
             return self._selected(key)
         hint = "`trajectory.q[k]` is row k of the coordinates; `trajectory.state(time)` is the state at a time"
