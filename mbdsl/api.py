@@ -106,7 +106,8 @@ def simulate(
     progress : callable, optional
         Called about ten times a second with a ``Progress``.
     announce : callable, optional
-        Called with a text before a phase that takes long, such as compilation.
+        Called with a text before a phase that takes long, such as compilation. Default: in a terminal and in a
+        notebook, a line on standard error announces a compilation.
     checkpoint : path or Checkpoint, optional
         Checkpoint file, written every minute and when the run is interrupted; ``mbdsl.resume`` continues from it.
         The file remains after the run. Not available with ``accuracy`` or with third-party integrators.

@@ -34,7 +34,7 @@ from mbdsl.messages import count, few
 from mbdsl.numerics.saddle_point import Array, dense
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.statics.pseudo_transient import Search, movers
-from mbdsl.storage import cache_folder
+from mbdsl.storage.compilation_notice import announce_compilation
 from mbdsl.system import System, build
 from mbdsl.system.bending import REMEDY, SMALL, first_bend
 
@@ -238,8 +238,7 @@ def prepare(
     system = build(scene, mechanism)
     # code that a simulation has compiled is used if it is in the cache
     sets = 2 if code_cache.is_compiled(system.module_name(2)) else 1
-    if announce is not None and not code_cache.is_compiled(system.module_name(sets)):
-        announce(cache_folder.compiling())
+    announce_compilation(announce, lambda: code_cache.is_compiled(system.module_name(sets)))
     system.kernels(sets)
     return system, mechanism
 

@@ -26,7 +26,7 @@ from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
 from mbdsl.messages import count, few
 from mbdsl.simulation.mechanism_run import Motion, Moving
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, plan
-from mbdsl.storage import cache_folder
+from mbdsl.storage.compilation_notice import announce_compilation
 from mbdsl.system.emit import evaluate_lines, tangent_lines
 from mbdsl.system.structure import by_law
 
@@ -173,8 +173,7 @@ def explain(
     if step is None and declared(method).steps[0] == "fixed":  # the cost of a step does not depend on its length
         step = min(scene.experiment.step or DEFAULT_STEP, stop - scene.experiment.start)
     motion = Motion(scene, plan(scene, method=method, step=step, stop=stop, interval=stop - scene.experiment.start))
-    if announce is not None and not motion.is_compiled:
-        announce(cache_folder.compiling())
+    announce_compilation(announce, lambda: motion.is_compiled)
     motion.prepare()
     return _receipt(motion, measured, signals)
 

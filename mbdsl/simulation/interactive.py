@@ -38,6 +38,7 @@ from mbdsl.simulation.present_signals import PresentSignals, Values
 from mbdsl.simulation.reader import Reader
 from mbdsl.simulation.saved_state import SavedState, restore, snapshot
 from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.storage.compilation_notice import announce_compilation
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
@@ -113,8 +114,9 @@ class Simulation:
         given = check_options(self.method, options or {}, constrained(scene), force)
         # no stop time: it lies 2^52 steps ahead
         plan = Plan(self.method, self.h, begin, begin + self.h * 2.0**52, np.array([]), given, general)
-        self._motion = Motion(scene, plan)
-        self._motion.prepare()
+        self._motion = motion = Motion(scene, plan)
+        announce_compilation(None, lambda: motion.is_compiled)
+        motion.prepare()
         self.system = self._motion.system
         self._record = record
         self.inputs = Inputs(scene)

@@ -26,7 +26,7 @@ from mbdsl.simulation.progress import Progress
 from mbdsl.simulation.streaming import Stream
 from mbdsl.simulation.tolerance_calibration import Found, calibrated
 from mbdsl.simulation.trajectory import Trajectory
-from mbdsl.storage import cache_folder
+from mbdsl.storage.compilation_notice import announce_compilation
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
@@ -93,8 +93,7 @@ def simulated(
     if not motion.plan.streamed:
         stream = None
     lap("build")
-    if announce is not None and not motion.is_compiled:
-        announce(cache_folder.compiling())
+    announce_compilation(announce, lambda: motion.is_compiled)
     motion.prepare(lap)
     if run.tol is not None and run.asked:
         far = motion.distance
