@@ -390,4 +390,4 @@ class Trajectory(StateSignals):
 
 
 def _not_installed(package: str) -> UsageError:
-    return UsageError(f"{package} is not installed", hint=f"install the extra: pip install 'mbdsl[{package}]'")
+    return UsageError(f"{package} is not installed", hint=f"pip install 'mbdsl[{package}]'")
