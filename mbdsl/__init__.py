@@ -92,15 +92,17 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _PUBLIC:
-        raise AttributeError(f"module 'mbdsl' has no attribute {name!r}")
-    from importlib import import_module
+if not TYPE_CHECKING:  # which would accept any name
 
-    module, attribute = _PUBLIC[name]
-    value = getattr(import_module(module), attribute) if attribute else import_module(module)
-    globals()[name] = value
-    return value
+    def __getattr__(name: str) -> Any:
+        if name not in _PUBLIC:
+            raise AttributeError(f"module 'mbdsl' has no attribute {name!r}")
+        from importlib import import_module
+
+        module, attribute = _PUBLIC[name]
+        value = getattr(import_module(module), attribute) if attribute else import_module(module)
+        globals()[name] = value
+        return value
 
 
 def load_ipython_extension(shell: Any) -> None:

@@ -52,6 +52,8 @@ def load(
 
     Raises
     ------
+    UsageError
+        If ``path`` is the text of a model.
     MbdslError
         If the file cannot be read or the model is invalid.
     """
@@ -88,6 +90,8 @@ def parse_text(
 
     Raises
     ------
+    UsageError
+        If ``text`` is a path.
     MbdslError
         If the model is invalid.
     """
