@@ -131,7 +131,7 @@ def simulate(
     """
     given = locals()
     del given["signals"]
-    chosen = None if signals is None else SignalNames(as_scene(model, parameters, without)).select(_list(signals))
+    chosen = None if signals is None else SignalNames(as_scene(model, parameters, without)).select(signals)
     try:
         found = simulated(**given)
         if found.status == "interrupted":
@@ -141,10 +141,6 @@ def simulate(
             problem.trajectory = problem.trajectory[chosen]
         raise
     return found if chosen is None else found[chosen]
-
-
-def _list(names: str | Sequence[str]) -> Sequence[str]:
-    return [names] if isinstance(names, str) else names
 
 
 def simulated(

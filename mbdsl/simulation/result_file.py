@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from mbdsl.simulation.trajectory import Trajectory
 
 
-def names(trajectory: Trajectory, path: str | PathLike, patterns: Iterable[str] | None = None) -> list[str]:
+def names(trajectory: Trajectory, path: str | PathLike, patterns: str | Iterable[str] | None = None) -> list[str]:
     """The signals that a file contains, without the time; by default, coordinates and velocities of all bodies.
 
     A format that keeps the model also contains the coordinates of bodies that deform.
@@ -56,7 +56,9 @@ def about(trajectory: Trajectory) -> dict[str, str | float | bool]:
     }
 
 
-def save(trajectory: Trajectory, path: str | PathLike, patterns: Iterable[str] | None, row_of_units: bool) -> None:
+def save(
+    trajectory: Trajectory, path: str | PathLike, patterns: str | Iterable[str] | None, row_of_units: bool
+) -> None:
     """Write a trajectory to a file; see ``Trajectory.save``."""
     chosen = names(trajectory, path, patterns)
     said = about(trajectory)

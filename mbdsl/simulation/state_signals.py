@@ -45,6 +45,7 @@ class StateSignals:
         self._chosen: tuple[str, ...] | None = None  #: the signals of a selection
         #: of a part between two times, if angles depend on earlier states: the whole trajectory and the rows
         self._whole: tuple[StateSignals, slice] | None = None
+        self._from_start = True  #: whether the first state is that of the run
 
     @property
     def scene(self) -> Scene:
@@ -87,7 +88,7 @@ class StateSignals:
         UsageError
             If a pattern matches no name.
         """
-        return self._names.select([patterns] if isinstance(patterns, str) else patterns)
+        return self._names.select(patterns)
 
     def unit(self, name: str) -> str:
         """Return the SI unit of a signal.

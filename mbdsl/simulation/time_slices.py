@@ -63,4 +63,5 @@ def part(state: dict[str, Any], kept: slice) -> dict[str, Any]:
     t = found["t"]
     found["undetermined"] = [x for x in found["undetermined"] if t[0] <= x <= t[-1]]
     found["stats"] = dict(found["stats"])
+    found["_from_start"] = found["_from_start"] and kept.start == 0
     return found

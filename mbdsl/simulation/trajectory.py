@@ -267,8 +267,7 @@ class Trajectory(StateSignals):
         UsageError
             If a pattern matches no name, the suffix is unknown, or the file cannot be written.
         """
-        chosen = [patterns] if isinstance(patterns, str) else patterns
-        result_file.save(self, path, chosen, row_of_units)
+        result_file.save(self, path, patterns, row_of_units)
 
     def to_csv(
         self, path: str | PathLike, patterns: str | Iterable[str] | None = None, *, row_of_units: bool = False

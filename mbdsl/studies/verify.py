@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mbdsl.errors import MbdslError
+from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang.given_values import seconds
 from mbdsl.plotting.figures import Table
 from mbdsl.simulation.progress import Progress
@@ -135,10 +135,14 @@ def verify(
 
     Raises
     ------
+    UsageError
+        If the trajectory does not begin at the start of its run.
     KeyboardInterrupt
         If the second run is interrupted.
     """
     budget = seconds(budget, "budget")
+    if not trajectory._from_start:
+        raise UsageError("a part of a run cannot be repeated", hint="verify the whole trajectory")
     stats = trajectory.stats
     h, tol = stats["h"], stats["tol"]
     method = of_another_family(stats["method"], "fixed" if tol is None else "controlled") or stats["method"]

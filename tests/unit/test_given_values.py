@@ -69,6 +69,7 @@ def test_texts_in_analyses_and_studies():
     assert mbdsl.static(MODEL, start="500 ms").t == 0.5
     assert mbdsl.eigen(MODEL, at="10 ms").t == mbdsl.eigen(MODEL, at=0.01).t == 0.01
     asked = mbdsl.study.Asked(steps=["1 ms", 5e-4], tols=["1e-5"], stop="2 s", budget="1 min")
+    assert mbdsl.Checkpoint("a", every="2 min").every == 120.0
     assert (asked.steps, asked.tols, asked.stop, asked.budget) == ([1e-3, 5e-4], [1e-5], 2.0, 60.0)
 
 

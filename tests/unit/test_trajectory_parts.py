@@ -135,6 +135,18 @@ def test_state_at_a_time_with_a_unit(run):
         np.testing.assert_array_equal(one, other)
 
 
+def test_a_part_of_a_run_cannot_be_verified(run):
+    with pytest.raises(UsageError, match="a part of a run cannot be repeated"):
+        mbdsl.study.verify(run[0.1:], ["crank.phi"])
+
+
+@pytest.mark.parametrize("names", [3, ["crank.phi", 3]])
+def test_names_that_are_no_texts(run, names):
+    for call in (run.select, run.to_pandas, lambda names: mbdsl.simulate(MODEL, signals=names)):
+        with pytest.raises(UsageError, match="found 3"):
+            call(names)
+
+
 # -- files ---------------------------------------------------------------------------------------------------------
 def test_files_are_those_of_the_command_line(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
