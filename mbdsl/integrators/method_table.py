@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
-
 from mbdsl.integrators import available, declared
 from mbdsl.integrators.method import Method
 from mbdsl.messages import count, few
@@ -12,57 +9,24 @@ from mbdsl.messages import count, few
 COLUMNS = ("method", "order", "index", "enforces", "steps", "description")
 
 
-class Methods(Mapping[str, Method]):
+class Methods(dict[str, Method]):
     """The integration methods by name; ``print`` and notebooks show a table.
 
+    The values are declarations: order, index of the formulation, enforced constraints, parameters, source.
     ``mbdsl.methods`` makes it.
-
-    Parameters
-    ----------
-    entries : mapping of str to Method
-        Name -> declaration: order, index of the formulation, enforced constraints, parameters, source.
 
     Examples
     --------
-    ``mbdsl.methods()["newmark"].parameters["beta"].default`` is 0.3025.
+    ``mbdsl.methods()["newmark"].parameters["gamma"].default`` is 0.6.
     """
 
-    def __init__(self, entries: Mapping[str, Method]) -> None:
-        self._entries = dict(entries)
-
-    def __getitem__(self, name: str) -> Method:
-        return self._entries[name] if name in self._entries else declared(name)
-
-    def get(self, name: str, default: Any = None) -> Any:
-        """Return the declaration of a method, or a default.
-
-        Parameters
-        ----------
-        name : str
-            Name of a method.
-        default : optional
-            Value if there is no such method.
-
-        Returns
-        -------
-        Method
-            Or ``default``.
-        """
-        return self._entries.get(name, default)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._entries
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._entries)
-
-    def __len__(self) -> int:
-        return len(self._entries)
+    def __missing__(self, name: str) -> Method:
+        return declared(name)  # raises an error with similar names
 
     def _rows(self) -> list[tuple[str, ...]]:
         return [
             (name, str(m.order), str(m.index), ", ".join(m.enforces), " or ".join(m.steps), m.doc)
-            for name, m in self._entries.items()
+            for name, m in self.items()
         ]
 
     def __repr__(self) -> str:

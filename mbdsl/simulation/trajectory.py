@@ -119,6 +119,10 @@ class Trajectory(StateSignals):
         hint = "`trajectory.q[k]` is row k of the coordinates; `trajectory.state(time)` is the state at a time"
         raise UsageError(f"found [{key!r}], expected a name, a list of names or a slice of times [0.5:1.0]", hint=hint)
 
+    def _ipython_key_completions_(self) -> list[str]:
+        """What a notebook offers after ``trajectory["``."""
+        return self.select("*")
+
     def _with(self, attributes: dict[str, Any]) -> Trajectory:
         """A trajectory of this class with these attributes, which may include computed ones."""
         found = object.__new__(type(self))

@@ -57,6 +57,10 @@ def test_plots_of_a_selection(run):
     assert run[["rod.phi"]].plot("crank.*", against="rod.phi").panels
 
 
+def test_notebooks_complete_names(run):
+    assert run["O.f?"]._ipython_key_completions_() == run.names
+
+
 @pytest.mark.parametrize(
     ("key", "message", "hint"),
     [
