@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from mbdsl.errors import ModelError
+from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
 from mbdsl.lang import argument_checks, doubts, values
 from mbdsl.lang import syntax as s
@@ -115,23 +115,32 @@ class InitialValues:
     ) -> InitialValue:
         if isinstance(value, tuple):
             raise ModelError(f"found {values.describe(value)} for `{name}`, expected a single value")
-        leaves = symbolic.leaves(target.value) if isinstance(target.value, symbolic.Expr) else []
-        if not leaves:
-            raise ModelError(f"`{name}` cannot be given an initial value: it does not vary", span_of(at))
-        for leaf in leaves:
-            if leaf.op in ("multiplier", "input"):
-                what = "a reaction" if leaf.op == "multiplier" else "an input"
-                raise ModelError(
-                    f"`{name}` depends on {what}; only positions and velocities have initial values",
-                    span_of(at),
-                    "an input starts at its `start`" if leaf.op == "input" else "reactions follow from the motion",
-                )
-        if any(leaf.op == "time" for leaf in leaves):
-            raise ModelError(
-                f"`{name}` depends on time; only positions and velocities have initial values", span_of(at)
-            )
+        check_target(name, target.value, span_of(at))
         what = f"the initial value of `{name}`"
         if target.dimension == NUMBER:
             doubts.angle(self.warn, value, e, what)
         number = argument_checks.number(argument_checks.fit(value, target.dimension, what, "", e), what)  # type: ignore[arg-type]
         return InitialValue(name, target.value, number, fixed, span_of(at))  # type: ignore[arg-type]
+
+
+def check_target(name: str, target: object, span: Span | None) -> None:
+    """Check that a signal varies, and is a function of positions and velocities only.
+
+    Raises
+    ------
+    ModelError
+        If not; ``name`` is that of the signal.
+    """
+    leaves = symbolic.leaves(target) if isinstance(target, symbolic.Expr) else []
+    if not leaves:
+        raise ModelError(f"`{name}` cannot be given an initial value: it does not vary", span)
+    for leaf in leaves:
+        if leaf.op in ("multiplier", "input"):
+            what = "a reaction" if leaf.op == "multiplier" else "an input"
+            raise ModelError(
+                f"`{name}` depends on {what}; only positions and velocities have initial values",
+                span,
+                "an input starts at its `start`" if leaf.op == "input" else "reactions follow from the motion",
+            )
+    if any(leaf.op == "time" for leaf in leaves):
+        raise ModelError(f"`{name}` depends on time; only positions and velocities have initial values", span)
