@@ -6,13 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mbdsl.elements import kinds
-from mbdsl.elements.kind import Kind
+from mbdsl.elements.kind import BodyKind, Kind
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import python_values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.draft import Draft
 from mbdsl.lang.experiment import KEYS
-from mbdsl.lang.flat_component import is_body
 from mbdsl.lang.handles import Handle, Law, Number, Place, Vector
 from mbdsl.lang.kind_methods import KindMethods, known
 from mbdsl.lang.load import deep
@@ -260,9 +259,10 @@ class Builder(KindMethods):
             If there is no such body, or a part is invalid.
         """
         name = self._name(body, "shape.body").replace(" ", "")
-        names = self._draft.content.entries
-        if name not in names or not (self._is_component(name) and is_body(self._draft.trial.part(name))):
-            raise ModelError(f"`{name}` is not a body", hint=did_you_mean(name, filter(self._is_component, names)))
+        entries = self._draft.content.entries
+        bodies = [key for key, e in entries.items() if isinstance(known().get(e.declaration.type), BodyKind)]
+        if name not in bodies:
+            raise ModelError(f"`{name}` is not a body", hint=did_you_mean(name, bodies, "bodies"))
         with deep():
             texts = [python_values.text(part, f"the shape of {name}") for part in parts]
             graphics = s.Array(tuple(parse_expression(text, f"<shape of {name}>") for text in texts))
@@ -346,7 +346,8 @@ class Builder(KindMethods):
         UsageError
             If there is no such name, or if other declarations refer to it; the message names them.
         """
-        return self._draft.remove(self._name(name, "remove").replace(" ", ""), python_values.flag(dependents, "dependents"))
+        chosen = self._name(name, "remove").replace(" ", "")
+        return self._draft.remove(chosen, python_values.flag(dependents, "dependents"))
 
     def scene(self, parameters: Mapping[str, Any] | None = None, without: Sequence[str] = ()) -> Scene:
         """Check the model and return its Scene.
@@ -368,7 +369,7 @@ class Builder(KindMethods):
         ModelError
             If the model is invalid.
         """
-        return self._draft.scene(self.name, self.doc, parameters or {}, without)
+        return self._draft.scene(self.name, self.doc, {} if parameters is None else parameters, without)
 
     # -- conversion to syntax ----------------------------------------------------------------------------------
 
@@ -385,7 +386,7 @@ class Builder(KindMethods):
         """Declare a component, frame or table by its frames and values."""
         python_values.split_name(name, type_name)
         if kind is not None:
-            values = {key: python_values.choice(kind.parameter(key), value) for key, value in values.items()}
+            values = {key: python_values.of_kind(kind, name, key, value) for key, value in values.items()}
             if frames and not kind.ports:
                 hint = f"give its parameters by name: `{type_name}({name!r}, {kind.parameters[0].name}=...)`"
                 raise UsageError(f"{type_name} `{name}` takes no frames, found {frames[0]!r}", hint=hint)

@@ -7,11 +7,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
-from mbdsl.errors import ModelError, UsageError
+from mbdsl.errors import MbdslError, ModelError, UsageError
 from mbdsl.lang import syntax as s
 from mbdsl.lang.draft_content import Content, Entry, experiment, find_dependents, full_name, without
 from mbdsl.lang.experiment import check_effects
 from mbdsl.lang.load import deep, flatten, instantiate
+from mbdsl.lang.overrides import merged
 from mbdsl.lang.trial import UNIT, Trial
 from mbdsl.lang.unparse import write
 from mbdsl.mechanism.scene import Scene
@@ -28,7 +29,7 @@ class ModelOrigin:
 
     def scene(self, parameters: Mapping[str, Any], without: Sequence[str] = ()) -> Scene:
         """The Scene with other parameters."""
-        overrides, effects = {**self.overrides, **parameters}, (*self.without, *check_effects(without))
+        overrides, effects = merged(self.overrides, parameters), (*self.without, *check_effects(without))
         with deep():
             scene = flatten(instantiate(self.model, UNIT, overrides, effects))
         return scene.made_from(ModelOrigin(self.model, overrides, effects))
@@ -79,8 +80,12 @@ class Draft:
             raise ModelError(f"`{name}` is declared twice", hint=hint)
         else:
             new = Entry(replace(d, notes=before.declaration.notes), before.serial)
-            self._exchange(replace(self.content, entries={**entries, name: new}))
-        return entries[name].serial
+            try:
+                self._exchange(replace(self.content, entries={**entries, name: new}))
+            except MbdslError as problem:
+                problem.notes = (*problem.notes, (f"`{name}` is not replaced", None))
+                raise
+        return self.content.entries[name].serial
 
     def connect(self, item: s.Connect) -> None:
         """Add a connection."""

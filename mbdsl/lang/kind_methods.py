@@ -20,7 +20,7 @@ from mbdsl.lang.kind_reference import notes
 from mbdsl.messages import did_you_mean
 
 _WIDTH = 100
-_FRAMES = 'Further frames by name: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference point.'
+_FRAMES = 'Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference point.'
 
 
 class KindMethods:

@@ -98,8 +98,8 @@ class KindMethods:
         com : (2,) numbers or str, optional [m]
             Centre of mass, from the reference point.
         frames : mapping, optional
-            Further frames by name: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the
-            reference point.
+            Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference
+            point.
         x, y, phi, vx, vy, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -457,8 +457,8 @@ class KindMethods:
             Initial shape: undeformed, or that of the static equilibrium under the initial loads; one of
             "undeformed", "static".
         frames : mapping, optional
-            Further frames by name: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the
-            reference point.
+            Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference
+            point.
         x, y, phi, vx, vy, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -623,8 +623,8 @@ class KindMethods:
         n : (2,) numbers or str, optional
             Direction of gravity, of length 1.
         frames : mapping, optional
-            Further frames by name: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the
-            reference point.
+            Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference
+            point.
         doc : str, optional
             Description, one line.
         replace : bool, optional
@@ -937,8 +937,8 @@ class KindMethods:
         length : number or str [m]
             Distance of the frames a and b; positive.
         frames : mapping, optional
-            Further frames by name: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the
-            reference point.
+            Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference
+            point.
         x, y, phi, vx, vy, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -1533,8 +1533,8 @@ class KindMethods:
         n : (2,) numbers or str, optional
             Direction of gravity, of length 1.
         frames : mapping, optional
-            Further frames by name: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the
-            reference point.
+            Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference
+            point.
         doc : str, optional
             Description, one line.
         replace : bool, optional

@@ -16,7 +16,7 @@ from mbdsl.lang.experiment import check_effects, read_experiment
 from mbdsl.lang.flat_model import Assembly
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.library import Allowed, Library, Unit, read
-from mbdsl.lang.overrides import read_overrides
+from mbdsl.lang.overrides import merged, read_overrides
 from mbdsl.lang.source import span_of
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean
@@ -90,7 +90,7 @@ def parse_text(
         If the model is invalid.
     """
     with deep():
-        return _read(Library(allow_imports), text, file, overrides, model, check_effects(without))
+        return _read(Library(allow_imports), text, file, merged({}, overrides), model, check_effects(without))
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class TextOrigin:
         main, effects = next(iter(self.files)), (*self.without, *check_effects(without))
         with deep():
             library = Library(texts=self.files)
-            return _read(library, self.files[main], main, {**self.overrides, **parameters}, self.model, effects)
+            return _read(library, self.files[main], main, merged(self.overrides, parameters), self.model, effects)
 
 
 def _read(
@@ -121,7 +121,7 @@ def _read(
     unit = library.add(text, file)
     found = _main(unit, model)
     scene = flatten(instantiate(found, unit, overrides, without), library.files)
-    return scene.made_from(TextOrigin(scene.files, found.name, dict(overrides), without))
+    return scene.made_from(TextOrigin(scene.files, found.name, overrides, without))
 
 
 def _main(unit: Unit, name: str | None) -> s.Model:

@@ -6,12 +6,13 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from mbdsl.elements.kind import Parameter
+from mbdsl.elements.kind import Kind
 from mbdsl.errors import UsageError
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.lang import syntax as s
 from mbdsl.lang.lexer import KEYWORDS
 from mbdsl.lang.parser import parse_expression
+from mbdsl.lang.source import Source
 from mbdsl.lang.values import Quantity
 
 #: the name that an object such as a Handle stands for; None for values
@@ -39,8 +40,11 @@ def expression(value: Any, what: str, name_of: NameOf = no_name) -> s.Expression
         return s.Boolean(value)
     if isinstance(value, int | float):
         return s.Number(value)
-    if isinstance(value, Sequence) and not isinstance(value, str | bytes | bytearray):
-        return s.Array(tuple(expression(v, what, name_of) for v in value))
+    if isinstance(value, Sequence) and not isinstance(value, bytes | bytearray):
+        shown = _shown(value)
+        return s.Array(
+            tuple(expression(v, what, name_of) for v in value), at=(Source(f"<{what}>", shown), 0, len(shown))
+        )
     hint = "a text has its unit: `\"30 deg\"`"
     raise UsageError(f"`{what}`: found {_shown(value)}, expected a number, a text or a sequence", hint=hint)
 
@@ -57,11 +61,18 @@ def argument(name: str, value: Any, owner: str, name_of: NameOf = no_name) -> s.
     return s.Argument(name, None, tuple(argument(k, v, what, name_of) for k, v in value.items()))
 
 
-def choice(parameter: Parameter | None, value: Any) -> Any:
-    """The value of a parameter; if it has choices, a text is one of them and not an expression."""
-    if parameter is None or not parameter.choices or not isinstance(value, str) or value.startswith('"'):
-        return value
-    return s.String(value)
+def of_kind(kind: Kind, owner: str, key: str, value: Any) -> Any:
+    """The value of a parameter or signal; if a parameter has choices, a text is one of them and not an expression."""
+    parameter, signal = kind.parameter(key), any(x.name == key for x in kind.signals)
+    if parameter is None and signal and value is not None and not isinstance(value, Mapping):
+        hint = f'give its initial value: `{key}={{"start": {value!r}, "fixed": True}}`'
+        raise UsageError(f"{owner}.{key} is a signal, found {_shown(value)}", hint=hint)
+    if parameter is not None and key == "frames" and not isinstance(value, Mapping):
+        hint = '`frames={"tip": (0.3, 0.0)}`'
+        raise UsageError(f"{owner}.frames: found {_shown(value)}, expected frames by their names", hint=hint)
+    if parameter is not None and parameter.choices and isinstance(value, str) and not value.startswith('"'):
+        return s.String(value)
+    return value
 
 
 def split_name(name: Any, what: str) -> tuple[str, tuple[s.Number, ...]]:

@@ -7,6 +7,7 @@ refused by the call that gives it. What needs a port that is not connected yet i
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from mbdsl.errors import ModelError
 from mbdsl.lang import syntax as s
@@ -43,7 +44,7 @@ class Trial:
         with deep():
             self._instance = instantiate(model, UNIT)
             self._assembly = self._instance.assembly
-            self._waiting: list[Callable[[], None]] = []
+            self._waiting: list[Callable[[], object]] = []
             self._fixed: set[str] = set()
             self._assembly.connect_new()
             for entity in self._instance.namespace.members.values():
@@ -104,7 +105,7 @@ class Trial:
         elif isinstance(entity, Part):
             self._check_part(entity)
         elif isinstance(entity, Slot):
-            self._when_connected(lambda: _ignore(entity.value()))
+            self._when_connected(entity.value)
         elif isinstance(entity, FrameMember):
             entity.target()
         elif isinstance(entity, TableMember):
@@ -113,12 +114,12 @@ class Trial:
             assert isinstance(entity, Node | Disabled)
 
     def _check_part(self, part: Part) -> None:
-        _ignore(part.values)
+        part.values  # noqa: B018  it raises an error if a value is wrong
         if is_body(part):
-            _ignore(part.frames)
+            part.frames  # noqa: B018
         for law in part.kind.law_parameters:
-            self._when_connected(lambda law=law: _ignore(part.law(law)))
-        self._when_connected(lambda: _ignore(part.component()))
+            self._when_connected(partial(part.law, law))
+        self._when_connected(part.component)
         self._when_connected(lambda: self._fix(InitialValues([part], [])))
         for arguments, _ in part.drawn:
             self._check_shapes(arguments)
@@ -142,7 +143,7 @@ class Trial:
             if initial.fixed:
                 self._fixed.add(initial.name)
 
-    def _when_connected(self, check: Callable[[], None]) -> None:
+    def _when_connected(self, check: Callable[[], object]) -> None:
         try:
             check()
         except NotConnected:
@@ -152,7 +153,3 @@ class Trial:
         waiting, self._waiting = self._waiting, []
         for check in waiting:
             self._when_connected(check)
-
-
-def _ignore(value: object) -> None:
-    """The value is not needed, only its evaluation."""

@@ -296,12 +296,36 @@ class Scene:
         ModelError
             If a value is invalid.
         """
+        if named and not isinstance(parameters, Mapping):
+            raise UsageError(f"parameters: found {parameters!r}, expected a mapping")
+        return self.changed({**parameters, **named} if named else parameters)
+
+    def changed(self, parameters: Mapping[str, Any], without: Sequence[str] = ()) -> Scene:
+        """The model with other values of its parameters and with more effects left out.
+
+        Parameters
+        ----------
+        parameters : mapping
+            As for ``with_parameters``.
+        without : sequence of str, optional
+            Effects to leave out, in addition to those that this scene lacks.
+
+        Returns
+        -------
+        Scene
+            A new scene.
+
+        Raises
+        ------
+        UsageError
+            As ``with_parameters`` does.
+        """
         if self._origin is None:
             raise UsageError(
-                "this Scene was made neither from a text nor by a Builder, so that its parameters cannot be replaced",
-                hint="replace them in the Scene that it was made from",
+                "this Scene was made neither from a text nor by a Builder: it can only be used as it is",
+                hint="change the Scene that it was made from",
             )
-        return self._origin.scene({**parameters, **named})
+        return self._origin.scene(parameters, without)
 
     def bodies(self) -> list[Component]:
         """Bodies with coordinates.
