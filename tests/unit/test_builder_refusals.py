@@ -30,6 +30,7 @@ def torque(tau):
     return lambda b: b.Torque("t", "pin", tau=tau)
 
 
+BEAM = {"length": 1, "density": 1, "S": 1, "I": 1, "E": 1}
 #: (call, a part of its message); most wrong models are in test_same_messages and, as texts, in lang/test_wrong_models.py
 WRONG = [
     # kinds, names, descriptions
@@ -65,7 +66,7 @@ WRONG = [
     (lambda b: b.Body("r", m=1, I=1, com=(1, 2, 3)), "`com` of `r`: found an array of 3 values, expected an array of 2"),
     (lambda b: b.Body("r", m=1, I=1, com=np.zeros((2, 2))), "`com` of `r`: found an array of 2 x 2 values"),
     (lambda b: b.Body("r", m=1, I=1, com=[[1, 2], [3]]), "<r.com>:1:1: the elements of an array have the same size"),
-    (lambda b: b.FlexibleBeam("f", length=1, formulation="ancff"), "`formulation` of `f`: found \"ancff\""),
+    (lambda b: b.FlexibleBeam("f", **BEAM, formulation="ancff"), "`formulation` of `f`: found \"ancff\""),
     (rod(frames=[1, 2]), "r.frames: found [1, 2], expected frames by their names"),
     (rod(frames={"tip": 3}), "frame `tip` of `r`: found a number"),
     (rod(frames={"x y": (1, 2)}), "r.frames: 'x y' is no name"),
