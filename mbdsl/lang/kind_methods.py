@@ -19,7 +19,7 @@ from mbdsl.lang.handles import Handle
 from mbdsl.lang.kind_reference import notes
 from mbdsl.messages import did_you_mean
 
-_WIDTH = 100
+_WIDTH = 72  #: with the indents of `help`, 80 columns
 _FRAMES = 'Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference point.'
 
 

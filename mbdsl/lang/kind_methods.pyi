@@ -29,15 +29,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a BeltDrive: a belt or chain around two pulleys or sprockets about the frame origins, without
-        slip or stretch.
+        """Add a BeltDrive: a belt or chain around two pulleys or sprockets about
+        the frame origins, without slip or stretch.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         r_a : number or str [m]
@@ -58,10 +59,11 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``theta`` [rad] (angle of the line from
-            frame_a to frame_b), ``phi`` [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
-            angular velocity), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
-            ``tau`` [N.m] (torque on frame_b).
+            The component; its attributes are its ports, and its signals ``theta``
+            [rad] (angle of the line from frame_a to frame_b), ``phi`` [rad] (angle
+            of frame_b relative to frame_a), ``w`` [rad/s] (relative angular
+            velocity), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force
+            along y on frame_b), ``tau`` [N.m] (torque on frame_b).
         """
 
     def Body(
@@ -82,8 +84,8 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a Body: a planar rigid body. With a length it has frames a and b at its ends, and by default a
-        uniform bar's inertia.
+        """Add a Body: a planar rigid body. With a length it has frames a and b at
+        its ends, and by default a uniform bar's inertia.
 
         Parameters
         ----------
@@ -92,14 +94,15 @@ class KindMethods:
         m : number or str [kg]
             Mass; at least 0.
         I : number or str, optional [kg.m2]
-            Moment of inertia about the centre of mass; default m length^2/12; at least 0.
+            Moment of inertia about the centre of mass; default m length^2/12; at
+            least 0.
         length : number or str, optional [m]
             Distance of the frames a and b, reference point halfway; positive.
         com : (2,) numbers or str, optional [m]
             Centre of mass, from the reference point.
         frames : mapping, optional
-            Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference
-            point.
+            Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m,
+            rad], from the reference point.
         x, y, phi, vx, vy, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -110,8 +113,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its frames, and its signals ``x`` [m] (centre of mass), ``y`` [m]
-            (centre of mass), ``phi`` [rad] (angle, counting turns), ``vx`` [m/s], ``vy`` [m/s], ``w`` [rad/s].
+            The component; its attributes are its frames, and its signals ``x`` [m]
+            (centre of mass), ``y`` [m] (centre of mass), ``phi`` [rad] (angle,
+            counting turns), ``vx`` [m/s], ``vy`` [m/s], ``w`` [rad/s].
         """
 
     def Bushing(
@@ -131,14 +135,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a Bushing: a compliant joint: spring and damper along x and y of frame_a and about the angle.
+        """Add a Bushing: a compliant joint: spring and damper along x and y of
+        frame_a and about the angle.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         k : (2,) numbers or str, optional [N/m]
@@ -161,7 +167,8 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``x`` [m], ``y`` [m], ``phi`` [rad].
+            The component; its attributes are its ports, and its signals ``x`` [m],
+            ``y`` [m], ``phi`` [rad].
         """
 
     def Cam(
@@ -177,19 +184,21 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a Cam: a cam about the origin of frame_a moves the origin of frame_b along the x axis of
-        frame_b, as a function of the cam angle.
+        """Add a Cam: a cam about the origin of frame_a moves the origin of frame_b
+        along the x axis of frame_b, as a function of the cam angle.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         s : number, str or Expr [m]
-            Position of the follower at the cam angle phi; an expression of `phi`, parameters and tables.
+            Position of the follower at the cam angle phi; an expression of `phi`,
+            parameters and tables.
         phi, w, v : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -200,11 +209,12 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``phi`` [rad] (angle of the cam
-            relative to the axis of the follower), ``w`` [rad/s] (angular velocity of the cam), ``s`` [m]
-            (position of the follower along its x axis, from the centre of the cam), ``v`` [m/s] (its rate),
-            ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on frame_b), ``tau`` [N.m] (torque
-            on frame_b).
+            The component; its attributes are its ports, and its signals ``phi``
+            [rad] (angle of the cam relative to the axis of the follower), ``w``
+            [rad/s] (angular velocity of the cam), ``s`` [m] (position of the
+            follower along its x axis, from the centre of the cam), ``v`` [m/s] (its
+            rate), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y
+            on frame_b), ``tau`` [N.m] (torque on frame_b).
         """
 
     def CircleContact(
@@ -226,15 +236,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a CircleContact: contact of two circles about the frame origins, which push each other apart
-        where they overlap; without friction.
+        """Add a CircleContact: contact of two circles about the frame origins,
+        which push each other apart where they overlap; without friction.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         r_a : number or str [m]
@@ -259,9 +270,10 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``s`` [m] (distance of the frames),
-            ``v`` [m/s] (its rate), ``depth`` [m] (overlap; negative: the gap), ``force`` [N] (contact force
-            along the line of centres, positive if it pushes the centres apart).
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (distance of the frames), ``v`` [m/s] (its rate), ``depth`` [m]
+            (overlap; negative: the gap), ``force`` [N] (contact force along the
+            line of centres, positive if it pushes the centres apart).
         """
 
     def Distance(
@@ -276,14 +288,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a Distance: a massless rigid link: the distance of the two frame origins stays constant.
+        """Add a Distance: a massless rigid link: the distance of the two frame
+        origins stays constant.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         length : number or str [m]
@@ -298,9 +312,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``s`` [m] (distance of the frames),
-            ``v`` [m/s] (its rate), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
-            frame_b).
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (distance of the frames), ``v`` [m/s] (its rate), ``fx`` [N] (force
+            along x on frame_b), ``fy`` [N] (force along y on frame_b).
         """
 
     def DistanceDriver(
@@ -314,18 +328,21 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a DistanceDriver: a linear actuator whose length is a given function of time.
+        """Add a DistanceDriver: a linear actuator whose length is a given function
+        of time.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         s : number, str or Expr [m]
-            The distance, an expression in time; stays above zero; without signals and inputs.
+            The distance, an expression in time; stays above zero; without signals
+            and inputs.
         v : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -336,9 +353,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``s`` [m] (distance of the frames),
-            ``v`` [m/s] (its rate), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
-            frame_b).
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (distance of the frames), ``v`` [m/s] (its rate), ``fx`` [N] (force
+            along x on frame_b), ``fy`` [N] (force along y on frame_b).
         """
 
     def Fixed(
@@ -351,14 +368,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a Fixed: a weld: frame_b keeps position and angle relative to frame_a.
+        """Add a Fixed: a weld: frame_b keeps position and angle relative to
+        frame_a.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         phi0 : number or str, optional [rad]
@@ -371,8 +390,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``fx`` [N] (force along x on frame_b),
-            ``fy`` [N] (force along y on frame_b), ``tau`` [N.m] (torque on frame_b).
+            The component; its attributes are its ports, and its signals ``fx`` [N]
+            (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
+            ``tau`` [N.m] (torque on frame_b).
         """
 
     def FlexibleBeam(
@@ -407,9 +427,9 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a FlexibleBeam: a uniform straight beam that bends and stretches in the plane, with frames a and
-        b at its ends, c in its middle, and further frames on its axis; each frame rotates with its cross-
-        section.
+        """Add a FlexibleBeam: a uniform straight beam that bends and stretches in
+        the plane, with frames a and b at its ends, c in its middle, and further
+        frames on its axis; each frame rotates with its cross-section.
 
         Parameters
         ----------
@@ -430,35 +450,40 @@ class KindMethods:
         rotary : number or str, optional [kg.m]
             Rotary inertia of the section per length; at least 0.
         formulation : {"floating", "ancf"}, optional
-            Small deformation in a floating frame, or large deformation by absolute nodal coordinates ("ancf");
-            one of "floating", "ancf".
+            Small deformation in a floating frame, or large deformation by absolute
+            nodal coordinates ("ancf"); one of "floating", "ancf".
         elements : number or str, optional
-            Number of finite elements; default 4, with modes at least 16, with ANCF 8.
+            Number of finite elements; default 4, with modes at least 16, with ANCF
+            8.
         modes : number or str, optional
-            Number of elastic coordinates; 0: a rigid rod; default: all those of the elements; at least 0.
+            Number of elastic coordinates; 0: a rigid rod; default: all those of the
+            elements; at least 0.
         axial : number or str, optional
-            Number of axial modes; default: those among the lowest frequencies; at least 0.
+            Number of axial modes; default: those among the lowest frequencies; at
+            least 0.
         basis : {"eigenmodes", "craig-bampton"}, optional
-            Kind of the modes: eigenmodes under the reference conditions, or static shapes for displacements of
-            the ends and eigenmodes between fixed ends (Craig-Bampton), orthogonalised; one of "eigenmodes",
-            "craig-bampton".
+            Kind of the modes: eigenmodes under the reference conditions, or static
+            shapes for displacements of the ends and eigenmodes between fixed ends
+            (Craig-Bampton), orthogonalised; one of "eigenmodes", "craig-bampton".
         reference : {"pinned-pinned", "clamped-free", "mean-axis"}, optional
-            Position of the floating frame: through both ends, tangent at frame a, or the mean axis; one of
-            "pinned-pinned", "clamped-free", "mean-axis".
+            Position of the floating frame: through both ends, tangent at frame a,
+            or the mean axis; one of "pinned-pinned", "clamped-free", "mean-axis".
         stiffening : bool, optional
             Geometric stiffening: bending shortens the beam (floating frame).
         zeta : number or str, optional
             Damping ratio of every mode; at least 0.
         alpha : number or str, optional [1/s]
-            Rayleigh damping: factor on the mass matrix of the elastic coordinates; at least 0.
+            Rayleigh damping: factor on the mass matrix of the elastic coordinates;
+            at least 0.
         beta : number or str, optional [s]
-            Rayleigh damping: factor on the stiffness matrix, as of a viscous material; at least 0.
+            Rayleigh damping: factor on the stiffness matrix, as of a viscous
+            material; at least 0.
         shape : {"undeformed", "static"}, optional
-            Initial shape: undeformed, or that of the static equilibrium under the initial loads; one of
-            "undeformed", "static".
+            Initial shape: undeformed, or that of the static equilibrium under the
+            initial loads; one of "undeformed", "static".
         frames : mapping, optional
-            Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference
-            point.
+            Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m,
+            rad], from the reference point.
         x, y, phi, vx, vy, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -469,8 +494,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its frames, and its signals ``x`` [m] (centre of mass), ``y`` [m]
-            (centre of mass), ``phi`` [rad] (angle, counting turns), ``vx`` [m/s], ``vy`` [m/s], ``w`` [rad/s].
+            The component; its attributes are its frames, and its signals ``x`` [m]
+            (centre of mass), ``y`` [m] (centre of mass), ``phi`` [rad] (angle,
+            counting turns), ``vx`` [m/s], ``vy`` [m/s], ``w`` [rad/s].
         """
 
     def Force(
@@ -484,21 +510,25 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a Force: a force on the origin of frame_b, with components in the axes of frame_a, or of the
-        world without frame_a. No reaction acts on frame_a. With frame_a = frame_b it is a follower force.
+        """Add a Force: a force on the origin of frame_b, with components in the
+        axes of frame_a, or of the world without frame_a. No reaction acts on
+        frame_a. With frame_a = frame_b it is a follower force.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a`` (optional), ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a`` (optional), ``frame_b``. A joint
+            stands for its two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         fx : number, str or Expr, optional [N]
-            Component along x, a number or an expression; may be an expression in time and signals.
+            Component along x, a number or an expression; may be an expression in
+            time and signals.
         fy : number, str or Expr, optional [N]
-            Component along y, a number or an expression; may be an expression in time and signals.
+            Component along y, a number or an expression; may be an expression in
+            time and signals.
         doc : str, optional
             Description, one line.
         replace : bool, optional
@@ -525,15 +555,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a FreeMotion: no constraint on frame_b: declares that a body without joints or forces may move
-        freely.
+        """Add a FreeMotion: no constraint on frame_b: declares that a body without
+        joints or forces may move freely.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         x, y, phi, vx, vy, w : mapping, optional
@@ -546,8 +577,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``x`` [m] (in world axes), ``y`` [m]
-            (in world axes), ``phi`` [rad], ``vx`` [m/s], ``vy`` [m/s], ``w`` [rad/s].
+            The component; its attributes are its ports, and its signals ``x`` [m]
+            (in world axes), ``y`` [m] (in world axes), ``phi`` [rad], ``vx`` [m/s],
+            ``vy`` [m/s], ``w`` [rad/s].
         """
 
     def GearPair(
@@ -566,15 +598,17 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a GearPair: two gears in mesh: their pitch circles about the frame origins roll on each other.
-        Other joints hold the centres apart, on the ground or on a moving carrier.
+        """Add a GearPair: two gears in mesh: their pitch circles about the frame
+        origins roll on each other. Other joints hold the centres apart, on the
+        ground or on a moving carrier.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         r_a : number or str [m]
@@ -595,10 +629,11 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``theta`` [rad] (angle of the line from
-            frame_a to frame_b), ``phi`` [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
-            angular velocity), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
-            ``tau`` [N.m] (torque on frame_b).
+            The component; its attributes are its ports, and its signals ``theta``
+            [rad] (angle of the line from frame_a to frame_b), ``phi`` [rad] (angle
+            of frame_b relative to frame_a), ``w`` [rad/s] (relative angular
+            velocity), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force
+            along y on frame_b), ``tau`` [N.m] (torque on frame_b).
         """
 
     def Ground(
@@ -611,8 +646,8 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a Ground: the inertial world. Its name stands for the frame at the origin; gravity acts on every
-        body.
+        """Add a Ground: the inertial world. Its name stands for the frame at the
+        origin; gravity acts on every body.
 
         Parameters
         ----------
@@ -623,8 +658,8 @@ class KindMethods:
         n : (2,) numbers or str, optional
             Direction of gravity, of length 1.
         frames : mapping, optional
-            Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference
-            point.
+            Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m,
+            rad], from the reference point.
         doc : str, optional
             Description, one line.
         replace : bool, optional
@@ -648,15 +683,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a KnifeEdge: a blade at the origin of frame_b: it moves along its x axis and turns, but does not
-        slip along its y axis.
+        """Add a KnifeEdge: a blade at the origin of frame_b: it moves along its x
+        axis and turns, but does not slip along its y axis.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a`` (optional), ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a`` (optional), ``frame_b``. A joint
+            stands for its two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         v, phi, w : mapping, optional
@@ -669,9 +705,10 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``v`` [m/s] (velocity along the blade),
-            ``phi`` [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative angular velocity),
-            ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on frame_b).
+            The component; its attributes are its ports, and its signals ``v`` [m/s]
+            (velocity along the blade), ``phi`` [rad] (angle of frame_b relative to
+            frame_a), ``w`` [rad/s] (relative angular velocity), ``fx`` [N] (force
+            along x on frame_b), ``fy`` [N] (force along y on frame_b).
         """
 
     def PointMass(
@@ -688,7 +725,8 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a PointMass: a mass at a point. Its name stands for its only frame, which does not rotate.
+        """Add a PointMass: a mass at a point. Its name stands for its only frame,
+        which does not rotate.
 
         Parameters
         ----------
@@ -706,8 +744,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its frames, and its signals ``x`` [m] (centre of mass), ``y`` [m]
-            (centre of mass), ``phi`` [rad] (always 0), ``vx`` [m/s], ``vy`` [m/s], ``w`` [rad/s] (always 0).
+            The component; its attributes are its frames, and its signals ``x`` [m]
+            (centre of mass), ``y`` [m] (centre of mass), ``phi`` [rad] (always 0),
+            ``vx`` [m/s], ``vy`` [m/s], ``w`` [rad/s] (always 0).
         """
 
     def PointOnLine(
@@ -727,14 +766,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a PointOnLine: a pin in a slot: the origin of frame_b stays on the x axis of frame_a.
+        """Add a PointOnLine: a pin in a slot: the origin of frame_b stays on the x
+        axis of frame_a.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         mu : number or str, optional
@@ -755,10 +796,11 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``s`` [m] (position of frame_b along
-            the axis), ``v`` [m/s] (sliding velocity), ``phi`` [rad] (angle of frame_b relative to frame_a),
-            ``w`` [rad/s] (relative angular velocity), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force
-            along y on frame_b).
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
+            ``phi`` [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s]
+            (relative angular velocity), ``fx`` [N] (force along x on frame_b),
+            ``fy`` [N] (force along y on frame_b).
         """
 
     def Prismatic(
@@ -777,14 +819,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a Prismatic: a sliding joint: frame_b moves on the x axis of frame_a and keeps its angle to it.
+        """Add a Prismatic: a sliding joint: frame_b moves on the x axis of frame_a
+        and keeps its angle to it.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         phi0 : number or str, optional [rad]
@@ -807,9 +851,10 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``s`` [m] (position of frame_b along
-            the axis), ``v`` [m/s] (sliding velocity), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force
-            along y on frame_b), ``tau`` [N.m] (torque on frame_b).
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
+            ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
+            frame_b), ``tau`` [N.m] (torque on frame_b).
         """
 
     def RackAndPinion(
@@ -827,21 +872,24 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a RackAndPinion: a pinion about the origin of frame_b rolls on a rack along the x axis of
-        frame_a, above it. Other joints guide the rack and hold the pinion.
+        """Add a RackAndPinion: a pinion about the origin of frame_b rolls on a
+        rack along the x axis of frame_a, above it. Other joints guide the rack
+        and hold the pinion.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         radius : number or str [m]
             Pitch radius of the pinion; positive.
         s0 : number or str, optional [m]
-            Position of the pinion along the rack when frame_b is at the angle of frame_a.
+            Position of the pinion along the rack when frame_b is at the angle of
+            frame_a.
         s, v, phi, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -852,10 +900,12 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``s`` [m] (position of frame_b along
-            the axis), ``v`` [m/s] (sliding velocity), ``phi`` [rad] (angle of frame_b relative to frame_a),
-            ``w`` [rad/s] (relative angular velocity), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force
-            along y on frame_b), ``tau`` [N.m] (torque on frame_b).
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
+            ``phi`` [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s]
+            (relative angular velocity), ``fx`` [N] (force along x on frame_b),
+            ``fy`` [N] (force along y on frame_b), ``tau`` [N.m] (torque on
+            frame_b).
         """
 
     def Revolute(
@@ -874,14 +924,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a Revolute: a pin joint: the origins of frame_a and frame_b coincide.
+        """Add a Revolute: a pin joint: the origins of frame_a and frame_b
+        coincide.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         radius : number or str, optional [m]
@@ -904,9 +956,10 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``phi`` [rad] (angle of frame_b
-            relative to frame_a), ``w`` [rad/s] (relative angular velocity), ``fx`` [N] (force along x on
-            frame_b), ``fy`` [N] (force along y on frame_b).
+            The component; its attributes are its ports, and its signals ``phi``
+            [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
+            angular velocity), ``fx`` [N] (force along x on frame_b), ``fy`` [N]
+            (force along y on frame_b).
         """
 
     def Rod(
@@ -925,8 +978,8 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a Rod: a uniform rigid bar: centre of mass at the midpoint, I = m length^2/12, frames a and b at
-        its ends.
+        """Add a Rod: a uniform rigid bar: centre of mass at the midpoint, I = m
+        length^2/12, frames a and b at its ends.
 
         Parameters
         ----------
@@ -937,8 +990,8 @@ class KindMethods:
         length : number or str [m]
             Distance of the frames a and b; positive.
         frames : mapping, optional
-            Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference
-            point.
+            Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m,
+            rad], from the reference point.
         x, y, phi, vx, vy, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -949,8 +1002,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its frames, and its signals ``x`` [m] (centre of mass), ``y`` [m]
-            (centre of mass), ``phi`` [rad] (angle, counting turns), ``vx`` [m/s], ``vy`` [m/s], ``w`` [rad/s].
+            The component; its attributes are its frames, and its signals ``x`` [m]
+            (centre of mass), ``y`` [m] (centre of mass), ``phi`` [rad] (angle,
+            counting turns), ``vx`` [m/s], ``vy`` [m/s], ``w`` [rad/s].
         """
 
     def RollingDisc(
@@ -967,15 +1021,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a RollingDisc: a disc with its centre at the origin of frame_b rolls without slip on the x axis
-        of frame_a, above it.
+        """Add a RollingDisc: a disc with its centre at the origin of frame_b rolls
+        without slip on the x axis of frame_a, above it.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         radius : number or str [m]
@@ -990,10 +1045,12 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``s`` [m] (position of frame_b along
-            the axis), ``v`` [m/s] (velocity of the centre along the axis), ``phi`` [rad] (angle of frame_b
-            relative to frame_a), ``w`` [rad/s] (relative angular velocity), ``fx`` [N] (force along x on
-            frame_b), ``fy`` [N] (force along y on frame_b), ``tau`` [N.m] (torque on frame_b).
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (velocity of the
+            centre along the axis), ``phi`` [rad] (angle of frame_b relative to
+            frame_a), ``w`` [rad/s] (relative angular velocity), ``fx`` [N] (force
+            along x on frame_b), ``fy`` [N] (force along y on frame_b), ``tau``
+            [N.m] (torque on frame_b).
         """
 
     def RotationalCam(
@@ -1010,19 +1067,22 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a RotationalCam: a cam about the origin of frame_a turns frame_b about its origin, as a function
-        of the cam angle. Both angles are measured from the line between the origins.
+        """Add a RotationalCam: a cam about the origin of frame_a turns frame_b
+        about its origin, as a function of the cam angle. Both angles are
+        measured from the line between the origins.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         beta : number, str or Expr [rad]
-            Angle of the follower at the cam angle phi; an expression of `phi`, parameters and tables.
+            Angle of the follower at the cam angle phi; an expression of `phi`,
+            parameters and tables.
         theta, phi, w, w_b : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -1033,11 +1093,13 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``theta`` [rad] (angle of the line from
-            frame_a to frame_b), ``phi`` [rad] (angle of the cam, from this line), ``beta`` [rad] (angle of the
-            follower, from this line), ``w`` [rad/s] (angular velocity of the cam), ``w_b`` [rad/s] (angular
-            velocity of the follower), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
-            frame_b), ``tau`` [N.m] (torque on frame_b).
+            The component; its attributes are its ports, and its signals ``theta``
+            [rad] (angle of the line from frame_a to frame_b), ``phi`` [rad] (angle
+            of the cam, from this line), ``beta`` [rad] (angle of the follower, from
+            this line), ``w`` [rad/s] (angular velocity of the cam), ``w_b`` [rad/s]
+            (angular velocity of the follower), ``fx`` [N] (force along x on
+            frame_b), ``fy`` [N] (force along y on frame_b), ``tau`` [N.m] (torque
+            on frame_b).
         """
 
     def RotationalDriver(
@@ -1051,14 +1113,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a RotationalDriver: a drive that turns a joint as a given function of time.
+        """Add a RotationalDriver: a drive that turns a joint as a given function
+        of time.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         phi : number, str or Expr [rad]
@@ -1073,8 +1137,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``phi`` [rad] (angle of frame_b
-            relative to frame_a), ``w`` [rad/s] (relative angular velocity), ``tau`` [N.m] (torque on frame_b).
+            The component; its attributes are its ports, and its signals ``phi``
+            [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
+            angular velocity), ``tau`` [N.m] (torque on frame_b).
         """
 
     def RotationalSpringDamper(
@@ -1092,15 +1157,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a RotationalSpringDamper: a torsional spring and damper between two frames; positive torque
-        resists a growing angle.
+        """Add a RotationalSpringDamper: a torsional spring and damper between two
+        frames; positive torque resists a growing angle.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         k : number or str, optional [N.m/rad]
@@ -1110,8 +1176,8 @@ class KindMethods:
         phi0 : number or str, optional [rad]
             Angle without torque.
         torque : number, str or Expr, optional [N.m]
-            Torque as an expression, e.g. of phi and w; instead of k and c; may be an expression in time and
-            signals.
+            Torque as an expression, e.g. of phi and w; instead of k and c; may be
+            an expression in time and signals.
         phi, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -1122,9 +1188,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``phi`` [rad] (angle of frame_b
-            relative to frame_a), ``w`` [rad/s] (relative angular velocity), ``torque`` [N.m] (resisting
-            torque).
+            The component; its attributes are its ports, and its signals ``phi``
+            [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
+            angular velocity), ``torque`` [N.m] (resisting torque).
         """
 
     def RotationalStop(
@@ -1144,15 +1210,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a RotationalStop: limits of an angle: beyond them a stiff torsional spring pushes back; it never
-        pulls.
+        """Add a RotationalStop: limits of an angle: beyond them a stiff torsional
+        spring pushes back; it never pulls.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         phi_min : number or str, optional [rad]
@@ -1175,9 +1242,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``phi`` [rad] (angle of frame_b
-            relative to frame_a), ``w`` [rad/s] (relative angular velocity), ``torque`` [N.m] (resisting
-            torque).
+            The component; its attributes are its ports, and its signals ``phi``
+            [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
+            angular velocity), ``torque`` [N.m] (resisting torque).
         """
 
     def RotationalVelocityDriver(
@@ -1191,14 +1258,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a RotationalVelocityDriver: a drive that turns a joint with a given angular velocity.
+        """Add a RotationalVelocityDriver: a drive that turns a joint with a given
+        angular velocity.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         w : number, str or Expr [rad/s]
@@ -1213,8 +1282,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``phi`` [rad] (angle of frame_b
-            relative to frame_a), ``w`` [rad/s] (relative angular velocity), ``tau`` [N.m] (torque on frame_b).
+            The component; its attributes are its ports, and its signals ``phi``
+            [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
+            angular velocity), ``tau`` [N.m] (torque on frame_b).
         """
 
     def SpringDamper(
@@ -1232,15 +1302,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a SpringDamper: a spring and damper along the line between two points; positive force pulls them
-        together.
+        """Add a SpringDamper: a spring and damper along the line between two
+        points; positive force pulls them together.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         k : number or str, optional [N/m]
@@ -1250,8 +1321,8 @@ class KindMethods:
         s0 : number or str, optional [m]
             Free length.
         force : number, str or Expr, optional [N]
-            Tension as an expression, e.g. of s and v; instead of k and c; may be an expression in time and
-            signals.
+            Tension as an expression, e.g. of s and v; instead of k and c; may be an
+            expression in time and signals.
         s, v : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -1262,8 +1333,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``s`` [m] (distance of the frames),
-            ``v`` [m/s] (its rate), ``force`` [N] (tension).
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (distance of the frames), ``v`` [m/s] (its rate), ``force`` [N]
+            (tension).
         """
 
     def Torque(
@@ -1278,19 +1350,21 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a Torque: a torque on frame_b and its reaction on frame_a; positive is counter-clockwise on
-        frame_b.
+        """Add a Torque: a torque on frame_b and its reaction on frame_a; positive
+        is counter-clockwise on frame_b.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a`` (optional), ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a`` (optional), ``frame_b``. A joint
+            stands for its two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         tau : number, str or Expr [N.m]
-            The torque, a number or an expression; may be an expression in time and signals.
+            The torque, a number or an expression; may be an expression in time and
+            signals.
         phi, w : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -1301,8 +1375,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``phi`` [rad] (angle of frame_b
-            relative to frame_a), ``w`` [rad/s] (relative angular velocity).
+            The component; its attributes are its ports, and its signals ``phi``
+            [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
+            angular velocity).
         """
 
     def TranslationalDriver(
@@ -1316,14 +1391,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a TranslationalDriver: a drive that moves a sliding joint as a given function of time.
+        """Add a TranslationalDriver: a drive that moves a sliding joint as a given
+        function of time.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         s : number, str or Expr [m]
@@ -1338,9 +1415,10 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``s`` [m] (position of frame_b along
-            the axis), ``v`` [m/s] (sliding velocity), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force
-            along y on frame_b).
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
+            ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
+            frame_b).
         """
 
     def TranslationalSpringDamper(
@@ -1358,15 +1436,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a TranslationalSpringDamper: a spring and damper along the x axis of frame_a; positive force
-        resists a growing position s.
+        """Add a TranslationalSpringDamper: a spring and damper along the x axis of
+        frame_a; positive force resists a growing position s.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         k : number or str, optional [N/m]
@@ -1376,8 +1455,8 @@ class KindMethods:
         s0 : number or str, optional [m]
             Position without force.
         force : number, str or Expr, optional [N]
-            Force as an expression, e.g. of s and v; instead of k and c; may be an expression in time and
-            signals.
+            Force as an expression, e.g. of s and v; instead of k and c; may be an
+            expression in time and signals.
         s, v : mapping, optional
             Initial values of its signals: ``{"start": value, "fixed": True}``.
         doc : str, optional
@@ -1388,8 +1467,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``s`` [m] (position of frame_b along
-            the axis), ``v`` [m/s] (sliding velocity), ``force`` [N] (resisting force).
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
+            ``force`` [N] (resisting force).
         """
 
     def TranslationalStop(
@@ -1409,15 +1489,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a TranslationalStop: end stops of a sliding joint: beyond its limits a stiff spring pushes back;
-        it never pulls.
+        """Add a TranslationalStop: end stops of a sliding joint: beyond its limits
+        a stiff spring pushes back; it never pulls.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         s_min : number or str, optional [m]
@@ -1440,8 +1521,9 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``s`` [m] (position of frame_b along
-            the axis), ``v`` [m/s] (sliding velocity), ``force`` [N] (resisting force).
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
+            ``force`` [N] (resisting force).
         """
 
     def TranslationalVelocityDriver(
@@ -1455,14 +1537,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a TranslationalVelocityDriver: a drive that moves a sliding joint with a given velocity.
+        """Add a TranslationalVelocityDriver: a drive that moves a sliding joint
+        with a given velocity.
 
         Parameters
         ----------
         name : str
             Name of the component.
         *frames : Handle or str
-            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its two frames.
+            Frames, in this order: ``frame_a``, ``frame_b``. A joint stands for its
+            two frames.
         frame_a, frame_b : Handle or str, optional
             The same frames by name.
         v : number, str or Expr [m/s]
@@ -1477,9 +1561,10 @@ class KindMethods:
         Returns
         -------
         Handle
-            The component; its attributes are its ports, and its signals ``s`` [m] (position of frame_b along
-            the axis), ``v`` [m/s] (sliding velocity), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force
-            along y on frame_b).
+            The component; its attributes are its ports, and its signals ``s`` [m]
+            (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
+            ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
+            frame_b).
         """
 
     def VelocityConstraint(
@@ -1490,16 +1575,16 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a VelocityConstraint: an expression of velocities that remains zero, such as the ratio of a
-        gear. It has no frames.
+        """Add a VelocityConstraint: an expression of velocities that remains zero,
+        such as the ratio of a gear. It has no frames.
 
         Parameters
         ----------
         name : str
             Name of the component.
         gamma : number, str or Expr
-            An expression of velocities that remains zero, of any unit; may be an expression in time and
-            signals.
+            An expression of velocities that remains zero, of any unit; may be an
+            expression in time and signals.
         doc : str, optional
             Description, one line.
         replace : bool, optional
@@ -1521,8 +1606,8 @@ class KindMethods:
         doc: str = "",
         replace: bool = False,
     ) -> Handle:
-        """Add a World: the inertial world. Its name stands for the frame at the origin; gravity acts on every
-        body.
+        """Add a World: the inertial world. Its name stands for the frame at the
+        origin; gravity acts on every body.
 
         Parameters
         ----------
@@ -1533,8 +1618,8 @@ class KindMethods:
         n : (2,) numbers or str, optional
             Direction of gravity, of length 1.
         frames : mapping, optional
-            Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference
-            point.
+            Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m,
+            rad], from the reference point.
         doc : str, optional
             Description, one line.
         replace : bool, optional

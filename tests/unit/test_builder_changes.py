@@ -145,7 +145,7 @@ def test_every_declaration_can_be_replaced():
 def test_a_replacement_that_does_not_fit_is_refused():
     b = chain()
     before = b.scene()
-    with pytest.raises(MbdslError, match="<pin.frame_b>:1:5: Body `rod` has no `a`") as caught:
+    with pytest.raises(MbdslError, match=r"<pin\.frame_b>:1:5: Body `rod` has no `a`") as caught:
         b.Body("rod", m=1, I=1, replace=True)
     assert "note: `rod` is not replaced" in str(caught.value)
     assert b.scene() == before

@@ -45,7 +45,7 @@ def test_mypy_refuses_what_the_kinds_do_not_have(tmp_path):
     file = tmp_path / "snippet.py"
     file.write_text(SNIPPET, encoding="utf-8")
     options = ["--config-file=", f"--cache-dir={tmp_path / 'cache'}", "--follow-imports=skip", "--hide-error-context"]
-    modules = [str(LANG / name) for name in ("builder.py", "kind_methods.pyi", "handles.py")]
+    modules = [str(LANG / name) for name in ("builder.py", "declaring.py", "kind_methods.pyi", "handles.py")]
     out, err, code = api.run([*options, str(file), *modules])
     assert err == "" and code == 1
     errors = [line for line in out.splitlines() if ": error: " in line]
@@ -72,5 +72,6 @@ def test_help_shows_parameters_units_and_meanings():
     text = pydoc.render_doc(Builder("M").Rod, renderer=pydoc.plaintext)
     words = " ".join(text.split())
     assert "Rod(name: 'str', *, m: 'Number', length: 'Number'" in words
-    assert "m : number or str [kg] Mass" in words and "length : number or str [m] Distance of the frames a and b" in words
-    assert "``w`` [rad/s]" in words
+    assert "m : number or str [kg] Mass" in words and "``w`` [rad/s]" in words
+    assert "length : number or str [m] Distance of the frames a and b" in words
+    assert max(len(line) for line in text.splitlines() if not line.startswith("Rod(")) <= 80
