@@ -45,7 +45,8 @@ def read_overrides(overrides: Mapping[str, Any], instance: Instance) -> Modifier
             raise UsageError(f"the model has no parameter `{first}` to set", hint=hint)
         if len(target.steps) == 1 and first not in values:
             raise UsageError(f"`{first}` is no parameter", hint=f"set one of its parameters: `{first}.name=value`")
-        value = expression(given, f"--set {name}")
+        label = f"--set {name}"
+        value = parse_expression(given, label) if isinstance(given, str) else expression(given, label)
         level = result
         element: Modifier | None = None
         for k, step in enumerate(target.steps):
