@@ -312,6 +312,11 @@ class Builder(Declarations):
             Name of an integration method. ``mbdsl.simulate`` checks it.
         without : sequence of str, optional
             Effects to leave out: "friction", "damping", "flexibility", "gravity".
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is invalid.
         """
         given = {"stop": stop, "start": start, "interval": interval, "tolerance": tolerance, "step": step}
         nodes = {key: self._node(value, key) for key, value in given.items() if value is not None}

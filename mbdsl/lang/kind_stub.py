@@ -11,6 +11,7 @@ from textwrap import indent
 
 from mbdsl.elements.kind import Kind
 from mbdsl.lang.kind_methods import documentation, known, signature
+from mbdsl.storage.output_files import write_text
 
 PATH = Path(__file__).with_name("kind_methods.pyi")
 _HEAD = '''"""One method of the Builder for each kind of component: made by ``python -m mbdsl.lang.kind_stub``."""
@@ -53,4 +54,4 @@ def _method(name: str, kind: Kind) -> str:
 
 
 if __name__ == "__main__":
-    PATH.write_text(stub(), encoding="utf-8")
+    write_text(PATH, stub())
