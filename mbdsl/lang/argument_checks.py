@@ -45,7 +45,10 @@ def number(q: Quantity, what: str) -> float:
         value = value.value  # type: ignore[assignment]
     if isinstance(value, symbolic.Expr):
         raise ModelError(f"{what} must be known before the start; it depends on time or signals")
-    result = float(value)  # type: ignore[arg-type]
+    try:
+        result = float(value)  # type: ignore[arg-type]
+    except OverflowError:  # a large integer
+        result = math.inf
     if not math.isfinite(result):
         raise ModelError(f"{what} is no finite number")
     return result
