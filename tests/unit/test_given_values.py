@@ -43,7 +43,7 @@ def test_values(given, unit, expected):
     [
         ("1 m", "x: `1 m` has the wrong unit: expected s, found m"),
         ("1 lightyear", "x: unknown unit `lightyear` in `1 lightyear`; expected s, or a multiple of it"),
-        ("", "x: `` is no number, with or without a unit, such as 1.5s"),
+        ("", "x: `` is not a number, with or without a unit, such as 1.5s"),
         (True, 'x: found True, expected a number in s, or a text such as "10 ms"'),
         ([1.0], 'x: found [1.0], expected a number in s, or a text such as "10 ms"'),
     ],
