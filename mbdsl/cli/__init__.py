@@ -124,8 +124,9 @@ def _run(argv: list[str]) -> int:
     if rest:
         raise UsageError(f"unrecognized arguments: {' '.join(rest)}", hint=f"see mbdsl {args.command} --help")
     from mbdsl.lang.library import imports_allowed
+    from mbdsl.lang.load import model_chosen
 
-    with imports_allowed(getattr(args, "allow_imports", False)):
+    with imports_allowed(getattr(args, "allow_imports", False)), model_chosen(getattr(args, "model_name", None)):
         return args.run(args)
 
 

@@ -143,7 +143,8 @@ def add_model(parser: argparse.ArgumentParser, metavar: str = "MODEL", help: str
 
 
 def add_changes(parser: argparse.ArgumentParser) -> None:
-    """The arguments that change a model and find its imports."""
+    """The arguments that choose and change a model and find its imports."""
+    add_model_name(parser)
     parser.add_argument(
         "--set",
         metavar="NAME=VALUE",
@@ -164,6 +165,16 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
         "--allow-imports",
         action="store_true",
         help="let the model import files from outside its folder; for models that you trust",
+    )
+
+
+def add_model_name(parser: argparse.ArgumentParser) -> None:
+    """The choice of a model in a file with several."""
+    parser.add_argument(
+        "--model",
+        metavar="NAME",
+        dest="model_name",
+        help="model of a file with several; default: that with the name of the file, else the last",
     )
 
 
@@ -253,5 +264,11 @@ def file_size(path: str) -> str:
 def load_model(args: argparse.Namespace) -> Scene:
     from mbdsl.lang.load import load
 
-    allowed = getattr(args, "allow_imports", False)  # missing in checkpoints of earlier versions
-    return load(args.model, dict(args.set), without=args.without, allow_imports=allowed)
+    # missing in checkpoints of earlier versions
+    allowed, name = getattr(args, "allow_imports", False), getattr(args, "model_name", None)
+    return load(args.model, dict(args.set), name, args.without, allowed)
+
+
+def stem(args: argparse.Namespace) -> str:
+    """The name of output files without a given name: that of the chosen model, else of the model's file."""
+    return getattr(args, "model_name", None) or Path(args.model).stem

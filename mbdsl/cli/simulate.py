@@ -100,7 +100,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace, resumed: bool = False) -> int:
-    output = args.output or f"{Path(args.model).stem}.csv"
+    output = args.output or f"{values.stem(args)}.csv"
     rows = f"{args.checkpoint}.rows" if args.checkpoint else None
     outputs = [output, args.stats, args.checkpoint, rows]
     output_files.check(outputs, [args.model])

@@ -85,7 +85,7 @@ def _picture(args: argparse.Namespace) -> str | None:
         return None
     from mbdsl.viewing.saved_page import PAGES, PICTURES, check_suffix
 
-    out = args.out or f"{Path(args.model).stem}-equilibrium.html"
+    out = args.out or f"{values.stem(args)}-equilibrium.html"
     check_suffix(out, (*PAGES, *PICTURES))
     output_files.check([out, args.output], [args.model])
     return out

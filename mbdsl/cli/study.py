@@ -114,7 +114,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _methods(args: argparse.Namespace) -> int:
-    output = Path(args.output or f"{Path(args.model).stem}-{args.kind}")
+    output = Path(args.output or f"{values.stem(args)}-{args.kind}")
     pictures = _checked(args.pictures)
     values.check_folder(output)
 

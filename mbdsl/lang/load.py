@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import syntax as s
@@ -17,7 +18,24 @@ from mbdsl.lang.library import Allowed, Library, Unit, read
 from mbdsl.lang.overrides import read_overrides
 from mbdsl.lang.source import span_of
 from mbdsl.mechanism.scene import Scene
-from mbdsl.messages import did_you_mean
+from mbdsl.messages import did_you_mean, few
+
+_chosen: ContextVar[str | None] = ContextVar("name of the model to read", default=None)
+
+
+@contextmanager
+def model_chosen(name: str | None) -> Iterator[None]:
+    """While the block runs, files that are read without the name of a model are read with this one."""
+    before = _chosen.set(name)
+    try:
+        yield
+    finally:
+        _chosen.reset(before)
+
+
+def chosen_now() -> str | None:
+    """The name for files that are read without one."""
+    return _chosen.get()
 
 
 def load(
@@ -37,7 +55,8 @@ def load(
         Values that replace those of the model's parameters, as numbers in SI units or as texts with units:
         ``{"k": "120 N/mm", "crank.m": 4.0}``.
     model : str, optional
-        Name of the model to read. Default: the model with the name of the file, else the last one in the file.
+        Name of the model to read. Default: the model with the name of the file, else the last one in the file that is
+        not partial.
     without : iterable of str, optional
         Effects to leave out: "friction", "damping", "flexibility", "gravity".
     allow_imports : bool or path, optional
@@ -90,16 +109,23 @@ def parse_text(
     with deep():
         library = Library(allow_imports)
         unit = library.add(text, file)
-        return _flatten(_main(unit, model), unit, library, overrides, check_effects(without))
+        return _flatten(_main(unit, chosen_now() if model is None else model), unit, library, overrides, check_effects(without))
 
 
 def _main(unit: Unit, name: str | None) -> s.Model:
     models = unit.file.models
     if name is not None:
         found = unit.own(name)
+        complete = [m.name for m in models if not m.partial]
         if found is None:
+            close = did_you_mean(name, complete)
+            listed = f"its models are {few(complete, 12)}" if complete else "it has no model that is not partial"
+            raise UsageError(f"{unit.file.name} has no model `{name}`", hint=f"{close} {listed}" if close else listed)
+        if found.partial:
             raise UsageError(
-                f"{unit.file.name} has no model `{name}`", hint=did_you_mean(name, [m.name for m in models], "it has")
+                f"model `{name}` of {unit.file.name} is partial",
+                span_of(found.at),
+                f"choose a model that extends it: {few(complete, 12)}" if complete else None,
             )
         return found
     if not models:

@@ -182,7 +182,8 @@ def recommend(
         times, note = {}, f"times are of one run each, as the budget of {given.budget:g} s was spent"
     timed = [Choice(c.case, c.error, times.get(c.case, c.seconds)) for c in near]
     others += [(c.case.series, f"takes {c.time / quickest:.0f} times as long") for c in choices if c not in near]
-    extra = [word for name, value in of.parameters.items() for word in ("--set", f"{name}={value}")]
+    extra = ["--model", of.model_name] if of.model_name else []
+    extra += [word for name, value in of.parameters.items() for word in ("--set", f"{name}={value}")]
     extra += ["--without", ",".join(of.without)] if of.without else []
     extra += ["--stop", repr(of.stop)] if given.stop is not None else []
     timed.sort(key=lambda c: c.time)

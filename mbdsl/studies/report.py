@@ -103,6 +103,7 @@ class Study:
         if of.path is None:
             return "none: the model is not from a file"
         said = ["mbdsl", "study", self.kind, of.path, "--methods", ",".join(self._methods())]
+        said += ["--model", of.model_name] if of.model_name else []
         for option, sizes in (("--steps", s.asked.steps), ("--tols", s.asked.tols)):
             said += [option, ",".join(repr(float(x)) for x in sizes)] if sizes is not None else []
         said += ["--stop", repr(of.stop)]
