@@ -222,6 +222,11 @@ def add_times(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_units(parser: argparse.ArgumentParser) -> None:
+    """The row of units of a ``.csv`` file."""
+    parser.add_argument("--units", action="store_true", help="write the units to the second row of a .csv file")
+
+
 def add_size(parser: argparse.ArgumentParser) -> None:
     """The size of a film or a picture."""
     parser.add_argument("--size", metavar="WxH", type=_size, help="of a film or picture [px]; default 640x400")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from mbdsl.cli import _values as values
 from mbdsl.cli import simulate
 from mbdsl.errors import UsageError
 
@@ -18,6 +19,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         "changed.",
     )
     parser.add_argument("checkpoint", metavar="FILE", help="the checkpoint; it is removed when the run is done")
+    values.add_units(parser)
     talk = parser.add_mutually_exclusive_group()
     talk.add_argument("--quiet", action="store_true", help="print errors and warnings only")
     talk.add_argument("--verbose", action="store_true", help="print more details")
@@ -39,4 +41,5 @@ def run(args: argparse.Namespace) -> int:
     except (AttributeError, TypeError, ValueError) as problem:
         raise UsageError(f"`{args.checkpoint}` is damaged: {problem}") from problem
     former.checkpoint, former.quiet, former.verbose = args.checkpoint, args.quiet, args.verbose
+    former.units = args.units or getattr(former, "units", False)  # missing in checkpoints of earlier versions
     return simulate.run(former, resumed=True)

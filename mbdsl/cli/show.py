@@ -41,7 +41,8 @@ def _syntax(args: argparse.Namespace) -> str:
 
     for option in ("model_name", "set", "without"):
         if getattr(args, option):
-            raise UsageError(f"--{option.partition('_')[0]} changes no syntax", hint="the stages from scene on show its effect")
+            name = option.partition("_")[0]
+            raise UsageError(f"--{name} changes no syntax", hint="the stages from scene on show its effect")
     return dump(parse(read(args.model), args.model))
 
 

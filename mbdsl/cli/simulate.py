@@ -70,6 +70,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     suffixes = ", ".join(results.formats())
     parser.add_argument("--output", metavar="FILE", help=f"result file ({suffixes}); default: the model's name + .csv")
+    values.add_units(parser)
     parser.add_argument(
         "--checkpoint",
         metavar="FILE",
@@ -171,7 +172,7 @@ def _run(
 
     begun = perf_counter()
     with deferred(1, f"writing {output}; Ctrl-C again to end without it") as heard:
-        names = write(trajectory, output, args.signals, dict(args.set), stream)
+        names = write(trajectory, output, args.signals, dict(args.set), stream, getattr(args, "units", False))
     trajectory.stats["seconds"].update(parse=parse, write=perf_counter() - begun)
     over = over or bool(heard)
     if over:
@@ -300,6 +301,7 @@ def write(
     signals: str | None,
     overrides: Mapping[str, str] = {},
     stream: Stream | None = None,
+    row_of_units: bool = False,
 ) -> list[str]:
     """Write the requested signals, or those of a stream, and return their names.
 
@@ -321,9 +323,9 @@ def write(
         columns = {"time": trajectory.t, **{name: trajectory[name] for name in names}}
     units = {"time": "s", **{name: trajectory.unit(name) for name in names}}
     try:
-        results.write(output, columns, units, said)
+        results.write(output, columns, units, said, row_of_units)
     except UsageError as problem:
-        if where := elsewhere(output, lambda path: results.write(path, columns, units, said)):
+        if where := elsewhere(output, lambda path: results.write(path, columns, units, said, row_of_units)):
             raise UsageError(problem.message, hint=f"the results are in {where}") from problem
         raise
     return names

@@ -109,7 +109,8 @@ def parse_text(
     with deep():
         library = Library(allow_imports)
         unit = library.add(text, file)
-        return _flatten(_main(unit, chosen_now() if model is None else model), unit, library, overrides, check_effects(without))
+        main = _main(unit, chosen_now() if model is None else model)
+        return _flatten(main, unit, library, overrides, check_effects(without))
 
 
 def _main(unit: Unit, name: str | None) -> s.Model:

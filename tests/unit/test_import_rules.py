@@ -236,7 +236,9 @@ def test_the_closure_sees_far():
     assert "numpy" not in closure(["mbdsl.cli.simulate"], (AT_IMPORT,))
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["simulate", "--help"], ["check", "MODEL"]])
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["--version"], ["simulate", "--help"], ["check", "MODEL"], ["signals", "MODEL"]]
+)
 def test_quick_commands_load_no_numerics(arguments):
     model = Path(__file__).parents[2] / "models" / "slider_crank.mbd"
     arguments = [str(model) if a == "MODEL" else a for a in arguments]
