@@ -178,9 +178,25 @@ def add_model_name(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_methods(parser: argparse.ArgumentParser, default: str = "all") -> None:
+    """The choice of several integrators."""
+    parser.add_argument(
+        "--methods", metavar="NAME,...", type=names, help=f"integrators, or Python files (NAME.py); default: {default}"
+    )
+
+
+def add_method_name(parser: argparse.ArgumentParser) -> None:
+    """The choice of an integrator without its parameters."""
+    parser.add_argument(
+        "--method",
+        metavar="NAME",
+        help="integrator, or a Python file that defines one (NAME.py); default: the model's, else hht-si2",
+    )
+
+
 def add_method(parser: argparse.ArgumentParser) -> None:
     """The choice of an integrator."""
-    parser.add_argument("--method", metavar="NAME", help="integrator; default: the model's, else hht-si2")
+    add_method_name(parser)
     parser.add_argument(
         "--option",
         metavar="NAME=X",
@@ -264,6 +280,22 @@ def file_size(path: str) -> str:
         return "written"
     size = Path(path).stat().st_size
     return f"{size / 1e6:.1f} MB" if size >= 1e6 else f"{size / 1e3:.0f} KB"
+
+
+def load_methods(args: argparse.Namespace) -> None:
+    """Replace Python files among the chosen methods by the names of the methods that they define."""
+
+    def name(given: str) -> str:
+        if not given.lower().endswith(".py"):
+            return given
+        from mbdsl.integrators import method_files
+
+        return method_files.load(given)
+
+    if getattr(args, "method", None):
+        args.method = name(args.method)
+    if getattr(args, "methods", None):
+        args.methods = [name(given) for given in args.methods]
 
 
 def load_model(args: argparse.Namespace) -> Scene:

@@ -75,7 +75,11 @@ def repeated(args: argparse.Namespace) -> str:
         for name, value in getattr(args, option):
             words += [f"--{option}", f"{name}={value}"]
     words += ["--without", ",".join(args.without)] if args.without else []
-    for name in ("method", "step", "tol", "start", "stop", "interval", "signals", "at", "out"):
+    if args.method:
+        from mbdsl.integrators.method_files import spelled
+
+        words.append(f"--method={spelled(args.method)}")
+    for name in ("step", "tol", "start", "stop", "interval", "signals", "at", "out"):
         if (value := getattr(args, name)) is not None:
             words.append(f"--{name}={value if isinstance(value, str) else repr(value)}")
     words += [f"--{name.replace('_', '-')}" for name in ("eigen", "allow_imports") if getattr(args, name)]

@@ -246,7 +246,11 @@ def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:
 
     apart = ("run", "command", "debug", "quiet", "verbose", "checkpoint")
     command = {name: value for name, value in vars(args).items() if name not in apart}
-    for name, path in (("model", args.model), ("output", output), ("stats", args.stats)):
+    from mbdsl.integrators.method_files import spelled
+
+    file = spelled(args.method) if args.method else None
+    file = file if file != args.method else None
+    for name, path in (("model", args.model), ("output", output), ("stats", args.stats), ("method_file", file)):
         command[name] = str(Path(path).absolute()) if path else None
     return {"checkpoint": Checkpoint(args.checkpoint, args.checkpoint_every, {"command": command}, resumed)}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
@@ -11,6 +12,7 @@ import numpy as np
 
 from mbdsl.errors import UsageError
 from mbdsl.integrators import available
+from mbdsl.integrators.method_files import spelled
 from mbdsl.lang.library import Allowed, allowed_now
 from mbdsl.lang.load import chosen_now
 from mbdsl.lang.model_argument import as_scene
@@ -57,7 +59,7 @@ class Case:
         """The options of the command line that select the case."""
         given = "".join(f" --{name} {value!r}" for name, value in self.options)
         how = f"--step {self.step!r}" if self.tol is None else f"--tol {self.tol!r}"
-        return f"--method {self.method}{given} {how}"
+        return f"--method {shlex.quote(spelled(self.method))}{given} {how}"
 
     def __str__(self) -> str:
         return f"{self.series}, {f'h = {self.step:.4g} s' if self.tol is None else f'tol = {self.tol:.1g}'}"

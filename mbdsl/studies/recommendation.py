@@ -94,7 +94,7 @@ class Recommendation:
     @property
     def command(self) -> str:
         """The shell command of the fastest case."""
-        return shlex.join(["mbdsl", "simulate", self.path, *self.best.case.arguments.split(), *self.extra])
+        return shlex.join(["mbdsl", "simulate", self.path, *shlex.split(self.best.case.arguments), *self.extra])
 
     def _head(self) -> str:
         return f"{self.model}: an error of {self.error:.3g}{f' {self.unit}' if self.unit else ''} in {self.what}"
