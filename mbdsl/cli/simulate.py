@@ -401,7 +401,7 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         refused = "rejected steps not counted" if rejected is None else f"{rejected} steps rejected"
         lines.append(f"{sizes}; {refused}, {counts}")
         lines.append("seconds: " + ", ".join(f"{phase} {spent:.3g}" for phase, spent in seconds.items()))
-        lines += [f"initial value of {m.name}: guessed {m.guess:.9g}, found {m.value:.9g}" for m in trajectory.moved]
+        lines += [_moved(m) for m in trajectory.moved]
     elif trajectory.moved:
         lines.append(guesses(trajectory.moved))
     return "\n".join(lines)
@@ -424,5 +424,9 @@ def guesses(moved: Sequence[Moved]) -> str:
     """One line about the guesses that the assembly has changed, with the largest change."""
     most = max(moved, key=lambda m: abs(m.value - m.guess))
     furthest = "" if len(moved) == 1 else "furthest "
-    change = f"{furthest}{most.name} from {most.guess:.4g} to {most.value:.4g}"
+    change = f"{furthest}{most.name} from {most.unit.text(most.guess, 4)} to {most.unit.text(most.value, 4)}"
     return f"{count(len(moved), 'guess', 'guesses')} moved: {change} (--verbose lists all)"
+
+
+def _moved(m: Moved) -> str:
+    return f"initial value of {m.name}: guessed {m.unit.text(m.guess, 9)}, found {m.unit.text(m.value, 9)}"

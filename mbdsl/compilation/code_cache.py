@@ -20,6 +20,7 @@ import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -32,6 +33,7 @@ _kernels: dict[Callable, Callable] = {}
 _functions: dict[str, list[Callable]] = {}
 _emitted: set[str] = set()
 _alone = False
+_plain_only = False
 #: held while numba is imported, or code is compiled or loaded: other threads wait and use the result
 lock = threading.RLock()
 
@@ -43,6 +45,18 @@ def alone() -> None:
     """
     global _alone
     _alone = True
+
+
+@contextmanager
+def uncompiled() -> Iterator[None]:
+    """While the block runs, kernels that are not loaded yet run as plain Python: for a few evaluations this is faster
+    than compilation, and than the import of numba or LLVM."""
+    global _plain_only
+    before, _plain_only = _plain_only, True
+    try:
+        yield
+    finally:
+        _plain_only = before
 
 
 def numba() -> ModuleType | None:
@@ -117,6 +131,8 @@ def functions(
     """
     with lock:
         if name not in _functions:
+            if _plain_only and not _kernels:  # kernels that numba has replaced cannot be called from Python
+                return _plain(name, text, signatures, modules)
             _functions[name] = (
                 _plain(name, text, signatures, modules)
                 if not enabled()

@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.expressions.symbolic import is_velocity_level
+from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.placement import place
 from mbdsl.initial.undeformed import AsIs, Undeformed
 from mbdsl.initial.weights import Metric
 from mbdsl.mechanism.graph import MechanismGraph
-from mbdsl.mechanism.scene import InitialValue
+from mbdsl.mechanism.scene import DisplayUnit, InitialValue
 from mbdsl.numerics.saddle_point import least_squares, row_size, scaled
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import Matrix, gradients, values
@@ -42,6 +43,7 @@ class Moved:
     name: str
     guess: float
     value: float
+    unit: DisplayUnit = DisplayUnit()
 
 
 @dataclass(frozen=True)
@@ -79,12 +81,17 @@ def initial_state(
     metric = Metric(system, members)
     q, v = _assembled(system, graph, t, metric, relax, static)
     redundant = redundant_rows(system, t, q, v)
-    a, lam = accelerations(system, t, q, v, redundant)
+    try:
+        a, lam = accelerations(system, t, q, v, redundant)
+    except InitialisationError as problem:
+        if (singular := singular_mass(system, t, q, v)) is not None:
+            raise singular from problem
+        raise
     moved = []
     found = values(system, [x.target for x in given], np.array([t]), q[None], v[None])
     for item, value, size in zip(given, found, _sizes(system, given, t, q, v), strict=True):
         if not item.fixed and abs(value[0] - item.value) > 1e-9 * max(size, abs(item.value)):
-            moved.append(Moved(item.name, item.value, float(value[0])))
+            moved.append(Moved(item.name, item.value, float(value[0]), item.unit))
     return InitialState(t, q, v, a, lam, tuple(moved), redundant)
 
 
@@ -394,7 +401,7 @@ def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue],
         text = f"{kind.name} {name} is violated by {most:.3g} {_units(kind, velocity)}"
         wrong.append((float(alike[part].max()), text, component.span))
     for item, x, size in zip(fixed, value, alike[len(alike) - len(fixed) :], strict=True):
-        text = f"{item.name} = {item.value:.6g} is fixed, but comes out as {x:.6g}"
+        text = f"{item.name} = {item.unit.text(item.value)} is fixed, but comes out as {item.unit.text(x)}"
         wrong.append((float(size), text, item.span))
     wrong.sort(key=lambda w: -w[0])
     wrong = [w for w in wrong if w[0] > 1e-3 * wrong[0][0]][:6]  # relative: the largest misfit may be tiny

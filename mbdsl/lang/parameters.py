@@ -174,7 +174,8 @@ def _scaled(value: Value, unit: units.Unit) -> Value:
     if isinstance(value, tuple):
         return tuple(_scaled(v, unit) for v in value)
     if value.dimension is None and value.number:
-        return Quantity(values.compute("mul", lambda x, y: x * y, value, Quantity(unit.factor)), unit.dimension)
+        scaled = values.compute("mul", lambda x, y: x * y, value, Quantity(unit.factor))
+        return Quantity(scaled, unit.dimension, unit=unit)
     return value
 
 
