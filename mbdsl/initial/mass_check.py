@@ -17,9 +17,7 @@ PART = 0.1  #: a body takes part in a motion in which one of its coordinates is 
 MOST = 400  #: largest number of massless coordinates that are examined
 
 
-def singular_mass(
-    system: System, t: float, q: Array, v: Array, lam: Array | None = None
-) -> InitialisationError | None:
+def singular_mass(system: System, t: float, q: Array, v: Array, lam: Array | None = None) -> InitialisationError | None:
     """The error of a singular mass matrix; None if it is regular on the motions that the constraints allow.
 
     Parameters
@@ -60,7 +58,9 @@ def singular_mass(
     notes = []
     for c in components:
         zero = [name for name in ("m", "I") if c.values.get(name) == 0.0]
-        notes.append((f"{c.kind.name} {c.name} has {' and '.join(f'{name} = 0' for name in zero) or 'no mass'}", c.span))
+        notes.append(
+            (f"{c.kind.name} {c.name} has {' and '.join(f'{name} = 0' for name in zero) or 'no mass'}", c.span)
+        )
     return InitialisationError(
         f"the mass matrix is singular: {few(bodies)} can move without moving a mass",
         components[0].span,

@@ -7,8 +7,10 @@ kernels takes ten seconds, and loading compiled ones half a second, because LLVM
 from __future__ import annotations
 
 from collections.abc import Iterator
+from time import perf_counter
 
 from mbdsl.compilation import code_cache
+from mbdsl.errors import InitialisationError
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
 from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.redundancy import repeated
@@ -21,13 +23,10 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count
 from mbdsl.system import System, build
 
-#: unknowns up to which a model is assembled: uncompiled kernels take some 2 ms for each of them
-MOST = 5000
-
-
-def unknowns(graph: MechanismGraph) -> int:
-    """The number of coordinates and constraint rows."""
-    return graph.coordinates + graph.rows + graph.velocity_rows
+#: wall-clock time [s] after which a search for positions is given up; four-bar linkages of 3,600 unknowns take 3 s
+LIMIT = 10.0
+#: unknowns above which a model is not assembled: one evaluation would take a second
+MOST = 10_000
 
 
 def check_start(graph: MechanismGraph) -> list[str]:
@@ -43,15 +42,24 @@ def check_start(graph: MechanismGraph) -> list[str]:
     Returns
     -------
     list of str
-        Lines about the result: guesses that were changed, and redundant constraints.
+        Lines about the result: guesses that were changed, and redundant constraints; or why it was not assembled.
 
     Raises
     ------
     InitialisationError
         If there is no consistent initial state, or the mass matrix is singular.
     """
-    with code_cache.uncompiled():
-        return _assembled(graph.scene, graph)
+    number = graph.coordinates + graph.rows + graph.velocity_rows
+    if number > MOST:
+        return [f"not assembled: {number} unknowns, more than {MOST}; mbdsl simulate assembles the model"]
+    try:
+        with code_cache.uncompiled():
+            return _assembled(graph.scene, graph)
+    except TimeoutError as late:
+        best: InitialisationError = late.args[0]
+        worst = "; ".join(text for text, _ in best.notes)
+        more = "mbdsl simulate searches further, by compiled code"
+        return [f"no consistent initial positions found within {LIMIT:g} s; {more}", f"  the best so far: {worst}"]
 
 
 @blame_extremes
@@ -76,14 +84,15 @@ def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
 
 def _states(reduction: Reduction, whole: System, t: float) -> Iterator[tuple[System, InitialState]]:
     """The parts of a model, as a simulation solves them, and their initial states."""
+    until = perf_counter() + LIMIT
     for part in reduction.parts:
         system = whole if reduction.nothing_done else build(part.scene, part.graph, size=whole.tables.size)
-        state = initial_state(system, part.graph, t, members_of(reduction, system))
+        state = initial_state(system, part.graph, t, members_of(reduction, system), until=until)
         if part.kinematic and (state.redundant or not determined(system, t, state.q)):
             assert part.dynamic is not None
             other = Part(part.dynamic)
             system = build(other.scene, other.graph, size=whole.tables.size)
-            state = initial_state(system, other.graph, t, members_of(reduction, system))
+            state = initial_state(system, other.graph, t, members_of(reduction, system), until=until)
         yield system, state
 
 

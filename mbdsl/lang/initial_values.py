@@ -10,9 +10,9 @@ from mbdsl.lang import argument_checks, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.flat_component import Part
+from mbdsl.lang.quantities import unit_text
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
-from mbdsl.lang.quantities import unit_text
 from mbdsl.lang.units import NUMBER
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
