@@ -32,7 +32,7 @@ def _kind(kind: Kind) -> str:
         lines += [f"Frames: {', '.join(ports)}.", ""]
     if kind.parameters:
         lines += ["| parameter | unit | default | |", "|---|---|---|---|"]
-        lines += [f"| `{p.name}` | {_unit(p)} | {_default(p)} | {_notes(kind, p)} |" for p in kind.parameters]
+        lines += [f"| `{p.name}` | {unit_of(p)} | {default_of(p)} | {notes_on(kind, p)} |" for p in kind.parameters]
         lines.append("")
     if kind.signals:
         lines += ["| signal | unit | |", "|---|---|---|"]
@@ -44,11 +44,11 @@ def _kind(kind: Kind) -> str:
     return "\n".join(lines).rstrip()
 
 
-def _unit(p: Parameter) -> str:
+def unit_of(p: Parameter) -> str:
     return p.unit or ("any" if p.law else "")
 
 
-def _default(p: Parameter) -> str:
+def default_of(p: Parameter) -> str:
     if p.default is REQUIRED:
         return "required"
     if p.default is None or p.default == ():
@@ -60,7 +60,7 @@ def _default(p: Parameter) -> str:
     return f"{p.default:g}" if isinstance(p.default, float) else f'"{p.default}"' if p.choices else str(p.default)
 
 
-def _notes(kind: Kind, p: Parameter) -> str:
+def notes_on(kind: Kind, p: Parameter) -> str:
     notes = [p.doc] if p.doc else []
     if p.law:
         driven = isinstance(kind, JointKind) and kind.driver == p.name

@@ -243,6 +243,8 @@ def test_the_closure_sees_far():
         ["--help"],
         ["--version"],
         ["simulate", "--help"],
+        ["help", "units"],
+        ["help", "Revolute"],
         ["check", "chain.mbd"],  # a tree: nothing has to be assembled
         ["check", "slider_crank.mbd", "--quick"],
         ["signals", "slider_crank.mbd"],
