@@ -88,7 +88,7 @@ def _effects() -> str:
 
     return textwrap.fill(
         f"Effects of a model: {', '.join(EFFECTS)}. --without EFFECT,... leaves effects out, `mbdsl explain MODEL` "
-        "lists those of a model with their causes and costs, and `mbdsl study effects` measures the change of a signal.",
+        "lists those of a model with causes and costs, and `mbdsl study effects` measures the change of a signal.",
         COLUMNS,
     )
 

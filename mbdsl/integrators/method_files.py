@@ -106,7 +106,8 @@ def place(problem: BaseException | None) -> Span | None:
         return None
     for frame in reversed(traceback.extract_tb(problem.__traceback__)):
         if frame.filename in _modules and frame.lineno is not None:
-            return _span(frame.filename, frame.lineno, frame.colno, frame.end_colno)
+            columns = (getattr(frame, name, None) for name in ("colno", "end_colno"))  # since Python 3.11
+            return _span(frame.filename, frame.lineno, *columns)
     files = {str(module.__file__): path for path, module in _modules.items()}
     for file, line in _in_numba.findall(_text(problem)):  # relative to the present folder
         if (path := files.get(os.path.abspath(file))) is not None:
