@@ -67,5 +67,5 @@ def test_a_resumed_run_writes_them_as_the_first_one_or_as_asked(monkeypatch, sto
     command = {"model": "m.mbd", "set": [], "option": [], "without": [], **stored}
     monkeypatch.setattr("mbdsl.simulation.checkpoint.about", lambda path: {"command": command})
     monkeypatch.setattr("mbdsl.cli.simulate.run", lambda former, resumed: former.units)
-    args = argparse.Namespace(checkpoint="c", quiet=False, verbose=False, units=asked)
+    args = argparse.Namespace(checkpoint="c", method=None, quiet=False, verbose=False, units=asked)
     assert resume.run(args) is expected
