@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 
 from mbdsl.elements.kind import JointKind, Kind
-from mbdsl.lang.kind_reference import default_of, notes_on, unit_of
+from mbdsl.lang.kind_reference import default_of, notes, unit_of
 
 COLUMNS = 80
 
@@ -17,7 +17,7 @@ def kind_text(kind: Kind) -> str:
     if kind.ports:
         ports = [f"{p} (may be left out)" if p in kind.optional_ports else p for p in kind.ports]
         lines += ["", f"frames: {', '.join(ports)}"]
-    parameters = [(p.name, unit_of(p), default_of(p), notes_on(kind, p).replace("`", "")) for p in kind.parameters]
+    parameters = [(p.name, unit_of(p), default_of(p), notes(kind, p).replace("`", "")) for p in kind.parameters]
     if parameters:
         lines += ["", *_table(("parameter", "unit", "default", ""), parameters)]
     signals = [(x.name, x.unit, x.doc) for x in kind.signals]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -303,7 +304,10 @@ def load_model(args: argparse.Namespace) -> Scene:
 
     # missing in checkpoints of earlier versions
     allowed, name = getattr(args, "allow_imports", False), getattr(args, "model_name", None)
-    return load(args.model, dict(args.set), name, args.without, allowed)
+    scene = load(args.model, dict(args.set), name, args.without, allowed)
+    for warning in scene.warnings:
+        print(warning.render(), file=sys.stderr)
+    return scene
 
 
 def stem(args: argparse.Namespace) -> str:
