@@ -94,7 +94,7 @@ class Recommendation:
     @property
     def command(self) -> str:
         """The shell command of the fastest case."""
-        return shlex.join(["mbdsl", "simulate", self.path, *self.best.case.arguments.split(), *self.extra])
+        return shlex.join(["mbdsl", "simulate", self.path, *shlex.split(self.best.case.arguments), *self.extra])
 
     def _head(self) -> str:
         return f"{self.model}: an error of {self.error:.3g}{f' {self.unit}' if self.unit else ''} in {self.what}"
@@ -182,7 +182,8 @@ def recommend(
         times, note = {}, f"times are of one run each, as the budget of {given.budget:g} s was spent"
     timed = [Choice(c.case, c.error, times.get(c.case, c.seconds)) for c in near]
     others += [(c.case.series, f"takes {c.time / quickest:.0f} times as long") for c in choices if c not in near]
-    extra = [word for name, value in of.parameters.items() for word in ("--set", f"{name}={value}")]
+    extra = ["--model", of.model_name] if of.model_name else []
+    extra += [word for name, value in of.parameters.items() for word in ("--set", f"{name}={value}")]
     extra += ["--without", ",".join(of.without)] if of.without else []
     extra += ["--stop", repr(of.stop)] if given.stop is not None else []
     timed.sort(key=lambda c: c.time)

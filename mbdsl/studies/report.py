@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from mbdsl.errors import UsageError
+from mbdsl.integrators.method_files import spelled
 from mbdsl.messages import count, duration
 from mbdsl.plotting.figures import Figure, Outcome, Page, Table
 from mbdsl.simulation.provenance import machine, versions
@@ -102,7 +103,8 @@ class Study:
         s, of = self.survey, self.survey.setting
         if of.path is None:
             return "none: the model is not from a file"
-        said = ["mbdsl", "study", self.kind, of.path, "--methods", ",".join(self._methods())]
+        said = ["mbdsl", "study", self.kind, of.path, "--methods", ",".join(map(spelled, self._methods()))]
+        said += ["--model", of.model_name] if of.model_name else []
         for option, sizes in (("--steps", s.asked.steps), ("--tols", s.asked.tols)):
             said += [option, ",".join(repr(float(x)) for x in sizes)] if sizes is not None else []
         said += ["--stop", repr(of.stop)]
