@@ -169,7 +169,7 @@ def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: S
     try:
         with deferred() as heard:
             while not heard:
-                began = perf_counter()
+                began, before_it = perf_counter(), motion.steps
                 status = motion.advance(slice_)
                 now = perf_counter()
                 if status != loop_state.RUNNING or motion.bent():
@@ -186,7 +186,9 @@ def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: S
                     iterations = motion.count("iterations")
                     spent = now - begun
                     progress(Progress(motion.time, plan.start, plan.stop, motion.h, motion.steps, iterations, spent))
-                slice_ = int(min(1e9, max(1, slice_ * min(4.0, 0.1 / max(now - began, 1e-9)))))
+                # a slice may end early, at an event: its time is that of the steps taken
+                taken = min(slice_, max(1, motion.steps - before_it))
+                slice_ = int(min(1e9, 4.0 * slice_, max(1.0, taken * 0.1 / max(now - began, 1e-9))))
                 if before:
                     break
     except KeyboardInterrupt:  # from the progress callback
