@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import sys
 
+from mbdsl.cli._streams import print_problem
 from mbdsl.cli._values import add_model, load_model
 
 
@@ -23,6 +23,6 @@ def run(args: argparse.Namespace) -> int:
 
     graph = build(load_model(args))
     for warning in graph.warnings:
-        print(warning.render(), file=sys.stderr)
+        print_problem(warning)
     print(graph.summary())
     return 0

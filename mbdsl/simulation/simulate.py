@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from os import PathLike
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -21,7 +22,7 @@ from mbdsl.simulation.fixed_step_warnings import doubts
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import check_rounding, plan
-from mbdsl.simulation.progress import Progress
+from mbdsl.simulation.progress import Progress, announce_phase
 from mbdsl.simulation.streaming import Stream
 from mbdsl.simulation.tolerance_calibration import Found, calibrated
 from mbdsl.simulation.trajectory import Trajectory
@@ -93,7 +94,14 @@ def simulated(
     lap("build")
     if announce is not None and not motion.is_compiled:
         announce(cache_folder.compiling())
-    motion.prepare(lap)
+    announce_phase(progress, "compiling")
+
+    def ready(phase: str) -> None:
+        lap(phase)
+        if phase == "compile":
+            announce_phase(progress, "assembling the initial state")
+
+    motion.prepare(ready)
     if run.tol is not None and run.asked:
         far = motion.distance
         check_rounding(run.tol, far, f"coordinates that are {far:.2g} times the mechanism's size (or as many radians)")
@@ -185,7 +193,8 @@ def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: S
                 if progress is not None:
                     iterations = motion.count("iterations")
                     spent = now - begun
-                    progress(Progress(motion.time, plan.start, plan.stop, motion.h, motion.steps, iterations, spent))
+                    reached = Progress(motion.time, plan.start, plan.stop, motion.h, motion.steps, iterations, spent)
+                    progress(replace(reached, what=motion.purpose))
                 # a slice may end early, at an event: its time is that of the steps taken
                 taken = min(slice_, max(1, motion.steps - before_it))
                 slice_ = int(min(1e9, 4.0 * slice_, max(1.0, taken * 0.1 / max(now - began, 1e-9))))
