@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import sys
 import textwrap
 from contextlib import suppress
 from typing import TextIO
@@ -40,6 +41,11 @@ def columns(stream: TextIO, least: int = LEAST) -> int | None:
             if found := os.get_terminal_size(stream.fileno()).columns:
                 return max(least, found)
     return max(least, shutil.get_terminal_size((USUAL, 24)).columns)
+
+
+def text_width(usual: int) -> int:
+    """The width of the terminal to which standard output goes, or ``usual`` if it goes elsewhere."""
+    return columns(sys.stdout) or usual
 
 
 def coloured(stream: TextIO) -> bool:
@@ -81,20 +87,16 @@ def painted(pieces: list[str]) -> list[str]:
     return pieces
 
 
-def fitted(rows: list[list[str]], size: int | None, flexible: int, gap: int = 2) -> list[list[str]]:
-    """Rows of a table whose column ``flexible`` is wrapped so that a line has at most ``size`` columns; None: any.
+def fitted(rows: list[list[str]], size: int, flexible: int) -> list[list[str]]:
+    """Rows of a table whose column ``flexible`` is wrapped so that a line has at most ``size`` columns.
 
     A row becomes as many rows as its text has pieces; the other cells are in the first of them.
     """
-    if size is None:
-        return rows
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    room = size - sum(widths) + widths[flexible] - gap * (len(widths) - 1)
-    if room >= widths[flexible]:
-        return rows
+    room = size - sum(widths) + widths[flexible] - 2 * (len(widths) - 1)
     found = []
     for row in rows:
-        pieces = textwrap.wrap(row[flexible], max(12, room), break_on_hyphens=False) or [""]
+        pieces = textwrap.wrap(row[flexible], max(1, room), break_on_hyphens=False) or [""]
         for k, piece in enumerate(pieces):
             found.append([piece if j == flexible else cell if k == 0 else "" for j, cell in enumerate(row)])
     return found

@@ -190,18 +190,17 @@ def blocks(part: float, block: str = "#", length: int = 20) -> str:
     return block * full + "." * (length - full)
 
 
-def bar(p: Progress, block: str = "#", pace: Pace | None = None, size: int = 200, length: int = 20) -> str:
-    """The line with a bar, in at most ``size`` columns: iterations, bar, and purpose are left out in turn."""
+def bar(p: Progress, block: str = "#", pace: Pace | None = None, size: int = 200) -> str:
+    """The line with a bar, in at most ``size`` columns: iterations, the bar, and purpose are shortened in turn."""
     *parts, steps, left = _parts(p, pace)
-    full = blocks(done(p), block, length)
-    short = blocks(done(p), block, length // 2)
-    for choice in ([full, *parts, steps, left], [full, *parts, left], [short, *parts, left], [*parts, left]):
-        if width(line := "  ".join(choice)) <= size or choice[0] == parts[0]:
-            break
-    if p.what and width(line) > size:
+    line = "  ".join([*parts, steps, left])
+    if width(line) + 22 > size:
+        line = "  ".join([*parts, left])
+    if width(line) > size and p.what:
         rest = "  ".join([*parts[1:], left])
         line = f"{p.what[: max(0, size - len(rest) - 5)].rstrip()}...  {rest}"
-    return line
+    length = next((n for n in (20, 15, 10, 5) if width(line) + n + 2 <= size), 0)
+    return f"{blocks(done(p), block, length)}  {line}" if length else line
 
 
 def clock(seconds: float) -> str:

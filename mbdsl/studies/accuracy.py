@@ -72,7 +72,7 @@ def reach(
         search.amplify(ladder)
         verdict = search.check(ladder, budget)
         if interval == 0.0:
-            search.begin("the result with every step")
+            search.begin("every step of the result")
             search.result = search.run(ladder.case(), interval=0.0)
     except KeyboardInterrupt:
         if search.result is None:
@@ -110,7 +110,7 @@ class _Search:
         given = {**self.given, **how, **other, "inspect": inspect}
         begun, self.made = perf_counter(), self.made + 1
         of = f" of {self.planned}" if self.made <= self.planned else ""
-        purpose = f"{self.stage}, run {self.made}{of}: {case}"
+        purpose = f"{self.stage} {self.made}{of}: {case}"
         try:
             found = limited(self.scene, limit, self.progress, purpose, announce=self.announce, **given)
         except MbdslError:
@@ -137,7 +137,7 @@ class _Search:
         IntegrationError
             If none does.
         """
-        self.begin("comparing methods", 2 * len(ladders))
+        self.begin("comparison", 2 * len(ladders))
         for k, ladder in enumerate(ladders):
             # the first run would have been made in any case
             limit = PATIENCE * max(0.1, self.spent) if k else math.inf
@@ -148,7 +148,7 @@ class _Search:
             if self.announce is not None:
                 text = f"{ladder.method}: about {ladder.price(self.accuracy):.2g} s"
                 self.announce(f"{text} for an error of {self.accuracy:g}")
-            self.begin("refining")
+            self.begin("refinement")
             ladder.descend(self.accuracy, self.run)
             self.keep(ladder)
             if not ladder.problem:
@@ -174,7 +174,7 @@ class _Search:
             numbers = motion.steps * sum(p.system.n + p.system.unknowns for p in motion.parts)
             with suppress(MbdslError):
                 if numbers <= MOST_NUMBERS:
-                    self.begin("amplification of rounding")
+                    self.begin("sensitivity to rounding")
                     self.run(ladder.case(), interval=0.0)
                     for finer in FINER:
                         found, examined = self._amplified(ladder, finer)
@@ -199,7 +199,7 @@ class _Search:
 
     def check(self, ladder: Ladder, budget: float | None) -> Verdict:
         """The verdict of methods of other families; if none can check, runs of the ladder itself have to agree."""
-        self.begin("checking by other methods")
+        self.begin("check")
         end = self.spent + allowance(self.spent, budget, 2.0)  # without compilation
 
         def judge(case: Case, limit: float) -> Trajectory:
