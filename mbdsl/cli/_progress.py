@@ -21,6 +21,7 @@ PATIENCE = 1.0  #: seconds of work before anything is shown
 BETWEEN_LINES = 5.0  #: seconds between plain lines
 RECENT = 3.0  #: seconds of computing from which the time left is estimated, or a tenth of all
 ENDLESS = 100.0 * 86400.0  #: time left [s] above which it is not stated
+ITERATIONS = 3  #: index of the iterations among the parts of a line
 COLLAPSED = 1e-3  #: step size relative to the longest so far below which this is stated
 
 
@@ -172,7 +173,7 @@ def done(p: Progress) -> float:
 
 
 def text(p: Progress, pace: Pace | None = None) -> str:
-    """One line: purpose of the run, simulated time, step size, iterations per step, time left."""
+    """One line: simulated time, step size, iterations per step, time left, purpose of the run."""
     return "  ".join(_parts(p, pace))
 
 
@@ -181,8 +182,8 @@ def _parts(p: Progress, pace: Pace | None) -> list[str]:
         pace = Pace()
         pace.add(p)
     per_step = p.iterations / p.steps if p.steps else 0.0
-    parts = [f"{done(p):3.0%}", f"t = {p.t:.4g} of {p.stop:.4g} s", pace.step(p), f"{per_step:.1f} iterations/step"]
-    return [*([p.what] if p.what else []), *parts, pace.left(p)]
+    parts = [f"{done(p):4.0%}", f"t = {p.t:.4g} of {p.stop:.4g} s", pace.step(p), f"{per_step:.1f} iterations/step"]
+    return [*parts, pace.left(p), *([p.what] if p.what else [])]
 
 
 def blocks(part: float, block: str = "#", length: int = 20) -> str:
@@ -192,15 +193,15 @@ def blocks(part: float, block: str = "#", length: int = 20) -> str:
 
 def bar(p: Progress, block: str = "#", pace: Pace | None = None, size: int = 200) -> str:
     """The line with a bar, in at most ``size`` columns: iterations, the bar, and purpose are shortened in turn."""
-    *parts, steps, left = _parts(p, pace)
-    line = "  ".join([*parts, steps, left])
-    if width(line) + 22 > size:
-        line = "  ".join([*parts, left])
+    parts = _parts(p, pace)
+    line = "  ".join(parts)
+    if width(line) + 21 > size:
+        del parts[ITERATIONS]
+        line = "  ".join(parts)
     if width(line) > size and p.what:
-        rest = "  ".join([*parts[1:], left])
-        line = f"{p.what[: max(0, size - len(rest) - 5)].rstrip()}...  {rest}"
-    length = next((n for n in (20, 15, 10, 5) if width(line) + n + 2 <= size), 0)
-    return f"{blocks(done(p), block, length)}  {line}" if length else line
+        line = f"{line[: size - 3]}..."
+    length = next((n for n in (20, 15, 10, 5) if width(line) + n + 1 <= size), 0)
+    return f"{blocks(done(p), block, length)} {line}" if length else line
 
 
 def clock(seconds: float) -> str:

@@ -362,7 +362,7 @@ def test_other_outputs_get_a_line_every_few_seconds():
     for k in range(1, 121):
         display(progress(k / 10, t=k / 60))
     lines = display.stream.getvalue().splitlines()
-    assert lines[0] == " 8%  t = 0.1667 of 2 s  h = 0.001 s  2.0 iterations/step  11 s left"
+    assert lines[0] == "  8%  t = 0.1667 of 2 s  h = 0.001 s  2.0 iterations/step  11 s left"
     assert len(lines) == 3
 
 
@@ -386,8 +386,8 @@ def test_progress_before_the_first_step():
     ("columns", "line"),
     [
         (80, "█████...............  25%  t = 0.5 of 2 s  h = 0.001 s  4 s left"),
-        (60, "██........  25%  t = 0.5 of 2 s  h = 0.001 s  4 s left"),
-        (50, "25%  t = 0.5 of 2 s  h = 0.001 s  4 s left"),
+        (60, "███............  25%  t = 0.5 of 2 s  h = 0.001 s  4 s left"),
+        (50, "█....  25%  t = 0.5 of 2 s  h = 0.001 s  4 s left"),
     ],
 )
 def test_the_time_left_is_never_cut_off(columns, line, monkeypatch):
@@ -400,10 +400,10 @@ def test_the_time_left_is_never_cut_off(columns, line, monkeypatch):
 def test_a_run_that_is_one_of_several_has_its_purpose(monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     display = _progress.Display(Terminal())
-    display(progress(1.5, what="checking by other methods, run 2: scipy-dop853, tol = 3e-05"))
-    line = "checking by other methods, run 2...  25%  t = 0.5 of 2 s  h = 0.001 s  4 s left"
+    display(progress(1.5, what="check 2: scipy-dop853, tol = 3e-05; calibration run 1"))
+    line = " 25%  t = 0.5 of 2 s  h = 0.001 s  4 s left  check 2: scipy-dop853, tol = 3e..."
     assert display.stream.getvalue() == "\r" + line.ljust(79)
-    assert _progress.text(progress(1.5, what="calibration run 2")).startswith("calibration run 2  25%  t = 0.5")
+    assert _progress.text(progress(1.5, what="calibration run 2")).endswith("  4 s left  calibration run 2")
 
 
 def test_the_time_left_follows_the_recent_rate():
@@ -447,13 +447,13 @@ def test_work_without_progress_is_named_after_a_second(monkeypatch):
 
 def test_runs_have_the_purpose_of_their_part():
     seen = []
-    inner = Purpose(seen.append, "checking by other methods, run 1: radau5")
+    inner = Purpose(seen.append, "check 1: radau5")
     inner(progress(1.0, what="calibration run 2"))
     inner(progress(1.0))
     inner.phase("compiling")  # the callback does not show it
     assert [p.what for p in seen] == [
-        "checking by other methods, run 1: radau5; calibration run 2",
-        "checking by other methods, run 1: radau5",
+        "check 1: radau5; calibration run 2",
+        "check 1: radau5",
     ]
 
 
