@@ -96,7 +96,7 @@ def simulated(
         stream = None
     lap("build")
     announce_compilation(announce, lambda: motion.is_compiled)
-    announce_phase(progress, "compiling")
+    announce_phase(progress, "loading or compiling code")
 
     def ready(phase: str) -> None:
         lap(phase)

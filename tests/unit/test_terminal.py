@@ -34,16 +34,16 @@ class Terminal(io.StringIO):
 
 @pytest.fixture
 def terminal(monkeypatch):
-    """Runs a command in a terminal of some columns, without colours; its output and errors."""
+    """Runs a command in a terminal of some columns, without colours; its output, or its errors if it has none."""
 
     def run(size, *argv):
-        out = Terminal()
+        out, err = Terminal(), Terminal()
         monkeypatch.setenv("COLUMNS", str(size))
         monkeypatch.setenv("NO_COLOR", "1")
         monkeypatch.setattr(sys, "stdout", out)
-        monkeypatch.setattr(sys, "stderr", out)
+        monkeypatch.setattr(sys, "stderr", err)
         cli.main(list(argv))
-        return out.getvalue()
+        return out.getvalue() or err.getvalue()  # errors may announce a compilation
 
     return run
 
