@@ -17,10 +17,10 @@ import traceback
 import warnings
 from collections.abc import Sequence
 from types import ModuleType
-from typing import NoReturn
 
+from mbdsl.cli._arguments import Parser as Parser
 from mbdsl.cli._streams import BROKEN_PIPE as BROKEN_PIPE
-from mbdsl.cli._streams import Streams
+from mbdsl.cli._streams import Streams, print_problem
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.messages import did_you_mean
 from mbdsl.simulation.interrupts import terminated
@@ -31,19 +31,11 @@ from mbdsl.version import __version__
 NEGATIVE = re.compile(r"-\.?\d")
 INTERRUPTED = 130
 EPILOG = """\
-exit codes: 0 done, 2 wrong input, 3 no consistent initial state or no
-equilibrium, 4 the integration failed or did not reach the given accuracy,
-130 interrupted. See also mbdsl COMMAND --help."""
+exit codes: 0 done, 2 wrong input, 3 no consistent initial state or no equilibrium, \
+4 the integration failed or did not reach the given accuracy, 130 interrupted. See also mbdsl COMMAND --help."""
 
 
-class Parser(argparse.ArgumentParser):
-    """Reports argument errors in the same form as all other errors."""
-
-    def error(self, message: str) -> NoReturn:
-        raise UsageError(message, hint=f"see {self.prog} --help")
-
-
-class Help(argparse.RawDescriptionHelpFormatter):
+class Help(argparse.HelpFormatter):
     """Wide enough for the longest command: argparse ignores that commands are indented further than options."""
 
     def __init__(self, *given, **named) -> None:
@@ -101,7 +93,7 @@ def _answer(argv: list[str]) -> int:
     except MbdslError as problem:
         if "--debug" in argv:
             traceback.print_exc()
-        print(problem.render(), file=sys.stderr)
+        print_problem(problem)
         return problem.exit_code
     except Exception as problem:
         if "--debug" in argv:

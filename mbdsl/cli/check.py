@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import sys
 
+from mbdsl.cli._streams import print_problem
 from mbdsl.cli._values import add_model, load_model
 
 
@@ -27,7 +27,7 @@ def run(args: argparse.Namespace) -> int:
 
     graph = build(load_model(args))
     for warning in graph.warnings:
-        print(warning.render(), file=sys.stderr)
+        print_problem(warning)
     print(graph.summary())
     if args.quick or not has_to_be_assembled(graph):  # numerics take longer to load than everything before
         return 0

@@ -15,6 +15,7 @@ from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.messages import once, visible
 from mbdsl.storage import output_files
+from mbdsl.terminal import coloured
 
 if TYPE_CHECKING:
     from mbdsl.plotting.signal_plots import Plot
@@ -139,8 +140,7 @@ def _show(plot: Plot, out: str | None) -> None:
 
     stream, terminal = sys.stdout, sys.stdout.isatty()
     size = shutil.get_terminal_size((COLUMNS, 24)) if terminal else os.terminal_size((COLUMNS, 0))
-    colour = terminal and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
-    shown = text(plot, size.columns, size.lines, colour, not _braille(stream.encoding))
+    shown = text(plot, size.columns, size.lines, coloured(stream), not _braille(stream.encoding))
     getattr(stream, "write_raw", stream.write)(shown + "\n")  # names are escaped by ``text``
 
 

@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from mbdsl.cli._streams import verbatim
 from mbdsl.cli._values import add_model, load_model
 from mbdsl.errors import UsageError
 
@@ -30,6 +31,7 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
+    verbatim()
     print({"syntax": _syntax, "scene": _scene, "graph": _graph, "system": _system, "code": _code}[args.stage](args))
     return 0
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from mbdsl.cli import _values as values
+from mbdsl.cli._streams import print_problem
 from mbdsl.errors import UsageError
 from mbdsl.messages import count
 from mbdsl.storage import output_files
@@ -176,7 +177,7 @@ def _checked(pictures: list[str] | None) -> list[str]:
         problem = UsageError("pictures are drawn by matplotlib", hint="pip install 'mbdsl[plot]', or --pictures none")
         if pictures is not None:
             raise problem
-        print(problem.render(), file=sys.stderr)
+        print_problem(problem)
         return []
     return wanted
 

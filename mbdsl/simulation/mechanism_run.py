@@ -81,6 +81,8 @@ class Motion:
         The part that failed.
     trial_steps : int
         Number of steps of the other calibration runs, which were made to estimate the error of this one.
+    purpose : str
+        The purpose of the present run, if it is one of several.
 
     Raises
     ------
@@ -102,6 +104,7 @@ class Motion:
             self._systems = [build(part.scene, part.graph, size=self._size) for part in self.reduction.parts]
         self.parts: list[Moving] = []
         self.trial_steps = 0
+        self.purpose = ""
         self.failed: Moving | None = None
         self._failure = loop_state.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)

@@ -23,11 +23,12 @@ from mbdsl.simulation.provenance import machine, versions
 from mbdsl.storage.output_files import write_text
 from mbdsl.studies.cases import reaches
 from mbdsl.studies.survey import Row, Survey
+from mbdsl.terminal import text_width
 
 PICTURES = ("png", "svg")
 TROUBLES = 12  #: failed cases that are listed one by one
 LONG = 40  #: largest number of rows of a table in a terminal
-WIDTH = 100  #: characters of a line in a terminal
+WIDTH = 100  #: characters of a line where the width of the terminal is not known
 HEIGHT = 640  #: of the page in a notebook [px]
 
 
@@ -209,7 +210,9 @@ class Study:
         for table in self.tables():
             rest = f"{table.title}: {len(table.rows)} rows, on the page (--verbose prints them)"
             parts.append(as_text(table) if len(table.rows) <= most else rest)
-        lines = [line for said in self.summary() for line in textwrap.wrap(said, WIDTH, break_long_words=False)]
+        lines = [
+            line for said in self.summary() for line in textwrap.wrap(said, text_width(WIDTH), break_long_words=False)
+        ]
         return "\n\n".join([*parts, "\n".join(lines)])
 
     def write(self, folder: str | os.PathLike, pictures: Sequence[str] = PICTURES) -> list[Path]:
@@ -307,11 +310,12 @@ def as_csv(records: Sequence[dict]) -> str:
     return text.getvalue()
 
 
-def as_text(table: Table, width: int = WIDTH) -> str:
-    """A table as text for a terminal, with numbers aligned to the right.
+def as_text(table: Table, width: int | None = None) -> str:
+    """A table as text for a terminal, with numbers aligned to the right; the default ``width`` is that of the terminal.
 
     Columns that do not fit are continued below, with the first two columns repeated.
     """
+    width = text_width(WIDTH) if width is None else width
     rows = [list(table.columns), *map(list, table.rows)]
     widths = [max(len(row[k]) for row in rows) for k in range(len(table.columns))]
     right = [_numbers(row[k] for row in table.rows) for k in range(len(table.columns))]
