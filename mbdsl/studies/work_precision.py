@@ -157,7 +157,7 @@ def work_precision(model: Scene | str | PathLike, **asked: Any) -> WorkPrecision
     MbdslError
         If the model or the arguments are invalid, or no reference solution is found.
     """
-    found = survey(model, Asked(**asked), both=True)
+    found = survey(model, Asked(**asked), both=True, timed=True)
     time_rows(found)
     return WorkPrecision(found)
 

@@ -13,7 +13,8 @@ from mbdsl.simulation.simulate import simulated
 from mbdsl.studies import cross_check, time_limits
 from mbdsl.studies import ladder as ladders
 from mbdsl.studies.ladder import Ladder, difference, observed
-from mbdsl.studies.recommendation import _rounded, recommend
+from mbdsl.studies.method_search import rounded
+from mbdsl.studies.recommendation import recommend
 from mbdsl.studies.verify import Verification, agree, verify
 
 MODELS = Path(__file__).parents[3] / "models"
@@ -282,7 +283,7 @@ def test_what_nobody_can_tell_is_not_recommended(tmp_path):
 
 @pytest.mark.parametrize(("x", "wanted"), [(1.27e-4, 1.2e-4), (0.1, 0.1), (9.99e-7, 9.9e-7), (3e-5, 3e-5)])
 def test_steps_are_rounded_downwards(x, wanted):
-    assert _rounded(x) == pytest.approx(wanted, rel=1e-12)
+    assert rounded(x) == pytest.approx(wanted, rel=1e-12)
 
 
 # -- verified --------------------------------------------------------------------------------------------------------
