@@ -32,8 +32,11 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
     parser.add_argument("--repeats", metavar="K", type=int, default=3, help="timed runs of each; default 3")
     parser.add_argument(
-        "--budget", metavar="S", type=values.positive_seconds, default=120.0,
-        help="time budget, compilation included; default 120 s"
+        "--budget",
+        metavar="S",
+        type=values.positive_seconds,
+        default=120.0,
+        help="time budget, compilation included; default 120 s",
     )
     parser.add_argument("--fresh", action="store_true", help="compute everything again")
     return parser

@@ -21,7 +21,8 @@ NEAR = 3.0  #: a candidate that promises a longer time, relative to the best one
 VAGUE = 7.0  #: the same for a candidate whose promise follows from one run
 SLACK = 1.4  #: a run may take this many times as long as the longest promise that is pursued
 SHORT = 0.03  #: times [s] below this are not distinguished during the search
-PART = 0.25  #: largest part of the remaining time for one run
+PART = 0.25  #: part of the remaining time for a first run
+AGAIN = 1.25  #: a run that was ended for lack of time is repeated if it can have this many times as long
 GAIN = 1.15  #: least expected ratio of times for a further run of a candidate that has reached the target
 STUCK = 0.9  #: an error above this part of the last one does not decrease
 SATURATED = 1e-2  #: errors above this may not decrease yet
@@ -62,7 +63,8 @@ class Candidate:
     trials: list[Trial] = field(default_factory=list)
     runs: int = 0
     ended: float = 0.0  #: size of the run that was ended last
-    least: float = 0.0  #: seconds after which it was ended: the target takes longer
+    least: float = 0.0  #: the longest time after which a run was ended [s]: the target takes longer
+    pressed: float = 0.0  #: such a time, if the run was ended for lack of time only
     skipped: bool = False  #: there was no time for its next run
     failed: list[float] = field(default_factory=list)  #: sizes
     problem: str = ""  #: why it makes no further runs
@@ -101,15 +103,24 @@ class Candidate:
             return size if size < short and (size / reach) ** self.growth >= GAIN else None
         return rounded(max(min(size, 0.7 * short), short / JUMP[self.kind]))
 
-    def see(self, size: float, result: Result, target: float) -> None:
-        """Add the result of a run."""
-        if result.late and not result.seconds:
-            self.skipped = True
-            return
+    @property
+    def tried(self) -> bool:
+        return self.runs > 0 or self.least > 0.0
+
+    def see(self, size: float, result: Result, target: float, enough: float) -> None:
+        """Add the result of a run; one that was ended after ``enough`` seconds is too slow."""
+        if result.late:
+            self.skipped = not result.seconds
+            if result.seconds > self.least:
+                self.ended, self.least = size, result.seconds
+            if result.seconds < enough:
+                self.pressed = max(self.pressed, result.seconds)
+                return
         self.runs += 1
         if result.late:
-            self.ended, self.least = size, max(self.least, result.seconds)
-        elif result.problem:
+            return
+        self.pressed = 0.0
+        if result.problem:
             self._see_failure(size, result.problem)
         else:
             self._see_error(Trial(size, result.error, result.seconds), target)
@@ -198,8 +209,12 @@ def search(
             size = candidate.next(target)
             if size is None:
                 continue
-            cap = min(SLACK * _margin(candidate) * level, PART * left())
-            candidate.see(size, attempt(candidate, size, cap), target)
+            longest = SLACK * _margin(candidate) * level
+            cap = min(longest, max(PART * left(), 2.0 * candidate.pressed), left())
+            if cap < AGAIN * candidate.pressed:
+                candidate.skipped = True
+                continue
+            candidate.see(size, attempt(candidate, size, cap), target, longest / AGAIN)
         level = max(SHORT, best_time(candidates, target))
         turn = sorted((c for c in candidates if pursued(c, level, target)), key=lambda c: c.promise(target))
     return not any(c.skipped for c in candidates)

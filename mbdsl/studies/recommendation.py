@@ -201,7 +201,7 @@ def recommend(
     runner.reserved -= reserved
     found = [Choice(_case(c, c.best.size), c.best.error, [c.best.seconds]) for c in candidates if c.best is not None]
     if not found:
-        reasons = [(_series(c), _why(c, math.inf, aim.target) if c.runs else "not tried") for c in candidates]
+        reasons = [(_series(c), _why(c, math.inf, aim.target) if c.tried else "not tried") for c in candidates]
         hint = "run the same command again to continue, or give it more time (--budget)"
         raise IntegrationError(
             f"no method reaches an error of {aim.wording(aim.target)}: {together(reasons)}",
@@ -212,7 +212,7 @@ def recommend(
     slow = [c for c in found if c.case not in {t.case for t in timed}]
     others = [(c.case.series, f"takes {_relative(c.time, best)}") for c in slow]
     rest = sorted((c for c in candidates if c.best is None), key=lambda c: (c.problem != "", c.promise(aim.target)))
-    others += [(_series(c), _why(c, best, aim.target)) for c in rest if c.runs]
+    others += [(_series(c), _why(c, best, aim.target)) for c in rest if c.tried]
     extra = [word for name, value in of.parameters.items() for word in ("--set", f"{name}={value}")]
     extra += ["--without", ",".join(of.without)] if of.without else []
     extra += ["--stop", repr(of.stop)] if given.stop is not None else []
@@ -227,7 +227,7 @@ def recommend(
         reference,
         tuple(extra),
         note,
-        tuple(_series(c) for c in rest if not c.runs),
+        tuple(_series(c) for c in rest if not c.tried),
         complete,
         given.budget,
     )
