@@ -64,13 +64,21 @@ class Frame:
 
 def names(figures: Sequence[Figure]) -> list[str]:
     """The names that need a look, in the order of their first use."""
-    each = (chain((s.name for s in f.series if _plain(s)), (o.name for o in f.outcomes)) for f in figures)
-    return list(dict.fromkeys(chain.from_iterable(each)))
+    return list(dict.fromkeys(chain.from_iterable(map(_names, figures))))
+
+
+def looks_of(figures: Sequence[Figure], methods: Mapping[str, Look] | None = None) -> dict[str, Look]:
+    """The looks of all series of figures on one page; ``methods`` as for :func:`looks`."""
+    return looks(names(figures), methods, [_names(figure) for figure in figures])
+
+
+def _names(figure: Figure) -> list[str]:
+    return [*(s.name for s in figure.series if _plain(s)), *(o.name for o in figure.outcomes)]
 
 
 def lay_out(figure: Figure, known: Mapping[str, Look] | None = None, letter: float = 0.0085) -> Frame:
     """The layout of a figure. ``known`` are looks by name; ``letter`` is a letter's width relative to the frame's."""
-    known = dict(known if known is not None else looks(names([figure])))
+    known = dict(known if known is not None else looks_of([figure]))
     guides = [s.name for s in figure.series if s.style == "guide"]
     thin = {name: replace(NEUTRAL, dash=DASHES[1 + k % (len(DASHES) - 1)]) for k, name in enumerate(guides)}
     special = {"guide": thin, "front": {s.name: NEUTRAL for s in figure.series}}
@@ -94,6 +102,8 @@ def _plain(series: Series) -> bool:
 
 
 def _axes(figure: Figure) -> tuple[Axis, Axis, float]:
+    if figure.like is not None:
+        return _axes(figure.like)
     counted = [s for s in figure.series if s.style != "guide"] or list(figure.series)
     shown = [
         (a, b)

@@ -82,6 +82,8 @@ class Figure:
         their axis, one below the other.
     aspect : float or None
         Height of the frame over its width.
+    like : Figure or None
+        A figure whose axes it has.
     """
 
     key: str
@@ -98,6 +100,7 @@ class Figure:
     x_ends: tuple[float, float] | None = None
     y_ends: tuple[float, float] | None = None
     aspect: float | None = None
+    like: Figure | None = None
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from mbdsl.plotting import svg
 from mbdsl.plotting.escaping import escape, seen
-from mbdsl.plotting.figure_layout import Frame, lay_out, names
+from mbdsl.plotting.figure_layout import Frame, lay_out, looks_of
 from mbdsl.plotting.figures import Figure, Page, Table
-from mbdsl.plotting.series_styles import NEUTRAL, Look, looks
+from mbdsl.plotting.series_styles import NEUTRAL, Look
 from mbdsl.storage.output_files import write_text
 
 HERE = Path(__file__).parent
@@ -66,7 +66,7 @@ def html(page: Page) -> str:
 
 def height(page: Page, width: float) -> int:
     """The height of a page of figures at a width of at least 760 px [px], approximately."""
-    known = {**looks(names([item for item in page.items if isinstance(item, Figure)])), **page.looks}
+    known = {**looks_of([item for item in page.items if isinstance(item, Figure)]), **page.looks}
     pictures = [svg.Canvas(lay_out(item, known)).total for item in page.items if isinstance(item, Figure)]
     # Measured in a browser: the title and the margins, the legend of a figure, lines of text.
     return round(90 + (width - 40) / svg.WIDTH * sum(pictures) + 95 * len(pictures) + 30 * len(page.paragraphs))
@@ -90,7 +90,7 @@ def fragments(items: Sequence[Figure | Table], given: Mapping[str, Look]) -> tup
         HTML of each item.
     """
     figures = [item for item in items if isinstance(item, Figure)]
-    known = {**looks(names(figures)), **given}
+    known = {**looks_of(figures), **given}
     left = max((svg.Canvas(lay_out(f, known)).left for f in figures if f.x_ends is not None), default=0.0)
     parts = []
     for k, item in enumerate(items):

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import os
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbdsl.errors import UsageError
-from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out, names
+from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out, looks_of
 from mbdsl.plotting.figures import Figure
-from mbdsl.plotting.series_styles import LIGHT_PAPER, MARKS, Look, looks
+from mbdsl.plotting.series_styles import LIGHT_PAPER, MARKS, Look
 from mbdsl.storage.output_files import writing
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def draw(
     *,
     size: tuple[float, float] = SIZE,
     dpi: float = 150.0,
-    known: Iterable[str] = (),
+    known: Mapping[str, Look] | None = None,
 ) -> None:
     """Draw a figure to a PNG or SVG file.
 
@@ -63,8 +63,8 @@ def draw(
         Width and height.
     dpi : float, optional
         Pixels per inch of a PNG.
-    known : iterable of str, optional
-        Names of series of other figures. A series with such a name has the same colour and mark as there.
+    known : mapping, optional
+        Name of a series -> its look; the others get theirs in order.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def draw(
     except ImportError as problem:
         raise UsageError("pictures are drawn by matplotlib", hint="pip install 'mbdsl[plot]'") from problem
 
-    frame = lay_out(figure, looks([*known, *names([figure])]), letter=0.009 * SIZE[0] / size[0])
+    frame = lay_out(figure, {**looks_of([figure]), **(known or {})}, letter=0.009 * SIZE[0] / size[0])
     with matplotlib.style.context(["default", STYLE]):
         picture = matplotlib.figure.Figure(figsize=size, layout="constrained", facecolor=LIGHT_PAPER)
         FigureCanvasAgg(picture)

@@ -35,8 +35,8 @@ from mbdsl.studies.store import Computed, Store
 
 BUDGET = 120.0  #: seconds
 CONSERVED = 1e-9  #: largest change of a conserved energy, relative to the energy exchanged between its kinds
-TIMING = 0.35  #: part of the budget that is kept for timing runs
-TWICE = 0.4  #: part of the remaining budget that is kept for second runs, at the ends of steps
+TIMING = 0.25  #: part of the budget that is kept for timing runs
+TWICE = 0.25  #: part of the remaining budget that is kept for second runs, at the ends of steps
 #: number of steps above which not all are stored: the interpolation error of such short steps is negligible
 MANY = 100_000
 
