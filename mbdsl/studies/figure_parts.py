@@ -11,7 +11,7 @@ from dataclasses import replace
 from statistics import median
 
 from mbdsl.integrators import available
-from mbdsl.plotting.figures import Figure, Series
+from mbdsl.plotting.figures import Bars, Figure, Series
 from mbdsl.plotting.series_styles import METHODS, Look, method_look
 from mbdsl.studies.families import family
 
@@ -25,16 +25,18 @@ def method_looks() -> dict[str, Look]:
     return {name: method_look(name, "fixed" not in m.steps) for name, m in every if name.lower() not in METHODS}
 
 
-def parts(figure: Figure, score: Callable[[Series], float] | None = None) -> list[Figure]:
+def parts(figure: Figure | Bars, score: Callable[[Series], float] | None = None) -> list[Figure | Bars]:
     """The figure itself, or its parts.
 
     Parameters
     ----------
-    figure : Figure
+    figure : Figure or Bars
         Its series are named after methods.
     score : callable, optional
         The smaller, the better is a series; default: the median of log(y).
     """
+    if isinstance(figure, Bars):
+        return [figure]
     plain = [s for s in figure.series if s.style not in BEHIND]
     if len(plain) <= MOST:
         return [figure]
@@ -43,7 +45,7 @@ def parts(figure: Figure, score: Callable[[Series], float] | None = None) -> lis
         families.setdefault(family(_method(series.name)), []).append(series)
     rank = score or height
     best = sorted((min(own, key=rank) for own in families.values()), key=rank)[:MOST]
-    found = [_part(figure, "", "the best of each family", best)]
+    found: list[Figure | Bars] = [_part(figure, "", "the best of each family", best)]
     for title, own in _packed(families):
         found.append(_part(figure, "-" + "-".join(_words(title)), title, own))
     return found

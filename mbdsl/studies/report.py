@@ -14,7 +14,7 @@ from pathlib import Path
 from mbdsl.errors import UsageError
 from mbdsl.messages import count, duration
 from mbdsl.plotting.figure_layout import looks_of
-from mbdsl.plotting.figures import Figure, Outcome, Page, Series, Table
+from mbdsl.plotting.figures import Bars, Figure, Outcome, Page, Series, Table
 from mbdsl.plotting.series_styles import Look
 from mbdsl.simulation.provenance import machine, versions
 from mbdsl.storage.output_files import write_text
@@ -73,12 +73,12 @@ class Study:
         """
         return []
 
-    def figures(self) -> list[Figure]:
+    def figures(self) -> Sequence[Figure | Bars]:
         """Return the results as figures.
 
         Returns
         -------
-        list of Figure
+        sequence of Figure or Bars
         """
         return []
 
@@ -94,12 +94,12 @@ class Study:
     score: Callable[[Series], float] | None = None  #: the smaller, the better is a series of a figure
 
     # -- common to all studies -------------------------------------------------------------------------------
-    def pictures(self) -> list[Figure]:
+    def pictures(self) -> list[Figure | Bars]:
         """Return the figures in parts with few series each.
 
         Returns
         -------
-        list of Figure
+        list of Figure or Bars
         """
         return [part for figure in self.figures() for part in parts(figure, type(self).score)]
 
@@ -199,7 +199,7 @@ class Study:
         Page
         """
         tables, first = self.tables(), self.answers()
-        items: list[Figure | Table] = [*tables[:first], *self.pictures(), *tables[first:]]
+        items: list[Figure | Bars | Table] = [*tables[:first], *self.pictures(), *tables[first:]]
         small = [(name, _plain(value)) for name, value in self.facts().items()]
         small += [(f"text of {file}", text) for file, text in self._texts().items()]
         return Page(self.title, self.summary(), items, small, self.looks())
@@ -288,7 +288,8 @@ def draw(study: Study, folder: str | os.PathLike, pictures: Sequence[str] = PICT
     UsageError
         If matplotlib is not installed.
     """
-    each = [(figure, suffix) for figure in study.pictures() for suffix in pictures]
+    # the page has the parts of all families; as files they would take longer to draw than many studies to run
+    each = [(parts(figure, type(study).score)[0], suffix) for figure in study.figures() for suffix in pictures]
     paths = [Path(folder) / f"{study.kind}-{figure.key}.{suffix}" for figure, suffix in each]
     if paths:
         from mbdsl.plotting import pictures as drawing
