@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from statistics import median
+from typing import Any
 
 from mbdsl.integrators import available
 from mbdsl.plotting.figures import Bars, Figure, Series
@@ -17,6 +18,7 @@ from mbdsl.studies.families import family
 
 MOST = 8  #: series in a picture
 BEHIND = ("front", "guide")
+Score = Callable[[Figure, Series], Any]
 
 
 def method_looks() -> dict[str, Look]:
@@ -25,7 +27,7 @@ def method_looks() -> dict[str, Look]:
     return {name: method_look(name, "fixed" not in m.steps) for name, m in every if name.lower() not in METHODS}
 
 
-def parts(figure: Figure | Bars, score: Callable[[Series], float] | None = None) -> list[Figure | Bars]:
+def parts(figure: Figure | Bars, score: Score | None = None) -> list[Figure | Bars]:
     """The figure itself, or its parts.
 
     Parameters
@@ -33,7 +35,7 @@ def parts(figure: Figure | Bars, score: Callable[[Series], float] | None = None)
     figure : Figure or Bars
         Its series are named after methods.
     score : callable, optional
-        The smaller, the better is a series; default: the median of log(y).
+        ``score(figure, series)``: the smaller, the better is a series; default: the median of log(y).
     """
     if isinstance(figure, Bars):
         return [figure]
@@ -43,24 +45,27 @@ def parts(figure: Figure | Bars, score: Callable[[Series], float] | None = None)
     families: dict[str, list[Series]] = {}
     for series in plain:
         families.setdefault(family(_method(series.name)), []).append(series)
-    rank = score or height
-    best = sorted((min(own, key=rank) for own in families.values()), key=rank)[:MOST]
+    rank = {series.name: (score or height)(figure, series) for series in plain}
+    best = [min(own, key=lambda series: rank[series.name]) for own in families.values()]
+    best = sorted(best, key=lambda series: rank[series.name])[:MOST]
     found: list[Figure | Bars] = [_part(figure, "", "the best of each family", best)]
     for title, own in _packed(families):
         found.append(_part(figure, "-" + "-".join(_words(title)), title, own))
     return found
 
 
-def height(series: Series) -> float:
-    """The median of log(y), or of log|y|; infinite without points."""
+def height(figure: Figure, series: Series) -> float:
+    """The median of log|y|; infinite without points."""
     logs = [math.log10(abs(y)) for y in series.y if math.isfinite(y) and y != 0.0]
     return median(logs) if logs else math.inf
 
 
-def corner(series: Series) -> float:
-    """The least log(x y), which is small for points near the lower left corner."""
-    points = zip(series.x, series.y, strict=True)
-    return min((math.log10(x * y) for x, y in points if 0.0 < x * y < math.inf), default=math.inf)
+def on_front(figure: Figure, series: Series) -> tuple[float, float]:
+    """Series with many points on the front come first, then those with a point near the lower left corner."""
+    front = {point for s in figure.series if s.style == "front" for point in zip(s.x, s.y, strict=True)}
+    points = list(zip(series.x, series.y, strict=True))
+    nearest = min((math.log10(x * y) for x, y in points if 0.0 < x * y < math.inf), default=math.inf)
+    return -float(sum(point in front for point in points)), nearest
 
 
 def _packed(families: Mapping[str, Sequence[Series]]) -> Iterable[tuple[str, list[Series]]]:

@@ -22,7 +22,7 @@ from mbdsl.studies.effects import tolerance
 from mbdsl.studies.error_measures import Quantity, error, quantities
 from mbdsl.studies.method_search import NEAR, Candidate, Result, rounded, search
 from mbdsl.studies.reference_solution import Reference, automatic, file_points, from_file
-from mbdsl.studies.report import as_text, number, size
+from mbdsl.studies.report import as_text, number, ratio, size
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.slopes import CLEAR
 from mbdsl.studies.store import Store
@@ -132,8 +132,8 @@ class Recommendation:
         unit = f" {self.unit}" if self.unit else ""
         rows = []
         for c in self.choices:
-            ratio = f"{c.time / self.best.time:.2g}"
-            rows.append((c.case.series, size(c.case), number(c.error) + unit, duration(c.time), ratio))
+            times = ratio(c.time, self.best.time)
+            rows.append((c.case.series, size(c.case), number(c.error) + unit, duration(c.time), times))
         return Table("", ("method", "step or tol", "error", "time", "to the best"), rows)
 
     def _rest(self) -> list[str]:
@@ -259,8 +259,7 @@ def _why(c: Candidate, best: float, target: float) -> str:
 
 
 def _relative(seconds: float, best: float) -> str:
-    ratio = float(f"{seconds / best:.2g}")
-    return duration(seconds) + (f", {ratio:,.12g} times as long" if ratio > 1.0 else "")
+    return duration(seconds) + (f", {ratio(seconds, best)} times as long" if seconds > best else "")
 
 
 @dataclass

@@ -7,19 +7,19 @@ import math
 import os
 import shlex
 import textwrap
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 
 from mbdsl.errors import UsageError
 from mbdsl.messages import count, duration
 from mbdsl.plotting.figure_layout import looks_of
-from mbdsl.plotting.figures import Bars, Figure, Outcome, Page, Series, Table
+from mbdsl.plotting.figures import Bars, Figure, Outcome, Page, Table
 from mbdsl.plotting.series_styles import Look
 from mbdsl.simulation.provenance import machine, versions
 from mbdsl.storage.output_files import write_text
 from mbdsl.studies.cases import reaches
-from mbdsl.studies.figure_parts import method_looks, parts
+from mbdsl.studies.figure_parts import Score, method_looks, parts
 from mbdsl.studies.records import as_csv, record
 from mbdsl.studies.survey import Row, Survey
 
@@ -91,7 +91,7 @@ class Study:
         """
         return 0
 
-    score: Callable[[Series], float] | None = None  #: the smaller, the better is a series of a figure
+    score: Score | None = None  #: the smaller, the better is a series of a figure
 
     # -- common to all studies -------------------------------------------------------------------------------
     def pictures(self) -> list[Figure | Bars]:
@@ -360,6 +360,11 @@ def troubles(s: Survey) -> list[str]:
 def number(x: float | None, digits: int = 2) -> str:
     """An error with few digits."""
     return "" if x is None or not math.isfinite(x) else "0" if x == 0.0 else f"{x:.{digits - 1}e}".replace("e-0", "e-")
+
+
+def ratio(one: float, other: float) -> str:
+    """A ratio with two digits, without an exponent."""
+    return f"{float(f'{one / other:.2g}'):,.12g}"
 
 
 def size(row_or_case) -> str:

@@ -16,8 +16,8 @@ from mbdsl.messages import duration
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.studies.convergence import BRACKETS, cell, trusted
 from mbdsl.studies.error_measures import Quantity
-from mbdsl.studies.figure_parts import corner
-from mbdsl.studies.report import Study, number, outcomes, size, troubles
+from mbdsl.studies.figure_parts import on_front
+from mbdsl.studies.report import Study, number, outcomes, ratio, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, survey
 
 SHOWN = ("q", "v", "reactions", "energy")
@@ -29,7 +29,7 @@ class WorkPrecision(Study):
 
     kind = "work-precision"
     timed = True
-    score = staticmethod(corner)
+    score = staticmethod(on_front)
 
     def points(self, key: str) -> list[Row]:
         """Rows with a time and an error; errors below the reference's resolution are set to it."""
@@ -87,7 +87,7 @@ class WorkPrecision(Study):
         return [*(self._read_out(q) for q in self._read()), self._all()]
 
     def answers(self) -> int:
-        return len(self._read())
+        return min(1, len(self._read()))
 
     def _read(self) -> list[Quantity]:
         """The quantities for whose errors the least times are listed."""
@@ -116,7 +116,7 @@ class WorkPrecision(Study):
         rows = []
         for k, best in self._decades(q.key):
             first, others = best[0], best[1:CHOICES]
-            ratios = [f"{o.case.series} {median(o.seconds) / median(first.seconds):.2g}" for o in others]
+            ratios = [f"{o.case.series} {ratio(median(o.seconds), median(first.seconds))}" for o in others]
             rows.append((f"1e-{k}", first.case.series, size(first), duration(median(first.seconds)), ", ".join(ratios)))
         columns = ("error", "cheapest", "with", "takes", "then, and how many times as long")
         return Table(f"Least time for an error in {q.label}", columns, rows)
