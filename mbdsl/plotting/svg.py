@@ -252,7 +252,7 @@ def _floor_texts(frame: Frame, c: Canvas) -> Iterator[str]:
     """Labels below their lines, right and left in alternation; above guides, which may cross them."""
     for k, (place, text) in enumerate(frame.floors):
         at, anchor = (c.x(1.0) - 5.0, "end") if k % 2 == 0 else (c.x(0.0) + 6.0, "start")
-        yield _text(at, c.y(place) + 14.0, text, "small on-floor", anchor)
+        yield _text(at, c.y(place) + 14.0, text, "small on-floor", anchor, c.width - 12.0)
 
 
 def _series(drawn: Drawn, c: Canvas, clip: str) -> Iterator[str]:
