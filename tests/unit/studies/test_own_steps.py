@@ -14,7 +14,6 @@ from mbdsl.studies.drift import drift
 from mbdsl.studies.energy import energy
 from mbdsl.studies.runtime import runtime
 from mbdsl.studies.store import key_of
-from mbdsl.studies.survey import rows_of
 from mbdsl.studies.work_precision import work_precision
 
 MODELS = Path(__file__).parents[3] / "models"
