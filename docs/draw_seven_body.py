@@ -20,7 +20,7 @@ LINES = ("K1.O K1.F", "K2.F K2.E", "K3.B K3.D K3.E K3.B", "K4.E K4.G", "K5.A K5.
 LINES = (*(line.split() for line in (*LINES, "K7.A K7.c K7.H K7.A")),)
 BACKGROUND, INK, PALE = "#0d1b2a", "#e6edf3", "#5d7188"
 #: series, its name, and the point that has the name
-METHODS = (("radau5 --tol", "radau5 with a tolerance", 3), ("hht-si2", "HHT-SI2", -1), ("Exudyn", "Exudyn", 9))
+METHODS = (("radau5 --tol", "radau5, tolerance", -1), ("hht-si2", "HHT-SI2", -1), ("Exudyn", "Exudyn", 9))
 
 
 def mechanism(axes: plt.Axes) -> None:
