@@ -12,8 +12,8 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "recommend",
         help="find the fastest method and step for an error",
-        description="Run every method with smaller steps and tolerances until its error is small enough, measure the "
-        "times of the fastest ones, and print the command for this machine.",
+        description="Measure the error and the cost of every method by a cheap run, pursue those that can be the "
+        "fastest for the error, and print the command for this machine. Runs are stored: the same command continues.",
     )
     values.add_model(parser)
     parser.add_argument(
