@@ -100,7 +100,8 @@ def compute(
     if found.status == "interrupted":
         if not deadline.late:
             raise KeyboardInterrupt
-        return Computed(case, stats={"seconds": {"integrate": deadline.seconds}}, problem=OUT_OF_TIME)
+        seconds = {"integrate": deadline.seconds, "compile": found.stats["seconds"]["compile"]}
+        return Computed(case, stats={"seconds": seconds}, problem=OUT_OF_TIME)
     if case.ends:
         last = len(found.t) - 1
         rows = np.linspace(0, last, min(last, ENDS) + 1).astype(int)

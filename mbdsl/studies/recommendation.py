@@ -192,7 +192,7 @@ def recommend(
     if given.reference != "auto":
         of = replace(of, points=file_points(given.reference, of))
     runner = Runner(of, Store(given.store, given.fresh), budget=given.budget, tell=given.tell, announce=given.announce)
-    assemble(of, given.announce)
+    runner.compiling = max(runner.compiling, assemble(of, given.announce))
     reserved = TIMING * given.budget if math.isfinite(given.budget) else 0.0
     runner.reserved += reserved
     reference, aim = _aim(runner, names, given, target, signal)

@@ -23,6 +23,8 @@ from mbdsl.system import System, build
 ALONE = 1.0
 #: number of runs in a round of timing, and duration [s] above which one run suffices
 TRIES, SHORT = 3, 0.02
+#: expected time of a compilation [s] before the first one
+COMPILING = 5.0
 #: largest part of the remaining time for a run while others wait
 PART = 0.25
 #: a run that was ended is repeated if its time limit is larger than before by this factor
@@ -67,7 +69,7 @@ class Runner:
         self.tell = tell or (lambda progress: None)
         self.begun = perf_counter()
         self.budget, self.reserved = math.inf if budget is None else budget, 0.0
-        self.compiling = 0.0  #: the longest compilation so far [s]
+        self.compiling = COMPILING  #: the longest compilation so far [s]
         self.computed = self.found = 0
         self.kept: set[str] = set()  #: keys of the runs of this study that are in the store
         self.session = uuid4().hex
@@ -111,13 +113,13 @@ class Runner:
             self.order.sort(waiting)
             self._tell(len(done), total, what or str(case))
 
-        def limits(case: Case) -> tuple[float, float]:
+        def limits(case: Case) -> tuple[float, float, float]:
             left = self.left
             longest = min(limit, left)
             if waiting:
                 longest = min(longest, max(PART * left, 2.0 * self.order.expected(case)))
             enough = longest > AGAIN * self.order.ended.get(case, 0.0) and self.order.expected(case) < HOPE * left
-            return longest if enough else 0.0, left
+            return longest if enough else 0.0, left, self.compiling
 
         helped = False
         while waiting:
@@ -135,11 +137,11 @@ class Runner:
                     continue
             case = waiting.pop(0)
             self._tell(len(done), total, what or str(case))
-            longest, left = limits(case)
+            longest, left, compiling = limits(case)
             if longest <= 0.0:
                 add(case, _ended(case, self.order.ended.get(case, 0.0)))
                 continue
-            run = compute(self.setting, case, longest, self.announce, left, self.compiling)
+            run = compute(self.setting, case, longest, self.announce, left, compiling)
             self.store.put_spent(keys[case], run)
             if run.lasting:
                 self.store.put(keys[case], run)

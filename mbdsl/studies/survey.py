@@ -182,7 +182,7 @@ def begin(
         tell=asked.tell,
         announce=asked.announce,
     )
-    assemble(of, asked.announce)
+    runner.compiling = max(runner.compiling, assemble(of, asked.announce))
     if asked.steps is not None or asked.tols is not None:
         both = asked.steps is not None and asked.tols is not None
         steps = None if asked.steps is None else _steps(of, asked.steps)

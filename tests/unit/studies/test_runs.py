@@ -236,7 +236,7 @@ def test_a_worker_that_ends_loses_its_case_only(store):
     def limits(case):
         if multiprocessing.active_children() and not done:
             threading.Timer(0.5, lambda: multiprocessing.active_children()[0].kill()).start()
-        return 1e9, 1e9
+        return 1e9, 1e9, 0.0
 
     waiting = [long, *CASES[:2]]
     workers.side_by_side(setting(CRANK), store, waiting, 1, limits, done.__setitem__)
