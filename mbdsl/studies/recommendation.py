@@ -201,12 +201,7 @@ def recommend(
     runner.reserved -= reserved
     found = [Choice(_case(c, c.best.size), c.best.error, [c.best.seconds]) for c in candidates if c.best is not None]
     if not found:
-        reasons = [(_series(c), _why(c, math.inf, aim.target) if c.tried else "not tried") for c in candidates]
-        hint = "run the same command again to continue, or give it more time (--budget)"
-        raise IntegrationError(
-            f"no method reaches an error of {aim.wording(aim.target)}: {together(reasons)}",
-            hint="" if complete else hint,
-        )
+        raise _nothing(candidates, aim, complete, given.budget)
     timed, note = _timed(runner, found, given)
     best = timed[0].time
     slow = [c for c in found if c.case not in {t.case for t in timed}]
@@ -230,6 +225,20 @@ def recommend(
         tuple(_series(c) for c in rest if not c.tried),
         complete,
         given.budget,
+    )
+
+
+def _nothing(candidates: Sequence[Candidate], aim: Aim, complete: bool, budget: float) -> IntegrationError:
+    """The error if no candidate reaches the target."""
+    reasons = together((_series(c), _why(c, math.inf, aim.target)) for c in candidates if c.tried)
+    target = aim.wording(aim.target)
+    if complete:
+        return IntegrationError(f"no method reaches an error of {target}: {reasons}")
+    tried = f"{sum(c.tried for c in candidates)} of {len(candidates)} candidates were tried"
+    return IntegrationError(
+        f"no method has reached an error of {target} within the budget of {budget:g} s; {tried}"
+        + (f": {reasons}" if reasons else ""),
+        hint="run the same command again to continue, or give it more time (--budget)",
     )
 
 
