@@ -11,11 +11,11 @@ from mbdsl.elements import kinds
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.expressions.symbolic import COORDINATES, Expr
 from mbdsl.lang import syntax as s
-from mbdsl.lang.classify import ALIASES
 from mbdsl.lang.entities import Namespace
 from mbdsl.lang.experiment import KEYS, check_effects, setting
 from mbdsl.lang.flat_component import Part, is_body
 from mbdsl.lang.flat_model import Assembly
+from mbdsl.lang.foreign_names import KINDS as ALIASES
 from mbdsl.lang.inheritance import Member
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.library import Unit

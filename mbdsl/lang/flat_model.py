@@ -10,9 +10,9 @@ from contextlib import contextmanager
 from typing import Any
 
 from mbdsl.elements.kind import BodyKind
-from mbdsl.errors import ModelError
+from mbdsl.errors import ModelError, ModelWarning
 from mbdsl.expressions import symbolic
-from mbdsl.lang import limits, quantities, units
+from mbdsl.lang import doubts, limits, quantities, units
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node, connect
 from mbdsl.lang.entities import Disabled, FrameMember, Many, Namespace, Slot
@@ -74,6 +74,7 @@ class Assembly:
         self._connectors: list[tuple[Node, Positional, Contexts]] = []
         self._connects: list[tuple[s.Expression, s.Expression, Scope, At]] = []
         self._initial: list[tuple[s.Initial, Scope]] = []
+        self._warnings: dict[object, ModelWarning] = {}
 
     # -- collecting --------------------------------------------------------------------------------------------
 
@@ -100,6 +101,13 @@ class Assembly:
             raise ModelError(f"more than {limits.COMPONENTS} components", span_of(part.at))
         if positional and is_body(part):
             p = positional[0]
+            if not isinstance(p.e, s.Reference) and part.kind.parameters:
+                first = part.kind.parameters[0].name
+                raise ModelError(
+                    f"found the value `{write(p.e)}` without a name",
+                    span_of(p.e.at),
+                    f"write `{first} = {write(p.e)}`",
+                )
             raise ModelError(
                 f"{part.kind.name} `{part.name}` is a body and takes no frames",
                 span_of(p.e.at),
@@ -127,6 +135,11 @@ class Assembly:
 
     def initial(self, item: s.Initial, scope: Scope) -> None:
         self._initial.append((item, scope))
+
+    def warn(self, message: str, at: At, hint: str) -> None:
+        """Add a warning, unless there is one about this place."""
+        span = span_of(at)
+        self._warnings.setdefault(span or message, ModelWarning(message, span, hint))
 
     # -- frames ------------------------------------------------------------------------------------------------
 
@@ -267,11 +280,13 @@ class Assembly:
                 frames[frame.name] = frame
             elif frame is not None:
                 aliases[member.name] = frame.name
+        initial = tuple(InitialValues(self.parts.values(), self._initial, self.warn).values())
+        self._doubt_names()
         return Scene(
             name,
             components,
             frames,
-            tuple(InitialValues(self.parts.values(), self._initial).values()),
+            initial,
             experiment or Experiment(),
             parameters,
             doc,
@@ -281,7 +296,14 @@ class Assembly:
             without={x: tuple(p.name for p in self.parts.values() if x in p.lacks) for x in self.without},
             aliases=aliases,
             shapes=self._shapes(),
+            warnings=tuple(self._warnings.values()),
         )
+
+    def _doubt_names(self) -> None:
+        for slot in self.slots:
+            doubts.hidden_pi(self.warn, slot.name, slot.value(), slot.at)
+        for item in (*self.parts.values(), *self.frames):
+            doubts.hidden_pi(self.warn, item.name, None, item.at)
 
     def _shapes(self) -> dict[str, tuple[DrawnShape, ...]]:
         """Shapes of bodies by their names; elements of an array share theirs."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -51,10 +52,15 @@ def load(
 
     Raises
     ------
+    UsageError
+        If ``path`` is the text of a model.
     MbdslError
         If the file cannot be read or the model is invalid.
     """
     file = os.fspath(path)
+    if _is_model(file):
+        hint = "`mbdsl.parse(text)` reads a model from a text: `mbdsl.simulate(mbdsl.parse(text))`"
+        raise UsageError("found the text of a model, expected the path of a .mbd file", hint=hint)
     return parse_text(read(file), file, overrides, model, without, allow_imports)
 
 
@@ -84,13 +90,25 @@ def parse_text(
 
     Raises
     ------
+    UsageError
+        If ``text`` is a path.
     MbdslError
         If the model is invalid.
     """
+    if not isinstance(text, str) or (text.endswith(".mbd") and "\n" not in text):
+        hint = "`mbdsl.load(path)` reads a model from a file"
+        raise UsageError(f"found {text!r}, expected the text of a model", hint=hint)
     with deep():
         library = Library(allow_imports)
         unit = library.add(text, file)
         return _flatten(_main(unit, model), unit, library, overrides, check_effects(without))
+
+
+def _is_model(path: object) -> bool:
+    """Whether a path is the text of a model."""
+    if not isinstance(path, str) or path.endswith(".mbd"):
+        return False
+    return "\n" in path or (re.match(r"\s*(partial\s+)?model\s+\w", path) is not None and not os.path.exists(path))
 
 
 def _main(unit: Unit, name: str | None) -> s.Model:

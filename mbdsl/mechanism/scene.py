@@ -16,7 +16,7 @@ from functools import cached_property
 from typing import Any
 
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind
-from mbdsl.errors import ModelError, Span
+from mbdsl.errors import ModelError, ModelWarning, Span
 from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, const, coordinate, der, substitute
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.drawn_shapes import DrawnShape
@@ -179,6 +179,8 @@ class Scene:
         Other names of frames, such as ``Frame F = rod.b;`` and connectors.
     shapes : mapping of str to tuple of DrawnShape
         Shapes of bodies in pictures; a body without an entry is drawn by its frames.
+    warnings : tuple of ModelWarning
+        Values in the text that are probably not as intended.
     """
 
     name: str
@@ -194,6 +196,7 @@ class Scene:
     without: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     aliases: Mapping[str, str] = field(default_factory=dict)
     shapes: Mapping[str, tuple[DrawnShape, ...]] = field(default_factory=dict)
+    warnings: tuple[ModelWarning, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         freeze(self, *(f.name for f in fields(self) if isinstance(getattr(self, f.name), Mapping)))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mbdsl.elements.kind import EFFECTS
 from mbdsl.errors import MbdslError, UsageError
+from mbdsl.lang import given_values
 from mbdsl.lang.load import load
 from mbdsl.lang.units import measure
 from mbdsl.mechanism.scene import Scene
@@ -95,8 +96,8 @@ def effects(
     *,
     tol: float | str | None = None,
     method: str | None = None,
-    step: float | None = None,
-    stop: float | None = None,
+    step: float | str | None = None,
+    stop: float | str | None = None,
     parameters: Mapping[str, str | float] | None = None,
     without: Sequence[str] = (),
     repeats: int = 5,
@@ -133,6 +134,7 @@ def effects(
     """
     if repeats < 1:
         raise UsageError(f"repeats = {repeats}: a time needs one run or more")
+    step, stop = given_values.seconds(step, "step"), given_values.seconds(stop, "stop")
     base = load(model, parameters or {}, without=without)
 
     def run(scene: Scene, part: float = 1.0) -> Trajectory:
