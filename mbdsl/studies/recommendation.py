@@ -29,7 +29,7 @@ from mbdsl.studies.store import Store
 from mbdsl.studies.survey import Asked
 
 SHORT = 0.1  #: times [s] below this are measured in several rounds before methods are compared
-TIMING = 0.25  #: part of the budget for timing the cases that were found
+TIMING = 0.25  #: part of the remaining budget for timing the cases that were found
 PYTHON = 30.0  #: cost of a step of a third-party integrator, relative to a compiled method, before it is measured
 LOOSEST = 1e-3  #: largest tolerance of a first run
 WIDTH = 80  #: of a line in a terminal
@@ -193,9 +193,9 @@ def recommend(
         of = replace(of, points=file_points(given.reference, of))
     runner = Runner(of, Store(given.store, given.fresh), budget=given.budget, tell=given.tell, announce=given.announce)
     runner.compiling = max(runner.compiling, assemble(of, given.announce))
-    reserved = TIMING * given.budget if math.isfinite(given.budget) else 0.0
-    runner.reserved += reserved
     reference, aim = _aim(runner, names, given, target, signal)
+    reserved = TIMING * max(0.0, runner.left) if math.isfinite(runner.budget) else 0.0
+    runner.reserved += reserved
     candidates = [_candidate(name, kind, aim) for name in names for kind in available()[name].steps]
     complete = search(candidates, aim.target, aim.attempt, lambda: runner.left)
     runner.reserved -= reserved

@@ -36,7 +36,7 @@ from mbdsl.studies.store import Computed, Store
 
 BUDGET = 120.0  #: seconds
 CONSERVED = 1e-9  #: largest change of a conserved energy, relative to the energy exchanged between its kinds
-TIMING = 0.25  #: part of the budget that is kept for timing runs
+TIMING = 0.25  #: part of the remaining budget that is kept for timing runs
 TWICE = 0.25  #: part of the remaining budget that is kept for second runs, at the ends of steps
 #: number of steps above which not all are stored: the interpolation error of such short steps is negligible
 MANY = 100_000
@@ -243,13 +243,13 @@ def prepare(
     """The survey before errors are measured."""
     runner, every, refused = begin(model, asked, both, few)
     of = runner.setting
-    reserved = TIMING * runner.budget if timed and math.isfinite(runner.budget) else 0.0
-    runner.reserved += reserved
     if asked.reference == "auto":
         finest = min((c.step for c in every if c.step is not None), default=None)
         reference = automatic(runner, [c.method for c in every], finest)
     else:
         reference = from_file(asked.reference, runner, asked.signals)
+    reserved = TIMING * max(0.0, runner.left) if timed and math.isfinite(runner.budget) else 0.0
+    runner.reserved += reserved
     rows = rows_of(runner, every)
     runner.reserved -= reserved
     return Survey(of, asked, runner, rows, refused, reference, [])
