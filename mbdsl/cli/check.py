@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 
 from mbdsl.cli._streams import print_problem
 from mbdsl.cli._values import add_model, load_model

@@ -98,7 +98,11 @@ def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
         parser.add_argument("--repeats", metavar="K", type=int, default=5, help="timed runs of each; default 5")
     parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
     parser.add_argument(
-        "--budget", metavar="S", type=values.positive_seconds, default=120.0, help="time budget; default 120 s"
+        "--budget",
+        metavar="S",
+        type=values.positive_seconds,
+        default=120.0,
+        help="time budget of all runs, compilation included; default 120 s",
     )
     parser.add_argument("--output", metavar="DIR", help=f"output folder; default: MODEL-{kind}")
     parser.add_argument("--pictures", metavar="SUFFIX,...", type=values.names,

@@ -11,12 +11,8 @@ from mbdsl.bodies.contract import LARGEST_BEND
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.elements.line_of_centres import THETA_0, TURN
-<<<<<<< HEAD
 from mbdsl.errors import IntegrationError, MbdslError, Span
-=======
-from mbdsl.errors import IntegrationError, Span
 from mbdsl.expressions.printing import text
->>>>>>> terminal
 from mbdsl.expressions.symbolic import Expr, coordinate, diff, expr, leaves, substitute
 from mbdsl.initial.redundancy import singular
 from mbdsl.integrators import declared, method_files

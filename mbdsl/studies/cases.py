@@ -114,14 +114,23 @@ def setting(
     return Setting(scene, start, float(end), points, path, *changes)
 
 
-def assemble(of: Setting, announce: Callable[[str], None] | None = None) -> None:
-    """Build the model and find its initial state, so that its errors are raised once and not as failures of every run.
+def assemble(of: Setting, announce: Callable[[str], None] | None = None) -> float:
+    """Build the model and take a step, so that its errors are raised once and not as failures of every run.
+
+    Returns
+    -------
+    float [s]
+        The time of compilation.
 
     Raises
     ------
     ModelError, InitialisationError
     """
-    simulate(of.scene, method=DEFAULT_METHOD, step=own_step(of), start=of.start, stop=of.start, announce=announce)
+    step = own_step(of)
+    first = simulate(
+        of.scene, method=DEFAULT_METHOD, step=step, start=of.start, stop=of.start + step, announce=announce
+    )
+    return first.stats["seconds"]["compile"]
 
 
 def chosen(names: Iterable[str] | None) -> list[str]:

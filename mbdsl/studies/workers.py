@@ -62,7 +62,7 @@ def side_by_side(
     store: Store,
     cases: list[Case],
     count: int,
-    left: Callable[[], float],
+    limits: Callable[[Case], tuple[float, float, float]],
     add: Callable[[Case, Computed], None],
 ) -> None:
     """Compute cases in several processes.
@@ -80,8 +80,9 @@ def side_by_side(
         Removed one by one; the remaining cases have not been computed.
     count : int
         Number of workers.
-    left : callable
-        Returns the time limit [s] of a case that begins now.
+    limits : callable
+        Returns the time limits [s] of a case that begins now: of its step loop, and of all that it takes; and the
+        expected time of a compilation [s].
     add : callable
         Called with each case and its result.
     """
@@ -100,12 +101,13 @@ def side_by_side(
 
     def feed(worker: _Worker) -> None:
         while cases:
-            case, limit = cases.pop(0), left()
-            if limit <= 0.0:
+            case = cases.pop(0)
+            limit, left, compiling = limits(case)
+            if min(limit, left) <= 0.0:
                 add(case, Computed(case, problem=OUT_OF_TIME))
                 continue
             try:
-                busy[worker.submit(_compute, case, key_of(of, case), limit)] = worker, case
+                busy[worker.submit(_compute, case, key_of(of, case), limit, left, compiling)] = worker, case
             except BrokenExecutor:  # it has ended since its last answer
                 cases.insert(0, case)
                 start()
@@ -257,12 +259,13 @@ def _ready() -> None:
     """The first task of a worker; a worker that cannot begin does not answer."""
 
 
-def _compute(case: Case, key: str, limit: float) -> _Answer:
-    """Compute a case in ``limit`` seconds and put the result into the store under ``key``."""
+def _compute(case: Case, key: str, limit: float, left: float, compiling: float = 0.0) -> _Answer:
+    """Compute a case within its time limits [s] and put the result into the store under ``key``."""
     of, store = _work
     if key_of(of, case) != key:  # another version, which would give other results
         return _Answer(CHANGED)
-    run = compute(of, case, limit)
+    run = compute(of, case, limit, None, left, compiling)
+    store.put_spent(key, run)
     if run.lasting and not store.put(key, run):
         return _Answer(UNKEPT)
     return _Answer(run.problem, run.lasting)
