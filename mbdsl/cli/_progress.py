@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, TextIO
 
 from mbdsl.messages import visible, width
-from mbdsl.terminal import USUAL, columns
+from mbdsl.plotting.terminal_text import USUAL, columns
 
 if TYPE_CHECKING:
     from mbdsl.simulation.progress import Progress
