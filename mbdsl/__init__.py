@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from mbdsl.simulation.interactive import Simulation as Simulation
     from mbdsl.simulation.resume import resume as resume
     from mbdsl.simulation.trajectory import Trajectory as Trajectory
+    from mbdsl.studies.sweep import sweep as sweep
     from mbdsl.version import __version__ as __version__
 
 #: public name -> (module, its name there); loaded when first used, so that `import mbdsl` is quick
@@ -31,6 +32,7 @@ _PUBLIC = {
     "static": ("mbdsl.analysis.equilibria", "static"),
     "eigen": ("mbdsl.analysis.eigenmodes", "eigen"),
     "linearise": ("mbdsl.analysis.linearisation", "linearise"),
+    "sweep": ("mbdsl.studies.sweep", "sweep"),
     "simulate": ("mbdsl.api", "simulate"),
     "resume": ("mbdsl.simulation.resume", "resume"),
     "Checkpoint": ("mbdsl.simulation.checkpoint", "Checkpoint"),

@@ -132,7 +132,7 @@ def _methods(args: argparse.Namespace) -> int:
         found = study(args.model, parameters=dict(args.set), tell=counter, announce=counter.say, **given)
     except KeyboardInterrupt:
         counter.close()
-        print(_kept(counter.kept, args.fresh), file=sys.stderr)
+        print(kept(counter.kept, args.fresh), file=sys.stderr)
         raise
     finally:
         counter.close()
@@ -145,7 +145,7 @@ def _methods(args: argparse.Namespace) -> int:
     return 0
 
 
-def _kept(runs: int, fresh: bool) -> str:
+def kept(runs: int, fresh: bool) -> str:
     """Message about the stored runs of an interrupted study."""
     if not runs:
         return "no run was completed: nothing is stored"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import singledispatch
 from time import perf_counter
 
 import numpy as np
@@ -32,8 +33,9 @@ def simulate_case(of: Setting, case: Case, progress=None, announce=None) -> Traj
     )
 
 
+@singledispatch
 def compute(of: Setting, case: Case, limit: float = math.inf, announce=None) -> Computed:
-    """One run, successful or not.
+    """One run, successful or not. A kind of setting can register a computation of its own.
 
     Raises
     ------

@@ -305,18 +305,18 @@ def as_csv(records: Sequence[dict]) -> str:
     return text.getvalue()
 
 
-def as_text(table: Table, width: int = WIDTH) -> str:
+def as_text(table: Table, width: int = WIDTH, lead: int = 2) -> str:
     """A table as text for a terminal, with numbers aligned to the right.
 
-    Columns that do not fit are continued below, with the first two columns repeated.
+    Columns that do not fit are continued below, with the first ``lead`` columns repeated.
     """
     rows = [list(table.columns), *map(list, table.rows)]
     widths = [max(len(row[k]) for row in rows) for k in range(len(table.columns))]
     right = [_numbers(row[k] for row in table.rows) for k in range(len(table.columns))]
-    blocks = [list(range(min(2, len(widths))))]
-    for k in range(2, len(widths)):
-        if len(blocks[-1]) > 2 and sum(widths[j] + 2 for j in blocks[-1]) + widths[k] > width:
-            blocks.append([0, 1])
+    blocks = [list(range(min(lead, len(widths))))]
+    for k in range(lead, len(widths)):
+        if len(blocks[-1]) > lead and sum(widths[j] + 2 for j in blocks[-1]) + widths[k] > width:
+            blocks.append(list(range(lead)))
         blocks[-1].append(k)
     lines = [table.title] if table.title else []
     for block in blocks:

@@ -1,0 +1,42 @@
+"""The files of a sweep: tables as CSV, Markdown and LaTeX, pictures, and a page with both."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+from mbdsl.plotting import table_files
+from mbdsl.plotting.figures import Table
+from mbdsl.plotting.signal_plots import SUFFIXES as PICTURES
+
+if TYPE_CHECKING:
+    from mbdsl.studies.sweep import Sweep
+
+SUFFIXES = tuple(dict.fromkeys((*table_files.SUFFIXES, *PICTURES)))
+
+
+def suffix_of(path: str | os.PathLike) -> str:
+    """The suffix of a file of a sweep.
+
+    Raises
+    ------
+    UsageError
+        If it is unknown.
+    """
+    return table_files.suffix_of(path, SUFFIXES)
+
+
+def save(sweep: Sweep, path: str | os.PathLike) -> None:
+    """Write the table, the picture or the page of a sweep, as the suffix selects."""
+    suffix = suffix_of(path)
+    if suffix in table_files.SUFFIXES:
+        title, *notes = sweep.summary()
+        table = sweep.table()
+        said = Table(table.title, table.columns, table.rows, " ".join(line.strip() for line in notes))
+        table_files.write(path, [said], sweep.records(), title)
+    elif suffix == ".html":
+        from mbdsl.studies.sweep_figures import write_page
+
+        write_page(sweep, path)
+    else:
+        sweep.plot().save(path)
