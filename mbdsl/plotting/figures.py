@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from mbdsl.plotting.heat_maps import HeatMap
     from mbdsl.plotting.series_styles import Look
 
 
@@ -130,7 +131,7 @@ class Page:
     title : str
     paragraphs : sequence of str
         Text before the items.
-    items : sequence of Figure or Table
+    items : sequence of Figure, Table or HeatMap
         In their order on the page.
     fine_print : sequence of (str, str)
         Names and values that describe the runs, as required to repeat them.
@@ -140,7 +141,7 @@ class Page:
 
     title: str
     paragraphs: Sequence[str] = ()
-    items: Sequence[Figure | Table] = field(default_factory=tuple)
+    items: Sequence[Figure | Table | HeatMap] = field(default_factory=tuple)
     fine_print: Sequence[tuple[str, str]] = ()
     looks: Mapping[str, Look] = field(default_factory=dict)
 

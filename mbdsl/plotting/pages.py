@@ -8,10 +8,11 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from mbdsl.plotting import svg
+from mbdsl.plotting import heat_maps, svg
 from mbdsl.plotting.escaping import escape, seen
 from mbdsl.plotting.figure_layout import Frame, lay_out, names
 from mbdsl.plotting.figures import Figure, Page, Table
+from mbdsl.plotting.heat_maps import HeatMap
 from mbdsl.plotting.series_styles import NEUTRAL, Look, looks
 from mbdsl.storage.output_files import write_text
 
@@ -72,13 +73,13 @@ def height(page: Page, width: float) -> int:
     return round(90 + (width - 40) / svg.WIDTH * sum(pictures) + 95 * len(pictures) + 30 * len(page.paragraphs))
 
 
-def fragments(items: Sequence[Figure | Table], given: Mapping[str, Look]) -> tuple[str, list[str]]:
+def fragments(items: Sequence[Figure | Table | HeatMap], given: Mapping[str, Look]) -> tuple[str, list[str]]:
     """Figures and tables as parts of a page.
 
     Parameters
     ----------
-    items : sequence of Figure or Table
-        All figures and tables of the page.
+    items : sequence of Figure, Table or HeatMap
+        All figures, tables and maps of the page.
     given : mapping
         Name of a series -> its look; the others get theirs in order.
 
@@ -94,6 +95,9 @@ def fragments(items: Sequence[Figure | Table], given: Mapping[str, Look]) -> tup
     left = max((svg.Canvas(lay_out(f, known)).left for f in figures if f.x_ends is not None), default=0.0)
     parts = []
     for k, item in enumerate(items):
+        if isinstance(item, HeatMap):
+            parts.append(heat_maps.figure(item))
+            continue
         part = _figure(item, f"figure-{k}", known, left) if isinstance(item, Figure) else _table(item)
         parts.append("\n".join(part))
     return _colours(known), parts

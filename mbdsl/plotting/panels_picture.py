@@ -44,7 +44,7 @@ def draw(plot: Panels, path: str | os.PathLike) -> None:
     heights = [(WIDTH - 1.0) * frame.aspect + 0.25 * len(_rows(frame)) for frame in frames]
     lines = panels_svg.notes(plot, LETTERS + 20)
     size = WIDTH, sum(heights) + 0.25 * len(frames) + 0.9 + 0.16 * len(lines)
-    with matplotlib.style.context(["default", STYLE, {"pdf.fonttype": 42}]):
+    with matplotlib.style.context(["default", STYLE]):
         picture = matplotlib.figure.Figure(figsize=size, layout="constrained", facecolor=LIGHT_PAPER)
         FigureCanvasAgg(picture)
         grid = picture.subplots(len(frames), 1, squeeze=False, height_ratios=heights)[:, 0]

@@ -24,6 +24,7 @@ INK, PALE, GRID, SHADE = "#1f2328", "#57606a", "#e4e7eb", "#f1f2f4"
 STYLE: dict[str, Any] = {
     "svg.hashsalt": "mbdsl",
     "svg.fonttype": "path",
+    "pdf.fonttype": 42,  # TrueType, whole letters instead of drawings of them
     "font.family": ["DejaVu Sans"],  # a dependency of matplotlib
     "font.size": 10.0,
     "axes.edgecolor": PALE,

@@ -200,7 +200,7 @@ class Sweep:
         Parameters
         ----------
         digits : int, optional
-            Significant digits of the measures.
+            Significant digits.
 
         Returns
         -------
@@ -212,7 +212,7 @@ class Sweep:
         columns = {str(m): self[str(m)] for m in self.measures}
         rows = []
         for k, run in enumerate(self.runs):
-            row = [p.shown(j) for p, j in zip(self.parameters, self.indices[k], strict=True)]
+            row = [p.shown(j, digits) for p, j in zip(self.parameters, self.indices[k], strict=True)]
             row += [number(column[k], digits) for column in columns.values()]
             rows.append([*row, *([DONE if run.done else LATE if run.late else FAILED] if failed else [])])
         return Table("", heads, rows)
@@ -227,8 +227,7 @@ class Sweep:
         """
         how = "paired" if self.paired and len(self.parameters) > 1 else ""
         over = (" and " if how else " x ").join(f"{p.name} ({len(p)})" for p in self.parameters)
-        kept = f", {self.found} of them stored before" if self.found else ""
-        lines = [f"{self.name}: {count(len(self), 'run')} over {over}{f', {how}' if how else ''}{kept}"]
+        lines = [f"{self.name}: {count(len(self), 'run')} over {over}{f', {how}' if how else ''}"]
         reasons: dict[str, list[int]] = {}
         for k in self.failed:
             reasons.setdefault(self.reason(k), []).append(k)
@@ -272,6 +271,7 @@ class Sweep:
             rows = [*rows[:half], [left, *[""] * (len(table.columns) - 1)], *rows[-half:]]
         shown = as_text(Table("", table.columns, rows), width, len(self.parameters))
         title, *notes = self.summary()
+        title += f" ({self.found} of them stored before)" if self.found else ""
         return "\n".join([title, "", shown, *([""] if notes else []), *wrapped(notes, width)])
 
     def save(self, path: str | os.PathLike) -> None:
@@ -502,7 +502,10 @@ def _readable(
 
 def _with_unit(p: Varied, scene: Scene) -> Varied:
     """The parameter with the unit of its declaration, if its values have none."""
+    owner, _, name = p.name.rpartition(".")
     declared = scene.parameters.get(p.name, ParameterValue("", None)).unit
+    if owner in scene.components:
+        declared = next((x.unit for x in scene.components[owner].kind.parameters if x.name == name), "")
     if p.unit or p.numbers is None or declared in ("", "1"):
         return p
     return Varied(p.name, p.texts, p.numbers, declared, p.log)

@@ -45,9 +45,9 @@ class Varied:
     def __len__(self) -> int:
         return len(self.texts)
 
-    def shown(self, k: int) -> str:
+    def shown(self, k: int, digits: int = 6) -> str:
         """Value ``k`` without its unit."""
-        return self.texts[k] if self.numbers is None else number_text(self.numbers[k])
+        return self.texts[k] if self.numbers is None else f"{self.numbers[k]:.{digits}g}"
 
     @property
     def head(self) -> str:
