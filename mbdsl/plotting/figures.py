@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from mbdsl.plotting.heat_maps import HeatMap
     from mbdsl.plotting.series_styles import Look
 
 
@@ -99,6 +98,34 @@ class Figure:
     x_ends: tuple[float, float] | None = None
     y_ends: tuple[float, float] | None = None
     aspect: float | None = None
+
+
+@dataclass(frozen=True)
+class HeatMap:
+    """A quantity over two parameters.
+
+    Attributes
+    ----------
+    title : str
+    x_label, y_label, z_label : str
+        Texts with units.
+    x, y : sequence of float
+        Values of the parameters, ascending or descending.
+    z : sequence of sequence of float
+        The quantity, one row for each of ``y``; nan where there is none.
+    x_log, y_log : bool
+        Whether an axis is logarithmic.
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    z_label: str
+    x: Sequence[float]
+    y: Sequence[float]
+    z: Sequence[Sequence[float]]
+    x_log: bool = False
+    y_log: bool = False
 
 
 @dataclass(frozen=True)

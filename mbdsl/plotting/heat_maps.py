@@ -13,6 +13,7 @@ from typing import Any
 from mbdsl.errors import UsageError
 from mbdsl.plotting.axes import Axis, axis, coordinate
 from mbdsl.plotting.escaping import escape
+from mbdsl.plotting.figures import HeatMap
 from mbdsl.storage.output_files import writing
 
 WIDTH, HEIGHT = 860.0, 430.0  #: of one map [px]
@@ -27,34 +28,6 @@ VIRIDIS = (
     *("#440154", "#481a6c", "#472f7d", "#414487", "#39568c", "#31688e", "#2a788e", "#23888e", "#1f988b", "#22a884"),
     *("#35b779", "#54c568", "#7ad151", "#a5db36", "#d2e21b", "#fde725"),
 )
-
-
-@dataclass(frozen=True)
-class HeatMap:
-    """A quantity over two parameters.
-
-    Attributes
-    ----------
-    title : str
-    x_label, y_label, z_label : str
-        Texts with units.
-    x, y : sequence of float
-        Values of the parameters, ascending or descending.
-    z : sequence of sequence of float
-        The quantity, one row for each of ``y``; nan where there is none.
-    x_log, y_log : bool
-        Whether an axis is logarithmic.
-    """
-
-    title: str
-    x_label: str
-    y_label: str
-    z_label: str
-    x: Sequence[float]
-    y: Sequence[float]
-    z: Sequence[Sequence[float]]
-    x_log: bool = False
-    y_log: bool = False
 
 
 @dataclass(frozen=True)
@@ -202,15 +175,14 @@ def figure(shown: HeatMap) -> str:
     head = f'<svg viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img" aria-label="{escape(said)}">'
     heading = f"<h2>{escape(shown.title)}</h2>" if shown.title else ""
     inside = "\n".join(map(_element, lay_out(shown)))
-    return (
-        f'<figure>\n<figcaption>{heading}</figcaption>\n<div class="scroll">\n{head}\n{inside}\n</svg>\n</div>\n</figure>'
-    )
+    caption = f"<figcaption>{heading}</figcaption>"
+    return f'<figure>\n{caption}\n<div class="scroll">\n{head}\n{inside}\n</svg>\n</div>\n</figure>'
 
 
 def _element(item: Item) -> str:
     if isinstance(item, Area):
         cells = "".join(f"M{x:.1f} {y:.1f}h{w:.1f}v{h:.1f}h{-w:.1f}z" for x, y, w, h in item.cells)
-        return f'<path fill="{item.colour}" stroke="{item.colour}" stroke-width=".4" d="{cells}"/>'
+        return f'<path fill="{item.colour}" stroke="{item.colour}" stroke-width=".6" d="{cells}"/>'
     if isinstance(item, Lines):
         lines = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for a, b, c, d in item.lines)
         return f'<path class="axis" d="{lines}"/>'
@@ -255,7 +227,7 @@ def _shape(ax: Any, item: Item) -> None:
 
     if isinstance(item, Area):
         corners = [[(x, y), (x + w, y), (x + w, y + h), (x, y + h)] for x, y, w, h in item.cells]
-        ax.add_collection(PolyCollection(corners, facecolors=item.colour, edgecolors=item.colour, linewidths=0.3))
+        ax.add_collection(PolyCollection(corners, facecolors=item.colour, edgecolors=item.colour, linewidths=0.5))
     elif isinstance(item, Lines):
         ax.add_collection(LineCollection([[(a, b), (c, d)] for a, b, c, d in item.lines], colors=PALE, linewidths=0.75))
     else:

@@ -11,8 +11,7 @@ from pathlib import Path
 from mbdsl.plotting import heat_maps, svg
 from mbdsl.plotting.escaping import escape, seen
 from mbdsl.plotting.figure_layout import Frame, lay_out, names
-from mbdsl.plotting.figures import Figure, Page, Table
-from mbdsl.plotting.heat_maps import HeatMap
+from mbdsl.plotting.figures import Figure, HeatMap, Page, Table
 from mbdsl.plotting.series_styles import NEUTRAL, Look, looks
 from mbdsl.storage.output_files import write_text
 

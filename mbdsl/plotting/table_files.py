@@ -163,7 +163,8 @@ def _tabular(table: Table) -> Iterable[str]:
     kind = "longtable" if len(rows) > LONG else "tabular"
     if table.title:
         yield rf"\noindent\textbf{{{latex(table.title)}}}\par\smallskip"
-    yield (r"\noindent" if kind == "tabular" else "") + rf"\begin{{{kind}}}{{{''.join('r' if r else 'l' for r in right)}}}"
+    sides = "".join("r" if r else "l" for r in right)
+    yield rf"{'' if kind == 'longtable' else chr(92) + 'noindent'}\begin{{{kind}}}{{{sides}}}"
     yield r"\hline"
     yield rf"{' & '.join(map(latex, head))} \\"
     yield r"\hline"

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import UsageError
 from mbdsl.messages import count
 from mbdsl.plotting import heat_maps
-from mbdsl.plotting.figures import Figure, Outcome, Page, Series, Table
-from mbdsl.plotting.heat_maps import HeatMap
+from mbdsl.plotting.figures import Figure, HeatMap, Outcome, Page, Series, Table
 from mbdsl.plotting.series_styles import looks
 from mbdsl.plotting.signal_panels import ASPECTS, FLAT
 from mbdsl.plotting.signal_plots import Plot, suffix_of
@@ -26,7 +25,7 @@ from mbdsl.studies.sweep_values import Varied
 
 if TYPE_CHECKING:
     from mbdsl.studies.measures import Measure
-    from mbdsl.studies.sweep import Sweep
+    from mbdsl.studies.sweep_results import Sweep
 
 Array = NDArray[np.float64]
 CURVES = 8  #: largest number of curves in a frame; of more values a map is drawn
@@ -81,7 +80,7 @@ class SweepPlot(Plot):
 
 
 def plot(sweep: Sweep) -> SweepPlot:
-    """The picture of a sweep: see :meth:`mbdsl.studies.sweep.Sweep.plot`."""
+    """The picture of a sweep: see :meth:`mbdsl.studies.sweep_results.Sweep.plot`."""
     if not sweep.measures:
         raise UsageError("a sweep without measures has no picture")
     title, *_ = sweep.summary()
@@ -144,7 +143,8 @@ class _Layout:
             rows = [self._row({**fixed, **at, self.x: j}) for j in order]
             name = self._said(at) or str(measure)
             values = [column[row] for row in rows]
-            series.append(Series(name, [x[j] for j in order], values, hover=[self.sweep.point(r) for r in rows], style=style))
+            hover = [self.sweep.point(row) for row in rows]
+            series.append(Series(name, [x[j] for j in order], values, hover=hover, style=style))
             if k == 0:
                 failed = ((x[j], self.sweep.reason(row)) for j, row in zip(order, rows, strict=True))
                 outcomes += [Outcome(name, at_x, reason) for at_x, reason in failed if reason]

@@ -10,7 +10,7 @@ from mbdsl.plotting.figures import Table
 from mbdsl.plotting.signal_plots import SUFFIXES as PICTURES
 
 if TYPE_CHECKING:
-    from mbdsl.studies.sweep import Sweep
+    from mbdsl.studies.sweep_results import Sweep
 
 SUFFIXES = tuple(dict.fromkeys((*table_files.SUFFIXES, *PICTURES)))
 

@@ -141,4 +141,3 @@ def measured(of: SweepSetting, found: Trajectory) -> dict[str, float]:
         x = np.asarray(found[m.signal], float) if m.signal in found else np.full(len(found.t), math.nan)
         values[str(m)] = m.value(found.t[after], x[after])
     return values
-
