@@ -16,10 +16,10 @@ from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation.plan import DEFAULT_METHOD, plan
 from mbdsl.studies import measures as measuring
 from mbdsl.studies.cases import chosen
-from mbdsl.studies.runner import Runner, StudyProgress
+from mbdsl.studies.runner import StudyProgress
 from mbdsl.studies.store import CHANGED, Store
 from mbdsl.studies.sweep_results import Sweep
-from mbdsl.studies.sweep_runs import Point, SweepSetting, times
+from mbdsl.studies.sweep_runs import Point, SweepSetting, compute_all, times
 from mbdsl.studies.sweep_values import FORMS, MOST, Varied, varied
 
 
@@ -126,10 +126,12 @@ def sweep(
     run = plan(scene, name, step, tol, options=options, **times(of, scene))
     if after is not None and not after < run.stop:
         raise UsageError(f"no values after {after:g} s: the runs end at {run.stop:g} s", hint="give an earlier time")
-    runner = Runner(of, Store(store, fresh), workers=workers, tell=tell, announce=announce)
+    kept = Store(store, fresh)
+    kept.prune()
+    longest = math.inf if limit is None else limit
     given = tuple(sorted((key, float(x)) for key, x in (options or {}).items() if x is not None))
     cases = [Point(name, step, tol, given, values=values) for values in points]
-    runs = runner.compute(cases, limit=math.inf if limit is None else limit)
+    runs, number = compute_all(of, kept, cases, longest, workers, tell, announce)
     if any(found.problem == CHANGED for found in runs.values()):
         raise UsageError(f"{CHANGED}, so that its runs do not belong together", hint="run it again")
     return Sweep(
@@ -139,8 +141,8 @@ def sweep(
         indices,
         [runs[case] for case in cases],
         paired,
-        math.inf if limit is None else limit,
-        runner.found,
+        longest,
+        number,
     )
 
 

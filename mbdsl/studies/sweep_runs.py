@@ -1,12 +1,16 @@
-"""The runs of a sweep: one run a point, of which only the measures are kept, in the store of the studies."""
+"""The runs of a sweep: one run a point, of which only the measures are kept, in the store of the studies.
+
+Runs of a sweep are not compared with each other and have no common budget, so that they need no order by their times.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -16,11 +20,14 @@ from mbdsl.lang.load import load
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.provenance import code
 from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.studies import runner
 from mbdsl.studies.cases import Case, Setting
 from mbdsl.studies.compute import compute
 from mbdsl.studies.measures import Measure
-from mbdsl.studies.store import CHANGED, OUT_OF_MEMORY, OUT_OF_TIME, Computed, key_of, method_code
+from mbdsl.studies.runner import StudyProgress
+from mbdsl.studies.store import CHANGED, OUT_OF_MEMORY, OUT_OF_TIME, Computed, Store, key_of, method_code
 from mbdsl.studies.time_limits import TooLong, limited
+from mbdsl.studies.workers import cores, side_by_side
 
 POINTS = 2000  #: number of output times of a run, unless an interval is given: extrema are those of the output
 
@@ -30,11 +37,6 @@ class Point(Case):
     """A run of a sweep: a case with the values of the parameters, as texts."""
 
     values: tuple[tuple[str, str], ...] = ()
-
-    @property
-    def size(self) -> float:
-        """The same for all points: they run in their order."""
-        return 0.0
 
     def __str__(self) -> str:
         return ", ".join(f"{name} = {text}" for name, text in self.values)
@@ -101,7 +103,15 @@ def _(of: SweepSetting, case: Point) -> str:
 
 
 @compute.register
-def _(of: SweepSetting, case: Point, limit: float = math.inf, announce=None) -> Computed:
+def _(
+    of: SweepSetting,
+    case: Point,
+    limit: float = math.inf,
+    announce=None,
+    left: float = math.inf,
+    compiling: float = 0.0,
+) -> Computed:
+    limit = min(limit, left)
     try:
         scene = scene_at(of, case)
         run: dict[str, Any] = {"method": case.method, "step": case.step, "tol": case.tol, "options": dict(case.options)}
@@ -141,3 +151,52 @@ def measured(of: SweepSetting, found: Trajectory) -> dict[str, float]:
         x = np.asarray(found[m.signal], float) if m.signal in found else np.full(len(found.t), math.nan)
         values[str(m)] = m.value(found.t[after], x[after])
     return values
+
+
+def compute_all(
+    of: SweepSetting,
+    store: Store,
+    points: Sequence[Point],
+    limit: float = math.inf,
+    workers: int | None = None,
+    tell: Callable[[StudyProgress], None] | None = None,
+    announce: Callable[[str], None] | None = None,
+) -> tuple[dict[Point, Computed], int]:
+    """All runs, from the store or computed, and the number of those from the store.
+
+    The first ones run in this process, so that code is compiled once.
+    """
+    begun, kept = perf_counter(), 0
+    done: dict[Point, Computed] = {}
+    for point in points:
+        if (run := store.get(key_of(of, point), point)) is not None:
+            done[point] = run
+    found = kept = len(done)
+    waiting: list[Case] = [point for point in dict.fromkeys(points) if point not in done]
+    total = len(done) + len(waiting)
+
+    def say(point: Case) -> None:
+        if tell is not None:
+            tell(StudyProgress(len(done), total, str(point), perf_counter() - begun, kept))
+
+    def add(point: Case, run: Computed) -> None:
+        nonlocal kept
+        assert isinstance(point, Point)
+        done[point] = run
+        kept += run.lasting and store.has_claimed(key_of(of, point))
+        say(point)
+
+    helped = False
+    while waiting:
+        if not helped and len(waiting) > 1 and perf_counter() - begun > runner.ALONE:
+            helped, number = True, min(cores() if workers is None else workers, len(waiting))
+            if number > 1:
+                side_by_side(of, store, waiting, number, lambda: limit, add)
+                continue
+        point = waiting.pop(0)
+        say(point)
+        run = compute(of, point, limit, announce)
+        if run.lasting:
+            store.put(key_of(of, point), run)
+        add(point, run)
+    return done, found
