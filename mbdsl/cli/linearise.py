@@ -16,7 +16,8 @@ from mbdsl.storage.output_files import check, write_text, writing
 if TYPE_CHECKING:
     from mbdsl.analysis.linearisation import Linearisation
 
-SUFFIXES = (".json", ".mat", ".npz")
+TABLES = (".md", ".tex")
+SUFFIXES = (".json", ".mat", ".npz", *TABLES)
 
 
 def register(subparsers) -> argparse.ArgumentParser:
@@ -39,7 +40,8 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--signals", metavar="NAME,...", type=values.patterns, help="outputs y, such as pin.phi; default: the states"
     )
-    parser.add_argument("--output", metavar="FILE", help="write matrices, names and units (.json, .mat, .npz)")
+    parser.add_argument("--output", metavar="FILE", help="write matrices, names and units (.json, .mat, .npz, or "
+                        "as tables .md, .tex)")  # fmt: skip
     return parser
 
 
@@ -64,11 +66,17 @@ def run(args: argparse.Namespace) -> int:
 
 
 def write(found: Linearisation, path: str) -> None:
-    """All content of a linear model: lists in JSON; arrays in .npz and in .mat files of MATLAB and Octave."""
+    """All content of a linear model: lists in JSON; arrays in .npz and in .mat files of MATLAB and Octave; tables."""
     import numpy as np
 
     content = found.to_dict()
     suffix = Path(path).suffix.lower()
+    if suffix in TABLES:
+        from mbdsl.analysis.linear_tables import tables
+        from mbdsl.plotting import table_files
+
+        table_files.write(path, tables(found), [], str(found).partition("\n")[0], found.notes)
+        return
     if suffix == ".json":
         plain = {key: _plain(x.tolist()) if isinstance(x, np.ndarray) else x for key, x in content.items()}
         write_text(path, json.dumps(plain, indent=2) + "\n")

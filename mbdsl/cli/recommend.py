@@ -6,6 +6,7 @@ import argparse
 import sys
 
 from mbdsl.cli import _values as values
+from mbdsl.messages import visible
 
 
 def register(subparsers) -> argparse.ArgumentParser:
@@ -34,11 +35,14 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--budget", metavar="S", type=values.positive_seconds, default=60.0, help="time budget; default 60 s"
     )
+    values.add_table(parser)
     parser.add_argument("--fresh", action="store_true", help="compute everything again")
     return parser
 
 
 def run(args: argparse.Namespace) -> int:
+    values.check_table(args)
+
     from mbdsl.cli._progress import Counter
     from mbdsl.compilation import code_cache
     from mbdsl.studies.recommendation import recommend
@@ -60,4 +64,9 @@ def run(args: argparse.Namespace) -> int:
     finally:
         counter.close()
     print(found)
+    if args.table:
+        from mbdsl.studies.tables import write
+
+        write(found, args.table)
+        print(f"{visible(args.table, line=True)}: table")
     return 0

@@ -7,14 +7,12 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
-from mbdsl.errors import UsageError
 from mbdsl.plotting.axes import Axis, axis, coordinate
 from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.figures import HeatMap
-from mbdsl.storage.output_files import writing
+from mbdsl.plotting.picture_files import written
 
 WIDTH, HEIGHT = 860.0, 430.0  #: of one map [px]
 LEFT, RIGHT, TOP, BOTTOM = 84.0, 150.0, 30.0, 50.0  #: around the frame
@@ -198,28 +196,14 @@ def draw(maps: Sequence[HeatMap], path: str | os.PathLike, title: str, notes: Se
     UsageError
         If the file cannot be written, or matplotlib is not installed.
     """
-    try:
-        import matplotlib.figure
-        import matplotlib.style
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-    except ImportError as problem:
-        hint = "pip install 'mbdsl[plot]'; .svg and .html need no further package"
-        raise UsageError("PNG and PDF files are drawn by matplotlib", hint=hint) from problem
-    from mbdsl.plotting.pictures import STYLE as LOOK
-
     items, height = sheet(maps, title, notes)
-    suffix = Path(path).suffix.lower()
-    with matplotlib.style.context(["default", LOOK]):
-        picture = matplotlib.figure.Figure(figsize=(WIDTH / 96, height / 96), facecolor="#ffffff")
-        FigureCanvasAgg(picture)
+    look = {"font.family": ["DejaVu Sans"], "text.color": INK}
+    with written(path, (WIDTH / 96, height / 96), DPI, look, ".svg and .html") as picture:
         ax = picture.add_axes((0.0, 0.0, 1.0, 1.0))
         ax.set(xlim=(0.0, WIDTH), ylim=(height, 0.0))
         ax.set_axis_off()
         for item in items:
             _shape(ax, item)
-        metadata = {"CreationDate": None} if suffix == ".pdf" else {"Software": None}
-        with writing(path) as stream:
-            picture.savefig(stream, format=suffix[1:], dpi=DPI, metadata=metadata)
 
 
 def _shape(ax: Any, item: Item) -> None:

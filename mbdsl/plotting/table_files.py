@@ -9,6 +9,7 @@ import os
 import re
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from mbdsl.errors import UsageError
@@ -22,7 +23,8 @@ LONG = 45  #: rows of a LaTeX table above which it continues on the next page
 _NUMBER = re.compile(r"(?<![\w.\-+])([-+−]?)(\d[\d,]*\.?\d*|\.\d+)(?:[eE]([-+]?\d+)|·10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?(?![\w.])")
 _NUMERIC = re.compile(r"[(]?[-+−<>~±]?\s*(\d[\d,]*\.?\d*|\.\d+)([eE][-+]?\d+|·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?[)]?(\s?\D{0,12})?$")
 _SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
-_MARKDOWN = re.compile(r"([\\`*_|<>#~])")
+_MARKDOWN = re.compile(r"([\\`*_|]|^#)")
+_ENTITIES = (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ("~~", "&#126;&#126;"))  #: that all dialects of it read
 _LATEX = {
     "\\": r"\textbackslash{}",
     "{": r"\{",
@@ -77,7 +79,13 @@ def suffix_of(path: str | os.PathLike, known: Sequence[str] = SUFFIXES) -> str:
     return suffix
 
 
-def write(path: str | os.PathLike, tables: Sequence[Table], records: Sequence[Mapping], title: str = "") -> None:
+def write(
+    path: str | os.PathLike,
+    tables: Sequence[Table],
+    records: Sequence[Mapping],
+    title: str = "",
+    notes: Sequence[str] = (),
+) -> None:
     """Write tables to a file.
 
     Parameters
@@ -90,6 +98,8 @@ def write(path: str | os.PathLike, tables: Sequence[Table], records: Sequence[Ma
         Rows with all digits, for .csv: column -> number or text. Columns that a row lacks are empty.
     title : str, optional
         Heading of the file.
+    notes : sequence of str, optional
+        Sentences after the tables.
 
     Raises
     ------
@@ -101,7 +111,7 @@ def write(path: str | os.PathLike, tables: Sequence[Table], records: Sequence[Ma
         write_text(path, as_csv(records))
     else:
         made = as_markdown if suffix == ".md" else as_latex
-        write_text(path, made([t for t in tables if t.rows], title))
+        write_text(path, made([_without_empty(t) for t in tables if t.rows], title, notes))
 
 
 def as_csv(records: Sequence[Mapping]) -> str:
@@ -120,12 +130,12 @@ def _cell(x: object) -> object:
     return visible(x, line=True) if isinstance(x, str) else x
 
 
-def as_markdown(tables: Sequence[Table], title: str = "") -> str:
+def as_markdown(tables: Sequence[Table], title: str = "", notes: Sequence[str] = ()) -> str:
     """Tables in Markdown (pipe tables), with columns that are aligned in the text, too."""
     parts = [f"# {_marked(title)}"] if title else []
     for table in tables:
         parts += [f"## {_marked(table.title)}"] if table.title else []
-        rows = [[_marked(cell) for cell in row] for row in _filled(table)]
+        rows = [[_marked(cell) for cell in row] for row in (table.columns, *table.rows)]
         right = numeric_columns(table)
         widths = [max(3, *(width(row[k]) for row in rows)) for k in range(len(table.columns))]
         lines = [_piped(rows[0], widths, right)]
@@ -134,6 +144,7 @@ def as_markdown(tables: Sequence[Table], title: str = "") -> str:
         lines += [_piped(row, widths, right) for row in rows[1:]]
         parts.append("\n".join(lines))
         parts += [_marked(table.note)] if table.note else []
+    parts += map(_marked, notes)
     return "\n\n".join(parts) + "\n"
 
 
@@ -144,22 +155,26 @@ def _piped(row: Sequence[str], widths: Sequence[int], right: Sequence[bool]) -> 
 
 
 def _marked(text: str) -> str:
-    return _MARKDOWN.sub(r"\\\1", visible(" ".join(str(text).split()), line=True))
+    found = _MARKDOWN.sub(r"\\\1", visible(" ".join(str(text).split()), line=True))
+    for sign, entity in _ENTITIES:
+        found = found.replace(sign, entity)
+    return found
 
 
-def as_latex(tables: Sequence[Table], title: str = "") -> str:
+def as_latex(tables: Sequence[Table], title: str = "", notes: Sequence[str] = ()) -> str:
     """Tables in LaTeX, for \\input: ``tabular``, which needs no package, or ``longtable`` for long ones."""
     long = any(len(table.rows) > LONG for table in tables)
     parts = [f"% {_ascii(title)}"] if title else []
     parts += [r"% needs \usepackage{longtable}"] if long else []
     for table in tables:
         parts.append("\n".join(_tabular(table)))
+    parts += (rf"\noindent {latex(note)}\par" for note in notes)
     return "\n\n".join(parts) + "\n"
 
 
 def _tabular(table: Table) -> Iterable[str]:
     right = numeric_columns(table)
-    head, *rows = _filled(table)
+    head, rows = table.columns, table.rows
     kind = "longtable" if len(rows) > LONG else "tabular"
     if table.title:
         yield rf"\noindent\textbf{{{latex(table.title)}}}\par\smallskip"
@@ -195,7 +210,8 @@ def _number(text: str) -> str:
 
 def latex(text: str) -> str:
     """A text with the characters of LaTeX escaped; letters without a LaTeX name lose their accents, or become ``?``."""
-    return "".join(_letter(c) for c in " ".join(str(text).split()) if c) if text.strip() else ""
+    letters = "".join(_letter(c) for c in " ".join(str(text).split()))
+    return letters.replace("--", "-{}-") if "--" in text else letters  # not the dash that LaTeX makes of two hyphens
 
 
 def _letter(c: str) -> str:
@@ -210,10 +226,12 @@ def _ascii(text: str) -> str:
     return "".join(c for c in unicodedata.normalize("NFKD", text) if c.isascii() and c.isprintable())
 
 
-def _filled(table: Table) -> list[list[str]]:
-    """The head and the rows, all of the same length."""
+def _without_empty(table: Table) -> Table:
+    """The table with rows of the same length, without columns whose cells are all empty."""
     n = len(table.columns)
-    return [list(map(str, table.columns)), *([*map(str, row), *[""] * (n - len(row))] for row in table.rows)]
+    rows = [[*map(str, row), *[""] * (n - len(row))] for row in table.rows]
+    kept = [k for k in range(n) if any(row[k] for row in rows)]
+    return replace(table, columns=[str(table.columns[k]) for k in kept], rows=[[row[k] for k in kept] for row in rows])
 
 
 def numeric_columns(table: Table) -> list[bool]:

@@ -6,7 +6,6 @@ import os
 from typing import TYPE_CHECKING
 
 from mbdsl.plotting import table_files
-from mbdsl.plotting.figures import Table
 from mbdsl.plotting.signal_plots import SUFFIXES as PICTURES
 
 if TYPE_CHECKING:
@@ -31,9 +30,7 @@ def save(sweep: Sweep, path: str | os.PathLike) -> None:
     suffix = suffix_of(path)
     if suffix in table_files.SUFFIXES:
         title, *notes = sweep.summary()
-        table = sweep.table()
-        said = Table(table.title, table.columns, table.rows, " ".join(line.strip() for line in notes))
-        table_files.write(path, [said], sweep.records(), title)
+        table_files.write(path, [sweep.table()], sweep.records(), title, [note.strip() for note in notes])
     elif suffix == ".html":
         from mbdsl.studies.sweep_figures import write_page
 
