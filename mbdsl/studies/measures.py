@@ -61,7 +61,15 @@ FUNCTIONS = {
 
 @dataclass(frozen=True)
 class Measure:
-    """A function of a signal, such as ``max(pin.fx)``; ``unit`` is that of its value."""
+    """A function of a signal, such as ``max(pin.fx)``, which is its text.
+
+    Attributes
+    ----------
+    function, signal : str
+        Names.
+    unit : str
+        Unit of its value; "" if it has none.
+    """
 
     function: str
     signal: str
@@ -76,7 +84,18 @@ class Measure:
         return f"{self}{f' [{self.unit}]' if self.unit else ''}"
 
     def value(self, t: Array, x: Array) -> float:
-        """The value for a signal ``x`` (N,) at the times ``t`` (N,) [s]; nan if a value of the signal is nan."""
+        """Evaluate the measure.
+
+        Parameters
+        ----------
+        t, x : (N,)
+            Times [s] and values of the signal.
+
+        Returns
+        -------
+        float
+            nan if there is no value, or one of them is nan.
+        """
         if not len(t) or np.isnan(x).any():
             return float("nan")
         return FUNCTIONS[self.function].value(t, x)

@@ -42,6 +42,13 @@ class SweepPlot(Plot):
 
     Attributes
     ----------
+    title : str
+    panels : tuple of Figure
+        One for each measure, from the top; empty if maps are drawn.
+    looks : mapping
+        Name of a series -> its look.
+    notes : tuple of str
+        Sentences on what is shown.
     maps : tuple of HeatMap
         Measures over two parameters; empty if curves are drawn.
     """

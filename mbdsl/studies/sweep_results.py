@@ -37,16 +37,22 @@ class Sweep:
 
     Attributes
     ----------
+    name : str
+        Name of the model.
     parameters : tuple of Varied
         Parameters and their values.
     measures : tuple of Measure
         Measures.
+    indices : list of tuple of int
+        For each row the index of the value of each parameter; the last parameter changes fastest.
     runs : tuple of Computed
-        Runs in the order of the rows; the last parameter changes fastest.
+        Runs in the order of the rows.
     paired : bool
         Whether row k has value k of each parameter; otherwise the rows are all combinations.
     limit : float [s]
         Time limit of a run.
+    found : int
+        Number of runs that were taken from the store.
     """
 
     def __init__(
@@ -62,7 +68,7 @@ class Sweep:
     ) -> None:
         self.name, self.parameters, self.measures = name, tuple(parameters), tuple(measures)
         self.indices, self.runs, self.paired, self.limit = list(indices), tuple(runs), paired, limit
-        self.found = found  #: number of runs that were taken from the store
+        self.found = found
 
     def __len__(self) -> int:
         return len(self.runs)

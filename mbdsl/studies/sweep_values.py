@@ -46,7 +46,19 @@ class Varied:
         return len(self.texts)
 
     def shown(self, k: int, digits: int = 6) -> str:
-        """Value ``k`` without its unit."""
+        """Return a value as text, without its unit.
+
+        Parameters
+        ----------
+        k : int
+            Number of the value, from 0.
+        digits : int, optional
+            Significant digits of a number.
+
+        Returns
+        -------
+        str
+        """
         return self.texts[k] if self.numbers is None else f"{self.numbers[k]:.{digits}g}"
 
     @property
@@ -55,7 +67,17 @@ class Varied:
         return f"{self.name} [{self.unit}]" if self.unit and self.numbers is not None else self.name
 
     def said(self, k: int) -> str:
-        """Value ``k`` with the name and the unit: ``k = 2.5 N/mm``."""
+        """Return a value with the name and the unit: ``k = 2.5 N/mm``.
+
+        Parameters
+        ----------
+        k : int
+            Number of the value, from 0.
+
+        Returns
+        -------
+        str
+        """
         unit = f" {self.unit}" if self.unit and self.numbers is not None else ""
         return f"{self.name} = {self.shown(k)}{unit}"
 
