@@ -39,12 +39,13 @@ def register(subparsers) -> argparse.ArgumentParser:
         metavar="F(SIGNAL),...",
         action="append",
         default=[],
-        help="what is recorded of a run, repeatable: final, min, max, maxabs, mean, rms, amplitude, period, "
+        help="measures of each run, repeatable: final, min, max, maxabs, mean, rms, amplitude, period, "
         "time_of_max, time_of_min of a signal or glob; default: min and max of the coordinates of the first body",
     )
     parser.add_argument("--after", metavar="T", type=values.seconds, help="values before this time do not count")
-    parser.add_argument("--output", metavar="FILE", help="table (.csv, .md, .tex), picture (.svg, .png, .pdf) or page "
-                        "with both (.html)")  # fmt: skip
+    parser.add_argument("--output", metavar="FILE", action="append", default=[],
+                        help="table (.csv, .md, .tex), picture (.svg, .png, .pdf) or page with both (.html); "
+                        "repeatable")  # fmt: skip
     values.add_method(parser)
     values.add_steps(parser)
     parser.add_argument("--start", metavar="T0", type=values.seconds, help="start time; default: the model's, else 0")
@@ -64,8 +65,9 @@ def run(args: argparse.Namespace) -> int:
     if args.output:
         from mbdsl.studies.sweep_files import suffix_of
 
-        suffix_of(args.output)
-        output_files.check([args.output], [args.model])
+        for path in args.output:
+            suffix_of(path)
+        output_files.check(args.output, [args.model])
 
     from mbdsl.cli._progress import Counter
     from mbdsl.cli.study import kept
@@ -96,11 +98,11 @@ def run(args: argparse.Namespace) -> int:
         counter.close()
     if not args.quiet:
         width = shutil.get_terminal_size((COLUMNS, 24)).columns if sys.stdout.isatty() else COLUMNS
-        print(found.text(width, len(found) if args.verbose else 40))
-    if args.output:
-        found.save(args.output)
+        print(found.text(width, len(found) if args.verbose else 40) + ("\n" if args.output else ""))
+    for path in args.output:
+        found.save(path)
         if not args.quiet:
-            print(f"\n{visible(args.output, line=True)}: {count(len(found), 'run')}")
+            print(f"{visible(path, line=True)}: {count(len(found), 'run')}")
     if found.failed:
         if args.quiet:
             print(f"{len(found.failed)} of {count(len(found), 'run')} failed", file=sys.stderr)

@@ -68,6 +68,7 @@ def height(page: Page, width: float) -> int:
     """The height of a page of figures at a width of at least 760 px [px], approximately."""
     known = {**looks(names([item for item in page.items if isinstance(item, Figure)])), **page.looks}
     pictures = [svg.Canvas(lay_out(item, known)).total for item in page.items if isinstance(item, Figure)]
+    pictures += [heat_maps.HEIGHT for item in page.items if isinstance(item, HeatMap)]
     # Measured in a browser: the title and the margins, the legend of a figure, lines of text.
     return round(90 + (width - 40) / svg.WIDTH * sum(pictures) + 95 * len(pictures) + 30 * len(page.paragraphs))
 

@@ -58,7 +58,7 @@ def sweep(
         Parameter -> its values: a text "start:stop:count" or "start:stop:count:log", with a unit after it ("1:10:5
         N/mm"), a text "1, 2, 5", or a sequence of numbers in SI units, Booleans or texts with units.
     measures : str or sequence of str, optional
-        What is recorded of each run: ``max(pin.fx)``; functions are final, min, max, maxabs, mean, rms, amplitude,
+        Measures of each run, such as ``max(pin.fx)``; functions are final, min, max, maxabs, mean, rms, amplitude,
         period, time_of_max and time_of_min; glob patterns stand for several signals. Default: least and largest value
         of the coordinates of the first body.
     paired : bool, optional

@@ -71,10 +71,9 @@ class SweepPlot(Plot):
         suffix = suffix_of(path)
         if not self.maps or suffix == ".html":
             return super().save(path)
-        notes = [line for note in self.notes for line in textwrap.wrap(note, NOTE)]
         if suffix == ".svg":
-            return write_text(path, heat_maps.svg(self.maps, self.title, notes))
-        return heat_maps.draw(self.maps, path, self.title, notes)
+            return write_text(path, self._repr_svg_())
+        return heat_maps.draw(self.maps, path, self.title, self._lines())
 
     def page(self) -> Page:
         """Return the picture as a page.
@@ -84,6 +83,22 @@ class SweepPlot(Plot):
         Page
         """
         return Page(self.title, self.notes, self.maps or self.panels, looks=self.looks)
+
+    def __repr__(self) -> str:
+        return f"<SweepPlot of {self.title}: {count(len(self.maps), 'map')}>" if self.maps else super().__repr__()
+
+    def __str__(self) -> str:
+        if not self.maps:
+            return super().__str__()
+        shown = [(m, f", {m.title}" if m.title else "") for m in self.maps]
+        each = (f"map of {m.z_label} over {m.x_label} and {m.y_label}{where}" for m, where in shown)
+        return "\n".join([self.title, *each, *self.notes])
+
+    def _repr_svg_(self) -> str:
+        return heat_maps.svg(self.maps, self.title, self._lines()) if self.maps else super()._repr_svg_()
+
+    def _lines(self) -> list[str]:
+        return [line for note in self.notes for line in textwrap.wrap(note, NOTE)]
 
 
 def plot(sweep: Sweep) -> SweepPlot:

@@ -270,7 +270,7 @@ class Sweep:
         shown = as_text(Table("", table.columns, rows), width, len(self.parameters))
         title, *notes = self.summary()
         title += f" ({self.found} of them stored before)" if self.found else ""
-        return "\n".join([title, "", shown, *([""] if notes else []), *wrapped(notes, width)])
+        return "\n".join([*wrapped([title], width), "", shown, *([""] if notes else []), *wrapped(notes, width)])
 
     def save(self, path: str | os.PathLike) -> None:
         """Write the table or the picture.

@@ -306,8 +306,9 @@ def test_wrong_commands(say, arguments, code, says):
 def test_command(say, tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     arguments = ("sweep", PENDULUM, "--vary", "L=0:1:3", "--step", "5ms", "--stop", "0.5s", "--measure", "mass.x")
-    code, out, err = say(*arguments, "--output", "out.csv")
-    assert code == 4 and "1 of 3 runs failed" in out and "out.csv: 3 runs" in out
+    code, out, err = say(*arguments, "--output", "out.csv", "--output", "out.svg")
+    assert code == 4 and "1 of 3 runs failed" in out and "out.csv: 3 runs\nout.svg: 3 runs" in out
+    assert "<svg" in (tmp_path / "out.svg").read_text(encoding="utf-8")
     assert max(map(len, out.splitlines())) <= 100
     code, out, err = say(*arguments, "--quiet")
     assert (code, out) == (4, "") and "1 of 3 runs failed" in err
@@ -401,6 +402,7 @@ def test_a_map_has_the_values_of_the_grid(tmp_path):
     for suffix in (".svg", ".pdf", ".html"):
         plot.save(tmp_path / f"map{suffix}")
     root = ET.parse(tmp_path / "map.svg").getroot()
+    assert "map of max(x) [m] over a and b, c = 6" in str(plot) and "2 maps" in repr(plot)
     texts = list(root.itertext())
     assert texts.count("max(x) [m]") == 2 and "no value" in texts and "10²" in texts
     assert b"/FontFile2" in (tmp_path / "map.pdf").read_bytes()
