@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from mbdsl.errors import UsageError
 from mbdsl.plotting.series_styles import LIGHT_PAPER
@@ -44,6 +45,39 @@ def written(
     ----------
     path : path
         The file; its suffix selects the format: .png, .svg or .pdf.
+    size, dpi, style, instead, **given
+        As for :func:`drawn`.
+
+    Raises
+    ------
+    UsageError
+        If matplotlib is not installed, or the file cannot be written.
+    """
+    content = io.BytesIO()
+    with drawn(content, Path(path).suffix.lower(), size, dpi, style, instead, **given) as figure:
+        yield figure
+    with writing(path) as stream:
+        stream.write(content.getvalue())
+
+
+@contextmanager
+def drawn(
+    stream: BinaryIO,
+    suffix: str,
+    size: tuple[float, float],
+    dpi: float,
+    style: Mapping[str, Any],
+    instead: str = "",
+    **given: Any,
+) -> Iterator[Figure]:
+    """An empty figure of matplotlib, which is written to a stream when the block ends.
+
+    Parameters
+    ----------
+    stream : binary stream
+        Where it is written.
+    suffix : {".png", ".svg", ".pdf"}
+        The format.
     size : (float, float) [inch]
         Width and height.
     dpi : float
@@ -58,7 +92,7 @@ def written(
     Raises
     ------
     UsageError
-        If matplotlib is not installed, or the file cannot be written.
+        If matplotlib is not installed.
     """
     try:
         import matplotlib.figure
@@ -68,10 +102,8 @@ def written(
         hint = "pip install 'mbdsl[plot]'" + (f"; {instead} need no further package" if instead else "")
         what = "PNG and PDF files" if instead else "pictures"
         raise UsageError(f"{what} are drawn by matplotlib", hint=hint) from problem
-    suffix = Path(path).suffix.lower()
     with matplotlib.style.context(["default", {**STYLE, **style}]):
         figure = matplotlib.figure.Figure(figsize=size, facecolor=LIGHT_PAPER, **given)
         FigureCanvasAgg(figure)
         yield figure
-        with writing(path) as stream:
-            figure.savefig(stream, format=suffix[1:], dpi=dpi, metadata=METADATA[suffix])
+        figure.savefig(stream, format=suffix[1:], dpi=dpi, metadata=METADATA[suffix])

@@ -9,7 +9,8 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.plotting import html_tables
 from mbdsl.storage.output_files import check, write_text, writing
 
-PAGES, FILMS, PICTURES = (".html", ".htm"), (".gif", ".mp4"), (".png",)
+PAGES, FILMS, VECTORS = (".html", ".htm"), (".gif", ".mp4"), (".svg", ".pdf")
+PICTURES = (".png", *VECTORS)
 HEIGHT = 560  #: of the frame in a notebook [px]
 
 
