@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbdsl.messages import few
-from mbdsl.plotting.figures import Table
-
-if TYPE_CHECKING:
-    from mbdsl.analysis.linearisation import Linearisation
 
 WIDTH = 80  #: columns of the terminal
 LARGEST = 12  #: largest matrix that is printed
@@ -46,39 +41,12 @@ def matrix_rows(letter: str, matrix: np.ndarray, left: Sequence[str], above: Seq
         lines.append(f"{letter:{side}}" + "".join(f"{above[k]:>{cell}}" for k in columns))
         lines += [
             f"{name:{side}}" + "".join(f"{_number(row[k]):>{cell}}" for k in columns)
-            for name, row in zip(left, _clean(matrix), strict=True)
+            for name, row in zip(left, clean(matrix), strict=True)
         ]
     return lines
 
 
-def tables(found: Linearisation) -> list[Table]:
-    """Vectors with units and values, and the matrices with the names of rows and columns, as tables for files."""
-    vectors = (
-        ("x", found.states, found.state_units, found.x0),
-        ("u", found.inputs, found.input_units, found.u0),
-        ("y", found.outputs, found.output_units, found.y0),
-    )
-    tables = []
-    for letter, names, units, now in vectors:
-        rows = [
-            (f"{letter}{k}", name, "" if np.isnan(x) else f"{x:.10g}", unit)
-            for k, (name, unit, x) in enumerate(zip(names, units, now, strict=True), 1)
-        ]
-        tables.append(Table(f"Vector {letter}", ("", "name", "value", "unit"), rows))
-    rates = [f"{name}'" for name in found.states]
-    matrices = (
-        ("A", found.A, rates, found.states),
-        ("B", found.B, rates, found.inputs),
-        ("C", found.C, found.outputs, found.states),
-        ("D", found.D, found.outputs, found.inputs),
-    )
-    for letter, matrix, left, above in matrices:
-        rows = [(name, *(f"{x:.10g}" for x in row)) for name, row in zip(left, _clean(matrix), strict=True)]
-        tables.append(Table(f"Matrix {letter}", ("", *above), rows if above else []))
-    return tables
-
-
-def _clean(matrix: np.ndarray) -> np.ndarray:
+def clean(matrix: np.ndarray) -> np.ndarray:
     """Without the rounding residue of entries that are zero; files have all digits."""
     largest = np.abs(matrix).max(axis=1, keepdims=True, initial=0.0)
     return np.where(np.abs(matrix) > 1e-13 * largest, matrix, 0.0)
