@@ -227,10 +227,10 @@ def check_table(args: argparse.Namespace) -> None:
         If the suffix is unknown, or the file cannot be written.
     """
     if args.table:
-        from mbdsl.plotting.table_files import suffix_of
+        from mbdsl.plotting.table_files import SUFFIXES
         from mbdsl.storage import output_files
 
-        suffix_of(args.table)
+        output_files.suffix_of(args.table, SUFFIXES)
         output_files.check([args.table], [args.model])
 
 

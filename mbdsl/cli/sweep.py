@@ -63,10 +63,10 @@ def register(subparsers) -> argparse.ArgumentParser:
 def run(args: argparse.Namespace) -> int:
     vary = _once(args.vary)
     if args.output:
-        from mbdsl.studies.sweep_files import suffix_of
+        from mbdsl.studies.sweep_files import SUFFIXES
 
         for path in args.output:
-            suffix_of(path)
+            output_files.suffix_of(path, SUFFIXES)
         output_files.check(args.output, [args.model])
 
     from mbdsl.cli._progress import Counter

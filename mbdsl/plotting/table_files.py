@@ -10,12 +10,10 @@ import re
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
-from mbdsl.errors import UsageError
 from mbdsl.messages import visible, width
 from mbdsl.plotting.figures import Table
-from mbdsl.storage.output_files import write_text
+from mbdsl.storage.output_files import suffix_of, write_text
 
 SUFFIXES = (".md", ".tex", ".csv")
 LONG = 45  #: rows of a LaTeX table above which it continues on the next page
@@ -64,21 +62,6 @@ _GREEK = {
 }  # fmt: skip
 
 
-def suffix_of(path: str | os.PathLike, known: Sequence[str] = SUFFIXES) -> str:
-    """The suffix of a file of a table.
-
-    Raises
-    ------
-    UsageError
-        If it is not one of the ``known``.
-    """
-    suffix = Path(path).suffix.lower()
-    if suffix not in known:
-        problem = f"unknown suffix `{Path(path).suffix}` of" if suffix else "no suffix on"
-        raise UsageError(f"{problem} `{path!s}`", hint=f"known are {', '.join(known)}")
-    return suffix
-
-
 def write(
     path: str | os.PathLike,
     tables: Sequence[Table],
@@ -106,7 +89,7 @@ def write(
     UsageError
         If the suffix is unknown, or the file cannot be written.
     """
-    suffix = suffix_of(path)
+    suffix = suffix_of(path, SUFFIXES)
     if suffix == ".csv":
         write_text(path, as_csv(records))
     else:

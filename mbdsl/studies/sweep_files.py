@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from mbdsl.plotting import table_files
 from mbdsl.plotting.signal_plots import SUFFIXES as PICTURES
+from mbdsl.storage.output_files import suffix_of
 
 if TYPE_CHECKING:
     from mbdsl.studies.sweep_results import Sweep
@@ -14,20 +15,9 @@ if TYPE_CHECKING:
 SUFFIXES = tuple(dict.fromkeys((*table_files.SUFFIXES, *PICTURES)))
 
 
-def suffix_of(path: str | os.PathLike) -> str:
-    """The suffix of a file of a sweep.
-
-    Raises
-    ------
-    UsageError
-        If it is unknown.
-    """
-    return table_files.suffix_of(path, SUFFIXES)
-
-
 def save(sweep: Sweep, path: str | os.PathLike) -> None:
     """Write the table, the picture or the page of a sweep, as the suffix selects."""
-    suffix = suffix_of(path)
+    suffix = suffix_of(path, SUFFIXES)
     if suffix in table_files.SUFFIXES:
         title, *notes = sweep.summary()
         table_files.write(path, [sweep.table()], sweep.records(), title, [note.strip() for note in notes])

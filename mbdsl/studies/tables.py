@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from mbdsl.plotting import table_files
 from mbdsl.plotting.figures import Table
+from mbdsl.storage.output_files import suffix_of
 from mbdsl.studies.effects import EffectsStudy, Without
 from mbdsl.studies.recommendation import Recommendation
 from mbdsl.studies.report import Study
@@ -28,7 +29,7 @@ def write(study: Study | EffectsStudy | Recommendation, path: str | os.PathLike)
     UsageError
         If the suffix is unknown, or the file cannot be written.
     """
-    table_files.suffix_of(path)
+    suffix_of(path, table_files.SUFFIXES)
     if isinstance(study, Study):
         table_files.write(path, study.tables(), study.records(), study.title, study.summary())
     elif isinstance(study, EffectsStudy):

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
-from mbdsl.errors import UsageError
 from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.picture_files import written
-from mbdsl.storage.output_files import write_text
+from mbdsl.storage.output_files import suffix_of, write_text
 from mbdsl.viewing.documents import document, sheet
 from mbdsl.viewing.structure import Structure
 from mbdsl.viewing.structure_picture import Item, picture
@@ -45,11 +43,7 @@ def check_suffix(path: str | os.PathLike) -> str:
     UsageError
         If it is unknown.
     """
-    suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        problem = f"unknown suffix `{Path(path).suffix}` of" if suffix else "no suffix on"
-        raise UsageError(f"{problem} `{path!s}`", hint=f"known are {', '.join(SUFFIXES)}")
-    return suffix
+    return suffix_of(path, SUFFIXES)
 
 
 def save(structure: Structure, path: str | os.PathLike) -> None:
