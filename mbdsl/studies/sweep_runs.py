@@ -72,7 +72,8 @@ def scene_at(of: SweepSetting, point: Point) -> Scene:
         If the model is invalid with these values, or its files have changed since the sweep began.
     """
     assert of.path is not None
-    found = load(of.path, {**of.parameters, **dict(point.values)}, without=of.without, allow_imports=of.allow_imports)
+    changes = {**of.parameters, **dict(point.values)}
+    found = load(of.path, changes, of.scene.name, of.without, of.allow_imports)
     if of.scene.files and dict(found.files) != dict(of.scene.files):
         raise FilesChanged
     return found

@@ -406,3 +406,12 @@ def test_a_map_has_the_values_of_the_grid(tmp_path):
     texts = list(root.itertext())
     assert texts.count("max(x) [m]") == 2 and "no value" in texts and "10²" in texts
     assert b"/FontFile2" in (tmp_path / "map.pdf").read_bytes()
+
+
+def test_a_file_with_several_models(tmp_path):
+    """The model with the name of the file is not the last one, and workers find it by its name."""
+    text = PENDULUM.read_text(encoding="utf-8")
+    path = tmp_path / "pendulum.mbd"
+    path.write_text(text + text.replace("Pendulum", "Other").replace("9.81", "1.62"), encoding="utf-8")
+    found = mbdsl.sweep(path, {"L": [1.0]}, "max(rod.fy)", store=tmp_path / "runs", workers=1, **RUN)
+    assert found.name == "Pendulum" and found["max(rod.fy)"] == pytest.approx(3.0 * 9.81, rel=3e-4)
