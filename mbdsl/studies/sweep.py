@@ -16,6 +16,7 @@ from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation.plan import DEFAULT_METHOD, plan
 from mbdsl.studies import measures as measuring
 from mbdsl.studies.cases import chosen
+from mbdsl.studies.measures import Measure
 from mbdsl.studies.runner import StudyProgress
 from mbdsl.studies.store import CHANGED, Store
 from mbdsl.studies.sweep_results import Sweep
@@ -104,11 +105,9 @@ def sweep(
     if limit is not None and not limit > 0.0:
         raise UsageError(f"a time limit of {limit:g} s leaves no time for a run")
     points = [tuple((p.name, p.texts[j]) for p, j in zip(ranges, row, strict=True)) for row in indices]
-    scene = _readable(model, fixed, without, points)
-    ranges = [_with_unit(p, scene) for p in ranges]
-    names = SignalNames(scene)
     asked = measuring.split(measures) if isinstance(measures, str) else measures
-    chosen_measures = measuring.read(asked or measuring.usual(names), names)
+    scene, chosen_measures = _readable(model, fixed, without, points, asked)
+    ranges = [_with_unit(p, scene) for p in ranges]
     name = chosen([method])[0] if method is not None else scene.experiment.method or DEFAULT_METHOD
     of = SweepSetting(
         scene,
@@ -166,19 +165,25 @@ def _indices(ranges: Sequence[Varied], paired: bool) -> list[tuple[int, ...]]:
 
 
 def _readable(
-    model: str | PathLike, fixed: Mapping, without: Sequence[str], points: Sequence[tuple[tuple[str, str], ...]]
-) -> Scene:
-    """The model at the first, the last or the middle point at which it is valid.
+    model: str | PathLike,
+    fixed: Mapping,
+    without: Sequence[str],
+    points: Sequence[tuple[tuple[str, str], ...]],
+    asked: Sequence[str] | None,
+) -> tuple[Scene, list[Measure]]:
+    """The model at the first, the last or the middle point at which it is valid and has all signals, and the measures.
 
     Raises
     ------
     MbdslError
-        If it is valid at none of them: that of the first.
+        If there is no such point: that of the first.
     """
     first: MbdslError | None = None
     for values in dict.fromkeys((points[0], points[-1], points[len(points) // 2])):
         try:
-            return load(model, {**fixed, **dict(values)}, without=without)
+            scene = load(model, {**fixed, **dict(values)}, without=without)
+            names = SignalNames(scene)
+            return scene, measuring.read(asked or measuring.usual(names), names)
         except MbdslError as problem:
             first = first or problem
     assert first is not None

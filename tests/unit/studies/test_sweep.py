@@ -229,6 +229,20 @@ def test_parameters_share_compiled_code():
     assert len(names) == 1
 
 
+def test_signals_that_only_some_points_have(tmp_path, monkeypatch):
+    """The number of links is a parameter; the runs themselves are replaced."""
+    monkeypatch.setattr("mbdsl.studies.sweep.compute_all", lambda of, store, points, *rest: (_blank(of, points), 0))
+    vary = {"N": "1:3:3"}
+    found = mbdsl.sweep(MODELS / "chain.mbd", vary, "final(link[3].phi)", store=tmp_path)
+    assert str(found.measures[0]) == "final(link[3].phi)" and len(found) == 3
+    with pytest.raises(UsageError, match="there is no signal"):
+        mbdsl.sweep(MODELS / "chain.mbd", vary, "final(link[4].phi)", store=tmp_path)
+
+
+def _blank(of, points):
+    return {point: Computed(point, stats={"values": {str(m): math.nan for m in of.measures}}) for point in points}
+
+
 def test_an_interrupted_sweep_continues(tmp_path):
     asked = (PENDULUM, {"L": "1:2:5"}, "final(mass.x)")
     given = {"step": 5e-3, "stop": 0.5, "workers": 1, "store": tmp_path}
