@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from mbdsl.simulation.resume import resume as resume
     from mbdsl.simulation.trajectory import Trajectory as Trajectory
     from mbdsl.studies.recommendation import recommend as recommend
+    from mbdsl.studies.sweep import sweep as sweep
     from mbdsl.version import __version__ as __version__
 
 #: public name -> (module, its name there, or "" for the module); loaded when first used: `import mbdsl` is quick
@@ -42,6 +43,7 @@ _PUBLIC = {
     "static": ("mbdsl.analysis.equilibria", "static"),
     "eigen": ("mbdsl.analysis.eigenmodes", "eigen"),
     "linearise": ("mbdsl.analysis.linearisation", "linearise"),
+    "sweep": ("mbdsl.studies.sweep", "sweep"),
     "simulate": ("mbdsl.api", "simulate"),
     "resume": ("mbdsl.simulation.resume", "resume"),
     "Checkpoint": ("mbdsl.simulation.checkpoint", "Checkpoint"),
@@ -89,6 +91,7 @@ __all__ = [
     "simulate",
     "static",
     "study",
+    "sweep",
 ]
 
 

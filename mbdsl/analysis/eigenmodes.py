@@ -41,6 +41,7 @@ from mbdsl.system.signals import gradients
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
+    from mbdsl.plotting.figures import Table
     from mbdsl.viewing.mode_animation import ModeAnimation
 
 Complex = NDArray[np.complex128]
@@ -251,6 +252,18 @@ class Modes(Sequence[Mode]):
             rows.append((str(k), *numbers, few(parts, 4) + mark))
         return rows
 
+    def table(self) -> Table:
+        """Return frequencies, damping ratios and the bodies that move.
+
+        Returns
+        -------
+        Table
+            One row a mode.
+        """
+        from mbdsl.plotting.figures import Table
+
+        return Table("", ("#", "f [Hz]", "damped [Hz]", "damping", "moving bodies"), self._rows())
+
     def __str__(self) -> str:
         lines = [self._head(), *(["    #      f [Hz]  damped [Hz]     damping  moving bodies"] if self.modes else [])]
         lines += [f"{k:>5} {f:>11}  {damped:>11} {ratio:>11}  {what}" for k, f, damped, ratio, what in self._rows()]
@@ -260,11 +273,9 @@ class Modes(Sequence[Mode]):
         return f"<Modes of {self._head()}>"
 
     def _repr_html_(self) -> str:
-        from mbdsl.plotting.figures import Table
         from mbdsl.plotting.html_tables import fragment
 
-        found = Table("", ("#", "f [Hz]", "damped [Hz]", "damping", "moving bodies"), self._rows())
-        return fragment(self._head(), (), [found], [f"note: {text}" for text in self.notes])
+        return fragment(self._head(), (), [self.table()], [f"note: {text}" for text in self.notes])
 
 
 @blame_model

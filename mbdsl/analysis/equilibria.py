@@ -114,7 +114,7 @@ class Equilibrium:
         Parameters
         ----------
         path : path, optional
-            File that is written: a page for ``.html``, a picture for ``.png``.
+            File that is written: a page for ``.html``, a picture for ``.png``, ``.svg`` or ``.pdf``.
 
         Returns
         -------

@@ -42,12 +42,12 @@ def matrix_rows(letter: str, matrix: np.ndarray, left: Sequence[str], above: Seq
         lines.append(f"{letter:{side}}" + "".join(f"{above[k]:>{cell}}" for k in columns))
         lines += [
             f"{name:{side}}" + "".join(f"{_number(row[k]):>{cell}}" for k in columns)
-            for name, row in zip(left, _clean(matrix), strict=True)
+            for name, row in zip(left, clean(matrix), strict=True)
         ]
     return lines
 
 
-def _clean(matrix: np.ndarray) -> np.ndarray:
+def clean(matrix: np.ndarray) -> np.ndarray:
     """Without the rounding residue of entries that are zero; files have all digits."""
     largest = np.abs(matrix).max(axis=1, keepdims=True, initial=0.0)
     return np.where(np.abs(matrix) > 1e-13 * largest, matrix, 0.0)

@@ -244,6 +244,29 @@ def add_units(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--units", action="store_true", help="write the units to the second row of a .csv file")
 
 
+def add_table(parser: argparse.ArgumentParser) -> None:
+    """A file for the tables of a study."""
+    parser.add_argument(
+        "--table", metavar="FILE", help="write the tables, too: .md, .tex, or .csv (one row a run, all digits)"
+    )
+
+
+def check_table(args: argparse.Namespace) -> None:
+    """Check before the work begins that the tables can be written.
+
+    Raises
+    ------
+    UsageError
+        If the suffix is unknown, or the file cannot be written.
+    """
+    if args.table:
+        from mbdsl.plotting.table_files import SUFFIXES
+        from mbdsl.storage import output_files
+
+        output_files.suffix_of(args.table, SUFFIXES)
+        output_files.check([args.table], [args.model])
+
+
 def add_size(parser: argparse.ArgumentParser) -> None:
     """The size of a film or a picture."""
     parser.add_argument("--size", metavar="WxH", type=_size, help="of a film or picture [px]; default 640x400")

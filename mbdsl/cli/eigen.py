@@ -17,7 +17,8 @@ from mbdsl.storage.output_files import write_text
 if TYPE_CHECKING:
     from mbdsl.analysis.eigenmodes import Modes
 
-SUFFIXES = (".csv", ".json")
+TABLES = (".md", ".tex")
+SUFFIXES = (".csv", ".json", *TABLES)
 
 
 def state(text: str) -> str | float:
@@ -47,7 +48,8 @@ def register(subparsers) -> argparse.ArgumentParser:
         "velocities; a time such as 1.5s: the state of a simulation at that time",
     )
     parser.add_argument("--count", metavar="N", type=number_of_modes, default=10, help="number of modes; default 10")
-    parser.add_argument("--output", metavar="FILE", help="write frequencies, damping and shapes (.csv, .json)")
+    parser.add_argument("--output", metavar="FILE", help="write frequencies, damping and shapes (.csv, .json), or "
+                        "a table of the modes (.md, .tex)")  # fmt: skip
     parser.add_argument("--animate", action="store_true", help="write a page that animates the mode shapes")
     parser.add_argument(
         "--out",
@@ -82,7 +84,8 @@ def run(args: argparse.Namespace) -> int:
     print(modes)
     if args.output:
         write(modes, args.output)
-        print(f"{args.output}: {len(modes)} modes, frequencies, damping and shapes")
+        shapes = "" if Path(args.output).suffix.lower() in TABLES else " and shapes"
+        print(f"{args.output}: {len(modes)} modes, frequencies, damping{shapes}")
     if out:
         from mbdsl.viewing.saved_page import PAGES
 
@@ -111,7 +114,12 @@ def _animation(args: argparse.Namespace) -> str | None:
 
 
 def write(modes: Modes, path: str) -> None:
-    """One row a mode as CSV, or as JSON one object a mode with its shape by coordinate as [re, im]."""
+    """One row a mode as CSV, one object a mode with its shape by coordinate as [re, im] as JSON, or the table."""
+    if Path(path).suffix.lower() in TABLES:
+        from mbdsl.plotting import table_files
+
+        table_files.write(path, [modes.table()], [], str(modes).partition("\n")[0], modes.notes)
+        return
     columns = modes.to_dict()
     if Path(path).suffix.lower() == ".csv":
         rows = zip(*(column.tolist() for column in columns.values()), strict=True)

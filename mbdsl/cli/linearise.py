@@ -15,8 +15,10 @@ from mbdsl.storage.output_files import check, write_text, writing
 
 if TYPE_CHECKING:
     from mbdsl.analysis.linearisation import Linearisation
+    from mbdsl.plotting.figures import Table
 
-SUFFIXES = (".json", ".mat", ".npz")
+TABLES = (".md", ".tex")
+SUFFIXES = (".json", ".mat", ".npz", *TABLES)
 
 
 def register(subparsers) -> argparse.ArgumentParser:
@@ -39,7 +41,8 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--signals", metavar="NAME,...", type=values.patterns, help="outputs y, such as pin.phi; default: the states"
     )
-    parser.add_argument("--output", metavar="FILE", help="write matrices, names and units (.json, .mat, .npz)")
+    parser.add_argument("--output", metavar="FILE", help="write matrices, names and units (.json, .mat, .npz, or "
+                        "as tables .md, .tex)")  # fmt: skip
     return parser
 
 
@@ -64,11 +67,16 @@ def run(args: argparse.Namespace) -> int:
 
 
 def write(found: Linearisation, path: str) -> None:
-    """All content of a linear model: lists in JSON; arrays in .npz and in .mat files of MATLAB and Octave."""
+    """All content of a linear model: lists in JSON; arrays in .npz and in .mat files of MATLAB and Octave; tables."""
     import numpy as np
 
     content = found.to_dict()
     suffix = Path(path).suffix.lower()
+    if suffix in TABLES:
+        from mbdsl.plotting import table_files
+
+        table_files.write(path, _tables(found), [], str(found).partition("\n")[0], found.notes)
+        return
     if suffix == ".json":
         plain = {key: _plain(x.tolist()) if isinstance(x, np.ndarray) else x for key, x in content.items()}
         write_text(path, json.dumps(plain, indent=2) + "\n")
@@ -81,6 +89,38 @@ def write(found: Linearisation, path: str) -> None:
 
             cells = {key: np.array(x, dtype=object) if isinstance(x, list) else x for key, x in content.items()}
             savemat(stream, cells)
+
+
+def _tables(found: Linearisation) -> list[Table]:
+    """Vectors with units and values, and the matrices with the names of rows and columns, as tables for files."""
+    import numpy as np
+
+    from mbdsl.analysis.linear_tables import clean
+    from mbdsl.plotting.figures import Table
+
+    vectors = (
+        ("x", found.states, found.state_units, found.x0),
+        ("u", found.inputs, found.input_units, found.u0),
+        ("y", found.outputs, found.output_units, found.y0),
+    )
+    tables = []
+    for letter, names, units, now in vectors:
+        rows = [
+            (f"{letter}{k}", name, "" if np.isnan(x) else f"{x:.10g}", unit)
+            for k, (name, unit, x) in enumerate(zip(names, units, now, strict=True), 1)
+        ]
+        tables.append(Table(f"Vector {letter}", ("", "name", "value", "unit"), rows))
+    rates = [f"{name}'" for name in found.states]
+    matrices = (
+        ("A", found.A, rates, found.states),
+        ("B", found.B, rates, found.inputs),
+        ("C", found.C, found.outputs, found.states),
+        ("D", found.D, found.outputs, found.inputs),
+    )
+    for letter, matrix, left, above in matrices:
+        rows = [(name, *(f"{x:.10g}" for x in row)) for name, row in zip(left, clean(matrix), strict=True)]
+        tables.append(Table(f"Matrix {letter}", ("", *above), rows if above else []))
+    return tables
 
 
 def _plain(x):

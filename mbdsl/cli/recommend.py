@@ -6,6 +6,7 @@ import argparse
 import sys
 
 from mbdsl.cli import _values as values
+from mbdsl.messages import visible
 
 
 def register(subparsers) -> argparse.ArgumentParser:
@@ -38,11 +39,14 @@ def register(subparsers) -> argparse.ArgumentParser:
         default=120.0,
         help="time budget, compilation included; default 120 s",
     )
+    values.add_table(parser)
     parser.add_argument("--fresh", action="store_true", help="compute everything again")
     return parser
 
 
 def run(args: argparse.Namespace) -> int:
+    values.check_table(args)
+
     from mbdsl.cli._progress import Counter
     from mbdsl.compilation import code_cache
     from mbdsl.studies.recommendation import recommend
@@ -64,4 +68,9 @@ def run(args: argparse.Namespace) -> int:
     finally:
         counter.close()
     print(found)
+    if args.table:
+        from mbdsl.studies.tables import write
+
+        write(found, args.table)
+        print(f"{visible(args.table, line=True)}: table")
     return 0

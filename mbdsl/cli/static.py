@@ -34,7 +34,9 @@ def register(subparsers) -> argparse.ArgumentParser:
         "--show", action="store_true", help="draw the equilibrium, its forces and the initial positions as a page"
     )
     parser.add_argument(
-        "--out", metavar="FILE", help="with --show: a page (.html) or a picture (.png); default: NAME-equilibrium.html"
+        "--out",
+        metavar="FILE",
+        help="with --show: a page (.html) or a picture (.png, .svg, .pdf); default: NAME-equilibrium.html",
     )
     values.add_size(parser)
     return parser

@@ -6,13 +6,18 @@ import argparse
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
 from mbdsl.cli._streams import print_problem
 from mbdsl.errors import UsageError
-from mbdsl.messages import count
+from mbdsl.messages import count, visible
 from mbdsl.storage import output_files
 from mbdsl.storage.output_files import write_text
+
+if TYPE_CHECKING:
+    from mbdsl.studies.effects import EffectsStudy
+    from mbdsl.studies.report import Study
 
 METHODS = {
     "convergence": (
@@ -61,6 +66,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     effects.add_argument("--step", metavar="H", type=values.positive_seconds, help="step size; default: the model's")
     effects.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
     effects.add_argument("--repeats", metavar="K", type=int, default=5, help="timed runs of each; default 5")
+    values.add_table(effects)
     hard = kinds.add_parser(
         "hard",
         help="hard cases with known answers, by every method",
@@ -106,7 +112,8 @@ def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
     )
     parser.add_argument("--output", metavar="DIR", help=f"output folder; default: MODEL-{kind}")
     parser.add_argument("--pictures", metavar="SUFFIX,...", type=values.names,
-                        help="formats of pictures; default png,svg; none: the page alone")  # fmt: skip
+                        help="formats of pictures: png, svg, pdf; default png,svg; none: the page alone")  # fmt: skip
+    values.add_table(parser)
     parser.add_argument("--fresh", action="store_true", help="compute everything again")
     talk = parser.add_mutually_exclusive_group()
     talk.add_argument("--quiet", action="store_true", help="print nothing")
@@ -120,6 +127,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _methods(args: argparse.Namespace) -> int:
     output = Path(args.output or f"{values.stem(args)}-{args.kind}")
+    values.check_table(args)
     pictures = _checked(args.pictures)
     values.check_folder(output)
 
@@ -137,7 +145,7 @@ def _methods(args: argparse.Namespace) -> int:
         found = study(args.model, parameters=dict(args.set), tell=counter, announce=counter.say, **given)
     except KeyboardInterrupt:
         counter.close()
-        print(_kept(counter.kept, args.fresh), file=sys.stderr)
+        print(kept(counter.kept, args.fresh), file=sys.stderr)
         raise
     finally:
         counter.close()
@@ -147,10 +155,20 @@ def _methods(args: argparse.Namespace) -> int:
     if not args.quiet:
         print(f"\n{output}: {', '.join(path.name for path in paths if path.suffix in ('.csv', '.json', '.html'))}"
               f"{_pictures(paths)}")  # fmt: skip
+    _table(found, args)
     return 0
 
 
-def _kept(runs: int, fresh: bool) -> str:
+def _table(found: Study | EffectsStudy, args: argparse.Namespace) -> None:
+    if args.table:
+        from mbdsl.studies.tables import write
+
+        write(found, args.table)
+        if not getattr(args, "quiet", False):
+            print(f"{visible(args.table, line=True)}: tables")
+
+
+def kept(runs: int, fresh: bool) -> str:
     """Message about the stored runs of an interrupted study."""
     if not runs:
         return "no run was completed: nothing is stored"
@@ -170,12 +188,13 @@ def _checked(pictures: list[str] | None) -> list[str]:
         return []
     from importlib.util import find_spec
 
+    from mbdsl.plotting.pictures import SUFFIXES
     from mbdsl.studies.report import PICTURES
 
     wanted = list(PICTURES) if pictures is None else list(dict.fromkeys(pictures))
     for suffix in wanted:
-        if suffix not in PICTURES:
-            hint = f"known are {', '.join(PICTURES)}; none, by itself, is the page alone"
+        if f".{suffix}" not in SUFFIXES:
+            hint = f"known are {', '.join(known[1:] for known in SUFFIXES)}; none, by itself, is the page alone"
             raise UsageError(f"argument --pictures: unknown suffix `{suffix}`", hint=hint)
     if wanted and find_spec("matplotlib") is None:
         problem = UsageError("pictures are drawn by matplotlib", hint="pip install 'mbdsl[plot]', or --pictures none")
@@ -200,6 +219,8 @@ def _function(kind: str) -> Callable:
 
 
 def _effects(args: argparse.Namespace) -> int:
+    values.check_table(args)
+
     from mbdsl.studies.effects import effects
 
     say = (lambda text: print(text, file=sys.stderr)) if sys.stderr.isatty() else None
@@ -216,6 +237,7 @@ def _effects(args: argparse.Namespace) -> int:
         announce=say,
     )
     print(study)
+    _table(study, args)
     return 0
 
 

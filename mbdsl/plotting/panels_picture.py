@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mbdsl.errors import UsageError
 from mbdsl.plotting import panels_svg
 from mbdsl.plotting.figure_layout import Frame, lay_out
 from mbdsl.plotting.figures import Panels
+from mbdsl.plotting.picture_files import written
 from mbdsl.plotting.pictures import PALE, STYLE, fill
-from mbdsl.plotting.series_styles import LIGHT_PAPER
-from mbdsl.storage.output_files import writing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,22 +28,11 @@ def draw(plot: Panels, path: str | os.PathLike) -> None:
     UsageError
         If the file cannot be written, or matplotlib is not installed.
     """
-    try:
-        import matplotlib.figure
-        import matplotlib.style
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-    except ImportError as problem:
-        hint = "pip install 'mbdsl[plot]'; .svg and .html need no further package"
-        raise UsageError("PNG and PDF files are drawn by matplotlib", hint=hint) from problem
-
-    suffix = Path(path).suffix.lower()
     frames = [lay_out(panel, plot.looks) for panel in plot.panels]
     heights = [(WIDTH - 1.0) * frame.aspect + 0.25 * len(_rows(frame)) for frame in frames]
     lines = panels_svg.notes(plot, LETTERS + 20)
     size = WIDTH, sum(heights) + 0.25 * len(frames) + 0.9 + 0.16 * len(lines)
-    with matplotlib.style.context(["default", STYLE, {"pdf.fonttype": 42}]):
-        picture = matplotlib.figure.Figure(figsize=size, layout="constrained", facecolor=LIGHT_PAPER)
-        FigureCanvasAgg(picture)
+    with written(path, size, DPI, STYLE, ".svg and .html", layout="constrained") as picture:
         grid = picture.subplots(len(frames), 1, squeeze=False, height_ratios=heights)[:, 0]
         for k, (ax, frame) in enumerate(zip(grid, frames, strict=True)):
             fill(ax, frame)
@@ -57,9 +43,6 @@ def draw(plot: Panels, path: str | os.PathLike) -> None:
         picture.suptitle(plot.title, fontsize=12, fontweight="bold", x=0.01, ha="left")
         if lines:
             picture.supxlabel("\n".join(lines), fontsize=8, color=PALE, x=0.01, ha="left")
-        metadata = {"CreationDate": None} if suffix == ".pdf" else {"Software": None}
-        with writing(path) as stream:
-            picture.savefig(stream, format=suffix[1:], dpi=DPI, metadata=metadata)
 
 
 def _rows(frame: Frame) -> list[list[int]]:

@@ -24,6 +24,11 @@ text { fill: #1f2328; font: 13px system-ui, "Segoe UI", "DejaVu Sans", sans-seri
 .grid { stroke: #e4e7eb; fill: none; }
 .axis { stroke: #57606a; fill: none; }
 .line { stroke: currentColor; stroke-width: 1.6; fill: none; stroke-linejoin: round; }
+.mark { fill: currentColor; stroke: currentColor; stroke-width: 1.3; stroke-linejoin: round; }
+.hollow { fill: #ffffff; }
+.dots { stroke: currentColor; stroke-width: 2.6; stroke-linecap: round; fill: none; }
+.cross { stroke: currentColor; stroke-width: 2.4; fill: none; }
+.small { fill: #57606a; font-size: 12px; }
 """
 
 

@@ -1,4 +1,4 @@
-"""Figures drawn to PNG and SVG files by matplotlib, the same bytes for the same figure."""
+"""Figures drawn to PNG, SVG and PDF files by matplotlib, the same bytes for the same figure."""
 
 from __future__ import annotations
 
@@ -13,18 +13,16 @@ from mbdsl.errors import UsageError
 from mbdsl.plotting import bars
 from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out, looks_of
 from mbdsl.plotting.figures import Bars, Figure
+from mbdsl.plotting.picture_files import written
 from mbdsl.plotting.series_styles import LIGHT_PAPER, MARKS, Look
-from mbdsl.storage.output_files import writing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SUFFIXES = (".png", ".svg")
+SUFFIXES = (".png", ".svg", ".pdf")
 SIZE = (9.0, 5.4)  #: [inch]
 INK, PALE, GRID, SHADE = "#1f2328", "#57606a", "#e4e7eb", "#f1f2f4"
 STYLE: dict[str, Any] = {
-    "svg.hashsalt": "mbdsl",
-    "svg.fonttype": "path",
     "font.family": ["DejaVu Sans"],  # a dependency of matplotlib
     "font.size": 10.0,
     "axes.edgecolor": PALE,
@@ -35,7 +33,6 @@ STYLE: dict[str, Any] = {
     "ytick.color": PALE,
     "xtick.labelcolor": INK,
     "ytick.labelcolor": INK,
-    "text.parse_math": False,  # names are not formulas: a $ is shown as such
     "lines.solid_capstyle": "round",
 }
 FIRST = 3.0  #: depth of the first series; guides and fronts lie behind
@@ -52,7 +49,7 @@ def draw(
     dpi: float = 150.0,
     known: Mapping[str, Look] | None = None,
 ) -> None:
-    """Draw a figure to a PNG or SVG file.
+    """Draw a figure to a PNG, SVG or PDF file.
 
     Parameters
     ----------
@@ -73,22 +70,12 @@ def draw(
         If the suffix is unknown, the file cannot be written, or matplotlib is not installed.
     """
     path = Path(path)
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise UsageError(f"unknown suffix `{path.suffix}` of picture `{path}`", hint="known are .png, .svg")
-    try:
-        import matplotlib.figure
-        import matplotlib.style
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-    except ImportError as problem:
-        raise UsageError("pictures are drawn by matplotlib", hint="pip install 'mbdsl[plot]'") from problem
-
+    if path.suffix.lower() not in SUFFIXES:
+        raise UsageError(f"unknown suffix `{path.suffix}` of picture `{path}`", hint=f"known are {', '.join(SUFFIXES)}")
     looks = {**looks_of([figure]), **(known or {})}
     if isinstance(figure, Bars):
         size = size[0], max(2.0, 1.1 + bars.ROW * len(figure.bars))
-    with matplotlib.style.context(["default", STYLE]):
-        picture = matplotlib.figure.Figure(figsize=size, layout="constrained", facecolor=LIGHT_PAPER)
-        FigureCanvasAgg(picture)
+    with written(path, size, dpi, STYLE, layout="constrained") as picture:
         ax = picture.add_subplot()
         picture.suptitle(_wrapped(figure.title, 90), fontsize=12, fontweight="bold", x=0.01, ha="left")
         if isinstance(figure, Bars):
@@ -100,9 +87,6 @@ def draw(
             if frame.left_out or more:
                 picture.supxlabel(_wrapped(f"{frame.left_out} {more}", 130), fontsize=8, color=PALE)
             _legend(picture, ax)
-        metadata = {"Date": None} if suffix == ".svg" else {"Software": None}
-        with writing(path) as stream:
-            picture.savefig(stream, format=suffix[1:], dpi=dpi, metadata=metadata)
 
 
 def fill(ax: Axes, frame: Frame) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from mbdsl.errors import UsageError
 from mbdsl.messages import few
@@ -17,6 +16,7 @@ from mbdsl.plotting.plot_notes import of_choice, of_curves, of_results, short_la
 from mbdsl.plotting.signal_panels import Horizontal, panels
 from mbdsl.results.selection import matching, select, unknown
 from mbdsl.results.stored import Result
+from mbdsl.storage import output_files
 
 SUFFIXES = (".png", ".svg", ".pdf", ".html")
 BODIES = 3  #: number of bodies of which the default signals are
@@ -108,11 +108,7 @@ def suffix_of(path: str | os.PathLike) -> str:
     UsageError
         If it is unknown.
     """
-    suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        problem = f"unknown suffix `{Path(path).suffix}` of" if suffix else "no suffix on"
-        raise UsageError(f"{problem} `{path!s}`", hint=f"known are {', '.join(SUFFIXES)}")
-    return suffix
+    return output_files.suffix_of(path, SUFFIXES)
 
 
 def plot(

@@ -11,7 +11,7 @@ import os
 import shutil
 import stat
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
@@ -122,6 +122,21 @@ def _into(path: str | os.PathLike) -> Iterator[BinaryIO]:
 
 
 # -- before the work -------------------------------------------------------------------------------------------------
+
+
+def suffix_of(path: str | os.PathLike, known: Sequence[str]) -> str:
+    """The suffix of an output file, in lower case.
+
+    Raises
+    ------
+    UsageError
+        If it is not one of the ``known``.
+    """
+    suffix = Path(path).suffix
+    if suffix.lower() not in known:
+        problem = f"unknown suffix `{suffix}` of" if suffix else "no suffix on"
+        raise UsageError(f"{problem} `{path!s}`", hint=f"known are {', '.join(known)}")
+    return suffix.lower()
 
 
 def check(outputs: Iterable[str | os.PathLike | None], inputs: Iterable[str | os.PathLike] = ()) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import singledispatch
 from time import perf_counter
 
 import numpy as np
@@ -75,10 +76,12 @@ class Deadline:
             raise KeyboardInterrupt
 
 
+@singledispatch
 def compute(
     of: Setting, case: Case, limit: float = math.inf, announce=None, left: float = math.inf, compiling: float = 0.0
 ) -> Computed:
-    """One run, successful or not, within the limits of a :class:`Deadline`.
+    """One run, successful or not, within the limits of a :class:`Deadline`. A kind of setting can register a
+    computation of its own.
 
     Raises
     ------

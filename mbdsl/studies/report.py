@@ -305,19 +305,19 @@ def draw(study: Study, folder: str | os.PathLike, pictures: Sequence[str] = PICT
     return paths
 
 
-def as_text(table: Table, width: int | None = None) -> str:
+def as_text(table: Table, width: int | None = None, lead: int = 2) -> str:
     """A table as text for a terminal, with numbers aligned to the right; the default ``width`` is that of the terminal.
 
-    Columns that do not fit are continued below, with the first two columns repeated.
+    Columns that do not fit are continued below, with the first ``lead`` columns repeated.
     """
     width = text_width(WIDTH) if width is None else width
     rows = [list(table.columns), *map(list, table.rows)]
     widths = [max(len(row[k]) for row in rows) for k in range(len(table.columns))]
     right = [_numbers(row[k] for row in table.rows) for k in range(len(table.columns))]
-    blocks = [list(range(min(2, len(widths))))]
-    for k in range(2, len(widths)):
-        if len(blocks[-1]) > 2 and sum(widths[j] + 2 for j in blocks[-1]) + widths[k] > width:
-            blocks.append([0, 1])
+    blocks = [list(range(min(lead, len(widths))))]
+    for k in range(lead, len(widths)):
+        if len(blocks[-1]) > lead and sum(widths[j] + 2 for j in blocks[-1]) + widths[k] > width:
+            blocks.append(list(range(lead)))
         blocks[-1].append(k)
     lines = [table.title] if table.title else []
     for block in blocks:

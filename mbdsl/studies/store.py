@@ -13,6 +13,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
+from functools import singledispatch
 from pathlib import Path
 from typing import TypeVar
 
@@ -31,7 +32,8 @@ LARGEST = 1_000_000_000  #: largest size in bytes
 OUT_OF_TIME = "not run to its end: the budget of the study was spent"
 OUT_OF_MEMORY = "not run to its end: there was not enough memory"
 ENDED, LOST = "the process that ran it ended", "its result was not kept"
-PASSING = (OUT_OF_TIME, OUT_OF_MEMORY, ENDED, LOST)  #: problems of the present run, not of the case
+CHANGED = "the files of the model changed during the sweep"
+PASSING = (OUT_OF_TIME, OUT_OF_MEMORY, ENDED, LOST, CHANGED)  #: problems of the present run, not of the case
 
 
 @dataclass(frozen=True)
@@ -180,11 +182,12 @@ def _ended(key: str) -> str:
     return hashlib.sha256(f"ended {key}".encode()).hexdigest()[:32]
 
 
+@singledispatch
 def key_of(of: Setting, case: Case) -> str:
     """The digest of everything that determines a run.
 
     These are the canonical text of the scene (:attr:`mbdsl.mechanism.scene.Scene.fingerprint`), the code of mbdsl and
-    its libraries, the code of the method, the case and the times.
+    its libraries, the code of the method, the case and the times. A kind of setting can register a digest of its own.
 
     Parameters
     ----------
@@ -200,11 +203,11 @@ def key_of(of: Setting, case: Case) -> str:
     """
     # as JSON, numbers read the same whichever type they have
     asked = json.dumps([asdict(case), of.start, of.stop, of.points], default=float)
-    said = [of.scene.fingerprint, code(), _method_code(case.method), asked]
+    said = [of.scene.fingerprint, code(), method_code(case.method), asked]
     return hashlib.sha256("\0".join(said).encode()).hexdigest()[:32]
 
 
-def _method_code(name: str) -> str:
+def method_code(name: str) -> str:
     """Digest of the file of a method, which may be third-party code."""
     owner = modules().get(name) or backend(name)
     module = owner if hasattr(owner, "__file__") else sys.modules.get(type(owner).__module__)

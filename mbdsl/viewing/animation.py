@@ -13,7 +13,7 @@ from mbdsl.version import __version__
 from mbdsl.viewing import page
 from mbdsl.viewing.motion import Motion, motion
 from mbdsl.viewing.overlays import Overlays
-from mbdsl.viewing.saved_page import SavedPage
+from mbdsl.viewing.saved_page import VECTORS, SavedPage
 from mbdsl.viewing.shapes import Drawing, behind, drawing
 from mbdsl.viewing.signals import signals
 from mbdsl.viewing.vectors import FORCES, REACTIONS, Vector, largest, vectors
@@ -125,11 +125,15 @@ class Animation(SavedPage):
         return self.motion.scene
 
     def _content(self, suffix: str, width: int, height: int) -> bytes:
-        from mbdsl.viewing.film import film
-
         shown = [v for v in self._vectors() if v.group in self._arrows] if self._arrows else []
         drawn = self._drawing()
         overlays = Overlays(self._traced or drawn.paths, shown, self._ghost, self._one_scale)
+        if suffix in VECTORS:
+            from mbdsl.viewing.vector_picture import VectorPicture, content
+
+            return content(VectorPicture(self.motion, drawn, width, height, overlays), suffix)
+        from mbdsl.viewing.film import film
+
         return film(self.motion, suffix, width, height, overlays, drawn)
 
 

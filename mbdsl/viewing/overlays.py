@@ -88,15 +88,8 @@ def colour_bar(p: Pixels, colour: str, most: float) -> None:
     left, top = BAR_AT[0], p.size[1] - BAR_AT[1]
     pale = mixed(colour, LIGHT_PAPER, 0.72)
     for k in range(FINE * BAR[0]):
-        x, y = FINE * left + k, FINE * top
-        p.draw.line([(x, y), (x, y + FINE * BAR[1])], fill=mixed(pale, HOT, k / (FINE * BAR[0])))
+        x = left + k / FINE
+        p.line([(x, top), (x, top + BAR[1])], 1.0 / FINE, mixed(pale, HOT, k / (FINE * BAR[0])))
     corners = [(left, top), (left + BAR[0], top), (left + BAR[0], top + BAR[1]), (left, top + BAR[1]), (left, top)]
     p.line(corners, 0.75, PALE)
-    from PIL import ImageFont
-
-    try:
-        font = ImageFont.load_default(FINE * LETTERS)
-    except TypeError:  # before Pillow 10.1: a font of one size, too small here
-        return
-    at = FINE * (left + BAR[0] + 8), FINE * (top + BAR[1] / 2)
-    p.draw.text(at, f"bending strain 0 ... {most:.3g}", fill=PALE, font=font, anchor="lm")
+    p.label((left + BAR[0] + 8, top + BAR[1] / 2), f"bending strain 0 ... {most:.3g}", PALE, LETTERS)

@@ -110,6 +110,16 @@ class Pixels:
         box = [FINE * v for v in (x - radius, y - radius, x + radius, y + radius)]
         self.draw.ellipse(box, fill=fill, outline=outline, width=max(1, round(FINE * (width or self.thin))))
 
+    def label(self, at: Point, text: str, colour: str, size: float) -> None:
+        """A text whose left end is centred vertically at a point; ``size`` is that of its letters."""
+        from PIL import ImageFont
+
+        try:
+            font = ImageFont.load_default(FINE * size)
+        except TypeError:  # before Pillow 10.1: a font of one size, too small here
+            return
+        self.draw.text((FINE * at[0], FINE * at[1]), text, fill=colour, font=font, anchor="lm")
+
     def axes(self, place: Sequence[float], angle: float | None = None) -> Callable[[float, float], Point]:
         """A function from coordinates in the axes of a place, y down for angle 0, to pixels."""
         phi = place[2] if angle is None else angle

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 
-from mbdsl.errors import UsageError
 from mbdsl.mechanism.scene import Scene
 from mbdsl.plotting import html_tables
-from mbdsl.storage.output_files import check, write_text, writing
+from mbdsl.storage.output_files import check, suffix_of, write_text, writing
 
-PAGES, FILMS, PICTURES = (".html", ".htm"), (".gif", ".mp4"), (".png",)
+PAGES, FILMS, VECTORS = (".html", ".htm"), (".gif", ".mp4"), (".svg", ".pdf")
+PICTURES = (".png", *VECTORS)
 HEIGHT = 560  #: of the frame in a notebook [px]
 
 
@@ -70,8 +70,4 @@ def check_suffix(path: str | os.PathLike, known: tuple[str, ...] = SavedPage.suf
     UsageError
         If it is unknown.
     """
-    suffix = os.path.splitext(os.fspath(path))[1].lower()
-    if suffix not in known:
-        problem = f"unknown suffix `{suffix}` of" if suffix else "no suffix on"
-        raise UsageError(f"{problem} `{path!s}`", hint=f"known are {', '.join(known)}")
-    return suffix
+    return suffix_of(path, known)

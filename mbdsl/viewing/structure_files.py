@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
-from mbdsl.errors import UsageError
 from mbdsl.plotting.escaping import escape
-from mbdsl.storage.output_files import write_text, writing
+from mbdsl.plotting.picture_files import written
+from mbdsl.storage.output_files import suffix_of, write_text
 from mbdsl.viewing.documents import document, sheet
 from mbdsl.viewing.structure import Structure
 from mbdsl.viewing.structure_picture import Item, picture
@@ -44,11 +43,7 @@ def check_suffix(path: str | os.PathLike) -> str:
     UsageError
         If it is unknown.
     """
-    suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        problem = f"unknown suffix `{Path(path).suffix}` of" if suffix else "no suffix on"
-        raise UsageError(f"{problem} `{path!s}`", hint=f"known are {', '.join(SUFFIXES)}")
-    return suffix
+    return suffix_of(path, SUFFIXES)
 
 
 def save(structure: Structure, path: str | os.PathLike) -> None:
@@ -72,7 +67,7 @@ def save(structure: Structure, path: str | os.PathLike) -> None:
     elif suffix == ".html":
         write_text(path, page(structure))
     else:
-        _draw(structure, path, suffix)
+        _draw(structure, path)
 
 
 def page(structure: Structure) -> str:
@@ -92,26 +87,15 @@ def section(structure: Structure) -> Iterator[str]:
     yield f"<details><summary>The graph as text</summary><pre>{escape(text(structure, 100))}</pre></details>"
 
 
-def _draw(structure: Structure, path: str | os.PathLike, suffix: str) -> None:
-    try:
-        import matplotlib.figure
-        import matplotlib.style
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-    except ImportError as problem:
-        hint = "pip install 'mbdsl[plot]'; .svg and .html need no further package"
-        raise UsageError("PNG and PDF files are drawn by matplotlib", hint=hint) from problem
+def _draw(structure: Structure, path: str | os.PathLike) -> None:
     shown = picture(structure)
-    with matplotlib.style.context(["default", {"pdf.fonttype": 42, "font.family": "sans-serif"}]):
-        figure = matplotlib.figure.Figure(figsize=(shown.width / 96, shown.height / 96), facecolor="#ffffff")
-        FigureCanvasAgg(figure)
+    size = shown.width / 96, shown.height / 96
+    with written(path, size, DPI, {"font.family": "sans-serif"}, ".svg and .html") as figure:
         ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         ax.set(xlim=(0.0, shown.width), ylim=(shown.height, 0.0))
         ax.set_axis_off()
         for item in shown.items:
             _shape(ax, item) if item.path else _label(ax, item)
-        metadata = {"CreationDate": None} if suffix == ".pdf" else {"Software": None}
-        with writing(path) as stream:
-            figure.savefig(stream, format=suffix[1:], dpi=DPI, metadata=metadata)
 
 
 def _shape(ax: Any, item: Item) -> None:
@@ -154,7 +138,7 @@ def _label(ax: Any, item: Item) -> None:
     ax.text(
         item.x,
         item.y,
-        item.text.replace("$", r"\$"),
+        item.text,
         ha=anchor,
         va="baseline",
         fontsize=0.92 * size,

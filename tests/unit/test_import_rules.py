@@ -32,6 +32,8 @@ CIRCLES = {
     ("mbdsl.mechanism.scene", "mbdsl.mechanism.scene_tables"): "a Scene shows itself in a notebook",
     ("mbdsl.simulation.result_file", "mbdsl.simulation.trajectory"): "type: a file is written from a Trajectory",
     ("mbdsl.simulation.trajectory", "mbdsl.simulation.signal_table"): "a Trajectory lists its signals as a table",
+    ("mbdsl.studies.sweep_results", "mbdsl.studies.sweep_figures"): "a Sweep draws itself",
+    ("mbdsl.studies.sweep_results", "mbdsl.studies.sweep_files"): "a Sweep writes itself to files",
     ("mbdsl.elements.kind", "mbdsl.elements"): "a kind is pickled by its name, and found again among all kinds",
     ("mbdsl.expressions.symbolic", "mbdsl.expressions.printing"): "an expression prints itself as text",
     ("mbdsl.lang.entities", "mbdsl.lang.flat_component"): "type: what a name stands for may be a component",

@@ -70,8 +70,8 @@ def test_odd_figures(tmp_path, kind, log, equal):
 
 
 def test_refused(tmp_path, energy, monkeypatch):
-    with pytest.raises(UsageError, match=r"unknown suffix `\.pdf`"):
-        draw(energy, tmp_path / "a.pdf")
+    with pytest.raises(UsageError, match=r"unknown suffix `\.gif`"):
+        draw(energy, tmp_path / "a.gif")
     with pytest.raises(UsageError, match="cannot write"):
         draw(energy, tmp_path / "none" / "a.png")
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)

@@ -1,7 +1,9 @@
 """Mode shapes and equilibria as pictures: displacements against closed forms, pixels, and the commands."""
 
 import json
+import re
 from types import SimpleNamespace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from mbdsl.errors import UsageError
 from mbdsl.system.system import build
 from mbdsl.viewing.mode_animation import ModeAnimation, Row
 from mbdsl.viewing.mode_shapes import mode_shapes
+from mbdsl.viewing.overlays import LOAD, REACTION
 
 PENDULUM = """model Pendulum
   Ground ground; PointMass mass(m = 2 kg); Distance rod(ground, mass, length = 1 m);
@@ -150,6 +153,22 @@ def test_the_commands(say, tmp_path):
     assert say("static", "p.mbd", "--show", "--out", "p.png", "--size", "200x100")[0] == 0
     with Image.open(tmp_path / "p.png") as picture:
         assert picture.size == (200, 100)
+
+
+def test_an_equilibrium_as_vectors(tmp_path):
+    """The weight of the mass, 2 kg x 9.81 m/s2, points down, and the equal force of the rod points up."""
+    still = static(parse(PENDULUM))
+    still.show(tmp_path / "p.svg")
+    still.show(tmp_path / "p.pdf")
+    assert (tmp_path / "p.pdf").read_bytes().startswith(b"%PDF-")
+    root = ElementTree.parse(tmp_path / "p.svg").getroot()
+    arrows = {}
+    for path in root:
+        if path.get("fill") == "none" and path.get("stroke") in (LOAD, REACTION):
+            numbers = [float(x) for x in re.findall(r"-?[\d.]+", path.get("d"))]
+            arrows[path.get("stroke")] = np.subtract(numbers[-2:], numbers[:2])
+    assert arrows[LOAD] == pytest.approx(-arrows[REACTION], abs=0.02)  # the file has two decimals
+    assert arrows[LOAD][0] == pytest.approx(0.0, abs=0.02) and arrows[LOAD][1] > 20.0  # y is down
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,117 @@
+"""mbdsl sweep: a run for each combination of values of parameters, as a table and as a picture."""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+
+from mbdsl.cli import _values as values
+from mbdsl.errors import UsageError
+from mbdsl.messages import count, visible
+from mbdsl.storage import output_files
+
+COLUMNS = 100  #: characters of a line where the output is not a terminal
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "sweep",
+        help="run a model with many values of its parameters",
+        description="Run a model with each combination of values of parameters, on all cores, and print measures of "
+        "each run as a table. Completed runs are stored: after Ctrl-C the same command continues. The exit code is 4 "
+        "if a run failed.",
+    )
+    values.add_model(parser)
+    parser.add_argument(
+        "--vary",
+        metavar="NAME=VALUES",
+        type=values.assignment,
+        action="append",
+        required=True,
+        help="a parameter and its values, repeatable: L=1:2:11 (start:stop:count), L=1:1000:4:log, L=0.5,1,2; a unit "
+        'comes last: "k=1:10:5 N/mm"',
+    )
+    parser.add_argument("--paired", action="store_true", help="first values together, then second values, ...; "
+                        "default: all combinations")  # fmt: skip
+    parser.add_argument(
+        "--measure",
+        metavar="F(SIGNAL),...",
+        action="append",
+        default=[],
+        help="measures of each run, repeatable: final, min, max, maxabs, mean, rms, amplitude, period, "
+        "time_of_max, time_of_min of a signal or glob; default: min and max of the coordinates of the first body",
+    )
+    parser.add_argument("--after", metavar="T", type=values.seconds, help="values before this time do not count")
+    parser.add_argument("--output", metavar="FILE", action="append", default=[],
+                        help="table (.csv, .md, .tex), picture (.svg, .png, .pdf) or page with both (.html); "
+                        "repeatable")  # fmt: skip
+    values.add_method(parser)
+    values.add_steps(parser)
+    parser.add_argument("--start", metavar="T0", type=values.seconds, help="start time; default: the model's, else 0")
+    parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
+    parser.add_argument("--interval", metavar="DT", type=values.interval_seconds,
+                        help="output interval; default (stop - start)/2000; 0: every step")  # fmt: skip
+    parser.add_argument("--limit", metavar="S", type=values.positive_seconds, help="time limit of a run")
+    parser.add_argument("--fresh", action="store_true", help="compute everything again")
+    talk = parser.add_mutually_exclusive_group()
+    talk.add_argument("--quiet", action="store_true", help="print nothing")
+    talk.add_argument("--verbose", action="store_true", help="print all rows of a long table")
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    vary = _once(args.vary)
+    if args.output:
+        from mbdsl.studies.sweep_files import SUFFIXES
+
+        for path in args.output:
+            output_files.suffix_of(path, SUFFIXES)
+        output_files.check(args.output, [args.model])
+
+    from mbdsl.cli._progress import Counter
+    from mbdsl.cli.study import kept
+    from mbdsl.compilation import code_cache
+    from mbdsl.studies.measures import split
+    from mbdsl.studies.sweep import sweep
+
+    code_cache.alone()
+    counter = Counter(sys.stderr)
+    given = {name: getattr(args, name) for name in ("paired", "after", "method", "step", "tol", "start", "stop")}
+    given |= {name: getattr(args, name) for name in ("interval", "without", "limit", "fresh")}
+    try:
+        found = sweep(
+            args.model,
+            vary,
+            [measure for text in args.measure for measure in split(text)] or None,
+            options=values.numbers(args.option),
+            parameters=dict(args.set),
+            tell=None if args.quiet else counter,
+            announce=None if args.quiet else counter.say,
+            **given,
+        )
+    except KeyboardInterrupt:
+        counter.close()
+        print(kept(counter.kept, args.fresh), file=sys.stderr)
+        raise
+    finally:
+        counter.close()
+    if not args.quiet:
+        width = shutil.get_terminal_size((COLUMNS, 24)).columns if sys.stdout.isatty() else COLUMNS
+        print(found.text(width, len(found) if args.verbose else 40) + ("\n" if args.output else ""))
+    for path in args.output:
+        found.save(path)
+        if not args.quiet:
+            print(f"{visible(path, line=True)}: {count(len(found), 'run')}")
+    if found.failed:
+        if args.quiet:
+            print(f"{len(found.failed)} of {count(len(found), 'run')} failed", file=sys.stderr)
+        return 4
+    return 0
+
+
+def _once(vary: list[tuple[str, str]]) -> dict[str, str]:
+    for k, (name, _) in enumerate(vary):
+        if name in (other for other, _ in vary[:k]):
+            raise UsageError(f"`{name}` is varied twice", hint="give all of its values in one --vary")
+    return dict(vary)

@@ -1,0 +1,167 @@
+"""Measures of a run: one number of a signal, such as its largest value, written as ``max(pin.fx)``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.errors import UsageError
+from mbdsl.mechanism.signal_names import SignalNames
+from mbdsl.messages import did_you_mean
+
+Array = NDArray[np.float64]
+MOST = 200  #: largest number of measures
+_CALL = re.compile(r"\s*([A-Za-z_]\w*)\s*\((.*)\)\s*", re.DOTALL)
+
+
+def _mean(t: Array, x: Array) -> float:
+    """The mean over time, by the trapezoidal rule."""
+    if len(t) < 2 or t[-1] == t[0]:
+        return float(x.mean())
+    return float(np.diff(t) @ (x[1:] + x[:-1]) / (2.0 * (t[-1] - t[0])))
+
+
+def _period(t: Array, x: Array) -> float:
+    """The mean time between upward crossings of the middle between the least and the largest value; nan without two."""
+    y = x - 0.5 * (x.min() + x.max())
+    k = np.flatnonzero((y[:-1] < 0.0) & (y[1:] >= 0.0))
+    if len(k) < 2:
+        return float("nan")
+    at = t[k] - y[k] * (t[k + 1] - t[k]) / (y[k + 1] - y[k])
+    return float((at[-1] - at[0]) / (len(at) - 1))
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of a signal: its value from the times and values (N,), its explanation, and its unit ("": that of the
+    signal)."""
+
+    value: Callable[[Array, Array], float]
+    doc: str
+    unit: str = ""
+
+
+FUNCTIONS = {
+    "final": Function(lambda t, x: float(x[-1]), "last value"),
+    "min": Function(lambda t, x: float(x.min()), "least value"),
+    "max": Function(lambda t, x: float(x.max()), "largest value"),
+    "maxabs": Function(lambda t, x: float(np.abs(x).max()), "largest absolute value"),
+    "mean": Function(_mean, "mean over time"),
+    "rms": Function(lambda t, x: float(np.sqrt(_mean(t, x * x))), "root of the mean square over time"),
+    "amplitude": Function(lambda t, x: float(0.5 * (x.max() - x.min())), "half of largest minus least value"),
+    "period": Function(_period, "mean time between upward crossings of the middle of the range", "s"),
+    "time_of_max": Function(lambda t, x: float(t[x.argmax()]), "time of the largest value", "s"),
+    "time_of_min": Function(lambda t, x: float(t[x.argmin()]), "time of the least value", "s"),
+}
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A function of a signal, such as ``max(pin.fx)``, which is its text.
+
+    Attributes
+    ----------
+    function, signal : str
+        Names.
+    unit : str
+        Unit of its value; "" if it has none.
+    """
+
+    function: str
+    signal: str
+    unit: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.function}({self.signal})"
+
+    @property
+    def head(self) -> str:
+        """The measure with its unit in brackets, for a table or an axis."""
+        return f"{self}{f' [{self.unit}]' if self.unit else ''}"
+
+    def value(self, t: Array, x: Array) -> float:
+        """Evaluate the measure.
+
+        Parameters
+        ----------
+        t, x : (N,)
+            Times [s] and values of the signal.
+
+        Returns
+        -------
+        float
+            nan if there is no value, or one of them is nan.
+        """
+        if not len(t) or np.isnan(x).any():
+            return float("nan")
+        return FUNCTIONS[self.function].value(t, x)
+
+
+def read(texts: Iterable[str], names: SignalNames) -> list[Measure]:
+    """Measures from their texts.
+
+    Parameters
+    ----------
+    texts : iterable of str
+        ``FUNCTION(SIGNAL)``, where a glob pattern stands for all signals that it matches; a name alone is its last
+        value.
+    names : SignalNames
+        The signals of the model.
+
+    Returns
+    -------
+    list of Measure
+        Each once.
+
+    Raises
+    ------
+    UsageError
+        If a text is no measure, or there is no such function or signal.
+    """
+    found: dict[str, Measure] = {}
+    for text in texts:
+        function, pattern = _split(text)
+        for signal in names.select([pattern]):
+            measure = Measure(function, signal, FUNCTIONS[function].unit or names.unit(signal))
+            found.setdefault(str(measure), measure)
+    if len(found) > MOST:
+        raise UsageError(f"{len(found)} measures are too many: at most {MOST}", hint="name the signals")
+    return list(found.values())
+
+
+def _split(text: str) -> tuple[str, str]:
+    match = _CALL.fullmatch(text)
+    if match is None:
+        if "(" in text or ")" in text or not text.strip():
+            raise UsageError(f"`{text}` is no measure", hint=_hint())
+        return "final", text.strip()
+    function, signal = match[1], match[2].strip()
+    if function not in FUNCTIONS:
+        raise UsageError(
+            f"there is no measure `{function}`", hint=did_you_mean(function, FUNCTIONS, "measures") or _hint()
+        )
+    if not signal or "(" in signal:
+        raise UsageError(f"`{text}` is no measure: expected one signal in the parentheses", hint=_hint())
+    return function, signal
+
+
+def _hint() -> str:
+    return f"a measure is written max(pin.fx); functions: {', '.join(FUNCTIONS)}"
+
+
+def split(text: str) -> list[str]:
+    """Measures separated by commas; a comma in brackets belongs to a name."""
+    return [part.strip() for part in re.split(r",(?![^\[]*\])", text) if part.strip()]
+
+
+def usual(names: SignalNames) -> Sequence[str]:
+    """The measures without a request: least and largest value of the coordinates of the first body."""
+    bodies = names.scene.bodies()
+    found = [f"{bodies[0].name}.{key}" for key in bodies[0].coordinates if f"{bodies[0].name}.{key}" in names]
+    if not found:
+        raise UsageError("a sweep needs a measure", hint=f"give --measure; {_hint()}")
+    return [f"{function}({name})" for name in found[:3] for function in ("min", "max")]

@@ -1,0 +1,201 @@
+"""Sweep: a run for each combination of values of parameters, and measures of the signals of each run."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import product
+from os import PathLike
+
+from mbdsl.errors import MbdslError, UsageError
+from mbdsl.lang.library import allowed_now
+from mbdsl.lang.load import load
+from mbdsl.mechanism.scene import ParameterValue, Scene
+from mbdsl.mechanism.signal_names import SignalNames
+from mbdsl.simulation.plan import DEFAULT_METHOD, plan
+from mbdsl.studies import measures as measuring
+from mbdsl.studies.cases import chosen
+from mbdsl.studies.measures import Measure
+from mbdsl.studies.runner import StudyProgress
+from mbdsl.studies.store import CHANGED, Store
+from mbdsl.studies.sweep_results import Sweep
+from mbdsl.studies.sweep_runs import Point, SweepSetting, compute_all, times
+from mbdsl.studies.sweep_values import FORMS, MOST, Varied, varied
+
+
+def sweep(
+    model: str | PathLike,
+    vary: Mapping[str, str | Iterable],
+    measures: str | Sequence[str] | None = None,
+    *,
+    paired: bool = False,
+    after: float | None = None,
+    method: str | None = None,
+    step: float | None = None,
+    tol: float | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    interval: float | None = None,
+    options: Mapping[str, float | None] | None = None,
+    parameters: Mapping[str, str | float] | None = None,
+    without: Sequence[str] = (),
+    limit: float | None = None,
+    workers: int | None = None,
+    store: str | PathLike | None = None,
+    fresh: bool = False,
+    tell: Callable[[StudyProgress], None] | None = None,
+    announce: Callable[[str], None] | None = None,
+) -> Sweep:
+    """Run a model with each combination of values of parameters, on all cores, and measure signals of each run.
+
+    Completed runs are stored; a sweep that was interrupted continues when it is called again.
+
+    Parameters
+    ----------
+    model : path
+        A ``.mbd`` file.
+    vary : mapping
+        Parameter -> its values: a text "start:stop:count" or "start:stop:count:log", with a unit after it ("1:10:5
+        N/mm"), a text "1, 2, 5", or a sequence of numbers in SI units, Booleans or texts with units.
+    measures : str or sequence of str, optional
+        Measures of each run, such as ``max(pin.fx)``; functions are final, min, max, maxabs, mean, rms, amplitude,
+        period, time_of_max and time_of_min; glob patterns stand for several signals. Default: least and largest value
+        of the coordinates of the first body.
+    paired : bool, optional
+        Whether the first values of all parameters belong together, then the second, and so on. Default: all
+        combinations.
+    after : float, optional [s]
+        Values before this time do not count.
+    method, step, tol, start, stop, options, parameters, without, announce : optional
+        As for ``mbdsl.simulate``.
+    interval : float, optional [s]
+        Output interval. Default: (stop - start)/2000. Measures are those of the output.
+    limit : float, optional [s]
+        Time limit of a run. A run that exceeds it has no values and is not stored.
+    workers : int, optional
+        Number of processes. Default: the number of cores.
+    store : path, optional
+        Folder of stored runs. Default: a subfolder of mbdsl's cache folder.
+    fresh : bool, optional
+        Whether to ignore stored runs.
+    tell : callable, optional
+        Called with the progress of the sweep.
+
+    Returns
+    -------
+    Sweep
+        A run that failed has a row with the reason.
+
+    Raises
+    ------
+    UsageError, ModelError
+        If the arguments are invalid, or the model is invalid with all values.
+    KeyboardInterrupt
+        If it is interrupted; completed runs are stored.
+    """
+    if not isinstance(model, (str, PathLike)):
+        raise UsageError("a sweep needs the path of a model", hint="parameters belong to a .mbd file")
+    ranges = [varied(name, values) for name, values in vary.items()]
+    indices = _indices(ranges, paired)
+    fixed = dict(parameters or {})
+    for p in ranges:
+        if p.name in fixed:
+            raise UsageError(f"`{p.name}` is set and varied", hint="leave one of them out")
+    if limit is not None and not limit > 0.0:
+        raise UsageError(f"a time limit of {limit:g} s leaves no time for a run")
+    points = [tuple((p.name, p.texts[j]) for p, j in zip(ranges, row, strict=True)) for row in indices]
+    asked = measuring.split(measures) if isinstance(measures, str) else measures
+    scene, chosen_measures = _readable(model, fixed, without, points, asked)
+    ranges = [_with_unit(p, scene) for p in ranges]
+    name = chosen([method])[0] if method is not None else scene.experiment.method or DEFAULT_METHOD
+    of = SweepSetting(
+        scene,
+        scene.experiment.start if start is None else start,
+        math.nan,
+        0,
+        os.fspath(model),
+        fixed,
+        tuple(without),
+        allowed_now(),
+        times_asked={"start": start, "stop": stop, "interval": interval},
+        measures=tuple(chosen_measures),
+        after=-math.inf if after is None else after,
+    )
+    run = plan(scene, name, step, tol, options=options, **times(of, scene))
+    if after is not None and not after < run.stop:
+        raise UsageError(f"no values after {after:g} s: the runs end at {run.stop:g} s", hint="give an earlier time")
+    kept = Store(store, fresh)
+    kept.prune()
+    longest = math.inf if limit is None else limit
+    given = tuple(sorted((key, float(x)) for key, x in (options or {}).items() if x is not None))
+    cases = [Point(name, step, tol, given, values=values) for values in points]
+    runs, number = compute_all(of, kept, cases, longest, workers, tell, announce)
+    if any(found.problem == CHANGED for found in runs.values()):
+        raise UsageError(f"{CHANGED}, so that its runs do not belong together", hint="run it again")
+    return Sweep(
+        scene.name,
+        ranges,
+        chosen_measures,
+        indices,
+        [runs[case] for case in cases],
+        paired,
+        longest,
+        number,
+    )
+
+
+def _indices(ranges: Sequence[Varied], paired: bool) -> list[tuple[int, ...]]:
+    """Indices of the values of each row."""
+    if not ranges:
+        raise UsageError("a sweep varies a parameter", hint=f"give --vary, such as {FORMS}")
+    sizes = [len(p) for p in ranges]
+    if paired:
+        if len(set(sizes)) > 1:
+            said = ", ".join(f"{p.name} has {len(p)}" for p in ranges)
+            raise UsageError(f"paired parameters have the same number of values: {said}")
+        return [(k,) * len(ranges) for k in range(sizes[0])]
+    if math.prod(sizes) > MOST:
+        said = " x ".join(map(str, sizes))
+        raise UsageError(
+            f"{said} = {math.prod(sizes)} runs are too many: a sweep has at most {MOST}",
+            hint="give fewer values, or several sweeps",
+        )
+    return list(product(*map(range, sizes)))
+
+
+def _readable(
+    model: str | PathLike,
+    fixed: Mapping,
+    without: Sequence[str],
+    points: Sequence[tuple[tuple[str, str], ...]],
+    asked: Sequence[str] | None,
+) -> tuple[Scene, list[Measure]]:
+    """The model at the first, the last or the middle point at which it is valid and has all signals, and the measures.
+
+    Raises
+    ------
+    MbdslError
+        If there is no such point: that of the first.
+    """
+    first: MbdslError | None = None
+    for values in dict.fromkeys((points[0], points[-1], points[len(points) // 2])):
+        try:
+            scene = load(model, {**fixed, **dict(values)}, without=without)
+            names = SignalNames(scene)
+            return scene, measuring.read(asked or measuring.usual(names), names)
+        except MbdslError as problem:
+            first = first or problem
+    assert first is not None
+    raise first
+
+
+def _with_unit(p: Varied, scene: Scene) -> Varied:
+    """The parameter with the unit of its declaration, if its values have none."""
+    owner, _, name = p.name.rpartition(".")
+    declared = scene.parameters.get(p.name, ParameterValue("", None)).unit
+    if owner in scene.components:
+        declared = next((x.unit for x in scene.components[owner].kind.parameters if x.name == name), "")
+    if p.unit or p.numbers is None or declared in ("", "1"):
+        return p
+    return Varied(p.name, p.texts, p.numbers, declared, p.log)

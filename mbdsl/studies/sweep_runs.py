@@ -1,0 +1,203 @@
+"""The runs of a sweep: one run a point, of which only the measures are kept, in the store of the studies.
+
+Runs of a sweep are not compared with each other and have no common budget, so that they need no order by their times.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from mbdsl.errors import MbdslError
+from mbdsl.lang.load import load
+from mbdsl.mechanism.scene import Scene
+from mbdsl.simulation.provenance import code
+from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.studies import runner
+from mbdsl.studies.cases import Case, Setting
+from mbdsl.studies.compute import compute
+from mbdsl.studies.measures import Measure
+from mbdsl.studies.runner import StudyProgress
+from mbdsl.studies.store import CHANGED, OUT_OF_MEMORY, OUT_OF_TIME, Computed, Store, key_of, method_code
+from mbdsl.studies.time_limits import TooLong, limited
+from mbdsl.studies.workers import cores, side_by_side
+
+POINTS = 2000  #: number of output times of a run, unless an interval is given: extrema are those of the output
+
+
+@dataclass(frozen=True)
+class Point(Case):
+    """A run of a sweep: a case with the values of the parameters, as texts."""
+
+    values: tuple[tuple[str, str], ...] = ()
+
+    def __str__(self) -> str:
+        return ", ".join(f"{name} = {text}" for name, text in self.values)
+
+
+@dataclass(frozen=True)
+class SweepSetting(Setting):
+    """The setting of a sweep.
+
+    Attributes
+    ----------
+    scene : Scene
+        The model at one of the points, for names and units.
+    times_asked : mapping
+        ``start``, ``stop`` and ``interval`` [s]; None: the model's.
+    measures : tuple of Measure
+        Measures of each run.
+    after : float [s]
+        Times before it do not count.
+    """
+
+    times_asked: Mapping[str, float | None] = field(default_factory=dict)
+    measures: tuple[Measure, ...] = ()
+    after: float = -math.inf
+
+
+def scene_at(of: SweepSetting, point: Point) -> Scene:
+    """The model with the parameters of a point.
+
+    Raises
+    ------
+    MbdslError
+        If the model is invalid with these values, or its files have changed since the sweep began.
+    """
+    assert of.path is not None
+    changes = {**of.parameters, **dict(point.values)}
+    found = load(of.path, changes, of.scene.name, of.without, of.allow_imports)
+    if of.scene.files and dict(found.files) != dict(of.scene.files):
+        raise FilesChanged
+    return found
+
+
+class FilesChanged(Exception):
+    """A file of the model has changed during a sweep."""
+
+
+@key_of.register
+def _(of: SweepSetting, case: Point) -> str:
+    """The digest of the model's texts, the parameters, the settings of the run and the measures.
+
+    Scenes are not part of it: they are built where they run.
+    """
+    asked = {
+        "model": of.scene.name,
+        "files": list(of.scene.files.values()),
+        "parameters": {name: str(value) for name, value in {**of.parameters, **dict(case.values)}.items()},
+        "without": sorted(of.without),
+        "case": [case.method, case.step, case.tol, case.options],
+        "times": dict(of.times_asked),
+        "after": of.after,
+        "measures": sorted(map(str, of.measures)),
+    }
+    said = ["sweep", code(), method_code(case.method), json.dumps(asked, default=float, sort_keys=True)]
+    return hashlib.sha256("\0".join(said).encode()).hexdigest()[:32]
+
+
+@compute.register
+def _(
+    of: SweepSetting,
+    case: Point,
+    limit: float = math.inf,
+    announce=None,
+    left: float = math.inf,
+    compiling: float = 0.0,
+) -> Computed:
+    limit = min(limit, left)
+    try:
+        scene = scene_at(of, case)
+        run: dict[str, Any] = {"method": case.method, "step": case.step, "tol": case.tol, "options": dict(case.options)}
+        found = limited(scene, limit, announce=announce, **run, **times(of, scene))
+        stats = {key: found.stats[key] for key in ("method", "h", "tol", "steps", "seconds")}
+        stats |= {"values": measured(of, found), "warnings": list(found.stats.get("warnings", ()))}
+        return Computed(case, stats=stats)
+    except TooLong:
+        return Computed(case, problem=OUT_OF_TIME)
+    except FilesChanged:
+        return Computed(case, problem=CHANGED)
+    except MbdslError as problem:
+        return Computed(case, problem=problem.message)
+    except MemoryError:
+        return Computed(case, problem=OUT_OF_MEMORY)
+    except (ArithmeticError, ValueError) as problem:  # exceptions of third-party code
+        return Computed(case, problem=f"{type(problem).__name__}: {problem}")
+
+
+def times(of: SweepSetting, scene: Scene) -> dict[str, Any]:
+    """Start, stop and output interval of a run."""
+    asked, said = dict(of.times_asked), scene.experiment
+    if asked.get("interval") is None:
+        start = said.start if asked.get("start") is None else asked["start"]
+        stop = said.stop if asked.get("stop") is None else asked["stop"]
+        if start is not None and stop is not None and stop > start:
+            interval = (stop - start) / POINTS
+            asked["interval"] = interval if said.interval is None else min(interval, said.interval)
+    return asked
+
+
+def measured(of: SweepSetting, found: Trajectory) -> dict[str, float]:
+    """The value of each measure; nan if a signal does not exist at this point, or is not determined."""
+    after = found.t >= of.after
+    values = {}
+    for m in of.measures:
+        x = np.asarray(found[m.signal], float) if m.signal in found else np.full(len(found.t), math.nan)
+        values[str(m)] = m.value(found.t[after], x[after])
+    return values
+
+
+def compute_all(
+    of: SweepSetting,
+    store: Store,
+    points: Sequence[Point],
+    limit: float = math.inf,
+    workers: int | None = None,
+    tell: Callable[[StudyProgress], None] | None = None,
+    announce: Callable[[str], None] | None = None,
+) -> tuple[dict[Point, Computed], int]:
+    """All runs, from the store or computed, and the number of those from the store.
+
+    The first ones run in this process, so that code is compiled once.
+    """
+    begun, kept = perf_counter(), 0
+    done: dict[Point, Computed] = {}
+    for point in points:
+        if (run := store.get(key_of(of, point), point)) is not None:
+            done[point] = run
+    found = kept = len(done)
+    waiting: list[Case] = [point for point in dict.fromkeys(points) if point not in done]
+    total = len(done) + len(waiting)
+
+    def say(point: Case) -> None:
+        if tell is not None:
+            tell(StudyProgress(len(done), total, str(point), perf_counter() - begun, kept))
+
+    def add(point: Case, run: Computed) -> None:
+        nonlocal kept
+        assert isinstance(point, Point)
+        done[point] = run
+        kept += run.lasting and store.has_claimed(key_of(of, point))
+        say(point)
+
+    helped = False
+    while waiting:
+        if not helped and len(waiting) > 1 and perf_counter() - begun > runner.ALONE:
+            helped, number = True, min(cores() if workers is None else workers, len(waiting))
+            if number > 1:
+                side_by_side(of, store, waiting, number, lambda _: (limit, math.inf, 0.0), add)
+                continue
+        point = waiting.pop(0)
+        say(point)
+        run = compute(of, point, limit, announce)
+        if run.lasting:
+            store.put(key_of(of, point), run)
+        add(point, run)
+    return done, found
