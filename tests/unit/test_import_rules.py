@@ -15,7 +15,7 @@ AT_IMPORT, IN_FUNCTION, FOR_TYPES = "at import", "in a function", "for the type 
 #: from the top down: a room imports from itself and from the rooms after it only
 ROOMS = (
     *("__init__", "__main__", "notebook", "cli", "reporting", "api", "studies", "analysis", "explanation", "viewing"),
-    *("simulation", "statics", "initial", "integrators", "lang", "system", "mechanism", "elements", "bodies"),
+    *("simulation", "statics", "initial", "integrators", "editor", "lang", "system", "mechanism", "elements", "bodies"),
     *("plotting", "results"),
     *("expressions", "numerics", "compilation", "storage", "errors", "messages", "version"),
 )
@@ -41,6 +41,7 @@ CIRCLES = {
 FORBIDDEN = {
     "elements": ("mbdsl.errors", "mbdsl.storage", *NUMERICS),
     "bodies": ("mbdsl.errors", "mbdsl.storage", "mbdsl.expressions"),
+    "editor": ("mbdsl.compilation", "mbdsl.system", *NUMERICS),
     "lang": ("mbdsl.compilation", *NUMERICS),
     "mechanism": ("mbdsl.compilation", "mbdsl.numerics", *(name for name in NUMERICS if name != "networkx")),
     "mechanism/reduction": ("mbdsl.storage",),
@@ -57,7 +58,7 @@ UNSEEN = {"integrators": ("mbdsl.elements", "mbdsl.bodies", "mbdsl.mechanism", "
 LATE = {
     "mechanism": NUMERICS,
     "lang": NUMERICS,
-    "cli": NUMERICS,
+    "cli": (*NUMERICS, "pygls", "lsprotocol", "pygments"),
     "simulation": ("mbdsl.plotting", "mbdsl.results.stored", "matplotlib"),
     "results": NUMERICS,
     "errors.py": NUMERICS,
