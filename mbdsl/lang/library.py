@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
@@ -76,11 +76,13 @@ class Library:
     """The files of one model, each read once.
 
     A model is data, perhaps from other authors: what it imports must be models, inside the folder of the model after
-    all links are resolved, unless ``allowed`` permits more.
+    all links are resolved, unless ``allowed`` permits more. ``texts`` are read instead of the files of these names; an
+    editor has them before they are saved.
     """
 
-    def __init__(self, allowed: Allowed | None = None) -> None:
+    def __init__(self, allowed: Allowed | None = None, texts: Mapping[str, str] = {}) -> None:
         self._units: dict[str, Unit] = {}
+        self._texts = {key_of(file): text for file, text in texts.items()}
         self._allowed = allowed_now() if allowed is None else allowed
         self._root = ""  #: the folder that imports must not leave
 
@@ -102,7 +104,7 @@ class Library:
 
     def _parse(self, text: str, file: str) -> Unit:
         unit = Unit(parse(text, file), text)
-        self._units[_key(file)] = unit
+        self._units[key_of(file)] = unit
         seen: dict[str, s.Model] = {}
         for model in unit.file.models:
             if model.name in seen:
@@ -119,13 +121,13 @@ class Library:
         new = []
         for item in unit.file.imports:
             path = _resolve(item, unit.file.name)
-            known = self._units.get(_key(path))
+            known = self._units.get(key_of(path))
             if known is None:
                 if len(self._units) >= limits.FILES:
                     raise ModelError(f"more than {limits.FILES} files", span_of(item.at))
                 self._refuse_outside(item, path)
                 try:
-                    text = read(path)
+                    text = self._texts[key_of(path)] if key_of(path) in self._texts else read(path)
                 except UsageError as problem:
                     raise ModelError(f"cannot import: {problem.message}", span_of(item.at), problem.hint) from None
                 if not _MODEL.match(text):
@@ -169,7 +171,8 @@ class Library:
             )
 
 
-def _key(file: str) -> str:
+def key_of(file: str) -> str:
+    """The same text for all names of a file, as far as they can be compared without accessing it."""
     return os.path.normcase(os.path.abspath(file))
 
 

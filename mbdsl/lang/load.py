@@ -87,8 +87,19 @@ def parse_text(
     MbdslError
         If the model is invalid.
     """
+    return read_scene(Library(allow_imports), text, file, overrides, model, without)
+
+
+def read_scene(
+    library: Library,
+    text: str,
+    file: str,
+    overrides: Mapping[str, str | float] = {},
+    model: str | None = None,
+    without: Iterable[str] = (),
+) -> Scene:
+    """As :func:`parse_text`, with the imports of a library."""
     with deep():
-        library = Library(allow_imports)
         unit = library.add(text, file)
         return _flatten(_main(unit, model), unit, library, overrides, check_effects(without))
 
