@@ -67,13 +67,13 @@ class OfKind:
     kind: Kind
     name: str
     form: str = VALUE
-    argument: s.Argument | None = field(default=None, compare=False)  #: that declares a frame
-    body: Entity | None = field(default=None, compare=False)  #: of this frame
+    component: Entity | None = field(default=None, compare=False)
+    argument: s.Argument | None = field(default=None, compare=False)  #: that declares a frame of this component
 
     @property
     def symbol(self) -> Symbol:
-        if self.body is not None and self.argument is not None:
-            declared = self.body.symbol
+        if self.component is not None and self.argument is not None:
+            declared = self.component.symbol
             return Symbol(FRAME, self.name, declared.file, f"{declared.owner}.{declared.name}")
         return Symbol(OF_KIND, self.name, owner=self.kind.name)
 
@@ -110,19 +110,16 @@ def of_component(component: Entity) -> dict[str, OfKind]:
     """The members of a component: frames, ports, signals and parameters."""
     kind = component.kind
     assert kind is not None
-    found: dict[str, OfKind] = {}
-    if isinstance(kind, BodyKind):
-        if not kind.is_frame:
-            has_ends = kind.parameter("length") is not None
-            found |= {x: OfKind(kind, x, FRAME) for x in BODY_FRAMES if x == "c" or has_ends}
-        for argument in component.declaration.arguments:
-            if argument.name == "frames":
-                for frame in argument.modifiers:
-                    if frame.name:
-                        found.setdefault(frame.name, OfKind(kind, frame.name, FRAME, frame, component))
-    found |= {port: OfKind(kind, port, FRAME) for port in kind.ports}
+    frames: list[str] = []
+    if isinstance(kind, BodyKind) and not kind.is_frame:
+        frames = [x for x in BODY_FRAMES if x == "c" or kind.parameter("length") is not None]
+    found = {x: OfKind(kind, x, FRAME, component) for x in (*frames, *kind.ports)}
+    for argument in component.declaration.arguments:
+        if argument.name == "frames" and isinstance(kind, BodyKind):
+            declared = (x for x in argument.modifiers if x.name)
+            found |= {x.name: OfKind(kind, x.name, FRAME, component, x) for x in declared}
     for name in (*signals(kind), *(p.name for p in kind.parameters)):
-        found.setdefault(name, OfKind(kind, name))
+        found.setdefault(name, OfKind(kind, name, VALUE, component))
     return found
 
 

@@ -159,7 +159,7 @@ class Names:
         for a in arguments:
             if a.name == "frames":
                 for frame in a.modifiers:
-                    if (declared := known.get(frame.name)) is not None and declared.body is not None:
+                    if (declared := known.get(frame.name)) is not None and declared.argument is not None:
                         self._name(frame.at, declared.symbol, True, declared)
                     self._expressions((frame.value,), place)
             if a.name:

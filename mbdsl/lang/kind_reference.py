@@ -21,18 +21,19 @@ def reference() -> str:
     parts = [BEGIN]
     for title, family in _TITLES:
         parts.append(f"### {title}")
-        parts += [_kind(kind) for kind in kinds().values() if isinstance(kind, family)]
+        parts += [of_kind(kind) for kind in kinds().values() if isinstance(kind, family)]
     return "\n\n".join([*parts, END]) + "\n"
 
 
-def _kind(kind: Kind) -> str:
+def of_kind(kind: Kind) -> str:
+    """Description, frames, parameters and signals of a kind."""
     lines = [f"#### `{kind.name}`", "", kind.doc, ""]
     if kind.ports:
         ports = [f"`{p}`" + (" (may be left out)" if p in kind.optional_ports else "") for p in kind.ports]
         lines += [f"Frames: {', '.join(ports)}.", ""]
     if kind.parameters:
         lines += ["| parameter | unit | default | |", "|---|---|---|---|"]
-        lines += [f"| `{p.name}` | {_unit(p)} | {_default(p)} | {_notes(kind, p)} |" for p in kind.parameters]
+        lines += [f"| `{p.name}` | {unit_text(p)} | {default_text(p)} | {notes(kind, p)} |" for p in kind.parameters]
         lines.append("")
     if kind.signals:
         lines += ["| signal | unit | |", "|---|---|---|"]
@@ -44,11 +45,13 @@ def _kind(kind: Kind) -> str:
     return "\n".join(lines).rstrip()
 
 
-def _unit(p: Parameter) -> str:
+def unit_text(p: Parameter) -> str:
+    """The unit of a parameter."""
     return p.unit or ("any" if p.law else "")
 
 
-def _default(p: Parameter) -> str:
+def default_text(p: Parameter) -> str:
+    """The default of a parameter, in SI units."""
     if p.default is REQUIRED:
         return "required"
     if p.default is None or p.default == ():
@@ -60,21 +63,22 @@ def _default(p: Parameter) -> str:
     return f"{p.default:g}" if isinstance(p.default, float) else f'"{p.default}"' if p.choices else str(p.default)
 
 
-def _notes(kind: Kind, p: Parameter) -> str:
-    notes = [p.doc] if p.doc else []
+def notes(kind: Kind, p: Parameter) -> str:
+    """Meaning and allowed values of a parameter."""
+    said = [p.doc] if p.doc else []
     if p.law:
         driven = isinstance(kind, JointKind) and kind.driver == p.name
         if isinstance(kind, JointKind) and kind.coupling is not None and kind.coupling[0] == p.name:
-            notes.append(f"an expression of `{kind.coupling[1]}`, parameters and tables")
+            said.append(f"an expression of `{kind.coupling[1]}`, parameters and tables")
         else:
-            notes.append("without signals and inputs" if driven else "may be an expression in time and signals")
+            said.append("without signals and inputs" if driven else "may be an expression in time and signals")
     if p.positive:
-        notes.append("positive")
+        said.append("positive")
     elif p.minimum is not None:
-        notes.append(f"at least {p.minimum:g}")
+        said.append(f"at least {p.minimum:g}")
     if p.choices:
-        notes.append("one of " + ", ".join(f'"{c}"' for c in p.choices))
-    return "; ".join(notes)
+        said.append("one of " + ", ".join(f'"{c}"' for c in p.choices))
+    return "; ".join(said)
 
 
 def insert(page: str) -> str:
