@@ -22,7 +22,7 @@ class Hover(NamedTuple):
     end: int
 
 
-def hover(names: Names, offset: int, values: Mapping[str, str]) -> Hover | None:
+def hover(names: Names, offset: int, values: Mapping[str, str] = {}, main: str = "") -> Hover | None:
     """The description of the name, word, number or unit at an offset.
 
     Parameters
@@ -31,26 +31,34 @@ def hover(names: Names, offset: int, values: Mapping[str, str]) -> Hover | None:
         The names of the file.
     offset : int
         A place in its text.
-    values : mapping of str to str
-        Values of parameters and components of the main model, by name, in SI units; as far as they are known.
+    values : mapping of str to str, optional
+        Values of parameters and components of the main model, by name, in SI units.
+    main : str, optional
+        The main model.
 
     Returns
     -------
     Hover or None
     """
-    previous = None
+    previous, model = None, names.unit.own(main)
+    own = e.members(model, names.unit) if model is not None else {}
+    known = {name: found.symbol for name, found in own.items()}
     for piece in lexer.pieces(names.unit.text):
         if piece.start > offset:
             break
         if offset < piece.end or (offset == piece.end and piece.kind in (lexer.NAME, lexer.KEYWORD)):
-            text = _of_piece(piece, previous, names, values)
+            occurrence = names.at(piece.start) if piece.kind == lexer.NAME else None
+            found = occurrence.found if occurrence is not None else None
+            found = found.component if isinstance(found, OfKind) else found
+            is_own = isinstance(found, Entity) and known.get(found.declaration.name) == found.symbol
+            text = _of_piece(piece, previous, occurrence, values if is_own else {})
             return Hover(text, piece.start, piece.end) if text else None
         previous = piece
     return None
 
 
 def _of_piece(
-    piece: lexer.Piece, previous: lexer.Piece | None, names: Names, values: Mapping[str, str]
+    piece: lexer.Piece, previous: lexer.Piece | None, occurrence: Occurrence | None, values: Mapping[str, str]
 ) -> str:
     if piece.kind == lexer.UNIT:
         text = descriptions.of_unit(piece.text)
@@ -61,7 +69,6 @@ def _of_piece(
         return descriptions.of_word(piece.text)
     if piece.kind != lexer.NAME:
         return ""
-    occurrence = names.at(piece.start)
     return of_occurrence(occurrence, values) if occurrence is not None else descriptions.of_word(piece.text)
 
 

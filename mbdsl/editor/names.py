@@ -58,6 +58,9 @@ class Names:
         self.unit = unit
         self._key = key_of(unit.file.name)
         self._found: dict[int, Occurrence] = {}
+        self.occurrences: list[Occurrence] = []
+        if not unit.file.models:
+            return
         for name, start, end in self._aliases:
             self._add(start, end, Symbol(e.ALIAS, name, self._key), declares=True)
         for model in unit.file.models:

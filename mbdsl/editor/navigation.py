@@ -40,6 +40,9 @@ def definition(workspace: Workspace, path: str, offset: int) -> list[Location]:
             units_read = (*names.unit.imports, *names.unit.aliases.values())
             return [Location(u.file.name, 0, 0) for u in units_read if key_of(u.file.name) == key_of(target)]
     symbol = _symbol(names, offset)
+    found = names.at(offset)
+    if symbol is None and found is not None and isinstance(found.found, OfKind) and found.found.component is not None:
+        symbol = found.found.component.symbol  # a parameter or signal of a kind: the declaration of the component
     if symbol is None:
         return []
     # The file that declares it may be imported, and outside of the folders of the workspace.

@@ -8,10 +8,12 @@ from collections.abc import Iterator, Mapping
 from mbdsl.editor.library import LooseLibrary
 from mbdsl.editor.names import Names
 from mbdsl.errors import UsageError
-from mbdsl.lang.library import Allowed, key_of, read
+from mbdsl.lang import syntax as s
+from mbdsl.lang.library import Allowed, Unit, key_of, read
 
 FILES = 500  #: files of the folders that are searched for a name
 FOLDERS = 2000  #: folders that are searched for files
+SIZE = 250_000  #: characters; a longer text is checked, but its names are not searched while it is typed
 
 
 class Workspace:
@@ -78,6 +80,8 @@ class Workspace:
         """The names of a file, with other texts of open files."""
         known = next((text for name, text in texts.items() if key_of(name) == key_of(path)), None)
         text = self.text(path) if known is None else known
+        if len(text) > SIZE:
+            return Names(Unit(s.File(path, (), ()), text))
         return Names(LooseLibrary(self._allowed, texts).add(text, path))
 
     def files(self, path: str) -> Iterator[str]:
