@@ -91,9 +91,7 @@ def _without(text: str, file: str, span: Span) -> str | None:
     start, end = next(((x.start, x.end) for x in statements(text) if x.start <= at < x.end), (0, 0))
     names = Names(LooseLibrary(False).add(text, file))
     declared = [o for o in names.occurrences if start <= o.start < end and o.declares]
-    if any(o.symbol.form not in (e.VALUE, e.COMPONENT, e.FRAME) for o in declared):
-        return None
-    if any(isinstance(o.found, e.Entity) and o.found.kind is not None and o.found.kind.name == "Ground" for o in declared):
+    if any(not _is_optional(o.found) for o in declared):
         return None
     elsewhere = (o for o in names.occurrences if not start <= o.start < end)
     if {o.symbol for o in declared} & {o.symbol for o in elsewhere}:
@@ -101,6 +99,13 @@ def _without(text: str, file: str, span: Span) -> str | None:
     if not declared and re.match(r"(connect|extends|import|model|partial|end|for|if|else|elseif)\b", text[start:end]):
         return None
     return text[:start] + re.sub(r"[^\n]", " ", text[start:end]) + text[end:] if end else None
+
+
+def _is_optional(found: object) -> bool:
+    """Whether a model can be without a declaration that nothing refers to; it needs a ground."""
+    if isinstance(found, e.OfKind):
+        return True
+    return isinstance(found, e.Entity) and found.form != e.UNKNOWN and getattr(found.kind, "name", "") != "Ground"
 
 
 def _values(scene: Scene) -> dict[str, str]:

@@ -21,7 +21,7 @@ from mbdsl.lang.load import deep
 from mbdsl.lang.parser import parse
 
 ATTEMPTS = 20  #: errors of one text
-LONG = 100_000  #: characters; a longer text is parsed twice at most, so that the answer does not take long
+WORK = 200_000  #: characters that are parsed for one text with errors, so that the answer does not take long
 
 _BEGINNINGS = frozenset(
     "model partial extends import parameter constant input inner outer connector public protected initial equation "
@@ -57,7 +57,7 @@ def repaired(text: str, file: str) -> Repaired:
     """
     problems: list[MbdslError] = []
     left = text
-    for _ in range(ATTEMPTS if len(text) <= LONG else 2):
+    for _ in range(max(2, min(ATTEMPTS, WORK // (len(text) + 1)))):
         try:
             with deep():
                 return Repaired(parse(left + _ending(left) if problems else left, file), left, tuple(problems))

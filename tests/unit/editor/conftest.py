@@ -24,7 +24,8 @@ class Client:
         self.folder, self.count, self.version = folder, 0, 0
         self.answers, self.diagnostics, self.texts = {}, Queue(), {}
         self.answered = threading.Condition()
-        threading.Thread(target=self._read, daemon=True).start()
+        self.reader = threading.Thread(target=self._read, daemon=True)
+        self.reader.start()
         capabilities = {"general": {"positionEncodings": encodings} if encodings else {}}
         capabilities["textDocument"] = {"rename": {"prepareSupport": True}}
         self.capabilities = self.ask(
@@ -118,9 +119,14 @@ class Client:
         """End the session; return the exit code of the server and what it wrote to standard error."""
         self.ask("shutdown", None)
         self.tell("exit", None)
+        return self.ended()
+
+    def ended(self):
+        """The exit code of the server and what it wrote to standard error, after its input was closed."""
         self.process.stdin.close()
-        code = self.process.wait(WAIT)
         errors = self.process.stderr.read().decode()
+        code = self.process.wait(WAIT)
+        self.reader.join(WAIT)
         for stream in (self.process.stdout, self.process.stderr):
             stream.close()
         return code, errors
