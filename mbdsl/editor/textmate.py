@@ -1,13 +1,14 @@
 """The TextMate grammar of the language, for VS Code, Sublime Text and other editors that read such grammars.
 
 ``python -m mbdsl.editor.textmate editors/vscode/syntaxes/mbd.tmLanguage.json`` writes it again after a change of the
-language. Its regular expressions use only what both Oniguruma and Python's `re` understand, so that the tests can run
+language; a name that ends with ``.tmLanguage`` gets the older format, which Sublime Text reads. Its regular expressions use only what both Oniguruma and Python's `re` understand, so that the tests can run
 them.
 """
 
 from __future__ import annotations
 
 import json
+import plistlib
 import re
 import sys
 from collections.abc import Iterable
@@ -83,10 +84,12 @@ def _range(name: str, begin: str, end: str, patterns: list | None = None) -> dic
     return {"name": name, "begin": begin, "end": end, **({"patterns": patterns} if patterns else {})}
 
 
-def text() -> str:
-    """The file."""
-    return json.dumps(grammar(), indent=2, ensure_ascii=False) + "\n"
+def content(name: str) -> bytes:
+    """The content of a file with this name: JSON for ``.json``, else a property list."""
+    if name.endswith(".json"):
+        return (json.dumps(grammar(), indent=2, ensure_ascii=False) + "\n").encode()
+    return plistlib.dumps(grammar())
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(text(), encoding="utf-8")
+    Path(sys.argv[1]).write_bytes(content(sys.argv[1]))

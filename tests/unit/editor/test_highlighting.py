@@ -1,6 +1,7 @@
 """Highlighting: the Pygments lexer and the grammar for VS Code agree with the lexer of the language on all models."""
 
 import json
+import plistlib
 import re
 import subprocess
 import sys
@@ -107,7 +108,8 @@ def test_pygments_finds_the_lexer_by_its_name(tmp_path):
 # -- the grammar for VS Code ----------------------------------------------------------------------------------------
 def test_the_grammar_is_up_to_date():
     """Run ``python -m mbdsl.editor.textmate editors/vscode/syntaxes/mbd.tmLanguage.json``."""
-    assert (VSCODE / "syntaxes" / "mbd.tmLanguage.json").read_text(encoding="utf-8") == textmate.text()
+    assert (VSCODE / "syntaxes" / "mbd.tmLanguage.json").read_bytes() == textmate.content("mbd.tmLanguage.json")
+    assert plistlib.loads(textmate.content("mbd.tmLanguage")) == textmate.grammar()
 
 
 def test_words_of_the_grammar_are_those_of_the_language():
