@@ -29,8 +29,9 @@ def run(args: argparse.Namespace) -> int:
     try:
         from mbdsl.editor.server import serve
     except ImportError as problem:
+        package = (problem.name or "pygls").partition(".")[0]
         raise UsageError(
-            f"the language server needs the package `{(problem.name or 'pygls').partition('.')[0]}`, which is not installed",
+            f"the language server needs the package `{package}`, which is not installed",
             hint="install mbdsl with its extra: pip install '.[editor]' in the checkout",
         ) from None
     if sys.stdin.isatty():

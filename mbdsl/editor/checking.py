@@ -66,8 +66,8 @@ def _errors_of_model(
 ) -> tuple[list[MbdslError], Scene | None]:
     """Errors, or warnings and the scene.
 
-    Reading a model ends at its first error. If nothing else depends on the statement with the error, it is left out, and
-    the model is read again.
+    Reading a model ends at its first error. If nothing else depends on the statement with the error, it is left out,
+    and the model is read again.
     """
     problems: list[MbdslError] = []
     for _ in range(ERRORS):

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
 
 from mbdsl.editor import context as c
 from mbdsl.editor import descriptions
 from mbdsl.editor import entities as e
 from mbdsl.editor.context import Context, context
 from mbdsl.editor.entities import Entity, OfKind
+from mbdsl.editor.unit_proposals import proposals
 from mbdsl.editor.vocabulary import words
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import EFFECTS, REQUIRED, Kind
 from mbdsl.expressions.symbolic import COORDINATES
-from mbdsl.lang import quantities, shapes, units
+from mbdsl.lang import quantities, shapes
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import EXTRAPOLATION, SMOOTHNESS
 from mbdsl.lang.experiment import KEYS
@@ -79,7 +79,7 @@ def _items(at: Context, known: Mapping[str, Entity], unit: Unit, model: s.Model 
     elif expected == c.MEMBER:
         yield from _members(at, known, unit)
     elif expected == c.UNIT:
-        yield from _units(_expected_unit(at, known, unit))
+        yield from (Item(*x) for x in proposals(_expected_unit(at, known, unit)))
         yield from _keywords(_BEHIND, 9)
     elif expected == c.FRAME:
         yield from _names(known, frames_first=True)
@@ -243,7 +243,9 @@ def _values(at: Context, known: Mapping[str, Entity], unit: Unit) -> Iterator[It
     if parameter is not None and isinstance(parameter.default, bool):
         yield from _keywords(("true", "false"), 0)
     if kind is not None and target is not None and parameter is not None and parameter.law:
-        own = {name: x for name, x in e.of_component(target).items() if name not in (*kind.ports, at.parameter, "frames")}
+        own = {
+            name: x for name, x in e.of_component(target).items() if name not in (*kind.ports, at.parameter, "frames")
+        }
         yield from (_of_own(x, 2) for x in own.values() if x.form != e.FRAME and x.name not in known)
     yield from (Item(x, "function", "function", descriptions.of_word(x), 6) for x in words()["function"])
     yield from (Item(x, "value", "constant", descriptions.of_word(x), 6) for x in words()["constant"])
@@ -281,7 +283,6 @@ def _settings(at: Context) -> Iterator[Item]:
     )
 
 
-# -- units ----------------------------------------------------------------------------------------------------------
 def _expected_unit(at: Context, known: Mapping[str, Entity], unit: Unit) -> str:
     """The unit of the value that is typed; "" if it is not known."""
     if at.path[:1] == ("annotation",):
@@ -298,24 +299,3 @@ def _expected_unit(at: Context, known: Mapping[str, Entity], unit: Unit) -> str:
     if target.form == e.FRAME:
         return {"r": "m", "phi": "rad"}.get(at.parameter, "")
     return quantities.type_unit(at.type) or ""
-
-
-def _units(expected: str) -> Iterator[Item]:
-    """All units, those of the expected dimension first."""
-    wanted = units.dimension(expected) if expected else None
-    angles = wanted == units.NUMBER and expected != "rad"
-    for name in dict.fromkeys((*([expected] if expected not in ("", "1") else ()), *_usual(), *units.symbols())):
-        found = units.parse(name)
-        if found is not None:
-            fits = wanted is not None and found.dimension == wanted and not angles
-            rank = (0 if name == expected else 1 if name in _usual() else 3) if fits else 4 if name in _usual() else 8
-            yield Item(name, "unit", quantities.words(found.dimension, name), descriptions.of_unit(name), rank)
-
-
-@cache
-def _usual() -> tuple[str, ...]:
-    """Units of the parameters of all kinds and of the types, and others that are common."""
-    declared = (p.unit for kind in kinds().values() for p in kind.parameters)
-    common = "mm cm km g t ms us min h deg rev rpm kN N/mm MPa GPa kPa kJ kW in ft lb lbf Hz"
-    found = (*quantities.TYPES.values(), *declared, *common.split())
-    return tuple(dict.fromkeys(x for x in found if x[:1].isalpha()))  # 1/s cannot follow a number

@@ -167,7 +167,8 @@ class Names:
                     self._expressions((frame.value,), place)
             if a.name:
                 member = known.get(a.name)
-                symbol = member.symbol if member is not None else Symbol(e.SETTING, a.name, owner=found.declaration.type)
+                setting = Symbol(e.SETTING, a.name, owner=found.declaration.type)
+                symbol = member.symbol if member is not None else setting
                 self._name(a.at, symbol, found=member)
             self._expressions((*a.indices, a.value), inner if a.name else place)
             if a.name != "frames":

@@ -101,7 +101,7 @@ def rename(workspace: Workspace, path: str, offset: int, name: str) -> list[Loca
         file = names.unit.file.name
         if problems := repaired(names.unit.text, file).problems:
             line = f" in line {problems[0].span.line}" if problems[0].span else ""
-            raise UsageError(f"{os.path.basename(file)} has a syntax error{line}; names can be replaced after it is corrected")
+            raise UsageError(f"{os.path.basename(file)} has a syntax error{line}", hint="correct it before renaming")
         _refuse_taken(names, occurrence, name)
     texts = {n.unit.file.name: _replaced(n.unit.text, places, name) for n, places in found}
     _check(workspace, path, found, texts, symbol, name)
@@ -151,7 +151,7 @@ def _refuse_taken(names: Names, occurrence: Occurrence, name: str) -> None:
         for d in (d for item in model.items for d in declarations(item)):
             if "outer" in d.prefixes and d.name in (symbol.name, name) and symbol.form == e.COMPONENT:
                 raise UsageError(
-                    f"`{d.name}` is declared as `outer` in `{model.name}`: the names of inner and outer must be the same"
+                    f"`{model.name}` declares `outer {d.type} {d.name}`", hint="inner and outer have the same name"
                 )
     if isinstance(occurrence.found, Entity) and symbol.form == e.VALUE:
         unit_text = quantities.type_unit(occurrence.found.declaration.type) or ""

@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 from mbdsl.editor.positions import Places
@@ -77,7 +78,7 @@ def _ending(text: str) -> str:
 
 def _open_model(words: list[lexer.Piece]) -> str:
     name = ""
-    for word, following in zip(words, words[1:], strict=False):
+    for word, following in pairwise(words):
         if word.kind == lexer.KEYWORD and following.kind == lexer.NAME:
             if word.text == "model":
                 name = following.text

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
 import os
 import sys
 from contextlib import suppress
-from pathlib import Path
 from typing import Any
 
 from lsprotocol import types as lsp
@@ -16,8 +14,8 @@ from pygls import uris
 from pygls.exceptions import JsonRpcException
 from pygls.lsp.server import LanguageServer
 
-import mbdsl
 from mbdsl.editor import navigation
+from mbdsl.editor.check_process import check_in_process
 from mbdsl.editor.completion import Item, complete
 from mbdsl.editor.hover import hover
 from mbdsl.editor.navigation import Location
@@ -138,14 +136,10 @@ class Server(LanguageServer):
         await asyncio.sleep(PAUSE)
         text = self.models.texts[path]
         request = {"text": text, "file": path, "texts": self.models.texts, "allowed": self.allowed}
-        try:
-            answer = await asyncio.wait_for(_answer(request), LIMIT)
-        except asyncio.TimeoutError:
-            said = f"the check was ended after {LIMIT:g} s: this model is too large to be checked while it is typed"
-            answer = {"problems": [_problem(said)]}
+        answer = await check_in_process(request, LIMIT)
         if self.models.texts.get(path) != text:
             return
-        self.values[path] = (text, answer.get("model", ""), answer.get("values", {}))
+        self.values[path] = (text, answer["model"], answer["values"])
         found = [self._diagnostic(path, problem) for problem in answer["problems"]]
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(self.uris[path], found))
 
@@ -173,33 +167,6 @@ class Server(LanguageServer):
         file = self.models.names(path).unit.file
         at = next((x.at for x in (*file.imports, *reversed(file.models)) if x.at is not None), None)
         return self.range(path, at[1], at[2]) if at is not None else self.range(path, 0, 1)
-
-
-def _problem(message: str) -> dict[str, Any]:
-    return {"message": message, "hint": "", "severity": "warning", "span": None, "notes": []}
-
-
-async def _answer(request: dict[str, Any]) -> dict[str, Any]:
-    """The answer of a new process, which is killed if the check is cancelled."""
-    process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "mbdsl.editor.checking"),
-        stdin=asyncio.subprocess.PIPE,
-        stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.PIPE,
-        # Python searches modules in the working folder: a folder of models must not supply any.
-        cwd=Path(mbdsl.__file__).parents[1],
-    )
-    try:
-        out, err = await process.communicate(json.dumps(request).encode())
-    finally:
-        if process.returncode is None:
-            with suppress(ProcessLookupError):
-                process.kill()
-            await process.wait()
-    if process.returncode != 0:
-        reason = err.decode(errors="replace").strip().rpartition("\n")[2] or f"exit code {process.returncode}"
-        return {"problems": [_problem(f"internal error of the check: {reason}")]}
-    return json.loads(out)
 
 
 def make_server(allowed: Allowed | None = None) -> Server:

@@ -1,8 +1,8 @@
 """The TextMate grammar of the language, for VS Code, Sublime Text and other editors that read such grammars.
 
 ``python -m mbdsl.editor.textmate editors/vscode/syntaxes/mbd.tmLanguage.json`` writes it again after a change of the
-language; a name that ends with ``.tmLanguage`` gets the older format, which Sublime Text reads. Its regular expressions use only what both Oniguruma and Python's `re` understand, so that the tests can run
-them.
+language; a name that ends with ``.tmLanguage`` gets the older format, which Sublime Text reads. Its regular expressions
+use only what both Oniguruma and Python's `re` understand, so that the tests can run them.
 """
 
 from __future__ import annotations

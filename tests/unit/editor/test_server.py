@@ -10,6 +10,7 @@ import pytest
 from mbdsl import parse
 from mbdsl.elements import kinds
 from mbdsl.errors import MbdslError
+from mbdsl.mechanism.graph import build
 
 ROOT = Path(__file__).parents[3]
 CRANK = (ROOT / "models" / "slider_crank.mbd").read_text(encoding="utf-8")
@@ -79,7 +80,11 @@ def test_several_errors_of_one_text(client, editor):
     client.show("crank.mbd", text)
     found = client.problems("crank.mbd")
     assert [problem["range"]["start"]["line"] for problem in found] == [21, 26]
-    text = CRANK.replace("k = k", "kk = k").replace("crank.w =", "crank.ww =").replace("guess rod.phi = 0 deg", "rod.phi = 1 kg")
+    text = (
+        CRANK.replace("k = k", "kk = k")
+        .replace("crank.w =", "crank.ww =")
+        .replace("guess rod.phi = 0 deg", "rod.phi = 1 kg")
+    )
     client.show("crank.mbd", text)
     marked = [editor["cut"](text, problem["range"]) for problem in client.problems("crank.mbd")]
     assert marked == ["kk", "ww", "rod.phi = 1 kg"]
@@ -89,10 +94,9 @@ def test_warnings_and_errors_of_the_structure(client, editor):
     free = "model Free Ground ground; Rod rod(m = 1 kg, length = 1 m); {} end Free;"
     client.show("free.mbd", free.format(""))
     (problem,) = client.problems("free.mbd")
+    scene = parse(free.format(""))
     with pytest.raises(MbdslError) as caught:
-        from mbdsl.mechanism.graph import build
-
-        build(parse(free.format("")))
+        build(scene)
     assert problem["message"].startswith(caught.value.message) and problem["severity"] == 1
     text = free.format("Revolute p(ground, rod.a); Torque t(p, tau = 0 N.m);")
     client.show("free.mbd", text)
@@ -183,7 +187,13 @@ def test_proposals_have_documentation(client):
 
 def test_members_of_sub_models_of_other_files(client):
     client.show("arm.mbd", ARM)
-    assert set(client.complete("robot.mbd", ROBOT.replace("upper.rod.b.x", "upper.|"))) == {"L", "root", "tip", "rod", "pin"}
+    assert set(client.complete("robot.mbd", ROBOT.replace("upper.rod.b.x", "upper.|"))) == {
+        "L",
+        "root",
+        "tip",
+        "rod",
+        "pin",
+    }
     assert client.complete("robot.mbd", ROBOT.replace("parts.Arm lower", "parts.| lower")) == ["Arm"]
     assert client.complete("robot.mbd", ROBOT.replace("rod(m = 3 kg)", "rod(|)"))[:2] == ["length", "m"]
 
@@ -282,9 +292,10 @@ def test_names_that_collide_are_refused(client, word, new):
 
 def test_words_of_the_language_cannot_be_renamed(client):
     client.show("crank.mbd", CRANK)
-    assert "belongs to the language" in client.ask(
-        "textDocument/prepareRename", client.at("crank.mbd", "length = L1"), error=True
-    )["message"]
+    assert (
+        "belongs to the language"
+        in client.ask("textDocument/prepareRename", client.at("crank.mbd", "length = L1"), error=True)["message"]
+    )
     found = client.ask("textDocument/prepareRename", client.at("crank.mbd", "L1"))
     assert found["placeholder"] == "L1"
 
@@ -302,14 +313,27 @@ def test_positions_in_the_encoding_of_the_editor(client, trusting):
 
 
 def test_broken_and_huge_texts_do_not_stop_the_server(start):
-    """Each text is followed by a question, which is answered. A file that is no text is refused where it is imported."""
+    """Each text is followed by questions, which are answered. One of them imports a file that is no text."""
     client = start()
     (client.folder / "data.mbd").write_bytes(bytes(range(256)))
     deep = "model A\n" + "for i in 1:2 loop\n" * 1000 + "Rod r[i](m = " + "(" * 1000
     for text in (
-        *("", "\0", "model", "end end end ;;; ((([[[{{{", '"' * 999, "/*" * 999, "\ud800 model A", "model A\r\rend A;\r"),
+        *(
+            "",
+            "\0",
+            "model",
+            "end end end ;;; ((([[[{{{",
+            '"' * 999,
+            "/*" * 999,
+            "\ud800 model A",
+            "model A\r\rend A;\r",
+        ),
         *(deep, "model A Real x = " + "-" * 5000 + "1; end A;", "model A parameter Real x[9999999] = {}; end A;"),
-        *("Rod r(m = 1);\n" * 10_000, 'import "data.mbd"; model A Ground g; end A;', 'import "."; model A Ground g; end A;'),
+        *(
+            "Rod r(m = 1);\n" * 10_000,
+            'import "data.mbd"; model A Ground g; end A;',
+            'import "."; model A Ground g; end A;',
+        ),
     ):
         text = text.encode("utf-16", "replace").decode("utf-16")
         client.show("a.mbd", text)
@@ -328,6 +352,8 @@ def test_a_connection_that_is_lost_ends_the_server(start):
 def test_without_the_extra(tmp_path):
     """The message names the package and the command that installs it."""
     code = "import sys; sys.modules['pygls'] = None; from mbdsl.cli import main; sys.exit(main(['lsp']))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, stdin=subprocess.DEVNULL)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, stdin=subprocess.DEVNULL
+    )
     assert done.returncode == 2 and done.stdout == ""
     assert "needs the package `pygls`" in done.stderr and "pip install '.[editor]'" in done.stderr
