@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import os
+import signal
 import sys
 
 from mbdsl.errors import UsageError
+from mbdsl.simulation.interrupts import SIGNALS
 
 
 def register(subparsers) -> argparse.ArgumentParser:
@@ -26,6 +29,8 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
+    from mbdsl.cli import INTERRUPTED
+
     try:
         from mbdsl.editor.server import serve
     except ImportError as problem:
@@ -36,4 +41,6 @@ def run(args: argparse.Namespace) -> int:
         ) from None
     if sys.stdin.isatty():
         print("the language server waits for an editor on standard input; Ctrl-C ends it", file=sys.stderr)
+    for number in SIGNALS:  # pygls would wait for the end of its input, which a thread reads
+        signal.signal(number, lambda *_: os._exit(INTERRUPTED))
     return 0 if serve(args.allow_imports) else 1

@@ -1,6 +1,8 @@
 """The language server over its protocol: a session of an editor with `mbdsl lsp`."""
 
+import os
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -347,6 +349,14 @@ def test_broken_and_huge_texts_do_not_stop_the_server(start):
 
 def test_a_connection_that_is_lost_ends_the_server(start):
     assert start().ended()[0] == 1
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_signals_end_the_server_while_its_input_is_open(start):
+    session = start()
+    session.process.send_signal(signal.SIGTERM)
+    assert session.process.wait(60) == 130
+    session.ended()
 
 
 def test_without_the_extra(tmp_path):
