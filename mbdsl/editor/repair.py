@@ -66,7 +66,11 @@ def repaired(text: str, file: str) -> Repaired:
             problems.append(problem)
             if problem.span is None or not left.strip():
                 break
-            left = _without(left, problem)
+            at_end = Places(left).of_span(problem.span)[0] >= len(left.rstrip())
+            if not (
+                len(problems) == 1 and at_end and _ending(left)
+            ):  # else the end of the model may be all that is missing
+                left = _without(left, problem)
     return Repaired(s.File(file, (), ()), "", tuple(problems))
 
 
