@@ -23,6 +23,14 @@ def check(values):
     return None
 
 
+def misfit(values, distance):
+    least = abs(sum(values["r"]))
+    if distance < least:
+        crossed = "crossed belt" if values["crossed"] else "belt"
+        return f"its centres are {distance:.4g} m apart; a {crossed} around these pulleys needs more than {least:.4g} m"
+    return None
+
+
 KIND = JointKind(
     "BeltDrive",
     doc="A belt or chain around two pulleys or sprockets about the frame origins, without slip or stretch.",
@@ -36,6 +44,7 @@ KIND = JointKind(
     signals=SIGNALS,
     reactions=REACTIONS,
     check=check,
+    misfit=misfit,
     derive=lambda v: {"r": (v["r_a"], v["r_b"] if v["crossed"] else -v["r_b"])},
     table=lambda v: (*v["r"], v["r"][1] * v["phi0"]),
 )

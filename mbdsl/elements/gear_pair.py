@@ -30,6 +30,9 @@ REACTIONS = wrench(
 CLOSE = 1e-3  #: difference of two radii, relative to their mean, below which its sign is not reliable in a motion
 
 
+LOOSE = 0.01  #: difference of the distance of the centres from that of touching pitch circles, relative to it
+
+
 def close(r_a, r_b):
     """Whether two radii are almost equal."""
     return abs(r_a - r_b) < 0.5 * CLOSE * (r_a + r_b)
@@ -39,6 +42,13 @@ def check(values):
     r_a, r_b = values["r_a"], values["r_b"]
     if values["internal"] and (r_b < r_a or close(r_a, r_b)):
         return f"frame_b has the internal teeth, but its radius r_b = {r_b:g} m is not larger than r_a = {r_a:g} m"
+    return None
+
+
+def misfit(values, distance):
+    touching = abs(sum(values["r"]))
+    if abs(distance - touching) > LOOSE * touching:
+        return f"its centres are {distance:.4g} m apart, but its pitch circles touch at {touching:.4g} m"
     return None
 
 
@@ -56,6 +66,7 @@ KIND = JointKind(
     signals=SIGNALS,
     reactions=REACTIONS,
     check=check,
+    misfit=misfit,
     derive=lambda v: {"r": (v["r_a"], -v["r_b"] if v["internal"] else v["r_b"])},
     table=lambda v: (*v["r"], v["r"][1] * v["phi0"] + (pi * sum(v["r"]) if v["internal"] else 0.0)),
 )

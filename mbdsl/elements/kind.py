@@ -180,6 +180,9 @@ class JointKind(PairKind):
     #: ``driver`` is among them drives this coordinate of every joint between the same frames
     angle: tuple[str, ...] = ()
     along: tuple[str, ...] = ()
+    #: (values, distance of the frame origins at the start) -> why they do not fit together, or None; the kind
+    #: constrains angles about a line of centres, which does not exist at zero distance
+    misfit: Callable[[Mapping, float], str | None] | None = None
 
     @cached_property
     def formulas(self) -> Mapping[str, str]:

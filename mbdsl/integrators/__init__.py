@@ -67,7 +67,7 @@ def _check_kernels(name: str, module: ModuleType) -> None:
 
 
 @cache
-def _external() -> dict[str, ModuleType]:
+def shipped_backends() -> dict[str, ModuleType]:
     """Method name -> module, for the backends of this package; a backend imports its library only when it runs."""
     from mbdsl.integrators import external
 
@@ -102,14 +102,14 @@ def _misfit(name: str, backend: object) -> str | None:
         return "it has no METHOD (an mbdsl.integrators.Method), or no function solve"
     if method.name != name:
         return f"the name in its METHOD is {method.name}"
-    return "there is a method of that name already" if name in modules() or name in _external() else None
+    return "there is a method of that name already" if name in modules() or name in shipped_backends() else None
 
 
 def backend(name: str) -> Any:
     """The backend of this name, an object with ``METHOD`` and ``solve``; None if there is none."""
     if name in modules():
         return None
-    return _given.get(name) or _external().get(name) or _registered()[0].get(name)
+    return _given.get(name) or shipped_backends().get(name) or _registered()[0].get(name)
 
 
 def register(backend: object) -> None:
@@ -146,7 +146,7 @@ def available() -> dict[str, Method]:
     dict
         Name -> ``Method``, mbdsl's own methods first, then third-party integrators.
     """
-    others: dict[str, object] = {**_external(), **_registered()[0], **_given}
+    others: dict[str, object] = {**shipped_backends(), **_registered()[0], **_given}
     return {**compiled(), **{name: found.METHOD for name, found in others.items()}}  # type: ignore[attr-defined]
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from difflib import get_close_matches
 from math import cos, isfinite, sin
 
 from mbdsl.errors import ModelError
@@ -82,7 +83,7 @@ def shapes_among(arguments: tuple[s.Argument, ...]) -> list[Called]:
             raise ModelError(
                 f"`{called.name}` is a part of a Shape", span_of(called.at), f"write `annotation(Shape({EXAMPLE}))`"
             )
-        elif called.name.lower() in ("shape", "shapes", "icon"):
+        elif get_close_matches(called.name.lower(), ("shape", "icon"), cutoff=0.75):
             hint = f"write `annotation(Shape({EXAMPLE}))`"
             raise ModelError(f"there is no annotation `{called.name}`", span_of(called.at), hint)
     return found

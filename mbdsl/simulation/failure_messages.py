@@ -7,8 +7,9 @@ import numpy as np
 from mbdsl.bodies.contract import LARGEST_BEND
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
+from mbdsl.elements.line_of_centres import THETA_0, TURN
 from mbdsl.errors import IntegrationError, Span
-from mbdsl.expressions.symbolic import Expr, diff, leaves
+from mbdsl.expressions.symbolic import Expr, coordinate, diff, expr, leaves, substitute
 from mbdsl.initial.redundancy import singular
 from mbdsl.integrators import declared
 from mbdsl.integrators.backends import External
@@ -101,6 +102,42 @@ def _too_bent(trajectory: Trajectory, t: float, name: str, angle: float) -> tupl
         f"and beyond {LARGEST_BEND:g} rad the results are invalid",
         hint,
     )
+
+
+def check_lines_of_centres(trajectory: Trajectory) -> None:
+    """Raise an error if the line of centres of a RotationalCam passes the direction in which its angle jumps by a turn,
+    and the law of the cam does not change by whole turns there: the constraint jumps, and the later motion is wrong."""
+    scene, system = trajectory.scene, trajectory.system
+    for name, component in scene.components.items():
+        if not isinstance(component.kind, JointKind) or component.kind.coupling is None:
+            continue
+        theta = scene.signal_of(component, "theta")
+        if theta is None:
+            continue
+        angles = values(system, [theta], trajectory.t, trajectory.q, trajectory.v)[0]
+        jumps = np.flatnonzero(np.abs(np.diff(angles)) > np.pi)
+        if not len(jumps):
+            continue
+        law = expr(component.values[component.kind.coupling[0]])
+        cam = coordinate(component.ports["frame_a"], "phi")
+        turned = substitute(law, lambda leaf, cam=cam: leaf + TURN if leaf == cam else None)
+        change = values(system, [turned - law], trajectory.t, trajectory.q, trajectory.v)[0][jumps] / TURN
+        wrong = np.flatnonzero(np.abs(change - np.round(change)) > 1e-6)
+        if len(wrong):
+            since = float(trajectory.t[jumps[wrong[0]]])
+            trajectory.stats["status"] = "failed"
+            trajectory.message = (
+                f"after t = {since:g} s the line of centres of {name} passes {THETA_0 - np.pi:.3g} rad, where its "
+                f"angle jumps by a turn, but `beta` changes by {change[wrong[0]]:.4g} turns when `phi` changes by one"
+            )
+            error = IntegrationError(
+                trajectory.message,
+                component.span,
+                hint="with a line of centres that turns, `beta` has to change by whole turns, as in `beta = -2*phi`; "
+                "gears of any ratio: GearPair",
+            )
+            error.trajectory = trajectory
+            raise error
 
 
 def _indefinite(integration: Integration) -> str | None:

@@ -39,6 +39,8 @@ Array = NDArray[np.float64]
 GROWTH = 0.05
 #: growth of energy, relative to the largest energy, that is rounding
 ROUNDING = 1e-12
+#: motion in a step, relative to the mechanism's size, that is rounding of positions
+AT_REST = 1e-13
 #: contacts with fewer steps are not resolved; step times angular frequency at which the error is about 1e-3
 FEW, RESOLVED = 10, 0.1
 #: most steps that are computed again at a place, most coordinates for which frequencies are computed
@@ -80,7 +82,7 @@ class Watch:
             return [text for text in found if text]
         peak = _first_peak(motion)
         if self._rows >= 3:
-            found.append(None if self._energy is None else _growth(self._energy, motion.plan.h))
+            found.append(None if self._energy is None else _growth(self._energy, motion))
             found += [_kicked(motion, *looks) for looks in self._kicks if looks is not None]
         if peak is not None:
             law = _law_within(motion.system.scene, peak.root)
@@ -169,9 +171,10 @@ def _law_within(scene: Scene, root: Expr) -> Component | None:
 # -- energy ------------------------------------------------------------------------------------------------------
 
 
-def _growth(found: EnergyGrowth, h: float) -> str | None:
-    """A warning if energy grows without a source; None if it does not grow."""
-    if found.count < 2 or not found.finite:
+def _growth(found: EnergyGrowth, motion: Motion) -> str | None:
+    """A warning if energy grows without a source; None if it does not grow, or if the model is at rest."""
+    h = motion.plan.h
+    if found.count < 2 or not found.finite or found.speed * h <= AT_REST * min(1.0, motion.system.tables.size):
         return None
     if not found.grown > max(GROWTH * found.kinetic, ROUNDING * found.size):
         return None

@@ -36,17 +36,19 @@ class EnergyGrowth:
         The growth, and the times of the least energy before it and of its end.
     kinetic, size : float [J]
         The largest kinetic energy, and the largest absolute energy.
+    speed : float [m/s, rad/s]
+        The largest absolute velocity.
     finite : bool
         Whether all energies are finite numbers.
     """
 
-    KEPT = ("count", "grown", "since", "until", "kinetic", "size", "finite", "least", "least_at")
+    KEPT = ("count", "grown", "since", "until", "kinetic", "size", "speed", "finite", "least", "least_at")
 
     def __init__(self, laws: Sequence[Expr]) -> None:
         self._laws = list(laws)
         self.count, self.finite = 0, True
         self.grown, self.since, self.until = -1.0, 0.0, 0.0
-        self.kinetic, self.size = 0.0, 0.0
+        self.kinetic, self.size, self.speed = 0.0, 0.0, 0.0
         self.least, self.least_at = np.inf, 0.0
 
     def add(self, trajectory: Trajectory) -> None:
@@ -57,6 +59,7 @@ class EnergyGrowth:
         E, T = trajectory["energy.total"], trajectory["energy.kinetic"]
         self.finite = self.finite and bool(np.isfinite(E).all() and np.isfinite(T).all())
         self.kinetic = max(self.kinetic, float(T.max(initial=0.0)))
+        self.speed = max(self.speed, float(np.abs(trajectory.v).max(initial=0.0)))
         E, t = E[free], t[free]
         self.count += len(E)
         if not self.finite or not len(E):

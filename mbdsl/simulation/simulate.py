@@ -16,10 +16,11 @@ from mbdsl.integrators.loop import loop_state
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.checkpoint import Checkpoint, Keeper, of_run
-from mbdsl.simulation.failure_messages import check_bending, check_left_out, failure, inaccurate
+from mbdsl.simulation.failure_messages import check_bending, check_left_out, check_lines_of_centres, failure, inaccurate
 from mbdsl.simulation.fixed_step_warnings import doubts
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.simulation.misfits import misfits
 from mbdsl.simulation.plan import check_rounding, plan
 from mbdsl.simulation.progress import Progress
 from mbdsl.simulation.streaming import Stream
@@ -99,6 +100,7 @@ def simulated(
         check_rounding(run.tol, far, f"coordinates that are {far:.2g} times the mechanism's size (or as many radians)")
     if announce is not None:
         _announce_redundant(motion, announce)
+    loose = misfits(motion)
     keeper = None
     if checkpoint is not None:
         asked: dict[str, Any] = {"method": method, "step": step, "tol": tol, "start": start, "stop": stop}
@@ -116,6 +118,7 @@ def simulated(
         lap("integrate")
         trajectory, states = _collect(motion, run.tol, found, status, seconds, stream)
         _check(motion, trajectory, states, status, stream)
+        trajectory.stats["warnings"] += loose
         if inspect is not None:
             inspect(motion)
         if keeper is not None and keeper.problem:
@@ -206,6 +209,7 @@ def _check(motion: Motion, trajectory: Trajectory, states: list, status: int, st
         return
     check_left_out(motion, trajectory, states)
     check_bending(trajectory)
+    check_lines_of_centres(trajectory)
     trajectory.stats["warnings"] = doubts(motion, trajectory, states) if status == loop_state.DONE else []
     if motion.plan.tol is None and status == loop_state.DONE:
         motion.outgrown()  # errors are relative to the same size as in a run with a tolerance

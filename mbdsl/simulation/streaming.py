@@ -20,7 +20,7 @@ from mbdsl.integrators import backend
 from mbdsl.integrators.run import Integration
 from mbdsl.numerics.hermite import between
 from mbdsl.results.rows_file import RowsFile
-from mbdsl.simulation.failure_messages import check_bending, check_left_out
+from mbdsl.simulation.failure_messages import check_bending, check_left_out, check_lines_of_centres
 from mbdsl.simulation.fixed_step_warnings import Watch
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import in_memory, width
@@ -147,6 +147,7 @@ class Stream:
             try:
                 check_left_out(motion, trajectory, states)
                 check_bending(trajectory)
+                check_lines_of_centres(trajectory)
             except IntegrationError as problem:
                 self._wrong = problem.message, problem.span, problem.hint
         self.watched(motion).add(trajectory, states)

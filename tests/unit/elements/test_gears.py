@@ -223,3 +223,70 @@ def test_wrong_values_are_explained(declared, said):
     with pytest.raises(ModelError) as caught:
         mbdsl.parse(text)
     assert said in str(caught.value)
+
+
+def test_misspelled_shapes_are_no_foreign_annotations():
+    text = "model M Ground ground; Rod rod(m = 1, length = 1) annotation(Shap(Circle(radius = 1 cm))); end M;"
+    with pytest.raises(ModelError, match="there is no annotation `Shap`"):
+        mbdsl.parse(text)
+
+
+# -- centres -----------------------------------------------------------------------------------------------------------
+GEARS = """
+model Gears
+  Ground ground(frames(shaft = {0.09 m, 0}, near = {0.02 m, 0}));
+  Body a(m = 1 kg, I = 1e-3 kg.m2); Body b(m = 2 kg, I = 4e-3 kg.m2);
+  Revolute pin(ground, a.c); Revolute axle(ground.shaft, b.c);
+  GearPair mesh(a.c, b.c, r_a = 30 mm, r_b = 60 mm);
+  annotation(experiment(StopTime = 0.01 s, Step = 5 ms));
+end Gears;
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("0.09 m", "0.09 m", None),
+        ("0.09 m", "-90.5 mm", None),  # backlash
+        ("0.09 m", "0.095 m", "GearPair mesh: its centres are 0.095 m apart, but its pitch circles touch at 0.09 m"),
+        ("mm);", "mm, internal = true);", "apart, but its pitch circles touch at 0.03 m"),
+        ("ground.shaft", "ground.near", "its pitch circles touch at 0.09 m"),
+    ],
+)
+def test_centres_that_do_not_fit_cause_a_warning(old, new, said):
+    warnings = mbdsl.simulate(mbdsl.parse(GEARS.replace(old, new))).stats["warnings"]
+    assert not warnings if said is None else [said in text for text in warnings] == [True]
+
+
+def test_coincident_centres_are_refused():
+    with pytest.raises(mbdsl.InitialisationError, match="centres of GearPair mesh coincide"):
+        mbdsl.simulate(mbdsl.parse(GEARS.replace("0.09 m, 0", "0, 0")))
+
+
+CAM = """
+model Planet
+  Ground ground;
+  Rod carrier(m = 1 kg, length = 1 m); Body sun(m = 1 kg, I = 0.1 kg.m2); Body planet(m = 1 kg, I = 0.1 kg.m2);
+  Revolute O(ground, carrier.a); Revolute S(ground, sun.c); Revolute P(carrier.b, planet.c);
+  RotationalCam cam(sun.c, planet.c, beta = -2*phi);
+  RotationalDriver drive(O, phi = 2 rad/s*time);
+initial equation
+  sun.w = 1 rad/s;
+  annotation(experiment(StopTime = 4 s, Step = 5 ms, Interval = 5 ms));
+end Planet;
+"""
+
+
+def test_a_line_of_centres_turns_with_whole_turns_only():
+    """With -2 the sun and the planet are gears of this ratio on the carrier: w_planet = 2 - 2 (w_sun - 2) by Willis."""
+    run = mbdsl.simulate(mbdsl.parse(CAM))
+    assert run["planet.w"] == pytest.approx(2 - 2 * (run["sun.w"] - 2), abs=1e-9)
+    with pytest.raises(mbdsl.IntegrationError) as caught:
+        mbdsl.simulate(mbdsl.parse(CAM.replace("-2*phi", "-1.3*phi")))
+    assert "`beta` changes by -1.3 turns when `phi` changes by one" in str(caught.value)
+    passes = (0.6 + np.pi) / 2  # the carrier reaches 0.6 rad + pi
+    assert f"after t = {passes - passes % 0.005:g} s" in str(caught.value)
+    swings = CAM.replace("-2*phi", "-1.3*phi").replace("2 rad/s*time", "sin(2 rad/s*time)")
+    run = mbdsl.simulate(mbdsl.parse(swings))
+    w = 2 * np.cos(2 * run.t)
+    assert run["planet.w"] == pytest.approx(w - 1.3 * (run["sun.w"] - w), abs=1e-9)

@@ -1,0 +1,42 @@
+"""Gears, belts and cams whose centres do not fit their radii at the start."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbdsl.elements.kind import JointKind
+from mbdsl.errors import InitialisationError
+from mbdsl.simulation.mechanism_run import Motion
+from mbdsl.system.signals import values
+
+#: distance of the centres, relative to the mechanism's size, that is zero except for rounding
+COINCIDENT = 1e-9
+
+
+def misfits(motion: Motion) -> list[str]:
+    """Warnings about joints with a line of centres, from the consistent initial state.
+
+    Raises
+    ------
+    InitialisationError
+        If two centres coincide: the line of centres has no direction.
+    """
+    found = []
+    for part in motion.parts:
+        scene, first = part.system.scene, part.initial
+        t, q, v = np.array([first.t]), first.q[None], first.v[None]
+        for name, component in scene.components.items():
+            if not isinstance(component.kind, JointKind) or component.kind.misfit is None:
+                continue
+            ends = [scene.signal(f"{frame}.{key}") for key in "xy" for frame in component.ports.values()]
+            (x_a,), (x_b,), (y_a,), (y_b,) = values(part.system, ends, t, q, v)
+            distance = float(np.hypot(x_b - x_a, y_b - y_a))
+            if distance <= COINCIDENT * part.system.tables.size:
+                raise InitialisationError(
+                    f"the centres of {component.kind.name} {name} coincide, and its line of centres has no direction",
+                    component.span,
+                    hint="place the frame origins at the centres of the two wheels",
+                )
+            if (misfit := component.kind.misfit(component.values, distance)) is not None:
+                found.append(f"{component.kind.name} {name}: {misfit}")
+    return found
