@@ -9,8 +9,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import mbdsl
-
 
 async def check_in_process(request: dict[str, Any], limit: float) -> dict[str, Any]:
     """The answer to a request, as ``checking.check`` describes it.
@@ -47,7 +45,7 @@ async def _answer(request: dict[str, Any]) -> dict[str, Any]:
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,
         # Python searches modules in the working folder: a folder of models must not supply any.
-        cwd=Path(mbdsl.__file__).parents[1],
+        cwd=Path(__file__).parents[2],
     )
     try:
         out, err = await process.communicate(json.dumps(request).encode())

@@ -41,7 +41,7 @@ CIRCLES = {
 FORBIDDEN = {
     "elements": ("mbdsl.errors", "mbdsl.storage", *NUMERICS),
     "bodies": ("mbdsl.errors", "mbdsl.storage", "mbdsl.expressions"),
-    "editor": ("mbdsl.compilation", "mbdsl.system", *NUMERICS),
+    "editor": ("mbdsl.compilation", "mbdsl.system", *(name for name in NUMERICS if name != "networkx")),
     "lang": ("mbdsl.compilation", *NUMERICS),
     "mechanism": ("mbdsl.compilation", "mbdsl.numerics", *(name for name in NUMERICS if name != "networkx")),
     "mechanism/reduction": ("mbdsl.storage",),
