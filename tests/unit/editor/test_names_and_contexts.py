@@ -167,6 +167,13 @@ def test_completion_and_hover_answer_at_every_place():
             hover(names, end)
 
 
+def test_a_very_long_text_is_not_searched_while_it_is_typed():
+    """It takes some seconds to read, in which the editor would wait."""
+    long = CRANK + "//" + "x" * 250_000
+    assert workspace(long).names("/nowhere/a.mbd").occurrences == []
+    assert complete(workspace(long).names("/nowhere/a.mbd").unit, 0)[1] != []
+
+
 # -- places ---------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "utf-32"])
 def test_places_in_a_text(encoding):
