@@ -126,8 +126,8 @@ def _imported(names: Names) -> Iterator:
 def _occurrences(workspace: Workspace, path: str, symbol: Symbol) -> list[tuple[Names, list[Occurrence]]]:
     """The files that have the symbol, and its places."""
     found: dict[str, tuple[Names, list[Occurrence]]] = {}
-    imported = [workspace.names(unit.file.name) for unit in _imported(workspace.names(path))]
-    for names in (*workspace.with_word(path, symbol.name), *imported):
+    imported = (unit.file.name for unit in _imported(workspace.names(path)))
+    for names in workspace.with_word(path, symbol.name, imported):
         if places := names.of(symbol):
             found.setdefault(key_of(names.unit.file.name), (names, places))
     return list(found.values())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from mbdsl.editor.library import LooseLibrary
 from mbdsl.editor.names import Names
@@ -84,18 +84,18 @@ class Workspace:
             return Names(Unit(s.File(path, (), ()), text))
         return Names(LooseLibrary(self._allowed, texts).add(text, path))
 
-    def files(self, path: str) -> Iterator[str]:
-        """The files that may refer to names of the file ``path``, itself first, each once."""
+    def files(self, path: str, others: Iterable[str] = ()) -> Iterator[str]:
+        """The files that may refer to names of the file ``path``, itself first, and ``others``, each once."""
         seen = set()
         folders = [*self.folders, *([os.path.dirname(path)] if os.path.isabs(path) else [])]
-        for name in (path, *self.texts, *_models(folders)):
+        for name in (path, *others, *self.texts, *_models(folders)):
             if key_of(name) not in seen:
                 seen.add(key_of(name))
                 yield name
 
-    def with_word(self, path: str, word: str) -> Iterator[Names]:
-        """The names of all files that contain a word."""
-        for name in self.files(path):
+    def with_word(self, path: str, word: str, others: Iterable[str] = ()) -> Iterator[Names]:
+        """The names of all files that contain a word; files that cannot be read are left out."""
+        for name in self.files(path, others):
             try:
                 if word in self.text(name):
                     yield self.names(name)
