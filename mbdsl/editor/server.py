@@ -208,7 +208,7 @@ def make_server(allowed: Allowed | None = None) -> Server:
     async def did_close(ls: Server, params: lsp.DidCloseTextDocumentParams) -> None:
         ls.closed(params.text_document.uri)
 
-    @server.feature(lsp.TEXT_DOCUMENT_COMPLETION, lsp.CompletionOptions(trigger_characters=["."]))
+    @server.feature(lsp.TEXT_DOCUMENT_COMPLETION, lsp.CompletionOptions(trigger_characters=[".", "("]))
     def completion(ls: Server, params: lsp.CompletionParams) -> lsp.CompletionList:
         path, offset = ls.offset(params)
         start, found = complete(ls.models.names(path).unit, offset)

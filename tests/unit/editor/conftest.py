@@ -99,7 +99,7 @@ class Client:
     def place(self, name, offset):
         """Parameters of a request about an offset."""
         before = self.texts[name][:offset].split("\n")
-        column = len(before[-1].encode("utf-16-le")) // 2
+        column = len(before[-1].encode("utf-16-le", "surrogatepass")) // 2
         position = {"line": len(before) - 1, "character": column}
         return {"textDocument": {"uri": self.uri(name)}, "position": position}
 
