@@ -8,10 +8,10 @@ request from standard input and writes one answer to standard output, both as JS
 from __future__ import annotations
 
 import json
-import os
 import re
 import sys
 from collections.abc import Mapping
+from contextlib import redirect_stdout
 from typing import Any
 
 from mbdsl.editor import entities as e
@@ -140,9 +140,9 @@ def _span(span: Span | None) -> tuple[str, int, int, int] | None:
 def main() -> None:
     """Answer the request on standard input."""
     request = json.load(sys.stdin)
-    # What a library prints must not be mixed with the answer.
-    answer_to, sys.stdout = sys.stdout, open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
-    json.dump(check(**request), answer_to)
+    with redirect_stdout(None):  # what a library prints must not be mixed with the answer
+        answer = check(**request)
+    json.dump(answer, sys.stdout)
 
 
 if __name__ == "__main__":
