@@ -5,23 +5,34 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from mbdsl import results as results
+    from mbdsl import study as study
     from mbdsl.analysis.eigenmodes import eigen as eigen
     from mbdsl.analysis.equilibria import static as static
     from mbdsl.analysis.linearisation import linearise as linearise
     from mbdsl.api import simulate as simulate
+    from mbdsl.errors import EquilibriumError as EquilibriumError
+    from mbdsl.errors import InitialisationError as InitialisationError
+    from mbdsl.errors import IntegrationError as IntegrationError
+    from mbdsl.errors import Interrupted as Interrupted
     from mbdsl.errors import MbdslError as MbdslError
+    from mbdsl.errors import ModelError as ModelError
+    from mbdsl.errors import SyntaxProblem as SyntaxProblem
+    from mbdsl.errors import UsageError as UsageError
     from mbdsl.explanation.receipt import explain as explain
+    from mbdsl.integrators.method_table import methods as methods
     from mbdsl.lang.builder import Builder as Builder
     from mbdsl.lang.load import load as load
-    from mbdsl.lang.load import parse_text as parse  # noqa: F401
+    from mbdsl.lang.load import parse_text as parse
     from mbdsl.mechanism.scene import Scene as Scene
     from mbdsl.simulation.checkpoint import Checkpoint as Checkpoint
     from mbdsl.simulation.interactive import Simulation as Simulation
     from mbdsl.simulation.resume import resume as resume
     from mbdsl.simulation.trajectory import Trajectory as Trajectory
+    from mbdsl.studies.recommendation import recommend as recommend
     from mbdsl.version import __version__ as __version__
 
-#: public name -> (module, its name there); loaded when first used, so that `import mbdsl` is quick
+#: public name -> (module, its name there, or "" for the module); loaded when first used: `import mbdsl` is quick
 _PUBLIC = {
     "__version__": ("mbdsl.version", "__version__"),
     "load": ("mbdsl.lang.load", "load"),
@@ -37,6 +48,10 @@ _PUBLIC = {
     "explain": ("mbdsl.explanation.receipt", "explain"),
     "Simulation": ("mbdsl.simulation.interactive", "Simulation"),
     "Trajectory": ("mbdsl.simulation.trajectory", "Trajectory"),
+    "methods": ("mbdsl.integrators.method_table", "methods"),
+    "recommend": ("mbdsl.studies.recommendation", "recommend"),
+    "study": ("mbdsl.study", ""),
+    "results": ("mbdsl.results", ""),
     "MbdslError": ("mbdsl.errors", "MbdslError"),
     "SyntaxProblem": ("mbdsl.errors", "SyntaxProblem"),
     "ModelError": ("mbdsl.errors", "ModelError"),
@@ -46,18 +61,48 @@ _PUBLIC = {
     "IntegrationError": ("mbdsl.errors", "IntegrationError"),
     "Interrupted": ("mbdsl.errors", "Interrupted"),
 }
-__all__ = [*_PUBLIC]
+# a literal list, as type checkers read no other
+__all__ = [
+    "Builder",
+    "Checkpoint",
+    "EquilibriumError",
+    "InitialisationError",
+    "IntegrationError",
+    "Interrupted",
+    "MbdslError",
+    "ModelError",
+    "Scene",
+    "Simulation",
+    "SyntaxProblem",
+    "Trajectory",
+    "UsageError",
+    "__version__",
+    "eigen",
+    "explain",
+    "linearise",
+    "load",
+    "methods",
+    "parse",
+    "recommend",
+    "results",
+    "resume",
+    "simulate",
+    "static",
+    "study",
+]
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _PUBLIC:
-        raise AttributeError(f"module 'mbdsl' has no attribute {name!r}")
-    from importlib import import_module
+if not TYPE_CHECKING:  # which would accept any name
 
-    module, attribute = _PUBLIC[name]
-    value = getattr(import_module(module), attribute)
-    globals()[name] = value
-    return value
+    def __getattr__(name: str) -> Any:
+        if name not in _PUBLIC:
+            raise AttributeError(f"module 'mbdsl' has no attribute {name!r}")
+        from importlib import import_module
+
+        module, attribute = _PUBLIC[name]
+        value = getattr(import_module(module), attribute) if attribute else import_module(module)
+        globals()[name] = value
+        return value
 
 
 def load_ipython_extension(shell: Any) -> None:
@@ -68,4 +113,4 @@ def load_ipython_extension(shell: Any) -> None:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_PUBLIC})
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__") and name.endswith("__"))})

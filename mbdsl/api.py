@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from mbdsl.errors import Interrupted, UsageError
+from mbdsl.errors import IntegrationError, Interrupted, UsageError
+from mbdsl.lang.given_values import optional, seconds, values
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
+from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation import simulate as simulation
 from mbdsl.simulation.checkpoint import Checkpoint
+from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.simulation.progress import Progress
 from mbdsl.simulation.trajectory import Trajectory
 
@@ -24,36 +27,40 @@ def simulate(
     model: Scene | Builder | str | PathLike,
     *,
     method: str | None = None,
-    step: float | None = None,
-    tol: float | None = None,
-    accuracy: float | None = None,
-    budget: float | None = None,
-    start: float | None = None,
-    stop: float | None = None,
-    interval: float | None = None,
-    times: ArrayLike | None = None,
+    step: float | str | None = None,
+    tol: float | str | None = None,
+    accuracy: float | str | None = None,
+    budget: float | str | None = None,
+    start: float | str | None = None,
+    stop: float | str | None = None,
+    interval: float | str | None = None,
+    times: ArrayLike | Sequence[str] | None = None,
     options: Mapping[str, float | None] | None = None,
     force: bool = False,
     general: bool = False,
     without: Sequence[str] = (),
     parameters: Mapping[str, str | float] | None = None,
+    signals: str | Sequence[str] | None = None,
+    initial: Mapping[str, Any] | Trajectory | None = None,
     progress: Callable[[Progress], None] | None = None,
     announce: Callable[[str], None] | None = None,
     checkpoint: Checkpoint | str | PathLike | None = None,
 ) -> Trajectory:
     """Integrate the equations of motion of a model.
 
+    Times are numbers in seconds, or texts with units as on the command line: ``step="1 ms"``.
+
     Parameters
     ----------
     model : Scene, Builder or path
-        The mechanism; a path is that of a ``.mbd`` file.
+        The mechanism; a path is that of a ``.mbd`` file. ``mbdsl.parse`` reads a text.
     method : str, optional
         Name of an integration method (`mbdsl methods` lists them). Default: the model's Method, else "hht-si2".
-    step : float, optional [s]
+    step : float or str, optional [s]
         Fixed step size, at most the duration of the run. Default: the model's Step. If the duration is no multiple of
         it, all steps are shortened equally, so that the last one ends at ``stop``. Methods with error-controlled steps
         by default, such as "radau5", ignore the model's Step. Methods with fixed steps only default to 1 ms.
-    tol : float, optional
+    tol : float or str, optional
         Limit of the global error, for error-controlled steps; excludes ``step``. The error is the maximum over all
         output times and coordinates: positions relative to the size of the mechanism, angles in radians, velocities
         relative to the largest velocity of the run (at least the size of the mechanism, or one radian, per duration
@@ -61,18 +68,18 @@ def simulate(
         "radau5" and third-party integrators: the model's Tolerance, else 1e-6, even if the model has a Step.
         Calibration runs with larger tolerances come first. ``stats["error"]`` is the error estimate that they give;
         ``stats["horizon"]`` is the time up to which the tolerance holds (None: up to the end).
-    accuracy : float, optional
+    accuracy : float or str, optional
         Limit of the error of positions, relative to the size of the mechanism, and of velocities, relative to the
         largest velocity; excludes ``step`` and ``tol``. Several runs determine the step and, unless it is given, the
         method. ``stats["accuracy"]`` describes the result (``mbdsl.studies.accuracy``).
-    budget : float, optional [s]
+    budget : float or str, optional [s]
         Time limit of the check of an ``accuracy`` by another method. Default: twenty times the duration of the runs
         before it, and at least 20 s.
-    start, stop : float, optional [s]
+    start, stop : float or str, optional [s]
         Start and stop time. Default: those of the model.
-    interval : float, optional [s]
+    interval : float or str, optional [s]
         Output interval. Default: (stop - start)/500; 0 stores every step.
-    times : (N,) array, optional [s]
+    times : (N,) array or sequence of str, optional [s]
         Output times after the start, ascending; the last is ``stop``. Excludes ``interval``.
     options : mapping, optional
         Parameters of the method, such as {"alpha": -0.1}.
@@ -82,14 +89,25 @@ def simulate(
         Solve the unreduced equations with code that contains every kind of element: no bodies are merged, no parts are
         split off or solved beforehand. For comparison with the specialised code.
     without : sequence of str, optional
-        Effects to leave out ("friction", "damping", "flexibility", "gravity"), for a model given by its path.
+        Effects to leave out ("friction", "damping", "flexibility", "gravity").
     parameters : mapping, optional
         Values that replace those of the model's parameters, as numbers in SI units or as texts with units
-        ("120 N/mm"), for a model given by its path.
+        ("120 N/mm").
+    signals : str or sequence of str, optional
+        Names and glob patterns of signals, which are checked before the run. The trajectory is then a selection: it
+        lists, shows, plots and writes these signals. Default: all signals are listed, and coordinates and velocities
+        are written.
+    initial : mapping or Trajectory, optional
+        Initial values by signal, as numbers in SI units or as texts with units: ``{"crank.phi": "30 deg"}``. They are
+        fixed, as in the model's ``initial equation``, and replace its values for the same signals; the other values
+        remain. An entry "guess" is a mapping of values that the assembly may change. A Trajectory stands for the
+        positions and velocities of all bodies at its end, which replace all initial values of the model; give its
+        last time as ``start`` if forces or drivers depend on time.
     progress : callable, optional
         Called about ten times a second with a ``Progress``.
     announce : callable, optional
-        Called with a text before a phase that takes long, such as compilation.
+        Called with a text before a phase that takes long, such as compilation. Default: in a terminal and in a
+        notebook, a line on standard error announces a compilation.
     checkpoint : path or Checkpoint, optional
         Checkpoint file, written every minute and when the run is interrupted; ``mbdsl.resume`` continues from it.
         The file remains after the run. Not available with ``accuracy`` or with third-party integrators.
@@ -112,17 +130,24 @@ def simulate(
         On Ctrl-C. It is a KeyboardInterrupt whose ``trajectory`` holds the results so far.
     """
     given = locals()
-    found = simulated(**given)
-    if found.status == "interrupted":
-        raise Interrupted(found)
-    return found
+    del given["signals"]
+    chosen = None if signals is None else SignalNames(as_scene(model, parameters, without)).select(signals)
+    try:
+        found = simulated(**given)
+        if found.status == "interrupted":
+            raise Interrupted(found)
+    except (IntegrationError, Interrupted) as problem:
+        if chosen is not None and problem.trajectory is not None:
+            problem.trajectory = problem.trajectory[chosen]
+        raise
+    return found if chosen is None else found[chosen]
 
 
 def simulated(
     model: Scene | Builder | str | PathLike,
     *,
-    accuracy: float | None = None,
-    budget: float | None = None,
+    accuracy: float | str | None = None,
+    budget: float | str | None = None,
     parameters: Mapping[str, str | float] | None = None,
     without: Sequence[str] = (),
     **given: Any,
@@ -136,6 +161,12 @@ def simulated(
     Interrupted
         On Ctrl-C after the last step; the results are complete.
     """
+    for name in ("step", "start", "stop", "interval"):
+        given[name] = seconds(given.get(name), name)
+    given["tol"] = optional(given.get("tol"), "1", "tol")
+    if isinstance(given.get("times"), (list, tuple)):
+        given["times"] = values(given["times"], "s", "times")
+    accuracy, budget = optional(accuracy, "1", "accuracy"), seconds(budget, "budget")
     if accuracy is None:
         return simulation.simulated(model, parameters=parameters, without=without, **given)
     return _accurate(model, parameters, without, accuracy, budget, **given)
@@ -152,6 +183,7 @@ def _accurate(
     step: float | None = None,
     tol: float | None = None,
     times: ArrayLike | None = None,
+    initial: Mapping[str, Any] | Trajectory | None = None,
     checkpoint: Checkpoint | str | PathLike | None = None,
     **given: Any,
 ) -> Trajectory:
@@ -163,4 +195,5 @@ def _accurate(
         raise UsageError("runs with an accuracy have no checkpoints", hint="give a tolerance (tol) instead")
     if times is not None:
         raise UsageError("an accuracy needs evenly spaced output times", hint="give an interval")
-    return reach(as_scene(model, parameters, without), accuracy, budget=budget, **given)
+    scene = with_initial(as_scene(model, parameters, without), initial)
+    return reach(scene, accuracy, budget=budget, **given)

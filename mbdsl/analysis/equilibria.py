@@ -26,6 +26,7 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.errors import EquilibriumError, UsageError
 from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.initial.consistent import initial_position, redundant_rows
+from mbdsl.lang.given_values import seconds
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism import graph as mechanism_graph
 from mbdsl.mechanism.scene import Scene
@@ -33,7 +34,7 @@ from mbdsl.messages import count, few
 from mbdsl.numerics.saddle_point import Array, dense
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.statics.pseudo_transient import Search, movers
-from mbdsl.storage import cache_folder
+from mbdsl.storage.compilation_notice import announce_compilation
 from mbdsl.system import System, build
 from mbdsl.system.bending import REMEDY, SMALL, first_bend
 
@@ -237,8 +238,7 @@ def prepare(
     system = build(scene, mechanism)
     # code that a simulation has compiled is used if it is in the cache
     sets = 2 if code_cache.is_compiled(system.module_name(2)) else 1
-    if announce is not None and not code_cache.is_compiled(system.module_name(sets)):
-        announce(cache_folder.compiling())
+    announce_compilation(announce, lambda: code_cache.is_compiled(system.module_name(sets)))
     system.kernels(sets)
     return system, mechanism
 
@@ -247,7 +247,7 @@ def prepare(
 def static(
     model: Scene | Builder | str | PathLike,
     *,
-    start: float | None = None,
+    start: float | str | None = None,
     without: Sequence[str] = (),
     parameters: Mapping[str, str | float] | None = None,
     announce: Callable[[str], None] | None = None,
@@ -258,7 +258,7 @@ def static(
     ----------
     model : Scene, Builder or path
         The mechanism.
-    start : float, optional [s]
+    start : float or str, optional [s]
         Time at which drivers and forces are evaluated. Default: the model's start time.
     without, parameters, announce : optional
         As for ``mbdsl.simulate``.
@@ -276,8 +276,9 @@ def static(
     EquilibriumError
         If no equilibrium is reached; the message names the bodies that keep moving.
     """
+    given = seconds(start, "start")
     system, mechanism = prepare(model, parameters, without, announce)
-    t = float(system.scene.experiment.start if start is None else start)
+    t = float(system.scene.experiment.start) if given is None else given
     if not np.isfinite(t):
         raise UsageError(f"start = {t} is not a finite number")
     return settle(system, t, initial_position(system, mechanism, t))

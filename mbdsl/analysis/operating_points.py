@@ -11,6 +11,7 @@ import numpy as np
 from mbdsl.analysis.equilibria import prepare, settle
 from mbdsl.errors import UsageError
 from mbdsl.initial.consistent import initial_position, initial_state
+from mbdsl.lang.given_values import seconds
 from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.saddle_point import Array
 from mbdsl.simulation.simulate import simulate
@@ -61,12 +62,23 @@ class OperatingPoint(NamedTuple):
         return [f"the mechanism moves: the {results} are those of the equations frozen at this moment"]
 
 
-def check(at: str | float) -> None:
-    """Raise an error if ``at`` denotes no state."""
-    if not isinstance(at, str) and not np.isfinite(at):
+def checked(at: str | float) -> str | float:
+    """``at`` as "static", "start" or a number of seconds.
+
+    Raises
+    ------
+    UsageError
+        If it denotes no state.
+    """
+    if at in ("static", "start"):
+        return at
+    try:
+        time = seconds(at, "at")
+    except UsageError as problem:
+        raise UsageError(f"at = {at!r}: expected `static`, `start` or a time", hint=problem.message) from None
+    if not np.isfinite(time):
         raise UsageError(f"at = {at} is not a finite number")
-    if isinstance(at, str) and at not in ("static", "start"):
-        raise UsageError(f"at = {at!r}: expected `static`, `start` or a time")
+    return time
 
 
 def find(
@@ -85,7 +97,7 @@ def find(
     EquilibriumError, InitialisationError, IntegrationError
         If the state is not found.
     """
-    check(at)
+    at = checked(at)
     system, mechanism = prepare(model, parameters, without, announce)
     start, name = float(system.scene.experiment.start), at if isinstance(at, str) else f"t = {float(at):g} s"
     if at == "static":

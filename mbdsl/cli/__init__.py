@@ -24,6 +24,7 @@ from mbdsl.cli._streams import Streams
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.messages import did_you_mean
 from mbdsl.simulation.interrupts import terminated
+from mbdsl.storage.compilation_notice import silent
 from mbdsl.version import __version__
 
 #: the start of a negative value, such as -1ms
@@ -84,7 +85,7 @@ def make_parser(running: str = "") -> Parser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code; errors are printed as messages, with ``--debug`` after a traceback."""
     argv = sys.argv[1:] if argv is None else list(argv)
-    with Streams() as streams, warnings.catch_warnings():
+    with Streams() as streams, warnings.catch_warnings(), silent():
         if "--debug" not in argv:  # numpy's warnings of overflows; their consequences are reported as errors
             warnings.simplefilter("ignore", RuntimeWarning)
         return streams.exit_code(_answer(argv))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -254,4 +255,7 @@ def load_model(args: argparse.Namespace) -> Scene:
     from mbdsl.lang.load import load
 
     allowed = getattr(args, "allow_imports", False)  # missing in checkpoints of earlier versions
-    return load(args.model, dict(args.set), without=args.without, allow_imports=allowed)
+    scene = load(args.model, dict(args.set), without=args.without, allow_imports=allowed)
+    for warning in scene.warnings:
+        print(warning.render(), file=sys.stderr)
+    return scene

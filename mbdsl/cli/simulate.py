@@ -15,10 +15,10 @@ from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, Interrupted, UsageError
 from mbdsl.messages import count, once, visible
+from mbdsl.simulation import result_file
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.storage import output_files
 from mbdsl.storage.output_files import write_text
-from mbdsl.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -287,11 +287,7 @@ def second_opinion(
 
 def chosen_names(trajectory: Trajectory, output: str, signals: str | None) -> list[str]:
     """The names of the signals that are written."""
-    default = [*trajectory.default_names]
-    if getattr(results.format_of(output), "KEEPS_MODEL", False):
-        default += trajectory.elastic_names
-    names = trajectory.select(values.patterns(signals)) if signals else default
-    return [name for name in names if name != "time"]
+    return result_file.names(trajectory, output, values.patterns(signals) if signals else None)
 
 
 def write(
@@ -309,8 +305,8 @@ def write(
     from mbdsl.lang.stored_model import to_text
 
     columns: Mapping[str, Column] | dict[str, np.ndarray]
-    said = about(trajectory)
-    if getattr(results.format_of(output), "KEEPS_MODEL", False):
+    said = result_file.about(trajectory)
+    if result_file.keeps_model(output):
         said |= {"source": text} if (text := to_text(trajectory.scene, overrides)) else {}
     if stream and stream.file:
         columns = stream.file.columns()
@@ -319,7 +315,7 @@ def write(
     else:
         names = chosen_names(trajectory, output, signals)
         columns = {"time": trajectory.t, **{name: trajectory[name] for name in names}}
-    units = {"time": "s", **{name: trajectory.unit(name) for name in names}}
+    units = result_file.units(trajectory, names)
     try:
         results.write(output, columns, units, said)
     except UsageError as problem:
@@ -345,21 +341,6 @@ def elsewhere(output: str, write: Callable[[str], None]) -> str | None:
         else:
             return str(path)
     return None
-
-
-def about(trajectory: Trajectory) -> dict[str, str | float | bool]:
-    """The meta data of a result file."""
-    stats = trajectory.stats
-    said = {"model": trajectory.scene.name, "method": stats["method"], "step": stats["h"], "tolerance": stats["tol"]}
-    said.update(error=stats.get("error"), horizon=stats.get("horizon"), steps=stats.get("steps"))
-    options = [f"{name} = {value:g}" for name, value in stats.get("options", {}).items() if value is not None]
-    said.update(iterations=stats["iterations"], options=", ".join(options) or None)
-    return {
-        "complete": trajectory.status == "done",
-        **{key: value for key, value in said.items() if value is not None},
-        "status": trajectory.status,
-        "version": __version__,
-    }
 
 
 def write_stats(path: str, stats: dict) -> None:

@@ -3,6 +3,9 @@
 Element files only mark their kernels (:mod:`mbdsl.compilation.marks`), because ``mbdsl check`` imports these files
 without numerics. :func:`functions` compiles an emitted module and all kernels that it calls to one object.
 
+Emitted modules that are sequences of calls of kernels are assembled from pieces, each of which is compiled once
+(:mod:`mbdsl.compilation.pieces`).
+
 Objects are cached on disk with a digest of their sources, in a folder named by a digest of the compiler. After an edit
 of a kernel its old machine code is therefore never used again, and edits of other files do not invalidate it. Cached
 objects are loaded without numba, because the import of numba takes longer than the simulation of most models.
@@ -23,10 +26,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING, NamedTuple
 
 from mbdsl.compilation.native_call import Native, Signature
 from mbdsl.storage import cache_folder
 from mbdsl.version import __version__
+
+if TYPE_CHECKING:
+    from mbdsl.compilation.pieces import Piece, Stored
 
 _kernels: dict[Callable, Callable] = {}
 _functions: dict[str, list[Callable]] = {}
@@ -155,6 +162,11 @@ def _plain(name: str, text: str, signatures: Mapping[str, Signature], modules: C
 
 def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules: Callable) -> list[Callable]:
     called = modules()
+    body = _assembled(name, text, signatures, called)
+    if body is not None and (linked := _linked(name, body, signatures)) is not None:
+        _text_file(name, text)
+        cache_folder.keep(_object(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
+        return linked
     if numba() is None:
         return _plain(name, text, signatures, modules)
     module = import_text(name, text)
@@ -217,6 +229,78 @@ def _with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:
                     found[module] = None
                     pending.append(module)
     return sorted(found, key=lambda module: module.__name__)
+
+
+# -- pieces --------------------------------------------------------------------------------------------------
+
+
+def _assembled(name: str, text: str, signatures: Mapping[str, Signature], called: Iterable[ModuleType]) -> bytes | None:
+    """The file of a module of which all functions are sequences of calls of kernels; None if it is none, or if it
+    cannot be made."""
+    from mbdsl.compilation import pieces
+
+    try:
+        given = pieces.read(text, signatures)
+    except pieces.NotStraight:
+        return None
+    wanted = dict.fromkeys(call.piece for function in given.values() for call in function.calls)
+    stored = {piece: _kept_piece(piece) for piece in wanted}
+    missing = [piece for piece, found in stored.items() if found is None]
+    try:
+        if missing:
+            stored |= _made_pieces(missing, called)
+        found: list[_Sourced] = [x for x in stored.values() if x is not None]
+        made = pieces.link(name, given, signatures, {p: x.piece for p, x in zip(stored, found, strict=True)})
+    except Exception as error:  # numba's and LLVM's interfaces differ between versions
+        reason = f"{type(error).__name__}: {error}".splitlines()[0]
+        warnings.warn(f"compiling all kernels of the model again, which is slower: {reason}", stacklevel=2)
+        return None
+    sources = sorted({source for x in found for source in x.sources})
+    head = [_of_sources(sources) or "", " ".join(sources), _of_text(text), " ".join(made.needs), ""]
+    return "\n".join(head).encode() + made.code
+
+
+class _Sourced(NamedTuple):
+    piece: Stored
+    sources: list[str]  #: names of the modules that it depends on
+
+
+def _piece_file(piece: Piece) -> str:
+    return f"{version()}/{piece.file}"
+
+
+def _kept_piece(piece: Piece) -> _Sourced | None:
+    """A piece on disk; None if it is missing or damaged, or its sources have changed."""
+    from mbdsl.compilation.pieces import Stored
+
+    try:
+        said, body = (cache_folder.read(_piece_file(piece)) or b"").split(b"\n", 1)
+        digest, names, settings, bitcode = body.split(b"\n", 3)
+    except ValueError:
+        return None
+    sources = names.decode().split()
+    if hashlib.sha256(body).hexdigest().encode() != said or _of_sources(sources) != digest.decode():
+        return None
+    return _Sourced(Stored(settings, bitcode), sources)
+
+
+def _made_pieces(wanted: Iterable[Piece], called: Iterable[ModuleType]) -> dict[Piece, _Sourced]:
+    """Compile pieces with numba, and keep them."""
+    if numba() is None:
+        raise ImportError("numba cannot be imported")
+    from mbdsl.compilation import object_code
+
+    activate(*called, wrap=object_code.compile_kernel)
+    found = {}
+    for piece in wanted:
+        module = sys.modules[piece.module]
+        made = object_code.compile_piece(piece, getattr(module, piece.function))
+        sources = _sources(_with_imports((module,)))
+        body = "\n".join([_of_sources(sources) or "", " ".join(sources), ""]).encode()
+        body += made.settings + b"\n" + made.bitcode
+        cache_folder.keep(_piece_file(piece), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
+        found[piece] = _Sourced(made, sources)
+    return found
 
 
 # -- objects on disk -----------------------------------------------------------------------------------------

@@ -11,8 +11,9 @@ with numba 0.60 and 0.68; if any of it fails, :mod:`mbdsl.compilation.numba_cfun
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Mapping
-from typing import NamedTuple
+from typing import Any
 
 from llvmlite import ir
 from numba import config, njit
@@ -24,15 +25,11 @@ from numba.core.typed_passes import NativeLowering
 from numba.np.arrayobj import populate_array
 
 from mbdsl.compilation.native_call import ARRAYS, Signature
-from mbdsl.compilation.numba_cfunc import numba_signature
+from mbdsl.compilation.numba_cfunc import TYPES, numba_signature
+from mbdsl.compilation.pieces import Object, Piece, Stored, internalise, needs
 
 #: without numba's runtime (_nrt) kernels cannot allocate memory, and no references are counted
 OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-
-
-class Object(NamedTuple):
-    needs: list[str]  #: external symbols that the code refers to
-    code: bytes
 
 
 class Container(JITCodeLibrary):
@@ -61,24 +58,26 @@ class Container(JITCodeLibrary):
                     yield from library.everything(seen)
                 yield library
 
-    def link(self, entries: set[str]) -> Object:
-        """Link all code into one object that exports only ``entries``."""
+    def linked(self, entries: set[str]):
+        """The module with all code, not optimised, that exports only ``entries``."""
         module = self._final_module
         # LLVM drops functions that the code linked so far does not call, and a listed library may be needed only by a
         # branch that was removed: link every caller before the functions that it calls
         for library in reversed(list(self.everything())):
             module.link_in(library._get_module_for_linking(), preserve=True)
-        for part in (*module.functions, *module.global_variables):
-            if not part.is_declaration and part.name not in entries:
-                part.linkage = "internal"
+        internalise(module, entries)
+        return module
+
+    def link(self, entries: set[str]) -> Object:
+        """Link all code into one object that exports only ``entries``."""
+        module = self.linked(entries)
         former, config.LOOP_VECTORIZE = config.LOOP_VECTORIZE, 0
         try:  # most loops have few iterations: the setup of vectorised code costs more time than it saves
             self._optimize_final_module()
         finally:
             config.LOOP_VECTORIZE = former
         module.verify()
-        needs = [f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")]
-        return Object(needs, self._codegen._tm.emit_object(module))
+        return Object(list(needs(module)), self._codegen._tm.emit_object(module))
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
@@ -134,6 +133,33 @@ def compile_object(functions: Mapping[str, tuple[Callable, Signature]]) -> Objec
         _add_packed(context, module, outer, signature, wanted)
     library.add_ir_module(module)
     return library.link({n for name in functions for n in (name, f"{name}.packed")})
+
+
+def compile_piece(piece: Piece, kernel: Any) -> Stored:
+    """The unoptimised code of a kernel that :func:`compile_kernel` has returned, with all code that it calls.
+
+    It exports one function, ``piece.symbol``, which takes arrays as structures and returns nothing.
+    """
+    context = cpu_target.target_context
+    library = Container(context.codegen(), piece.function)
+    module = library.create_ir_module("piece")
+    wanted = tuple(TYPES[kind] for kind in piece.takes)
+    kernel.compile(wanted)
+    made = kernel.overloads[wanted]
+    library.add_linking_library(made.library)
+    described = made.fndesc
+    kind = context.call_conv.get_function_type(described.restype, described.argtypes)
+    inner = ir.Function(module, kind, described.llvm_func_name)
+    takes = [context.get_value_type(t) for t in wanted]
+    outer = ir.Function(module, ir.FunctionType(ir.VoidType(), takes), piece.symbol)
+    outer.attributes.add("alwaysinline")
+    builder = ir.IRBuilder(outer.append_basic_block())
+    context.call_conv.call_function(builder, inner, described.restype, described.argtypes, outer.args)
+    builder.ret_void()
+    library.add_ir_module(module)
+    settings: dict[str, object] = {"opt": 3}
+    context.codegen()._customize_tm_options(settings)
+    return Stored(json.dumps(settings).encode(), library.linked({piece.symbol}).as_bitcode())
 
 
 def _add_packed(context, module, function, signature: Signature, wanted) -> None:

@@ -72,8 +72,8 @@ def _errors_of_model(
     problems: list[MbdslError] = []
     for _ in range(ERRORS):
         try:
-            scene = read_scene(Library(allowed, texts), text, file)
-            return (problems, None) if problems else (list(build(scene).warnings), scene)
+            scene = read_scene(Library(allowed, unsaved=texts), text, file)
+            return (problems, None) if problems else ([*scene.warnings, *build(scene).warnings], scene)
         except MbdslError as problem:
             problems.append(problem)
             left = _without(text, file, problem.span) if problem.span is not None else None

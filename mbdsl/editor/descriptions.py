@@ -9,9 +9,9 @@ from mbdsl.editor.entities import Entity, OfKind
 from mbdsl.editor.vocabulary import CONSTANT_DOCS, FUNCTION_DOCS, KEYWORD_DOCS
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import Kind
-from mbdsl.lang import kind_reference, quantities, units
+from mbdsl.lang import foreign_names, kind_reference, quantities, units
 from mbdsl.lang import syntax as s
-from mbdsl.lang.classify import ALIASES, FRAME_TYPES, VALUE_TYPES
+from mbdsl.lang.classify import FRAME_TYPES, VALUE_TYPES
 from mbdsl.lang.experiment import KEYS
 from mbdsl.lang.functions import FUNCTIONS
 from mbdsl.lang.unparse import write
@@ -100,7 +100,7 @@ def of_setting(name: str) -> str:
 
 def of_word(word: str) -> str:
     """A keyword, kind, type, function or constant; "" for other words."""
-    kind = kinds().get(ALIASES.get(word, word))
+    kind = kinds().get(foreign_names.kind(word))
     if kind is not None:
         return of_kind(kind)
     if word in KEYWORD_DOCS:

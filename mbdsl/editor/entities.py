@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from mbdsl.elements import kinds
 from mbdsl.elements.kind import BodyKind, JointKind, Kind
 from mbdsl.errors import MbdslError
+from mbdsl.lang import foreign_names
 from mbdsl.lang import syntax as s
 from mbdsl.lang.classify import classify
 from mbdsl.lang.inheritance import declarations
@@ -149,6 +150,21 @@ def inside(found: Entity | OfKind | None) -> Mapping[str, Entity | OfKind]:
         if found.form == COMPONENT:
             return of_component(found)
     return {}
+
+
+def by_other_name(found: Entity | OfKind | None, name: str) -> OfKind | None:
+    """The port or frame of a component that has ``name`` in Modelica: `rod.frame_a`, `pin.a`."""
+    if not isinstance(found, Entity) or found.kind is None:
+        return None
+    kind = found.kind
+    if isinstance(kind, BodyKind):
+        frames = tuple(key for key, x in of_component(found).items() if x.form == FRAME)
+        centred = all(a.name != "com" for a in found.declaration.arguments)
+        own = foreign_names.frame_of_body(name, frames, kind.is_frame, centred)
+    else:
+        own = foreign_names.PORTS.get(name)
+        own = own if own in kind.ports else None
+    return OfKind(kind, own, FRAME, found) if own is not None else None
 
 
 def is_frame(found: Entity | OfKind | None) -> bool:

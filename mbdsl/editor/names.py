@@ -9,10 +9,12 @@ from itertools import pairwise
 
 from mbdsl.editor import entities as e
 from mbdsl.editor.entities import Entity, OfKind, Symbol
+from mbdsl.editor.vocabulary import class_of
 from mbdsl.expressions.symbolic import COORDINATES
+from mbdsl.lang import foreign_names
 from mbdsl.lang import loose_lexer as lexer
 from mbdsl.lang import syntax as s
-from mbdsl.lang.functions import CONSTANTS, FUNCTIONS
+from mbdsl.lang.functions import CONSTANTS
 from mbdsl.lang.library import Unit, key_of
 from mbdsl.lang.source import At
 
@@ -232,9 +234,9 @@ class Names:
 
     def _function(self, reference: s.Reference, place: _Place) -> None:
         first = reference.steps[0]
-        word = first.name in FUNCTIONS or first.name == "der"
-        if len(reference.steps) == 1 and word and first.name not in place.members:
-            self._name(first.at, Symbol(e.WORD, first.name))
+        whole = foreign_names.function(".".join(step.name for step in reference.steps))
+        if class_of(whole) == "function" and first.name not in place.members:
+            self._name(reference.at, Symbol(e.WORD, whole))
         elif first.name in place.members:
             self.resolve(reference, place)
         else:
@@ -251,7 +253,7 @@ class Names:
         for step in steps[1:]:
             if found is None:
                 return None
-            before, found = found, e.inside(found).get(step.name)
+            before, found = found, e.inside(found).get(step.name) or e.by_other_name(found, step.name)
             if found is not None:
                 self._name(step.at, found.symbol, found=found)
             elif e.is_frame(before) and step.name in COORDINATES:

@@ -17,6 +17,7 @@ from typing import Any
 
 from mbdsl.editor.vocabulary import words
 from mbdsl.lang import units
+from mbdsl.lang.foreign_characters import BLANKS
 from mbdsl.lang.lexer import NUMBER
 
 _DECLARING = ("parameter", "constant", "input", "final", "each", "inner", "outer", "connector", "partial")
@@ -34,11 +35,11 @@ def grammar() -> dict[str, Any]:
         _match("comment.line.double-slash.mbd", r"//.*$"),
         _range("string.quoted.double.mbd", '"', '"', [_match("constant.character.escape.mbd", r"\\.")]),
         {
-            "match": rf"(?<![A-Za-z0-9_.])({NUMBER.pattern})(?:[ \t]*({unit}))?",
+            "match": rf"(?<![A-Za-z0-9_.])({NUMBER.pattern})(?:[{BLANKS}]*({unit}))?",
             "captures": {"1": {"name": "constant.numeric.mbd"}, "2": {"name": "keyword.other.unit.mbd"}},
         },
         {
-            "match": rf"(\}})[ \t]*({unit})",
+            "match": rf"(\}})[{BLANKS}]*({unit})",
             "captures": {"2": {"name": "keyword.other.unit.mbd"}},
         },
         # `length = 0.3 m`: the name of a parameter, also if it is a word of the language, as `e`

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from functools import cache
 
 from mbdsl.elements import kinds
-from mbdsl.lang.classify import ALIASES, FRAME_TYPES, VALUE_TYPES
+from mbdsl.lang import foreign_names
+from mbdsl.lang.classify import FRAME_TYPES, VALUE_TYPES
 from mbdsl.lang.functions import CONSTANTS, FUNCTIONS
 from mbdsl.lang.lexer import KEYWORDS
 from mbdsl.lang.quantities import TYPES
@@ -81,6 +82,14 @@ FUNCTION_DOCS: Mapping[str, tuple[str, str]] = {
     "ones": ("n, ...", "array of ones"),
     "linspace": ("first, last, n", "n values at equal distances"),
     "der": ("x", "time derivative of a position or an angle"),
+    "assert": ("condition, text", "an error with this text, if the condition is false"),
+    "noEvent": ("x", "x; accepted as in Modelica"),
+    "smooth": ("n, x", "x; accepted as in Modelica"),
+    **{
+        f"from_{name}": ("x", f"the number x in {unit}, as a quantity")
+        for name, unit in foreign_names.CONVERSIONS.items()
+    },
+    **{f"to_{name}": ("x", f"a quantity as a number in {unit}") for name, unit in foreign_names.CONVERSIONS.items()},
 }
 CONSTANT_DOCS: Mapping[str, str] = {
     "pi": "3.14159..., the ratio of circumference and diameter",
@@ -94,13 +103,13 @@ CONSTANT_DOCS: Mapping[str, str] = {
 @cache
 def words() -> dict[str, tuple[str, ...]]:
     """Class -> its words: "keyword", "kind", "type", "function" and "constant"; a word is in one class."""
-    named_kinds = {*kinds(), *ALIASES}
+    named_kinds = {*kinds(), *foreign_names.KINDS}
     constants = {name for name in CONSTANTS if "." not in name} | {"time", "true", "false"}
     classes = {
         "keyword": {*KEYWORDS, "guess", "fixed"} - constants,
         "kind": named_kinds,
         "type": {*VALUE_TYPES[1:], *FRAME_TYPES, "Table", *TYPES} - named_kinds,
-        "function": {*FUNCTIONS, "der"},
+        "function": {*FUNCTIONS, "der", "assert"},
         "constant": constants,
     }
     return {name: tuple(sorted(found)) for name, found in classes.items()}

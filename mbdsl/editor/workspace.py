@@ -82,7 +82,7 @@ class Workspace:
         text = self.text(path) if known is None else known
         if len(text) > SIZE:
             return Names(Unit(s.File(path, (), ()), text))
-        return Names(LooseLibrary(self._allowed, texts).add(text, path))
+        return Names(LooseLibrary(self._allowed, unsaved=texts).add(text, path))
 
     def files(self, path: str, others: Iterable[str] = ()) -> Iterator[str]:
         """The files that may refer to names of the file ``path``, itself first, and ``others``, each once."""

@@ -18,6 +18,7 @@ from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import Span
 from mbdsl.expressions.symbolic import Expr, is_velocity_level, leaves
 from mbdsl.integrators import backend, declared
+from mbdsl.lang import given_values
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.reduction import Note
 from mbdsl.mechanism.scene import Component, Scene
@@ -25,7 +26,7 @@ from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
 from mbdsl.messages import count, few
 from mbdsl.simulation.mechanism_run import Motion, Moving
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, plan
-from mbdsl.storage import cache_folder
+from mbdsl.storage.compilation_notice import announce_compilation
 from mbdsl.system.emit import evaluate_lines, tangent_lines
 from mbdsl.system.structure import by_law
 
@@ -132,7 +133,7 @@ def explain(
     model: Scene | Builder | str | PathLike,
     *,
     method: str | None = None,
-    step: float | None = None,
+    step: float | str | None = None,
     signals: Sequence[str] | None = None,
     measured: bool = True,
     parameters: Mapping[str, str | float] | None = None,
@@ -147,7 +148,7 @@ def explain(
         The mechanism.
     method, parameters, without, announce : optional
         As for ``mbdsl.simulate``.
-    step : float, optional [s]
+    step : float or str, optional [s]
         Size of the steps that are timed. Default: the model's Step, else 1 ms.
     signals : sequence of str, optional
         Names and patterns of output signals to include.
@@ -165,14 +166,14 @@ def explain(
     InitialisationError
         If no consistent initial state is found.
     """
+    step = given_values.seconds(step, "step")
     scene = as_scene(model, parameters, without)
     stop = scene.experiment.stop if scene.experiment.stop is not None else scene.experiment.start + 1.0
     method = method or scene.experiment.method or DEFAULT_METHOD
     if step is None and declared(method).steps[0] == "fixed":  # the cost of a step does not depend on its length
         step = min(scene.experiment.step or DEFAULT_STEP, stop - scene.experiment.start)
     motion = Motion(scene, plan(scene, method=method, step=step, stop=stop, interval=stop - scene.experiment.start))
-    if announce is not None and not motion.is_compiled:
-        announce(cache_folder.compiling())
+    announce_compilation(announce, lambda: motion.is_compiled)
     motion.prepare()
     return _receipt(motion, measured, signals)
 

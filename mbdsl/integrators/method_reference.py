@@ -11,6 +11,7 @@ from pathlib import Path
 
 from mbdsl.integrators import compiled, shipped_backends
 from mbdsl.integrators.method import Method
+from mbdsl.storage.output_files import write_text
 
 BEGIN = "<!-- methods: made by `python -m mbdsl.integrators.method_reference docs/methods.md` -->"
 END = "<!-- end of methods -->"
@@ -63,4 +64,4 @@ def insert(page: str) -> str:
 
 if __name__ == "__main__":
     target = Path(sys.argv[1])
-    target.write_text(insert(target.read_text(encoding="utf-8")), encoding="utf-8")
+    write_text(target, insert(target.read_text(encoding="utf-8")))

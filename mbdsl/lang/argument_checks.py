@@ -7,24 +7,29 @@ import math
 from mbdsl.elements.kind import Parameter
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
-from mbdsl.lang import quantities, units, values
+from mbdsl.lang import foreign_names, quantities, unit_hints, units, values
+from mbdsl.lang import syntax as s
 from mbdsl.lang.units import Dimension
 from mbdsl.lang.values import Quantity, Value, describe
 from mbdsl.messages import did_you_mean
 
 
-def fit(value: Value, dimension: Dimension | None, what: str, unit: str = "") -> Value:
-    """``value`` as a number (or array) of ``dimension``, which bare numbers adopt."""
+def fit(value: Value, dimension: Dimension | None, what: str, unit: str = "", e: s.Expression | None = None) -> Value:
+    """``value`` of the expression ``e`` as a number (or array) of ``dimension``, which bare numbers adopt."""
     if isinstance(value, tuple):
         return tuple(fit(v, dimension, what, unit) for v in value)
     if not value.number:
         expected = quantities.words(dimension, unit) if dimension is not None else "a number"
-        raise ModelError(f"{what}: found {describe(value)}, expected {expected}")
+        hint = None
+        if isinstance(value.value, str) and value.value[:1].isdigit():
+            hint = f"write it without quotes: `{value.value}`"
+        raise ModelError(f"{what}: found {describe(value)}, expected {expected}", hint=hint)
     if dimension is None or value.dimension == dimension:
         return value
     if value.dimension is None:
         return Quantity(value.value, dimension)
-    raise ModelError(f"{what}: found {describe(value)}, expected {quantities.words(dimension, unit)}")
+    hint = unit_hints.remedy(value.dimension, dimension, unit, e)
+    raise ModelError(f"{what}: found {describe(value)}, expected {quantities.words(dimension, unit)}", hint=hint)
 
 
 def shape_words(shape: tuple[int, ...]) -> str:
@@ -40,7 +45,10 @@ def number(q: Quantity, what: str) -> float:
         value = value.value  # type: ignore[assignment]
     if isinstance(value, symbolic.Expr):
         raise ModelError(f"{what} must be known before the start; it depends on time or signals")
-    result = float(value)  # type: ignore[arg-type]
+    try:
+        result = float(value)  # type: ignore[arg-type]
+    except OverflowError:  # a large integer
+        result = math.inf
     if not math.isfinite(result):
         raise ModelError(f"{what} is no finite number")
     return result
@@ -52,7 +60,7 @@ def floats(value: Value, what: str) -> float | tuple:
     return number(value, what)
 
 
-def argument(parameter: Parameter, value: Value, owner: str) -> float | str | tuple:
+def argument(parameter: Parameter, value: Value, owner: str, e: s.Expression | None = None) -> float | str | tuple:
     """The value of a component's parameter in SI, checked against its declaration."""
     what = f"`{parameter.name}` of `{owner}`"
     if isinstance(parameter.default, bool):
@@ -67,10 +75,12 @@ def argument(parameter: Parameter, value: Value, owner: str) -> float | str | tu
             hint = did_you_mean(value.value, parameter.choices)
             raise ModelError(f'{what}: found "{value.value}", expected one of {shown}', hint=hint)
         return value.value
-    value = fit(value, units.dimension(parameter.unit), what, parameter.unit)
+    value = fit(value, units.dimension(parameter.unit), what, parameter.unit, e)
     found = values.shape(value)
     if found != parameter.shape:
-        raise ModelError(f"{what}: found {shape_words(found)}, expected {shape_words(parameter.shape)}")
+        right = foreign_names.in_braces(e, found) if parameter.shape == (2,) else None
+        hint = f"a vector of the plane is written `{right}`" if right is not None else None
+        raise ModelError(f"{what}: found {shape_words(found)}, expected {shape_words(parameter.shape)}", hint=hint)
     result = floats(value, what)
     for x in result if isinstance(result, tuple) else (result,):
         if parameter.positive and not x > 0.0:
@@ -80,10 +90,10 @@ def argument(parameter: Parameter, value: Value, owner: str) -> float | str | tu
     return result
 
 
-def law(parameter: Parameter, value: Value, owner: str) -> symbolic.Expr:
+def law(parameter: Parameter, value: Value, owner: str, e: s.Expression | None = None) -> symbolic.Expr:
     """The expression of a component's law, checked against its declaration."""
     what = f"`{parameter.name}` of `{owner}`"
-    value = fit(value, units.dimension(parameter.unit) if parameter.unit else None, what, parameter.unit)
+    value = fit(value, units.dimension(parameter.unit) if parameter.unit else None, what, parameter.unit, e)
     if isinstance(value, tuple):
         raise ModelError(f"{what}: found {describe(value)}, expected a single value")
     if isinstance(value.value, symbolic.Expr):

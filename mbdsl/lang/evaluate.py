@@ -7,7 +7,7 @@ from typing import Protocol
 
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
-from mbdsl.lang import functions, unit_readings, values
+from mbdsl.lang import foreign_names, functions, unit_hints, unit_readings, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.limits import ARRAY, NODES
 from mbdsl.lang.source import At, span_of
@@ -46,6 +46,9 @@ class Scope(Protocol):
 
     def declared(self, name: str) -> str | None:
         """The unit of a parameter, variable or loop variable of this name, "" for none; None if there is none."""
+
+    def doubt_angle(self, value: Value, e: s.Expression, what: str) -> None:
+        """Warn if ``value`` is probably in degrees."""
 
     def function_names(self) -> list[str]:
         """Names of the tables."""
@@ -145,7 +148,12 @@ def _binary(e: s.Binary, scope: Scope) -> Value:
         if node.operator in ("and", "or") and isinstance(result, Quantity) and isinstance(result.value, bool):
             if result.value is (node.operator == "or"):
                 continue  # decided: the other side need not be valid (`i > 1 and x[i - 1] > 0`)
-        right = evaluate(node.right, scope)
+        try:
+            right = evaluate(node.right, scope)
+        except ModelError as problem:
+            if (written := unit_hints.one_word(spine[0])) is not None:
+                problem.hint = f"a unit is one word without `*`: write `{written[0]}`"
+            raise
         try:
             operation = _OPERATORS.get(node.operator)
             result = operation(result, right) if operation else values.compare(node.operator, result, right)
@@ -182,7 +190,8 @@ def _choice(e: s.Choice, scope: Scope) -> Value:
 
 
 def _call(e: s.Call, scope: Scope) -> Value:
-    name = write(e.function)
+    written = write(e.function)
+    name = foreign_names.function(written)
     named = next((a for a in e.arguments if a.name or a.each or a.final), None)
     if named is not None:
         raise ModelError(f"{name}() takes values only, found `{write_argument(named)}`", span_of(named.at))
@@ -190,15 +199,21 @@ def _call(e: s.Call, scope: Scope) -> Value:
     if name == "der":
         return _der(expressions_, scope)
     if name in functions.FUNCTIONS:
-        return functions.call(name, [evaluate(a, scope) for a in expressions_])
-    if len(expressions_) == 1:
+        arguments = [evaluate(a, scope) for a in expressions_]
+        if name in ("sin", "cos", "tan") and isinstance(expressions_[0] if expressions_ else None, s.Number):
+            scope.doubt_angle(arguments[0], expressions_[0], f"the argument of {name}()")
+        return functions.call(name, arguments)
+    if len(expressions_) == 1 and not written.startswith("Modelica."):
         found = scope.apply(e.function, evaluate(expressions_[0], scope))
         if found is not None:
             return found
     from mbdsl.messages import did_you_mean
 
     known = [*functions.FUNCTIONS, "der", *scope.function_names()]
-    raise ModelError(f"no function is called `{name}`", span_of(e.function.at), did_you_mean(name, known))
+    hint = foreign_names.FUNCTIONS.get(name) or did_you_mean(name, known)
+    if hint is None and written.startswith("Modelica."):
+        hint = foreign_names.constant(written)
+    raise ModelError(f"no function is called `{written}`", span_of(e.function.at), hint)
 
 
 def _der(arguments: list[s.Expression], scope: Scope) -> Value:

@@ -12,6 +12,7 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import span_of
+from mbdsl.lang.typing_mistakes import misread_argument
 from mbdsl.lang.unparse import write
 from mbdsl.mechanism.scene import Experiment
 from mbdsl.messages import did_you_mean
@@ -63,6 +64,10 @@ def read_experiment(annotations: list[s.Annotation], scope: Scope) -> Experiment
 
 
 def _read(argument: s.Argument, scope: Scope, found: dict[str, Any]) -> None:
+    if not argument.name and argument.value is not None:
+        mistake = misread_argument(argument.value, False)
+        if mistake is not None:
+            raise mistake
     if argument.name not in KEYS or argument.value is None:
         name = argument.name or write(argument.value)
         raise ModelError(f"experiment has no `{name}`", span_of(argument.at), did_you_mean(name, KEYS, "it has"))

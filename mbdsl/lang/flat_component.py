@@ -5,19 +5,21 @@ Everything is computed when it is first requested, and stored, so that the order
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from mbdsl.elements.kind import REQUIRED, BodyKind, ForceKind, JointKind, Kind, Parameter
 from mbdsl.errors import ModelError
 from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr
-from mbdsl.lang import argument_checks, joint_law_checks, units
+from mbdsl.lang import argument_checks, doubts, foreign_names, joint_law_checks, units
 from mbdsl.lang import syntax as s
-from mbdsl.lang.connections import Node
+from mbdsl.lang.connections import Node, NotConnected
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.units import Dimension
+from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism import signals
 from mbdsl.mechanism.frozen_dict import FrozenDict
@@ -42,8 +44,8 @@ class Template:
         self.modifiers = modifiers
         self.shared: tuple[dict, dict, set[str]] | None = None
 
-    def unknown(self, owner: str) -> None:
-        """Raise an error for modifiers that the kind does not have."""
+    def unknown(self, owner: str, frames: Sequence[s.Expression] = ()) -> None:
+        """Raise an error for modifiers that the kind does not have; ``frames`` are those that it is attached to."""
         kind = self.kind
         measured = {signal.name for signal in kind.signals}
         known = [*(p.name for p in kind.parameters), *kind.ports]
@@ -59,7 +61,7 @@ class Template:
                 continue
             if start and name in measured:
                 for attribute, inner in modifier.inner.items():
-                    if attribute not in ("start", "fixed"):
+                    if attribute not in ("start", "fixed", *foreign_names.NO_EFFECT):
                         hint = did_you_mean(attribute, ("start", "fixed"), "attributes of a signal")
                         raise ModelError(f"a signal has no attribute `{attribute}`", span_of(inner.at), hint)
                     refuse_inner(inner, f"`{attribute}` of `{owner}.{name}`", f"write `{attribute} = ...`")
@@ -67,8 +69,24 @@ class Template:
             if name in measured:
                 message = f"`{name}` of `{owner}` is a signal; only its start can be given"
                 raise ModelError(message, span_of(modifier.at), f"write `{name}(start = ..., fixed = true)`")
-            hint = did_you_mean(name, known, f"{kind.name} takes")
+            hint = self._axis(name, modifier, owner, frames)
+            if hint == "":
+                continue
+            given = {key: m.value for key, m in self.modifiers.items() if m.value is not None}
+            hint = (
+                hint or foreign_names.parameter(known, name, given) or did_you_mean(name, known, f"{kind.name} takes")
+            )
             raise ModelError(f"{kind.name} `{owner}` has no parameter `{name}`", span_of(modifier.at), hint)
+
+    def _axis(self, name: str, modifier: Modifier, owner: str, frames: Sequence[s.Expression]) -> str | None:
+        """The remedy if the modifier is the axis of a joint; "" if the joint has this axis."""
+        if name not in ("n", "r") or modifier.value is None:
+            return None
+        given = modifier.evaluate()
+        if not isinstance(given, tuple) or any(isinstance(x, tuple) or not x.number or x.varying for x in given):
+            return None
+        n = [float(x.value) for x in given]  # type: ignore[union-attr,arg-type]
+        return foreign_names.axis(self.kind.name, owner, n, [write(f) for f in frames])
 
 
 class Part:
@@ -148,10 +166,13 @@ class Part:
             value = modifier.evaluate()
             try:
                 picked = modifier.pick(value, len(parameter.shape), self.contexts)
-                found[parameter.name] = argument_checks.argument(parameter, picked, self.name)
+                found[parameter.name] = argument_checks.argument(parameter, picked, self.name, modifier.value)
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None  # type: ignore[union-attr]
+            if parameter.unit == "rad":
+                doubts.angle(self.assembly.warn, picked, modifier.value, f"`{parameter.name}` of `{self.name}`")
             same = same and picked is value
+        doubts.damping_alone(self.assembly.warn, self.kind, self.name, self.template.modifiers)
         laws = {p.name: modifier for p in self.kind.parameters if p.law and (modifier := self._modifier(p.name))}
         problem_text = self.kind.check({**found, **laws} if laws else found)
         if problem_text:
@@ -197,6 +218,8 @@ class Part:
             try:
                 picked = modifier.pick(value, 1, self.contexts)
                 found.append((name, argument_checks.pose(picked, what)))
+                if isinstance(picked, tuple) and len(picked) == 3:
+                    doubts.angle(self.assembly.warn, picked[2], modifier.value, f"phi of {what}")
             except ModelError as problem:
                 raise place(problem, modifier.value.at) from None
             same = same and picked is value
@@ -217,12 +240,14 @@ class Part:
             value = evaluate(modifier.value, modifier.scope.for_law(self, name))
             try:
                 picked = modifier.pick(value, 0, self.contexts)
-                law = argument_checks.law(parameter, picked, self.name)
+                law = argument_checks.law(parameter, picked, self.name, modifier.value)
                 if "damping" in self.assembly.without and "damping" in self.kind.effects:
                     if symbolic.is_velocity_level(law):
                         self.lacks.add("damping")
                     law = symbolic.substitute(law, _at_rest)
                 self._laws[name] = law
+                if parameter.unit == "rad":
+                    doubts.angle(self.assembly.warn, picked, modifier.value, f"`{name}` of `{self.name}`")
                 if isinstance(self.kind, JointKind):
                     joint_law_checks.check_law(name, law, self.kind, self.name)
                     if self.kind.coupling is not None and self.kind.coupling[0] == name:
@@ -266,10 +291,12 @@ class Part:
     def port_frame(self, port: str) -> Frame:
         """The frame of a port, after all connections are made."""
         frame = self.nodes[port].frame
+        if frame is None and port in self.kind.optional_ports:
+            return self.assembly.world(self)
         if frame is None:
             other = next((n for p, n in self.nodes.items() if p != port and n.frame is not None), None)
             where = f" (its other port is on `{other.frame.name}`)" if other is not None and other.frame else ""
-            raise ModelError(
+            raise NotConnected(
                 f"`{port}` of {self.kind.name} `{self.name}` is not connected{where}",
                 span_of(self.at),
                 f"name two frames, `{self.kind.name} {self.name}(a, b)`, or `connect({self.name}.{port}, ...);`",
@@ -316,6 +343,14 @@ class Part:
         if isinstance(self.kind, BodyKind):
             return self.frames.get(name)
         return None
+
+    def by_other_name(self, name: str) -> Node | Frame | None:
+        """The port or frame that has ``name`` in Modelica or by the habit of other kinds: `rod.frame_a`, `pin.a`."""
+        if not isinstance(self.kind, BodyKind):
+            return self.nodes.get(foreign_names.PORTS.get(name, ""))
+        centred = self.frames["c"].x == self.frames["c"].y == 0.0
+        found = foreign_names.frame_of_body(name, tuple(self.frames), self.kind.is_frame, centred)
+        return self.frames.get(found) if found is not None else None
 
     def _quantity(self, value: object, unit: str) -> Value | None:
         if isinstance(value, tuple):

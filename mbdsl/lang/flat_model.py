@@ -10,11 +10,11 @@ from contextlib import contextmanager
 from typing import Any
 
 from mbdsl.elements.kind import BodyKind
-from mbdsl.errors import ModelError
+from mbdsl.errors import ModelError, ModelWarning
 from mbdsl.expressions import symbolic
-from mbdsl.lang import limits, quantities, units
+from mbdsl.lang import doubts, limits, quantities, units
 from mbdsl.lang import syntax as s
-from mbdsl.lang.connections import Node, connect
+from mbdsl.lang.connections import Node, NotConnected, connect
 from mbdsl.lang.entities import Disabled, FrameMember, Many, Namespace, Slot
 from mbdsl.lang.evaluate import Budget, place
 from mbdsl.lang.flat_component import Part, is_body
@@ -74,6 +74,7 @@ class Assembly:
         self._connectors: list[tuple[Node, Positional, Contexts]] = []
         self._connects: list[tuple[s.Expression, s.Expression, Scope, At]] = []
         self._initial: list[tuple[s.Initial, Scope]] = []
+        self._warnings: dict[object, ModelWarning] = {}
 
     # -- collecting --------------------------------------------------------------------------------------------
 
@@ -100,6 +101,13 @@ class Assembly:
             raise ModelError(f"more than {limits.COMPONENTS} components", span_of(part.at))
         if positional and is_body(part):
             p = positional[0]
+            if not isinstance(p.e, s.Reference) and part.kind.parameters:
+                first = part.kind.parameters[0].name
+                raise ModelError(
+                    f"found the value `{write(p.e)}` without a name",
+                    span_of(p.e.at),
+                    f"write `{first} = {write(p.e)}`",
+                )
             raise ModelError(
                 f"{part.kind.name} `{part.name}` is a body and takes no frames",
                 span_of(p.e.at),
@@ -128,6 +136,11 @@ class Assembly:
     def initial(self, item: s.Initial, scope: Scope) -> None:
         self._initial.append((item, scope))
 
+    def warn(self, message: str, at: At, hint: str) -> None:
+        """Add a warning, unless there is one about this place."""
+        span = span_of(at)
+        self._warnings.setdefault(span or message, ModelWarning(message, span, hint))
+
     # -- frames ------------------------------------------------------------------------------------------------
 
     def coordinate(self, frame: Frame, key: str) -> Quantity:
@@ -138,27 +151,34 @@ class Assembly:
             return Quantity(symbolic.const(0.0), dimension)
         return Quantity(symbolic.coordinate(frame.name, key), dimension)
 
-    def connect_all(self) -> None:
-        """Determine the frame of every port."""
-        for part, positional in self._attachments:
+    def connect_new(self) -> None:
+        """Make the connections that were declared since the last call."""
+        attachments, connectors, connects = self._attachments, self._connectors, self._connects
+        self._attachments, self._connectors, self._connects = [], [], []
+        for part, positional in attachments:
             self._attach(part, positional)
-        for node, argument, contexts in self._connectors:
+        for node, argument, contexts in connectors:
             found = argument.find(contexts)
             if isinstance(found, Part):
                 raise ModelError(
                     f"`{found.name}` is a {found.kind.name}, expected a frame for `{node.name}`", span_of(argument.e.at)
                 )
             connect(node, found, argument.e.at)
-        for first, second, scope, at in self._connects:
+        for first, second, scope, at in connects:
             self._connect(self._ends(first, scope), self._ends(second, scope), at)
+
+    def connect_all(self) -> None:
+        """Determine the frame of every port."""
+        self.connect_new()
         for part in self.parts.values():
             for port in part.kind.optional_ports:
                 if part.nodes[port].frame is None:
-                    connect(part.nodes[port], self._world(part), part.at)
+                    connect(part.nodes[port], self.world(part), part.at)
 
-    def _world(self, part: Part) -> Frame:
+    def world(self, part: Part) -> Frame:
+        """The frame of an optional port that is not connected."""
         if self.ground is None:
-            raise ModelError(
+            raise NotConnected(
                 f"{part.kind.name} `{part.name}` acts from the ground, but none is declared",
                 span_of(part.at),
                 "declare it: `Ground ground;`",
@@ -267,11 +287,13 @@ class Assembly:
                 frames[frame.name] = frame
             elif frame is not None:
                 aliases[member.name] = frame.name
+        initial = tuple(InitialValues(self.parts.values(), self._initial, self.warn).values())
+        self._doubt_names()
         return Scene(
             name,
             components,
             frames,
-            tuple(InitialValues(self.parts.values(), self._initial).values()),
+            initial,
             experiment or Experiment(),
             parameters,
             doc,
@@ -281,7 +303,14 @@ class Assembly:
             without={x: tuple(p.name for p in self.parts.values() if x in p.lacks) for x in self.without},
             aliases=aliases,
             shapes=self._shapes(),
+            warnings=tuple(self._warnings.values()),
         )
+
+    def _doubt_names(self) -> None:
+        for slot in self.slots:
+            doubts.hidden_pi(self.warn, slot.name, slot.value(), slot.at)
+        for item in (*self.parts.values(), *self.frames):
+            doubts.hidden_pi(self.warn, item.name, None, item.at)
 
     def _shapes(self) -> dict[str, tuple[DrawnShape, ...]]:
         """Shapes of bodies by their names; elements of an array share theirs."""

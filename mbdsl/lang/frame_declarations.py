@@ -5,12 +5,13 @@ from __future__ import annotations
 from math import cos, sin
 
 from mbdsl.errors import ModelError
-from mbdsl.lang import argument_checks, units, values
+from mbdsl.lang import argument_checks, doubts, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.connections import Node
 from mbdsl.lang.evaluate import place
 from mbdsl.lang.flat_component import Part, is_body
 from mbdsl.lang.flat_model import Positional
+from mbdsl.lang.foreign_names import in_braces
 from mbdsl.lang.modifiers import Contexts, Modifiers
 from mbdsl.lang.scope import as_frame
 from mbdsl.lang.source import At, span_of
@@ -37,14 +38,19 @@ def fixed_frame(name: str, base: Positional, modifiers: Modifiers, contexts: Con
         try:
             picked = r.pick(r.evaluate(), 1, contexts)
             if values.shape(picked) != (2,):
-                raise ModelError(f"`r` of `{name}`: found {values.describe(picked)}, expected a position {{x, y}}")
+                right = in_braces(r.value, values.shape(picked))
+                hint = f"write `r = {right}`" if right is not None else None
+                what = f"found {values.describe(picked)}, expected a position {{x, y}}"
+                raise ModelError(f"`r` of `{name}`: {what}", hint=hint)
             x, y, _ = argument_checks.pose(picked, f"`r` of `{name}`")
         except ModelError as problem:
             raise place(problem, r.value.at) from None
     if (angle := modifiers.get("phi")) is not None and angle.value is not None:
         try:
             what = f"`phi` of `{name}`"
-            q = argument_checks.fit(angle.pick(angle.evaluate(), 0, contexts), units.NUMBER, what, "rad")
+            value = angle.pick(angle.evaluate(), 0, contexts)
+            q = argument_checks.fit(value, units.NUMBER, what, "rad", angle.value)
+            doubts.angle(base.scope.namespace.assembly.warn, value, angle.value, what)
             phi = argument_checks.floats(q, what)  # type: ignore[assignment]
             if isinstance(phi, tuple):
                 raise ModelError(f"{what}: found an array, expected a single angle")

@@ -9,15 +9,12 @@ from functools import partial
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import OPERATIONS
 from mbdsl.lang import limits, units, values
+from mbdsl.lang.foreign_names import CONVERSIONS
+from mbdsl.lang.quantities import words
 from mbdsl.lang.units import NUMBER
 from mbdsl.lang.values import Quantity, Value, compute, describe, numeric
 
-CONSTANTS = {
-    "pi": math.pi,
-    "e": math.e,
-    "Modelica.Constants.pi": math.pi,
-    "Modelica.Constants.e": math.e,
-}
+CONSTANTS = {"pi": math.pi, "e": math.e}
 
 #: functions of pure numbers: name -> operation
 _PURE = {name: name for name in "sin cos tan asin acos atan sinh cosh tanh exp log log10".split()} | {"ln": "log"}
@@ -176,6 +173,24 @@ def _to_integer(arguments: list[Value]) -> Value:
     return Quantity(compute("floor", _integer, a), a.dimension, True)
 
 
+def _from_unit(name: str, unit: str, arguments: list[Value]) -> Value:
+    """A number in ``unit`` as a quantity."""
+    a = numeric(arguments[0], f"{name}()")
+    if a.dimension not in (None, NUMBER):
+        raise ModelError(f"{name}() takes a pure number, found {describe(a)}")
+    return values.with_unit(Quantity(a.value), units.parse(unit))  # type: ignore[arg-type]
+
+
+def _to_unit(name: str, unit: str, arguments: list[Value]) -> Value:
+    """A quantity as a number in ``unit``."""
+    known = units.parse(unit)
+    assert known is not None
+    a = numeric(arguments[0], f"{name}()")
+    if a.dimension not in (None, known.dimension):
+        raise ModelError(f"{name}() takes {words(known.dimension, unit)}, found {describe(a)}")
+    return values.divide(Quantity(a.value, known.dimension), Quantity(known.factor, known.dimension))
+
+
 #: name -> (smallest and largest number of arguments, implementation)
 FUNCTIONS: dict[str, tuple[int, int, Callable[[list[Value]], Value]]] = {
     **{name: (1, 1, partial(_pure, name)) for name in _PURE},
@@ -198,6 +213,11 @@ FUNCTIONS: dict[str, tuple[int, int, Callable[[list[Value]], Value]]] = {
     "zeros": (1, 4, lambda a: _fill(values.literal(0), a)),
     "ones": (1, 4, lambda a: _fill(values.literal(1), a)),
     "linspace": (3, 3, _linspace),
+    # of Modelica, for its events: without an effect here
+    "noEvent": (1, 1, lambda a: a[0]),
+    "smooth": (2, 2, lambda a: a[1]),
+    **{f"from_{name}": (1, 1, partial(_from_unit, f"from_{name}", unit)) for name, unit in CONVERSIONS.items()},
+    **{f"to_{name}": (1, 1, partial(_to_unit, f"to_{name}", unit)) for name, unit in CONVERSIONS.items()},
 }
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 from mbdsl.elements import kinds
 from mbdsl.errors import ModelError
+from mbdsl.lang import foreign_names
 from mbdsl.lang import syntax as s
-from mbdsl.lang.classify import ALIASES
 from mbdsl.lang.library import Unit
 from mbdsl.lang.modifiers import Modifiers, bind, merge
 from mbdsl.lang.scope import Scope
@@ -55,7 +55,9 @@ class Content:
     ) -> None:
         found = unit.find(item.base)
         if found is None:
-            if item.base in kinds() or item.base in ALIASES:
+            if item.base.startswith(foreign_names.ICONS):
+                return
+            if foreign_names.kind(item.base) in kinds():
                 raise ModelError(f"`{item.base}` is a built-in kind, only models can be extended", span_of(item.at))
             hint = did_you_mean(item.base, unit.names(), "models here")
             raise ModelError(f"there is no model `{item.base}` to extend", span_of(item.at), hint)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from mbdsl.errors import ModelError
+from mbdsl.errors import ModelError, Span
 from mbdsl.expressions import symbolic
-from mbdsl.lang import argument_checks, values
+from mbdsl.lang import argument_checks, doubts, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.flat_component import Part
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
+from mbdsl.lang.units import NUMBER
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
 from mbdsl.mechanism.scene import InitialValue
@@ -20,8 +21,9 @@ from mbdsl.mechanism.scene import InitialValue
 class InitialValues:
     """The initial values of a model."""
 
-    def __init__(self, parts: Iterable[Part], equations: list[tuple[s.Initial, Scope]]) -> None:
+    def __init__(self, parts: Iterable[Part], equations: list[tuple[s.Initial, Scope]], warn: doubts.Warn) -> None:
         self.parts = parts
+        self.warn = warn
         self.equations = equations
 
     def values(self) -> Iterator[InitialValue]:
@@ -65,7 +67,8 @@ class InitialValues:
                     keep = decided.value
                 try:
                     value = start.pick(start.evaluate(), 0, part.contexts)
-                    yield self._initial_value(name, part.signal(signal.name), value, keep, start.at), start.at
+                    target = part.signal(signal.name)
+                    yield self._initial_value(name, target, value, keep, start.at, start.value), start.at
                 except ModelError as problem:
                     raise place(problem, start.value.at) from None
 
@@ -86,7 +89,7 @@ class InitialValues:
                 label = f"{name}[{k + 1}]" if isinstance(target, tuple) else name
                 try:
                     assert isinstance(t, Quantity)
-                    yield self._initial_value(label, t, v, item.mode == "fixed", item.at), item.at
+                    yield self._initial_value(label, t, v, item.mode == "fixed", item.at, item.value), item.at
                 except ModelError as problem:
                     raise place(problem, item.at) from None
 
@@ -107,24 +110,37 @@ class InitialValues:
             "e.g. `crank.phi = 30 deg;` or `guess rod.w = 1 rad/s;`",
         )
 
-    def _initial_value(self, name: str, target: Quantity, value: Value, fixed: bool, at: At) -> InitialValue:
+    def _initial_value(
+        self, name: str, target: Quantity, value: Value, fixed: bool, at: At, e: s.Expression | None = None
+    ) -> InitialValue:
         if isinstance(value, tuple):
             raise ModelError(f"found {values.describe(value)} for `{name}`, expected a single value")
-        leaves = symbolic.leaves(target.value) if isinstance(target.value, symbolic.Expr) else []
-        if not leaves:
-            raise ModelError(f"`{name}` cannot be given an initial value: it does not vary", span_of(at))
-        for leaf in leaves:
-            if leaf.op in ("multiplier", "input"):
-                what = "a reaction" if leaf.op == "multiplier" else "an input"
-                raise ModelError(
-                    f"`{name}` depends on {what}; only positions and velocities have initial values",
-                    span_of(at),
-                    "an input starts at its `start`" if leaf.op == "input" else "reactions follow from the motion",
-                )
-        if any(leaf.op == "time" for leaf in leaves):
-            raise ModelError(
-                f"`{name}` depends on time; only positions and velocities have initial values", span_of(at)
-            )
+        check_target(name, target.value, span_of(at))
         what = f"the initial value of `{name}`"
-        number = argument_checks.number(argument_checks.fit(value, target.dimension, what), what)  # type: ignore[arg-type]
+        if target.dimension == NUMBER:
+            doubts.angle(self.warn, value, e, what)
+        number = argument_checks.number(argument_checks.fit(value, target.dimension, what, "", e), what)  # type: ignore[arg-type]
         return InitialValue(name, target.value, number, fixed, span_of(at))  # type: ignore[arg-type]
+
+
+def check_target(name: str, target: object, span: Span | None) -> None:
+    """Check that a signal varies, and is a function of positions and velocities only.
+
+    Raises
+    ------
+    ModelError
+        If not; ``name`` is that of the signal.
+    """
+    leaves = symbolic.leaves(target) if isinstance(target, symbolic.Expr) else []
+    if not leaves:
+        raise ModelError(f"`{name}` cannot be given an initial value: it does not vary", span)
+    for leaf in leaves:
+        if leaf.op in ("multiplier", "input"):
+            what = "a reaction" if leaf.op == "multiplier" else "an input"
+            raise ModelError(
+                f"`{name}` depends on {what}; only positions and velocities have initial values",
+                span,
+                "an input starts at its `start`" if leaf.op == "input" else "reactions follow from the motion",
+            )
+    if any(leaf.op == "time" for leaf in leaves):
+        raise ModelError(f"`{name}` depends on time; only positions and velocities have initial values", span)

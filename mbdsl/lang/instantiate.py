@@ -11,7 +11,9 @@ from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError
 from mbdsl.lang import functions, limits, values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.classify import FRAME_TYPES, classify, no_type
+from mbdsl.lang.assertions import check as check_assertion
+from mbdsl.lang.assertions import is_assertion
+from mbdsl.lang.classify import classify, is_frame_type, no_type
 from mbdsl.lang.connections import Node
 from mbdsl.lang.entities import Array, Disabled, Entity, FrameMember, Namespace, TableMember
 from mbdsl.lang.evaluate import evaluate, loop, place
@@ -113,6 +115,10 @@ class Instance:
                     shown = f"{name}[{', '.join(map(str, index))}]"
                     raise ModelError(f"there is no `{shown}` to modify", span_of(modifier.at))
 
+    def _around(self) -> list[s.Item]:
+        """Declarations and equations of the model."""
+        return [*(member.item for member in self.members), *self.content.equations]
+
     # -- declarations ------------------------------------------------------------------------------------------
 
     def _block(self, member: Member, scope: Scope, item: s.Item | None = None) -> None:
@@ -142,7 +148,7 @@ class Instance:
         outside = member.modifiers.get(d.name)
         if outside is not None:
             given = merge({d.name: given}, {d.name: outside})[d.name] if given is not None else outside
-        kind = classify(d, member.unit)
+        kind = classify(d, member.unit, self._around)
         if d.notes:
             self._refuse_shapes(d, kind)
         if "input" in d.prefixes:
@@ -217,13 +223,14 @@ class Instance:
     ):
         """The function that makes a component of a kind."""
         template = Template(kinds()[kind], modifiers)
-        template.unknown(d.name)
+        frames = [a.e for a in arguments]
+        template.unknown(d.name, frames)
 
         def part(name: str, contexts: Contexts, index: tuple[int, ...]) -> Part:
             own = template
             if index in elements:
                 own = Template(template.kind, merge(elements[index].inner, modifiers))
-                own.unknown(name)
+                own.unknown(name, frames)
             made = Part(self.assembly, name, own, contexts, d.at, d.doc)
             if d.notes:
                 made.drawn.append((d.notes, scope))
@@ -386,7 +393,7 @@ class Instance:
             m.item.name
             for m in instance.members
             if isinstance(m.item, s.Declaration)
-            and m.item.type in FRAME_TYPES
+            and is_frame_type(m.item.type)
             and not m.item.arguments
             and m.item.value is None
         ]
@@ -454,7 +461,9 @@ class Instance:
         if isinstance(item, s.Connect):
             self.assembly.connect(item.first, item.second, scope, item.at)
         elif isinstance(item, s.Relation):
-            raise _no_equation(item)
+            if not is_assertion(item):
+                raise _no_equation(item)
+            check_assertion(item, scope)
         else:
             self._repeat(item, scope, self._equation)
 
@@ -496,6 +505,6 @@ def _no_equation(item: s.Relation) -> ModelError:
     return ModelError(
         "mbdsl has no free equations: the equation section holds `connect(a, b);`",
         span_of(item.left.at),
-        "give a variable its value where it is declared, `Real F = 2 N * sin(time);`; "
+        "give a variable its value where it is declared, `Real F = 2 N*sin(3*time);`; "
         "initial values stand under `initial equation`",
     )

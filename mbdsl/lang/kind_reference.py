@@ -64,21 +64,21 @@ def default_text(p: Parameter) -> str:
 
 
 def notes(kind: Kind, p: Parameter) -> str:
-    """Meaning and allowed values of a parameter."""
-    said = [p.doc] if p.doc else []
+    """What a parameter means, and what its values may be."""
+    found = [p.doc] if p.doc else []
     if p.law:
         driven = isinstance(kind, JointKind) and kind.driver == p.name
         if isinstance(kind, JointKind) and kind.coupling is not None and kind.coupling[0] == p.name:
-            said.append(f"an expression of `{kind.coupling[1]}`, parameters and tables")
+            found.append(f"an expression of `{kind.coupling[1]}`, parameters and tables")
         else:
-            said.append("without signals and inputs" if driven else "may be an expression in time and signals")
+            found.append("without signals and inputs" if driven else "may be an expression in time and signals")
     if p.positive:
-        said.append("positive")
+        found.append("positive")
     elif p.minimum is not None:
-        said.append(f"at least {p.minimum:g}")
+        found.append(f"at least {p.minimum:g}")
     if p.choices:
-        said.append("one of " + ", ".join(f'"{c}"' for c in p.choices))
-    return "; ".join(said)
+        found.append("one of " + ", ".join(f'"{c}"' for c in p.choices))
+    return "; ".join(found)
 
 
 def insert(page: str) -> str:

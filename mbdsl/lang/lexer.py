@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from mbdsl.errors import SyntaxProblem
 from mbdsl.lang import limits, units
+from mbdsl.lang.foreign_characters import BLANKS, foreign
 from mbdsl.lang.source import Source
 
 KEYWORDS = frozenset(
@@ -26,25 +27,16 @@ PUNCTUATION = {
 
 NUMBER = re.compile(r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 TOKEN = re.compile(
-    r"(?P<skip>[ \t\r\n\f\v\u00a0]+|//[^\n]*|/\*(?s:.*?)\*/)"
+    rf"(?P<skip>[{BLANKS}\r\n\f\v]+|//[^\n]*|/\*(?s:.*?)\*/)"
     r"|(?P<comment>/\*)"
     rf"|(?P<number>{NUMBER.pattern})"
     r"|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
     r'|(?P<string>"(?:[^"\\]|\\(?s:.))*")'
     r"|(?P<operator>==|<>|<=|>=|[-+*/^(){}\[\];,.:=<>])"
 )
-_BLANK = re.compile(r"[ \t]*")
+_BLANK = re.compile(f"[{BLANKS}]*")
+_NEXT_VALUE = re.compile(rf";[{BLANKS}]*[A-Za-z_]\w*[{BLANKS}]*=[^\n(]*\)")
 _PAIRS = {")": "(", "]": "[", "}": "{"}
-_STRANGE = {
-    "!=": "not equal is written `<>`",
-    "&&": "write `and`",
-    "||": "write `or`",
-    "!": "write `not`",
-    "**": "a power is written `^`",
-    "'": 'a text is written in double quotes: "..."',
-    "#": "a comment begins with `//`",
-    "%": "a comment begins with `//`",
-}
 
 
 class Token(NamedTuple):
@@ -133,11 +125,15 @@ def _glued(source: Source, at: int, end: int) -> SyntaxProblem:
     while stop < len(source.text) and (source.text[stop].isalnum() or source.text[stop] == "_"):
         stop += 1
     word = source.text[end:stop]
-    meant = units.meant(word) if NUMBER.fullmatch(source.text, at, end) else None
+    number = source.text[at:end]
+    meant = units.meant(word) if NUMBER.fullmatch(number) else None
     hint = f"did you mean `{meant}`?" if meant else None
-    hint = hint or "a product is written with `*`; units are e.g. kg, m/s2, N.m/rad, deg, 1 ms"
+    name = "pi" if word == "\u03c0" else word
+    hint = (
+        hint or f"a product is written with `*`, as in `{number}*{name}`; units are e.g. kg, m/s2, N.m/rad, deg, 1 ms"
+    )
     return SyntaxProblem(
-        f"found {source.text[at:stop]!r}: {word!r} is no unit, and a name does not begin with a digit",
+        f"found `{source.text[at:stop]}`: `{word}` is no unit, and a name does not begin with a digit",
         source.span(end, stop),
         hint,
     )
@@ -146,14 +142,11 @@ def _glued(source: Source, at: int, end: int) -> SyntaxProblem:
 def _strange(source: Source, at: int) -> SyntaxProblem:
     text = source.text
     if text.startswith('"', at):
-        return SyntaxProblem("this text has no end", source.span(at, at + 1), 'close it with `"`')
-    for strange, advice in _STRANGE.items():
-        if text.startswith(strange, at):
-            return SyntaxProblem(f"`{strange}` is not part of mbdsl", source.span(at, at + len(strange)), advice)
-    shown = text[at] if text[at].isprintable() else f"character U+{ord(text[at]):04X}"
-    return SyntaxProblem(
-        f"unexpected {shown}", source.span(at, at + 1), "names are made of letters a-z, digits and `_`"
-    )
+        inches = re.search(r"[0-9.]+\Z", text[max(0, at - 20) : at])
+        hint = f"inches are written `{inches[0]} in`" if inches else 'close it with `"`'
+        return SyntaxProblem("this text has no end", source.span(at, at + 1), hint)
+    message, length, remedy = foreign(text, at)
+    return SyntaxProblem(message, source.span(at, at + length), remedy)
 
 
 def _unbalanced(source: Source, at: int, brackets: list[tuple[str, int, bool]]) -> SyntaxProblem:
@@ -172,8 +165,10 @@ def _unclosed(source: Source, at: int, bracket: tuple[str, int, bool]) -> Syntax
     opened, where, _ = bracket
     closing = next(c for c, o in _PAIRS.items() if o == opened)
     found = "the text ends" if at >= len(source.text) else f"found `{source.text[at]}`"
+    hint = "values are separated by `,`" if _NEXT_VALUE.match(source.text, at) else None
     return SyntaxProblem(
         f"{found}, but `{opened}` is still open; `{closing}` is missing",
         source.span(at, at + 1),
+        hint,
         notes=((f"`{opened}` was opened here", source.span(where, where + 1)),),
     )

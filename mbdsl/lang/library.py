@@ -76,14 +76,20 @@ class Library:
     """The files of one model, each read once.
 
     A model is data, perhaps from other authors: what it imports must be models, inside the folder of the model after
-    all links are resolved, unless ``allowed`` permits more. ``texts`` are read instead of the files of these names; an
-    editor has them before they are saved.
+    all links are resolved, unless ``allowed`` permits more. ``unsaved`` texts, which an editor has, are read instead of
+    the files of these names.
     """
 
-    def __init__(self, allowed: Allowed | None = None, texts: Mapping[str, str] = {}) -> None:
+    def __init__(
+        self,
+        allowed: Allowed | None = None,
+        texts: Mapping[str, str] | None = None,
+        unsaved: Mapping[str, str] = {},
+    ) -> None:
         self._units: dict[str, Unit] = {}
-        self._texts = {key_of(file): text for file, text in texts.items()}
-        self._allowed = allowed_now() if allowed is None else allowed
+        self._texts = texts  #: the files by name, if they are not read from the disk
+        self._unsaved = {key_of(file): text for file, text in unsaved.items()}
+        self._allowed = True if texts is not None else allowed_now() if allowed is None else allowed
         self._root = ""  #: the folder that imports must not leave
 
     @property
@@ -127,7 +133,7 @@ class Library:
                     raise ModelError(f"more than {limits.FILES} files", span_of(item.at))
                 self._refuse_outside(item, path)
                 try:
-                    text = self._texts[key_of(path)] if key_of(path) in self._texts else read(path)
+                    text = self._read(path)
                 except UsageError as problem:
                     raise ModelError(f"cannot import: {problem.message}", span_of(item.at), problem.hint) from None
                 if not _MODEL.match(text):
@@ -154,6 +160,15 @@ class Library:
                         )
                 unit.imports.append(known)
         return new
+
+    def _read(self, path: str) -> str:
+        if key_of(path) in self._unsaved:
+            return self._unsaved[key_of(path)]
+        if self._texts is None:
+            return read(path)
+        if path not in self._texts:
+            raise UsageError(f"the stored model has no file `{path}`")
+        return self._texts[path]
 
     def _refuse_outside(self, item: s.Import, path: str) -> None:
         """Called before the file is accessed, so that the message does not say whether it exists."""

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
 
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import syntax as s
@@ -14,7 +17,7 @@ from mbdsl.lang.experiment import check_effects, read_experiment
 from mbdsl.lang.flat_model import Assembly
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.library import Allowed, Library, Unit, read
-from mbdsl.lang.overrides import read_overrides
+from mbdsl.lang.overrides import merged, read_overrides
 from mbdsl.lang.source import span_of
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean
@@ -51,10 +54,15 @@ def load(
 
     Raises
     ------
+    UsageError
+        If ``path`` is the text of a model.
     MbdslError
         If the file cannot be read or the model is invalid.
     """
     file = os.fspath(path)
+    if _is_model(file):
+        hint = "`mbdsl.parse(text)` reads a model from a text: `mbdsl.simulate(mbdsl.parse(text))`"
+        raise UsageError("found the text of a model, expected the path of a .mbd file", hint=hint)
     return parse_text(read(file), file, overrides, model, without, allow_imports)
 
 
@@ -84,9 +92,14 @@ def parse_text(
 
     Raises
     ------
+    UsageError
+        If ``text`` is a path.
     MbdslError
         If the model is invalid.
     """
+    if not isinstance(text, str) or (text.endswith(".mbd") and "\n" not in text):
+        hint = "`mbdsl.load(path)` reads a model from a file"
+        raise UsageError(f"found {text!r}, expected the text of a model", hint=hint)
     return read_scene(Library(allow_imports), text, file, overrides, model, without)
 
 
@@ -94,14 +107,51 @@ def read_scene(
     library: Library,
     text: str,
     file: str,
-    overrides: Mapping[str, str | float] = {},
+    overrides: Mapping[str, Any] = {},
     model: str | None = None,
     without: Iterable[str] = (),
 ) -> Scene:
     """As :func:`parse_text`, with the imports of a library."""
     with deep():
-        unit = library.add(text, file)
-        return _flatten(_main(unit, model), unit, library, overrides, check_effects(without))
+        return _read(library, text, file, merged({}, overrides), model, check_effects(without))
+
+
+@dataclass(frozen=True)
+class TextOrigin:
+    """The texts that a scene was read from, the main one first, and what was asked for."""
+
+    files: Mapping[str, str]
+    model: str
+    overrides: Mapping[str, Any]
+    without: tuple[str, ...]
+
+    def scene(self, parameters: Mapping[str, Any], without: Sequence[str] = ()) -> Scene:
+        """The scene with other parameters, read from the same texts; the disk is not read."""
+        main, effects = next(iter(self.files)), (*self.without, *check_effects(without))
+        with deep():
+            library = Library(texts=self.files)
+            return _read(library, self.files[main], main, merged(self.overrides, parameters), self.model, effects)
+
+
+def _read(
+    library: Library,
+    text: str,
+    file: str,
+    overrides: Mapping[str, Any],
+    model: str | None,
+    without: tuple[str, ...],
+) -> Scene:
+    unit = library.add(text, file)
+    found = _main(unit, model)
+    scene = flatten(instantiate(found, unit, overrides, without), library.files)
+    return scene.made_from(TextOrigin(scene.files, found.name, overrides, without))
+
+
+def _is_model(path: object) -> bool:
+    """Whether a path is the text of a model."""
+    if not isinstance(path, str) or path.endswith(".mbd"):
+        return False
+    return "\n" in path or (re.match(r"\s*(partial\s+)?model\s+\w", path) is not None and not os.path.exists(path))
 
 
 def _main(unit: Unit, name: str | None) -> s.Model:
@@ -129,17 +179,22 @@ def _plain(name: str) -> str:
     return name.replace("_", "").replace("-", "").lower()
 
 
-def _flatten(
-    model: s.Model, unit: Unit, library: Library, overrides: Mapping[str, str | float], without: tuple[str, ...]
-) -> Scene:
+def instantiate(
+    model: s.Model, unit: Unit, overrides: Mapping[str, Any] = {}, without: tuple[str, ...] = ()
+) -> Instance:
+    """The main model with all that it declares, before it is connected."""
     assembly = Assembly()
     assembly.without = without
-    root = Namespace(assembly)
-    instance = Instance(assembly, root, model, unit, {})
+    instance = Instance(assembly, Namespace(assembly), model, unit, {})
     instance.modifiers = read_overrides(overrides, instance)
     instance.build()
-    experiment = read_experiment(instance.content.annotations, instance.scope)
-    return assembly.scene(root, model.name, model.doc, experiment, library.files)
+    return instance
+
+
+def flatten(instance: Instance, files: Mapping[str, str] = {}) -> Scene:
+    """The Scene of the main model."""
+    model, experiment = instance.model, read_experiment(instance.content.annotations, instance.scope)
+    return instance.assembly.scene(instance.namespace, model.name, model.doc, experiment, files)
 
 
 @contextmanager

@@ -11,14 +11,15 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from mbdsl.lang import units
+from mbdsl.lang.foreign_characters import BLANKS
 from mbdsl.lang.lexer import KEYWORDS, TOKEN
 
 COMMENT, STRING, NUMBER, UNIT, KEYWORD, NAME, OPERATOR, WRONG = (
     *("comment", "string", "number", "unit"),
     *("keyword", "name", "operator", "wrong"),
 )
-_BLANK = re.compile(r"[ \t]*")
-_SOFT = re.compile(r"[ \t]+[A-Za-z_]")
+_BLANK = re.compile(f"[{BLANKS}]*")
+_SOFT = re.compile(f"[{BLANKS}]+[A-Za-z_]")
 _LINE = re.compile(r"[^\n]*")
 
 

@@ -10,7 +10,8 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang import values
 from mbdsl.lang.evaluate import evaluate
 from mbdsl.lang.source import At, span_of
-from mbdsl.lang.unparse import write, write_argument
+from mbdsl.lang.typing_mistakes import misread_argument, text_of
+from mbdsl.lang.unparse import write_argument
 from mbdsl.lang.values import Value
 
 if TYPE_CHECKING:
@@ -93,9 +94,11 @@ def bind(arguments: Iterable[s.Argument], scope: Scope, level: int) -> tuple[lis
     for argument in arguments:
         if not argument.name:
             assert argument.value is not None
+            if (mistake := misread_argument(argument.value, bool(named))) is not None:
+                raise mistake
             if named:
                 raise ModelError(
-                    f"found `{write(argument.value)}` behind a named argument",
+                    f"found `{text_of(argument.value)}` behind a named argument",
                     span_of(argument.value.at),
                     "frames come first, then `name = value`",
                 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mbdsl.errors import ModelError
-from mbdsl.lang import argument_checks, functions, quantities, units, values
+from mbdsl.lang import argument_checks, doubts, functions, quantities, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import Namespace, Slot
 from mbdsl.lang.evaluate import evaluate, place
@@ -75,12 +75,13 @@ def _evaluate(
             functions.bounded(size)
 
     value: Value | None
+    e: s.Expression | None = None
     comes_in = False
     if given is not None and given.value is not None:
         if dimension is None and d.value is not None:
             dimension = _dimension_of(evaluate(d.value, scope))
             unit = slot.unit = unit or (quantities.unit_text(dimension) if dimension else "")
-        at = given.value.at
+        e, at = given.value, given.value.at
         value = given.evaluate() if "input" not in d.prefixes else evaluate(given.value, given.scope.for_signals())
         try:
             rank = len(sizes) if sizes or d.type else min(len(values.shape(value)), 0)
@@ -88,7 +89,7 @@ def _evaluate(
         except ModelError as problem:
             raise place(problem, at) from None
     elif d.value is not None:
-        value, at = evaluate(d.value, scope), d.value.at
+        value, e, at = evaluate(d.value, scope), d.value, d.value.at
     elif "start" in attributes and attributes["start"].value is not None:
         value, at = attributes["start"].evaluate(), attributes["start"].value.at
         if "input" in d.prefixes:
@@ -102,7 +103,7 @@ def _evaluate(
         if comes_in:
             value = starts(value, dimension, sizes)
         assert value is not None
-        value = _check(value, d, what, dimension, unit, sizes, attributes)
+        value = _check(value, d, what, dimension, unit, sizes, attributes, e, slot.assembly)
         if comes_in:
             value, slot.inputs = make_inputs(slot.name, value, slot.unit, d.doc, d.at)
     except ModelError as problem:
@@ -143,6 +144,8 @@ def _check(
     unit: str,
     sizes: list[int],
     attributes: Modifiers,
+    e: s.Expression | None,
+    assembly: Assembly,
 ) -> Value:
     shape = values.shape(value)
     if (sizes or d.type) and (
@@ -160,7 +163,9 @@ def _check(
         if factor is not None and factor.factor != 1.0 and "unit" in attributes:
             value = _scaled(value, factor)
     if d.type not in ("", "Boolean", "String", "Integer") or dimension is not None:
-        value = argument_checks.fit(value, dimension, what, unit)
+        if unit == "rad":
+            doubts.angle(assembly.warn, value, e, what)
+        value = argument_checks.fit(value, dimension, what, unit, e)
     value = _typed(value, d.type, what)
     for name in ("min", "max"):
         bound = attributes.get(name)

@@ -157,6 +157,7 @@ class _Builders:
                 following = "value"
             elif isinstance(part, str):
                 found["doc"] = part
+                self._refuse_quoted_unit(found.get("value"), part)
             elif isinstance(part, s.Annotation):
                 found["notes"] = part.arguments
             elif following:
@@ -215,6 +216,7 @@ class _Builders:
     def argument(self, parts: list) -> s.Argument:
         words = [p.text for p in parts if isinstance(p, Token) and p.type in ("EACH", "FINAL")]
         found = [p for p in parts if isinstance(p, s.Expression)]
+        self._refuse_quoted_unit(found[-1], parts[-1])
         each, final = "each" in words, "final" in words
         first = found[0]
         if len(found) == 1 and not (isinstance(first, s.Call) and (words or any(a.name for a in first.arguments))):
@@ -225,12 +227,25 @@ class _Builders:
             raise SyntaxProblem(
                 f"found `{write(first)}` on the left of `=`, expected a name",
                 span_of(first.at),
-                "modifiers of inner parts nest: `arm(rod(m = 2 kg))`" if isinstance(target, s.Reference) else None,
+                "modifiers of inner parts nest: `arm(rod(m = 2 kg))`"
+                if isinstance(target, s.Reference)
+                else f"write `{write(value)} = {write(first)}`"
+                if isinstance(value, s.Reference) and isinstance(first, s.Number)
+                else None,
             )
         if len(target.steps) != 1:
             return s.Argument("", first, (), (), each, final, at=first.at)
         step = target.steps[0]
         return s.Argument(step.name, value, modifiers, step.indices, each, final, at=step.at)
+
+    def _refuse_quoted_unit(self, value: s.Expression | None, doc: str) -> None:
+        """Refuse ``2 "kg"``: the text would be a description, and 2 in SI units."""
+        if doc and isinstance(value, s.Number) and value.unit is None and units.parse(doc) is not None and doc != "1":
+            raise SyntaxProblem(
+                f'found "{doc}" after `{write(value)}`; a text is a description, not a unit',
+                span_of(value.at),
+                f"a unit has no quotes: write `{write(value)} {doc}`",
+            )
 
     def iterators(self, parts: list) -> tuple[s.Iterator, ...]:
         return tuple(p for p in parts if isinstance(p, s.Iterator))

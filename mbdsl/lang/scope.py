@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import COORDINATES, TIME
-from mbdsl.lang import functions, units, values
+from mbdsl.lang import doubts, foreign_names, functions, units, values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.connections import Node
+from mbdsl.lang.connections import Node, NotConnected
 from mbdsl.lang.entities import Array, Disabled, FrameMember, Many, Namespace, Slot, TableMember
 from mbdsl.lang.evaluate import evaluate
 from mbdsl.lang.flat_component import ACCELERATIONS, Part, is_body
@@ -133,6 +133,9 @@ class Scope:
             return None
         return entity.at_argument(argument, self.varying)
 
+    def doubt_angle(self, value: Value, e: s.Expression, what: str) -> None:
+        doubts.angle(self.namespace.assembly.warn, value, e, what)
+
     def function_names(self) -> list[str]:
         return [name for name, member in self.namespace.members.items() if isinstance(member, TableMember)]
 
@@ -142,8 +145,8 @@ class Scope:
         """The entity that ``reference`` denotes."""
         steps = reference.steps
         first = steps[0]
-        if first.name == "Modelica" and (constant := write(reference)) in functions.CONSTANTS:
-            return Quantity(functions.CONSTANTS[constant], units.NUMBER)
+        if first.name == "Modelica" and (constant := foreign_names.CONSTANTS.get(write(reference))) is not None:
+            return Quantity(constant[0], units.dimension(constant[1]))
         entity = self._first(first, reference)
         if first.indices:
             entity = self._index(entity, first, first.name)
@@ -174,6 +177,9 @@ class Scope:
             return Quantity(TIME, units.dimension("s"))
         if name in functions.CONSTANTS:
             return Quantity(functions.CONSTANTS[name], units.NUMBER)
+        if name == "Modelica":
+            whole = write(reference)
+            raise ModelError(f"unknown name `{whole}`", span_of(reference.at), foreign_names.constant(whole))
         raise self._unknown(name, step.at)
 
     def _unknown(self, name: str, at: At) -> ModelError:
@@ -197,6 +203,7 @@ class Scope:
         hint = did_you_mean(name, known)
         if hint is None and name in functions.FUNCTIONS:
             hint = f"{name}(...) is a function"
+        hint = hint or foreign_names.FUNCTIONS.get(name)
         return ModelError(f"unknown name `{name}`{where}", span_of(at), hint)
 
     def _own(self, owner: Part, name: str) -> Entity | None:
@@ -228,7 +235,7 @@ class Scope:
                 return Signal(f"{owner}.{name}", lambda: _coordinate(self.namespace, entity, name))
             if name in ACCELERATIONS:
                 raise _output_only(f"{owner}.{name}", step.at)
-            hint = did_you_mean(name, COORDINATES, "a frame has")
+            hint = foreign_names.MEMBERS.get(name) or did_you_mean(name, COORDINATES, "a frame has")
             raise ModelError(f"the frame `{owner}` has no `{name}`", span_of(step.at), hint)
         if isinstance(entity, Part):
             return self._of_part(entity, step, owner)
@@ -247,8 +254,11 @@ class Scope:
         if is_body(part) and part.kind.is_frame and name in COORDINATES:  # type: ignore[attr-defined]
             frame = part.frames["c"]
             return Signal(f"{owner}.{name}", lambda: _coordinate(self.namespace, frame, name))
+        other = part.by_other_name(name)
+        if other is not None:
+            return other
         known = part.known_names()
-        hint = did_you_mean(name, known, "it has")
+        hint = foreign_names.MEMBERS.get(name) or did_you_mean(name, known, "it has")
         raise ModelError(f"{part.kind.name} `{owner}` has no `{name}`", span_of(step.at), hint)
 
     def _index(self, entity: Entity, step: s.Step, owner: str) -> Entity:
@@ -352,7 +362,7 @@ def as_frame(entity: Entity, e: s.Expression) -> Frame | Node | Part | Many | Di
 def _coordinate(namespace: Namespace, entity: Frame | Node, key: str) -> Quantity:
     frame = entity if isinstance(entity, Frame) else entity.frame
     if frame is None:
-        raise ModelError(f"`{entity.name}` is not connected, it has no `{key}`")
+        raise NotConnected(f"`{entity.name}` is not connected, it has no `{key}`")
     return namespace.assembly.coordinate(frame, key)
 
 

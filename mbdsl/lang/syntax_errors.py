@@ -9,6 +9,7 @@ from mbdsl.lang import units
 from mbdsl.lang.lalr import Unexpected
 from mbdsl.lang.lexer import KEYWORDS, NUMBER, PUNCTUATION, Token
 from mbdsl.lang.source import Source
+from mbdsl.lang.typing_mistakes import earlier_mistake, line_of, show
 
 #: terminals that begin an expression
 _EXPRESSION = frozenset("NUMBER TRUE FALSE LAST LPAR LBRACE LMATRIX MINUS PLUS NOT".split())
@@ -17,25 +18,6 @@ _BEGINNINGS = frozenset(
     "MODEL PARTIAL END EXTENDS IMPORT PARAMETER CONSTANT INPUT FINAL INNER OUTER CONNECTOR PUBLIC PROTECTED "
     "INITIAL EQUATION FOR CONNECT ANNOTATION FIXED GUESS NAME $END".split()
 )
-#: keywords of Modelica that mbdsl does not have; they may be names, and are mentioned where they break the syntax
-_FOREIGN = {
-    "algorithm": "mbdsl has no algorithms: a model is components, connections and expressions",
-    "class": "write `model`",
-    "block": "write `model`",
-    "package": 'a file is already a collection of models: leave the package out, use `import "file.mbd";`',
-    "function": "mbdsl has no user-defined functions; use expressions, or a Table",
-    "record": "mbdsl has no records: write `model`, or plain parameters",
-    "within": "mbdsl has no packages: leave the `within` clause out",
-    "when": "mbdsl has no events: use an `if` expression in a law",
-    "while": "mbdsl has no algorithms: use `for i in 1:N loop ... end for;`",
-    "redeclare": "components cannot be redeclared, only their values modified",
-    "replaceable": "components cannot be redeclared, only their values modified",
-    "output": "every quantity can be written out: use `mbdsl simulate --signals`",
-    "flow": "connectors are frames: write `connector Frame name;`",
-    "stream": "connectors are frames: write `connector Frame name;`",
-    "discrete": "mbdsl has no events",
-    "external": "mbdsl calls no external code",
-}
 _WORDS = {"NAME": "a name", "STRING": "a text in double quotes", "$END": "the end of the text", "UNIT": "a unit"}
 _SYMBOLS = {name: f"`{symbol}`" for symbol, name in PUNCTUATION.items() if name != "RELATION"} | {
     "RELATION": "a comparison",
@@ -56,10 +38,10 @@ def explain(problem: Unexpected, source: Source, tokens: list[Token], start: str
         previous is not None
         and "SEMICOLON" in expected
         and token.type in _BEGINNINGS
-        and (token.type != "NAME" or _line(source, token.start) > _line(source, previous.end))
+        and (token.type != "NAME" or line_of(source, token.start) > line_of(source, previous.end))
     ):
         behind = source.span(previous.end, previous.end + 1)
-        return SyntaxProblem(f"`;` is missing after {_show(previous)}", behind)
+        return SyntaxProblem(f"`;` is missing after {show(previous)}", behind)
     if token.type == "$END":
         if start == "file" and blocks:
             kind, opened = blocks[-1]
@@ -70,6 +52,8 @@ def explain(problem: Unexpected, source: Source, tokens: list[Token], start: str
         return SyntaxProblem(f"the text ends, expected {_list(expected)}", here)
     following = tokens[len(before) + 1] if len(before) + 1 < len(tokens) else token
     special = _misplaced_unit(token, expected, before, following, source)
+    if special is None and (mistake := earlier_mistake(token, expected, before, following, source)) is not None:
+        return mistake
     special = special or _special(token, previous, expected, before, following)
     if special is not None:
         message, hint = special
@@ -77,7 +61,7 @@ def explain(problem: Unexpected, source: Source, tokens: list[Token], start: str
     hint = _misspelt(before)
     if token.type == "NAME" and (close := difflib.get_close_matches(token.text, KEYWORDS, 1, 0.75)):
         hint = f"did you mean `{close[0]}`?"
-    return SyntaxProblem(f"found {_show(token)}, expected {_list(expected)}", here, hint)
+    return SyntaxProblem(f"found {show(token)}, expected {_list(expected)}", here, hint)
 
 
 def _misspelt(before: list[Token]) -> str | None:
@@ -98,7 +82,7 @@ def _misplaced_unit(
     if token.type != "NAME" or not before or "STAR" not in expected or unit is None or following.type == "EQUAL":
         return None
     previous = before[-1]
-    if previous.type not in ("NAME", "RPAR") or _line(source, token.start) > _line(source, previous.end):
+    if previous.type not in ("NAME", "RPAR") or line_of(source, token.start) > line_of(source, previous.end):
         return None
     text = unit[0].text
     right = f"(...)*(1 {text})" if previous.type == "RPAR" else f"{previous.text}*(1 {text})"
@@ -106,7 +90,7 @@ def _misplaced_unit(
         number = before[-3].text
         if NUMBER.fullmatch(number):
             right = f"{number} {text}*{previous.text}"
-    return f"found {_show(token)} behind {_show(previous)}", f"a unit follows a number only: write `{right}`"
+    return f"found {show(token)} behind {show(previous)}", f"a unit follows a number only: write `{right}`"
 
 
 def _wrong_end(token: Token, blocks: list[tuple[str, Token]], source: Source, here: Span) -> SyntaxProblem:
@@ -130,21 +114,18 @@ def _special(
     token: Token, previous: Token | None, expected: set[str], before: list[Token], following: Token
 ) -> tuple[str, str | None] | None:
     """Mistakes that have a message of their own."""
-    statement = before[-3:] + [token]
-    for i in range(len(statement) - 1, 0, -1):
-        if statement[i - 1].type in ("SEMICOLON", "STRING"):
-            statement = statement[i:]
-            break
-    for t in statement:
-        if t.text in _FOREIGN and t.type == "NAME":
-            return f"`{t.text}` is not part of mbdsl", _FOREIGN[t.text]
     section = next((t.type for t in reversed(before) if t.type in ("EQUATION", "MODEL", "PUBLIC", "PROTECTED")), "")
     kind, text = token.type, token.text
     if not any(t.type == "MODEL" for t in before) and kind in ("NAME", "PARAMETER", "CONSTANT", "EQUATION", "CONNECT"):
         if len(before) == 0 or before[-1].type == "SEMICOLON":
             close = difflib.get_close_matches(text.lower(), ["model", "import", "partial"], 1, 0.7)
             hint = f"did you mean `{close[0]}`?" if close and close[0] != text else None
-            return f"found {_show(token)}, but a file consists of `model Name ... end Name;`", hint
+            return f"found {show(token)}, but a file consists of `model Name ... end Name;`", hint
+    if (kind == "IMPORT" and following.type == "NAME") or (previous is not None and previous.type == "IMPORT"):
+        return (
+            "an import names a file in quotes; packages of Modelica cannot be imported",
+            "delete this line: names such as `SI.Mass`, `sin` and `Joints.Revolute` are known without it",
+        )
     if kind == "IMPORT" and before:
         where = "inside" if _open_blocks(before) else "behind"
         return f"found `import` {where} a model", "imports stand at the beginning of the file"
@@ -158,8 +139,6 @@ def _special(
     if kind in ("PARAMETER", "CONSTANT", "INPUT", "FINAL") and "NAME" in expected and previous is not None:
         if previous.type == "LOOP":
             return "parameters cannot be declared in a loop", "declare an array: `parameter Real k[N] = ...;`"
-    if kind == "COLON" and following.type == "EQUAL":
-        return "`:=` is an assignment, which mbdsl does not have", "write `=`"
     if kind == "EQUAL" and "RELATION" in expected:
         return "found `=` in an expression", "a comparison is written `==`"
     if kind == "RELATION" and any(t.type == "RELATION" for t in before[-12:]) and "STAR" in expected:
@@ -171,15 +150,24 @@ def _special(
             meant = units.meant(text) if NUMBER.fullmatch(previous.text) else None
             hint = f"did you mean `{meant}`?" if meant else None
             return (
-                f"unknown unit {_show(token)} after {previous.text}",
+                f"unknown unit {show(token)} after {previous.text}",
                 hint or "units are e.g. kg, m/s2, N.m/rad, deg, ms; a product is written with `*`",
             )
     if kind == "IF" and "NUMBER" in expected:
         return "found `if` inside an expression", "put it in parentheses: `1 + (if a then b else c)`"
     if kind.lower() in KEYWORDS and "NAME" in expected and text:
-        return f"`{text}` is a word of the language and cannot be a name here", _misspelt(before)
+        hint = (
+            "the frames at the ends of a body are `a` and `b`" if kind == "END" and before[-1].type == "DOT" else None
+        )
+        return f"`{text}` is a word of the language and cannot be a name here", hint or _misspelt(before)
+    if kind == "LBRACE" and "LPAR" in expected and previous is not None and previous.type == "NAME":
+        return "found `{`, expected `(`", f"values stand in parentheses: `{previous.text}(m = 1 kg)`"
+    if kind == "EQUAL" and expected == {"IN"} and previous is not None:
+        return "found `=`, expected `in`", f"write `for {previous.text} in ...`"
+    if kind == "EQUAL" and expected <= {"NAME", "LSQB", "DOT"} and section != "EQUATION":
+        return "found an equation among the declarations", "initial values stand under `initial equation`"
     if kind == "NUMBER" and previous is not None and previous.type in ("NAME", "RSQB") and "STAR" in expected:
-        return f"found {_show(token)}, expected an operator before it", None
+        return f"found {show(token)}, expected an operator before it", None
     if kind == "LSQB" and previous is not None and previous.type == "RPAR":
         return "found `[` behind `)`", "indices follow a name: `name[i](...)`"
     return None
@@ -202,17 +190,6 @@ def _open_blocks(tokens: list[Token]) -> list[tuple[str, Token]]:
         elif token.type == "IF" and last in ("SEMICOLON", "LOOP", "EQUATION", "PUBLIC", "PROTECTED"):
             blocks.append(("if", token))
     return blocks
-
-
-def _line(source: Source, at: int) -> int:
-    return source.text.count("\n", 0, at)
-
-
-def _show(token: Token) -> str:
-    if token.type == "$END":
-        return "the end of the text"
-    text = token.text if len(token.text) <= 40 else token.text[:37] + "..."
-    return text if token.type == "STRING" else f"`{text}`"
 
 
 def _list(expected: set[str]) -> str:

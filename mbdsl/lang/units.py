@@ -171,7 +171,7 @@ _WORDS = {
     "degree": "deg", "radian": "rad", "metre": "m", "meter": "m", "millimetre": "mm", "millimeter": "mm",
     "second": "s", "sec": "s", "millisecond": "ms", "minute": "min", "hour": "h", "kilogram": "kg", "gram": "g",
     "newton": "N", "joule": "J", "watt": "W", "pascal": "Pa", "hertz": "Hz", "pound": "lb", "foot": "ft", "feet": "ft",
-    "Nms": "N.m.s", "kgs": "kg", "turn": "rev", "kph": "km/h", "kmh": "km/h",
+    "Nms": "N.m.s", "kgs": "kg", "turn": "rev", "D": "deg", "kph": "km/h", "kmh": "km/h",
 }  # fmt: skip
 
 

@@ -13,7 +13,8 @@ def write(e: s.Expression | None) -> str:
         case None:
             return ""
         case s.Number(value, unit):
-            return f"{value!r} {unit.text}" if unit else repr(value)
+            shown = repr(int(value)) if unit and float(value).is_integer() and abs(value) < 1e15 else repr(value)
+            return f"{shown} {unit.text}" if unit else shown
         case s.String(value):
             return '"' + value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
         case s.Boolean(value):
@@ -25,21 +26,21 @@ def write(e: s.Expression | None) -> str:
         case s.Reference(steps):
             return ".".join(step.name + indices(step.indices) for step in steps)
         case s.Unary(operator, operand):
-            return f"{operator}{' ' if operator.isalpha() else ''}{_inner(operand)}"
+            return f"{operator}{' ' if operator.isalpha() else ''}{inner(operand)}"
         case s.Binary():
             # Long sums associate to the left: written without recursion, with parentheses for lower precedence only.
             chain: list[str] = []
             while True:
-                chain += (_inner(e.right), e.operator)  # type: ignore[union-attr]
+                chain += (inner(e.right), e.operator)  # type: ignore[union-attr]
                 left = e.left  # type: ignore[union-attr]
                 if not (isinstance(left, s.Binary) and _PRECEDENCE[left.operator] == _PRECEDENCE[e.operator] != 6):  # type: ignore[union-attr]
-                    return " ".join([_inner(left), *reversed(chain)])
+                    return " ".join([inner(left), *reversed(chain)])
                 e = left
         case s.Choice(branches, otherwise):
             parts = " elseif ".join(f"{write(c)} then {write(v)}" for c, v in branches)
             return f"if {parts} else {write(otherwise)}"
         case s.Range(start, step, stop):
-            return ":".join(_inner(x) for x in (start, step, stop) if x is not None)
+            return ":".join(inner(x) for x in (start, step, stop) if x is not None)
         case s.Array(items, unit):
             return "{" + ", ".join(map(write, items)) + "}" + (f" {unit.text}" if unit else "")
         case s.Comprehension(item, iterators, unit):
@@ -68,7 +69,8 @@ _PRECEDENCE = {
 }
 
 
-def _inner(e: s.Expression) -> str:
+def inner(e: s.Expression) -> str:
+    """``e`` as an operand, in parentheses where it has operators."""
     return f"({write(e)})" if isinstance(e, s.Binary | s.Unary | s.Choice | s.Range) else write(e)
 
 

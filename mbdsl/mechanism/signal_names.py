@@ -107,17 +107,21 @@ class SignalNames:
         unit = self.expressions[name][1] if name in self.expressions else self.computed.get(name, "")
         return "" if unit == "1" else unit
 
-    def select(self, patterns: Iterable[str]) -> list[str]:
+    def select(self, patterns: str | Iterable[str]) -> list[str]:
         """Select signals by names and glob patterns, without duplicates.
 
         Raises
         ------
         UsageError
-            If a pattern matches no name.
+            If a pattern matches no name, or is no text.
         """
         names, chosen = self.names, {}
         known = dict.fromkeys(names)
-        for pattern in patterns:
+        if not isinstance(patterns, Iterable):
+            raise UsageError(f"found {patterns!r}, expected names of signals", hint='e.g. ["crank.phi", "O.f*"]')
+        for pattern in [patterns] if isinstance(patterns, str) else patterns:
+            if not isinstance(pattern, str):
+                raise UsageError(f"found {pattern!r} among the names of signals, expected a text")
             found = [pattern] if pattern in known else matching(pattern, names)
             if not found:
                 raise self.unknown(pattern)

@@ -110,7 +110,7 @@ def _run(variables: dict[str, Any], line: str, cell: str | None) -> Scene | Traj
     scene = parse_text(
         f"\n{cell}", FILE, dict(args.set), args.model, without=args.without, allow_imports=args.allow_imports
     )
-    for warning in build(scene).warnings:
+    for warning in (*scene.warnings, *build(scene).warnings):
         print(warning.render(), file=sys.stderr)
     variables[name] = scene
     return _simulated(variables, result, scene, args) if result else scene

@@ -1,4 +1,6 @@
-"""Result files. The suffix of a file's name selects the format; each format is a module of this package.
+"""Result files: ``columns, meta = mbdsl.results.read("run.csv")`` reads the signals as arrays, ``write`` writes them.
+
+The suffix of a file's name selects the format; each format is a module of this package.
 
 A format has ``SUFFIX``, ``write(stream, columns, units, meta)`` and ``read(path)``. It may have ``layout(path)`` for
 reading in parts (``mbdsl.results.stored``), ``mark(path, meta)``, called before the file gets its name, and
@@ -30,10 +32,22 @@ if TYPE_CHECKING:
     Columns = Mapping[str, np.ndarray] | Mapping[str, Column]
     Meta = Mapping[str, str | float | bool]
 
+__all__ = ["read", "write"]
+
+
+def __dir__() -> list[str]:
+    return [*__all__]
+
 
 @cache
 def formats() -> dict[str, ModuleType]:
-    """Suffix -> the module that reads and writes it."""
+    """List the formats of result files.
+
+    Returns
+    -------
+    dict
+        Suffix -> the module that reads and writes it.
+    """
     found = {}
     for info in pkgutil.iter_modules(__path__):
         module = importlib.import_module(f"{__name__}.{info.name}")
@@ -43,7 +57,16 @@ def formats() -> dict[str, ModuleType]:
 
 
 def format_of(path: str | os.PathLike) -> ModuleType:
-    """The module for the suffix of ``path``.
+    """Return the module of a format.
+
+    Parameters
+    ----------
+    path : path
+        A file; its suffix selects the format.
+
+    Returns
+    -------
+    module
 
     Raises
     ------

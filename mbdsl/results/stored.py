@@ -160,7 +160,7 @@ def open_result(path: str | os.PathLike) -> Result:
 
 def of_trajectory(trajectory: Any, label: str) -> Result:
     """The signals of a ``Trajectory``, which computes them on access."""
-    found = of_columns(label, trajectory.names, trajectory.unit, trajectory.__getitem__)
+    found = of_columns(label, trajectory.select(["*"]), trajectory.unit, trajectory.__getitem__)
     found.defaults = trajectory.default_names
     found.layout.meta.update(complete=trajectory.status == "done", status=trajectory.status)
     return found

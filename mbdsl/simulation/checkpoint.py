@@ -25,6 +25,7 @@ from mbdsl.errors import UsageError
 from mbdsl.integrators import backend
 from mbdsl.integrators.loop import linear_solve, loop_state
 from mbdsl.integrators.run import Integration
+from mbdsl.lang.given_values import seconds
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.storage.output_files import check, writing
@@ -52,7 +53,7 @@ class Checkpoint:
     ----------
     path : path
         Name of the file.
-    every : float, optional [s]
+    every : float or str, optional [s]
         Wall-clock time between two checkpoints.
     about : mapping, optional
         Further data to store in the file, serialisable as JSON.
@@ -64,6 +65,9 @@ class Checkpoint:
     every: float = EVERY
     about: Mapping[str, Any] = field(default_factory=dict)
     resumed: bool = False
+
+    def __post_init__(self) -> None:
+        self.every = seconds(self.every, "every")
 
 
 def of_run(given: Checkpoint | str | os.PathLike, model: object, asked: dict[str, Any]) -> Checkpoint:

@@ -120,7 +120,7 @@ def check_lines_of_centres(trajectory: Trajectory) -> None:
             continue
         law = expr(component.values[component.kind.coupling[0]])
         cam = coordinate(component.ports["frame_a"], "phi")
-        turned = substitute(law, lambda leaf, cam=cam: leaf + TURN if leaf == cam else None)
+        turned = substitute(law, {cam: cam + TURN}.get)
         change = values(system, [turned - law], trajectory.t, trajectory.q, trajectory.v)[0][jumps] / TURN
         wrong = np.flatnonzero(np.abs(change - np.round(change)) > 1e-6)
         if len(wrong):

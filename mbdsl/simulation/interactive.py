@@ -25,10 +25,12 @@ from mbdsl.integrators import backend, declared
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.run import MOST_OUTPUT, Integration
+from mbdsl.lang.given_values import seconds
 from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.simulation.failure_messages import check_bending, failure
+from mbdsl.simulation.given_initial_values import with_initial
 from mbdsl.simulation.input_values import Inputs
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, constrained
@@ -36,6 +38,7 @@ from mbdsl.simulation.present_signals import PresentSignals, Values
 from mbdsl.simulation.reader import Reader
 from mbdsl.simulation.saved_state import SavedState, restore, snapshot
 from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.storage.compilation_notice import announce_compilation
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
@@ -54,11 +57,12 @@ class Simulation:
     ----------
     model : Scene, Builder or path
         The mechanism.
-    step : float, optional [s]
-        Fixed step size. Default: the model's Step, else 1 ms. The model's Tolerance is not used.
+    step : float or str, optional [s]
+        Fixed step size; a number or a text such as "1 ms". Default: the model's Step, else 1 ms. The model's Tolerance
+        is not used.
     record : bool, optional
         Whether to store every state for ``trajectory``. Otherwise only the present state is stored.
-    method, start, options, force, general, without, parameters : optional
+    method, start, options, force, general, without, parameters, initial : optional
         As for ``mbdsl.simulate``; the method has to support fixed steps.
 
     Attributes
@@ -86,16 +90,18 @@ class Simulation:
         model: Scene | Builder | str | PathLike,
         *,
         method: str | None = None,
-        step: float | None = None,
-        start: float | None = None,
+        step: float | str | None = None,
+        start: float | str | None = None,
         options: Mapping[str, float | None] | None = None,
         force: bool = False,
         general: bool = False,
         without: Sequence[str] = (),
         parameters: Mapping[str, str | float] | None = None,
+        initial: Mapping[str, Any] | Trajectory | None = None,
         record: bool = True,
     ) -> None:
-        scene = as_scene(model, parameters, without)
+        scene = with_initial(as_scene(model, parameters, without), initial)
+        step, start = seconds(step, "step"), seconds(start, "start")
         said = scene.experiment
         self.method = method or said.method or DEFAULT_METHOD
         if "fixed" not in declared(self.method).steps or backend(self.method) is not None:
@@ -108,8 +114,9 @@ class Simulation:
         given = check_options(self.method, options or {}, constrained(scene), force)
         # no stop time: it lies 2^52 steps ahead
         plan = Plan(self.method, self.h, begin, begin + self.h * 2.0**52, np.array([]), given, general)
-        self._motion = Motion(scene, plan)
-        self._motion.prepare()
+        self._motion = motion = Motion(scene, plan)
+        announce_compilation(None, lambda: motion.is_compiled)
+        motion.prepare()
         self.system = self._motion.system
         self._record = record
         self.inputs = Inputs(scene)

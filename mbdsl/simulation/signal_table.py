@@ -195,7 +195,7 @@ def of_trajectory(trajectory: Trajectory) -> str:
     run += [count(stats["steps"], "step")] if stats.get("steps") else []
     run += [f"estimated error {stats['error']:.1e}"] if stats.get("error") else []
     names = trajectory.default_names
-    notes = [f"{len(names) - MOST} more coordinates and velocities"] if len(names) > MOST else []
+    notes = [f"{len(names) - MOST} more of its signals"] if len(names) > MOST else []
     notes += [f"{count(len(trajectory.names), 'signal')}: trajectory.signals lists them with units and meanings"]
     notes += [trajectory.message] if trajectory.message else []
     notes += [f"warning: {text}" for text in stats.get("warnings", ())]

@@ -18,6 +18,7 @@ from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.checkpoint import Checkpoint, Keeper, of_run
 from mbdsl.simulation.failure_messages import check_bending, check_left_out, check_lines_of_centres, failure, inaccurate
 from mbdsl.simulation.fixed_step_warnings import doubts
+from mbdsl.simulation.given_initial_values import as_mapping, with_initial
 from mbdsl.simulation.interrupts import deferred
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.misfits import misfits
@@ -26,7 +27,7 @@ from mbdsl.simulation.progress import Progress
 from mbdsl.simulation.streaming import Stream
 from mbdsl.simulation.tolerance_calibration import Found, calibrated
 from mbdsl.simulation.trajectory import Trajectory
-from mbdsl.storage import cache_folder
+from mbdsl.storage.compilation_notice import announce_compilation
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
@@ -64,6 +65,7 @@ def simulated(
     general: bool = False,
     without: Sequence[str] = (),
     parameters: Mapping[str, str | float] | None = None,
+    initial: Mapping[str, Any] | Trajectory | None = None,
     progress: Callable[[Progress], None] | None = None,
     announce: Callable[[str], None] | None = None,
     checkpoint: Checkpoint | str | PathLike | None = None,
@@ -81,7 +83,7 @@ def simulated(
         On Ctrl-C after the last step; the results are complete.
     """
     seconds, lap = _stopwatch()
-    scene = as_scene(model, parameters, without)
+    scene = with_initial(as_scene(model, parameters, without), initial)
     lap("parse")
     run = plan(scene, method, step, tol, start, stop, interval, options, force, general, times, stream is not None)
     if scene.experiment.tolerance is not None and run.tol is None and announce is not None:
@@ -92,8 +94,7 @@ def simulated(
     if not motion.plan.streamed:
         stream = None
     lap("build")
-    if announce is not None and not motion.is_compiled:
-        announce(cache_folder.compiling())
+    announce_compilation(announce, lambda: motion.is_compiled)
     motion.prepare(lap)
     if run.tol is not None and run.asked:
         far = motion.distance
@@ -106,6 +107,8 @@ def simulated(
         asked: dict[str, Any] = {"method": method, "step": step, "tol": tol, "start": start, "stop": stop}
         asked |= {"interval": interval, "options": dict(options or {})}
         asked |= {"times": None if times is None else np.asarray(times).tolist()}
+        if initial is not None:
+            asked["initial"] = as_mapping(scene, initial)
         asked |= {"force": force, "general": general, "parameters": dict(parameters or {}), "without": list(without)}
         keeper = Keeper(of_run(checkpoint, model, asked), motion, stream)
     motion.watch()

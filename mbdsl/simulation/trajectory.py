@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Iterable, Iterator, Sequence
 from os import PathLike
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.elements.kind import JointKind
-from mbdsl.expressions.symbolic import leaves
-from mbdsl.initial.consistent import Moved
-from mbdsl.mechanism.scene import ENERGIES, Scene
-from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
-from mbdsl.simulation import derived_signals
-from mbdsl.system.signals import values
-from mbdsl.system.system import System
+from mbdsl.errors import UsageError
+from mbdsl.lang.given_values import seconds
+from mbdsl.messages import count
+from mbdsl.simulation import result_file, time_slices
+from mbdsl.simulation.state_signals import StateSignals
 
 if TYPE_CHECKING:
     import pandas
@@ -30,11 +27,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-class Trajectory:
+class Trajectory(StateSignals):
     """States over time, and every signal of the model by name.
 
     ``trajectory["crank.phi"]`` is the (N,) array of a signal in SI units, ``trajectory["time"]`` that of the times;
-    ``trajectory.names`` lists the signals.
+    ``trajectory.names`` lists the signals. ``trajectory[["crank.phi", "crank.w"]]`` and ``trajectory["crank.*"]`` are
+    selections: trajectories of the same states that list, show and write these signals. ``trajectory[0.5:1.0]`` is the
+    part between two times, both included.
 
     Attributes
     ----------
@@ -60,39 +59,10 @@ class Trajectory:
         Redundant constraint rows, whose multipliers are zero.
     """
 
-    def __init__(
-        self,
-        system: System,
-        t: Array,
-        q: Array,
-        v: Array,
-        lam: Array | None,
-        stats: dict,
-        moved: tuple[Moved, ...] = (),
-        left_out: tuple[int, ...] = (),
-        inputs: Mapping[str, Array] | None = None,
-    ) -> None:
-        self.system, self.t, self.q, self.v, self.stats, self.moved = system, t, q, v, stats, moved
-        self.left_out = left_out
-        self.inputs = dict(inputs or {})
-        self._lam = lam
-        self.message = ""
-        self.undetermined: list[float] = []
-        self._known: dict[str, Array] = {}
-
-    @property
-    def scene(self) -> Scene:
-        """The model."""
-        return self.system.scene
-
-    @property
-    def status(self) -> str:
-        """One of "done", "interrupted", "failed", or "inaccurate" if the tolerance was not reached."""
-        return self.stats["status"]
-
     def __repr__(self) -> str:
         span = f"{self.t[0]:g} ... {self.t[-1]:g} s" if len(self.t) else "empty"
-        return f"<Trajectory of {self.scene.name}: {len(self.t)} points, {span}, {self.status}>"
+        chosen = "" if self._chosen is None else f"{count(len(self._chosen), 'signal')}, "
+        return f"<Trajectory of {self.scene.name}: {chosen}{count(len(self.t), 'point')}, {span}, {self.status}>"
 
     def _repr_html_(self) -> str:
         from mbdsl.simulation.signal_table import of_trajectory
@@ -102,211 +72,74 @@ class Trajectory:
     def __len__(self) -> int:
         return len(self.t)
 
-    def __getstate__(self) -> dict:
-        """The state without signals, which are computed again on access."""
-        found = {k: x for k, x in vars(self).items() if not isinstance(getattr(type(self), k, None), cached_property)}
-        return {**found, "_known": {}}
-
     # -- names -------------------------------------------------------------------------------------------------
-    @cached_property
-    def _names(self) -> SignalNames:
-        return SignalNames(self.scene)
-
     @property
     def names(self) -> list[str]:
-        """Names of all signals, "time" first."""
-        return self._names.names
+        """Names of all signals, or of those of a selection, "time" first."""
+        return self._names.names if self._chosen is None else ["time", *self._chosen]
 
     @property
     def signals(self) -> Signals:
-        """Names of all signals with units and meanings; ``print`` and notebooks show a table."""
+        """The signals in ``names`` with units and meanings; ``print`` and notebooks show a table."""
         from mbdsl.simulation.signal_table import signals
 
         return signals(self)
 
     @property
     def default_names(self) -> list[str]:
-        """Names of the coordinates and velocities of all bodies."""
-        return self._names.defaults
+        """Names of the coordinates and velocities of all bodies, or of the signals of a selection."""
+        return self._names.defaults if self._chosen is None else [*self._chosen]
 
     @property
     def elastic_names(self) -> list[str]:
-        """Names of the coordinates of bodies that deform and of their rates."""
-        return self._names.elastic
+        """Names of the coordinates of bodies that deform and of their rates; none for a selection."""
+        return self._names.elastic if self._chosen is None else []
 
-    def select(self, patterns: Iterable[str]) -> list[str]:
-        """Select signals by their names.
+    # -- parts -------------------------------------------------------------------------------------------------
+    def __iter__(self) -> Iterator[str]:
+        """The ``names``, without "time"."""
+        return iter(self.names[1:])
 
-        Parameters
-        ----------
-        patterns : iterable of str
-            Names and glob patterns such as "crank.*"; in ``q[1]`` the brackets are an index.
+    @overload
+    def __getitem__(self, key: str) -> Any: ...  # an array, or a selection for a pattern
+    @overload
+    def __getitem__(self, key: slice | Sequence[str]) -> Trajectory: ...
+    def __getitem__(self, key: str | slice | Sequence[str]) -> Array | Trajectory:
+        """A signal by its name, a selection by a pattern or a list, or the part between two times."""
+        if isinstance(key, str):
+            if key not in self._known and key not in self and set(key) & set("*?"):
+                return self._selected([key])
+            return self._signal(key)
+        if isinstance(key, slice):
+            kept = time_slices.rows(self.t, key)
+            whole = (self, kept) if self.turns else None
+            return self._with({**time_slices.part({**vars(self), "turns": self.turns}, kept), "_whole": whole})
+        if isinstance(key, (list, tuple)) and all(isinstance(name, str) for name in key):
+            return self._selected(key)
+        hint = "`trajectory.q[k]` is row k of the coordinates; `trajectory.state(time)` is the state at a time"
+        raise UsageError(f"found [{key!r}], expected a name, a list of names or a slice of times [0.5:1.0]", hint=hint)
 
-        Returns
-        -------
-        list of str
-            Names that match at least one pattern, without duplicates.
+    def _ipython_key_completions_(self) -> list[str]:
+        """What a notebook offers after ``trajectory["``."""
+        return self.select("*")
 
-        Raises
-        ------
-        UsageError
-            If a pattern matches no name.
-        """
-        return self._names.select(patterns)
+    def _with(self, attributes: dict[str, Any]) -> Trajectory:
+        """A trajectory of this class with these attributes, which may include computed ones."""
+        found = object.__new__(type(self))
+        vars(found).update(attributes)
+        return found
 
-    def unit(self, name: str) -> str:
-        """Return the SI unit of a signal.
+    def _selected(self, patterns: Iterable[str]) -> Trajectory:
+        chosen = tuple(name for name in self.select(patterns) if name != "time")
+        return self._with({**vars(self), "_chosen": chosen})
 
-        Parameters
-        ----------
-        name : str
-            Name of a signal.
-
-        Returns
-        -------
-        str
-            "" if the signal is a pure number or its unit is unknown.
-        """
-        return self._names.unit(name)
-
-    # -- values ------------------------------------------------------------------------------------------------
-    def __contains__(self, name: str) -> bool:
-        return name in self._names
-
-    def __getitem__(self, name: str) -> Array:
-        if name == "time":
-            return self.t
-        if name not in self._known:
-            if name in self._names.expressions:
-                root = self._names.expressions[name][0]
-                lam = self._multipliers([leaf.value for leaf in leaves(root) if leaf.op == "multiplier"])
-                (value,) = values(self.system, [root], self.t, self.q, self.v, lam, self.inputs)
-                self._known[name] = np.array(value)
-                self._known[name].flags.writeable = False
-            elif name in self._names.computed:
-                self._compute(name)
-            else:
-                raise self._names.unknown(name)
-        return self._known[name]
-
-    def is_at_hand(self, name: str) -> bool:
-        """Whether a signal is known without solving the equations of motion for accelerations and multipliers.
-
-        Parameters
-        ----------
-        name : str
-            Name of a signal.
-
-        Returns
-        -------
-        bool
-            False also if there is no such signal.
-        """
-        if name in self._known or name == "time":
-            return True
-        if name not in self._names.expressions:
-            return name in self._names.computed and name.rpartition(".")[2] not in ACCELERATIONS
-        needed: list = [leaf.value for leaf in leaves(self._names.expressions[name][0]) if leaf.op == "multiplier"]
-        if not needed or "lam" in vars(self):
-            return True
-        columns = [self.system.tables.multipliers[key] - self.system.n for key in needed]
-        return self._lam is not None and not np.isnan(self._lam[:, columns]).any()
-
-    def supply(self, values: Mapping[str, Array]) -> None:
-        """Set signals whose values are stored elsewhere, so that they are not computed again.
-
-        Parameters
-        ----------
-        values : mapping of str to (N,)
-            Name -> values; names that are no signals are ignored.
-        """
-        self._known.update(
-            {name: np.asarray(x, float) for name, x in values.items() if name != "time" and name in self}
-        )
-
-    def _compute(self, name: str) -> None:
-        owner, key = name.rsplit(".", 1)
-        if name in ENERGIES:
-            found = derived_signals.flexible_energies(self.system, self.t, self.q, self.v, self.inputs)
-            self._known.update(zip(ENERGIES, found, strict=True))
-            return
-        if key in ACCELERATIONS:
-            d, body = self.system.tables.coordinates[owner], self.system.tables.models[owner]
-            if body.deforms:
-                a = derived_signals.centre_accelerations(self.system, owner, self.q, self.v, self.a)
-            else:
-                a = self.a[:, d : d + body.n]
-            self._known.update({f"{owner}.{which}": a[:, k] for k, which in enumerate(ACCELERATIONS) if k < a.shape[1]})
-            return
-        if owner in self._names.flexible:
-            k = self.system.tables.coordinates[owner] + int(key[key.index("[") + 1 : -1]) - 1
-            self._known[name] = (self.v if key.startswith("dq") else self.q)[:, k]
-            return
-        Phi, dPhi, Gam = self._constraints
-        tables, component = self.system.tables, self.scene.components[owner]
-        assert isinstance(component.kind, JointKind)
-        for k in range(component.kind.rows):
-            row = tables.rows[owner] + k
-            self._known[f"{owner}.Phi[{k + 1}]"] = Phi[:, row]
-            self._known[f"{owner}.dPhi[{k + 1}]"] = dPhi[:, row]
-        for k in range(len(component.velocity_constraints)):
-            self._known[f"{owner}.Gam[{k + 1}]"] = Gam[:, tables.velocity_rows[owner] - self.system.m + k]
-
-    @cached_property
-    def _motion(self) -> tuple[Array, Array]:
-        """Accelerations (N, n) and multipliers (N, m + p) that satisfy the equations of motion at each (t, q, v)."""
-        a, lam, undetermined = derived_signals.motion(self.system, self.t, self.q, self.v, self.left_out, self._numbers)
-        self.undetermined += undetermined
-        return a, lam
-
-    @cached_property
-    def _numbers(self) -> dict[int, Array]:
-        """Inputs and reference angles (N,) that the equations depend on, by their index in the table F."""
-        tables = self.system.tables
-        found = {tables.inputs[name]: value for name, value in self.inputs.items() if name in tables.inputs}
-        return found | {tables.models[body].counter: angle for body, angle in self.turns.items()}
-
-    @cached_property
-    def turns(self) -> dict[str, Array]:
-        """Reference angles (N,) for counting turns, by body, for bodies whose coordinates do not contain the turns."""
-        return derived_signals.turns(self.system, self.t, self.q, self.v)
-
-    @property
-    def a(self) -> Array:
-        """Generalised accelerations (N, n) [m/s2, rad/s2], from the equations of motion at each (t, q, v)."""
-        return self._motion[0]
-
-    @cached_property
-    def lam(self) -> Array:
-        """Multipliers (N, m + p), in the order of ``system.constraint_names()``.
-
-        The constraint force is -Phi_q^T lam - Gam_v^T nu, where lam and nu are the first m and the last p columns.
-        Multipliers that the method does not compute (those of welds), or computes at a lower order than q and v, are
-        found from the equations of motion at (t, q, v) on first access.
-        """
-        if self._lam is None:
-            return self._motion[1]
-        missing = np.isnan(self._lam).all(axis=0)
-        return np.where(missing, self._motion[1], self._lam) if missing.any() else self._lam
-
-    def _multipliers(self, needed: list) -> Array | None:
-        """``lam``, or the method's own multipliers if these contain all that are ``needed``; None if none is needed."""
-        if not needed or self._lam is None or not len(self.t):
-            return self.lam if needed else None
-        own = self._lam[0, [self.system.tables.multipliers[key] - self.system.n for key in needed]]
-        return self.lam if np.isnan(own).any() else self._lam
-
-    @cached_property
-    def _constraints(self) -> tuple[Array, Array, Array]:
-        """Phi (N, m), Phi_q v + Phi_t (N, m), Gam (N, p)."""
-        return derived_signals.residuals(self.system, self.t, self.q, self.v, self._numbers)
-
-    def state(self, time: float) -> tuple[Array, Array]:
+    def state(self, time: float | str) -> tuple[Array, Array]:
         """Return the stored state nearest to a time.
 
         Parameters
         ----------
-        time : float [s]
+        time : float or str [s]
+            A number, or a text with a unit such as "10 ms".
 
         Returns
         -------
@@ -315,16 +148,17 @@ class Trajectory:
         v : (n,) [m/s, rad/s]
             Velocities.
         """
-        k = int(np.abs(self.t - time).argmin())
+        k = int(np.abs(self.t - seconds(time, "time")).argmin())
         return self.q[k], self.v[k]
 
-    def to_dict(self, patterns: Iterable[str] | None = None) -> dict[str, Array]:
+    # -- other forms -------------------------------------------------------------------------------------------
+    def to_dict(self, patterns: str | Iterable[str] | None = None) -> dict[str, Array]:
         """Return signals as arrays.
 
         Parameters
         ----------
-        patterns : iterable of str, optional
-            As for ``select``. Default: coordinates and velocities of all bodies.
+        patterns : str or iterable of str, optional
+            As for ``select``. Default: coordinates and velocities of all bodies, or the signals of a selection.
 
         Returns
         -------
@@ -339,12 +173,38 @@ class Trajectory:
         chosen = self.select(patterns) if patterns is not None else self.default_names
         return {"time": self.t, **{name: self[name] for name in chosen if name != "time"}}
 
-    def to_pandas(self, patterns: Iterable[str] | None = None) -> pandas.DataFrame:
+    def to_numpy(self, patterns: str | Iterable[str] | None = None) -> Array:
+        """Return signals as the columns of an array.
+
+        Parameters
+        ----------
+        patterns : str or iterable of str, optional
+            As for ``to_dict``.
+
+        Returns
+        -------
+        (N, k) array
+            One column a signal in SI units, without the time.
+
+        Raises
+        ------
+        UsageError
+            If a pattern matches no name.
+        """
+        _, *columns = self.to_dict(patterns).values()
+        return np.column_stack(columns) if columns else np.zeros((len(self.t), 0))
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        if copy is False:
+            raise ValueError("the columns of a trajectory are copied into an array")
+        return self.to_numpy().astype(dtype or float, copy=False)
+
+    def to_pandas(self, patterns: str | Iterable[str] | None = None) -> pandas.DataFrame:
         """Return signals as a data frame; requires pandas.
 
         Parameters
         ----------
-        patterns : iterable of str, optional
+        patterns : str or iterable of str, optional
             As for ``to_dict``.
 
         Returns
@@ -355,19 +215,22 @@ class Trajectory:
         Raises
         ------
         UsageError
-            If a pattern matches no name.
+            If a pattern matches no name, or pandas is not installed.
         """
-        import pandas
+        try:
+            import pandas
+        except ImportError as problem:
+            raise _not_installed("pandas") from problem
 
         data = self.to_dict(patterns)
         return pandas.DataFrame({k: v for k, v in data.items() if k != "time"}, index=pandas.Index(self.t, name="time"))
 
-    def to_xarray(self, patterns: Iterable[str] | None = None) -> xarray.Dataset:
+    def to_xarray(self, patterns: str | Iterable[str] | None = None) -> xarray.Dataset:
         """Return signals as a data set; requires xarray.
 
         Parameters
         ----------
-        patterns : iterable of str, optional
+        patterns : str or iterable of str, optional
             As for ``to_dict``.
 
         Returns
@@ -378,13 +241,59 @@ class Trajectory:
         Raises
         ------
         UsageError
-            If a pattern matches no name.
+            If a pattern matches no name, or xarray is not installed.
         """
-        import xarray
+        try:
+            import xarray
+        except ImportError as problem:
+            raise _not_installed("xarray") from problem
 
         data = self.to_dict(patterns)
         variables = {k: ("time", v, {"units": self.unit(k)}) for k, v in data.items() if k != "time"}
         return xarray.Dataset(variables, coords={"time": ("time", self.t, {"units": "s"})})
+
+    def save(
+        self, path: str | PathLike, patterns: str | Iterable[str] | None = None, *, row_of_units: bool = False
+    ) -> None:
+        """Write signals to a result file, as ``mbdsl simulate --output`` does.
+
+        Parameters
+        ----------
+        path : path
+            The file; its suffix (.csv, .npz, .mat, .nc) selects the format.
+        patterns : str or iterable of str, optional
+            As for ``to_dict``.
+        row_of_units : bool, optional
+            Write a second row with the units, in a format that contains none otherwise (.csv).
+
+        Raises
+        ------
+        UsageError
+            If a pattern matches no name, the suffix is unknown, or the file cannot be written.
+        """
+        result_file.save(self, path, patterns, row_of_units)
+
+    def to_csv(
+        self, path: str | PathLike, patterns: str | Iterable[str] | None = None, *, row_of_units: bool = False
+    ) -> None:
+        """Write signals to a CSV file; see ``save``.
+
+        Parameters
+        ----------
+        path : path
+            The file, with the suffix .csv.
+        patterns, row_of_units : optional
+            As for ``save``.
+
+        Raises
+        ------
+        UsageError
+            If a pattern matches no name, the path has another suffix, or the file cannot be written.
+        """
+        if Path(path).suffix.lower() != ".csv":
+            hint = "`save` selects the format by the suffix"
+            raise UsageError(f"found `{path!s}` for a CSV file, expected the suffix .csv", hint=hint)
+        self.save(path, patterns, row_of_units=row_of_units)
 
     def plot(
         self,
@@ -401,7 +310,8 @@ class Trajectory:
         Parameters
         ----------
         patterns : str or iterable of str, optional
-            As for ``select``. Default: the coordinates of the first three bodies, without constant ones.
+            As for ``select``. Default: the coordinates of the first three bodies, without constant ones, or the
+            signals of a selection.
         others : iterable of Trajectory or path, optional
             Further results and result files in the same plot.
         against : str, optional
@@ -433,6 +343,7 @@ class Trajectory:
                 results.append(of_trajectory(other, other.scene.name))
             else:
                 results.append(open_result(other))
+        patterns = self._chosen if patterns is None else patterns
         chosen = [patterns] if isinstance(patterns, str) else None if patterns is None else list(patterns)
         found = plot(results, chosen, against=against, difference=difference, spectrum=spectrum)
         if out is not None:
@@ -479,3 +390,7 @@ class Trajectory:
         if path is not None:
             found.save(path)
         return found
+
+
+def _not_installed(package: str) -> UsageError:
+    return UsageError(f"{package} is not installed", hint=f"pip install 'mbdsl[{package}]'")

@@ -33,7 +33,8 @@ HANDED = "MBDSL_CACHE_OWN"  #: variable by which a process passes its temporary 
 
 TEMPORARY = re.compile(r"mbdsl-cache-(\d{1,9})-\w+")
 VERSION = re.compile(r"\d[\w.+]*-py\d+-[0-9a-f]{16}")
-CODE = re.compile(r"(\w+)\.(?:o|py|ordinary)")
+CODE = re.compile(r"(\w+)\.(?:o|bc|py|ordinary)")
+MACHINE_CODE = (".o", ".bc")  #: suffixes of objects, and of pieces of them
 NUMBA = re.compile(r"[0-9a-f]{16}")
 RUN = re.compile(r"[0-9a-f]{32}(?:-[0-9a-f]{12})?\.npz")
 PART = re.compile(r"\.?[\w.-]+\.\d+\.\d+\.part")
@@ -190,7 +191,7 @@ def _contents(path: Path) -> bytes | None:
 
 def _note_use(path: Path) -> None:
     """Record a use for the order of removal; file systems rarely store times of access."""
-    if path.suffix == ".o":
+    if path.suffix in MACHINE_CODE:
         with suppress(OSError):
             if path.stat().st_mtime < time.time() - FORGOTTEN:
                 os.utime(path)
@@ -204,7 +205,7 @@ def keep(name: str, data: bytes) -> Path | None:
     path = folder / name
     try:
         fault = _write(path, data)
-        if not fault and path.suffix == ".o":
+        if not fault and path.suffix in MACHINE_CODE:
             prune(folder)
     except OSError as problem:
         fault = f"cannot write `{path}` ({problem.strerror or problem})"

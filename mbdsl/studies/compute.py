@@ -12,24 +12,26 @@ from mbdsl.errors import MbdslError
 from mbdsl.simulation.progress import Progress
 from mbdsl.simulation.simulate import simulated
 from mbdsl.simulation.trajectory import Trajectory
+from mbdsl.storage.compilation_notice import silent
 from mbdsl.studies.cases import ENDS, Case, Setting, output_interval
 from mbdsl.studies.store import OUT_OF_MEMORY, OUT_OF_TIME, Computed
 
 
 def simulate_case(of: Setting, case: Case, progress=None, announce=None) -> Trajectory:
     """The trajectory of a case."""
-    return simulated(
-        of.scene,
-        method=case.method,
-        step=case.step,
-        tol=case.tol,
-        start=of.start,
-        stop=of.stop,
-        interval=output_interval(of, case),
-        options=dict(case.options),
-        progress=progress,
-        announce=announce,
-    )
+    with silent():  # the first run of a study announces the compilation
+        return simulated(
+            of.scene,
+            method=case.method,
+            step=case.step,
+            tol=case.tol,
+            start=of.start,
+            stop=of.stop,
+            interval=output_interval(of, case),
+            options=dict(case.options),
+            progress=progress,
+            announce=announce,
+        )
 
 
 def compute(of: Setting, case: Case, limit: float = math.inf, announce=None) -> Computed:

@@ -11,6 +11,7 @@ import numpy as np
 
 from mbdsl.errors import UsageError
 from mbdsl.integrators import available
+from mbdsl.lang.given_values import seconds, values
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import (
@@ -48,21 +49,21 @@ class Asked:
     ----------
     methods : sequence of str, optional
         Names of integration methods. Default: all.
-    steps : sequence of float, optional [s]
-        Fixed step sizes. Default: a ladder around the model's own step.
-    tols : sequence of float, optional
+    steps : sequence of float or str, optional [s]
+        Fixed step sizes, as numbers or as texts such as "1 ms". Default: a ladder around the model's own step.
+    tols : sequence of float or str, optional
         Tolerances of runs with error-controlled steps. Default: a ladder.
     signals : sequence of str, optional
         Patterns of signals to measure, in addition to positions, velocities, reactions, energy and constraints.
     reference : str or path, optional
         "auto" to compute the reference solution, or a result file.
-    stop : float, optional [s]
+    stop : float or str, optional [s]
         Stop time. Default: the model's.
     parameters, without : optional
         As for ``mbdsl.simulate``.
     repeats : int, optional
         Number of timed runs of each case, in alternation; their median is reported.
-    budget : float, optional [s]
+    budget : float or str, optional [s]
         Time limit of the study. Runs beyond it are skipped and reported as such.
     workers : int, optional
         Number of processes for runs that are not timed. Default: the number of cores.
@@ -93,6 +94,9 @@ class Asked:
     announce: Callable[[str], None] | None = None
 
     def __post_init__(self) -> None:
+        self.stop, self.budget = seconds(self.stop, "stop"), seconds(self.budget, "budget")
+        self.steps = values(self.steps, "s", "steps")
+        self.tols = values(self.tols, "1", "tols")
         if self.repeats < 1:
             raise UsageError(f"repeats = {self.repeats}: a time needs one run or more")
         if not self.budget > 0.0:

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mbdsl.errors import MbdslError
+from mbdsl.errors import MbdslError, UsageError
+from mbdsl.lang.given_values import seconds
 from mbdsl.plotting.figures import Table
 from mbdsl.simulation.progress import Progress
 from mbdsl.simulation.trajectory import Trajectory
@@ -112,7 +113,7 @@ def verify(
     general: bool = False,
     progress: Callable[[Progress], None] | None = None,
     announce: Callable[[str], None] | None = None,
-    budget: float | None = None,
+    budget: float | str | None = None,
 ) -> Verification:
     """Repeat a run with another method and compare signals at the output times.
 
@@ -124,7 +125,7 @@ def verify(
         Names of signals.
     general, progress, announce : optional
         As for ``mbdsl.simulate``.
-    budget : float, optional [s]
+    budget : float or str, optional [s]
         Time limit of the second run. Default: ten times that of the first, and at least 10 s. A run with fixed steps
         that reaches the limit is compared up to there.
 
@@ -134,9 +135,14 @@ def verify(
 
     Raises
     ------
+    UsageError
+        If the trajectory does not begin at the start of its run.
     KeyboardInterrupt
         If the second run is interrupted.
     """
+    budget = seconds(budget, "budget")
+    if not trajectory._from_start:
+        raise UsageError("a part of a run cannot be repeated", hint="verify the whole trajectory")
     stats = trajectory.stats
     h, tol = stats["h"], stats["tol"]
     method = of_another_family(stats["method"], "fixed" if tol is None else "controlled") or stats["method"]

@@ -9,7 +9,7 @@ those of Phi first; in what follows, ``lam`` is this vector.
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar
@@ -64,8 +64,11 @@ class System:
     _built: tuple[bool, float | None] = (False, None)  #: further arguments of ``build``
 
     def __reduce__(self) -> tuple:
-        """Pickled as the arguments of ``build``, without compiled code."""
-        return build, (self.scene, None, *self._built)
+        """Pickled as the arguments of ``build``, and the inputs and reference angles that are set; no compiled code."""
+        turns = {name: body.turn for name, body in self.tables.models.items() if body.turn}
+        there = [*self.tables.inputs.values(), *(b.counter for b in self.tables.models.values() if b.counter >= 0)]
+        numbers = {} if self._work is None else {at: float(self._work.numbers[at]) for at in there}
+        return _rebuilt, (self.scene, self._built, turns, numbers)
 
     def __repr__(self) -> str:
         return f"<System of {self.scene.name}: n = {self.n}, m = {self.m}, p = {self.p}>"
@@ -466,3 +469,15 @@ def build(
     mechanism = graph if graph is not None else build_graph(scene)
     code = emit.emit(tables.blocks, tables.has_tape, 2)
     return System(scene, mechanism, tables, code, _built=(general, size))
+
+
+def _rebuilt(
+    scene: Scene, built: tuple[bool, float | None], turns: Mapping[str, float], numbers: Mapping[int, float]
+) -> System:
+    """A pickled System."""
+    system = build(scene, None, *built)
+    for name, angle in turns.items():
+        system.set_turn(name, angle)
+    for at, value in numbers.items():
+        system.set_number(at, value)
+    return system

@@ -70,5 +70,5 @@ def test_every_type_and_function_is_in_the_page():
     from mbdsl.lang.functions import FUNCTIONS
     from mbdsl.lang.units import _PLAIN, _PREFIXED
 
-    words = set(re.findall(r"[A-Za-z][A-Za-z0-9]*", (ROOT / "docs" / "language.md").read_text(encoding="utf-8")))
+    words = set(re.findall(r"[A-Za-z][A-Za-z0-9_]*", (ROOT / "docs" / "language.md").read_text(encoding="utf-8")))
     assert {*TYPES, *FUNCTIONS, *_PLAIN, *_PREFIXED} <= words

@@ -48,14 +48,94 @@ def test_long_expressions():
     assert through(x) is x
 
 
+AGAIN = pytest.mark.parametrize("again", [through, copy.deepcopy, copy.copy], ids=["pickle", "deepcopy", "copy"])
+
+
+def same(one, other):
+    """Whether two trajectories have the same settings, and the same bits of every signal."""
+    assert (one.status, one.message, one.stats) == (other.status, other.message, other.stats)
+    assert (one.names, one.moved) == (other.names, other.moved)
+    for signal in other.select("*"):
+        np.testing.assert_array_equal(one[signal], other[signal])
+
+
+@AGAIN
 @pytest.mark.parametrize("name", ["slider_crank", "flexible_pendulum", "chaplygin_sleigh"])
-def test_trajectories(name):
+def test_trajectories(name, again):
     found = mbdsl.simulate(MODELS / f"{name}.mbd", stop=0.01)
-    again = through(found)
-    assert (again.status, again.message, again.stats) == (found.status, found.message, found.stats)
-    assert (again.names, again.moved) == (found.names, found.moved)
+    same(again(found), found)
+
+
+@AGAIN
+def test_parts_of_trajectories(again):
+    found = mbdsl.simulate(MODELS / "slider_crank.mbd", stop=0.01)
+    for part in (found["crank.*"], found[0.002:0.007], found[["O.fx"]][:"5 ms"]):
+        same(again(part), part)
+
+
+@AGAIN
+def test_revolutions_that_no_coordinate_contains(again):
+    """A cable stores the directions of its ends; the number of its turns belongs to the System."""
+    found = mbdsl.simulate(MODELS / "flexible_pendulum.mbd", stop=0.01, initial={"cable.phi": "400 deg"})
+    assert found["pin.phi"][0] == pytest.approx(np.radians(400.0), rel=1e-9)
+    same(again(found), found)
+    part = found[0.002:0.007]
     for signal in found.names:
-        np.testing.assert_array_equal(again[signal], found[signal])
+        np.testing.assert_array_equal(part[signal], found[signal][100:351])
+    same(again(part), part)
+    t, q, v = found.t[-1], found.q[-1], found.v[-1]
+    for one, other in zip(again(found.system).evaluate(t, q, v), found.system.evaluate(t, q, v), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+#: of the structure of that in test_stepping.py, so that its code is compiled once
+ARM = """
+model Arm
+  input Torque u(start = 0.5 N.m);
+  Ground ground;
+  Rod arm(m = 1 kg, length = 1 m);
+  Revolute pin(ground, arm.a);
+  Torque motor(ground, arm.a, tau = u);
+end Arm;
+"""
+
+
+@AGAIN
+def test_systems(again):
+    """Values and derivatives, bit for bit, with the inputs that are set."""
+    system = mbdsl.Simulation(mbdsl.parse(ARM), step=1e-3).system
+    system.set_input("u", 3.5)
+    other = again(system)
+    assert (other.scene, other.names()) == (system.scene, system.names())
+    for one in (system, other):
+        one.kernels(2)  # those of the Simulation
+    state = (0.1, np.arange(1.0, system.n + 1), np.arange(2.0, system.n + 2))
+    for one, two in zip(other.evaluate(*state), system.evaluate(*state), strict=True):
+        np.testing.assert_array_equal(one, two)
+    for name in ("Phi_q", "stiffness", "damping", "M"):
+        given = state if name in ("stiffness", "damping") else state[:2]
+        np.testing.assert_array_equal(getattr(other, name)(*given), getattr(system, name)(*given))
+
+
+def run(model, **given):
+    """Run in a worker."""
+    return mbdsl.simulate(model, **given)
+
+
+def test_results_cross_processes():
+    """Trajectories, selections and equilibria that a spawned process computes have the bits of those of this one."""
+    path = MODELS / "slider_crank.mbd"
+    given = {"stop": "10 ms", "step": "1 ms"}
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        first = pool.submit(run, path, **given)
+        second = pool.submit(run, mbdsl.load(path), signals=["O.fx"], **given)
+        third = pool.submit(mbdsl.static, path)
+        for there, here in ((first, run(path, **given)), (second, run(path, signals=["O.fx"], **given))):
+            found = there.result()
+            seconds = found.stats.pop("seconds"), here.stats.pop("seconds")
+            assert seconds[0].keys() == seconds[1].keys()
+            same(found, here)
+        np.testing.assert_array_equal(third.result().q, mbdsl.static(path).q)
 
 
 def test_a_model_of_the_builder_runs_the_same_when_it_comes_back():

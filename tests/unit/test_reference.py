@@ -43,7 +43,8 @@ def documented():
         for key, thing in own.items():
             yield f"{name}.{key}" if inspect.ismodule(found) else name, thing
             if inspect.isclass(thing):
-                for method, member in vars(thing).items():
+                own_bases = [base for base in reversed(thing.__mro__) if base.__module__.startswith("mbdsl.")]
+                for method, member in (item for base in own_bases for item in vars(base).items()):
                     if method[0] != "_" and isinstance(member, FunctionType | property | cached_property):
                         yield f"{name}.{method}", member
 

@@ -26,7 +26,8 @@ TOKENS = (
     "model end for in loop if then else elseif parameter constant Real Integer Boolean String Mass Frame Ground Body "
     "Rod Revolute SpringDamper Torque Table extends import connect equation initial annotation experiment each final "
     "inner outer connector partial guess fixed true false and or not M A x y k N i ground rod J m length phi s v tau "
-    "force frame_a a b c time der sin sqrt size fill sum 1 2 0 3 -1 1e9 0.3 kg m/s2 deg N.m ( ) [ ] { } ; , . : = == "
+    "force frame_a a b c time noEvent assert when n r FixedTranslation BodyBox Modelica.Math.sin Joints.Revolute "
+    "der sin sqrt size fill sum 1 2 0 3 -1 1e9 0.3 kg m/s2 deg N.m ( ) [ ] { } ; , . : = == "
     '<> < > + - * / ^ "text" "other.mbd" // /* */'
 ).split()
 

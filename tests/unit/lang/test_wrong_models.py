@@ -1,17 +1,21 @@
-"""Every wrong model of tests/data/wrong gives exactly the message in the file of the same name.
+"""Every wrong model of tests/data/wrong gives exactly the message in the file of the same name, and every wrong input
+of tests/data/wrong_inputs.txt the message below it.
 
 To accept changed messages, after reading them: ``python tests/unit/lang/test_wrong_models.py``.
 """
 
 import os
+import re
 from pathlib import Path
 
 import pytest
 
 from mbdsl.errors import MbdslError
-from mbdsl.lang.load import load
+from mbdsl.lang.load import load, parse_text
 
 FOLDER = Path(__file__).parents[2] / "data" / "wrong"
+INPUTS = FOLDER.parent / "wrong_inputs.txt"
+WHOLE = re.compile(r"(import|model|package|within|record|function)\b")  #: how an input begins that is a whole text
 MODELS = sorted(p.stem for p in FOLDER.glob("*.mbd"))
 
 
@@ -61,6 +65,85 @@ def test_messages_differ():
         said[text] = name
 
 
+# -- inputs in one model ------------------------------------------------------------------------------------------
+
+
+def read_inputs():
+    """The head of the file with the model around the inputs; title -> (input, message)."""
+    head, *entries = re.split(r"^## ", INPUTS.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    found = {}
+    for title, typed, expected in (re.fullmatch(r"(.*)\n((?s:.*))----\n((?s:.*))\n\n", e).groups() for e in entries):
+        assert title not in found
+        found[title] = typed, expected
+    return head, found
+
+
+HEAD, TYPED = read_inputs()
+AROUND = HEAD[HEAD.index("model ") : HEAD.index("end Cart;")]
+
+
+def message_about(typed: str) -> str:
+    """The error about an input, else the warnings."""
+    text = typed if WHOLE.match(typed) else f"{AROUND}{typed}end Cart;\n"
+    try:
+        return "\n".join(warning.render() for warning in parse_text(text, "cart.mbd").warnings) or "no error"
+    except MbdslError as problem:
+        return problem.render()
+
+
+@pytest.mark.parametrize("title", TYPED)
+def test_message_about_an_input(title):
+    typed, expected = TYPED[title]
+    assert message_about(typed) == expected
+
+
+@pytest.mark.parametrize("title", TYPED)
+def test_message_shows_the_place_and_what_is_right(title):
+    _, expected = TYPED[title]
+    first, line, caret, *rest = expected.splitlines()
+    assert re.match(r"cart\.mbd:[0-9]+:[0-9]+: (error|warning): ", first)
+    assert caret.strip().strip("^") == ""
+    assert rest or re.search("expected|missing|must|has elements|already|takes|is false", first)
+    marked = line[caret.index("^") : caret.rindex("^") + 1]
+    assert not marked or marked.strip() or caret.strip() == "^"  # a caret behind the last word marks what is missing
+
+
+def test_inputs_of_all_people():
+    people = {title.partition(":")[0] for title in TYPED}
+    assert people == {"Modelica user", "Adams engineer", "teacher", "researcher", "impatient person"}
+    assert len(TYPED) >= 105
+
+
+REMEDY = re.compile(r"`((?:Frame|Body|Rod|SpringDamper|Rotational\w+|Prismatic|Revolute|Fixed|Force|Bushing) [^`]*;)`")
+REMEDIES = {
+    title: REMEDY.findall(expected.splitlines()[-1])
+    for title, (_, expected) in TYPED.items()
+    if REMEDY.search(expected.splitlines()[-1])
+}
+
+
+@pytest.mark.parametrize("title", REMEDIES)
+def test_remedies_are_text_of_the_language(title):
+    """Declarations in remedies are accepted as they are, where they hold all values."""
+    code = " ".join(REMEDIES[title])
+    if "..." in code or "x, y" in code or "body.c" in code:
+        return
+    if code.startswith(("SpringDamper s(k", "RotationalSpringDamper friction(c", "Bushing")):  # connected by `connect`
+        code = code.replace("(", "(world, rod.b, ", 1)
+    typed = "" if title != "Modelica user: an axis of a prismatic joint" else "Body slider(m = 1, I = 1);"
+    assert parse_text(f"{AROUND}{typed}{code}\nend Cart;\n").components
+
+
+def test_there_are_remedies_with_declarations():
+    assert len(REMEDIES) > 15
+
+
+def write_inputs() -> None:
+    texts = [f"## {title}\n{typed}----\n{message_about(typed)}\n\n" for title, (typed, _) in TYPED.items()]
+    INPUTS.write_text(HEAD + "".join(texts), encoding="utf-8")
+
+
 if __name__ == "__main__":
+    write_inputs()
     for model in MODELS:
         (FOLDER / f"{model}.txt").write_text(message(model), encoding="utf-8")

@@ -156,7 +156,7 @@ def test_a_builder(read):
     shown = read(b._repr_html_())
     rows = by_name(shown.tables[0])
     assert list(rows) == ["ground", "k", "rod[1]", "push"]
-    assert rows["rod[1]"] == ["Rod", "m = 2.0 kg, length = 0.5", "a rod"] and rows["k"][1:] == ["= 2.0 N/mm", EVIL]
+    assert rows["rod[1]"] == ["Rod", "m = 2 kg, length = 0.5", "a rod"] and rows["k"][1:] == ["= 2 N/mm", EVIL]
     assert rows["push"][1].startswith("ground, rod[1].b, fx = ")
     assert "script" not in shown.tags and repr(b).startswith("<Builder of A") and "4 declarations" in repr(b)
 

@@ -1,0 +1,51 @@
+"""``assert(condition, "text")`` in the equation section: a condition that is known before the start is checked."""
+
+from __future__ import annotations
+
+from mbdsl.errors import ModelError
+from mbdsl.lang import syntax as s
+from mbdsl.lang import values
+from mbdsl.lang.evaluate import evaluate
+from mbdsl.lang.scope import Scope
+from mbdsl.lang.source import span_of
+from mbdsl.lang.unparse import write
+
+
+def is_assertion(item: s.Relation) -> bool:
+    """Whether an equation is ``assert(...)``."""
+    return item.right is None and isinstance(item.left, s.Call) and write(item.left.function) == "assert"
+
+
+def check(item: s.Relation, scope: Scope) -> None:
+    """Check an assertion.
+
+    Raises
+    ------
+    ModelError
+        If its condition is false, varies in time, or is no condition.
+    """
+    call = item.left
+    assert isinstance(call, s.Call)
+    given = [a.value for a in call.arguments if a.value is not None]
+    if not 2 <= len(given) <= 3:
+        raise ModelError(
+            f"assert() takes a condition and a text, found {len(given)} arguments",
+            span_of(call.at),
+            'write `assert(L > 0, "L must be positive");`',
+        )
+    condition = given[0]
+    decided = evaluate(condition, scope.for_signals())
+    if isinstance(decided, tuple) or not decided.boolean:
+        raise ModelError(
+            f"assert() takes a condition (true or false), found {values.describe(decided)}", span_of(condition.at)
+        )
+    if decided.varying:
+        raise ModelError(
+            "this condition varies in time; only conditions that are known before the start can be checked",
+            span_of(condition.at),
+            "write the condition as a variable and check its results, or delete this line",
+        )
+    if bool(getattr(decided.value, "value", decided.value)):
+        return
+    text = given[1].value if isinstance(given[1], s.String) else write(given[1])
+    raise ModelError(f"the assertion `{write(condition)}` is false: {text}", span_of(condition.at))

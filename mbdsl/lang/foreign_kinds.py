@@ -1,0 +1,200 @@
+"""Kinds of Modelica (and some of Adams) without the same meaning here, and what to write instead."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from mbdsl.lang import syntax as s
+from mbdsl.lang.foreign_names import planar
+from mbdsl.lang.unparse import write
+
+#: end of a name -> the kind here, and its parameters by the names there
+_RENAMED: dict[str, tuple[str, dict[str, str]]] = {
+    "Spring": ("SpringDamper", {"c": "k", "s_unstretched": "s0"}),
+    "Damper": ("SpringDamper", {"d": "c"}),
+    "SpringDamperParallel": ("SpringDamper", {"c": "k", "d": "c", "s_unstretched": "s0"}),
+    "WorldForce": ("Force", {}),
+    "WorldTorque": ("Torque", {}),
+    "RevolutePlanarLoopConstraint": ("Revolute", {}),
+    "IdealRolling": ("RollingDisc", {"R": "radius"}),
+    "RollingWheel": ("RollingDisc", {"radius": "radius"}),
+    "Beam": ("FlexibleBeam", {}),
+    "Link": ("Rod", {}),
+    "Bar": ("Rod", {}),
+    "RigidBody": ("Body", {"Izz": "I", "Jzz": "I", "mass": "m", "inertia": "I"}),
+    "Hinge": ("Revolute", {}),
+    "Pin": ("Revolute", {}),
+    "RevoluteJoint": ("Revolute", {}),
+    "PrismaticJoint": ("Prismatic", {}),
+    "Slider": ("Prismatic", {}),
+    "Translational": ("Prismatic", {}),
+    "Weld": ("Fixed", {}),
+    "Motion": ("RotationalDriver", {}),
+    "Motor": ("RotationalDriver", {}),
+    **{
+        f"{axis}.Components.{name}": (f"{axis}SpringDamper", {"c": "k", "d": "c", "s_rel0": "s0", "phi_rel0": "phi0"})
+        for axis in ("Rotational", "Translational")
+        for name in ("Spring", "Damper", "SpringDamper")
+    },
+    "Rotational.Sources.Position": ("RotationalDriver", {}),
+    "Rotational.Sources.Speed": ("RotationalVelocityDriver", {}),
+    "Translational.Sources.Position": ("TranslationalDriver", {}),
+    "Translational.Sources.Speed": ("TranslationalVelocityDriver", {}),
+}
+_EXPRESSION = "there are no blocks: write the expression where its value is used, as in `tau = 3 N.m*sin(2*time)`"
+_SENSOR = "sensors are not needed: signals such as `rod.b.x`, `pin.phi` and `pin.fx` can be used and written directly"
+#: a part of a name -> what to write instead
+_TEXTS = {
+    "Blocks.Interfaces": "an input is declared `input Real u;`, an output `Real y = ...;`",
+    "Blocks": _EXPRESSION,
+    "Sensors": _SENSOR,
+    "Spherical": "in the plane it is a Revolute",
+    "Universal": "in the plane it is a Revolute",
+    "Cylindrical": "in the plane it is a Prismatic",
+    "JointRRR": "use three Revolute joints and two bodies",
+    "JointRRP": "use two Revolute joints, a Prismatic and the bodies between them",
+    "Inertia": "a rotor is a Body on a Revolute: `Body rotor(m = 1 kg, I = 0.1 kg.m2);`",
+    "Translational.Components.Mass": "a sliding mass is a Body on a Prismatic",
+    "Rotational.Components.Fixed": "the frame of the ground is the name of the ground",
+    "Flange_a": "there are no flanges: connectors are frames, `Frame name;`",
+    "Flange_b": "there are no flanges: connectors are frames, `Frame name;`",
+    "Forces.Force": "it acts on both frames there, and on frame_b only here: write `Force f(rod.b, fx = ...);`",
+    "Gravity": "gravity belongs to the ground: `Ground ground(g = 9.81 m/s2);`",
+    **dict.fromkeys(("double", "float", "var", "let", "num"), "write `Real`"),
+    "int": "write `Integer`",
+    "bool": "write `Boolean`",
+    "string": "write `String`",
+    "str": "write `String`",
+}
+
+#: where the ports of a declaration lead: port -> name of a frame, and whether a body has it; "" -> the ground
+Ends = Callable[[str], tuple[str, bool] | None]
+
+
+def instead(d: s.Declaration, ends: Ends) -> str | None:
+    """What to write instead of a declaration with a type that mbdsl does not have; None if it is unknown there, too."""
+    parts = d.type.split(".")
+    suffixes = [".".join(parts[i:]) for i in range(len(parts))]
+    given = {a.name: a.value for a in d.arguments if a.name and a.value is not None}
+    for suffix in suffixes:
+        if suffix in _MADE:
+            return _MADE[suffix](d.name, given, ends)
+        if suffix in _RENAMED and not (len(parts) == 1 and "." in suffix):
+            return f"write `{_renamed(d, *_RENAMED[suffix])}`"
+        if suffix in _TEXTS:
+            return _TEXTS[suffix]
+    found = next((part for part in ("Blocks.Interfaces", "Blocks", "Sensors") if f".{part}." in f".{d.type}"), None)
+    return _TEXTS[found] if found else None
+
+
+def _renamed(d: s.Declaration, name: str, names: dict[str, str]) -> str:
+    shown = []
+    for a in d.arguments:
+        if a.value is not None:
+            shown.append(f"{names.get(a.name, a.name)} = {write(a.value)}" if a.name else write(a.value))
+    return f"{name} {d.name}({', '.join(shown) or '...'});"
+
+
+def _translation(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    """A frame at one end; the other end is then the frame of a body."""
+    r, first, second = planar(given.get("r")), ends("frame_a"), ends("frame_b")
+    if first is not None and first[1]:
+        return f"write `Frame {name}({first[0]}, r = {r});`, and `{name}` instead of `{name}.frame_b`"
+    if second is not None and second[1]:
+        return f"write `Frame {name}({second[0]}, r = -{r});`, and `{name}` instead of `{name}.frame_a`"
+    if first is not None and second is not None:
+        return f"a link between two joints is a body: write `Rod {name}(m = ..., length = ...);`"
+    return f"a frame at a distance is fixed to a body: write `Frame {name}(body.c, r = {r});`"
+
+
+def _fixed(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    angle = f", phi = {write(given['phi'])}" if "phi" in given else ""
+    where = f"r = {planar(given.get('r'))}{angle}" if given else "r = {x, y}"
+    world = ends("")
+    return (
+        f"write `Frame {name}({world[0] if world else 'ground'}, {where});`, and `{name}` instead of `{name}.frame_b`"
+    )
+
+
+def _rotation(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    first = ends("frame_a")
+    angle = write(given["alpha"]) if "alpha" in given else "..."
+    if "angle" in given:  # in degrees
+        given_angle = write(given["angle"])
+        angle = f"{given_angle} deg" if isinstance(given["angle"], s.Number) else f"({given_angle})*(1 deg)"
+    return f"write `Frame {name}({first[0] if first and first[1] else 'body.c'}, phi = {angle});`"
+
+
+def _shape(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    inertia = next((write(given[key]) for key in ("I_33", "I") if key in given), "...")
+    com = f", com = {planar(given['r_CM'])}" if "r_CM" in given else ""
+    m = write(given["m"]) if "m" in given else "..."
+    return f"write `Body {name}(m = {m}, I = {inertia}{com}, frames(a = {{0, 0}}, b = {planar(given.get('r'))}));`"
+
+
+def _box(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    size = [_number(given.get(key)) for key in ("width", "height", "density")]
+    width, height, density = size[0], size[1] or size[0], size[2] or 7700.0
+    length = _length(given.get("r"))
+    if length is None or width is None or height is None:
+        return f"write `Body {name}(m = ..., I = m*(length^2 + width^2)/12, length = ...);`"
+    m = density * length * width * height
+    return _bar(name, m, m * (length**2 + width**2) / 12.0, length, density)
+
+
+def _cylinder(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    diameter, density = _number(given.get("diameter")), _number(given.get("density")) or 7700.0
+    length = _length(given.get("r"))
+    if length is None or diameter is None:
+        return f"write `Body {name}(m = ..., I = m*(length^2/12 + diameter^2/16), length = ...);`"
+    m = density * math.pi * diameter**2 / 4.0 * length
+    return _bar(name, m, m * (length**2 / 12.0 + diameter**2 / 16.0), length, density)
+
+
+def _bar(name: str, m: float, inertia: float, length: float, density: float) -> str:
+    return (
+        f"write `Body {name}(m = {m:.6g} kg, I = {inertia:.6g} kg.m2, length = {length:.6g} m);`, "
+        f"for the density {density:g} kg/m3"
+    )
+
+
+def _bushing(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    def value(key: str) -> str:
+        return write(given[key]) if key in given else "0"
+
+    shown = f"k = {{{value('c_x')}, {value('c_y')}}}, c = {{{value('d_x')}, {value('d_y')}}}"
+    shown += f", k_phi = {value('c_phi')}" if "c_phi" in given else ""
+    shown += f", c_phi = {value('d_phi')}" if "d_phi" in given else ""
+    return f"write `Bushing {name}({shown});`, whose frames coincide where it is relaxed"
+
+
+def _marker(name: str, given: dict[str, s.Expression], ends: Ends) -> str:
+    first = ends("frame_a")
+    return f"a point of a body is a frame: write `Frame {name}({first[0] if first else 'body'}, r = {{x, y}});`"
+
+
+_MADE: dict[str, Callable[[str, dict[str, s.Expression], Ends], str]] = {
+    "Parts.SpringDamper": _bushing,
+    "Marker": _marker,
+    "FixedTranslation": _translation,
+    "FixedRotation": _rotation,
+    "Parts.Fixed": _fixed,
+    "BodyShape": _shape,
+    "BodyBox": _box,
+    "BodyCylinder": _cylinder,
+}
+
+
+def _number(e: s.Expression | None) -> float | None:
+    if isinstance(e, s.Number):
+        return e.value * (e.unit.factor if e.unit is not None else 1.0)
+    return None
+
+
+def _length(e: s.Expression | None) -> float | None:
+    if not isinstance(e, s.Array):
+        return None
+    found = [_number(item) for item in e.items]
+    factor = e.unit.factor if e.unit is not None else 1.0
+    return math.hypot(*found) * factor if None not in found else None  # type: ignore[arg-type]

@@ -1,0 +1,205 @@
+"""Names of Modelica (and some of Adams): those with the same meaning here, and what to write instead of the others."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from mbdsl.lang import syntax as s
+from mbdsl.lang.unparse import write
+
+# -- accepted --------------------------------------------------------------------------------------------------------
+
+#: other names of kinds
+KINDS = {"World": "Ground", "PlanarWorld": "Ground"}
+#: the end of a name in a package -> the kind or type with the same meaning
+_QUALIFIED = {
+    "MultiBody.World": "Ground",
+    "PlanarMechanics.PlanarWorld": "Ground",
+    "Parts.Body": "Body",
+    "Parts.PointMass": "PointMass",
+    "Joints.Revolute": "Revolute",
+    "Joints.Prismatic": "Prismatic",
+    "Joints.FreeMotion": "FreeMotion",
+    "Forces.Torque": "Torque",
+    "Interfaces.Frame": "Frame",
+    "Interfaces.Frame_a": "Frame_a",
+    "Interfaces.Frame_b": "Frame_b",
+}
+#: packages whose functions are known without the package
+_FUNCTION_PACKAGES = ("Modelica.Math.", "Modelica.Units.Conversions.", "Modelica.SIunits.Conversions.")
+#: functions of conversions -> the unit; their names begin with from_ or to_
+CONVERSIONS = {"deg": "deg", "rpm": "rpm", "kmh": "km/h"}
+#: constant -> (value, unit)
+CONSTANTS = {
+    "Modelica.Constants.pi": (math.pi, "1"),
+    "Modelica.Constants.e": (math.e, "1"),
+    "Modelica.Constants.D2R": (math.pi / 180.0, "1"),
+    "Modelica.Constants.R2D": (180.0 / math.pi, "1"),
+    "Modelica.Constants.g_n": (9.80665, "m/s2"),
+}
+#: models without content, which `extends` may name
+ICONS = "Modelica.Icons."
+#: attributes of signals without an effect
+NO_EFFECT = ("displayUnit",)
+
+
+def kind(name: str) -> str:
+    """The name here of a kind or type: that at the end of ``Modelica.Mechanics.MultiBody.Joints.Revolute``."""
+    name = _QUALIFIED.get(".".join(name.split(".")[-2:]), name) if "." in name else name
+    return KINDS.get(name, name)
+
+
+def function(name: str) -> str:
+    """The name here of the function ``name``."""
+    package = next((p for p in _FUNCTION_PACKAGES if name.startswith(p)), "")
+    return name[len(package) :]
+
+
+def frame_of_body(name: str, frames: Sequence[str], is_frame: bool, centred: bool) -> str | None:
+    """The frame of a body that Modelica calls ``frame_a`` or ``frame_b``; None if there is none."""
+    own = {"frame_a": "a", "frame_b": "b"}.get(name)
+    if own is None or own in frames:
+        return own
+    return "c" if is_frame or (name == "frame_a" and centred) else None
+
+
+#: ports by the names that the ends of bodies have
+PORTS = {"a": "frame_a", "b": "frame_b"}
+
+# -- refused: functions, constants and members -----------------------------------------------------------------------
+
+_EVENTS = "mbdsl has no events: use an `if` expression in a law"
+_SIGNALS = "signals are named directly: `rod.b.x`, `pin.phi`, `pin.w`"
+#: function -> what to write instead
+FUNCTIONS = {
+    **dict.fromkeys(("pre", "edge", "change", "sample", "reinit", "initial", "terminal"), _EVENTS),
+    "delay": "values of the past are not available; use a Table or a law of time",
+    "semiLinear": "write `(if x >= 0 then k1*x else k2*x)`",
+    "homotopy": "write its first argument alone",
+    "Vectors.length": "write `hypot(x, y)`",
+    "Vectors.norm": "write `hypot(x, y)`",
+    "norm": "write `hypot(x, y)`",
+    "cross": "write the component along z: `x1*y2 - y1*x2`",
+    "rem": "write `mod(x, y)` for positive numbers",
+    "String": "texts cannot be made of numbers",
+    "pow": "a power is written `x^y`",
+    "sqr": "a square is written `x^2`",
+    "arctan": "write `atan(x)`",
+    "arctan2": "write `atan2(y, x)`",
+    "arcsin": "write `asin(x)`",
+    "arccos": "write `acos(x)`",
+    **dict.fromkeys(("radians", "deg2rad", "DTOR"), "give the number its unit: `30 deg`"),
+    **dict.fromkeys(("degrees", "rad2deg", "RTOD"), "divide by a degree: `pin.phi/(1 deg)`"),
+    **dict.fromkeys(("step", "STEP", "heaviside"), "write `(if time < t1 then a else b)`, or use a Table for a ramp"),
+    **dict.fromkeys(("STEP5", "AKISPL", "CUBSPL"), 'use a Table with `smoothness = "cubic"`'),
+    **dict.fromkeys(("IMPACT", "BISTOP"), "use TranslationalStop, RotationalStop or CircleContact"),
+    **dict.fromkeys(("DX", "DY", "DM", "VX", "VY", "VM", "VR", "AZ", "WZ", "FX", "FY", "TZ"), _SIGNALS),
+}
+#: member of a component or frame -> what to write instead
+MEMBERS = {
+    **dict.fromkeys(("r_0", "r"), "its position is x and y"),
+    **dict.fromkeys(("v_0",), "its velocity is vx and vy"),
+    **dict.fromkeys(("a_0",), "its acceleration is ax and ay, in results"),
+    **dict.fromkeys(("w_a", "w_rel", "w_rel_a"), "its angular velocity is w"),
+    **dict.fromkeys(("R", "phi_rel", "angle"), "its angle is phi"),
+    "z_a": "its angular acceleration is alpha, in results",
+    "s_rel": "its distance or position is s",
+    "v_rel": "its velocity is v",
+    "f": "forces are fx and fy of joints, `force` of springs",
+    "t": "torques are tau of joints, `torque` of springs",
+    **dict.fromkeys(
+        ("axis", "support", "flange", "flange_a", "flange_b"),
+        "there are no flanges: drivers and springs are attached to the joint, as in `RotationalDriver d(pin, ...)`",
+    ),
+}
+#: parameter -> its name here
+_SAME = {
+    "r_CM": "com",
+    **dict.fromkeys(("I_33", "I_zz", "Izz", "J", "inertia"), "I"),
+    **dict.fromkeys(("s_unstretched", "s_rel0", "l0", "L0"), "s0"),
+    **dict.fromkeys(("phi_rel0", "phi_offset"), "phi0"),
+    **dict.fromkeys(("L", "l"), "length"),
+    "mass": "m",
+    "stiffness": "k",
+    "damping": "c",
+    "R": "radius",
+}
+_LEFT_OUT = "leave it out: it has no effect on the motion"
+_INITIAL = "initial values stand under `initial equation`, as in `rod.phi = 30 deg;`"
+#: parameter -> what to write instead
+PARAMETERS = {
+    **dict.fromkeys(
+        ("I_11", "I_22", "I_21", "I_31", "I_32"), "leave it out: a planar body has one moment of inertia, `I`"
+    ),
+    **dict.fromkeys(("k_x", "c_x", "d_x"), "use a Bushing: `k = {kx, ky}`, `c = {cx, cy}`"),
+    **dict.fromkeys(("animation", "animate", "enableAnimation"), f"{_LEFT_OUT}; an empty `Shape()` hides a body"),
+    **dict.fromkeys(("stateSelect", "enforceStates", "useQuaternions"), "leave it out: coordinates are not selected"),
+    **dict.fromkeys(
+        ("useAxisFlange", "useFlange"),
+        "leave it out: drivers and springs are attached to the joint, as in `RotationalDriver d(pin, ...)`",
+    ),
+    **dict.fromkeys(("r_0", "v_0", "w_0_start", "angles_start", "angles_fixed", "phi_start", "w_start"), _INITIAL),
+    "gravityType": "leave it out: gravity is uniform",
+    "density": "give the mass `m`",
+    **dict.fromkeys(
+        ("height", "color", "sphereDiameter", "cylinderDiameter"), "shapes are in `annotation(Shape(...))`"
+    ),
+}
+
+
+def parameter(known: Sequence[str], name: str, given: Mapping[str, s.Expression]) -> str | None:
+    """The remedy for the parameter ``name`` of a kind with the parameters ``known``; ``given`` are those given."""
+    if (same := _SAME.get(name)) in known:
+        return f"write `{same} = {planar(given[name])}`" if name in given else f"it is called `{same}` here"
+    if name == "d" and "k" in known and "c" in known:
+        stiffness = f"k = {write(given['c'])}, " if "c" in given and "k" not in given else ""
+        damping = write(given["d"]) if "d" in given else "..."
+        return f"here `k` is the stiffness and `c` the damping: write `{stiffness}c = {damping}`"
+    return PARAMETERS.get(name)
+
+
+def constant(name: str) -> str:
+    """The remedy for an unknown name in the package Modelica."""
+    if name.startswith("Modelica.Constants."):
+        return f"known are {', '.join(c.rpartition('.')[2] for c in CONSTANTS)}; for others write the number"
+    return "known are Modelica.Math, Modelica.Constants, Modelica.Units and the joints and bodies of MultiBody"
+
+
+# -- vectors ---------------------------------------------------------------------------------------------------------
+
+
+def in_braces(e: s.Expression | None, shape: tuple[int, ...]) -> str | None:
+    """A vector of the plane that was given in ``shape``, as the language writes it; None for other shapes."""
+    if shape == (3,):
+        return planar(e)
+    if shape == (1, 2) and isinstance(e, s.Array) and isinstance(e.items[0], s.Array):
+        return write(s.Array(e.items[0].items, e.unit))
+    return None
+
+
+def planar(e: s.Expression | None) -> str:
+    """A vector as it is written in the plane: {1, 0, 0} as {1, 0}."""
+    if isinstance(e, s.Array) and len(e.items) == 3 and e.unit is None:
+        e = s.Array(e.items[:2])
+    return write(e) if e is not None else "{x, y}"
+
+
+def axis(kind_name: str, owner: str, n: Sequence[float], frames: Sequence[str]) -> str | None:
+    """The remedy for an axis ``n`` of a joint; "" if the joint has this axis, None if it cannot have an axis."""
+    if kind_name == "Revolute":
+        if tuple(n) == (0, 0, 1):
+            return ""
+        if tuple(n) == (0, 0, -1):
+            return "angles are counter-clockwise; exchange its frames to reverse the sign"
+        return "mbdsl is planar: joints turn about z"
+    if kind_name != "Prismatic" or len(n) not in (2, 3) or not any(n[:2]) or any(n[2:]):
+        return None
+    if n[0] > 0 and n[1] == 0:
+        return ""
+    angle = math.degrees(math.atan2(n[1], n[0]))
+    first, second = frames if len(frames) == 2 else ("...", "...")
+    return (
+        f"it slides along the x axis of frame_a: write `Frame {owner}_axis({first}, phi = {angle:g} deg);` and "
+        f"`Prismatic {owner}({owner}_axis, {second}, phi0 = {-angle:g} deg);`"
+    )

@@ -1,0 +1,178 @@
+"""Typing mistakes whose cause is not the token that the grammar refuses: the caret points to the cause."""
+
+from __future__ import annotations
+
+import re
+
+from mbdsl.errors import ModelError, SyntaxProblem
+from mbdsl.lang import syntax as s
+from mbdsl.lang import units
+from mbdsl.lang.lexer import NUMBER, Token
+from mbdsl.lang.source import Source, span_of
+from mbdsl.lang.unparse import write
+
+#: keywords of Modelica that mbdsl does not have; they may be names, and are mentioned where they break the syntax
+_FOREIGN = {
+    "algorithm": "mbdsl has no algorithms: a model is components, connections and expressions",
+    "class": "write `model`",
+    "block": "write `model`",
+    "package": 'a file is already a collection of models: leave the package out, use `import "file.mbd";`',
+    "function": "mbdsl has no user-defined functions; use expressions, or a Table",
+    "record": "mbdsl has no records: write `model`, or plain parameters",
+    "within": "mbdsl has no packages: leave the `within` clause out",
+    "when": "mbdsl has no events: use an `if` expression in a law",
+    "while": "mbdsl has no algorithms: use `for i in 1:N loop ... end for;`",
+    "redeclare": "components cannot be redeclared, only their values modified",
+    "replaceable": "components cannot be redeclared, only their values modified",
+    "output": "every quantity can be written out: use `mbdsl simulate --signals`",
+    "flow": "connectors are frames: write `connector Frame name;`",
+    "stream": "connectors are frames: write `connector Frame name;`",
+    "discrete": "mbdsl has no events",
+    "external": "mbdsl calls no external code",
+}
+#: terminals that begin an argument or an element of an array
+_ARGUMENTS = frozenset("NAME NUMBER STRING EACH FINAL LBRACE LMATRIX TRUE FALSE NOT".split())
+_CLOSING = frozenset("RPAR RBRACE RSQB".split())
+_WHOLE = re.compile(r"(?<![0-9A-Za-z_.])[0-9]+,\Z")
+
+
+def earlier_mistake(
+    token: Token, expected: set[str], before: list[Token], following: Token, source: Source
+) -> SyntaxProblem | None:
+    """The error for a mistake before ``token``; None if there is none of these."""
+    statement = _statement(before)
+    for word in [*statement[-3:], token]:
+        if word.type == "NAME" and word.text in _FOREIGN:
+            return _at(word, word, source, f"`{word.text}` is not part of mbdsl", _FOREIGN[word.text])
+    previous = before[-1] if before else None
+    if previous is None:
+        return None
+    return (
+        _assignment(token, previous, expected, statement, following, source)
+        or _decimal_comma(token, before, following, source)
+        or _unit_in_parts(token, previous, following, source)
+        or _missing_comma(token, before, expected, following, source)
+    )
+
+
+def _assignment(
+    token: Token, previous: Token, expected: set[str], statement: list[Token], following: Token, source: Source
+) -> SyntaxProblem | None:
+    """``:=`` and ``==`` where ``=`` is meant, and ``**``."""
+    for colon, equal in ((previous, token), (token, following)):
+        if colon.type == "COLON" and equal.type == "EQUAL" and colon.end == equal.start:
+            return _at(colon, equal, source, "`:=` is an assignment, which mbdsl does not have", "write `=`")
+    double = next((t for t in statement if t.text == "=="), None)
+    if double is not None and token.type == "SEMICOLON" and "EQUAL" in expected:
+        return _at(double, double, source, "found `==`, a comparison, expected `=`", "a value is given with `=`")
+    if token.type == previous.type == "STAR" and previous.end == token.start:
+        return _at(previous, token, source, "`**` is not part of mbdsl", "a power is written `^`")
+    return None
+
+
+def _decimal_comma(token: Token, before: list[Token], following: Token, source: Source) -> SyntaxProblem | None:
+    """``2,5 kg``"""
+    parts = [*before[-2:], token] if token.type == "NUMBER" else [before[-1], token, following]
+    if [t.type for t in parts] != ["NUMBER", "COMMA", "NUMBER"]:
+        return None
+    first, comma, last = parts
+    if first.end != comma.start or comma.end != last.start or not first.text.isdigit():
+        return None
+    number = source.text[first.start : last.end]
+    return _at(first, last, source, f"`{number}` has a decimal comma", _point(number))
+
+
+def misread_argument(e: s.Expression, after_name: bool) -> ModelError | None:
+    """The error for an argument without a name, perhaps after one with a name; None if it may be meant as it is."""
+    match e:
+        case s.Binary("==", s.Reference((_,)) as name, value):
+            sign = "=="
+        case s.Range(s.Reference((_,)) as name, None, value):
+            sign = ":"
+        case s.Number() if after_name and (numbers := number_with_comma(e)) is not None:
+            return ModelError(f"`{numbers}` has a decimal comma", span_of(e.at), _point(numbers))
+        case _:
+            return None
+    name, value = write(name), text_of(value)
+    return ModelError(f"found `{sign}` after `{name}`, expected `=`", span_of(e.at), f"write `{name} = {value}`")
+
+
+def number_with_comma(e: s.Number) -> str | None:
+    """The text ``2,5 kg`` that ends with ``e``; None if there is no decimal comma."""
+    if e.at is None:
+        return None
+    source, start, end = e.at
+    found = _WHOLE.search(source.text, max(0, start - 40), start)
+    return found[0] + source.text[start:end] if found and source.text[start].isdigit() else None
+
+
+def text_of(e: s.Expression) -> str:
+    """``e`` as it was typed; without a source as the language writes it."""
+    return e.at[0].text[e.at[1] : e.at[2]] if isinstance(e, s.Number) and e.at is not None else write(e)
+
+
+def _point(number: str) -> str:
+    return f"write `{number.replace(',', '.')}`"
+
+
+def _unit_in_parts(token: Token, previous: Token, following: Token, source: Source) -> SyntaxProblem | None:
+    """``5 N m``, ``2 [kg]``"""
+    if previous.type != "NUMBER" or following.type == "EQUAL":
+        return None
+    bare = NUMBER.fullmatch(previous.text) is not None
+    if token.type in ("LSQB", "LMATRIX") and bare:
+        unit = units.scan(source.text, following.start)
+        if unit is not None and source.text[unit[1] : unit[1] + 1] == "]":
+            right = f"{previous.text} {unit[0].text}"
+            return _at(token, token, source, "found `[` after a number", f"a unit has no brackets: write `{right}`")
+    if token.type == "NAME" and not bare and (unit := units.scan(source.text, token.start)) is not None:
+        right = f"{previous.text}.{unit[0].text}"
+        if units.parse(right[len(NUMBER.match(right)[0]) :].strip()) is not None:  # type: ignore[index]
+            end = token._replace(end=unit[1])
+            return _at(previous, end, source, "a unit contains no blanks", f"write `{right}`")
+    return None
+
+
+def _missing_comma(
+    token: Token, before: list[Token], expected: set[str], following: Token, source: Source
+) -> SyntaxProblem | None:
+    """``Rod rod(m = 1 kg length = 1 m)``"""
+    if "COMMA" not in expected or not expected & _CLOSING or token.type not in _ARGUMENTS:
+        return None
+    previous = first = before[-1]
+    for dot, name in zip(before[-2::-2], before[-3::-2], strict=False):
+        if dot.type != "DOT":
+            break
+        first = name
+    certain = following.type == "EQUAL" or token.type in ("EACH", "FINAL")
+    if previous.type == "NUMBER" and token.type == "NAME" and not certain:
+        return None  # an unknown unit
+    missing = "`,`" if certain else "`,` or an operator"
+    behind = source.span(previous.end, previous.end + 1)
+    whole = previous._replace(text=source.text[first.start : previous.end])
+    return SyntaxProblem(f"{missing} is missing between {show(whole)} and {show(token)}", behind)
+
+
+def _statement(tokens: list[Token]) -> list[Token]:
+    """The tokens after the last end of a statement or section; a description ends it, too."""
+    for i in range(len(tokens) - 1, -1, -1):
+        if tokens[i].type in ("SEMICOLON", "STRING", "EQUATION", "LOOP", "THEN", "ELSE", "PUBLIC", "PROTECTED"):
+            return tokens[i + 1 :]
+    return tokens
+
+
+def _at(first: Token, last: Token, source: Source, message: str, hint: str | None) -> SyntaxProblem:
+    return SyntaxProblem(message, source.span(first.start, last.end), hint)
+
+
+def line_of(source: Source, at: int) -> int:
+    """The number of the line at the offset ``at``, from 0."""
+    return source.text.count("\n", 0, at)
+
+
+def show(token: Token) -> str:
+    """A token in a message."""
+    if token.type == "$END":
+        return "the end of the text"
+    text = token.text if len(token.text) <= 40 else token.text[:37] + "..."
+    return text if token.type == "STRING" else f"`{text}`"

@@ -1,0 +1,49 @@
+"""Remedies for values of a wrong dimension: a missing unit, or a unit with operators such as ``3 kg*m^2``."""
+
+from __future__ import annotations
+
+from mbdsl.lang import syntax as s
+from mbdsl.lang import units
+from mbdsl.lang.typing_mistakes import text_of
+from mbdsl.lang.units import NUMBER, Dimension
+from mbdsl.lang.unparse import inner, write
+
+_TIME = units.dimension("s")
+
+
+def remedy(found: Dimension, expected: Dimension, unit: str, e: s.Expression | None) -> str | None:
+    """What to write instead of ``e``, whose dimension is not that of ``unit``; None if that cannot be guessed."""
+    if e is None:
+        return None
+    if (written := one_word(e)) is not None and units.parse(written[1]).dimension == expected:  # type: ignore[union-attr]
+        return f"a unit is one word without `*`: write `{written[0]}`"
+    if isinstance(e, s.Number) or not unit:
+        return None
+    if found == NUMBER:
+        return f"give it a unit: `1 {unit}*{inner(e)}`"
+    if found == _TIME and expected != _TIME and "time" in write(e):
+        return f"give the time a rate: `1 {unit}/s*{inner(e)}`"
+    return None
+
+
+def one_word(e: s.Expression) -> tuple[str, str] | None:
+    """``3 kg*m^2`` as ``3 kg.m2`` and its unit; None if ``e`` is not a number with such a unit."""
+    factors = []
+    while isinstance(e, s.Binary) and e.operator in ("*", "/"):
+        factor, exponent = e.right, ""
+        match factor:
+            case s.Binary("^", base, s.Number(int() as power, None)):
+                factor, exponent = base, str(power)
+        match factor:
+            case s.Reference((s.Step(name, ()),)) if units.symbol(name) is not None:
+                factors.append((e.operator, name + exponent))
+            case _:
+                return None
+        e = e.left
+    if not factors or not isinstance(e, s.Number) or (e.unit is None and factors[-1][0] == "/"):
+        return None
+    unit = e.unit.text if e.unit is not None else ""
+    for operator, factor in reversed(factors):
+        unit += ("/" if operator == "/" else "." if unit else "") + factor
+    number = text_of(s.Number(e.value)) if e.unit is None else text_of(e).removesuffix(e.unit.text).strip()
+    return (f"{number} {unit}", unit) if units.parse(unit) is not None else None

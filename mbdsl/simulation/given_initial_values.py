@@ -1,0 +1,99 @@
+"""Initial values that a program gives: a mapping of signals to values, or the final state of another run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from mbdsl.errors import ModelError, UsageError
+from mbdsl.expressions.symbolic import Expr, der
+from mbdsl.lang.given_values import value
+from mbdsl.lang.initial_values import check_target
+from mbdsl.mechanism.scene import InitialValue, Scene
+from mbdsl.mechanism.signal_names import SignalNames
+from mbdsl.simulation.state_signals import StateSignals
+
+GUESS = "guess"  #: key of a mapping of guesses
+FINAL = "final state"  #: key of the final state of a run: guesses that replace all initial values of the model
+#: as in the docstring of ``mbdsl.simulate``
+Initial = Mapping[str, Any] | StateSignals
+
+
+def as_mapping(scene: Scene, initial: Initial) -> dict[str, Any]:
+    """Initial values as a mapping; the final state of a run is a guess for the positions and velocities of all bodies.
+
+    The assembly changes them by the residuals of the constraints at the end of the run.
+
+    Raises
+    ------
+    UsageError
+        If a run is empty or has other bodies, or a body deforms.
+    """
+    if isinstance(initial, Mapping):
+        return dict(initial)
+    if not isinstance(initial, StateSignals):
+        raise UsageError(
+            f"initial: found {initial!r}, expected a mapping of signals to values",
+            hint='e.g. initial={"crank.phi": "30 deg"}, or the Trajectory of another run',
+        )
+    if not len(initial.t):
+        raise UsageError("initial: the trajectory is empty, it has no final state")
+    if bent := [body.name for body in scene.bodies() if body.deforms]:
+        raise UsageError(
+            f"initial: `{bent[0]}` deforms, and a run of it cannot begin at the final state of another run",
+            hint="`mbdsl.Simulation` saves and restores its `state`",
+        )
+    names = SignalNames(scene).defaults
+    if lacking := [name for name in names if name not in initial]:
+        raise UsageError(f"initial: the run of {initial.scene.name} has no signal `{lacking[0]}`")
+    return {FINAL: {name: float(initial._signal(name)[-1]) for name in names}}
+
+
+def with_initial(scene: Scene, initial: Initial | None) -> Scene:
+    """A scene with these initial values, which replace those of the same signals.
+
+    Raises
+    ------
+    UsageError
+        If a signal is unknown or has no initial value, or a value has the wrong dimension.
+    """
+    if initial is None:
+        return scene
+    fixed = as_mapping(scene, initial)
+    final, guesses = fixed.pop(FINAL, {}), fixed.pop(GUESS, {})
+    if not isinstance(guesses, Mapping):
+        raise UsageError(f'initial: found {guesses!r} for "guess", expected a mapping of signals to values')
+    known = SignalNames(scene)
+    given = [_value(known, name, x, False) for name, x in {**final, **guesses}.items()]
+    given += [_value(known, name, x, True) for name, x in fixed.items()]
+    new = {item.target: item for item in given}
+    kept = [] if final else [new.pop(item.target, item) for item in scene.initial]
+    return replace(scene, initial=(*kept, *new.values()))
+
+
+def _value(known: SignalNames, name: str, given: str | float, fixed: bool) -> InitialValue:
+    target, unit = _target(known, name)
+    number = value(given, unit, f"the initial value of `{name}`")
+    if not math.isfinite(number):
+        raise UsageError(f"the initial value of `{name}` is {number}, expected a finite number")
+    return InitialValue(name, target, number, fixed)
+
+
+def _target(known: SignalNames, name: str) -> tuple[Expr, str]:
+    """The signal ``name``, or the rate of a signal in ``der(...)``, and its unit."""
+    if not isinstance(name, str):
+        raise UsageError(f"initial: found {name!r}, expected the name of a signal")
+    inner = name[4:-1].strip() if name.startswith("der(") and name.endswith(")") else None
+    try:
+        if inner is None:
+            target, unit = known.scene.signal(name), known.unit(name) or "1"
+        else:
+            target, unit = der(known.scene.signal(inner)), f"{known.unit(inner) or '1'}/s"
+        check_target(name, target, None)
+    except ModelError as problem:
+        raise UsageError(f"initial: {problem.message}", hint=problem.hint) from None
+    except ValueError as problem:
+        raise UsageError(f"initial: `{name}`: {problem}") from None
+    return target, unit

@@ -1,0 +1,241 @@
+"""Signals from stored states: each signal of the model by name, computed on first access."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.elements.kind import JointKind
+from mbdsl.expressions.symbolic import leaves
+from mbdsl.initial.consistent import Moved
+from mbdsl.mechanism.scene import ENERGIES, Scene
+from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
+from mbdsl.simulation import derived_signals
+from mbdsl.system.signals import values
+from mbdsl.system.system import System
+
+Array = NDArray[np.float64]
+
+
+class StateSignals:
+    """The states of ``mbdsl.Trajectory``, and the signals that follow from them."""
+
+    def __init__(
+        self,
+        system: System,
+        t: Array,
+        q: Array,
+        v: Array,
+        lam: Array | None,
+        stats: dict,
+        moved: tuple[Moved, ...] = (),
+        left_out: tuple[int, ...] = (),
+        inputs: Mapping[str, Array] | None = None,
+    ) -> None:
+        self.system, self.t, self.q, self.v, self.stats, self.moved = system, t, q, v, stats, moved
+        self.left_out = left_out
+        self.inputs = dict(inputs or {})
+        self._lam = lam
+        self.message = ""
+        self.undetermined: list[float] = []
+        self._known: dict[str, Array] = {}
+        self._chosen: tuple[str, ...] | None = None  #: the signals of a selection
+        #: of a part between two times, if angles depend on earlier states: the whole trajectory and the rows
+        self._whole: tuple[StateSignals, slice] | None = None
+        self._from_start = True  #: whether the first state is that of the run
+
+    @property
+    def scene(self) -> Scene:
+        """The model."""
+        return self.system.scene
+
+    @property
+    def status(self) -> str:
+        """One of "done", "interrupted", "failed", or "inaccurate" if the tolerance was not reached."""
+        return self.stats["status"]
+
+    def __getstate__(self) -> dict:
+        """The state without signals, which are computed again on access.
+
+        Reference angles remain: those of a part between two times depend on the states before it.
+        """
+        computed = {k for k in vars(self) if isinstance(getattr(type(self), k, None), cached_property)} - {"turns"}
+        return {**{k: x for k, x in vars(self).items() if k not in computed}, "_known": {}}
+
+    # -- names -------------------------------------------------------------------------------------------------
+    @cached_property
+    def _names(self) -> SignalNames:
+        return SignalNames(self.scene)
+
+    def select(self, patterns: str | Iterable[str]) -> list[str]:
+        """List the names of signals that match patterns.
+
+        Parameters
+        ----------
+        patterns : str or iterable of str
+            Names and glob patterns such as "crank.*"; in ``q[1]`` the brackets are an index.
+
+        Returns
+        -------
+        list of str
+            Names of the model's signals that match at least one pattern, without duplicates.
+
+        Raises
+        ------
+        UsageError
+            If a pattern matches no name.
+        """
+        return self._names.select(patterns)
+
+    def unit(self, name: str) -> str:
+        """Return the SI unit of a signal.
+
+        Parameters
+        ----------
+        name : str
+            Name of a signal.
+
+        Returns
+        -------
+        str
+            "" if the signal is a pure number or its unit is unknown.
+        """
+        return self._names.unit(name)
+
+    # -- values ------------------------------------------------------------------------------------------------
+    def __contains__(self, name: str) -> bool:
+        return name in self._names
+
+    def _signal(self, name: str) -> Array:
+        if name == "time":
+            return self.t
+        if name not in self._known:
+            if self._whole is not None:
+                whole, rows = self._whole
+                self._known[name] = whole._signal(name)[rows]
+            elif name in self._names.expressions:
+                root = self._names.expressions[name][0]
+                lam = self._multipliers([leaf.value for leaf in leaves(root) if leaf.op == "multiplier"])
+                (value,) = values(self.system, [root], self.t, self.q, self.v, lam, self.inputs)
+                self._known[name] = np.array(value)
+                self._known[name].flags.writeable = False
+            elif name in self._names.computed:
+                self._compute(name)
+            else:
+                raise self._names.unknown(name)
+        return self._known[name]
+
+    def is_at_hand(self, name: str) -> bool:
+        """Whether a signal is known without solving the equations of motion for accelerations and multipliers.
+
+        Parameters
+        ----------
+        name : str
+            Name of a signal.
+
+        Returns
+        -------
+        bool
+            False also if there is no such signal.
+        """
+        if name in self._known or name == "time":
+            return True
+        if name not in self._names.expressions:
+            return name in self._names.computed and name.rpartition(".")[2] not in ACCELERATIONS
+        needed: list = [leaf.value for leaf in leaves(self._names.expressions[name][0]) if leaf.op == "multiplier"]
+        if not needed or "lam" in vars(self):
+            return True
+        columns = [self.system.tables.multipliers[key] - self.system.n for key in needed]
+        return self._lam is not None and not np.isnan(self._lam[:, columns]).any()
+
+    def supply(self, values: Mapping[str, Array]) -> None:
+        """Set signals whose values are stored elsewhere, so that they are not computed again.
+
+        Parameters
+        ----------
+        values : mapping of str to (N,)
+            Name -> values; names that are no signals are ignored.
+        """
+        self._known.update(
+            {name: np.asarray(x, float) for name, x in values.items() if name != "time" and name in self}
+        )
+
+    def _compute(self, name: str) -> None:
+        owner, key = name.rsplit(".", 1)
+        if name in ENERGIES:
+            found = derived_signals.flexible_energies(self.system, self.t, self.q, self.v, self.inputs)
+            self._known.update(zip(ENERGIES, found, strict=True))
+            return
+        if key in ACCELERATIONS:
+            d, body = self.system.tables.coordinates[owner], self.system.tables.models[owner]
+            if body.deforms:
+                a = derived_signals.centre_accelerations(self.system, owner, self.q, self.v, self.a)
+            else:
+                a = self.a[:, d : d + body.n]
+            self._known.update({f"{owner}.{which}": a[:, k] for k, which in enumerate(ACCELERATIONS) if k < a.shape[1]})
+            return
+        if owner in self._names.flexible:
+            k = self.system.tables.coordinates[owner] + int(key[key.index("[") + 1 : -1]) - 1
+            self._known[name] = (self.v if key.startswith("dq") else self.q)[:, k]
+            return
+        Phi, dPhi, Gam = self._constraints
+        tables, component = self.system.tables, self.scene.components[owner]
+        assert isinstance(component.kind, JointKind)
+        for k in range(component.kind.rows):
+            row = tables.rows[owner] + k
+            self._known[f"{owner}.Phi[{k + 1}]"] = Phi[:, row]
+            self._known[f"{owner}.dPhi[{k + 1}]"] = dPhi[:, row]
+        for k in range(len(component.velocity_constraints)):
+            self._known[f"{owner}.Gam[{k + 1}]"] = Gam[:, tables.velocity_rows[owner] - self.system.m + k]
+
+    @cached_property
+    def _motion(self) -> tuple[Array, Array]:
+        """Accelerations (N, n) and multipliers (N, m + p) that satisfy the equations of motion at each (t, q, v)."""
+        a, lam, undetermined = derived_signals.motion(self.system, self.t, self.q, self.v, self.left_out, self._numbers)
+        self.undetermined += undetermined
+        return a, lam
+
+    @cached_property
+    def _numbers(self) -> dict[int, Array]:
+        """Inputs and reference angles (N,) that the equations depend on, by their index in the table F."""
+        tables = self.system.tables
+        found = {tables.inputs[name]: value for name, value in self.inputs.items() if name in tables.inputs}
+        return found | {tables.models[body].counter: angle for body, angle in self.turns.items()}
+
+    @cached_property
+    def turns(self) -> dict[str, Array]:
+        """Reference angles (N,) for counting turns, by body, for bodies whose coordinates do not contain the turns."""
+        return derived_signals.turns(self.system, self.t, self.q, self.v)
+
+    @property
+    def a(self) -> Array:
+        """Generalised accelerations (N, n) [m/s2, rad/s2], from the equations of motion at each (t, q, v)."""
+        return self._motion[0]
+
+    @cached_property
+    def lam(self) -> Array:
+        """Multipliers (N, m + p), in the order of ``system.constraint_names()``.
+
+        The constraint force is -Phi_q^T lam - Gam_v^T nu, where lam and nu are the first m and the last p columns.
+        Multipliers that the method does not compute (those of welds), or computes at a lower order than q and v, are
+        found from the equations of motion at (t, q, v) on first access.
+        """
+        if self._lam is None:
+            return self._motion[1]
+        missing = np.isnan(self._lam).all(axis=0)
+        return np.where(missing, self._motion[1], self._lam) if missing.any() else self._lam
+
+    def _multipliers(self, needed: list) -> Array | None:
+        """``lam``, or the method's own multipliers if these contain all that are ``needed``; None if none is needed."""
+        if not needed or self._lam is None or not len(self.t):
+            return self.lam if needed else None
+        own = self._lam[0, [self.system.tables.multipliers[key] - self.system.n for key in needed]]
+        return self.lam if np.isnan(own).any() else self._lam
+
+    @cached_property
+    def _constraints(self) -> tuple[Array, Array, Array]:
+        """Phi (N, m), Phi_q v + Phi_t (N, m), Gam (N, p)."""
+        return derived_signals.residuals(self.system, self.t, self.q, self.v, self._numbers)

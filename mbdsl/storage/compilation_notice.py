@@ -1,0 +1,50 @@
+"""The announcement of a compilation, which takes seconds when a model of a new structure runs for the first time.
+
+A function that is called without ``announce`` prints it on standard error in a terminal and in a notebook. Nothing is
+printed if standard error is a file or a pipe, in worker processes, and by the command line, which shows it itself.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+from mbdsl.storage import cache_folder
+
+_silent = 0
+
+
+def announce_compilation(announce: Callable[[str], None] | None, is_compiled: Callable[[], bool]) -> None:
+    """Call ``announce``, by default a function that prints, if code has to be compiled."""
+    if announce is None and not _is_shown():
+        return
+    if not is_compiled():
+        (announce or _print)(cache_folder.compiling())
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """No announcements without ``announce``."""
+    global _silent
+    _silent += 1
+    try:
+        yield
+    finally:
+        _silent -= 1
+
+
+def _is_shown() -> bool:
+    if _silent or sys.stderr is None or multiprocessing.parent_process() is not None:
+        return False
+    if type(sys.stderr).__module__.startswith("ipykernel."):  # a notebook, which is no terminal
+        return True
+    with suppress(OSError, ValueError, AttributeError):  # a closed stream
+        return sys.stderr.isatty()
+    return False
+
+
+def _print(line: str) -> None:
+    with suppress(OSError, ValueError):
+        print(f"mbdsl: {line}", file=sys.stderr, flush=True)

@@ -1,0 +1,96 @@
+"""Warnings about values that are probably not as intended; no shipped model has one."""
+
+from pathlib import Path
+
+import pytest
+
+from mbdsl import Builder, load, parse
+from mbdsl.cli import main
+
+ROOT = Path(__file__).parents[3]
+MODELS = sorted((ROOT / "models").rglob("*.mbd"))
+MODEL = """model M
+  Ground world;
+  Rod rod(m = 2 kg, length = 1 m);
+  Revolute pin(world, rod.a);
+  {}
+end M;
+"""
+
+
+def warnings(text):
+    return [warning.message for warning in parse(MODEL.format(text)).warnings]
+
+
+@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
+def test_no_shipped_model_has_a_warning(path):
+    assert load(path, allow_imports=True).warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("initial equation pin.phi = 30;", "the initial value of `pin.phi` is 30 rad"),
+        ("initial equation guess pin.phi = -6.3;", "the initial value of `pin.phi` is -6.3 rad"),
+        ("parameter a = 45; initial equation pin.phi = a;", "the initial value of `pin.phi` is 45 rad"),
+        ("parameter Angle a = 45;", "`a` is 45 rad"),
+        ('parameter Real a(unit = "rad") = 45;', "`a` is 45 rad"),
+        ("Frame tip(rod, phi = 90);", "`phi` of `tip` is 90 rad"),
+        ("Rod r(m = 1, length = 1, frames(tip = {0, 0, 90}));", "phi of frame `tip` of `r` is 90 rad"),
+        ("RotationalDriver d(pin, phi = 90);", "`phi` of `d` is 90 rad"),
+        ("RotationalSpringDamper s(pin, k = 1, phi0 = 90);", "`phi0` of `s` is 90 rad"),
+        ("Torque t(pin, tau = 2 N.m*cos(60));", "the argument of cos() is 60 rad"),
+        ("parameter Real pi = 3;", "`pi` hides the constant pi, and differs from it by 0.14"),
+        ("Frame pi(rod);", "`pi` hides the constant pi"),
+        ("SpringDamper s(world, rod.b, c = 100);", "SpringDamper `s` has a damping constant c and no stiffness k"),
+        ("parameter c0 = 5; RotationalSpringDamper s(pin, c = c0);", "RotationalSpringDamper `s` has a damping"),
+    ],
+)
+def test_warned(text, message):
+    (found,) = warnings(text)
+    assert found.startswith(message)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "initial equation pin.phi = 6.28; pin.w = 300;",
+        "initial equation pin.phi = 20*pi;",
+        "initial equation pin.phi = 390 deg;",
+        "initial equation pin.phi = 30 rad;",
+        'parameter Real a(unit = "deg") = 45;',
+        "RotationalDriver d(pin, phi = 30*time);",
+        "Torque t(pin, tau = 2 N.m*sin(300*time));",
+        "constant Real pi = Modelica.Constants.pi;",
+        "parameter Real pi = 3.14159265358979;",
+        "RotationalSpringDamper s(pin, c = 0.1 N.m.s/rad);",
+        "SpringDamper s(world, rod.b, k = 0, c = 10);",
+    ],
+)
+def test_not_warned(text):
+    assert warnings(text) == []
+
+
+def test_elements_of_an_array_are_warned_about_once():
+    found = warnings(
+        "Rod link[5](each m = 1, each length = 1); RotationalSpringDamper s[5](world, link.a, each c = 3);"
+    )
+    assert len(found) == 1
+
+
+def test_numbers_of_python_are_not_doubted():
+    b = Builder("P")
+    rod = b.Rod("rod", m=1.0, length=1.0)
+    b.Revolute("pin", b.Ground("world"), rod.a)
+    b.initial(rod.phi, 30.0)
+    assert b.scene().warnings == ()
+
+
+def test_the_commands_print_warnings(tmp_path, capsys):
+    path = tmp_path / "m.mbd"
+    path.write_text(MODEL.format("initial equation pin.phi = 30;"))
+    assert main(["check", str(path)]) == 0
+    shown = capsys.readouterr()
+    assert "warning: the initial value of `pin.phi` is 30 rad" in shown.err
+    assert "= write `30 deg`; if radians are meant, `30 rad`" in shown.err
+    assert "warning" not in shown.out
