@@ -7,6 +7,7 @@ import pytest
 
 from mbdsl import parse
 from mbdsl.editor import navigation
+from mbdsl.editor.checking import check
 from mbdsl.editor.completion import complete
 from mbdsl.editor.hover import hover
 from mbdsl.editor.library import LooseLibrary
@@ -63,6 +64,27 @@ def test_every_name_in_the_models_is_known(folder):
         covered = {at for start, end in found.items() for at in range(start, end)}
         names = [p for p in loose_lexer.pieces(text) if p.kind == loose_lexer.NAME]
         assert [p.text for p in names if p.start not in covered] == [], path
+
+
+def test_names_of_modelica_are_known():
+    """Frames, functions, kinds and constants by their names there; the scene builder accepts them."""
+    text = """model A
+  Ground ground;
+  Rod rod(m = 1 kg, length = 1 m);
+  Modelica.Mechanics.MultiBody.Joints.Revolute pin(ground, rod.frame_a);
+  Torque t(pin, tau = 1 N.m*Modelica.Math.sin(2*Modelica.Constants.pi*pin.a.x/(1 m)));
+end A;
+"""
+    assert len(parse(text).components) == 4
+    found = {text[o.start : o.end] for o in workspace(text).names("/nowhere/a.mbd").occurrences}
+    assert {"frame_a", "Modelica.Math.sin", "Modelica.Constants.pi", "a"} <= found
+
+
+def test_warnings_of_the_text_are_reported():
+    """A damper without a stiffness, which Modelica's names of the parameters suggest by mistake."""
+    text = CRANK.replace("k = k, c = c", "c = c")
+    expected = [w.message for w in parse(text).warnings]
+    assert [p["message"] for p in check(text, "a.mbd")["problems"]] == expected != []
 
 
 def workspace(text):
