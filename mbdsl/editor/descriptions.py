@@ -63,8 +63,8 @@ def of_member(kind: Kind, name: str) -> str:
 def _meanings(kind: Kind, name: str) -> Iterator[str]:
     parameter = kind.parameter(name)
     if parameter is not None:
-        unit = kind_reference.unit_text(parameter)
-        default = kind_reference.default_text(parameter)
+        unit = kind_reference.unit_of(parameter)
+        default = kind_reference.default_of(parameter)
         said = [kind_reference.notes(kind, parameter)]
         said += [] if default == "-" else ["required" if default == "required" else f"default {default}"]
         yield f"Parameter{_in(unit)}: {'; '.join(filter(None, said))}"

@@ -33,7 +33,7 @@ def of_kind(kind: Kind) -> str:
         lines += [f"Frames: {', '.join(ports)}.", ""]
     if kind.parameters:
         lines += ["| parameter | unit | default | |", "|---|---|---|---|"]
-        lines += [f"| `{p.name}` | {unit_text(p)} | {default_text(p)} | {notes(kind, p)} |" for p in kind.parameters]
+        lines += [f"| `{p.name}` | {unit_of(p)} | {default_of(p)} | {notes(kind, p)} |" for p in kind.parameters]
         lines.append("")
     if kind.signals:
         lines += ["| signal | unit | |", "|---|---|---|"]
@@ -45,12 +45,12 @@ def of_kind(kind: Kind) -> str:
     return "\n".join(lines).rstrip()
 
 
-def unit_text(p: Parameter) -> str:
+def unit_of(p: Parameter) -> str:
     """The unit of a parameter."""
     return p.unit or ("any" if p.law else "")
 
 
-def default_text(p: Parameter) -> str:
+def default_of(p: Parameter) -> str:
     """The default of a parameter, in SI units."""
     if p.default is REQUIRED:
         return "required"
