@@ -98,10 +98,19 @@ def _answer(argv: list[str]) -> int:
     except Exception as problem:
         if "--debug" in argv:
             traceback.print_exc()
+        if found := _of_a_method(problem):
+            print(found.render(), file=sys.stderr)
+            return found.exit_code
         reason = " ".join(str(problem).split())
         print(f"internal error: {type(problem).__name__}: {reason}", file=sys.stderr)
         print("  = this is a defect of mbdsl; please report it with the traceback of --debug", file=sys.stderr)
         return 1
+
+
+def _of_a_method(problem: Exception) -> MbdslError | None:
+    """The error of an exception that a file of the user raised (``--method file.py``)."""
+    loaded = sys.modules.get("mbdsl.integrators.method_files")
+    return loaded.blamed(problem) if loaded else None
 
 
 def _run(argv: list[str]) -> int:
@@ -116,9 +125,12 @@ def _run(argv: list[str]) -> int:
         return int(stop.code or 0)
     if rest:
         raise UsageError(f"unrecognized arguments: {' '.join(rest)}", hint=f"see mbdsl {args.command} --help")
+    from mbdsl.cli import _values as values
     from mbdsl.lang.library import imports_allowed
+    from mbdsl.lang.load import model_chosen
 
-    with imports_allowed(getattr(args, "allow_imports", False)):
+    with imports_allowed(getattr(args, "allow_imports", False)), model_chosen(getattr(args, "model_name", None)):
+        values.load_methods(args)
         return args.run(args)
 
 

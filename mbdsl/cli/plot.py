@@ -38,6 +38,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         nargs="+",
         help=f"result file ({suffixes}), or a model ({MODEL}), which is simulated with its own settings",
     )
+    values.add_model_name(parser)
     parser.add_argument(
         "--signals",
         metavar="PATTERN,...",
@@ -60,6 +61,8 @@ def run(args: argparse.Namespace) -> int:
 
         suffix_of(args.out)  # never that of a result or a model
         output_files.check([args.out])
+    if args.model_name and not any(Path(name).suffix.lower() == MODEL for name in args.results):
+        raise UsageError("--model belongs to a model, and these are results", hint="omit --model")
     failure: IntegrationError | None = None
     opened = []
     for name in args.results:

@@ -41,9 +41,10 @@ def _syntax(args: argparse.Namespace) -> str:
     from mbdsl.lang.parser import parse
     from mbdsl.lang.unparse import dump
 
-    for option in ("set", "without"):
+    for option in ("model_name", "set", "without"):
         if getattr(args, option):
-            raise UsageError(f"--{option} changes no syntax", hint="the stages from scene on show its effect")
+            name = option.partition("_")[0]
+            raise UsageError(f"--{name} changes no syntax", hint="the stages from scene on show its effect")
     return dump(parse(read(args.model), args.model))
 
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 import os
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbdsl.errors import UsageError
-from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out, names
-from mbdsl.plotting.figures import Figure
-from mbdsl.plotting.series_styles import LIGHT_PAPER, MARKS, Look, looks
+from mbdsl.plotting import bars
+from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out, looks_of
+from mbdsl.plotting.figures import Bars, Figure
+from mbdsl.plotting.series_styles import LIGHT_PAPER, MARKS, Look
 from mbdsl.storage.output_files import writing
 
 if TYPE_CHECKING:
@@ -44,18 +45,18 @@ LONG_NAME = 28  #: number of letters above which the legend is below the frame
 
 
 def draw(
-    figure: Figure,
+    figure: Figure | Bars,
     path: str | os.PathLike,
     *,
     size: tuple[float, float] = SIZE,
     dpi: float = 150.0,
-    known: Iterable[str] = (),
+    known: Mapping[str, Look] | None = None,
 ) -> None:
     """Draw a figure to a PNG or SVG file.
 
     Parameters
     ----------
-    figure : Figure
+    figure : Figure or Bars
         The figure.
     path : path
         The file; its suffix chooses the format.
@@ -63,8 +64,8 @@ def draw(
         Width and height.
     dpi : float, optional
         Pixels per inch of a PNG.
-    known : iterable of str, optional
-        Names of series of other figures. A series with such a name has the same colour and mark as there.
+    known : mapping, optional
+        Name of a series -> its look; the others get theirs in order.
 
     Raises
     ------
@@ -82,17 +83,23 @@ def draw(
     except ImportError as problem:
         raise UsageError("pictures are drawn by matplotlib", hint="pip install 'mbdsl[plot]'") from problem
 
-    frame = lay_out(figure, looks([*known, *names([figure])]), letter=0.009 * SIZE[0] / size[0])
+    looks = {**looks_of([figure]), **(known or {})}
+    if isinstance(figure, Bars):
+        size = size[0], max(2.0, 1.1 + bars.ROW * len(figure.bars))
     with matplotlib.style.context(["default", STYLE]):
         picture = matplotlib.figure.Figure(figsize=size, layout="constrained", facecolor=LIGHT_PAPER)
         FigureCanvasAgg(picture)
         ax = picture.add_subplot()
-        fill(ax, frame)
         picture.suptitle(_wrapped(figure.title, 90), fontsize=12, fontweight="bold", x=0.01, ha="left")
-        more = f"{frame.unplaced} more outcomes are not shown." if frame.unplaced else ""
-        if frame.left_out or more:
-            picture.supxlabel(_wrapped(f"{frame.left_out} {more}", 130), fontsize=8, color=PALE)
-        _legend(picture, ax)
+        if isinstance(figure, Bars):
+            bars.fill(ax, figure, looks)
+        else:
+            frame = lay_out(figure, looks, letter=0.009 * SIZE[0] / size[0])
+            fill(ax, frame)
+            more = f"{frame.unplaced} more outcomes are not shown." if frame.unplaced else ""
+            if frame.left_out or more:
+                picture.supxlabel(_wrapped(f"{frame.left_out} {more}", 130), fontsize=8, color=PALE)
+            _legend(picture, ax)
         metadata = {"Date": None} if suffix == ".svg" else {"Software": None}
         with writing(path) as stream:
             picture.savefig(stream, format=suffix[1:], dpi=dpi, metadata=metadata)

@@ -11,11 +11,11 @@ from mbdsl.bodies.contract import LARGEST_BEND
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.elements.line_of_centres import THETA_0, TURN
-from mbdsl.errors import IntegrationError, Span
+from mbdsl.errors import IntegrationError, MbdslError, Span
 from mbdsl.expressions.printing import text
 from mbdsl.expressions.symbolic import Expr, coordinate, diff, expr, leaves, substitute
 from mbdsl.initial.redundancy import singular
-from mbdsl.integrators import declared
+from mbdsl.integrators import declared, method_files
 from mbdsl.integrators.backends import External
 from mbdsl.integrators.events import SLIDING, SLIDING_HINT
 from mbdsl.integrators.loop import loop_state
@@ -201,10 +201,10 @@ def _broken_law(integration: Integration) -> Component | None:
 def _given_up(run: External, trajectory: Trajectory) -> IntegrationError:
     """The error of a backend."""
     trajectory.message = f"{run.method} stopped at t = {run.time:.9g} s: {run.reason}"
-    hint, span = (
-        run.hint or "a larger tolerance may pass, or another method; see `mbdsl methods`",
-        getattr(run.cause, "span", None),
-    )
+    hint = run.hint or "a larger tolerance may pass, or another method; see `mbdsl methods`"
+    span = getattr(run.cause, "span", None)
+    if not isinstance(run.cause, MbdslError) and (place := method_files.place(run.cause)) is not None:
+        span, hint = place, "the file of the method raised this error; --debug shows the traceback"
     if (bent := bending(trajectory)) is not None:
         reason, hint = _too_bent(trajectory, *bent)
         trajectory.message, span = f"{trajectory.message}; {reason}", trajectory.scene.components[bent[1]].span

@@ -17,6 +17,7 @@ from mbdsl.compilation import code_cache
 from mbdsl.expressions.symbolic import RATE
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
 from mbdsl.initial.start_conditions import check_assembled_shapes, check_loose
+from mbdsl.initial.weights import members_of
 from mbdsl.integrators import Run, backend, declared
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.loop.compiled_loop import loop_name
@@ -148,9 +149,7 @@ class Motion:
         options = {} if part.kinematic else plan.options
         integration = _run(system, method, plan, options)
         lap("compile")
-        merged = [note.names for note in self.reduction.notes if note.action == "merged"]
-        own = system.tables.coordinates
-        members = {names[0]: [f"{name}.c" for name in names] for names in merged if names[0] in own}
+        members = members_of(self.reduction, system)
         flexible = [c for c in system.scene.bodies() if len(c.coordinates) > len(RATE)]
         static = [c.name for c in flexible if c.values["shape"] == "static"]
         relax = None

@@ -15,7 +15,8 @@ import mbdsl
 from mbdsl import cli, results
 from mbdsl.cli import _progress, _values, simulate
 from mbdsl.errors import InitialisationError, IntegrationError, ModelError, Span
-from mbdsl.mechanism.scene import Scene
+from mbdsl.initial.consistent import Moved
+from mbdsl.mechanism.scene import DisplayUnit, Scene
 from mbdsl.simulation.progress import Progress, Purpose
 
 
@@ -25,7 +26,7 @@ class Trajectory:
     default_names = ("crank.x", "crank.phi")
     names = (*default_names, "energy.total")
     elastic_names = ()
-    moved = (types.SimpleNamespace(name="crank.phi", guess=0.5, value=0.25),)
+    moved = (Moved("crank.phi", np.pi / 6, np.pi / 12, DisplayUnit("deg", np.pi / 180)),)
     undetermined = ()
 
     def __init__(self, status="done"):
@@ -138,7 +139,7 @@ def test_module_runs_as_the_program():
             "error: argument --step: `1kg` has the wrong unit: expected s, found kg\n",
         ),
         (["simulate", "x.mbd", "--step", "1 parsec"], "error: argument --step: unknown unit `parsec` in `1 parsec`;"),
-        (["simulate", "x.mbd", "--step", "fast"], "error: argument --step: `fast` is no number"),
+        (["simulate", "x.mbd", "--step", "fast"], "error: argument --step: `fast` is not a number"),
         (["simulate", "x.mbd", "--step", "0"], "error: argument --step: `0` is 0, expected a value above 0\n"),
         (["simulate", "x.mbd", "--interval=-1ms"], "`-1ms` is -0.001, expected a value of 0 or more\n"),
         (["simulate", "x.mbd", "--tol", "2"], "error: argument --tol: `2` is 2, expected a value between 0 and 1\n"),
@@ -187,7 +188,7 @@ def test_simulate_writes_bodies_beside_the_time(say, simulation):
         "Crank: 10 steps of hht-si2 to t = 1 s, 21 iterations (2.10 a step), in 0.25 s; "
         "error not known (--tol controls it, --verify checks it)\n"
         "m.csv: 5 rows, time and 2 signals\n"
-        "1 guess moved: crank.phi from 0.5 to 0.25 (--verbose lists all)\n"
+        "1 guess moved: crank.phi from 30 deg to 15 deg (--verbose lists all)\n"
     )
     columns, meta = results.read("m.csv")
     assert list(columns) == ["time", "crank.x", "crank.phi"]
@@ -199,11 +200,11 @@ def test_verbose_tells_sizes_phases_and_how_far_guesses_moved(say, simulation):
     out = say("simulate", "m.mbd", "--verbose")[1]
     assert "n = 3, m = 2, p = 0; 0 steps rejected, 2 matrices, 2 factorisations" in out
     assert "integrate 0.25" in out
-    assert "initial value of crank.phi: guessed 0.5, found 0.25" in out
+    assert "initial value of crank.phi: guessed 30 deg, found 15 deg" in out
 
 
 def test_of_many_guesses_the_one_that_moved_furthest_is_told(say, simulation, monkeypatch):
-    moved = [types.SimpleNamespace(name=f"p.{key}", guess=0.9, value=0.9 + by) for key, by in (("x", 0.1), ("y", -0.2))]
+    moved = [Moved(f"p.{key}", 0.9, 0.9 + by) for key, by in (("x", 0.1), ("y", -0.2))]
     monkeypatch.setattr(Trajectory, "moved", moved)
     assert say("simulate", "m.mbd")[1].endswith("2 guesses moved: furthest p.y from 0.9 to 0.7 (--verbose lists all)\n")
     monkeypatch.setattr(Trajectory, "moved", ())
