@@ -5,11 +5,13 @@ python docs/draw_seven_body.py
 
 import json
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 from mbdsl import simulate
+from mbdsl.plotting.series_styles import MARKS, looks
 
 HERE = Path(__file__).resolve().parent
 TIMES = np.linspace(21.5e-3, 30e-3, 22)  #: one turn of the crank [s]
@@ -17,12 +19,8 @@ TIMES = np.linspace(21.5e-3, 30e-3, 22)  #: one turn of the crank [s]
 LINES = ("K1.O K1.F", "K2.F K2.E", "K3.B K3.D K3.E K3.B", "K4.E K4.G", "K5.A K5.c K5.G K5.A", "K6.E K6.H")
 LINES = (*(line.split() for line in (*LINES, "K7.A K7.c K7.H K7.A")),)
 BACKGROUND, INK, PALE = "#0d1b2a", "#e6edf3", "#5d7188"
-#: series, its name, its colour, and the point that has the name
-METHODS = (
-    ("radau5 --tol", "radau5", "#ffd166", -1),
-    ("hht-si2", "HHT-SI2", "#4cc9f0", -1),
-    ("Exudyn", "Exudyn", "#b8c1cc", 9),
-)
+#: series, its name, and the point that has the name
+METHODS = (("radau5 --tol", "radau5, tolerance", -1), ("hht-si2", "HHT-SI2", -1), ("Exudyn", "Exudyn", 9))
 
 
 def mechanism(axes: plt.Axes) -> None:
@@ -57,13 +55,18 @@ def mechanism(axes: plt.Axes) -> None:
 def precision(axes: plt.Axes) -> None:
     """Error against time of two methods and Exudyn."""
     points = json.loads((HERE / "work-precision" / "seven_body.json").read_text(encoding="utf-8"))["points"]
-    for series, name, colour, k in METHODS:
+    known = looks(series for series, _, _ in METHODS)  # as in all other pictures
+    for series, name, k in METHODS:
+        look = known[series]
         found = sorted((p["error"], p["seconds"]) for p in points if p["series"] == series)
         # only points that no other of the series beats in both error and time
         front = [(e, s) for k, (e, s) in enumerate(found) if all(s < t for _, t in found[:k])]
         error, seconds = np.array(front[::-1]).T
-        axes.loglog(seconds, error, "o-", color=colour, linewidth=2, markersize=5)
-        axes.annotate(name, (seconds[k], error[k]), (9, 0), textcoords="offset points", color=colour, fontsize=11)
+        mark: Any = [(a, -b) for a, b in (*MARKS[look.mark], MARKS[look.mark][0])] if MARKS[look.mark] else "o"
+        axes.loglog(seconds, error, color=look.dark, linewidth=1.8, linestyle=(0, look.dash) if look.dash else "-",
+                    marker=mark, markersize=8 if MARKS[look.mark] else 5.5,
+                    markerfacecolor=look.dark if look.filled else BACKGROUND)  # fmt: skip
+        axes.annotate(name, (seconds[k], error[k]), (9, 3), textcoords="offset points", color=look.dark, fontsize=11)
     axes.set_xlabel("run time [s]", color=INK, fontsize=10)
     axes.set_title("relative error of positions", color=INK, loc="left", fontsize=10)
     axes.set_facecolor(BACKGROUND)

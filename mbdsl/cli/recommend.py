@@ -13,8 +13,8 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "recommend",
         help="find the fastest method and step for an error",
-        description="Run every method with smaller steps and tolerances until its error is small enough, measure the "
-        "times of the fastest ones, and print the command for this machine.",
+        description="Measure the error and the cost of every method by a cheap run, pursue those that can be the "
+        "fastest for the error, and print the command for this machine. Runs are stored: the same command continues.",
     )
     values.add_model(parser)
     parser.add_argument(
@@ -26,14 +26,18 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--signal", metavar="NAME", help="signal with this error; default: all positions and velocities"
     )
-    parser.add_argument("--methods", metavar="NAME,...", type=values.names, help="integrators; default: all")
+    values.add_methods(parser)
     parser.add_argument(
         "--reference", metavar="FILE", default="auto", help="a result file; default auto: methods of two families"
     )
     parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
     parser.add_argument("--repeats", metavar="K", type=int, default=3, help="timed runs of each; default 3")
     parser.add_argument(
-        "--budget", metavar="S", type=values.positive_seconds, default=60.0, help="time budget; default 60 s"
+        "--budget",
+        metavar="S",
+        type=values.positive_seconds,
+        default=120.0,
+        help="time budget, compilation included; default 120 s",
     )
     values.add_table(parser)
     parser.add_argument("--fresh", action="store_true", help="compute everything again")

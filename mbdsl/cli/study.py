@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
+from mbdsl.cli._streams import print_problem
 from mbdsl.errors import UsageError
 from mbdsl.messages import count, visible
 from mbdsl.storage import output_files
@@ -61,7 +62,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     values.add_model(effects)
     effects.add_argument("--signal", metavar="NAME", required=True, help="name of a signal, such as crank.phi or O.fx")
     effects.add_argument("--tol", metavar="E", help="allowed change: 1mm, or relative to its range, 1%%")
-    effects.add_argument("--method", metavar="NAME", help="integrator; default: the model's, else hht-si2")
+    values.add_method_name(effects)
     effects.add_argument("--step", metavar="H", type=values.positive_seconds, help="step size; default: the model's")
     effects.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
     effects.add_argument("--repeats", metavar="K", type=int, default=5, help="timed runs of each; default 5")
@@ -75,7 +76,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     hard.add_argument("folder", metavar="FOLDER", nargs="?", default="models/hard",
                       help="folder of models and their answers, or one model; default models/hard")  # fmt: skip
-    hard.add_argument("--methods", metavar="NAME,...", type=values.names, help="integrators; default: all of our own")
+    values.add_methods(hard, "all of our own")
     hard.add_argument("--cases", metavar="GLOB", default="*", help="which cases to run; default all")
     hard.add_argument("--budget", metavar="S", type=values.positive_seconds, default=20.0,
                       help="time budget of one run; default 20 s")  # fmt: skip
@@ -86,7 +87,7 @@ def register(subparsers) -> argparse.ArgumentParser:
 def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
     """The arguments of studies of methods."""
     values.add_model(parser)
-    parser.add_argument("--methods", metavar="NAME,...", type=values.names, help="integrators; default: all")
+    values.add_methods(parser)
     parser.add_argument(
         "--steps", metavar="H,...", type=values.list_of(values.positive_seconds), help="fixed steps: 4ms,2ms,1ms"
     )
@@ -103,7 +104,11 @@ def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
         parser.add_argument("--repeats", metavar="K", type=int, default=5, help="timed runs of each; default 5")
     parser.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
     parser.add_argument(
-        "--budget", metavar="S", type=values.positive_seconds, default=120.0, help="time budget; default 120 s"
+        "--budget",
+        metavar="S",
+        type=values.positive_seconds,
+        default=120.0,
+        help="time budget of all runs, compilation included; default 120 s",
     )
     parser.add_argument("--output", metavar="DIR", help=f"output folder; default: MODEL-{kind}")
     parser.add_argument("--pictures", metavar="SUFFIX,...", type=values.names,
@@ -121,7 +126,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _methods(args: argparse.Namespace) -> int:
-    output = Path(args.output or f"{Path(args.model).stem}-{args.kind}")
+    output = Path(args.output or f"{values.stem(args)}-{args.kind}")
     values.check_table(args)
     pictures = _checked(args.pictures)
     values.check_folder(output)
@@ -195,7 +200,7 @@ def _checked(pictures: list[str] | None) -> list[str]:
         problem = UsageError("pictures are drawn by matplotlib", hint="pip install 'mbdsl[plot]', or --pictures none")
         if pictures is not None:
             raise problem
-        print(problem.render(), file=sys.stderr)
+        print_problem(problem)
         return []
     return wanted
 

@@ -130,9 +130,7 @@ class Builder(Declarations):
         node = self._node(value, str(name))
         return self._enter(name, frozenset({"parameter"}), type_name, doc, replace, value=node)
 
-    def input(
-        self, name: str, start: Number = 0.0, unit: str = "", doc: str = "", *, replace: bool = False
-    ) -> Handle:
+    def input(self, name: str, start: Number = 0.0, unit: str = "", doc: str = "", *, replace: bool = False) -> Handle:
         """Declare an input, a value that the caller sets between the steps of a ``mbdsl.Simulation``.
 
         Parameters

@@ -32,7 +32,7 @@ def _kind(kind: Kind) -> str:
         lines += [f"Frames: {', '.join(ports)}.", ""]
     if kind.parameters:
         lines += ["| parameter | unit | default | |", "|---|---|---|---|"]
-        lines += [f"| `{p.name}` | {_unit(p)} | {_default(p)} | {notes(kind, p)} |" for p in kind.parameters]
+        lines += [f"| `{p.name}` | {unit_of(p)} | {default_of(p)} | {notes(kind, p)} |" for p in kind.parameters]
         lines.append("")
     if kind.signals:
         lines += ["| signal | unit | |", "|---|---|---|"]
@@ -44,11 +44,11 @@ def _kind(kind: Kind) -> str:
     return "\n".join(lines).rstrip()
 
 
-def _unit(p: Parameter) -> str:
+def unit_of(p: Parameter) -> str:
     return p.unit or ("any" if p.law else "")
 
 
-def _default(p: Parameter) -> str:
+def default_of(p: Parameter) -> str:
     if p.default is REQUIRED:
         return "required"
     if p.default is None or p.default == ():

@@ -7,6 +7,7 @@ import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +21,24 @@ from mbdsl.lang.library import Allowed, Library, Unit, read
 from mbdsl.lang.overrides import merged, read_overrides
 from mbdsl.lang.source import span_of
 from mbdsl.mechanism.scene import Scene
-from mbdsl.messages import did_you_mean
+from mbdsl.messages import did_you_mean, few
+
+_chosen: ContextVar[str | None] = ContextVar("name of the model to read", default=None)
+
+
+@contextmanager
+def model_chosen(name: str | None) -> Iterator[None]:
+    """While the block runs, files that are read without the name of a model are read with this one."""
+    before = _chosen.set(name)
+    try:
+        yield
+    finally:
+        _chosen.reset(before)
+
+
+def chosen_now() -> str | None:
+    """The name for files that are read without one."""
+    return _chosen.get()
 
 
 def load(
@@ -40,7 +58,8 @@ def load(
         Values that replace those of the model's parameters, as numbers in SI units or as texts with units:
         ``{"k": "120 N/mm", "crank.m": 4.0}``.
     model : str, optional
-        Name of the model to read. Default: the model with the name of the file, else the last one in the file.
+        Name of the model to read. Default: the model with the name of the file, else the last one in the file that is
+        not partial.
     without : iterable of str, optional
         Effects to leave out: "friction", "damping", "flexibility", "gravity".
     allow_imports : bool or path, optional
@@ -130,7 +149,7 @@ def _read(
     without: tuple[str, ...],
 ) -> Scene:
     unit = library.add(text, file)
-    found = _main(unit, model)
+    found = _main(unit, chosen_now() if model is None else model)
     scene = flatten(instantiate(found, unit, overrides, without), library.files)
     return scene.made_from(TextOrigin(scene.files, found.name, overrides, without))
 
@@ -146,9 +165,16 @@ def _main(unit: Unit, name: str | None) -> s.Model:
     models = unit.file.models
     if name is not None:
         found = unit.own(name)
+        complete = [m.name for m in models if not m.partial]
         if found is None:
+            close = did_you_mean(name, complete)
+            listed = f"its models are {few(complete, 12)}" if complete else "it has no model that is not partial"
+            raise UsageError(f"{unit.file.name} has no model `{name}`", hint=f"{close} {listed}" if close else listed)
+        if found.partial:
             raise UsageError(
-                f"{unit.file.name} has no model `{name}`", hint=did_you_mean(name, [m.name for m in models], "it has")
+                f"model `{name}` of {unit.file.name} is partial",
+                span_of(found.at),
+                f"choose a model that extends it: {few(complete, 12)}" if complete else None,
             )
         return found
     if not models:

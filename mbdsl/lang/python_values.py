@@ -45,7 +45,7 @@ def expression(value: Any, what: str, name_of: NameOf = no_name) -> s.Expression
         return s.Array(
             tuple(expression(v, what, name_of) for v in value), at=(Source(f"<{what}>", shown), 0, len(shown))
         )
-    hint = "a text has its unit: `\"30 deg\"`"
+    hint = 'a text has its unit: `"30 deg"`'
     raise UsageError(f"`{what}`: found {_shown(value)}, expected a number, a text or a sequence", hint=hint)
 
 

@@ -99,6 +99,18 @@ class Component:
 
 
 @dataclass(frozen=True)
+class DisplayUnit:
+    """A unit in which messages give a value: its symbol, and its size in SI units."""
+
+    symbol: str = ""
+    factor: float = 1.0
+
+    def text(self, value: float, digits: int = 6) -> str:
+        """A value in SI units with this unit: 30 deg."""
+        return f"{value / self.factor:.{digits}g} {self.symbol}".rstrip()
+
+
+@dataclass(frozen=True)
 class InitialValue:
     """``target`` = ``value`` at the start: exactly if ``fixed``, else as a guess that the assembly may change."""
 
@@ -107,6 +119,7 @@ class InitialValue:
     value: float
     fixed: bool
     span: Span | None = field(default=None, compare=False)
+    unit: DisplayUnit = field(default=DisplayUnit(), compare=False)
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,12 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 
 from mbdsl.plotting.axes import Axis, axis, coordinate, limits, number
-from mbdsl.plotting.figures import Figure, Outcome, Series
+from mbdsl.plotting.figures import Bars, Figure, Outcome, Series
 from mbdsl.plotting.series_styles import DASHES, NEUTRAL, Look, looks
 
 FLATTEST = 0.4  #: least ratio of height to width of the frame of equal axes
 USUAL = 0.56  #: ratio of height to width of all other frames
+TALL = 0.9  #: least ratio of narrow frames
 ROWS = 6  #: largest number of rows of outcomes
 LONGEST = 60  #: largest number of letters of an outcome's text
 FAR = 0.3  #: part of the range, or decades: a floor that is further below is described in words instead of drawn
@@ -62,19 +63,35 @@ class Frame:
     left_out: str = ""  #: sentences on values without a place on logarithmic axes, and on floors far below
 
 
-def names(figures: Sequence[Figure]) -> list[str]:
+def names(figures: Sequence[Figure | Bars]) -> list[str]:
     """The names that need a look, in the order of their first use."""
-    each = (chain((s.name for s in f.series if _plain(s)), (o.name for o in f.outcomes)) for f in figures)
-    return list(dict.fromkeys(chain.from_iterable(each)))
+    return list(dict.fromkeys(chain.from_iterable(map(_names, figures))))
 
 
-def lay_out(figure: Figure, known: Mapping[str, Look] | None = None, letter: float = 0.0085) -> Frame:
-    """The layout of a figure. ``known`` are looks by name; ``letter`` is a letter's width relative to the frame's."""
-    known = dict(known if known is not None else looks(names([figure])))
+def looks_of(figures: Sequence[Figure | Bars], methods: Mapping[str, Look] | None = None) -> dict[str, Look]:
+    """The looks of all series of figures on one page; ``methods`` as for :func:`looks`."""
+    return looks(names(figures), methods, [_names(figure) for figure in figures])
+
+
+def _names(figure: Figure | Bars) -> list[str]:
+    if isinstance(figure, Bars):
+        return [bar.name for bar in figure.bars]
+    return [*(s.name for s in figure.series if _plain(s)), *(o.name for o in figure.outcomes)]
+
+
+def lay_out(
+    figure: Figure, known: Mapping[str, Look] | None = None, letter: float = 0.0085, narrow: bool = False
+) -> Frame:
+    """The layout of a figure.
+
+    ``known`` are looks by name; ``letter`` is a letter's width relative to the frame's. A ``narrow`` frame has fewer
+    ticks and is higher.
+    """
+    known = dict(known if known is not None else looks_of([figure]))
     guides = [s.name for s in figure.series if s.style == "guide"]
     thin = {name: replace(NEUTRAL, dash=DASHES[1 + k % (len(DASHES) - 1)]) for k, name in enumerate(guides)}
     special = {"guide": thin, "front": {s.name: NEUTRAL for s in figure.series}}
-    x, y, aspect = _axes(figure)
+    x, y, aspect = _axes(figure, narrow)
     drawn = [_place(s, x, y, special.get(s.style, known)[s.name]) for s in figure.series]
     groups = _groups(figure.outcomes, x, known)
     rows, unplaced = _pack(groups, letter)
@@ -93,7 +110,9 @@ def _plain(series: Series) -> bool:
     return series.style not in ("guide", "front")
 
 
-def _axes(figure: Figure) -> tuple[Axis, Axis, float]:
+def _axes(figure: Figure, narrow: bool = False) -> tuple[Axis, Axis, float]:
+    if figure.like is not None:
+        return _axes(figure.like, narrow)
     counted = [s for s in figure.series if s.style != "guide"] or list(figure.series)
     shown = [
         (a, b)
@@ -108,12 +127,12 @@ def _axes(figure: Figure) -> tuple[Axis, Axis, float]:
     y = _with_floors(figure, limits(chain((b for _, b in shown), spreads), figure.y_log, pad=0.06))
     x = x if figure.x_ends is None else limits(figure.x_ends, figure.x_log, pad=0.0)
     y = y if figure.y_ends is None else limits(figure.y_ends, figure.y_log, pad=0.0)
-    aspect = figure.aspect or USUAL
+    aspect = max(figure.aspect or USUAL, TALL if narrow else 0.0)
     if figure.equal:
         dx, dy = x[1] - x[0], y[1] - y[0]
         aspect = min(1.0, max(FLATTEST, dy / dx))
         x, y = _widened(x, max(dx, dy / aspect)), _widened(y, max(dy, dx * aspect))
-    x_axis = axis(*x, figure.x_log, 9 if figure.x_log else 7)
+    x_axis = axis(*x, figure.x_log, 6 if narrow and figure.x_log else 9 if figure.x_log else 4 if narrow else 7)
     return x_axis, axis(*y, figure.y_log, 8 if figure.y_log else 6), aspect
 
 

@@ -82,6 +82,8 @@ class Figure:
         their axis, one below the other.
     aspect : float or None
         Height of the frame over its width.
+    like : Figure or None
+        A figure whose axes it has.
     """
 
     key: str
@@ -98,6 +100,52 @@ class Figure:
     x_ends: tuple[float, float] | None = None
     y_ends: tuple[float, float] | None = None
     aspect: float | None = None
+    like: Figure | None = None
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A value with its text.
+
+    Attributes
+    ----------
+    name : str
+    value : float
+        Its length; not negative.
+    text : str
+        Shown at its end.
+    low, high : float or None
+        Range of the value.
+    """
+
+    name: str
+    value: float
+    text: str
+    low: float | None = None
+    high: float | None = None
+
+
+@dataclass(frozen=True)
+class Bars:
+    """A bar chart: one value for each name.
+
+    Attributes
+    ----------
+    key : str
+        File name of its picture, without suffix.
+    title, label : str
+        Texts; the label of the values contains the unit.
+    bars : sequence of Bar
+        From the top.
+    note : str
+        Its statement, in one or two sentences.
+    """
+
+    key: str
+    title: str
+    label: str
+    bars: Sequence[Bar]
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -158,7 +206,7 @@ class Page:
     title : str
     paragraphs : sequence of str
         Text before the items.
-    items : sequence of Figure, Table or HeatMap
+    items : sequence of Figure, Bars, Table or HeatMap
         In their order on the page.
     fine_print : sequence of (str, str)
         Names and values that describe the runs, as required to repeat them.
@@ -168,7 +216,7 @@ class Page:
 
     title: str
     paragraphs: Sequence[str] = ()
-    items: Sequence[Figure | Table | HeatMap] = field(default_factory=tuple)
+    items: Sequence[Figure | Bars | Table | HeatMap] = field(default_factory=tuple)
     fine_print: Sequence[tuple[str, str]] = ()
     looks: Mapping[str, Look] = field(default_factory=dict)
 

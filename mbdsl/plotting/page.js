@@ -4,7 +4,11 @@ const REACH = 36; // distance within which a point shows its text [px of the pic
 
 for (const figure of document.querySelectorAll("figure")) {
   const source = figure.querySelector("script[type='application/json']");
-  if (source) liven(figure, JSON.parse(source.textContent));
+  if (!source) continue;
+  const data = JSON.parse(source.textContent);
+  const off = new Set();
+  figure.querySelectorAll(".scroll > svg").forEach((svg, k) => liven(figure, svg, k && data.narrow ? { ...data, ...data.narrow } : data, off));
+  legend(figure, off);
 }
 share([...document.querySelectorAll("figure[data-shared] .scroll > svg")]);
 addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((d) => (d.open = true)));
@@ -34,16 +38,13 @@ function share(panels) {
   }
 }
 
-function liven(figure, data) {
-  const svg = figure.querySelector(".scroll > svg");
+// A figure has one picture for wide windows, and may have one for narrow ones.
+function liven(figure, svg, data, off) {
   const ring = svg.querySelector(".ring");
   const tip = figure.appendChild(document.createElement("div"));
   tip.className = "tip";
   tip.hidden = true;
   tip.setAttribute("role", "status");
-  const off = new Set();
-  const parts = (k) => svg.querySelectorAll(`[data-series="${k}"]`);
-
   const points = data.points.flatMap((list, k) => list.map((p) => ({ k, name: data.names[k], p })));
   for (const p of data.failed) points.push({ k: data.names.indexOf(p[6]), name: p[6], p });
 
@@ -106,6 +107,11 @@ function liven(figure, data) {
     }
   });
 
+  figure.addEventListener("hidden", () => show(null));
+}
+
+function legend(figure, off) {
+  const parts = (k) => figure.querySelectorAll(`svg [data-series="${k}"]`);
   figure.querySelectorAll(".legend [data-entry]").forEach((entry) => {
     const k = Number(entry.dataset.entry);
     const button = document.createElement("button");
@@ -120,10 +126,10 @@ function liven(figure, data) {
       hide ? off.add(k) : off.delete(k);
       button.setAttribute("aria-pressed", String(!hide));
       parts(k).forEach((part) => part.classList.toggle("off", hide));
-      show(null);
+      figure.dispatchEvent(new Event("hidden"));
     });
     const fade = (on) => () =>
-      svg.querySelectorAll("[data-series]").forEach((part) =>
+      figure.querySelectorAll("svg [data-series]").forEach((part) =>
         part.classList.toggle("behind", on && !off.has(k) && part.dataset.series !== String(k)));
     button.addEventListener("pointerenter", fade(true));
     button.addEventListener("pointerleave", fade(false));

@@ -8,11 +8,11 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from mbdsl.plotting import heat_maps, svg
+from mbdsl.plotting import bars, heat_maps, svg
 from mbdsl.plotting.escaping import escape, seen
-from mbdsl.plotting.figure_layout import Frame, lay_out, names
-from mbdsl.plotting.figures import Figure, HeatMap, Page, Table
-from mbdsl.plotting.series_styles import NEUTRAL, Look, looks
+from mbdsl.plotting.figure_layout import Frame, lay_out, looks_of
+from mbdsl.plotting.figures import Bars, Figure, HeatMap, Page, Table
+from mbdsl.plotting.series_styles import NEUTRAL, Look
 from mbdsl.storage.output_files import write_text
 
 HERE = Path(__file__).parent
@@ -66,19 +66,19 @@ def html(page: Page) -> str:
 
 def height(page: Page, width: float) -> int:
     """The height of a page of figures at a width of at least 760 px [px], approximately."""
-    known = {**looks(names([item for item in page.items if isinstance(item, Figure)])), **page.looks}
+    known = {**looks_of([item for item in page.items if isinstance(item, Figure)]), **page.looks}
     pictures = [svg.Canvas(lay_out(item, known)).total for item in page.items if isinstance(item, Figure)]
     pictures += [heat_maps.HEIGHT for item in page.items if isinstance(item, HeatMap)]
     # Measured in a browser: the title and the margins, the legend of a figure, lines of text.
     return round(90 + (width - 40) / svg.WIDTH * sum(pictures) + 95 * len(pictures) + 30 * len(page.paragraphs))
 
 
-def fragments(items: Sequence[Figure | Table | HeatMap], given: Mapping[str, Look]) -> tuple[str, list[str]]:
+def fragments(items: Sequence[Figure | Bars | Table | HeatMap], given: Mapping[str, Look]) -> tuple[str, list[str]]:
     """Figures and tables as parts of a page.
 
     Parameters
     ----------
-    items : sequence of Figure, Table or HeatMap
+    items : sequence of Figure, Bars, Table or HeatMap
         All figures, tables and maps of the page.
     given : mapping
         Name of a series -> its look; the others get theirs in order.
@@ -90,16 +90,20 @@ def fragments(items: Sequence[Figure | Table | HeatMap], given: Mapping[str, Loo
     parts : list of str
         HTML of each item.
     """
-    figures = [item for item in items if isinstance(item, Figure)]
-    known = {**looks(names(figures)), **given}
+    drawn = [item for item in items if isinstance(item, Figure | Bars)]
+    figures = [item for item in drawn if isinstance(item, Figure)]
+    known = {**looks_of(drawn), **given}
+    classes = {name: f"c{k}" for k, name in enumerate(known)}
     left = max((svg.Canvas(lay_out(f, known)).left for f in figures if f.x_ends is not None), default=0.0)
     parts = []
     for k, item in enumerate(items):
         if isinstance(item, HeatMap):
             parts.append(heat_maps.figure(item))
-            continue
-        part = _figure(item, f"figure-{k}", known, left) if isinstance(item, Figure) else _table(item)
-        parts.append("\n".join(part))
+        elif isinstance(item, Bars):
+            parts.append("\n".join(bars.html(item, f"figure-{k}", classes, known)))
+        else:
+            part = _figure(item, f"figure-{k}", known, left) if isinstance(item, Figure) else _table(item)
+            parts.append("\n".join(part))
     return _colours(known), parts
 
 
@@ -123,11 +127,19 @@ def _figure(figure: Figure, key: str, known: dict[str, Look], left: float) -> It
         yield f'<p class="note">{escape(figure.note)}</p>'
     yield "</figcaption>"
     yield from _legend(frame, classes)
-    yield f'<div class="scroll">\n{svg.picture(frame, key, classes, canvas)}\n</div>'
+    data = svg.hover(frame, canvas)
+    if shared:  # panels of one axis are compared side by side with others: in a narrow window they scroll
+        yield f'<div class="scroll">\n{svg.picture(frame, key, classes, canvas)}\n</div>'
+    else:
+        small = lay_out(figure, known, svg.letter(svg.NARROW), narrow=True)
+        place = svg.Canvas(small, full=svg.NARROW)
+        pictures = svg.picture(frame, key, classes, canvas), svg.picture(small, f"{key}-narrow", classes, place)
+        yield f'<div class="scroll both">\n{pictures[0]}\n{pictures[1]}\n</div>'
+        data["narrow"] = {name: what for name, what in svg.hover(small, place).items() if name in ("points", "failed")}
     yield from _outcomes(frame)
     # `<` would let a text end the element; as an escape it is the same JSON.
-    data = json.dumps(seen(svg.hover(frame, canvas)), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-    yield f'<script type="application/json">{data.replace("<", chr(92) + "u003c")}</script>\n</figure>'
+    text = json.dumps(seen(data), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    yield f'<script type="application/json">{text.replace("<", chr(92) + "u003c")}</script>\n</figure>'
 
 
 def _legend(frame: Frame, classes: dict[str, str]) -> Iterator[str]:

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 import os
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbdsl.errors import UsageError
-from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out, names
-from mbdsl.plotting.figures import Figure
+from mbdsl.plotting import bars
+from mbdsl.plotting.figure_layout import Drawn, Frame, lay_out, looks_of
+from mbdsl.plotting.figures import Bars, Figure
 from mbdsl.plotting.picture_files import written
-from mbdsl.plotting.series_styles import LIGHT_PAPER, MARKS, Look, looks
+from mbdsl.plotting.series_styles import LIGHT_PAPER, MARKS, Look
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,18 +42,18 @@ LONG_NAME = 28  #: number of letters above which the legend is below the frame
 
 
 def draw(
-    figure: Figure,
+    figure: Figure | Bars,
     path: str | os.PathLike,
     *,
     size: tuple[float, float] = SIZE,
     dpi: float = 150.0,
-    known: Iterable[str] = (),
+    known: Mapping[str, Look] | None = None,
 ) -> None:
     """Draw a figure to a PNG, SVG or PDF file.
 
     Parameters
     ----------
-    figure : Figure
+    figure : Figure or Bars
         The figure.
     path : path
         The file; its suffix chooses the format.
@@ -60,8 +61,8 @@ def draw(
         Width and height.
     dpi : float, optional
         Pixels per inch of a PNG.
-    known : iterable of str, optional
-        Names of series of other figures. A series with such a name has the same colour and mark as there.
+    known : mapping, optional
+        Name of a series -> its look; the others get theirs in order.
 
     Raises
     ------
@@ -71,15 +72,21 @@ def draw(
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise UsageError(f"unknown suffix `{path.suffix}` of picture `{path}`", hint=f"known are {', '.join(SUFFIXES)}")
-    frame = lay_out(figure, looks([*known, *names([figure])]), letter=0.009 * SIZE[0] / size[0])
+    looks = {**looks_of([figure]), **(known or {})}
+    if isinstance(figure, Bars):
+        size = size[0], max(2.0, 1.1 + bars.ROW * len(figure.bars))
     with written(path, size, dpi, STYLE, layout="constrained") as picture:
         ax = picture.add_subplot()
-        fill(ax, frame)
         picture.suptitle(_wrapped(figure.title, 90), fontsize=12, fontweight="bold", x=0.01, ha="left")
-        more = f"{frame.unplaced} more outcomes are not shown." if frame.unplaced else ""
-        if frame.left_out or more:
-            picture.supxlabel(_wrapped(f"{frame.left_out} {more}", 130), fontsize=8, color=PALE)
-        _legend(picture, ax)
+        if isinstance(figure, Bars):
+            bars.fill(ax, figure, looks)
+        else:
+            frame = lay_out(figure, looks, letter=0.009 * SIZE[0] / size[0])
+            fill(ax, frame)
+            more = f"{frame.unplaced} more outcomes are not shown." if frame.unplaced else ""
+            if frame.left_out or more:
+                picture.supxlabel(_wrapped(f"{frame.left_out} {more}", 130), fontsize=8, color=PALE)
+            _legend(picture, ax)
 
 
 def fill(ax: Axes, frame: Frame) -> None:

@@ -1,14 +1,16 @@
-"""The look of each series: colour, mark and line, the same for a name in all figures.
+"""The look of each series: colour, mark and line, the same for a method in all figures and on all pages.
 
-Colours and marks together remain distinguishable for colour-blind readers: members of a family share a hue but no mark,
-and every colour has a contrast of at least 3:1 to the paper, light or dark (WCAG 2.1, 1.4.11).
+The colour and the mark are those of the method. Steps of fixed size have filled marks and a solid line; controlled
+steps have hollow marks and a dashed line. Members of a family have similar colours but different marks, and every
+colour has a contrast of at least 3:1 to the paper, light or dark (WCAG 2.1, 1.4.11).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from zlib import crc32
 
 LIGHT_PAPER, DARK_PAPER = "#ffffff", "#15181d"
 
@@ -25,23 +27,32 @@ class Look:
 
 
 NEUTRAL = Look("#6b7280", "#9aa4b2", "circle")  #: for guides and fronts
-DASHED = (5.0, 2.5)  #: for third-party integrators and other programs
+DASHED = (5.0, 2.5)  #: for controlled steps
+CONTROLLED = "--tol"  #: what the name of a series with controlled steps contains, if its method has both kinds
+
+
+def controlled(look: Look) -> Look:
+    """The look of a method with controlled steps."""
+    return replace(look, filled=False, dash=DASHED)
+
+
+#: looks of methods with fixed steps, or of those that have controlled steps only
 METHODS = {
-    "newmark": Look("#bf4f97", "#eba0cf", "hexagon", False),
-    "hht-i3": Look("#2f8fd3", "#8ccbf5", "square", False),
+    "newmark": Look("#bf4f97", "#eba0cf", "hexagon"),
+    "hht-i3": Look("#2f8fd3", "#8ccbf5", "square"),
     "hht-si2": Look("#0a5fa8", "#4fa3e8", "circle"),
     "hht-add": Look("#3b2c85", "#a79bef", "diamond"),
-    "nstiff": Look("#c67500", "#f5b041", "up", False),
+    "nstiff": Look("#c67500", "#f5b041", "up"),
     "nstiff-si2": Look("#b3360a", "#f07b4b", "down"),
     "generalized-alpha": Look("#7d1d4f", "#d4709f", "pentagon"),
-    "generalized-alpha-i3": Look("#b04a80", "#eba6c4", "pentagon", False),
+    "generalized-alpha-i3": Look("#b04a80", "#eba6c4", "spark"),
     "radau5": Look("#008a64", "#35c89b", "star"),
-    "scipy-dop853": Look("#7a6a00", "#d2c04a", "plus", dash=DASHED),
-    "scipy-radau": Look("#7a6a00", "#d2c04a", "cross", dash=DASHED),
-    "scipy-lsoda": Look("#7a6a00", "#d2c04a", "left", dash=DASHED),
-    "scipy": Look("#7a6a00", "#d2c04a", "square", dash=DASHED),
-    "ida": Look("#5f6b73", "#aebac2", "right", dash=DASHED),
-    "exudyn": Look("#111111", "#f2f2f2", "diamond", False, dash=DASHED),
+    "scipy-dop853": controlled(Look("#7a6a00", "#d2c04a", "plus")),
+    "scipy-radau": controlled(Look("#7a6a00", "#d2c04a", "cross")),
+    "scipy-lsoda": controlled(Look("#7a6a00", "#d2c04a", "left")),
+    "scipy": controlled(Look("#7a6a00", "#d2c04a", "slab")),
+    "ida": controlled(Look("#5f6b73", "#aebac2", "right")),
+    "exudyn": Look("#111111", "#f2f2f2", "bar"),
 }
 OTHERS = (
     Look("#0072b2", "#56b4e9", "circle"),
@@ -56,30 +67,63 @@ OTHERS = (
 DASHES = ((), (6.0, 2.0), (2.0, 1.5), (7.0, 2.0, 1.5, 2.0), (10.0, 3.0))
 
 
-def looks(names: Iterable[str]) -> dict[str, Look]:
+def method_look(name: str, only_controlled: bool = False) -> Look:
+    """The look of a method that :data:`METHODS` does not list: it depends on the name alone."""
+    digest = crc32(name.lower().encode())
+    marks = tuple(MARKS)
+    look = replace(OTHERS[digest % len(OTHERS)], mark=marks[digest // len(OTHERS) % len(marks)])
+    return controlled(look) if only_controlled else look
+
+
+def looks(
+    names: Iterable[str], methods: Mapping[str, Look] | None = None, figures: Sequence[Sequence[str]] | None = None
+) -> dict[str, Look]:
     """Name -> look.
 
-    A series whose name begins with that of a method has the hue and mark of the method; the others get theirs in order.
+    A series whose name begins with that of a method has the look of the method. If several series of one figure belong
+    to a method with one kind of steps, their colours differ. The others get their looks in order.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Names of series.
+    methods : mapping, optional
+        Looks of methods in addition to :data:`METHODS`.
+    figures : sequence of sequence of str, optional
+        The names in each figure; default: all names are in one.
     """
     names = list(dict.fromkeys(names))
-    taken = dict.fromkeys((_method(name) for name in names), -1)
-    taken.update({name.lower(): 0 for name in names if name.lower() in METHODS})
-    found = {}
-    for name in names:
-        method = _method(name)
-        if method == name.lower():
-            found[name] = METHODS[method]
-        else:
-            taken[method] += 1
-            found[name] = _variant(METHODS[method], taken[method]) if method else _other(taken[method])
-    return found
+    known = {**METHODS, **{name.lower(): look for name, look in (methods or {}).items()}}
+    found: dict[str, Look] = {}
+    for group in figures if figures is not None else [names]:
+        count: dict[Look, int] = {}
+        alone = {name: _of_method(name, known) for name in dict.fromkeys(group)}
+        # a series that is named as its method keeps the look itself
+        for name, look in sorted(alone.items(), key=lambda item: item[0].lower().removesuffix(" --tol") not in known):
+            if look is not None:
+                found.setdefault(name, _variant(look, count.get(look, 0)))
+                count[look] = count.get(look, 0) + 1
+    others = [name for name in names if name not in found]
+    return {name: found[name] if name in found else _other(others.index(name)) for name in names}
+
+
+def _of_method(name: str, known: Mapping[str, Look]) -> Look | None:
+    """The look of the method that ``name`` begins with, as a whole word."""
+    lower = name.lower()
+    fits = [m for m in known if lower.startswith(m) and not lower[len(m) : len(m) + 1].isalnum()]
+    if not fits:
+        return None
+    look = known[max(fits, key=len)]
+    return controlled(look) if CONTROLLED in lower else look
 
 
 def _variant(look: Look, k: int) -> Look:
-    """The ``k``-th series of a method: darker colours first, then dashes as well."""
+    """The ``k``-th series of a method: other depths of its colour, then other marks as well."""
     turn, depth = divmod(k, 3)
+    marks = tuple(MARKS)
+    mark = marks[(marks.index(look.mark) + turn) % len(marks)]
     light, dark = _mixed(look.light, "#000000", 0.33 * depth), _mixed(look.dark, "#ffffff", 0.33 * depth)
-    return replace(look, light=light, dark=dark, filled=look.filled ^ (k % 2 == 1), dash=DASHES[turn % len(DASHES)])
+    return replace(look, light=light, dark=dark, mark=mark)
 
 
 def _other(k: int) -> Look:
@@ -91,13 +135,6 @@ def _other(k: int) -> Look:
 def _mixed(colour: str, other: str, part: float) -> str:
     pairs = ((int(c[k : k + 2], 16) for c in (colour, other)) for k in (1, 3, 5))
     return "#" + "".join(f"{round(a + part * (b - a)):02x}" for a, b in pairs)
-
-
-def _method(name: str) -> str:
-    """The method that ``name`` begins with, as a whole word; "" if there is none."""
-    lower = name.lower()
-    fits = [m for m in METHODS if lower.startswith(m) and not lower[len(m) : len(m) + 1].isalnum()]
-    return max(fits, key=len, default="")
 
 
 def _corners(n: int, turn: float, inner: float = 1.0) -> tuple[tuple[float, float], ...]:
@@ -128,6 +165,9 @@ MARKS: dict[str, tuple[tuple[float, float], ...]] = {
     "pentagon": tuple((1.15 * x, 1.15 * y) for x, y in _corners(5, 0.0)),
     "hexagon": tuple((1.1 * x, 1.1 * y) for x, y in _corners(6, 0.0)),
     "star": tuple((1.5 * x, 1.5 * y) for x, y in _corners(10, 0.0, 0.45)),
+    "spark": tuple((1.5 * x, 1.5 * y) for x, y in _corners(8, 0.0, 0.38)),
+    "slab": ((-1.3, -0.6), (1.3, -0.6), (1.3, 0.6), (-1.3, 0.6)),
+    "bar": ((-0.6, -1.3), (0.6, -1.3), (0.6, 1.3), (-0.6, 1.3)),
     "plus": _PLUS,
     "cross": tuple((_HALF * (x - y), _HALF * (x + y)) for x, y in _PLUS),
 }

@@ -19,10 +19,12 @@ from mbdsl.plotting.figure_layout import Drawn, Frame
 from mbdsl.plotting.series_styles import MARKS
 
 WIDTH = 860.0  #: size of the picture [px]; the page may scale it
+NARROW = 400.0  #: the same of the picture for narrow windows
 RIGHT, BOTTOM, ROW, HEAD = 22.0, 46.0, 19.0, 26.0
 TICK = 20.0  #: space below a frame that labels of ticks need
 TALLEST = 560.0  #: frame of equal axes
 LETTER = 6.7  #: width of a letter of the small text
+LABEL = 7.2  #: width of a letter of the labels of axes
 RADIUS = 4.2  #: radius of a mark
 MANY = 150  #: number of marks above which they are dots
 LONG, PART = 4096, 512  #: number of points of a line above which it is simplified in parts, of so many points
@@ -31,12 +33,16 @@ NEAR = 5.0  #: of many points, hovering shows those that are further than this f
 
 
 class Canvas:
-    """The place of the frame on the picture; ``left`` is its least left margin, ``bottom`` is below the frame."""
+    """The place of the frame on the picture; ``left`` is its least left margin, ``bottom`` is below the frame.
 
-    def __init__(self, frame: Frame, left: float = 0.0, bottom: float = BOTTOM) -> None:
+    ``full`` is the width of the picture.
+    """
+
+    def __init__(self, frame: Frame, left: float = 0.0, bottom: float = BOTTOM, full: float = WIDTH) -> None:
+        self.full = full
         self.left = max(left, 16.0 + 7.5 * max((len(label) for _, label in frame.y.ticks), default=1))
         self.bottom = bottom
-        self.width = WIDTH - self.left - RIGHT
+        self.width = full - self.left - RIGHT
         self.height = self.width * frame.aspect
         if self.height > TALLEST:
             self.width, self.height = TALLEST / frame.aspect, TALLEST
@@ -50,17 +56,19 @@ class Canvas:
         return self.top + self.height * (1.0 - place)
 
 
-def letter() -> float:
+def letter(full: float = WIDTH) -> float:
     """A letter's width relative to that of a usual frame, for the layout of texts."""
-    return LETTER / (WIDTH - RIGHT - 50.0)
+    return LETTER / (full - RIGHT - 50.0)
 
 
 def picture(frame: Frame, key: str, classes: dict[str, str], canvas: Canvas | None = None) -> str:
     """``<svg>`` with title and description; ``classes`` are those of the page's style for each series' name."""
     canvas = canvas or Canvas(frame)
     figure = frame.figure
+    kind = ' class="narrow"' if canvas.full == NARROW else ""
     parts = [
-        f'<svg viewBox="0 0 {WIDTH:g} {canvas.total:.0f}" role="img" aria-labelledby="{key}-title {key}-desc">',
+        f'<svg viewBox="0 0 {canvas.full:g} {canvas.total:.0f}"{kind} role="img" '
+        f'aria-labelledby="{key}-title {key}-desc">',
         f'<title id="{key}-title">{escape(figure.title or figure.y_label)}</title>',
         f'<desc id="{key}-desc">{escape(description(frame))}</desc>',
         f'<clipPath id="{key}-clip"><rect x="{canvas.left:.1f}" y="{canvas.top - 1:.1f}" '
@@ -203,8 +211,10 @@ def _outline(drawn: Drawn, c: Canvas, piece: list[int]) -> list[int]:
     return [piece[k] for k in sorted(keep)]
 
 
-def _text(x: float, y: float, text: str, kind: str, anchor: str = "start") -> str:
-    return f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(text)}</text>'
+def _text(x: float, y: float, text: str, kind: str, anchor: str = "start", most: float = math.inf) -> str:
+    """A text; letters are narrower if it would be longer than ``most``."""
+    fit = f' textLength="{most:.0f}" lengthAdjust="spacingAndGlyphs"' if len(text) * LABEL > most else ""
+    return f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{fit}>{escape(text)}</text>'
 
 
 def _axes(frame: Frame, c: Canvas) -> Iterator[str]:
@@ -229,8 +239,11 @@ def _axes(frame: Frame, c: Canvas) -> Iterator[str]:
     for place, label in frame.y.ticks:
         yield _text(left - 8.0, c.y(place) + 4.5, label, "tick", "end")
     if c.bottom >= BOTTOM:
-        yield _text(c.x(0.5), c.total - 6.0, frame.x.titled(figure.x_label), "label", "middle")
-    yield _text(2.0, 15.0, frame.y.titled(figure.y_label), "label")
+        label = frame.x.titled(figure.x_label)
+        half = 0.5 * LABEL * len(label)
+        middle = min(c.x(0.5), c.full - 4.0 - half) if 2.0 * half < c.full - 8.0 else 0.5 * c.full
+        yield _text(middle, c.total - 6.0, label, "label", "middle", c.full - 8.0)
+    yield _text(2.0, 15.0, frame.y.titled(figure.y_label), "label", "start", c.full - 4.0)
     for place, _ in frame.floors:
         yield f'<path class="floor-line" d="M{left:.1f} {c.y(place):.1f}H{right:.1f}"/>'
 
@@ -239,7 +252,7 @@ def _floor_texts(frame: Frame, c: Canvas) -> Iterator[str]:
     """Labels below their lines, right and left in alternation; above guides, which may cross them."""
     for k, (place, text) in enumerate(frame.floors):
         at, anchor = (c.x(1.0) - 5.0, "end") if k % 2 == 0 else (c.x(0.0) + 6.0, "start")
-        yield _text(at, c.y(place) + 14.0, text, "small on-floor", anchor)
+        yield _text(at, c.y(place) + 14.0, text, "small on-floor", anchor, c.width - 12.0)
 
 
 def _series(drawn: Drawn, c: Canvas, clip: str) -> Iterator[str]:

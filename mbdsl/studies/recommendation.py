@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
@@ -11,29 +12,29 @@ from statistics import median
 from typing import Any
 
 from mbdsl.errors import IntegrationError, UsageError
-from mbdsl.integrators import available
+from mbdsl.integrators import available, compiled
 from mbdsl.mechanism.scene import Scene
-from mbdsl.messages import duration, together
+from mbdsl.messages import count, duration, together
 from mbdsl.plotting.figures import Table
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case, assemble, chosen, own_step, setting
 from mbdsl.studies.effects import tolerance
 from mbdsl.studies.error_measures import Quantity, error, quantities
-from mbdsl.studies.families import precise
+from mbdsl.studies.method_search import NEAR, Candidate, Result, rounded, search
 from mbdsl.studies.reference_solution import Reference, automatic, file_points, from_file
-from mbdsl.studies.report import as_text, number, size
+from mbdsl.studies.report import as_text, number, ratio, size
 from mbdsl.studies.runner import Runner
 from mbdsl.studies.slopes import CLEAR
 from mbdsl.studies.store import Store
 from mbdsl.studies.survey import Asked
 
-AIM = 0.8  #: part of the error that is the target, to avoid trials for small improvements
-RUNS = 8  #: largest number of runs of one method
-FAR = 3.0  #: a method that is this many times as slow as the fastest one is not tried further
-SHORT = 0.1  #: duration [s] below which a single run is too short to time
+SHORT = 0.1  #: times [s] below this are measured in several rounds before methods are compared
+TIMING = 0.25  #: part of the remaining budget for timing the cases that were found
+PYTHON = 30.0  #: cost of a step of a third-party integrator, relative to a compiled method, before it is measured
+LOOSEST = 1e-3  #: largest tolerance of a first run
+WIDTH = 80  #: of a line in a terminal
 ASKED = "the error asked for"
-SHARE = 0.7  #: part of the remaining budget for finding cases; the rest is for timing them
-JUMP = 32.0  #: largest ratio of successive steps, because errors at long steps predict little
+BUDGET = 120.0  #: seconds
 
 
 @dataclass(frozen=True)
@@ -66,13 +67,19 @@ class Recommendation:
     choices : tuple of Choice
         Cases that reach the error, the fastest first.
     others : tuple of (str, str)
-        Other methods, and the reason why each is not a choice.
+        Other methods that were tried, and the reason why each is not a choice.
     reference : Reference
         The reference solution.
     extra : tuple of str
         Options of the command line that set the model's parameters and effects.
     note : str
         A remark on the times.
+    left_out : tuple of str
+        Methods that were not tried, as the budget was spent.
+    complete : bool
+        Whether the search has ended before the budget was spent.
+    budget : float
+        Time limit of the search [s].
     """
 
     model: str
@@ -85,6 +92,14 @@ class Recommendation:
     reference: Reference
     extra: tuple[str, ...] = ()
     note: str = ""
+    left_out: tuple[str, ...] = ()
+    complete: bool = True
+    budget: float = math.inf
+
+    @property
+    def tried(self) -> int:
+        """Number of candidates that were tried; a method with fixed and with controlled steps counts twice."""
+        return len(self.choices) + len(self.others)
 
     @property
     def best(self) -> Choice:
@@ -94,25 +109,44 @@ class Recommendation:
     @property
     def command(self) -> str:
         """The shell command of the fastest case."""
-        return shlex.join(["mbdsl", "simulate", self.path, *self.best.case.arguments.split(), *self.extra])
+        return shlex.join(["mbdsl", "simulate", self.path, *shlex.split(self.best.case.arguments), *self.extra])
 
     def _head(self) -> str:
         return f"{self.model}: an error of {self.error:.3g}{f' {self.unit}' if self.unit else ''} in {self.what}"
+
+    def _answer(self) -> list[str]:
+        every = self.tried + len(self.left_out)
+        which = f"all {every}" if self.tried == every else f"the {self.tried} of {every}"
+        best, others = self.best, "candidates (methods with fixed or controlled steps)"
+        lines = [
+            f"{best.case.series} with {'h' if best.case.tol is None else 'tol'} = {size(best.case)} takes "
+            f"{duration(best.time)}, the least time of {which} {others} that were tried."
+        ]
+        if self.left_out:
+            lines.append(f"Not tried, as the budget of {self.budget:g} s was spent: {', '.join(self.left_out)}.")
+        if not self.complete:
+            lines.append("The search is not complete: run the same command again to continue.")
+        return lines
 
     def _table(self) -> Table:
         unit = f" {self.unit}" if self.unit else ""
         rows = []
         for c in self.choices:
-            ratio = f"{c.time / self.best.time:.2g}"
-            rows.append((c.case.series, size(c.case), number(c.error) + unit, duration(c.time), ratio))
+            times = ratio(c.time, self.best.time)
+            rows.append((c.case.series, size(c.case), number(c.error) + unit, duration(c.time), times))
         return Table("", ("method", "step or tol", "error", "time", "to the best"), rows)
 
     def _rest(self) -> list[str]:
         lines = [f"{name}: {why}" for name, why in self.others] + ([self.note] if self.note else [])
-        return [*lines, f"reference: {self.reference}", f"cheapest here:  {self.command}"]
+        return [*lines, f"reference: {self.reference}"]
 
     def __str__(self) -> str:
-        return "\n".join([self._head(), "", as_text(self._table()), "", *self._rest()])
+        def wrapped(lines: Sequence[str]) -> str:
+            every = (textwrap.wrap(line, WIDTH, subsequent_indent="  ", break_on_hyphens=False) for line in lines)
+            return "\n".join(part for parts in every for part in parts)
+
+        parts = [wrapped([self._head()]), wrapped(self._answer()), as_text(self._table()), wrapped(self._rest())]
+        return "\n\n".join([*parts, f"cheapest here:  {self.command}"])
 
     def __repr__(self) -> str:
         return f"<Recommendation for {self._head()}: {self.best.case}>"
@@ -120,7 +154,8 @@ class Recommendation:
     def _repr_html_(self) -> str:
         from mbdsl.plotting.html_tables import fragment
 
-        return fragment(self._head(), (), [self._table()], self._rest())
+        notes = [*self._rest(), f"cheapest here:  {self.command}"]
+        return fragment(self._head(), self._answer(), [self._table()], notes)
 
 
 def recommend(
@@ -139,8 +174,8 @@ def recommend(
     signal : str, optional
         Name of a signal.
     **asked
-        Fields of ``Asked``: methods, reference, stop, parameters, without, repeats,
-        budget, ...
+        Fields of ``Asked``: methods, reference, stop, parameters, without, repeats, budget, ... The budget [s] is that
+        of the whole search, compilation included; runs are stored, and a repeated call continues with them.
 
     Returns
     -------
@@ -151,59 +186,95 @@ def recommend(
     IntegrationError
         If no method reaches the error, or the reference solution is not accurate enough.
     """
-    given = Asked(**{"budget": 60.0, "repeats": 3, **asked})
+    given = Asked(**{"budget": BUDGET, "repeats": 3, **asked})
     names = chosen(given.methods)
     of = setting(model, given.stop, given.parameters, given.without)
-    assemble(of, given.announce)
     if given.reference != "auto":
         of = replace(of, points=file_points(given.reference, of))
-    store = Store(given.store, given.fresh)
-    runner = Runner(of, store, budget=given.budget, tell=given.tell, announce=given.announce)
-    reference, search = _search(runner, names, given, target, signal)
-    choices: list[Choice] = []
-    others: list[tuple[str, str]] = []
-    quickest = math.inf
-    ways = _promising(names)
-    for k, (name, kind) in enumerate(ways):
-        # no method may use the time of the others
-        share = runner.left * max(SHARE / (len(ways) - k), 0.25)
-        found, why = search.reach(name, kind, quickest, share)
-        if found is None:
-            others.append((_case(name, kind, 0.1).series, why))
-        else:
-            choices.append(found)
-            quickest = min(quickest, found.time)
-    if not choices:
-        raise IntegrationError(f"no method reaches an error of {search.wording(search.target)}: {together(others)}")
-    near = [c for c in choices if c.time <= max(FAR * quickest, SHORT)]
-    times = runner.time([c.case for c in near], given.repeats, {c.case: c.time for c in near}.__getitem__)
-    note = ""
-    if len(times) < len(near):  # medians of several runs and single runs are not comparable
-        times, note = {}, f"times are of one run each, as the budget of {given.budget:g} s was spent"
-    timed = [Choice(c.case, c.error, times.get(c.case, c.seconds)) for c in near]
-    others += [(c.case.series, f"takes {c.time / quickest:.0f} times as long") for c in choices if c not in near]
-    extra = [word for name, value in of.parameters.items() for word in ("--set", f"{name}={value}")]
+    runner = Runner(of, Store(given.store, given.fresh), budget=given.budget, tell=given.tell, announce=given.announce)
+    runner.compiling = max(runner.compiling, assemble(of, given.announce))
+    reference, aim = _aim(runner, names, given, target, signal)
+    reserved = TIMING * max(0.0, runner.left) if math.isfinite(runner.budget) else 0.0
+    runner.reserved += reserved
+    candidates = [_candidate(name, kind, aim) for name in names for kind in available()[name].steps]
+    complete = search(candidates, aim.target, aim.attempt, lambda: runner.left)
+    runner.reserved -= reserved
+    found = [Choice(_case(c, c.best.size), c.best.error, [c.best.seconds]) for c in candidates if c.best is not None]
+    if not found:
+        raise _nothing(candidates, aim, complete, given.budget)
+    timed, note = _timed(runner, found, given)
+    best = timed[0].time
+    slow = [c for c in found if c.case not in {t.case for t in timed}]
+    others = [(c.case.series, f"takes {_relative(c.time, best)}") for c in slow]
+    rest = sorted((c for c in candidates if c.best is None), key=lambda c: (c.problem != "", c.promise(aim.target)))
+    others += [(_series(c), _why(c, best, aim.target)) for c in rest if c.tried]
+    extra = ["--model", of.model_name] if of.model_name else []
+    extra += [word for name, value in of.parameters.items() for word in ("--set", f"{name}={value}")]
     extra += ["--without", ",".join(of.without)] if of.without else []
     extra += ["--stop", repr(of.stop)] if given.stop is not None else []
-    timed.sort(key=lambda c: c.time)
-    path = of.path or of.scene.name
     return Recommendation(
         of.scene.name,
-        path,
-        search.what,
-        search.target,
-        search.unit,
+        of.path or of.scene.name,
+        aim.what,
+        aim.target,
+        aim.unit,
         tuple(timed),
         tuple(others),
         reference,
         tuple(extra),
         note,
+        tuple(_series(c) for c in rest if not c.tried),
+        complete,
+        given.budget,
     )
 
 
+def _nothing(candidates: Sequence[Candidate], aim: Aim, complete: bool, budget: float) -> IntegrationError:
+    """The error if no candidate reaches the target."""
+    reasons = together((_series(c), _why(c, math.inf, aim.target)) for c in candidates if c.tried)
+    target = aim.wording(aim.target)
+    if complete:
+        return IntegrationError(f"no method reaches an error of {target}: {reasons}")
+    tried = f"{sum(c.tried for c in candidates)} of {len(candidates)} candidates were tried"
+    return IntegrationError(
+        f"no method has reached an error of {target} within the budget of {budget:g} s; {tried}"
+        + (f": {reasons}" if reasons else ""),
+        hint="run the same command again to continue, or give it more time (--budget)",
+    )
+
+
+def _timed(runner: Runner, found: Sequence[Choice], given: Asked) -> tuple[list[Choice], str]:
+    """The choices that are about as fast as the fastest one, with times of alternating runs; and a remark."""
+    quickest = min(c.time for c in found)
+    near = [c for c in found if c.time <= max(NEAR * quickest, SHORT)]
+    times = runner.time([c.case for c in near], given.repeats, {c.case: c.time for c in near}.__getitem__)
+    note = ""
+    if len(times) < len(near):  # medians of several runs and single runs are not comparable
+        times, note = {}, f"times are of one run each, as the budget of {given.budget:g} s was spent"
+    timed = [Choice(c.case, c.error, times.get(c.case, c.seconds)) for c in near]
+    return sorted(timed, key=lambda c: c.time), note
+
+
+def _why(c: Candidate, best: float, target: float) -> str:
+    """Why a candidate that was tried is no choice; ``best`` is the time of the fastest one [s]."""
+    if c.problem:
+        return c.problem
+    last = c.trials[-1] if c.trials else None
+    expected = c.promise(target)
+    if c.least and expected <= c.least:
+        return f"over {_relative(c.least, best)} (ended at {size(_case(c, c.ended))})"
+    if last is None:
+        return f"its first {count(c.runs, 'run')} failed"
+    return f"about {_relative(expected, best)} (error {number(last.error)} at {size(_case(c, last.size))})"
+
+
+def _relative(seconds: float, best: float) -> str:
+    return duration(seconds) + (f", {ratio(seconds, best)} times as long" if seconds > best else "")
+
+
 @dataclass
-class Search:
-    """Search for the longest step or tolerance with a small enough error."""
+class Aim:
+    """The target, and the measurement of errors."""
 
     runner: Runner
     reference: Reference
@@ -220,55 +291,15 @@ class Search:
     def wording(self, x: float) -> str:
         return f"{x:.2g} {self.unit}".rstrip()
 
-    def reach(
-        self, name: str, kind: str, quickest: float = math.inf, share: float = math.inf
-    ) -> tuple[Choice | None, str]:
-        """The case of a method that reaches the target with the longest step tried, or the reason why there is none.
-
-        Runs that take far longer than the ``quickest`` known one, or in sum longer than ``share`` [s], are stopped.
-        """
-        fixed = kind == "fixed"
-        order = float(available()[name].order) if fixed else 1.0
-        at = 4.0 * own_step(self.runner.setting) if fixed else min(1e-3, 10.0 * self.target_part)
-        tried: list[tuple[float, float]] = []
-        best: Choice | None = None
-        why = ""
-        slow, spent = max(FAR * quickest, SHORT), 0.0
-        for _ in range(RUNS):
-            case = _case(name, kind, _rounded(at))
-            limit = min(4.0 * slow, share - spent)  # a slow complete run gives more information than a stopped one
-            run = self.runner.compute([case], limit=limit)[case]
-            spent += min(limit, run.stats.get("seconds", {}).get("integrate", limit if run.late else 0.0))
-            if run.late and best is None and limit >= 4.0 * slow:
-                return None, f"takes more than {FAR:g} times as long"
-            if run.problem:
-                why = run.problem
-                if tried or run.late:
-                    break
-                at /= 4.0 if fixed else 10.0
-                continue
-            e, seconds = self.error(self.runner.trajectory(run)), run.stats["seconds"]["integrate"]
-            if e <= self.target:
-                best = Choice(case, e, [seconds])  # errors increase from here on
-                if e > self.target / 4.0 or any(size <= 2.5 * at for size, _ in tried):
-                    break
-            elif best is not None:
-                break
-            elif seconds > slow:
-                return None, f"takes more than {FAR:g} times as long"
-            elif len(tried) > 1 and e > 0.9 * tried[-1][1] and e < 1e-2:
-                return None, f"does not come below {min(e, *(x for _, x in tried)):.1e}"
-            if tried and 0.0 < e < tried[-1][1] and tried[-1][0] > at:
-                seen = math.log(tried[-1][1] / e) / math.log(tried[-1][0] / at)
-                order = min(max(seen, 0.5), 2.0 * order)
-            change = (AIM * self.target / max(e, 1e-300)) ** (1.0 / order)
-            if best is None and tried and e > 0.9 * tried[-1][1]:
-                change = min(change, 0.1)  # over a range of tolerances a single run may be the result of all of them
-            tried.append((at, e))
-            at *= min(max(change, 1.0 / JUMP), 0.7 if best is None else JUMP)
-            if at >= (10.0 * self.runner.setting.interval if fixed else 1e-2):
-                break
-        return best, why or f"not in {RUNS} runs"
+    def attempt(self, candidate: Candidate, size: float, cap: float) -> Result:
+        """One run of at most ``cap`` [s], from the store or computed."""
+        case = _case(candidate, size)
+        run = self.runner.compute([case], limit=cap)[case]
+        if run.late:
+            return Result(seconds=run.stats.get("seconds", {}).get("integrate", 0.0), late=True)
+        if run.problem:
+            return Result(problem=run.problem)
+        return Result(self.error(self.runner.trajectory(run)), self.runner.seconds(run))
 
     @property
     def target_part(self) -> float:
@@ -276,33 +307,34 @@ class Search:
         return self.target if self.scaled else self.target * self.wanted[0].weights[0]
 
 
-def _promising(names: Sequence[str]) -> list[tuple[str, str]]:
-    """Methods with their kinds of steps, high orders first: if these are fast, others can be stopped early."""
-    high = precise()
-    ordered = sorted(names, key=lambda name: high.index(name) if name in high else len(high))
-    return [(name, kind) for name in ordered for kind in available()[name].steps]
+def _candidate(name: str, kind: str, aim: Aim) -> Candidate:
+    """A method with its first step or tolerance; methods that need few steps for the target come first."""
+    order, own, part = float(available()[name].order), own_step(aim.runner.setting), aim.target_part
+    prior = (1.0 if name in compiled() else PYTHON) * part ** (-1.0 / order)
+    if kind == "fixed":
+        return Candidate(name, kind, order, rounded(4.0 * own), 10.0 * aim.runner.setting.interval, prior)
+    return Candidate(name, kind, order, rounded(min(LOOSEST, max(10.0 * part, part**0.5))), 1e-2, prior)
 
 
-def _search(
+def _aim(
     runner: Runner, names: Sequence[str], given: Asked, target: float | str, signal: str | None
-) -> tuple[Reference, Search]:
-    """A sufficiently accurate reference, and the search based on it."""
+) -> tuple[Reference, Aim]:
+    """A sufficiently accurate reference, and the target."""
     if given.reference == "auto":
         reference = automatic(runner, names, None)
     else:
         reference = from_file(given.reference, runner, [signal] if signal else ())
-    search = _by(runner, reference, target, signal)
-    floor = max(f.scaled if search.scaled else f.largest for f in map(reference.floor, search.wanted))
-    if floor < search.target / CLEAR or reference.check is None:
-        return reference, search
+    aim = _by(runner, reference, target, signal)
+    floor = max(f.scaled if aim.scaled else f.largest for f in map(reference.floor, aim.wanted))
+    if floor < aim.target / CLEAR or reference.check is None:
+        return reference, aim
     raise IntegrationError(
-        f"an error of {search.wording(search.target)} cannot be resolved: references agree to "
-        f"{search.wording(floor)} only",
+        f"an error of {aim.wording(aim.target)} cannot be resolved: references agree to {aim.wording(floor)} only",
         hint=f"{reference}; allow a larger error, or give --reference FILE",
     )
 
 
-def _by(runner: Runner, reference: Reference, target: float | str, signal: str | None) -> Search:
+def _by(runner: Runner, reference: Reference, target: float | str, signal: str | None) -> Aim:
     solution = reference.solution
     like = solution if isinstance(solution, Trajectory) else runner.blank()
     if signal is None:
@@ -311,20 +343,18 @@ def _by(runner: Runner, reference: Reference, target: float | str, signal: str |
             text = f"{reference.how} has no positions and velocities"
             raise UsageError(text, hint="name the signal to compare: --signal NAME")
         number_ = tolerance(target, "", 1.0, ASKED)
-        return Search(runner, reference, wanted, number_, "", "positions and velocities, scaled", True)
+        return Aim(runner, reference, wanted, number_, "", "positions and velocities, scaled", True)
     (name,) = like.select([signal]) if signal in like else [signal]
     wanted = [q for q in quantities(like, solution, [name]) if q.key == name]
     if not wanted:
         raise UsageError(f"the reference has no signal `{name}`")
     allowed = tolerance(target, like.unit(name), 1.0 / wanted[0].weights[0], ASKED)
-    return Search(runner, reference, wanted, allowed, like.unit(name), name, False)
+    return Aim(runner, reference, wanted, allowed, like.unit(name), name, False)
 
 
-def _case(method: str, kind: str, size: float) -> Case:
-    return Case(method, step=size) if kind == "fixed" else Case(method, tol=size)
+def _case(c: Candidate, size: float) -> Case:
+    return Case(c.method, step=size) if c.kind == "fixed" else Case(c.method, tol=size)
 
 
-def _rounded(x: float) -> float:
-    """``x`` rounded down to two digits."""
-    digit = 10.0 ** (math.floor(math.log10(x)) - 1)
-    return float(f"{math.floor(x / digit * (1 + 1e-9)) * digit:.2g}")
+def _series(c: Candidate) -> str:
+    return _case(c, c.size).series

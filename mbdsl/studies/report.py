@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 import os
@@ -13,20 +11,24 @@ from collections.abc import Iterable, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 
-import numpy as np
-
 from mbdsl.errors import UsageError
+from mbdsl.integrators.method_files import spelled
 from mbdsl.messages import count, duration
-from mbdsl.plotting.figures import Figure, Outcome, Page, Table
+from mbdsl.plotting.figure_layout import looks_of
+from mbdsl.plotting.figures import Bars, Figure, Outcome, Page, Table
+from mbdsl.plotting.series_styles import Look
 from mbdsl.simulation.provenance import machine, versions
 from mbdsl.storage.output_files import write_text
 from mbdsl.studies.cases import reaches
+from mbdsl.studies.figure_parts import Score, method_looks, parts
+from mbdsl.studies.records import as_csv, record
 from mbdsl.studies.survey import Row, Survey
+from mbdsl.terminal import text_width
 
 PICTURES = ("png", "svg")
 TROUBLES = 12  #: failed cases that are listed one by one
 LONG = 40  #: largest number of rows of a table in a terminal
-WIDTH = 100  #: characters of a line in a terminal
+WIDTH = 100  #: characters of a line where the width of the terminal is not known
 HEIGHT = 640  #: of the page in a notebook [px]
 
 
@@ -73,16 +75,45 @@ class Study:
         """
         return []
 
-    def figures(self) -> list[Figure]:
+    def figures(self) -> Sequence[Figure | Bars]:
         """Return the results as figures.
 
         Returns
         -------
-        list of Figure
+        sequence of Figure or Bars
         """
         return []
 
+    def answers(self) -> int:
+        """Return the number of tables that come before the figures on the page.
+
+        Returns
+        -------
+        int
+        """
+        return 0
+
+    score: Score | None = None  #: the smaller, the better is a series of a figure
+
     # -- common to all studies -------------------------------------------------------------------------------
+    def pictures(self) -> list[Figure | Bars]:
+        """Return the figures in parts with few series each.
+
+        Returns
+        -------
+        list of Figure or Bars
+        """
+        return [part for figure in self.figures() for part in parts(figure, type(self).score)]
+
+    def looks(self) -> dict[str, Look]:
+        """Return the look of every series: the same for a method in all figures.
+
+        Returns
+        -------
+        dict
+        """
+        return looks_of(self.figures(), method_looks())
+
     def records(self) -> list[dict]:
         """Return one flat record a run: its settings, costs and errors.
 
@@ -90,7 +121,7 @@ class Study:
         -------
         list of dict
         """
-        return [_record(row) for row in self.survey.rows]
+        return [record(row) for row in self.survey.rows]
 
     def command(self) -> str:
         """Return the shell command that repeats the study with the same options and methods.
@@ -102,7 +133,8 @@ class Study:
         s, of = self.survey, self.survey.setting
         if of.path is None:
             return "none: the model is not from a file"
-        said = ["mbdsl", "study", self.kind, of.path, "--methods", ",".join(self._methods())]
+        said = ["mbdsl", "study", self.kind, of.path, "--methods", ",".join(map(spelled, self._methods()))]
+        said += ["--model", of.model_name] if of.model_name else []
         for option, sizes in (("--steps", s.asked.steps), ("--tols", s.asked.tols)):
             said += [option, ",".join(repr(float(x)) for x in sizes)] if sizes is not None else []
         said += ["--stop", repr(of.stop)]
@@ -163,16 +195,17 @@ class Study:
         return {**self.facts(), "model text": model, "summary": self.summary(), "rows": self.records()}
 
     def page(self) -> Page:
-        """Return the content of the HTML page.
+        """Return the content of the HTML page: the answers, the figures, then the other tables.
 
         Returns
         -------
         Page
         """
-        items: list[Figure | Table] = [*self.tables(), *self.figures()]
+        tables, first = self.tables(), self.answers()
+        items: list[Figure | Bars | Table] = [*tables[:first], *self.pictures(), *tables[first:]]
         small = [(name, _plain(value)) for name, value in self.facts().items()]
         small += [(f"text of {file}", text) for file, text in self._texts().items()]
-        return Page(self.title, self.summary(), items, small)
+        return Page(self.title, self.summary(), items, small, self.looks())
 
     def _texts(self) -> dict[str, str]:
         """The text of the model's files as read, by their path relative to the main file."""
@@ -207,7 +240,9 @@ class Study:
         for table in self.tables():
             rest = f"{table.title}: {len(table.rows)} rows, on the page (--verbose prints them)"
             parts.append(as_text(table) if len(table.rows) <= most else rest)
-        lines = [line for said in self.summary() for line in textwrap.wrap(said, WIDTH, break_long_words=False)]
+        lines = [
+            line for said in self.summary() for line in textwrap.wrap(said, text_width(WIDTH), break_long_words=False)
+        ]
         return "\n\n".join([*parts, "\n".join(lines)])
 
     def write(self, folder: str | os.PathLike, pictures: Sequence[str] = PICTURES) -> list[Path]:
@@ -258,58 +293,24 @@ def draw(study: Study, folder: str | os.PathLike, pictures: Sequence[str] = PICT
     UsageError
         If matplotlib is not installed.
     """
-    paths = [Path(folder) / f"{study.kind}-{figure.key}.{suffix}" for figure in study.figures() for suffix in pictures]
+    # the page has the parts of all families; as files they would take longer to draw than many studies to run
+    each = [(parts(figure, type(study).score)[0], suffix) for figure in study.figures() for suffix in pictures]
+    paths = [Path(folder) / f"{study.kind}-{figure.key}.{suffix}" for figure, suffix in each]
     if paths:
         from mbdsl.plotting import pictures as drawing
 
-        figures = [figure for figure in study.figures() for _ in pictures]
-        for figure, path in zip(figures, paths, strict=True):
-            drawing.draw(figure, path)
+        known = study.looks()
+        for (figure, _), path in zip(each, paths, strict=True):
+            drawing.draw(figure, path, known=known)
     return paths
 
 
-def _record(row: Row) -> dict:
-    case, stats = row.case, row.run.stats
-    record = {
-        "method": case.method,
-        **{f"option {name}": value for name, value in case.options},
-        "step": case.step,
-        "tol": case.tol,
-        "outcome": row.run.problem or "done",
-        **{key: stats.get(key) for key in ("steps", "rejected", "iterations", "matrix_evaluations", "factorisations")},
-    }
-    if row.seconds:
-        record |= {
-            "rounds": " ".join(f"{x:.6g}" for x in row.seconds),
-            "seconds": float(np.median(row.seconds)),
-            "seconds least": min(row.seconds),
-            "seconds most": max(row.seconds),
-            "timed runs": len(row.seconds),
-        }
-    for key, e in row.errors.items():
-        record |= {
-            key: e.largest,
-            f"{key} scaled": e.scaled,
-            f"{key} at end": e.end,
-            f"{key} at end scaled": e.scaled_end,
-        }
-    return record
-
-
-def as_csv(records: Sequence[dict]) -> str:
-    names = list(dict.fromkeys(name for record in records for name in record))
-    text = io.StringIO()
-    writer = csv.DictWriter(text, names, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({k: repr(v) if isinstance(v, float) else v for k, v in record.items()} for record in records)
-    return text.getvalue()
-
-
-def as_text(table: Table, width: int = WIDTH, lead: int = 2) -> str:
-    """A table as text for a terminal, with numbers aligned to the right.
+def as_text(table: Table, width: int | None = None, lead: int = 2) -> str:
+    """A table as text for a terminal, with numbers aligned to the right; the default ``width`` is that of the terminal.
 
     Columns that do not fit are continued below, with the first ``lead`` columns repeated.
     """
+    width = text_width(WIDTH) if width is None else width
     rows = [list(table.columns), *map(list, table.rows)]
     widths = [max(len(row[k]) for row in rows) for k in range(len(table.columns))]
     right = [_numbers(row[k] for row in table.rows) for k in range(len(table.columns))]
@@ -365,6 +366,11 @@ def troubles(s: Survey) -> list[str]:
 def number(x: float | None, digits: int = 2) -> str:
     """An error with few digits."""
     return "" if x is None or not math.isfinite(x) else "0" if x == 0.0 else f"{x:.{digits - 1}e}".replace("e-0", "e-")
+
+
+def ratio(one: float, other: float) -> str:
+    """A ratio with two digits, without an exponent."""
+    return f"{float(f'{one / other:.2g}'):,.12g}"
 
 
 def size(row_or_case) -> str:

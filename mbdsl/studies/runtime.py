@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from os import PathLike
 from statistics import median
 from typing import Any
@@ -10,10 +12,10 @@ import numpy as np
 
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, duration
-from mbdsl.plotting.figures import Figure, Series, Table
+from mbdsl.plotting.figures import Bar, Bars, Figure, Series, Table
 from mbdsl.studies.reference_solution import Reference
 from mbdsl.studies.report import Study, outcomes, size, troubles
-from mbdsl.studies.survey import Asked, Row, Survey, begin
+from mbdsl.studies.survey import TIMING, Asked, Row, Survey, begin
 from mbdsl.studies.work_precision import quartiles, rounds, time_rows
 
 BASE = "hht-i3"
@@ -81,7 +83,10 @@ class Runtime(Study):
         columns = ("method", "step or tol", "steps", "a step", "a second", f"to {BASE}", "middle half", "iterations")
         return [Table("Run time", columns, rows, "`a second`: of simulated time; `iterations`: a step.")]
 
-    def figures(self) -> list[Figure]:
+    def figures(self) -> Sequence[Figure | Bars]:
+        timed = [row for row in self.survey.rows if row.seconds]
+        if len({row.case.series for row in timed}) == len(timed) > 1:
+            return [self._bars(sorted(timed, key=lambda row: median(row.seconds)))]
         series = []
         for name, rows in self.survey.series().items():
             done = [row for row in rows if row.seconds]
@@ -93,6 +98,16 @@ class Runtime(Study):
             series.append(Series(name, counts, y, low, high, hover))
         problems = [type(o)(o.name, None, o.text) for o in outcomes(self.survey.rows)]
         return [Figure("time", "Run time", "steps", "time of a simulated second [s]", series, outcomes=problems)]
+
+    def _bars(self, rows: Sequence[Row]) -> Bars:
+        """One time for each series, the shortest first."""
+        span, bars = self.survey.setting.span, []
+        for row in rows:
+            low, high = (x / span for x in quartiles(row.seconds))
+            t = median(row.seconds) / span
+            bars.append(Bar(row.case.series, t, f"{duration(t)} ({size(row)})", low, high))
+        note = "Hollow bars are runs with a tolerance, solid bars are runs with fixed steps."
+        return Bars("time", "Run time", "time of a simulated second [s]", bars, note)
 
 
 def runtime(model: Scene | str | PathLike, **asked: Any) -> Runtime:
@@ -118,7 +133,10 @@ def runtime(model: Scene | str | PathLike, **asked: Any) -> Runtime:
     """
     given = Asked(**asked)
     runner, every, refused = begin(model, given, few=((1.0,), TOLS))
+    reserved = TIMING * runner.budget if math.isfinite(runner.budget) else 0.0
+    runner.reserved += reserved
     runs = runner.compute(every)
+    runner.reserved -= reserved
     rows = [Row(case, runs[case]) for case in every]
     found = Survey(runner.setting, given, runner, rows, refused, Reference.none(), [])
     time_rows(found)

@@ -120,6 +120,16 @@ class Store:
         if self._write(_times_file(key), session=np.array(session), seconds=np.array(seconds)):
             self.own.add(_times_file(key))
 
+    def spent(self, key: str) -> float:
+        """The longest time [s] after which a run was ended on this machine before it was complete; 0 without any."""
+        return max(self.times(_ended(key))[1], default=0.0)
+
+    def put_spent(self, key: str, run: Computed) -> None:
+        """Store the time of a step loop that was ended, so that it is not repeated with the same time limit."""
+        seconds = run.stats.get("seconds", {}).get("integrate", 0.0) if run.late else 0.0
+        if seconds > self.spent(key):
+            self.put_times(_ended(key), "", [seconds])
+
     def _read(self, name: str, what: Callable[[Mapping[str, Array]], T]) -> T | None:
         """The content of a file; None if it is damaged, untrusted, or under the name of another run."""
         if self.fresh and name not in self.own:
@@ -165,6 +175,11 @@ def _run_file(key: str) -> str:
 
 def _times_file(key: str) -> str:
     return f"{key}-{_machine_digest()}.npz"
+
+
+def _ended(key: str) -> str:
+    """The key of the times of a run that was ended."""
+    return hashlib.sha256(f"ended {key}".encode()).hexdigest()[:32]
 
 
 @singledispatch

@@ -36,7 +36,8 @@ from mbdsl.studies.store import Computed, Store
 
 BUDGET = 120.0  #: seconds
 CONSERVED = 1e-9  #: largest change of a conserved energy, relative to the energy exchanged between its kinds
-SHORT = 0.01  #: part of the budget: runs that take less are repeated if necessary, even when the budget is spent
+TIMING = 0.25  #: part of the remaining budget that is kept for timing runs
+TWICE = 0.25  #: part of the remaining budget that is kept for second runs, at the ends of steps
 #: number of steps above which not all are stored: the interpolation error of such short steps is negligible
 MANY = 100_000
 
@@ -64,7 +65,7 @@ class Asked:
     repeats : int, optional
         Number of timed runs of each case, in alternation; their median is reported.
     budget : float or str, optional [s]
-        Time limit of the study. Runs beyond it are skipped and reported as such.
+        Time limit of the study, compilation included. Runs beyond it are ended or skipped, and reported as such.
     workers : int, optional
         Number of processes for runs that are not timed. Default: the number of cores.
     store : path, optional
@@ -176,8 +177,7 @@ def begin(
     """
     names = chosen(asked.methods)
     of = setting(model, asked.stop, asked.parameters, asked.without)
-    of = Setting(**{**vars(of), "points": _points(of, asked)})
-    assemble(of, asked.announce)
+    of = replace(of, points=_points(of, asked))
     runner = Runner(
         of,
         Store(asked.store, asked.fresh),
@@ -186,6 +186,7 @@ def begin(
         tell=asked.tell,
         announce=asked.announce,
     )
+    runner.compiling = max(runner.compiling, assemble(of, asked.announce))
     if asked.steps is not None or asked.tols is not None:
         both = asked.steps is not None and asked.tols is not None
         steps = None if asked.steps is None else _steps(of, asked.steps)
@@ -217,8 +218,8 @@ def _steps(of: Setting, asked: Sequence[float]) -> list[float]:
     return list(dict.fromkeys(taken(of.span, h) if h > 0.0 else h for h in asked))
 
 
-def survey(model: Scene | str | PathLike, asked: Asked, both: bool = False) -> Survey:
-    """Run every case and measure its errors.
+def survey(model: Scene | str | PathLike, asked: Asked, both: bool = False, timed: bool = False) -> Survey:
+    """Run every case and measure its errors; ``timed`` keeps a part of the budget for timing.
 
     Raises
     ------
@@ -229,7 +230,7 @@ def survey(model: Scene | str | PathLike, asked: Asked, both: bool = False) -> S
     KeyboardInterrupt
         If it is interrupted; completed runs are stored.
     """
-    return measure(prepare(model, asked, both))
+    return measure(prepare(model, asked, both, timed=timed))
 
 
 def prepare(
@@ -237,6 +238,7 @@ def prepare(
     asked: Asked,
     both: bool = False,
     few: tuple[Sequence[float], Sequence[float]] | None = None,
+    timed: bool = False,
 ) -> Survey:
     """The survey before errors are measured."""
     runner, every, refused = begin(model, asked, both, few)
@@ -246,7 +248,11 @@ def prepare(
         reference = automatic(runner, [c.method for c in every], finest)
     else:
         reference = from_file(asked.reference, runner, asked.signals)
-    return Survey(of, asked, runner, rows_of(runner, every), refused, reference, [])
+    reserved = TIMING * max(0.0, runner.left) if timed and math.isfinite(runner.budget) else 0.0
+    runner.reserved += reserved
+    rows = rows_of(runner, every)
+    runner.reserved -= reserved
+    return Survey(of, asked, runner, rows, refused, reference, [])
 
 
 def rows_of(runner: Runner, every: Sequence[Case]) -> list[Row]:
@@ -256,16 +262,23 @@ def rows_of(runner: Runner, every: Sequence[Case]) -> list[Row]:
     the method. Such cases are run again with other output. Without time for this, or with very short steps, ``own`` is
     the interpolated run.
     """
-    runs = runner.compute(every)
-    ends = {
-        case: replace(case, ends=True)
-        for case, run in runs.items()
-        if run.done and not reaches(runner.setting, case) and (case.tol is None or run.stats["steps"] <= MANY)
-    }
-    # if expensive runs have used up the budget, cheap second runs are still made
-    took = [sum(s for phase, s in runs[case].stats["seconds"].items() if phase != "compile") for case in ends]
-    runner.budget += max(0.0, 3.0 * sum(s for s in took if s < SHORT * runner.budget) - runner.left)  # times vary
-    others = runner.compute(list(ends.values()), "the same at the ends of steps")
+    of, runs, others = runner.setting, {}, {}
+    between = [case for case in every if not reaches(of, case)]
+    ends: dict[Case, Case] = {}
+    for _ in range(2):  # the second time, cases that did not fit into their part of the budget
+        kept = max(0.0, TWICE * runner.left) if between and math.isfinite(runner.left) else 0.0
+        runner.reserved += kept
+        runs |= runner.compute([case for case in every if case not in runs or runs[case].late])
+        runner.reserved -= kept
+        ends = {
+            case: replace(case, ends=True)
+            for case in between
+            if runs[case].done and (case.tol is None or runs[case].stats["steps"] <= MANY)
+        }
+        missing = [case for case in ends.values() if case not in others or others[case].late]
+        others |= runner.compute(missing, "the same at the ends of steps")
+        if not any(run.late for run in runs.values()):
+            break
     rows = []
     for case in every:
         row = Row(case, runs[case])

@@ -16,7 +16,8 @@ from mbdsl.messages import duration
 from mbdsl.plotting.figures import Figure, Series, Table
 from mbdsl.studies.convergence import BRACKETS, cell, trusted
 from mbdsl.studies.error_measures import Quantity
-from mbdsl.studies.report import Study, number, outcomes, size, troubles
+from mbdsl.studies.figure_parts import on_front
+from mbdsl.studies.report import Study, number, outcomes, ratio, size, troubles
 from mbdsl.studies.survey import Asked, Row, Survey, survey
 
 SHOWN = ("q", "v", "reactions", "energy")
@@ -28,6 +29,7 @@ class WorkPrecision(Study):
 
     kind = "work-precision"
     timed = True
+    score = staticmethod(on_front)
 
     def points(self, key: str) -> list[Row]:
         """Rows with a time and an error; errors below the reference's resolution are set to it."""
@@ -53,17 +55,49 @@ class WorkPrecision(Study):
     def summary(self) -> list[str]:
         s = self.survey
         lines = [
+            *self._answer(),
             trusted(s),
             f"Times are of the step loops alone: medians of {rounds(s.rows)} in which methods alternate, "
             "in each the least of three short runs; the spread is that of the middle half.",
         ]
         untimed = sum(row.run.done and not row.seconds for row in s.rows)
-        lines += [f"{untimed} cases were not timed, as the budget was spent."] if untimed else []
+        if untimed:
+            lines.append(f"{untimed} cases were not timed, as the budget was spent; shorter runs are timed first.")
         return lines + troubles(s)
 
+    def _answer(self) -> list[str]:
+        """The fastest method for each error, in a sentence, and how many cases it was chosen from."""
+        found: list[tuple[str, list[int]]] = []
+        key = next((q.key for q in self._read()), "")
+        for k, best in self._decades(key):
+            if found and found[-1][0] == best[0].case.series:
+                found[-1][1].append(k)
+            else:
+                found.append((best[0].case.series, [k]))
+        if not found:
+            return []
+        label = next(q.label for q in self._read())
+        each = (f"{name} for {f'1e-{ks[0]}' if len(ks) == 1 else f'1e-{ks[0]} to 1e-{ks[-1]}'}" for name, ks in found)
+        rows = self.survey.rows
+        timed, every = sum(bool(row.seconds) for row in rows), len(rows)
+        which = "" if timed == every else f", of the {timed} of {every} cases that were run and timed"
+        return [f"Least time for an error in {label}: {', '.join(each)}{which}."]
+
     def tables(self) -> list[Table]:
-        keys = [q.key for q in self.shown() if q.key in ("q", "reactions") or q.key == q.label]
-        return [self._all(), *(self._read_out(key) for key in keys)]
+        return [*(self._read_out(q) for q in self._read()), self._all()]
+
+    def answers(self) -> int:
+        return min(1, len(self._read()))
+
+    def _read(self) -> list[Quantity]:
+        """The quantities for whose errors the least times are listed."""
+        return [q for q in self.shown() if q.key in ("q", "reactions") or q.key == q.label]
+
+    def _decades(self, key: str) -> list[tuple[int, list[Row]]]:
+        """(k, the fastest row of each series with an error of 10^-k), where there is one."""
+        points = self.points(key)
+        found = ((k, cheapest(points, key, 10.0**-k)) for k in range(1, 13))
+        return [(k, best) for k, best in found if best]
 
     def _all(self) -> Table:
         shown = self.shown()
@@ -78,20 +112,14 @@ class WorkPrecision(Study):
         columns = ("method", "step or tol", "steps", "time", "spread", *(q.key for q in shown))
         return Table("Error and time", columns, rows, f"Errors: {BRACKETS}")
 
-    def _read_out(self, key: str) -> Table:
+    def _read_out(self, q: Quantity) -> Table:
         rows = []
-        points = self.points(key)
-        for k in range(1, 13):
-            best = cheapest(points, key, 10.0**-k)
-            if not best:
-                continue
+        for k, best in self._decades(q.key):
             first, others = best[0], best[1:CHOICES]
-            ratios = [f"{o.case.series} {median(o.seconds) / median(first.seconds):.2g}" for o in others]
+            ratios = [f"{o.case.series} {ratio(median(o.seconds), median(first.seconds))}" for o in others]
             rows.append((f"1e-{k}", first.case.series, size(first), duration(median(first.seconds)), ", ".join(ratios)))
-        q = self.survey.quantity(key)
-        label = q.label if q else key
         columns = ("error", "cheapest", "with", "takes", "then, and how many times as long")
-        return Table(f"Least time for an error in {label}", columns, rows)
+        return Table(f"Least time for an error in {q.label}", columns, rows)
 
     def figures(self) -> list[Figure]:
         return [self._figure(q) for q in self.shown()]
@@ -157,7 +185,7 @@ def work_precision(model: Scene | str | PathLike, **asked: Any) -> WorkPrecision
     MbdslError
         If the model or the arguments are invalid, or no reference solution is found.
     """
-    found = survey(model, Asked(**asked), both=True)
+    found = survey(model, Asked(**asked), both=True, timed=True)
     time_rows(found)
     return WorkPrecision(found)
 

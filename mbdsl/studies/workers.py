@@ -33,6 +33,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from mbdsl.compilation import code_cache
+from mbdsl.integrators import method_files
 from mbdsl.storage import cache_folder
 from mbdsl.studies.cases import Case, Setting
 from mbdsl.studies.compute import compute
@@ -61,7 +62,7 @@ def side_by_side(
     store: Store,
     cases: list[Case],
     count: int,
-    left: Callable[[], float],
+    limits: Callable[[Case], tuple[float, float, float]],
     add: Callable[[Case, Computed], None],
 ) -> None:
     """Compute cases in several processes.
@@ -79,8 +80,9 @@ def side_by_side(
         Removed one by one; the remaining cases have not been computed.
     count : int
         Number of workers.
-    left : callable
-        Returns the time limit [s] of a case that begins now.
+    limits : callable
+        Returns the time limits [s] of a case that begins now: of its step loop, and of all that it takes; and the
+        expected time of a compilation [s].
     add : callable
         Called with each case and its result.
     """
@@ -99,12 +101,13 @@ def side_by_side(
 
     def feed(worker: _Worker) -> None:
         while cases:
-            case, limit = cases.pop(0), left()
-            if limit <= 0.0:
+            case = cases.pop(0)
+            limit, left, compiling = limits(case)
+            if min(limit, left) <= 0.0:
                 add(case, Computed(case, problem=OUT_OF_TIME))
                 continue
             try:
-                busy[worker.submit(_compute, case, key_of(of, case), limit)] = worker, case
+                busy[worker.submit(_compute, case, key_of(of, case), limit, left, compiling)] = worker, case
             except BrokenExecutor:  # it has ended since its last answer
                 cases.insert(0, case)
                 start()
@@ -170,7 +173,7 @@ class _Worker(SpawnContext):
     def __init__(self, setting: bytes, folder: Path) -> None:
         super().__init__()
         self.processes: list[_Process] = []
-        self.pool = ProcessPoolExecutor(1, self, _begin, (setting, folder))
+        self.pool = ProcessPoolExecutor(1, self, _begin, (setting, folder, method_files.paths()))
 
     def Process(self, *args: Any, **kwargs: Any) -> _Process:  # type: ignore[override]
         self.processes.append(_Process(*args, **kwargs))
@@ -231,7 +234,7 @@ def _signals_for_the_parent() -> Iterator[None]:
 _work: tuple[Setting, Store]
 
 
-def _begin(setting: bytes, folder: Path) -> None:
+def _begin(setting: bytes, folder: Path, methods: tuple[str, ...]) -> None:
     """Make this process a worker."""
     global _work
     threading.Thread(target=_end_with_the_parent, daemon=True).start()
@@ -240,6 +243,8 @@ def _begin(setting: bytes, folder: Path) -> None:
     os.dup2(nothing, 1)
     os.dup2(nothing, 2)
     code_cache.alone()
+    for path in methods:
+        method_files.load(path)
     _work = pickle.loads(setting), Store(folder)
 
 
@@ -254,12 +259,13 @@ def _ready() -> None:
     """The first task of a worker; a worker that cannot begin does not answer."""
 
 
-def _compute(case: Case, key: str, limit: float) -> _Answer:
-    """Compute a case in ``limit`` seconds and put the result into the store under ``key``."""
+def _compute(case: Case, key: str, limit: float, left: float, compiling: float = 0.0) -> _Answer:
+    """Compute a case within its time limits [s] and put the result into the store under ``key``."""
     of, store = _work
     if key_of(of, case) != key:  # another version, which would give other results
         return _Answer(CHANGED)
-    run = compute(of, case, limit)
+    run = compute(of, case, limit, None, left, compiling)
+    store.put_spent(key, run)
     if run.lasting and not store.put(key, run):
         return _Answer(UNKEPT)
     return _Answer(run.problem, run.lasting)

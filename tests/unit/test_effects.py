@@ -211,8 +211,8 @@ def test_tolerances(tmp_path):
         assert effects(path, "rod.b.y", tol=tol, repeats=1).tol == pytest.approx(wanted, rel=1e-12)
     for tol, message in (
         ("1 kg", "wrong unit: expected m, found kg"),
-        ("much", "`much` is no number"),
-        ("x%", "`x` is no number, with or without a unit, such as 1.5"),
+        ("much", "`much` is not a number"),
+        ("x%", "`x` is not a number"),
         (0.0, "leaves no room"),
         ("-1 %", "leaves no room"),
     ):

@@ -5,7 +5,19 @@ from itertools import combinations
 import pytest
 
 from mbdsl.integrators import available
-from mbdsl.plotting.series_styles import DARK_PAPER, LIGHT_PAPER, MARKS, METHODS, NEUTRAL, OTHERS, looks
+from mbdsl.plotting.figure_layout import looks_of
+from mbdsl.plotting.figures import Bar, Bars, Figure, Series
+from mbdsl.plotting.series_styles import (
+    DARK_PAPER,
+    DASHED,
+    LIGHT_PAPER,
+    MARKS,
+    METHODS,
+    NEUTRAL,
+    OTHERS,
+    looks,
+    method_look,
+)
 
 
 def luminance(colour):
@@ -44,12 +56,49 @@ def test_a_method_looks_the_same_whoever_is_beside_it():
 
 
 def test_what_begins_with_a_method_keeps_its_mark_and_differs():
-    found = looks(["nstiff-si2", "nstiff-si2, tol", "nstiff, tol", "nstiffer", "Exudyn 1.9"])
+    found = looks(["nstiff-si2, tol", "nstiff-si2", "nstiff, tol", "nstiffer", "Exudyn 1.9"])
     assert found["nstiff-si2, tol"].mark == found["nstiff-si2"].mark
     assert found["nstiff-si2, tol"] != found["nstiff-si2"]
     assert found["nstiff, tol"].mark == METHODS["nstiff"].mark
     assert found["nstiffer"] == OTHERS[0]
     assert found["Exudyn 1.9"].mark == METHODS["exudyn"].mark
+
+
+def figure(*names):
+    return Figure("k", "t", "x", "y", [Series(name, [1.0], [1.0]) for name in names])
+
+
+def test_a_method_looks_the_same_in_all_figures_of_all_pages():
+    """Whatever else is shown there, in which order, and whether it is named with its step."""
+    one = looks_of([figure("radau5", "hht-si2", "radau5 --tol"), figure("hht-si2, 10 ms", "newmark")])
+    other = looks_of([figure("newmark", "radau5 --tol, 1e-6"), Bars("k", "t", "x", [Bar("hht-si2", 1.0, "1")])])
+    assert one["hht-si2"] == one["hht-si2, 10 ms"] == other["hht-si2"] == METHODS["hht-si2"]
+    assert one["radau5 --tol"] == other["radau5 --tol, 1e-6"] and one["newmark"] == other["newmark"]
+
+
+def test_kinds_of_steps_are_told_apart_alike_for_all_methods():
+    for name, method in available().items():
+        both = len(method.steps) == 2
+        kinds = {"fixed": name, "controlled": f"{name} --tol" if both else name}
+        found = {kind: looks([series, "other"])[series] for kind, series in kinds.items() if kind in method.steps}
+        assert len({(look.light, look.mark) for look in found.values()}) == 1
+        for kind, look in found.items():
+            assert (look.filled, look.dash) == ((True, ()) if kind == "fixed" else (False, DASHED))
+
+
+def test_a_new_method_has_a_look_of_its_own_name():
+    """It does not change when other methods come or go."""
+    one = method_look("my-method")
+    assert method_look("my-method") == one and one.mark in MARKS and one.filled
+    assert not method_look("my-method", only_controlled=True).filled
+    known = {"my-method": one, "another": method_look("another")}
+    assert looks(["x", "my-method", "another --tol"], known)["my-method"] == one
+    assert looks(["my-method, 2 ms"], known)["my-method, 2 ms"] == one
+
+
+def test_series_of_one_method_in_one_figure_differ():
+    found = looks([f"hht-si2 --alpha {a}" for a in (-0.1, -0.2, -0.3)] + ["hht-si2"])
+    assert found["hht-si2"] == METHODS["hht-si2"] and len(set(found.values())) == 4
 
 
 def test_others_in_order_none_twice():

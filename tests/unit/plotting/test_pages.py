@@ -13,7 +13,7 @@ import pytest
 from mbdsl.errors import UsageError
 from mbdsl.plotting import pages
 from mbdsl.plotting.figure_layout import lay_out
-from mbdsl.plotting.figures import Figure, Outcome, Page, Series, Table
+from mbdsl.plotting.figures import Bar, Bars, Figure, Outcome, Page, Series, Table
 
 VOID = {"meta", "br", "link", "img"}
 EVIL = "</script><script>alert(1)</script><b>\"'&"
@@ -74,8 +74,13 @@ def data(figure):
     return json.loads(script.text)
 
 
-def only(figure):
+def only(figure, narrow=False):
+    """The figure on a page, with one of its two pictures: for wide or for narrow windows."""
     (found,) = read(Page("p", items=[figure])).all("figure")
+    for place in found.all("div", class_="both"):
+        of = [child for child in place.children if isinstance(child, Element)]
+        assert [child.attributes.get("class") for child in of] == [None, "narrow"]
+        place.children = [of[narrow]]
     return found
 
 
@@ -128,9 +133,11 @@ def test_hover_tells_every_point(work_precision):
     assert [p[6] for p in payload["failed"]].count("hht-add") == 2
 
 
-def test_marks_stand_where_the_data_says(work_precision):
-    figure = only(work_precision)
+@pytest.mark.parametrize("narrow", [False, True])
+def test_marks_stand_where_the_data_says(work_precision, narrow):
+    figure = only(work_precision, narrow)
     payload = data(figure)
+    payload |= payload["narrow"] if narrow else {}
     k = payload["names"].index("hht-si2")
     (group,) = [g for g in figure.all("g", class_="series") if g.attributes["data-series"] == str(k)]
     marks = [(float(c.attributes["cx"]), float(c.attributes["cy"])) for c in group.all("circle", class_="mark")]
@@ -151,6 +158,34 @@ def test_outcomes_and_floors_are_shown(work_precision):
     assert float(rect.attributes["height"]) > 14.0  # room for its text
 
 
+@pytest.mark.parametrize("narrow", [False, True])
+def test_no_text_is_cut_off(work_precision, narrow):
+    """With the width of letters of a common sans-serif font at the sizes of the style sheet."""
+    from dataclasses import replace
+
+    figure = replace(work_precision, x_label="error in positions and velocities, largest over time, scaled [-]")
+    (picture,) = only(figure, narrow).all("svg", role="img")
+    _, _, width, height = map(float, picture.attributes["viewbox"].split())
+    assert width == (400.0 if narrow else 860.0)
+    for text in picture.all("text"):
+        letter = 6.9 if text.attributes["class"] == "label" else 6.4
+        wide = float(text.attributes.get("textlength", letter * len(text.text)))
+        anchor = {"start": 0.0, "middle": 0.5, "end": 1.0}[text.attributes["text-anchor"]]
+        left = float(text.attributes["x"]) - anchor * wide
+        assert left >= -1.0 and left + wide <= width + 1.0, text.text
+        assert 8.0 < float(text.attributes["y"]) < height
+
+
+def test_bars_have_the_ratio_of_their_values():
+    bars = Bars("k", "Costs", "time [s]", [Bar("hht-i3", 1.0, "1 s"), Bar("radau5 --tol", 4.0, "4 s <b>")], "a note")
+    figure = only(bars)
+    drawn = list(figure.all("span", class_="bar"))
+    assert [bar.attributes["style"] for bar in drawn] == ["width: 25.0%", "width: 100.0%"]
+    assert ["hollow-bar" in bar.attributes["class"] for bar in drawn] == [False, True]  # a tolerance
+    assert [row.text for row in figure.all("th")] == ["hht-i3", "radau5 --tol"] and "4 s <b>" in figure.text
+    assert "time [s]" in figure.text and "a note" in figure.text
+
+
 def test_a_floor_far_below_is_told_and_leaves_the_axis_to_the_data(work_precision):
     from dataclasses import replace
 
@@ -162,11 +197,12 @@ def test_a_floor_far_below_is_told_and_leaves_the_axis_to_the_data(work_precisio
     assert "Further below" in " ".join(p.text for p in figure.all("p", class_="note"))
 
 
-def test_no_two_texts_of_outcomes_overlap(work_precision):
+@pytest.mark.parametrize("narrow", [False, True])
+def test_no_two_texts_of_outcomes_overlap(work_precision, narrow):
     from dataclasses import replace
 
     many = [Outcome(f"method{k % 7}", 10.0 ** (-3 + k % 4), f"diverged in step {k}") for k in range(14)]
-    figure = only(replace(work_precision, outcomes=many))
+    figure = only(replace(work_precision, outcomes=many), narrow)
     boxes = {}
     for group in figure.all("g", class_="outcome"):
         (text,) = group.all("text")

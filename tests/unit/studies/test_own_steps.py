@@ -14,7 +14,6 @@ from mbdsl.studies.drift import drift
 from mbdsl.studies.energy import energy
 from mbdsl.studies.runtime import runtime
 from mbdsl.studies.store import key_of
-from mbdsl.studies.survey import rows_of
 from mbdsl.studies.work_precision import work_precision
 
 MODELS = Path(__file__).parents[3] / "models"
@@ -24,7 +23,7 @@ CRANK, PENDULUM = MODELS / "slider_crank.mbd", MODELS / "pendulum.mbd"
 @pytest.fixture(scope="module")
 def given(tmp_path_factory):
     """A store, so that references are computed once; half a second of motion."""
-    return {"store": tmp_path_factory.mktemp("store"), "stop": 0.5, "workers": 1}
+    return {"store": tmp_path_factory.mktemp("store"), "stop": 0.5, "workers": 1, "budget": 1e3}
 
 
 @pytest.mark.parametrize("sizes", [{}, {"steps": [4.1e-3, 1.7e-3]}, {"tols": [1e-4]}])
@@ -46,18 +45,6 @@ def test_a_long_run_is_not_kept_as_a_whole(given):
     assert row.own.t[-1] == pytest.approx(0.5) and row.errors["Phi"].largest < 1e-14
     (row,) = drift(CRANK, methods=["hht-si2"], tols=[1e-6], **given).survey.rows
     assert row.run.stats["steps"] > 3000 and len(row.own.t) == 501
-
-
-def test_what_takes_nothing_is_run_again_when_the_budget_is_spent(given):
-    """If expensive runs have used the budget, cheap runs would be left with the interpolation error."""
-    asked = {"methods": ["hht-si2"], "tols": [1e-3], **given}
-    found = drift(CRANK, **asked)
-    runner, (case,) = found.survey.runner, [row.case for row in found.survey.rows]
-    runner.store.fresh, runner.store.own = True, set()
-    runner.store.claim(key_of(runner.setting, case))  # as if it had just been run
-    runner.begun -= runner.budget + 1.0
-    (row,) = rows_of(runner, [case])
-    assert row.own is not row.trajectory and len(row.own.t) > 101
 
 
 def test_a_case_goes_to_another_process_as_it_is():

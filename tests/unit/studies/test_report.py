@@ -93,7 +93,7 @@ def test_times_of_different_kinds_are_not_compared(monkeypatch, tmp_path):
     monkeypatch.setattr(running.Runner, "time", lambda self, cases, *how: {cases[0]: [1e-9] * 2})
     found = recommend(CRANK, 1e-2, **asked)
     assert {len(choice.seconds) for choice in found.choices} == {1} and found.best.time > 1e-9
-    assert "times are of one run each, as the budget of 60 s was spent" in str(found)
+    assert "times are of one run each, as the budget of 120 s was spent" in str(found)
 
 
 # -- the model's text ------------------------------------------------------------------------------------------------
