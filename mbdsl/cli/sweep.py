@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import shutil
 import sys
 
 from mbdsl.cli import _values as values
 from mbdsl.errors import UsageError
 from mbdsl.messages import count, visible
 from mbdsl.storage import output_files
+from mbdsl.terminal import text_width
 
 COLUMNS = 100  #: characters of a line where the output is not a terminal
 
@@ -97,8 +97,7 @@ def run(args: argparse.Namespace) -> int:
     finally:
         counter.close()
     if not args.quiet:
-        width = shutil.get_terminal_size((COLUMNS, 24)).columns if sys.stdout.isatty() else COLUMNS
-        print(found.text(width, len(found) if args.verbose else 40) + ("\n" if args.output else ""))
+        print(found.text(text_width(COLUMNS), len(found) if args.verbose else 40) + ("\n" if args.output else ""))
     for path in args.output:
         found.save(path)
         if not args.quiet:
