@@ -89,10 +89,10 @@ def simulate(
         Solve the unreduced equations with code that contains every kind of element: no bodies are merged, no parts are
         split off or solved beforehand. For comparison with the specialised code.
     without : sequence of str, optional
-        Effects to leave out ("friction", "damping", "flexibility", "gravity"), for a model given by its path.
+        Effects to leave out ("friction", "damping", "flexibility", "gravity").
     parameters : mapping, optional
         Values that replace those of the model's parameters, as numbers in SI units or as texts with units
-        ("120 N/mm"), for a model given by its path.
+        ("120 N/mm").
     signals : str or sequence of str, optional
         Names and glob patterns of signals, which are checked before the run. The trajectory is then a selection: it
         lists, shows, plots and writes these signals. Default: all signals are listed, and coordinates and velocities

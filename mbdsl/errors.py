@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from mbdsl.simulation.trajectory import Trajectory
 
 
+#: characters of a source line that are shown where the width of the output is not known
+LONGEST = 160
+
+
 @dataclass(frozen=True, slots=True)
 class Span:
     """A place in a source text.
@@ -75,23 +79,28 @@ class MbdslError(Exception):
         self.hint = hint
         self.notes = tuple(notes)
 
-    def render(self) -> str:
+    def render(self, columns: int | None = None) -> str:
         """Return the message with its places, source lines and remedy.
+
+        Parameters
+        ----------
+        columns : int, optional
+            Width of the terminal, to which source lines are cut.
 
         Returns
         -------
         str
             Several lines, without a newline at the end.
         """
-        return self._text(f"{self.severity}: ")
+        return self._text(f"{self.severity}: ", LONGEST if columns is None else columns - 4)
 
     def __str__(self) -> str:
         return self._text("")  # without the severity: Python and IPython put the name of the class before it
 
-    def _text(self, severity: str) -> str:
-        lines = [_line(f"{_where(self.span)}{severity}{self.message}"), *_excerpt(self.span)]
+    def _text(self, severity: str, longest: int = LONGEST) -> str:
+        lines = [_line(f"{_where(self.span)}{severity}{self.message}"), *_excerpt(self.span, longest)]
         for text, span in self.notes:
-            lines += [_line(f"{_where(span)}note: {text}"), *_excerpt(span)]
+            lines += [_line(f"{_where(span)}note: {text}"), *_excerpt(span, longest)]
         if self.hint:
             lines.append(_line(f"  = {self.hint}"))
         return "\n".join(lines)
@@ -131,13 +140,13 @@ def _line(text: str) -> str:
     return visible(text, line=True)
 
 
-def _excerpt(span: Span | None) -> list[str]:
+def _excerpt(span: Span | None, longest: int) -> list[str]:
     if span is None or not span.text:
         return []
     # A long line is cut around the marked word, so that the caret stays below it.
     text, start = span.text.rstrip("\n"), span.column - 1
-    left = max(0, start - 80)
-    shown = text[left : left + 160]
+    left = 0 if len(text) <= longest else max(0, start - longest // 2)
+    shown = text[left : left + longest]
     before, marked = shown[: start - left], shown[start - left : start - left + span.length]
     pad = "\t".join(" " * width(visible(part)) for part in before.split("\t"))
     return [f"    {visible(shown)}", f"    {pad}{'^' * max(1, width(visible(marked)))}"]

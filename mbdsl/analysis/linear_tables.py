@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbdsl.messages import few
+from mbdsl.plotting.terminal_text import text_width
 
-WIDTH = 80  #: columns of the terminal
+WIDTH = 80  #: columns where the width of the terminal is not known
 LARGEST = 12  #: largest matrix that is printed
 CELL = 12  #: columns of a number
 
@@ -34,7 +35,7 @@ def matrix_rows(letter: str, matrix: np.ndarray, left: Sequence[str], above: Seq
         return [f"{letter}: {matrix.shape[0]} x {matrix.shape[1]}"]
     side = max(map(len, [letter, *left]))
     cell = max(CELL, *(len(name) + 1 for name in above))
-    each = max(1, (WIDTH - side) // cell)
+    each = max(1, (text_width(WIDTH) - side) // cell)
     lines = []
     for first in range(0, len(above), each):
         columns = range(first, min(first + each, len(above)))

@@ -17,10 +17,10 @@ import traceback
 import warnings
 from collections.abc import Sequence
 from types import ModuleType
-from typing import NoReturn
 
+from mbdsl.cli._arguments import Parser as Parser
 from mbdsl.cli._streams import BROKEN_PIPE as BROKEN_PIPE
-from mbdsl.cli._streams import Streams
+from mbdsl.cli._streams import Streams, print_problem
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.messages import did_you_mean
 from mbdsl.simulation.interrupts import terminated
@@ -31,19 +31,11 @@ from mbdsl.version import __version__
 NEGATIVE = re.compile(r"-\.?\d")
 INTERRUPTED = 130
 EPILOG = """\
-exit codes: 0 done, 2 wrong input, 3 no consistent initial state or no
-equilibrium, 4 the integration failed or did not reach the given accuracy,
-130 interrupted. See also mbdsl COMMAND --help."""
+exit codes: 0 done, 2 wrong input, 3 no consistent initial state or no equilibrium, \
+4 the integration failed or did not reach the given accuracy, 130 interrupted. See also mbdsl COMMAND --help."""
 
 
-class Parser(argparse.ArgumentParser):
-    """Reports argument errors in the same form as all other errors."""
-
-    def error(self, message: str) -> NoReturn:
-        raise UsageError(message, hint=f"see {self.prog} --help")
-
-
-class Help(argparse.RawDescriptionHelpFormatter):
+class Help(argparse.HelpFormatter):
     """Wide enough for the longest command: argparse ignores that commands are indented further than options."""
 
     def __init__(self, *given, **named) -> None:
@@ -101,15 +93,24 @@ def _answer(argv: list[str]) -> int:
     except MbdslError as problem:
         if "--debug" in argv:
             traceback.print_exc()
-        print(problem.render(), file=sys.stderr)
+        print_problem(problem)
         return problem.exit_code
     except Exception as problem:
         if "--debug" in argv:
             traceback.print_exc()
+        if found := _of_a_method(problem):
+            print(found.render(), file=sys.stderr)
+            return found.exit_code
         reason = " ".join(str(problem).split())
         print(f"internal error: {type(problem).__name__}: {reason}", file=sys.stderr)
         print("  = this is a defect of mbdsl; please report it with the traceback of --debug", file=sys.stderr)
         return 1
+
+
+def _of_a_method(problem: Exception) -> MbdslError | None:
+    """The error of an exception that a file of the user raised (``--method file.py``)."""
+    loaded = sys.modules.get("mbdsl.integrators.method_files")
+    return loaded.blamed(problem) if loaded else None
 
 
 def _run(argv: list[str]) -> int:
@@ -124,9 +125,12 @@ def _run(argv: list[str]) -> int:
         return int(stop.code or 0)
     if rest:
         raise UsageError(f"unrecognized arguments: {' '.join(rest)}", hint=f"see mbdsl {args.command} --help")
+    from mbdsl.cli import _values as values
     from mbdsl.lang.library import imports_allowed
+    from mbdsl.lang.load import model_chosen
 
-    with imports_allowed(getattr(args, "allow_imports", False)):
+    with imports_allowed(getattr(args, "allow_imports", False)), model_chosen(getattr(args, "model_name", None)):
+        values.load_methods(args)
         return args.run(args)
 
 

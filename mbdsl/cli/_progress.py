@@ -1,12 +1,17 @@
-"""Progress of a simulation: a bar on a terminal, plain lines in a file, nothing during the first second."""
+"""Progress of a simulation: a bar on a terminal, plain lines in a file, nothing during the first second.
+
+A line states the purpose of a run that is one of several, and estimates the time left from the last seconds.
+"""
 
 from __future__ import annotations
 
-import shutil
+import threading
+from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TextIO
 
-from mbdsl.messages import visible
+from mbdsl.messages import visible, width
+from mbdsl.plotting.terminal_text import USUAL, columns
 
 if TYPE_CHECKING:
     from mbdsl.simulation.progress import Progress
@@ -14,6 +19,10 @@ if TYPE_CHECKING:
 
 PATIENCE = 1.0  #: seconds of work before anything is shown
 BETWEEN_LINES = 5.0  #: seconds between plain lines
+RECENT = 3.0  #: seconds of computing from which the time left is estimated, or a tenth of all
+ENDLESS = 100.0 * 86400.0  #: time left [s] above which it is not stated
+ITERATIONS = 3  #: index of the iterations among the parts of a line
+COLLAPSED = 1e-3  #: step size relative to the longest so far below which this is stated
 
 
 class _Line:
@@ -31,14 +40,19 @@ class _Line:
         if seconds < self.next:
             return
         if self.terminal:
-            width = max(20, shutil.get_terminal_size().columns - 1)
-            self._move("\r" + visible(whole(self._block()), line=True).ljust(width)[:width])
+            size = self.size
+            self._move("\r" + visible(whole(self._block()), line=True).ljust(size)[:size])
             self.next = seconds + 0.1
         else:
             self.stream.write(visible(text(), line=True) + "\n")
             self.next = seconds + BETWEEN_LINES
         self.shown = True
         self.stream.flush()
+
+    @property
+    def size(self) -> int:
+        """The columns that a line may have: the terminal's without the last, where some terminals wrap."""
+        return (columns(self.stream, 20) or USUAL) - 1
 
     def _block(self) -> str:
         return "█" if "utf" in (self.stream.encoding or "").lower() else "#"
@@ -50,16 +64,96 @@ class _Line:
 
     def close(self) -> None:
         if self.terminal and self.shown:
-            self._move("\r" + " " * max(20, shutil.get_terminal_size().columns - 1) + "\r")
+            self._move("\r" + " " * self.size + "\r")
             self.stream.flush()
         self.shown = False
 
 
 class Display(_Line):
-    """Callback for ``Progress``; ``say`` prints a line without damaging the bar; ``close`` removes the bar."""
+    """Callback for ``Progress``; ``say`` prints a line without damaging the bar; ``close`` removes the bar.
+
+    ``phase`` names work without measured progress, such as compilation. A terminal shows it after a second.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        super().__init__(stream)
+        self._pace = Pace()
+        self._before = self._last = 0.0  #: seconds of the runs before this one, and of this one so far
+        self._waiting: threading.Timer | None = None
 
     def __call__(self, progress: Progress) -> None:
-        self.show(progress.seconds, lambda: text(progress), lambda block: bar(progress, block))
+        self._end_phase()
+        pace = self._pace
+        if pace.add(progress):
+            self._before += self._last
+        self._last = progress.seconds
+        self.show(
+            self._before + progress.seconds,
+            lambda: text(progress, pace),
+            lambda block: bar(progress, block, pace, self.size),
+        )
+
+    def phase(self, what: str) -> None:
+        self._end_phase()
+        if self.terminal:
+            self._waiting = threading.Timer(PATIENCE, self._wait, (what,))
+            self._waiting.daemon = True
+            self._waiting.start()
+
+    def _wait(self, what: str) -> None:
+        self.show(self.next, str, lambda block: f"{what} ...")
+
+    def _end_phase(self) -> None:
+        if self._waiting is not None:
+            self._waiting.cancel()
+            self._waiting.join()  # it may be writing
+            self._waiting = None
+
+    def close(self) -> None:
+        self._end_phase()
+        super().close()
+
+
+class Pace:
+    """The rate at which a run advances, over its last ``RECENT`` of computing.
+
+    An estimate of the time left from the mean rate since the start is wrong by any factor if a run slows down.
+    """
+
+    def __init__(self) -> None:
+        self._points: deque[tuple[float, float]] = deque()
+        self._longest = self._seconds = 0.0
+
+    def add(self, p: Progress) -> bool:
+        """Note the progress of a run; whether it is another run than before."""
+        another = bool(self._points) and (p.seconds < self._seconds or p.t < self._points[-1][1])
+        self._seconds = p.seconds
+        if another:
+            self._points.clear()
+            self._longest = 0.0
+        if not self._points:
+            self._points.append((0.0, p.start))
+        self._longest = max(self._longest, p.h)
+        if p.seconds - self._points[-1][0] >= 0.05:  # seldom enough for a short list
+            self._points.append((p.seconds, p.t))
+        while len(self._points) > 2 and p.seconds - self._points[1][0] > max(RECENT, 0.1 * p.seconds):
+            self._points.popleft()
+        return another
+
+    def left(self, p: Progress) -> str:
+        """The time left, as a text."""
+        seconds, t = self._points[0]
+        if p.t <= p.start:
+            return "just begun"
+        if p.t <= t or p.seconds <= seconds:
+            return "stands still" if p.seconds - seconds > RECENT else "just begun"
+        left = (p.stop - p.t) * (p.seconds - seconds) / (p.t - t)
+        return f"{clock(left)} left" if left < ENDLESS else "hardly advances"
+
+    def step(self, p: Progress) -> str:
+        """The present step size, with the longest so far if it has collapsed."""
+        fallen = f" (fallen from {self._longest:.2g} s)" if p.h < COLLAPSED * self._longest else ""
+        return f"h = {p.h:.2g} s{fallen}"
 
 
 class Counter(_Line):
@@ -78,12 +172,18 @@ def done(p: Progress) -> float:
     return min(1.0, max(0.0, (p.t - p.start) / (p.stop - p.start))) if p.stop > p.start else 1.0
 
 
-def text(p: Progress) -> str:
-    """One line: simulated time, step size, iterations per step, time left."""
-    part = done(p)
-    left = f"{clock(p.seconds * (1.0 - part) / part)} left" if part > 0.0 else "just begun"
+def text(p: Progress, pace: Pace | None = None) -> str:
+    """One line: simulated time, step size, iterations per step, time left, purpose of the run."""
+    return "  ".join(_parts(p, pace))
+
+
+def _parts(p: Progress, pace: Pace | None) -> list[str]:
+    if pace is None:
+        pace = Pace()
+        pace.add(p)
     per_step = p.iterations / p.steps if p.steps else 0.0
-    return f"{part:4.0%}  t = {p.t:.4g} of {p.stop:.4g} s  h = {p.h:.2g} s  {per_step:.1f} iterations/step  {left}"
+    parts = [f"{done(p):4.0%}", f"t = {p.t:.4g} of {p.stop:.4g} s", pace.step(p), f"{per_step:.1f} iterations/step"]
+    return [*parts, pace.left(p), *([p.what] if p.what else [])]
 
 
 def blocks(part: float, block: str = "#", length: int = 20) -> str:
@@ -91,8 +191,17 @@ def blocks(part: float, block: str = "#", length: int = 20) -> str:
     return block * full + "." * (length - full)
 
 
-def bar(p: Progress, block: str = "#", length: int = 20) -> str:
-    return f"{blocks(done(p), block, length)} {text(p)}"
+def bar(p: Progress, block: str = "#", pace: Pace | None = None, size: int = 200) -> str:
+    """The line with a bar, in at most ``size`` columns: iterations, the bar, and purpose are shortened in turn."""
+    parts = _parts(p, pace)
+    line = "  ".join(parts)
+    if width(line) + 21 > size:
+        del parts[ITERATIONS]
+        line = "  ".join(parts)
+    if width(line) > size and p.what:
+        line = f"{line[: size - 3]}..."
+    length = next((n for n in (20, 15, 10, 5) if width(line) + n + 1 <= size), 0)
+    return f"{blocks(done(p), block, length)} {line}" if length else line
 
 
 def clock(seconds: float) -> str:

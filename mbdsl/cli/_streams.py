@@ -1,4 +1,5 @@
-"""Standard output and error of a command: control characters are escaped, and closed or full streams stop no run."""
+"""Standard output and error of a command: control characters are escaped, lines are wrapped and coloured on terminals,
+and closed or full streams stop no run."""
 
 from __future__ import annotations
 
@@ -9,14 +10,18 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Any, TextIO
 
-from mbdsl.errors import UsageError
+from mbdsl.errors import MbdslError, UsageError
 from mbdsl.messages import visible
+from mbdsl.plotting.terminal_text import coloured, columns, painted, wrapped
 
 BROKEN_PIPE = 141
 
 
 class Stream:
     """A text stream that escapes control characters; after its first failure, kept in ``problem``, it discards.
+
+    On a terminal it wraps and colours whole lines (:mod:`mbdsl.plotting.terminal_text`); with ``verbatim`` it does
+    neither.
 
     Parameters
     ----------
@@ -27,9 +32,20 @@ class Stream:
     def __init__(self, stream: TextIO | None) -> None:
         self._stream = stream
         self.problem: OSError | None = None
+        self.verbatim = False
+        self._colours = coloured(self)  # type: ignore[arg-type]
+        self._begun = ""  # the beginning of a line
 
     def write(self, text: str) -> int:
-        self.write_raw(visible(text))
+        shown = visible(text)
+        size = columns(self)  # type: ignore[arg-type]
+        if self.verbatim or not (size or self._colours):
+            self.write_raw(shown)
+            return len(text)
+        *lines, self._begun = f"{self._begun}{shown}".split("\n")
+        for line in lines:
+            pieces = (wrapped(line, size) if size else [line]) or [""]
+            self.write_raw("\n".join(painted(pieces) if self._colours else pieces) + "\n")
         return len(text)
 
     def write_raw(self, text: str) -> None:
@@ -44,6 +60,9 @@ class Stream:
             self._fail(problem)
 
     def flush(self) -> None:
+        if self._begun:
+            rest, self._begun = self._begun, ""
+            self.write_raw(rest)
         if self._stream is None or self.problem is not None:
             return
         try:
@@ -72,6 +91,17 @@ class Stream:
         return getattr(self._stream, name)
 
 
+def print_problem(problem: MbdslError) -> None:
+    """Print an error or a warning on standard error; excerpts of the model have the width of a terminal."""
+    print(problem.render(columns(sys.stderr)), file=sys.stderr)
+
+
+def verbatim() -> None:
+    """Print what follows on standard output as it is: code, whose lines have to stay whole."""
+    if isinstance(sys.stdout, Stream):
+        sys.stdout.verbatim = True
+
+
 class Streams:
     """Context in which ``sys.stdout`` and ``sys.stderr`` are instances of ``Stream``."""
 
@@ -98,7 +128,7 @@ class Streams:
         elif problem is not None:
             reason = problem.strerror or str(problem)
             wrong = UsageError(f"cannot write to standard output: {reason}", hint="files are not affected by this")
-            print(wrong.render(), file=self.err)
+            print_problem(wrong)
             code = code or wrong.exit_code
         self.err.flush()
         return code

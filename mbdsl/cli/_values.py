@@ -144,7 +144,8 @@ def add_model(parser: argparse.ArgumentParser, metavar: str = "MODEL", help: str
 
 
 def add_changes(parser: argparse.ArgumentParser) -> None:
-    """The arguments that change a model and find its imports."""
+    """The arguments that choose and change a model and find its imports."""
+    add_model_name(parser)
     parser.add_argument(
         "--set",
         metavar="NAME=VALUE",
@@ -168,9 +169,35 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_model_name(parser: argparse.ArgumentParser) -> None:
+    """The choice of a model in a file with several."""
+    parser.add_argument(
+        "--model",
+        metavar="NAME",
+        dest="model_name",
+        help="model of a file with several; default: that with the name of the file, else the last",
+    )
+
+
+def add_methods(parser: argparse.ArgumentParser, default: str = "all") -> None:
+    """The choice of several integrators."""
+    parser.add_argument(
+        "--methods", metavar="NAME,...", type=names, help=f"integrators, or Python files (NAME.py); default: {default}"
+    )
+
+
+def add_method_name(parser: argparse.ArgumentParser) -> None:
+    """The choice of an integrator without its parameters."""
+    parser.add_argument(
+        "--method",
+        metavar="NAME",
+        help="integrator, or a Python file that defines one (NAME.py); default: the model's, else hht-si2",
+    )
+
+
 def add_method(parser: argparse.ArgumentParser) -> None:
     """The choice of an integrator."""
-    parser.add_argument("--method", metavar="NAME", help="integrator; default: the model's, else hht-si2")
+    add_method_name(parser)
     parser.add_argument(
         "--option",
         metavar="NAME=X",
@@ -212,6 +239,11 @@ def add_times(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_units(parser: argparse.ArgumentParser) -> None:
+    """The row of units of a ``.csv`` file."""
+    parser.add_argument("--units", action="store_true", help="write the units to the second row of a .csv file")
+
+
 def add_size(parser: argparse.ArgumentParser) -> None:
     """The size of a film or a picture."""
     parser.add_argument("--size", metavar="WxH", type=_size, help="of a film or picture [px]; default 640x400")
@@ -251,11 +283,33 @@ def file_size(path: str) -> str:
     return f"{size / 1e6:.1f} MB" if size >= 1e6 else f"{size / 1e3:.0f} KB"
 
 
+def load_methods(args: argparse.Namespace) -> None:
+    """Replace Python files among the chosen methods by the names of the methods that they define."""
+
+    def name(given: str) -> str:
+        if not given.lower().endswith(".py"):
+            return given
+        from mbdsl.integrators import method_files
+
+        return method_files.load(given)
+
+    if getattr(args, "method", None):
+        args.method = name(args.method)
+    if getattr(args, "methods", None):
+        args.methods = [name(given) for given in args.methods]
+
+
 def load_model(args: argparse.Namespace) -> Scene:
     from mbdsl.lang.load import load
 
-    allowed = getattr(args, "allow_imports", False)  # missing in checkpoints of earlier versions
-    scene = load(args.model, dict(args.set), without=args.without, allow_imports=allowed)
+    # missing in checkpoints of earlier versions
+    allowed, name = getattr(args, "allow_imports", False), getattr(args, "model_name", None)
+    scene = load(args.model, dict(args.set), name, args.without, allowed)
     for warning in scene.warnings:
         print(warning.render(), file=sys.stderr)
     return scene
+
+
+def stem(args: argparse.Namespace) -> str:
+    """The name of output files without a given name: that of the chosen model, else of the model's file."""
+    return getattr(args, "model_name", None) or Path(args.model).stem

@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     from mbdsl.viewing.saved_page import check_suffix
     from mbdsl.viewing.stored_result import is_result
 
-    out = args.out or f"{Path(args.model).stem}.html"
+    out = args.out or f"{values.stem(args)}.html"
     check_suffix(out)
     values.size_of(args, out)
     output_files.check([out], [path for path in (args.model, args.result, args.ghost) if path])
@@ -121,10 +121,10 @@ def _refuse(args: argparse.Namespace, stored: bool) -> None:
     given = [name for name in ("method", "step", "tol", "start", "stop", "interval") if getattr(args, name) is not None]
     given += ["option"] if args.option else []
     if stored:
-        given += [name for name in ("set", "without") if getattr(args, name)]
+        given += [name for name in ("model_name", "set", "without") if getattr(args, name)]
     if given:
         raise UsageError(
-            f"--{given[0]} belongs to a simulation, and the result is computed already",
+            f"--{given[0].partition('_')[0]} belongs to a simulation, and the result is computed already",
             hint="give the model alone to simulate it",
         )
 

@@ -1,28 +1,39 @@
-"""mbdsl check: parse, build the graph, report mobility, redundancy and problems. Loads no numerics."""
+"""mbdsl check: parse, build the graph, report mobility, redundancy and problems; assemble what is not a tree."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 
+from mbdsl.cli._streams import print_problem
 from mbdsl.cli._values import add_model, load_model
 
 
 def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "check",
-        help="parse a model and report its mobility and problems",
-        description="Parse a model, check names, units and structure, and count its degrees of freedom.",
+        help="parse a model, assemble it, report its mobility and problems",
+        description="Parse a model, check names, units and structure, count its degrees of freedom, and assemble it: "
+        "loops that cannot close, initial values that contradict each other and masses that make the equations "
+        "singular are errors. Nothing is compiled.",
     )
     add_model(parser)
+    parser.add_argument("--quick", action="store_true", help="do not assemble the model")
     return parser
 
 
 def run(args: argparse.Namespace) -> int:
+    from mbdsl.mechanism.assembly_need import has_to_be_assembled
     from mbdsl.mechanism.graph import build
 
     graph = build(load_model(args))
     for warning in graph.warnings:
-        print(warning.render(), file=sys.stderr)
+        print_problem(warning)
     print(graph.summary())
+    if args.quick or not has_to_be_assembled(graph):  # numerics take longer to load than everything before
+        return 0
+    sys.stdout.flush()
+    from mbdsl.initial.start_check import check_start
+
+    print("\n".join(check_start(graph)))
     return 0

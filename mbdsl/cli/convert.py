@@ -40,7 +40,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     thin.add_argument(
         "--most", metavar="N", type=_whole, help="write at most N rows, with the least and greatest values of signals"
     )
-    parser.add_argument("--units", action="store_true", help="write the units to the second row of a .csv file")
+    values.add_units(parser)
     return parser
 
 

@@ -104,7 +104,7 @@ def _animation(args: argparse.Namespace) -> str | None:
         return None
     from mbdsl.viewing.saved_page import check_suffix
 
-    out = args.out or f"{Path(args.model).stem}-modes.html"
+    out = args.out or f"{values.stem(args)}-modes.html"
     check_suffix(out)
     output_files.check([out, args.output], [args.model])
     return out

@@ -16,7 +16,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         "it adds, its measured share of a step, and the bodies that were merged, split off or eliminated.",
     )
     values.add_model(parser)
-    parser.add_argument("--method", metavar="NAME", help="integrator; default: the model's, else hht-si2")
+    values.add_method_name(parser)
     parser.add_argument(
         "--step", metavar="H", type=values.positive_seconds, help="step size; default: the model's, else 1 ms"
     )

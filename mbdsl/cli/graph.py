@@ -7,6 +7,7 @@ import shutil
 import sys
 
 from mbdsl.cli import _values as values
+from mbdsl.cli._streams import print_problem, verbatim
 from mbdsl.messages import visible
 from mbdsl.storage import output_files
 
@@ -44,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
 
     graph = build(scene)
     for warning in graph.warnings:
-        print(warning.render(), file=sys.stderr)
+        print_problem(warning)
     found = structure(graph, not args.quick, lambda line: print(line, file=sys.stderr))
     if args.out:
         from mbdsl.viewing.structure_files import save
@@ -55,6 +56,7 @@ def run(args: argparse.Namespace) -> int:
     from mbdsl.viewing.structure_text import COLUMNS, RESERVED, text
 
     columns = shutil.get_terminal_size((COLUMNS, 24)).columns if sys.stdout.isatty() else COLUMNS
+    verbatim()
     print(text(found, columns, not _knows(sys.stdout.encoding, RESERVED)))
     return 0
 

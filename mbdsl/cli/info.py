@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
 from mbdsl.messages import count, duration, visible
+from mbdsl.plotting.terminal_text import text_width
 from mbdsl.results.selection import select
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from mbdsl.results.stored import Result
 
 MOST = 30  #: signals that are listed without --signals
-WIDTH = 80
+WIDTH = 80  #: columns where the width of the terminal is not known
 ABOUT = ("model", "method", "options", "step", "tolerance", "error", "horizon", "steps", "iterations", "version")
 
 
@@ -142,7 +143,7 @@ def _value(key: str, value: object) -> str:
 def _wrapped(key: str, text: str) -> list[str]:
     import textwrap
 
-    lines = textwrap.wrap(text, WIDTH - 12) or [""]
+    lines = textwrap.wrap(text, text_width(WIDTH) - 12) or [""]
     return [f"{key if k == 0 else '':<12}{line}" for k, line in enumerate(lines)]
 
 
@@ -157,7 +158,7 @@ def _table(result: Result, content: Content) -> list[str]:
     if not content.signals:
         return []
     names = {name: visible(name, line=True) for name in content.signals}
-    wide = min(max(map(len, names.values())), WIDTH - 55)
+    wide = min(max(map(len, names.values())), max(5, text_width(WIDTH) - 55))
     lines = [f"{'':<{wide}}  {'unit':<7}" + "".join(f"{title:>11}" for title in ("first", "last", "least", "greatest"))]
     for name, known in content.signals.items():
         text = names[name]

@@ -6,19 +6,28 @@ import argparse
 
 
 def register(subparsers) -> argparse.ArgumentParser:
-    return subparsers.add_parser(
+    parser = subparsers.add_parser(
         "methods",
         help="list the integrators",
         description="List the integrators: order, index of the formulation, enforced constraints, parameters, source.",
     )
+    parser.add_argument(
+        "methods",
+        metavar="NAME",
+        nargs="*",
+        help="integrators, or Python files (NAME.py); default: all",
+    )
+    return parser
 
 
 def run(args: argparse.Namespace) -> int:
-    from mbdsl.integrators import available, compiled, problems
+    from mbdsl.integrators import available, compiled, declared, problems
+    from mbdsl.integrators.method_files import spelled
 
-    own = compiled()
-    width = max(map(len, available())) + 2
-    for name, method in available().items():
+    own = {name for name in compiled() if spelled(name) == name}
+    chosen = {name: declared(name) for name in args.methods} or available()
+    width = max(map(len, chosen)) + 2
+    for name, method in chosen.items():
         enforces = " and ".join(method.enforces) or "nothing"
         print(f"{name:{width}}order {method.order}, index {method.index}, enforces {enforces}")
         print(f"    {method.doc}")
@@ -30,6 +39,6 @@ def run(args: argparse.Namespace) -> int:
         if method.needs:
             print(f"    needs {method.needs}")
         print(f"    {method.source}")
-    for name, problem in problems().items():
+    for name, problem in problems().items() if not args.methods else ():
         print(f"{name}: cannot be used: {problem}")
     return 0

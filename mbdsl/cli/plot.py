@@ -14,6 +14,7 @@ from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.messages import once, visible
+from mbdsl.plotting.terminal_text import coloured
 from mbdsl.storage import output_files
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         nargs="+",
         help=f"result file ({suffixes}), or a model ({MODEL}), which is simulated with its own settings",
     )
+    values.add_model_name(parser)
     parser.add_argument(
         "--signals",
         metavar="PATTERN,...",
@@ -59,6 +61,8 @@ def run(args: argparse.Namespace) -> int:
 
         suffix_of(args.out)  # never that of a result or a model
         output_files.check([args.out])
+    if args.model_name and not any(Path(name).suffix.lower() == MODEL for name in args.results):
+        raise UsageError("--model belongs to a model, and these are results", hint="omit --model")
     failure: IntegrationError | None = None
     opened = []
     for name in args.results:
@@ -136,8 +140,7 @@ def _show(plot: Plot, out: str | None) -> None:
 
     stream, terminal = sys.stdout, sys.stdout.isatty()
     size = shutil.get_terminal_size((COLUMNS, 24)) if terminal else os.terminal_size((COLUMNS, 0))
-    colour = terminal and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
-    shown = text(plot, size.columns, size.lines, colour, not _braille(stream.encoding))
+    shown = text(plot, size.columns, size.lines, coloured(stream), not _braille(stream.encoding))
     getattr(stream, "write_raw", stream.write)(shown + "\n")  # names are escaped by ``text``
 
 

@@ -25,7 +25,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--signal", metavar="NAME", help="signal with this error; default: all positions and velocities"
     )
-    parser.add_argument("--methods", metavar="NAME,...", type=values.names, help="integrators; default: all")
+    values.add_methods(parser)
     parser.add_argument(
         "--reference", metavar="FILE", default="auto", help="a result file; default auto: methods of two families"
     )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from pathlib import Path
 
 from mbdsl.cli import _values as values
 from mbdsl.cli.eigen import state
@@ -48,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     from mbdsl.cli._runs import simulated
     from mbdsl.reporting.report import check_suffix, report
 
-    out = args.out or f"{Path(args.model).stem}-report.html"
+    out = args.out or f"{values.stem(args)}-report.html"
     check_suffix(out)
     output_files.check([out], [args.model])
     if args.at is not None and not args.eigen:
@@ -71,11 +70,16 @@ def run(args: argparse.Namespace) -> int:
 def repeated(args: argparse.Namespace) -> str:
     """The command with these arguments, for a shell."""
     words = ["mbdsl", "report", args.model]
+    words += ["--model", args.model_name] if args.model_name else []
     for option in ("set", "option"):
         for name, value in getattr(args, option):
             words += [f"--{option}", f"{name}={value}"]
     words += ["--without", ",".join(args.without)] if args.without else []
-    for name in ("method", "step", "tol", "start", "stop", "interval", "signals", "at", "out"):
+    if args.method:
+        from mbdsl.integrators.method_files import spelled
+
+        words.append(f"--method={spelled(args.method)}")
+    for name in ("step", "tol", "start", "stop", "interval", "signals", "at", "out"):
         if (value := getattr(args, name)) is not None:
             words.append(f"--{name}={value if isinstance(value, str) else repr(value)}")
     words += [f"--{name.replace('_', '-')}" for name in ("eigen", "allow_imports") if getattr(args, name)]

@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from mbdsl.cli._streams import verbatim
 from mbdsl.cli._values import add_model, load_model
 from mbdsl.errors import UsageError
 
@@ -30,6 +31,7 @@ def register(subparsers) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
+    verbatim()
     print({"syntax": _syntax, "scene": _scene, "graph": _graph, "system": _system, "code": _code}[args.stage](args))
     return 0
 
@@ -39,9 +41,10 @@ def _syntax(args: argparse.Namespace) -> str:
     from mbdsl.lang.parser import parse
     from mbdsl.lang.unparse import dump
 
-    for option in ("set", "without"):
+    for option in ("model_name", "set", "without"):
         if getattr(args, option):
-            raise UsageError(f"--{option} changes no syntax", hint="the stages from scene on show its effect")
+            name = option.partition("_")[0]
+            raise UsageError(f"--{name} changes no syntax", hint="the stages from scene on show its effect")
     return dump(parse(read(args.model), args.model))
 
 

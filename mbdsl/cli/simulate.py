@@ -70,6 +70,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     suffixes = ", ".join(results.formats())
     parser.add_argument("--output", metavar="FILE", help=f"result file ({suffixes}); default: the model's name + .csv")
+    values.add_units(parser)
     parser.add_argument(
         "--checkpoint",
         metavar="FILE",
@@ -100,7 +101,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace, resumed: bool = False) -> int:
-    output = args.output or f"{Path(args.model).stem}.csv"
+    output = args.output or f"{values.stem(args)}.csv"
     rows = f"{args.checkpoint}.rows" if args.checkpoint else None
     outputs = [output, args.stats, args.checkpoint, rows]
     output_files.check(outputs, [args.model])
@@ -171,7 +172,7 @@ def _run(
 
     begun = perf_counter()
     with deferred(1, f"writing {output}; Ctrl-C again to end without it") as heard:
-        names = write(trajectory, output, args.signals, dict(args.set), stream)
+        names = write(trajectory, output, args.signals, dict(args.set), stream, getattr(args, "units", False))
     trajectory.stats["seconds"].update(parse=parse, write=perf_counter() - begun)
     over = over or bool(heard)
     if over:
@@ -245,7 +246,11 @@ def kept(args: argparse.Namespace, output: str, resumed: bool) -> dict:
 
     apart = ("run", "command", "debug", "quiet", "verbose", "checkpoint")
     command = {name: value for name, value in vars(args).items() if name not in apart}
-    for name, path in (("model", args.model), ("output", output), ("stats", args.stats)):
+    from mbdsl.integrators.method_files import spelled
+
+    file = spelled(args.method) if args.method else None
+    file = file if file != args.method else None
+    for name, path in (("model", args.model), ("output", output), ("stats", args.stats), ("method_file", file)):
         command[name] = str(Path(path).absolute()) if path else None
     return {"checkpoint": Checkpoint(args.checkpoint, args.checkpoint_every, {"command": command}, resumed)}
 
@@ -296,6 +301,7 @@ def write(
     signals: str | None,
     overrides: Mapping[str, str] = {},
     stream: Stream | None = None,
+    row_of_units: bool = False,
 ) -> list[str]:
     """Write the requested signals, or those of a stream, and return their names.
 
@@ -317,9 +323,9 @@ def write(
         columns = {"time": trajectory.t, **{name: trajectory[name] for name in names}}
     units = result_file.units(trajectory, names)
     try:
-        results.write(output, columns, units, said)
+        results.write(output, columns, units, said, row_of_units)
     except UsageError as problem:
-        if where := elsewhere(output, lambda path: results.write(path, columns, units, said)):
+        if where := elsewhere(output, lambda path: results.write(path, columns, units, said, row_of_units)):
             raise UsageError(problem.message, hint=f"the results are in {where}") from problem
         raise
     return names
@@ -376,7 +382,7 @@ def summary(trajectory: Trajectory, output: str, names: list[str], verbose: bool
         refused = "rejected steps not counted" if rejected is None else f"{rejected} steps rejected"
         lines.append(f"{sizes}; {refused}, {counts}")
         lines.append("seconds: " + ", ".join(f"{phase} {spent:.3g}" for phase, spent in seconds.items()))
-        lines += [f"initial value of {m.name}: guessed {m.guess:.9g}, found {m.value:.9g}" for m in trajectory.moved]
+        lines += [_moved(m) for m in trajectory.moved]
     elif trajectory.moved:
         lines.append(guesses(trajectory.moved))
     return "\n".join(lines)
@@ -399,5 +405,9 @@ def guesses(moved: Sequence[Moved]) -> str:
     """One line about the guesses that the assembly has changed, with the largest change."""
     most = max(moved, key=lambda m: abs(m.value - m.guess))
     furthest = "" if len(moved) == 1 else "furthest "
-    change = f"{furthest}{most.name} from {most.guess:.4g} to {most.value:.4g}"
+    change = f"{furthest}{most.name} from {most.unit.text(most.guess, 4)} to {most.unit.text(most.value, 4)}"
     return f"{count(len(moved), 'guess', 'guesses')} moved: {change} (--verbose lists all)"
+
+
+def _moved(m: Moved) -> str:
+    return f"initial value of {m.name}: guessed {m.unit.text(m.guess, 9)}, found {m.unit.text(m.value, 9)}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 
 from mbdsl import results
 from mbdsl.cli import _values as values
@@ -30,6 +29,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument("--signals", metavar="PATTERN,...", help="signals to print or write (globs)")
     suffixes = ", ".join(results.formats())
     parser.add_argument("--output", metavar="FILE", help=f"write one row to a result file ({suffixes})")
+    values.add_units(parser)
     parser.add_argument(
         "--show", action="store_true", help="draw the equilibrium, its forces and the initial positions as a page"
     )
@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     if args.output:
         columns = {"time": point.t, **{name: point[name] for name in names}}
         units = {"time": "s", **{name: point.unit(name) for name in names}}
-        results.write(args.output, columns, units, about(point) | {"stability": found.stability})
+        results.write(args.output, columns, units, about(point) | {"stability": found.stability}, args.units)
     if args.output or args.signals:
         notes = [f"note: {text}" for text in found.notes]
         rows = listed([(name, found[name], point.unit(name)) for name in names]) if args.signals else []
@@ -85,7 +85,7 @@ def _picture(args: argparse.Namespace) -> str | None:
         return None
     from mbdsl.viewing.saved_page import PAGES, PICTURES, check_suffix
 
-    out = args.out or f"{Path(args.model).stem}-equilibrium.html"
+    out = args.out or f"{values.stem(args)}-equilibrium.html"
     check_suffix(out, (*PAGES, *PICTURES))
     output_files.check([out, args.output], [args.model])
     return out

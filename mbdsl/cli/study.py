@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from mbdsl.cli import _values as values
+from mbdsl.cli._streams import print_problem
 from mbdsl.errors import UsageError
 from mbdsl.messages import count
 from mbdsl.storage import output_files
@@ -56,7 +57,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     values.add_model(effects)
     effects.add_argument("--signal", metavar="NAME", required=True, help="name of a signal, such as crank.phi or O.fx")
     effects.add_argument("--tol", metavar="E", help="allowed change: 1mm, or relative to its range, 1%%")
-    effects.add_argument("--method", metavar="NAME", help="integrator; default: the model's, else hht-si2")
+    values.add_method_name(effects)
     effects.add_argument("--step", metavar="H", type=values.positive_seconds, help="step size; default: the model's")
     effects.add_argument("--stop", metavar="T", type=values.seconds, help="stop time; default: the model's")
     effects.add_argument("--repeats", metavar="K", type=int, default=5, help="timed runs of each; default 5")
@@ -69,7 +70,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     )
     hard.add_argument("folder", metavar="FOLDER", nargs="?", default="models/hard",
                       help="folder of models and their answers, or one model; default models/hard")  # fmt: skip
-    hard.add_argument("--methods", metavar="NAME,...", type=values.names, help="integrators; default: all of our own")
+    values.add_methods(hard, "all of our own")
     hard.add_argument("--cases", metavar="GLOB", default="*", help="which cases to run; default all")
     hard.add_argument("--budget", metavar="S", type=values.positive_seconds, default=20.0,
                       help="time budget of one run; default 20 s")  # fmt: skip
@@ -80,7 +81,7 @@ def register(subparsers) -> argparse.ArgumentParser:
 def _add_methods(parser: argparse.ArgumentParser, kind: str) -> None:
     """The arguments of studies of methods."""
     values.add_model(parser)
-    parser.add_argument("--methods", metavar="NAME,...", type=values.names, help="integrators; default: all")
+    values.add_methods(parser)
     parser.add_argument(
         "--steps", metavar="H,...", type=values.list_of(values.positive_seconds), help="fixed steps: 4ms,2ms,1ms"
     )
@@ -118,7 +119,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _methods(args: argparse.Namespace) -> int:
-    output = Path(args.output or f"{Path(args.model).stem}-{args.kind}")
+    output = Path(args.output or f"{values.stem(args)}-{args.kind}")
     pictures = _checked(args.pictures)
     values.check_folder(output)
 
@@ -180,7 +181,7 @@ def _checked(pictures: list[str] | None) -> list[str]:
         problem = UsageError("pictures are drawn by matplotlib", hint="pip install 'mbdsl[plot]', or --pictures none")
         if pictures is not None:
             raise problem
-        print(problem.render(), file=sys.stderr)
+        print_problem(problem)
         return []
     return wanted
 

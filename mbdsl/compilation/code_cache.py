@@ -23,6 +23,7 @@ import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -39,6 +40,9 @@ _kernels: dict[Callable, Callable] = {}
 _functions: dict[str, list[Callable]] = {}
 _emitted: set[str] = set()
 _alone = False
+_plain_only = False
+#: (module, name) -> the Python function of a kernel, and the one of numba that has replaced it
+_replaced: dict[tuple[ModuleType, str], tuple[Callable, Callable]] = {}
 #: held while numba is imported, or code is compiled or loaded: other threads wait and use the result
 lock = threading.RLock()
 
@@ -50,6 +54,23 @@ def alone() -> None:
     """
     global _alone
     _alone = True
+
+
+@contextmanager
+def uncompiled() -> Iterator[None]:
+    """While the block runs, kernels that are not loaded yet run as plain Python: for a few evaluations this is faster
+    than compilation, and than the import of numba or LLVM. Systems made in the block are used only there."""
+    global _plain_only
+    with lock:
+        before, _plain_only = _plain_only, True
+        for (module, name), (plain, _) in _replaced.items():
+            setattr(module, name, plain)
+        try:
+            yield
+        finally:
+            _plain_only = before
+            for (module, name), (_, compiled) in _replaced.items() if not before else ():
+                setattr(module, name, compiled)
 
 
 def numba() -> ModuleType | None:
@@ -124,6 +145,8 @@ def functions(
     """
     with lock:
         if name not in _functions:
+            if _plain_only:
+                return _plain(name, text, signatures, modules)
             _functions[name] = (
                 _plain(name, text, signatures, modules)
                 if not enabled()
@@ -150,6 +173,8 @@ def import_text(name: str, text: str) -> ModuleType:
 
 
 def _text_file(name: str, text: str) -> str:
+    if _plain_only:  # the name of the folder depends on the version of LLVM, whose import takes long
+        return f"<{name}>"
     kept = cache_folder.keep(f"{version()}/{name}.py", text.encode())
     return f"<{name}>" if kept is None else str(kept)
 
@@ -215,6 +240,7 @@ def activate(*modules: ModuleType, wrap: Callable) -> None:
                     # A call passes every field of every array, which takes longer than most kernels: inline them.
                     _kernels[function] = wrap(function, forceinline=not hasattr(function, "__mbdsl_rare__"))
                 setattr(module, name, _kernels[function])
+                _replaced[module, name] = function, _kernels[function]
 
 
 def _with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:

@@ -6,6 +6,7 @@ of the emitted code and of a whole run.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
@@ -24,6 +25,7 @@ from mbdsl.mechanism.reduction import Note
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
 from mbdsl.messages import count, few
+from mbdsl.plotting.terminal_text import columns, fitted
 from mbdsl.simulation.mechanism_run import Motion, Moving
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, plan
 from mbdsl.storage.compilation_notice import announce_compilation
@@ -32,6 +34,10 @@ from mbdsl.system.structure import by_law
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
+
+
+#: columns for the reasons, below which each effect is a line instead of the row of a table
+LEAST_REASON = 24
 
 
 @dataclass
@@ -108,7 +114,7 @@ class Receipt:
     remainder: float | None = None
 
     def __str__(self) -> str:
-        return _text(self)
+        return _text(self, columns(sys.stdout))
 
     def __repr__(self) -> str:
         return f"<Receipt of {self.scene.name}: {_solved_for(self)}>"
@@ -449,14 +455,35 @@ def _rows(motion: Motion) -> dict[str, int]:
 # -- as text -----------------------------------------------------------------------------------------------------
 
 
-def _text(r: Receipt) -> str:
+def _text(r: Receipt, size: int | None = None) -> str:
+    """The receipt as text; if it is wider than ``size`` columns, with shorter places and wrapped reasons."""
     rows = cells(r)
     widths = [max(len(row[k]) for row in rows) for k in range(5)]
-    table = []
-    for row in rows:
-        padded = [row[k].ljust(widths[k]) if k != 4 else row[k].rjust(widths[k]) for k in range(5)]
-        table.append("  ".join(padded).rstrip())
-    return "\n".join([*head(r), "", *table, *remarks(r)])
+    total, others = sum(widths) + 8, sum(widths) - widths[2] + 8
+    if size is None or total <= size:
+        return "\n".join([*head(r), "", *_aligned(rows), *remarks(r)])
+    file = next((e.span.file for e in r.entries if e.span is not None), "")
+    title, *lines = head(r)
+    title = title.replace(":", f" ({file}):", 1) if file else title
+    rows = cells(r, file)
+    if size - others >= LEAST_REASON:
+        table = _aligned(fitted([list(row) for row in rows], size, 2))
+    else:
+        table = [_record(*row) for row in rows[1:]]
+    return "\n".join([title, *lines, "", *table, *remarks(r)])
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    widths = [max(len(row[k]) for row in rows) for k in range(5)]
+    padded = [[row[k].ljust(widths[k]) if k != 4 else row[k].rjust(widths[k]) for k in range(5)] for row in rows]
+    return ["  ".join(row).rstrip() for row in padded]
+
+
+def _record(effect: str, present: str, why: str, unknowns: str, time: str) -> str:
+    """A row of the table as a line."""
+    costs = [f"{unknowns} unknowns"] if unknowns else []
+    costs += [f"{time} of the time"] if time else []
+    return "; ".join([f"{effect}: {present}, {why}", *costs])
 
 
 def head(r: Receipt) -> list[str]:
@@ -486,12 +513,17 @@ def _solved_for(r: Receipt) -> str:
     return f"{', '.join(f'{key} = {after}' for key, (_, after) in r.sizes.items())}, in {count(r.parts, 'part')}"
 
 
-def cells(r: Receipt) -> list[tuple[str, str, str, str, str]]:
-    """Heading and rows: effect, whether it is in the model, why, unknowns, share of the time of a step."""
+def cells(r: Receipt, file: str | None = None) -> list[tuple[str, str, str, str, str]]:
+    """Heading and rows: effect, whether it is in the model, why, unknowns, share of the time of a step.
+
+    Places in ``file`` are given by their line only.
+    """
     total = sum(after for _, after in r.sizes.values())
     rows = [("effect", "in", "why", "unknowns", "time")]
     for e in r.entries:
-        where = f" ({e.span})" if e.span is not None else ""
+        where = ""
+        if e.span is not None:
+            where = f", line {e.span.line}" if e.span.file == file else f" ({e.span})"
         unknowns = f"{e.unknowns} of {total}" if e.unknowns else ""
         time = "" if e.share is None else f"{100.0 * e.share:.0f} %" if e.share >= 0.005 else "< 1 %"
         rows.append((e.effect, "yes" if e.present else "no", e.why + where, unknowns, time))

@@ -12,17 +12,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.expressions.symbolic import is_velocity_level
+from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.placement import place
 from mbdsl.initial.undeformed import AsIs, Undeformed
 from mbdsl.initial.weights import Metric
 from mbdsl.mechanism.graph import MechanismGraph
-from mbdsl.mechanism.scene import InitialValue
+from mbdsl.mechanism.scene import DisplayUnit, InitialValue
 from mbdsl.numerics.saddle_point import least_squares, row_size, scaled
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import Matrix, gradients, values
@@ -31,6 +33,7 @@ from mbdsl.system.system import System
 Array = NDArray[np.float64]
 Shape = AsIs | Undeformed
 
+SI = DisplayUnit()
 GUESSED = 1.0  #: weight of a coordinate with a guess
 LONGEST = 0.5  #: largest change of an angle in one iteration [rad]
 
@@ -42,6 +45,7 @@ class Moved:
     name: str
     guess: float
     value: float
+    unit: DisplayUnit = SI
 
 
 @dataclass(frozen=True)
@@ -64,27 +68,35 @@ def initial_state(
     members: Mapping[str, Sequence[str]] = {},
     relax: Callable[[Array], Array] | None = None,
     static: bool = False,
+    until: float = np.inf,
 ) -> InitialState:
     """Assemble ``system`` at time ``t``; ``members`` of welded bodies: see :class:`Metric`.
 
     ``relax`` maps positions (n,) to positions with bodies in elastic equilibrium. It is called if bodies have to deform
-    to be assembled, and always if ``static``.
+    to be assembled, and always if ``static``. The search for positions ends at the time ``until`` of ``perf_counter``.
 
     Raises
     ------
+    TimeoutError
+        If positions were not found by then; its argument is the InitialisationError of the best ones.
     InitialisationError
         If no state satisfies the constraints and fixed values, or none was found; it names them.
     """
     given = list(system.scene.initial)
     metric = Metric(system, members)
-    q, v = _assembled(system, graph, t, metric, relax, static)
+    q, v = _assembled(system, graph, t, metric, relax, static, until)
     redundant = redundant_rows(system, t, q, v)
-    a, lam = accelerations(system, t, q, v, redundant)
+    try:
+        a, lam = accelerations(system, t, q, v, redundant)
+    except InitialisationError as problem:
+        if (singular := singular_mass(system, t, q, v)) is not None:
+            raise singular from problem
+        raise
     moved = []
     found = values(system, [x.target for x in given], np.array([t]), q[None], v[None])
     for item, value, size in zip(given, found, _sizes(system, given, t, q, v), strict=True):
         if not item.fixed and abs(value[0] - item.value) > 1e-9 * max(size, abs(item.value)):
-            moved.append(Moved(item.name, item.value, float(value[0])))
+            moved.append(Moved(item.name, item.value, float(value[0]), item.unit))
     return InitialState(t, q, v, a, lam, tuple(moved), redundant)
 
 
@@ -95,13 +107,14 @@ def _assembled(
     metric: Metric,
     relax: Callable[[Array], Array] | None,
     static: bool,
+    until: float,
 ) -> tuple[Array, Array]:
     """q and v; flexible bodies deform only if necessary."""
     positions = [x for x in system.scene.initial if not is_velocity_level(x.target)]
     velocities = [x for x in system.scene.initial if is_velocity_level(x.target)]
     for shape in _shapes(system, graph, t, positions):
         try:
-            y = _positions(system, t, shape, positions, metric)
+            y = _positions(system, t, shape, positions, metric, until)
             q = shape.expand(y)
             if relax is not None and (static or isinstance(shape, AsIs)):
                 q = relax(q)
@@ -140,7 +153,9 @@ def initial_position(system: System, graph: MechanismGraph, t: float, metric: Me
 # -- positions -----------------------------------------------------------------------------------------------
 
 
-def _positions(system: System, t: float, shape: Shape, given: list[InitialValue], metric: Metric) -> Array:
+def _positions(
+    system: System, t: float, shape: Shape, given: list[InitialValue], metric: Metric, until: float = np.inf
+) -> Array:
     """The y of ``shape`` for the pose."""
     fixed = [x for x in given if x.fixed]
     soft = [x for x in given if not x.fixed]
@@ -157,6 +172,8 @@ def _positions(system: System, t: float, shape: Shape, given: list[InitialValue]
             y = guess + rng.normal(size=len(guess)) * 0.1 * attempt / scale
         shape.begin()
         for k in range(160):
+            if perf_counter() > until:
+                raise TimeoutError(_inconsistent(system, t, shape.expand(best), fixed, velocity=None))
             q = shape.expand(y)
             value, d_q, _v = _stack(system, fixed, t, q, at_rest)
             r_c = np.concatenate([system.Phi(t, q), value - np.array([x.value for x in fixed])])
@@ -368,10 +385,12 @@ def _dependent(J: Array) -> tuple[int, ...]:
     return tuple(dependent)
 
 
-def _units(kind, velocity: Array | None) -> str:
-    """The units of the constraints of a joint, which follow from those of its reactions."""
+def _with_units(violation: float, kind, velocity: Array | None) -> str:
+    """A violation with the units of the constraints of a joint, which follow from those of its reactions."""
     found = [unit for unit, names in (("m", {"fx", "fy"}), ("rad", {"tau"})) if names & set(kind.reaction)]
-    return " or ".join(unit if velocity is None else f"{unit}/s" for unit in found) or "(SI units)"
+    per = "" if velocity is None else "/s"
+    degrees = f" ({np.rad2deg(violation):.3g} deg{per})" if found == ["rad"] else ""
+    return f"{violation:.3g} {' or '.join(unit + per for unit in found) or '(SI units)'}{degrees}"
 
 
 def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue], velocity) -> InitialisationError:
@@ -391,10 +410,10 @@ def _inconsistent(system: System, t: float, q: Array, fixed: list[InitialValue],
     for name, row, count in ranges:
         component, part = system.scene.components[name], slice(row, row + count)
         kind, most = component.kind, np.abs(residual[part]).max()
-        text = f"{kind.name} {name} is violated by {most:.3g} {_units(kind, velocity)}"
+        text = f"{kind.name} {name} is violated by {_with_units(most, kind, velocity)}"
         wrong.append((float(alike[part].max()), text, component.span))
     for item, x, size in zip(fixed, value, alike[len(alike) - len(fixed) :], strict=True):
-        text = f"{item.name} = {item.value:.6g} is fixed, but comes out as {x:.6g}"
+        text = f"{item.name} = {item.unit.text(item.value)} is fixed, but comes out as {item.unit.text(x)}"
         wrong.append((float(size), text, item.span))
     wrong.sort(key=lambda w: -w[0])
     wrong = [w for w in wrong if w[0] > 1e-3 * wrong[0][0]][:6]  # relative: the largest misfit may be tiny

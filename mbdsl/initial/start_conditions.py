@@ -28,7 +28,8 @@ def check_loose(reduction: Reduction, system: System, t: float) -> None:
     for item, (value,) in zip(reduction.loose, found, strict=True):
         if item.fixed and not abs(value - item.value) <= 1e-9 * (1.0 + abs(item.value)):
             raise InitialisationError(
-                f"{item.name} = {item.value:g} is required at the start, but welds and drivers make it {value:g}",
+                f"{item.name} = {item.unit.text(item.value)} is required at the start, but welds and drivers make it "
+                f"{item.unit.text(value)}",
                 item.span,
                 hint="leave it out, or say `guess`, or change what holds the body",
             )

@@ -8,12 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import RATE, coordinate
+from mbdsl.mechanism.reduction import Reduction
 from mbdsl.system.signals import Matrix, gradients
 from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
 
 UNSAID = 1e-4  #: weight of a coordinate without a guess
+
+
+def members_of(reduction: Reduction, system: System) -> dict[str, list[str]]:
+    """The frames at the centres of mass of welded bodies of a part, by the name of their merged body."""
+    merged = [note.names for note in reduction.notes if note.action == "merged"]
+    own = system.tables.coordinates
+    return {names[0]: [f"{name}.c" for name in names] for names in merged if names[0] in own}
 
 
 class Metric:

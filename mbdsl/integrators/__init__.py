@@ -167,5 +167,7 @@ def declared(name: str) -> Method:
     if found is None:
         wrong = [f"{who}: {why}" for who, why in problems().items() if who.startswith(f"{name} (")]
         hint = "; ".join(wrong) or did_you_mean(name, available(), "methods")
+        if name.lower().endswith(".py"):
+            hint = f"a model cannot load a Python file: mbdsl simulate MODEL --method {name}"
         raise UsageError(f"there is no method `{name}`", hint=hint)
     return found.METHOD

@@ -181,7 +181,7 @@ class External:
             if self._done:
                 return loop_state.DONE
             try:
-                self._keep(*next(self._states))
+                self._keep(*_state(next(self._states)))
             except StopIteration:
                 return self._fail("it ended before the stop time", None)
             except MbdslError as problem:
@@ -236,6 +236,14 @@ class External:
 
     def change_inputs(self, inputs: Mapping[str, float]) -> None:
         raise UsageError(f"{self.method} cannot change inputs during a run", hint="take a method with fixed steps")
+
+
+def _state(found: object) -> tuple:
+    """What a backend yields, if it is a tuple of three or four."""
+    if not isinstance(found, tuple) or len(found) not in (3, 4):
+        what = f"a tuple of {len(found)}" if isinstance(found, tuple) else f"a {type(found).__name__}"
+        raise TypeError(f"it yielded {what}, expected (t, q, v) or (t, q, v, lam)")
+    return found
 
 
 def require(module: str, extra: str, name: str):

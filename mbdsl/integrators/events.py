@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.compilation import buffer_layout
 from mbdsl.errors import InitialisationError
 from mbdsl.integrators import declared
 from mbdsl.integrators.loop import loop_state
@@ -37,7 +38,10 @@ CROWD, STANDSTILL = 10, 1e-5
 MANY, HARDLY = 200, 1e-4
 #: message and remedy of a run without progress
 SLIDING = "a condition changes back and forth without end: on both sides of it, forces drive the motion back"
-SLIDING_HINT = "make the force continuous, for example by tanh(v/v_s) in place of sign(v)"
+SLIDING_HINT = (
+    "make the force continuous, for example by tanh(v/v_s) in place of sign(v); "
+    "if only rounding decides the condition, it reads the wrong quantity"
+)
 
 
 class Restart(NamedTuple):
@@ -125,10 +129,10 @@ class Events:
         known, cut = t >= reals[loop_state.NEXT_EVENT], integers[loop_state.CUT] > 0
         at_once = not (known or cut)  # the switch is so close that no step was possible
         h, integers[loop_state.CUT] = reals[loop_state.STEP_SIZE] if known else reals[loop_state.UNCUT], 0
-        if not known and self._stands_still(t):
-            self._recent = self._recent or [(t, system.switches(t, q, v, lam))]
-            return loop_state.SLIDING, None
         run.synchronise()
+        if not known and self._stands_still(t):
+            self._hidden = self._around(t, q, v, lam) or self._hidden
+            return loop_state.SLIDING, None
         old, s = system.switches(t, q, v, lam), 2 * least  # s: past the rounding error of a known time
         if known:
             self._next(t + s)
@@ -161,6 +165,14 @@ class Events:
         """Whether steps are cut short again and again, which happens also without events."""
         self._cut = [*self._cut[1 - 2 * MANY :], t]
         return len(self._cut) == 2 * MANY and t - self._cut[0] < HARDLY * (self.run.stop - self.run.start)
+
+    def _around(self, t: float, q: Array, v: Array, lam: Array) -> list[Switch]:
+        """The switches that differ between the state at t and the end of the last attempt or its search."""
+        vectors, system, n = self.run.vectors, self.system, self.system.n
+        rows = ((buffer_layout.BEFORE, buffer_layout.BEFORE2), (buffer_layout.POSITION, buffer_layout.VELOCITY))
+        ends = [(vectors[x, :n], vectors[w, :n]) for x, w in rows]
+        states = np.array([system.switches(t, *end, lam) for end in ((q, v), *ends)])
+        return _changed(system, states.min(axis=0), states.max(axis=0))
 
     def _distance(self, t: float, q: Array, v: Array, a: Array, lam: Array, old: States, most: float) -> float | None:
         """The time from t until just behind the next change of a switch; None if it is longer than ``most``."""

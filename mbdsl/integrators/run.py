@@ -24,6 +24,7 @@ from mbdsl.integrators.output_times import OutputTimes
 from mbdsl.integrators.peak_zones import Landings
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.scheduled_jumps import Jumps
+from mbdsl.integrators.standstill import WINDOW, Standstill
 from mbdsl.integrators.start_values import applied, check_stiffness, first_step, normal_part, rates
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.peaks_along_motion import OnTheWay
@@ -99,6 +100,7 @@ class Integration(RunState):
         """Prepare switches, zones and the bounds of the step size, for a run with a tolerance."""
         self.events = Events(self)
         self.landings = Landings(self, self.events.blame)
+        self.standstill = Standstill(self)
         self.seen = np.zeros(len(self.system.kept(OnTheWay).terms))  # largest values of these terms so far
         reals, integers, span = self.reals, self.integers, self.stop - self.start
         integers[loop_state.EVERY], reals[loop_state.NEXT_EVENT] = self.every, np.inf
@@ -363,7 +365,7 @@ class Integration(RunState):
     def advance(self, steps: int = sys.maxsize) -> int:
         """Take at most ``steps`` steps; return a status of :mod:`mbdsl.integrators.loop.loop_state`.
 
-        Fewer steps are taken if the window of the output is full.
+        Fewer steps are taken if the window of the output is full, and in a run with a tolerance at most ``WINDOW``.
 
         Raises
         ------
@@ -382,9 +384,17 @@ class Integration(RunState):
                     )
                 status = self._advance_by(min(steps, ROOM))
                 steps -= ROOM
+            return self._examined(status)
+        status = self._advance_by(steps if self.tol is None else min(steps, WINDOW))
+        return self._examined(loop_state.RUNNING if status == loop_state.FULL else status)
+
+    def _examined(self, status: int) -> int:
+        """The status after steps, or that of a run that stands still."""
+        if self.tol is None:
             return status
-        status = self._advance_by(steps)
-        return loop_state.RUNNING if status == loop_state.FULL else status
+        if self.every:
+            self._make_room()
+        return self.standstill.look(status, self._advance_by)
 
     def _make_room(self) -> None:
         """Allocate rows of output for the next ``ROOM`` steps."""

@@ -45,7 +45,10 @@ def number(q: Quantity, what: str) -> float:
         value = value.value  # type: ignore[assignment]
     if isinstance(value, symbolic.Expr):
         raise ModelError(f"{what} must be known before the start; it depends on time or signals")
-    result = float(value)  # type: ignore[arg-type]
+    try:
+        result = float(value)  # type: ignore[arg-type]
+    except OverflowError:  # a large integer
+        result = math.inf
     if not math.isfinite(result):
         raise ModelError(f"{what} is no finite number")
     return result
@@ -79,12 +82,19 @@ def argument(parameter: Parameter, value: Value, owner: str, e: s.Expression | N
         hint = f"a vector of the plane is written `{right}`" if right is not None else None
         raise ModelError(f"{what}: found {shape_words(found)}, expected {shape_words(parameter.shape)}", hint=hint)
     result = floats(value, what)
-    for x in result if isinstance(result, tuple) else (result,):
+    for k, x in enumerate(result if isinstance(result, tuple) else (result,)):
+        given = value[k] if isinstance(value, tuple) else value
         if parameter.positive and not x > 0.0:
-            raise ModelError(f"{what} is {x:g}, it must be positive")
+            raise ModelError(f"{what} is {in_unit(x, given)}, it must be positive")
         if parameter.minimum is not None and x < parameter.minimum:
-            raise ModelError(f"{what} is {x:g}, it must be at least {parameter.minimum:g}")
+            raise ModelError(f"{what} is {in_unit(x, given)}, it must be at least {in_unit(parameter.minimum, given)}")
     return result
+
+
+def in_unit(x: float, like: Value) -> str:
+    """A number in SI units, in the unit that the value ``like`` was written with, if there is one."""
+    unit = None if isinstance(like, tuple) else like.unit
+    return f"{x:g}" if unit is None else f"{x / unit.factor:g} {unit.text}"
 
 
 def law(parameter: Parameter, value: Value, owner: str, e: s.Expression | None = None) -> symbolic.Expr:

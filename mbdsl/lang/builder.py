@@ -2,80 +2,38 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mbdsl.elements import kinds
+from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError, UsageError
-from mbdsl.expressions.symbolic import COORDINATES, Expr
+from mbdsl.lang import python_values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.entities import Namespace
-from mbdsl.lang.experiment import KEYS, check_effects, setting
-from mbdsl.lang.flat_component import Part, is_body
-from mbdsl.lang.flat_model import Assembly
-from mbdsl.lang.foreign_names import KINDS as ALIASES
-from mbdsl.lang.inheritance import Member
-from mbdsl.lang.instantiate import Instance
-from mbdsl.lang.library import Unit
+from mbdsl.lang.declaring import Declarations
+from mbdsl.lang.experiment import KEYS
+from mbdsl.lang.handles import Handle, Law, Number, Place, Vector
+from mbdsl.lang.kind_methods import known
 from mbdsl.lang.load import deep
 from mbdsl.lang.parser import parse_expression
 from mbdsl.lang.unparse import indices, write, write_argument
-from mbdsl.lang.values import Quantity, Value
-from mbdsl.mechanism.scene import Experiment, Scene
+from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import count, did_you_mean
 
-#: a value: a number in SI units, a text of the language, an array, or an expression
-Given = Any
-_NAME = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(?:\[([0-9]+(?:, ?[0-9]+)*)\])?")
+_FIELDS = {field: key for key, (field, _) in KEYS.items() if field}
 
 
-class Handle:
-    """A component, frame or signal of a model under construction.
-
-    Its attributes are its frames, ports and signals: ``rod.b``, ``rod.b.x``, ``pin.phi``. ``str()`` returns its full
-    name. Handles are made by the methods of ``Builder``.
-
-    Parameters
-    ----------
-    builder : Builder
-        The model.
-    name : str
-        Full name.
-    known : callable
-        Returns the names of the attributes.
-    """
-
-    def __init__(self, builder: Builder, name: str, known: Callable[[], Sequence[str]]) -> None:
-        self._builder, self._name, self._known = builder, name, known
-
-    def __getattr__(self, name: str) -> Handle:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        known = self._known()
-        if name not in known:
-            hint = did_you_mean(name, known, "it has")
-            raise AttributeError(f"`{self._name}` has no `{name}`" + (f"; {hint}" if hint else ""))
-        return Handle(self._builder, f"{self._name}.{name}", lambda: COORDINATES)
-
-    def __dir__(self) -> list[str]:
-        return list(self._known())
-
-    def __str__(self) -> str:
-        return self._name
-
-    def __repr__(self) -> str:
-        return f"<{self._name} of {self._builder.name}>"
-
-
-class Builder:
+class Builder(Declarations):
     """Collects components and makes a ``Scene`` of them.
 
     Every component kind of the language is a method: ``b.Rod("rod", m=1.0, length=0.5)`` is
     ``b.add("Rod", "rod", m=1.0, length=0.5)``. A value is a number in SI units, a text in the syntax of the language
-    (``"30 deg"``, ``"100 N/m*(s - 0.2 m)"``), a sequence for an array, or an ``Expr`` for a force law. Methods raise
-    ``ModelError`` or ``UsageError`` if the names or values are invalid.
+    (``"30 deg"``, ``"100 N/m*(s - 0.2 m)"``), a sequence for an array, or an ``Expr`` for a force law; None stands for
+    the default.
+
+    Each method checks its arguments. It raises ``ModelError`` or ``UsageError`` if one of them is invalid, and the
+    Builder remains as it was. Names must be declared before they are used. What concerns the whole model, such as
+    missing connections, is checked by ``scene``.
 
     Parameters
     ----------
@@ -96,38 +54,25 @@ class Builder:
     """
 
     def __init__(self, name: str, doc: str = "") -> None:
-        self.name = name
-        self.doc = doc
-        self._assembly = Assembly()
-        self._root = Namespace(self._assembly)
-        self._unit = Unit(s.File("<library>", (), ()), "")
-        self._instance = Instance(self._assembly, self._root, s.Model(name, doc, (), (), ()), self._unit, {})
-        self._experiment: dict[str, Any] = {}
-        self._declared: list[s.Declaration] = []
+        self.name = python_values.text(name, "the name of the model")
+        self.doc = python_values.text(doc, "doc")
+        super().__init__()
 
     def __repr__(self) -> str:
-        return f"<Builder of {self.name}: {count(len(self._declared), 'declaration')}>"
+        return f"<Builder of {self.name}: {count(len(self._draft.content.entries), 'declaration')}>"
 
     def _repr_html_(self) -> str:
         from mbdsl.plotting.figures import Table
         from mbdsl.plotting.html_tables import fragment
 
-        rows = [(d.name + indices(d.indices), _type(d), _arguments(d), d.doc) for d in self._declared]
+        declared = [entry.declaration for entry in self._draft.content.entries.values()]
+        rows = [(d.name + indices(d.indices), _type(d), _arguments(d), d.doc) for d in declared]
         found = Table("", ("name", "kind", "frames and values", "description"), rows)
         return fragment(f"{self.name}: {self.doc}" if self.doc else self.name, (), [found])
 
-    def __getattr__(self, name: str) -> Callable[..., Handle]:
-        if name in kinds() or name in ALIASES:
-            return partial(self.add, name)
-        hint = did_you_mean(name, kinds())
-        raise AttributeError(f"Builder has no `{name}`" + (f"; {hint}" if hint else ""))
-
-    def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *kinds()]
-
     # -- declarations ------------------------------------------------------------------------------------------
 
-    def add(self, kind: str, name: str, *frames: Handle | str, doc: str = "", **values: Given) -> Handle:
+    def add(self, kind: str, name: str, *frames: Place, doc: str = "", replace: bool = False, **values: Any) -> Handle:
         """Add a component.
 
         Parameters
@@ -140,6 +85,9 @@ class Builder:
             Frames that the component is attached to, in the order of its ports; a joint stands for its two frames.
         doc : str, optional
             Description, one line.
+        replace : bool, optional
+            True: if there is a component of this name, it is replaced. Its joints, initial values, shapes and handles
+            remain; they are checked again.
         **values
             Parameters of the component. ``frames={"tip": (0.3, 0)}`` adds frames to a body, ``phi={"start": 0.1,
             "fixed": True}`` sets an initial value.
@@ -154,34 +102,35 @@ class Builder:
         ModelError
             If there is no such kind, the name is in use, or a frame or value is invalid.
         """
-        if kind not in kinds() and kind not in ALIASES:
+        of = known().get(python_values.text(kind, "kind"))
+        if of is None:
             raise ModelError(f"there is no kind of component called `{kind}`", hint=did_you_mean(kind, kinds()))
-        self._declare(name, kind, doc, [self._reference(f) for f in frames], values)
-        part = self._part(name)
-        return Handle(self, name, part.known_names)
+        return self._declare(name, kind, of, doc, frames, values, replace)
 
-    def parameter(self, name: str, value: Given, doc: str = "", type: str = "") -> Handle:
+    def parameter(self, name: str, value: Any, doc: str = "", type: str = "", *, replace: bool = False) -> Handle:
         """Declare a parameter, a named constant for use in texts.
 
         Parameters
         ----------
         name : str
-        value : number or str
-            Number in SI units, or text.
+        value : number, str or sequence
+            Number in SI units, text, or array.
         doc : str, optional
             Description, one line.
         type : str, optional
             A quantity of the language, such as "Mass"; the unit of the value is checked against it.
+        replace : bool, optional
+            True: replaces the declaration of this name, if there is one.
 
         Returns
         -------
         Handle
         """
-        declaration = s.Declaration(frozenset({"parameter"}), type, name, value=self._node(value, name), doc=doc)
-        self._enter(declaration)
-        return Handle(self, name, tuple)
+        type_name = python_values.text(type, "type")
+        node = self._node(value, str(name))
+        return self._enter(name, frozenset({"parameter"}), type_name, doc, replace, value=node)
 
-    def input(self, name: str, start: Given = 0.0, unit: str = "", doc: str = "") -> Handle:
+    def input(self, name: str, start: Number = 0.0, unit: str = "", doc: str = "", *, replace: bool = False) -> Handle:
         """Declare an input, a value that the caller sets between the steps of a ``mbdsl.Simulation``.
 
         Parameters
@@ -193,18 +142,19 @@ class Builder:
             Unit of the signal, such as "N.m".
         doc : str, optional
             Description, one line.
+        replace : bool, optional
+            True: replaces the declaration of this name, if there is one.
 
         Returns
         -------
         Handle
         """
         arguments = [s.Argument("start", self._node(start, f"{name}.start"))]
-        if unit:
+        if python_values.text(unit, f"{name}.unit"):
             arguments.append(s.Argument("unit", s.String(unit)))
-        self._enter(s.Declaration(frozenset({"input"}), "Real", name, arguments=tuple(arguments), doc=doc))
-        return Handle(self, name, tuple)
+        return self._enter(name, frozenset({"input"}), "Real", doc, replace, arguments=tuple(arguments))
 
-    def variable(self, name: str, value: Given, doc: str = "") -> Handle:
+    def variable(self, name: str, value: Law, doc: str = "", *, replace: bool = False) -> Handle:
         """Declare a variable, a named expression of time and signals; it becomes a signal of the model.
 
         Parameters
@@ -214,15 +164,18 @@ class Builder:
             The expression.
         doc : str, optional
             Description, one line.
+        replace : bool, optional
+            True: replaces the declaration of this name, if there is one.
 
         Returns
         -------
         Handle
         """
-        self._enter(s.Declaration(frozenset(), "Real", name, value=self._node(value, name), doc=doc))
-        return Handle(self, name, tuple)
+        return self._enter(name, frozenset(), "Real", doc, replace, value=self._node(value, str(name)))
 
-    def frame(self, name: str, base: Handle | str, r: Given = (0.0, 0.0), phi: Given = 0.0) -> Handle:
+    def frame(
+        self, name: str, base: Place, r: Vector = (0.0, 0.0), phi: Number = 0.0, *, replace: bool = False
+    ) -> Handle:
         """Add a frame that is fixed to a body.
 
         Parameters
@@ -234,16 +187,24 @@ class Builder:
             Position of the origin, in the axes of ``base``.
         phi : number or str, optional [rad]
             Angle relative to ``base``.
+        replace : bool, optional
+            True: replaces the declaration of this name, if there is one.
 
         Returns
         -------
         Handle
         """
-        self._declare(name, "Frame", "", [self._reference(base)], {"r": r, "phi": phi})
-        return Handle(self, name, lambda: COORDINATES)
+        return self._declare(name, "Frame", None, "", (base,), {"r": r, "phi": phi}, replace)
 
     def table(
-        self, name: str, table: Given, smoothness: str = "linear", extrapolation: str = "hold", doc: str = ""
+        self,
+        name: str,
+        table: Any,
+        smoothness: str = "linear",
+        extrapolation: str = "hold",
+        doc: str = "",
+        *,
+        replace: bool = False,
     ) -> Handle:
         """Declare a function of one variable by its points.
 
@@ -257,25 +218,27 @@ class Builder:
         extrapolation : {"hold", "linear", "periodic", "error"}, optional
         doc : str, optional
             Description, one line.
+        replace : bool, optional
+            True: replaces the declaration of this name, if there is one.
 
         Returns
         -------
         Handle
         """
-        values = {"table": table, "smoothness": s.String(smoothness), "extrapolation": s.String(extrapolation)}
-        self._declare(name, "Table", doc, [], values)
-        return Handle(self, name, tuple)
+        words = {"smoothness": smoothness, "extrapolation": extrapolation}
+        values = {key: s.String(python_values.text(word, f"{name}.{key}")) for key, word in words.items()}
+        return self._declare(name, "Table", None, doc, (), {"table": table, **values}, replace)
 
-    def connect(self, first: Handle | str, second: Handle | str) -> None:
+    def connect(self, first: Place, second: Place) -> None:
         """Connect two ports, or a port and a frame.
 
         Parameters
         ----------
         first, second : Handle or str
         """
-        self._assembly.connect(self._reference(first), self._reference(second), self._instance.scope, None)
+        self._draft.connect(s.Connect(self._place(first, "connect.first"), self._place(second, "connect.second")))
 
-    def shape(self, body: Handle | str, *parts: str) -> None:
+    def shape(self, body: Place, *parts: str, replace: bool = False) -> None:
         """Give a body shapes for pictures, instead of those that follow from its frames.
 
         Parameters
@@ -285,21 +248,25 @@ class Builder:
         *parts : str
             Shapes as texts of the language, such as ``"Circle(radius = 2 cm, fillColor = \\"red\\")"``. Without parts
             the body is not drawn.
+        replace : bool, optional
+            True: replaces the shapes that were given before; otherwise these are added to them.
 
         Raises
         ------
         ModelError
-            If there is no such body. An invalid part raises it in ``scene``.
+            If there is no such body, or a part is invalid.
         """
-        name = self._name(body)
-        part = self._assembly.parts.get(name.replace(" ", ""))
-        if part is None or not is_body(part):
-            raise ModelError(f"`{name}` is not a body", hint=did_you_mean(name, self._assembly.parts))
-        graphics = s.Array(tuple(parse_expression(text, f"<shape of {name}>") for text in parts))
-        whole = s.Argument("Shape", None, (s.Argument("graphics", graphics),))
-        part.drawn.append(((whole,), self._instance.scope))
+        name = self._name(body, "shape.body").replace(" ", "")
+        entries = self._draft.content.entries
+        bodies = [key for key, e in entries.items() if isinstance(known().get(e.declaration.type), BodyKind)]
+        if name not in bodies:
+            raise ModelError(f"`{name}` is not a body", hint=did_you_mean(name, bodies, "bodies"))
+        with deep():
+            texts = [python_values.text(part, f"the shape of {name}") for part in parts]
+            graphics = s.Array(tuple(parse_expression(text, f"<shape of {name}>") for text in texts))
+        self._draft.draw(name, s.Argument("Shape", None, (s.Argument("graphics", graphics),)), _flag(replace))
 
-    def initial(self, target: Handle | str, value: Given, fixed: bool = True) -> None:
+    def initial(self, target: Place, value: Number | None, fixed: bool = True, *, replace: bool = False) -> None:
         """Set the initial value of a position or a velocity.
 
         Parameters
@@ -307,25 +274,31 @@ class Builder:
         target : Handle or str
             A signal at position or velocity level.
         value : number or str
-            Number in SI units, or text.
+            Number in SI units, or text. None removes the initial value.
         fixed : bool, optional
             True: the value is kept exactly. False: it is a guess, which the assembly may change.
+        replace : bool, optional
+            True: replaces the initial value that was given for this target, if there is one.
         """
-        mode = "fixed" if fixed else "guess"
-        item = s.Initial(mode, parse_expression(self._name(target), "<initial>"), self._node(value, str(target)))
-        self._assembly.initial(item, self._instance.scope)
+        goal = self._place(target, "initial.target")
+        if value is None:
+            self._draft.forget_initial(goal)
+            return
+        mode = "fixed" if python_values.flag(fixed, "fixed") else "guess"
+        item = s.Initial(mode, goal, self._node(value, f"initial value of {write(goal)}"))
+        self._draft.initial(item, _flag(replace))
 
     def experiment(
         self,
-        stop: Given = None,
-        start: Given = None,
-        interval: Given = None,
-        tolerance: Given = None,
+        stop: Number | None = None,
+        start: Number | None = None,
+        interval: Number | None = None,
+        tolerance: Number | None = None,
         method: str | None = None,
-        step: Given = None,
-        without: Sequence[str] = (),
+        step: Number | None = None,
+        without: str | Sequence[str] = (),
     ) -> None:
-        """Set the defaults of a simulation of the model.
+        """Set the defaults of a simulation of the model. What is not given remains as it is.
 
         Parameters
         ----------
@@ -334,21 +307,61 @@ class Builder:
         tolerance : number, optional
             Limit of the global error.
         method : str, optional
-            Name of an integration method.
+            Name of an integration method. ``mbdsl.simulate`` checks it.
         without : sequence of str, optional
             Effects to leave out: "friction", "damping", "flexibility", "gravity".
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is invalid.
         """
         given = {"stop": stop, "start": start, "interval": interval, "tolerance": tolerance, "step": step}
-        for key, (field, unit) in KEYS.items():
-            if given.get(field) is not None:
-                self._experiment[field] = setting(key, field, unit, self._value(given[field], key))
+        nodes = {key: self._node(value, key) for key, value in given.items() if value is not None}
         if method is not None:
-            self._experiment["method"] = method
+            nodes["method"] = s.String(python_values.text(method, "method"))
+        if not isinstance(without, str | Sequence):
+            raise UsageError(f"without: found {without!r}, expected names of effects")
         if without:
-            self._experiment["without"] = check_effects(without)
+            effects = (without,) if isinstance(without, str) else without
+            nodes["without"] = s.Array(tuple(s.String(python_values.text(x, "without")) for x in effects))
+        self._draft.set_experiment({key: s.Argument(_FIELDS[key], node) for key, node in nodes.items()})
 
-    def scene(self) -> Scene:
+    def remove(self, name: Place, *, dependents: bool = False) -> tuple[str, ...]:
+        """Remove a component, or another declaration.
+
+        Its initial values, shapes and connections are removed, too.
+
+        Parameters
+        ----------
+        name : Handle or str
+            The component, frame, parameter, variable, input or table. The name of an array stands for all elements.
+        dependents : bool, optional
+            True: removes whatever refers to it as well, such as the joints of a body and what refers to these.
+
+        Returns
+        -------
+        tuple of str
+            Names of all that was removed. Their handles are refused from now on.
+
+        Raises
+        ------
+        UsageError
+            If there is no such name, or if other declarations refer to it; the message names them.
+        """
+        chosen = self._name(name, "remove").replace(" ", "")
+        return self._draft.remove(chosen, python_values.flag(dependents, "dependents"))
+
+    def scene(self, parameters: Mapping[str, Any] | None = None, without: Sequence[str] = ()) -> Scene:
         """Check the model and return its Scene.
+
+        Parameters
+        ----------
+        parameters : mapping, optional
+            Values that replace those of the parameters, as numbers in SI units or as texts with units:
+            ``{"L": "2 m", "rod.m": 4.0}``. The Builder keeps its own.
+        without : sequence of str, optional
+            Effects to leave out, in addition to those of ``experiment``.
 
         Returns
         -------
@@ -359,86 +372,11 @@ class Builder:
         ModelError
             If the model is invalid.
         """
-        with deep():
-            return self._assembly.scene(self._root, self.name, self.doc, Experiment(**self._experiment))
+        return self._draft.scene(self.name, self.doc, {} if parameters is None else parameters, without)
 
-    # -- conversion to syntax ----------------------------------------------------------------------------------
 
-    def _declare(
-        self, name: str, type_name: str, doc: str, frames: list[s.Expression], values: Mapping[str, Given]
-    ) -> None:
-        match = _NAME.fullmatch(name)
-        if match is None:
-            raise UsageError(f"{name!r} is no name", hint="a name is made of letters a-z, digits and `_`")
-        indices = tuple(s.Number(int(i)) for i in match.group(2).split(",")) if match.group(2) else ()
-        kind = kinds().get(type_name)
-        for key, value in values.items():
-            parameter = kind.parameter(key) if kind is not None else None
-            if parameter is not None and value in parameter.choices:  # a choice is a text, not an expression
-                values = {**values, key: f'"{value}"'}
-        arguments = [s.Argument("", frame) for frame in frames]
-        arguments += [self._argument(key, value, name) for key, value in values.items() if value is not None]
-        self._enter(s.Declaration(frozenset(), type_name, match.group(1), indices, tuple(arguments), doc=doc))
-
-    def _enter(self, d: s.Declaration) -> None:
-        with deep():
-            if not d.indices:
-                self._root.declare(d.name, None)
-            else:
-                self._root.places[d.name] = None
-            try:
-                self._instance.declare(Member(d, self._unit, {}), d, self._instance.scope, bool(d.indices))
-                self._declared.append(d)
-            except ModelError:
-                if not d.indices:
-                    del self._root.places[d.name]
-                raise
-
-    def _part(self, name: str) -> Part:
-        return self._assembly.parts[name.replace(" ", "")]
-
-    def _value(self, given: Given, what: str) -> Value:
-        from mbdsl.lang.evaluate import evaluate
-
-        return evaluate(self._node(given, what), self._instance.scope)
-
-    def _name(self, given: Handle | str) -> str:
-        """The name of a handle; handles of another Builder are refused, as their names may denote other components."""
-        if isinstance(given, Handle) and given._builder is not self:
-            raise UsageError(
-                f"`{given}` belongs to another Builder, of {given._builder.name}, and not to this one, of {self.name}",
-                hint=f"use a handle from this Builder, or give the name as a string: {str(given)!r}",
-            )
-        return str(given)
-
-    def _reference(self, frame: Handle | str) -> s.Expression:
-        if not isinstance(frame, Handle | str):
-            raise UsageError(f"found {frame!r}, expected a frame", hint="frames are attributes of components: `rod.b`")
-        return parse_expression(self._name(frame), "<frame>")
-
-    def _argument(self, name: str, value: Given, owner: str) -> s.Argument:
-        if isinstance(value, Mapping):
-            inner = tuple(self._argument(k, v, f"{owner}.{name}") for k, v in value.items())
-            return s.Argument(name, None, inner)
-        return s.Argument(name, self._node(value, f"{owner}.{name}"))
-
-    def _node(self, value: Given, what: str) -> s.Expression:
-        """The syntax tree of a value from Python."""
-        if isinstance(value, s.Expression):
-            return value
-        if isinstance(value, str | Handle):
-            return parse_expression(self._name(value), f"<{what}>")
-        if isinstance(value, Expr):
-            return s.Literal(Quantity(value))
-        if hasattr(value, "tolist"):  # numpy's scalars and arrays
-            value = value.tolist()
-        if isinstance(value, bool):
-            return s.Boolean(value)
-        if isinstance(value, int | float):
-            return s.Number(value)
-        if isinstance(value, Sequence):
-            return s.Array(tuple(self._node(v, what) for v in value))
-        raise UsageError(f"`{what}`: found {value!r}, expected a number, a text or a sequence")
+def _flag(replace: object) -> bool:
+    return python_values.flag(replace, "replace")
 
 
 def _type(d: s.Declaration) -> str:

@@ -7,6 +7,10 @@ from mbdsl.lang.source import At, span_of
 from mbdsl.mechanism.scene import Frame
 
 
+class NotConnected(ModelError):
+    """A port has no frame. While a model is built from Python, it may be connected later."""
+
+
 class Node:
     """A port of a joint or force, or a connector of a sub-model; after all connections it has a frame."""
 

@@ -71,7 +71,7 @@ def _evaluate(e: s.Expression, scope: Scope) -> Value:
             if e.unit is None:
                 return Quantity(e.value, None, True)
             unit_readings.check(e.unit, scope.declared)
-            return Quantity(e.value * e.unit.factor, e.unit.dimension)
+            return Quantity(e.value * e.unit.factor, e.unit.dimension, unit=e.unit)
         case s.Reference():
             return scope.value(e)
         case s.Binary():

@@ -14,7 +14,7 @@ from mbdsl.expressions import symbolic
 from mbdsl.expressions.symbolic import Expr
 from mbdsl.lang import argument_checks, doubts, foreign_names, joint_law_checks, units
 from mbdsl.lang import syntax as s
-from mbdsl.lang.connections import Node
+from mbdsl.lang.connections import Node, NotConnected
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.modifiers import Contexts, Modifier, Modifiers, refuse_inner
 from mbdsl.lang.source import At, span_of
@@ -291,10 +291,12 @@ class Part:
     def port_frame(self, port: str) -> Frame:
         """The frame of a port, after all connections are made."""
         frame = self.nodes[port].frame
+        if frame is None and port in self.kind.optional_ports:
+            return self.assembly.world(self)
         if frame is None:
             other = next((n for p, n in self.nodes.items() if p != port and n.frame is not None), None)
             where = f" (its other port is on `{other.frame.name}`)" if other is not None and other.frame else ""
-            raise ModelError(
+            raise NotConnected(
                 f"`{port}` of {self.kind.name} `{self.name}` is not connected{where}",
                 span_of(self.at),
                 f"name two frames, `{self.kind.name} {self.name}(a, b)`, or `connect({self.name}.{port}, ...);`",

@@ -14,7 +14,7 @@ from mbdsl.errors import ModelError, ModelWarning
 from mbdsl.expressions import symbolic
 from mbdsl.lang import doubts, limits, quantities, units
 from mbdsl.lang import syntax as s
-from mbdsl.lang.connections import Node, connect
+from mbdsl.lang.connections import Node, NotConnected, connect
 from mbdsl.lang.entities import Disabled, FrameMember, Many, Namespace, Slot
 from mbdsl.lang.evaluate import Budget, place
 from mbdsl.lang.flat_component import Part, is_body
@@ -151,27 +151,34 @@ class Assembly:
             return Quantity(symbolic.const(0.0), dimension)
         return Quantity(symbolic.coordinate(frame.name, key), dimension)
 
-    def connect_all(self) -> None:
-        """Determine the frame of every port."""
-        for part, positional in self._attachments:
+    def connect_new(self) -> None:
+        """Make the connections that were declared since the last call."""
+        attachments, connectors, connects = self._attachments, self._connectors, self._connects
+        self._attachments, self._connectors, self._connects = [], [], []
+        for part, positional in attachments:
             self._attach(part, positional)
-        for node, argument, contexts in self._connectors:
+        for node, argument, contexts in connectors:
             found = argument.find(contexts)
             if isinstance(found, Part):
                 raise ModelError(
                     f"`{found.name}` is a {found.kind.name}, expected a frame for `{node.name}`", span_of(argument.e.at)
                 )
             connect(node, found, argument.e.at)
-        for first, second, scope, at in self._connects:
+        for first, second, scope, at in connects:
             self._connect(self._ends(first, scope), self._ends(second, scope), at)
+
+    def connect_all(self) -> None:
+        """Determine the frame of every port."""
+        self.connect_new()
         for part in self.parts.values():
             for port in part.kind.optional_ports:
                 if part.nodes[port].frame is None:
-                    connect(part.nodes[port], self._world(part), part.at)
+                    connect(part.nodes[port], self.world(part), part.at)
 
-    def _world(self, part: Part) -> Frame:
+    def world(self, part: Part) -> Frame:
+        """The frame of an optional port that is not connected."""
         if self.ground is None:
-            raise ModelError(
+            raise NotConnected(
                 f"{part.kind.name} `{part.name}` acts from the ground, but none is declared",
                 span_of(part.at),
                 "declare it: `Ground ground;`",

@@ -54,7 +54,7 @@ def values(given: Sequence[str | float] | None, unit: str, what: str) -> list[fl
     Raises
     ------
     UsageError
-        If one is no number with a unit of this dimension.
+        If one is not a number with a unit of this dimension.
     """
     if given is None:
         return None

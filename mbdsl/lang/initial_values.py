@@ -10,12 +10,13 @@ from mbdsl.lang import argument_checks, doubts, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.evaluate import evaluate, place
 from mbdsl.lang.flat_component import Part
+from mbdsl.lang.quantities import unit_text
 from mbdsl.lang.scope import Scope
 from mbdsl.lang.source import At, span_of
 from mbdsl.lang.units import NUMBER
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
-from mbdsl.mechanism.scene import InitialValue
+from mbdsl.mechanism.scene import DisplayUnit, InitialValue
 
 
 class InitialValues:
@@ -120,7 +121,16 @@ class InitialValues:
         if target.dimension == NUMBER:
             doubts.angle(self.warn, value, e, what)
         number = argument_checks.number(argument_checks.fit(value, target.dimension, what, "", e), what)  # type: ignore[arg-type]
-        return InitialValue(name, target.value, number, fixed, span_of(at))  # type: ignore[arg-type]
+        return InitialValue(name, target.value, number, fixed, span_of(at), _display(value, target))  # type: ignore[arg-type]
+
+
+def _display(value: Quantity, target: Quantity) -> DisplayUnit:
+    """The unit that a value was written with, else the SI unit of its target."""
+    if value.unit is not None and value.unit.dimension == target.dimension:
+        return DisplayUnit(value.unit.text, value.unit.factor)
+    if target.dimension is None or target.dimension == NUMBER:  # radians and pure numbers are not distinguished
+        return DisplayUnit()
+    return DisplayUnit(unit_text(target.dimension))
 
 
 def check_target(name: str, target: object, span: Span | None) -> None:

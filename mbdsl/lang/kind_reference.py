@@ -32,7 +32,7 @@ def _kind(kind: Kind) -> str:
         lines += [f"Frames: {', '.join(ports)}.", ""]
     if kind.parameters:
         lines += ["| parameter | unit | default | |", "|---|---|---|---|"]
-        lines += [f"| `{p.name}` | {_unit(p)} | {_default(p)} | {_notes(kind, p)} |" for p in kind.parameters]
+        lines += [f"| `{p.name}` | {unit_of(p)} | {default_of(p)} | {notes(kind, p)} |" for p in kind.parameters]
         lines.append("")
     if kind.signals:
         lines += ["| signal | unit | |", "|---|---|---|"]
@@ -44,11 +44,11 @@ def _kind(kind: Kind) -> str:
     return "\n".join(lines).rstrip()
 
 
-def _unit(p: Parameter) -> str:
+def unit_of(p: Parameter) -> str:
     return p.unit or ("any" if p.law else "")
 
 
-def _default(p: Parameter) -> str:
+def default_of(p: Parameter) -> str:
     if p.default is REQUIRED:
         return "required"
     if p.default is None or p.default == ():
@@ -60,21 +60,22 @@ def _default(p: Parameter) -> str:
     return f"{p.default:g}" if isinstance(p.default, float) else f'"{p.default}"' if p.choices else str(p.default)
 
 
-def _notes(kind: Kind, p: Parameter) -> str:
-    notes = [p.doc] if p.doc else []
+def notes(kind: Kind, p: Parameter) -> str:
+    """What a parameter means, and what its values may be."""
+    found = [p.doc] if p.doc else []
     if p.law:
         driven = isinstance(kind, JointKind) and kind.driver == p.name
         if isinstance(kind, JointKind) and kind.coupling is not None and kind.coupling[0] == p.name:
-            notes.append(f"an expression of `{kind.coupling[1]}`, parameters and tables")
+            found.append(f"an expression of `{kind.coupling[1]}`, parameters and tables")
         else:
-            notes.append("without signals and inputs" if driven else "may be an expression in time and signals")
+            found.append("without signals and inputs" if driven else "may be an expression in time and signals")
     if p.positive:
-        notes.append("positive")
+        found.append("positive")
     elif p.minimum is not None:
-        notes.append(f"at least {p.minimum:g}")
+        found.append(f"at least {p.minimum:g}")
     if p.choices:
-        notes.append("one of " + ", ".join(f'"{c}"' for c in p.choices))
-    return "; ".join(notes)
+        found.append("one of " + ", ".join(f'"{c}"' for c in p.choices))
+    return "; ".join(found)
 
 
 def insert(page: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
@@ -79,9 +79,10 @@ class Library:
     all links are resolved, unless ``allowed`` permits more.
     """
 
-    def __init__(self, allowed: Allowed | None = None) -> None:
+    def __init__(self, allowed: Allowed | None = None, texts: Mapping[str, str] | None = None) -> None:
         self._units: dict[str, Unit] = {}
-        self._allowed = allowed_now() if allowed is None else allowed
+        self._texts = texts  #: the files by name, if they are not read from the disk
+        self._allowed = True if texts is not None else allowed_now() if allowed is None else allowed
         self._root = ""  #: the folder that imports must not leave
 
     @property
@@ -125,7 +126,7 @@ class Library:
                     raise ModelError(f"more than {limits.FILES} files", span_of(item.at))
                 self._refuse_outside(item, path)
                 try:
-                    text = read(path)
+                    text = self._read(path)
                 except UsageError as problem:
                     raise ModelError(f"cannot import: {problem.message}", span_of(item.at), problem.hint) from None
                 if not _MODEL.match(text):
@@ -152,6 +153,13 @@ class Library:
                         )
                 unit.imports.append(known)
         return new
+
+    def _read(self, path: str) -> str:
+        if self._texts is None:
+            return read(path)
+        if path not in self._texts:
+            raise UsageError(f"the stored model has no file `{path}`")
+        return self._texts[path]
 
     def _refuse_outside(self, item: s.Import, path: str) -> None:
         """Called before the file is accessed, so that the message does not say whether it exists."""

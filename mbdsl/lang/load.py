@@ -5,8 +5,11 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from typing import Any
 
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import syntax as s
@@ -15,10 +18,27 @@ from mbdsl.lang.experiment import check_effects, read_experiment
 from mbdsl.lang.flat_model import Assembly
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.library import Allowed, Library, Unit, read
-from mbdsl.lang.overrides import read_overrides
+from mbdsl.lang.overrides import merged, read_overrides
 from mbdsl.lang.source import span_of
 from mbdsl.mechanism.scene import Scene
-from mbdsl.messages import did_you_mean
+from mbdsl.messages import did_you_mean, few
+
+_chosen: ContextVar[str | None] = ContextVar("name of the model to read", default=None)
+
+
+@contextmanager
+def model_chosen(name: str | None) -> Iterator[None]:
+    """While the block runs, files that are read without the name of a model are read with this one."""
+    before = _chosen.set(name)
+    try:
+        yield
+    finally:
+        _chosen.reset(before)
+
+
+def chosen_now() -> str | None:
+    """The name for files that are read without one."""
+    return _chosen.get()
 
 
 def load(
@@ -38,7 +58,8 @@ def load(
         Values that replace those of the model's parameters, as numbers in SI units or as texts with units:
         ``{"k": "120 N/mm", "crank.m": 4.0}``.
     model : str, optional
-        Name of the model to read. Default: the model with the name of the file, else the last one in the file.
+        Name of the model to read. Default: the model with the name of the file, else the last one in the file that is
+        not partial.
     without : iterable of str, optional
         Effects to leave out: "friction", "damping", "flexibility", "gravity".
     allow_imports : bool or path, optional
@@ -99,9 +120,38 @@ def parse_text(
         hint = "`mbdsl.load(path)` reads a model from a file"
         raise UsageError(f"found {text!r}, expected the text of a model", hint=hint)
     with deep():
-        library = Library(allow_imports)
-        unit = library.add(text, file)
-        return _flatten(_main(unit, model), unit, library, overrides, check_effects(without))
+        return _read(Library(allow_imports), text, file, merged({}, overrides), model, check_effects(without))
+
+
+@dataclass(frozen=True)
+class TextOrigin:
+    """The texts that a scene was read from, the main one first, and what was asked for."""
+
+    files: Mapping[str, str]
+    model: str
+    overrides: Mapping[str, Any]
+    without: tuple[str, ...]
+
+    def scene(self, parameters: Mapping[str, Any], without: Sequence[str] = ()) -> Scene:
+        """The scene with other parameters, read from the same texts; the disk is not read."""
+        main, effects = next(iter(self.files)), (*self.without, *check_effects(without))
+        with deep():
+            library = Library(texts=self.files)
+            return _read(library, self.files[main], main, merged(self.overrides, parameters), self.model, effects)
+
+
+def _read(
+    library: Library,
+    text: str,
+    file: str,
+    overrides: Mapping[str, Any],
+    model: str | None,
+    without: tuple[str, ...],
+) -> Scene:
+    unit = library.add(text, file)
+    found = _main(unit, chosen_now() if model is None else model)
+    scene = flatten(instantiate(found, unit, overrides, without), library.files)
+    return scene.made_from(TextOrigin(scene.files, found.name, overrides, without))
 
 
 def _is_model(path: object) -> bool:
@@ -115,9 +165,16 @@ def _main(unit: Unit, name: str | None) -> s.Model:
     models = unit.file.models
     if name is not None:
         found = unit.own(name)
+        complete = [m.name for m in models if not m.partial]
         if found is None:
+            close = did_you_mean(name, complete)
+            listed = f"its models are {few(complete, 12)}" if complete else "it has no model that is not partial"
+            raise UsageError(f"{unit.file.name} has no model `{name}`", hint=f"{close} {listed}" if close else listed)
+        if found.partial:
             raise UsageError(
-                f"{unit.file.name} has no model `{name}`", hint=did_you_mean(name, [m.name for m in models], "it has")
+                f"model `{name}` of {unit.file.name} is partial",
+                span_of(found.at),
+                f"choose a model that extends it: {few(complete, 12)}" if complete else None,
             )
         return found
     if not models:
@@ -136,17 +193,22 @@ def _plain(name: str) -> str:
     return name.replace("_", "").replace("-", "").lower()
 
 
-def _flatten(
-    model: s.Model, unit: Unit, library: Library, overrides: Mapping[str, str | float], without: tuple[str, ...]
-) -> Scene:
+def instantiate(
+    model: s.Model, unit: Unit, overrides: Mapping[str, Any] = {}, without: tuple[str, ...] = ()
+) -> Instance:
+    """The main model with all that it declares, before it is connected."""
     assembly = Assembly()
     assembly.without = without
-    root = Namespace(assembly)
-    instance = Instance(assembly, root, model, unit, {})
+    instance = Instance(assembly, Namespace(assembly), model, unit, {})
     instance.modifiers = read_overrides(overrides, instance)
     instance.build()
-    experiment = read_experiment(instance.content.annotations, instance.scope)
-    return assembly.scene(root, model.name, model.doc, experiment, library.files)
+    return instance
+
+
+def flatten(instance: Instance, files: Mapping[str, str] = {}) -> Scene:
+    """The Scene of the main model."""
+    model, experiment = instance.model, read_experiment(instance.content.annotations, instance.scope)
+    return instance.assembly.scene(instance.namespace, model.name, model.doc, experiment, files)
 
 
 @contextmanager

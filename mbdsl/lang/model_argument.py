@@ -21,18 +21,15 @@ def as_scene(
     model: Scene | Builder | str | PathLike, parameters: Mapping | None = None, without: Sequence[str] = ()
 ) -> Scene:
     """The Scene of a model, which is given as a Scene, a Builder, or the path of a ``.mbd`` file."""
-    if (parameters or without) and not isinstance(model, (str, PathLike)):
-        what = "parameters" if parameters else "effects to leave out"
-        raise UsageError(f"only a model given by its path takes {what}", hint="give them to load or Builder")
     if isinstance(model, Scene):
-        return model
+        return model.changed(parameters or {}, without) if parameters or without else model
     if isinstance(model, (str, PathLike)):
         from mbdsl.lang.load import load
 
-        return load(cast("str | PathLike[str]", model), parameters or {}, without=without)
+        return load(cast("str | PathLike[str]", model), {} if parameters is None else parameters, without=without)
     if not hasattr(model, "scene"):
         raise UsageError(f"a model is a path, a Scene or a Builder, not {type(model).__name__}")
-    return model.scene()
+    return model.scene(parameters, without)
 
 
 def blame_model(function: Callable[P, R]) -> Callable[P, R]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang import syntax as s
@@ -10,10 +11,19 @@ from mbdsl.lang.inheritance import declared_names
 from mbdsl.lang.instantiate import Instance
 from mbdsl.lang.modifiers import Modifier, Modifiers
 from mbdsl.lang.parser import parse_expression
+from mbdsl.lang.python_values import expression
 from mbdsl.messages import did_you_mean
 
 
-def read_overrides(overrides: Mapping[str, str | float], instance: Instance) -> Modifiers:
+def merged(before: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of both; those that were ``given`` last have priority."""
+    if not isinstance(given, Mapping):
+        hint = 'give the values by name: `{"L": "2 m"}`'
+        raise UsageError(f"parameters: found {given!r}, expected a mapping", hint=hint)
+    return {**before, **given}
+
+
+def read_overrides(overrides: Mapping[str, Any], instance: Instance) -> Modifiers:
     """Modifiers that set each named parameter; ``crank.m`` and ``link[3].m`` are parameters of components."""
     result: Modifiers = {}
     names = [name for m in instance.members for name in declared_names(m.item)]
@@ -24,7 +34,7 @@ def read_overrides(overrides: Mapping[str, str | float], instance: Instance) -> 
     ]
     for name, given in overrides.items():
         try:
-            target = parse_expression(name, "<name>")
+            target = parse_expression(name, "<name>") if isinstance(name, str) else None
         except MbdslError:
             target = None
         if not isinstance(target, s.Reference):
@@ -35,7 +45,8 @@ def read_overrides(overrides: Mapping[str, str | float], instance: Instance) -> 
             raise UsageError(f"the model has no parameter `{first}` to set", hint=hint)
         if len(target.steps) == 1 and first not in values:
             raise UsageError(f"`{first}` is no parameter", hint=f"set one of its parameters: `{first}.name=value`")
-        value = _value(name, given)
+        label = f"--set {name}"
+        value = parse_expression(given, label) if isinstance(given, str) else expression(given, label)
         level = result
         element: Modifier | None = None
         for k, step in enumerate(target.steps):
@@ -54,11 +65,3 @@ def read_overrides(overrides: Mapping[str, str | float], instance: Instance) -> 
                 modifier.value = value
             level = modifier.inner
     return result
-
-
-def _value(name: str, given: str | float) -> s.Expression:
-    if isinstance(given, str):
-        return parse_expression(given, f"--set {name}")
-    if isinstance(given, bool):
-        return s.Boolean(given)
-    return s.Number(given)

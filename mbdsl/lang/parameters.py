@@ -179,7 +179,8 @@ def _scaled(value: Value, unit: units.Unit) -> Value:
     if isinstance(value, tuple):
         return tuple(_scaled(v, unit) for v in value)
     if value.dimension is None and value.number:
-        return Quantity(values.compute("mul", lambda x, y: x * y, value, Quantity(unit.factor)), unit.dimension)
+        scaled = values.compute("mul", lambda x, y: x * y, value, Quantity(unit.factor))
+        return Quantity(scaled, unit.dimension, unit=unit)
     return value
 
 
@@ -210,7 +211,8 @@ def _range(value: Value, name: str, bound: Modifier, what: str) -> None:
         wrong = q.value < limit.value if name == "min" else q.value > limit.value  # type: ignore[operator]
         if wrong:
             word = "least" if name == "min" else "most"
-            raise ModelError(f"{what} is {q.value:g}, it must be at {word} {limit.value:g}")
+            found, bounded = (argument_checks.in_unit(x.value, q) for x in (q, limit))  # type: ignore[arg-type]
+            raise ModelError(f"{what} is {found}, it must be at {word} {bounded}")
 
 
 def _flat(value: Value) -> list[Quantity]:

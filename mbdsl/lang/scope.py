@@ -9,7 +9,7 @@ from mbdsl.errors import ModelError
 from mbdsl.expressions.symbolic import COORDINATES, TIME
 from mbdsl.lang import doubts, foreign_names, functions, units, values
 from mbdsl.lang import syntax as s
-from mbdsl.lang.connections import Node
+from mbdsl.lang.connections import Node, NotConnected
 from mbdsl.lang.entities import Array, Disabled, FrameMember, Many, Namespace, Slot, TableMember
 from mbdsl.lang.evaluate import evaluate
 from mbdsl.lang.flat_component import ACCELERATIONS, Part, is_body
@@ -362,7 +362,7 @@ def as_frame(entity: Entity, e: s.Expression) -> Frame | Node | Part | Many | Di
 def _coordinate(namespace: Namespace, entity: Frame | Node, key: str) -> Quantity:
     frame = entity if isinstance(entity, Frame) else entity.frame
     if frame is None:
-        raise ModelError(f"`{entity.name}` is not connected, it has no `{key}`")
+        raise NotConnected(f"`{entity.name}` is not connected, it has no `{key}`")
     return namespace.assembly.coordinate(frame, key)
 
 

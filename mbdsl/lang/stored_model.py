@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from collections.abc import Mapping
-from pathlib import Path
 
 from mbdsl.errors import UsageError
-from mbdsl.lang.load import load, parse_text
+from mbdsl.lang.load import TextOrigin
 from mbdsl.mechanism.scene import Scene
-from mbdsl.storage.output_files import write_text
 
 
-def to_text(scene: Scene, overrides: Mapping[str, str | float] = {}) -> str:
+def to_text(scene: Scene, overrides: Mapping[str, str | float] | None = None) -> str:
     """A model as text, from which :func:`from_text` reads an equal scene.
 
     Parameters
@@ -22,7 +18,7 @@ def to_text(scene: Scene, overrides: Mapping[str, str | float] = {}) -> str:
     scene : Scene
         A model that was read from files or from a text.
     overrides : mapping, optional
-        The values that replaced those of its parameters.
+        The values that replaced those of its parameters. Default: those that the scene was read with.
 
     Returns
     -------
@@ -31,6 +27,8 @@ def to_text(scene: Scene, overrides: Mapping[str, str | float] = {}) -> str:
     """
     if not scene.files:
         return ""
+    if overrides is None:
+        overrides = scene.origin.overrides if scene.origin is not None else {}
     said = {"model": scene.name, "set": dict(overrides), "without": list(scene.without), "files": dict(scene.files)}
     return json.dumps(said, ensure_ascii=False)
 
@@ -60,16 +58,7 @@ def from_text(text: str) -> Scene:
         files = {str(name): str(content) for name, content in said["files"].items()}
         overrides = {str(name): x if isinstance(x, int | float) else str(x) for name, x in said["set"].items()}
         model, without = str(said["model"]), [str(effect) for effect in said["without"]]
-        main = next(iter(files))
-        whole = {name: os.path.abspath(name.replace("\0", "_")) for name in files}
-        common = os.path.commonpath([os.path.dirname(path) for path in whole.values()])
+        next(iter(files))
     except (ValueError, KeyError, TypeError, AttributeError, StopIteration) as problem:
         raise UsageError(f"the stored model is damaged: {type(problem).__name__}: {problem}") from problem
-    if len(files) == 1:
-        return parse_text(files[main], main, overrides, model, without, allow_imports=False)
-    with tempfile.TemporaryDirectory(prefix="mbdsl-") as folder:  # imports are relative to the files
-        copies = {name: Path(folder, os.path.relpath(path, common)) for name, path in whole.items()}
-        for name, copy in copies.items():
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            write_text(copy, files[name])
-        return load(copies[main], overrides, model, without, allow_imports=folder)
+    return TextOrigin(files, model, overrides, tuple(without)).scene({})

@@ -211,7 +211,9 @@ def measure(text: str, unit: str) -> float:
     """
     match = _NUMBER.fullmatch(text)
     if match is None:
-        raise ValueError(f"`{text}` is no number, with or without a unit, such as 1.5{'' if unit == '1' else unit}")
+        raise ValueError(
+            f"`{text}` is not a number" + ("" if unit == "1" else f", with or without a unit, such as 1.5{unit}")
+        )
     number, written = float(match[1]), match[2]
     if not written:
         return number

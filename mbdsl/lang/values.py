@@ -25,9 +25,12 @@ from mbdsl.lang.units import NUMBER, Dimension
 
 
 class Quantity:
-    """One scalar value. ``boolean`` distinguishes a condition from a number if ``value`` is an expression."""
+    """One scalar value. ``boolean`` distinguishes a condition from a number if ``value`` is an expression.
 
-    __slots__ = ("boolean", "dimension", "literal", "value")
+    ``unit`` is the unit that the value was written with, for messages; None if there is none, or several.
+    """
+
+    __slots__ = ("boolean", "dimension", "literal", "unit", "value")
 
     def __init__(
         self,
@@ -35,8 +38,10 @@ class Quantity:
         dimension: Dimension | None = None,
         literal: bool = False,
         boolean: bool = False,
+        unit: units.Unit | None = None,
     ) -> None:
         self.value = value
+        self.unit = unit
         self.dimension = dimension
         self.literal = literal
         self.boolean = boolean or value is True or value is False
@@ -140,14 +145,15 @@ def _sum(symbol: str, operation: str, now: Callable, a: Value, b: Value) -> Valu
         raise ModelError(f"`{symbol}` takes two numbers or two arrays, found {describe(a)} and {describe(b)}")
     a, b = numeric(a, f"`{symbol}`"), numeric(b, f"`{symbol}`")
     dimension = common(a, b, f"`{symbol}`")
-    return Quantity(compute(operation, now, a, b), dimension, a.literal and b.literal)
+    unit = a.unit if b.unit in (None, a.unit) else b.unit if a.unit is None else None
+    return Quantity(compute(operation, now, a, b), dimension, a.literal and b.literal, unit=unit)
 
 
 def negate(a: Value) -> Value:
     if isinstance(a, tuple):
         return tuple(negate(x) for x in a)
     numeric(a, "`-`")
-    return Quantity(compute("neg", lambda x: -x, a), a.dimension, a.literal)
+    return Quantity(compute("neg", lambda x: -x, a), a.dimension, a.literal, unit=a.unit)
 
 
 def multiply(a: Value, b: Value) -> Value:
@@ -158,7 +164,8 @@ def multiply(a: Value, b: Value) -> Value:
     if isinstance(b, tuple):
         return tuple(multiply(a, x) for x in b)
     a, b = numeric(a, "`*`"), numeric(b, "`*`")
-    return Quantity(compute("mul", lambda x, y: x * y, a, b), _product(a, b, 1), a.literal and b.literal)
+    unit = b.unit if a.literal else a.unit if b.literal else None  # 2*30 deg
+    return Quantity(compute("mul", lambda x, y: x * y, a, b), _product(a, b, 1), a.literal and b.literal, unit=unit)
 
 
 def divide(a: Value, b: Value) -> Value:
@@ -167,7 +174,8 @@ def divide(a: Value, b: Value) -> Value:
     if isinstance(b, tuple):
         raise ModelError("`/` divides by a number, found an array")
     a, b = numeric(a, "`/`"), numeric(b, "`/`")
-    return Quantity(compute("div", lambda x, y: x / y, a, b), _product(a, b, -1), a.literal and b.literal)
+    unit = a.unit if b.literal else None  # 90 deg/2
+    return Quantity(compute("div", lambda x, y: x / y, a, b), _product(a, b, -1), a.literal and b.literal, unit=unit)
 
 
 def _product(a: Quantity, b: Quantity, sign: int) -> Dimension | None:
@@ -256,7 +264,7 @@ def with_unit(value: Value, unit: units.Unit) -> Value:
     if value.dimension is not None or not value.number:
         raise ModelError(f"the unit {unit.text} is given to {describe(value)}, which is not a bare number")
     scaled = compute("mul", lambda x, y: x * y, value, Quantity(unit.factor))
-    return Quantity(scaled, unit.dimension)
+    return Quantity(scaled, unit.dimension, unit=unit)
 
 
 def shape(value: Value) -> tuple[int, ...]:

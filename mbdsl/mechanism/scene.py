@@ -10,13 +10,13 @@ Positions, documentation and source files do not count in comparisons.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind, Kind
-from mbdsl.errors import ModelError, ModelWarning, Span
+from mbdsl.errors import ModelError, ModelWarning, Span, UsageError
 from mbdsl.expressions.symbolic import COORDINATES, RATE, Expr, const, coordinate, der, substitute
 from mbdsl.mechanism.canonical_text import canonical_text
 from mbdsl.mechanism.drawn_shapes import DrawnShape
@@ -99,6 +99,18 @@ class Component:
 
 
 @dataclass(frozen=True)
+class DisplayUnit:
+    """A unit in which messages give a value: its symbol, and its size in SI units."""
+
+    symbol: str = ""
+    factor: float = 1.0
+
+    def text(self, value: float, digits: int = 6) -> str:
+        """A value in SI units with this unit: 30 deg."""
+        return f"{value / self.factor:.{digits}g} {self.symbol}".rstrip()
+
+
+@dataclass(frozen=True)
 class InitialValue:
     """``target`` = ``value`` at the start: exactly if ``fixed``, else as a guess that the assembly may change."""
 
@@ -107,6 +119,7 @@ class InitialValue:
     value: float
     fixed: bool
     span: Span | None = field(default=None, compare=False)
+    unit: DisplayUnit = field(default=DisplayUnit(), compare=False)
 
 
 @dataclass(frozen=True)
@@ -142,6 +155,17 @@ class Input:
     unit: str = ""
     doc: str = field(default="", compare=False)
     span: Span | None = field(default=None, compare=False)
+
+
+class Origin(Protocol):
+    """The text or the Builder that a Scene was made from. It is a value, too: later changes do not reach it."""
+
+    @property
+    def overrides(self) -> Mapping[str, Any]:
+        """The values that replaced those of its parameters."""
+
+    def scene(self, parameters: Mapping[str, Any], without: Sequence[str] = ()) -> Scene:
+        """The Scene with other values of parameters, and with more effects left out."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -197,6 +221,8 @@ class Scene:
     aliases: Mapping[str, str] = field(default_factory=dict)
     shapes: Mapping[str, tuple[DrawnShape, ...]] = field(default_factory=dict)
     warnings: tuple[ModelWarning, ...] = field(default=(), compare=False)
+    #: None for scenes of other origin; ``dataclasses.replace`` does not copy it, as it would not describe the result
+    _origin: Origin | None = field(default=None, init=False, compare=False)
 
     def __post_init__(self) -> None:
         freeze(self, *(f.name for f in fields(self) if isinstance(getattr(self, f.name), Mapping)))
@@ -238,6 +264,84 @@ class Scene:
         said = self.experiment
         experiment = Experiment(tolerance=said.tolerance, step=said.step, without=said.without)
         return canonical_text(replace(self, parameters={}, experiment=experiment, shapes={}))
+
+    def made_from(self, origin: Origin) -> Scene:
+        """Set the origin of a new scene.
+
+        Parameters
+        ----------
+        origin : Origin
+            Where ``with_parameters`` makes other scenes from.
+
+        Returns
+        -------
+        Scene
+            This scene.
+        """
+        object.__setattr__(self, "_origin", origin)
+        return self
+
+    @property
+    def origin(self) -> Origin | None:
+        """The text or the Builder that it was made from; None if it was assembled otherwise."""
+        return self._origin
+
+    def with_parameters(self, parameters: Mapping[str, Any] = {}, /, **named: Any) -> Scene:
+        """The model with other values of its parameters.
+
+        It is read again from the text or the Builder that this scene was made from: whatever depends on the parameters
+        is evaluated again.
+
+        Parameters
+        ----------
+        parameters : mapping, optional
+            Values by name, as numbers in SI units or as texts with units; ``"crank.m"`` is a parameter of a component.
+        **named
+            Values by name, ``L="2 m"``.
+
+        Returns
+        -------
+        Scene
+            A new scene. Values that were given before are kept: ``scene.with_parameters(L=2).with_parameters(m=3)``
+            has both.
+
+        Raises
+        ------
+        UsageError
+            If a name is not a parameter, or if this scene was not made from a text or a Builder.
+        ModelError
+            If a value is invalid.
+        """
+        if named and not isinstance(parameters, Mapping):
+            raise UsageError(f"parameters: found {parameters!r}, expected a mapping")
+        return self.changed({**parameters, **named} if named else parameters)
+
+    def changed(self, parameters: Mapping[str, Any], without: Sequence[str] = ()) -> Scene:
+        """The model with other values of its parameters and with more effects left out.
+
+        Parameters
+        ----------
+        parameters : mapping
+            As for ``with_parameters``.
+        without : sequence of str, optional
+            Effects to leave out, in addition to those that this scene lacks.
+
+        Returns
+        -------
+        Scene
+            A new scene.
+
+        Raises
+        ------
+        UsageError
+            As ``with_parameters`` does.
+        """
+        if self._origin is None:
+            raise UsageError(
+                "this Scene was made neither from a text nor by a Builder: it can only be used as it is",
+                hint="change the Scene that it was made from",
+            )
+        return self._origin.scene(parameters, without)
 
     def bodies(self) -> list[Component]:
         """Bodies with coordinates.

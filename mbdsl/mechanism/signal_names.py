@@ -130,7 +130,7 @@ class SignalNames:
 
     def unknown(self, name: str) -> UsageError:
         """The error of a name or pattern without a match, with similar names."""
-        listed = "`*` matches all; `mbdsl plot MODEL --list` and `Trajectory.names` list them"
+        listed = "`*` matches all; `mbdsl signals MODEL` and `Trajectory.signals` list them"
         hint = did_you_mean(name, self.names) or listed
         return UsageError(f"there is no signal `{name}` in {self.scene.name}", hint=hint)
 

@@ -77,7 +77,6 @@ def _parser(options: bool = False) -> Parser:
     )
     values.add_times(parser)
     values.add_changes(parser)
-    parser.add_argument("--model", metavar="MODEL", help="name of the model to read; default: the last in the cell")
     parser.add_argument("-h", "--help", action="store_true", help="show these options")
     if options:
         add_options(parser)
@@ -108,7 +107,7 @@ def _run(variables: dict[str, Any], line: str, cell: str | None) -> Scene | Traj
         raise UsageError(f"{', '.join(given)} without --simulate", hint="add --simulate, or omit them")
     # The first line of the cell is that of the magic.
     scene = parse_text(
-        f"\n{cell}", FILE, dict(args.set), args.model, without=args.without, allow_imports=args.allow_imports
+        f"\n{cell}", FILE, dict(args.set), args.model_name, without=args.without, allow_imports=args.allow_imports
     )
     for warning in (*scene.warnings, *build(scene).warnings):
         print(warning.render(), file=sys.stderr)

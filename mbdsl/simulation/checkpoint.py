@@ -22,7 +22,7 @@ from zipfile import ZIP_STORED, ZipFile, is_zipfile
 import numpy as np
 
 from mbdsl.errors import UsageError
-from mbdsl.integrators import backend
+from mbdsl.integrators import backend, method_files
 from mbdsl.integrators.loop import linear_solve, loop_state
 from mbdsl.integrators.run import Integration
 from mbdsl.lang.given_values import seconds
@@ -40,7 +40,8 @@ FORMAT = 1
 EVERY = 60.0  #: default time between two checkpoints [s]
 #: attributes of a run that belong to the model or are recomputed
 NOT_KEPT = set(
-    "system run method options coefficients evaluate tangent inertia events jumps landings overlooked rows".split()
+    "system run method options coefficients evaluate tangent inertia events jumps landings overlooked rows "
+    "standstill".split()
 ) | {"_advance", "_known", "_rates"}
 Snapshot = dict[str, Any]
 
@@ -96,6 +97,7 @@ class Keeper:
             )
         self.checkpoint, self._stream = checkpoint, stream
         self.identity = {**_versions(), "model": digest(motion.system.scene), "plan": _plan(motion)}
+        self.identity["method"] = method_files.digest(motion.plan.method)
         self.done: list[Snapshot] = []
         self._ahead: list[Snapshot] = []  # from the file, in the order of the runs
         self._written = perf_counter()
@@ -166,6 +168,7 @@ class Keeper:
         for what, reason in (
             ("model", "the model is a different one, or has changed"),
             ("plan", "it was made with different settings"),
+            ("method", "the file of its method has changed"),
             ("versions", "it was made with different versions of mbdsl or its dependencies"),
             ("code", "mbdsl's source code has changed since"),
             ("machine", "it was made on a different kind of machine"),

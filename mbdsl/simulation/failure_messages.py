@@ -2,27 +2,33 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+
 import numpy as np
 
 from mbdsl.bodies.contract import LARGEST_BEND
 from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import JointKind
 from mbdsl.elements.line_of_centres import THETA_0, TURN
-from mbdsl.errors import IntegrationError, Span
+from mbdsl.errors import IntegrationError, MbdslError, Span
+from mbdsl.expressions.printing import text
 from mbdsl.expressions.symbolic import Expr, coordinate, diff, expr, leaves, substitute
 from mbdsl.initial.redundancy import singular
-from mbdsl.integrators import declared
+from mbdsl.integrators import declared, method_files
 from mbdsl.integrators.backends import External
 from mbdsl.integrators.events import SLIDING, SLIDING_HINT
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.run import Integration
+from mbdsl.integrators.standstill import STALLED, laws
 from mbdsl.mechanism.scene import Component
+from mbdsl.messages import few
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.system import System
 from mbdsl.system.bending import REMEDY, SMALL, first_bend
 from mbdsl.system.signals import values
-from mbdsl.system.switches import law_of
+from mbdsl.system.switches import Switch, law_of, within
 
 #: a reason why a tolerance is not reached; another method may reach it
 TOO_MANY_STEPS = "it would take too many steps"
@@ -172,6 +178,7 @@ REASONS = {
     loop_state.TOO_LARGE: "the step is so large that the result means nothing",
     loop_state.TOO_SMALL: "no step is small enough for the tolerance",
     loop_state.SLIDING: SLIDING,
+    STALLED: "the run stands still",
 }
 
 
@@ -194,10 +201,10 @@ def _broken_law(integration: Integration) -> Component | None:
 def _given_up(run: External, trajectory: Trajectory) -> IntegrationError:
     """The error of a backend."""
     trajectory.message = f"{run.method} stopped at t = {run.time:.9g} s: {run.reason}"
-    hint, span = (
-        run.hint or "a larger tolerance may pass, or another method; see `mbdsl methods`",
-        getattr(run.cause, "span", None),
-    )
+    hint = run.hint or "a larger tolerance may pass, or another method; see `mbdsl methods`"
+    span = getattr(run.cause, "span", None)
+    if not isinstance(run.cause, MbdslError) and (place := method_files.place(run.cause)) is not None:
+        span, hint = place, "the file of the method raised this error; --debug shows the traceback"
     if (bent := bending(trajectory)) is not None:
         reason, hint = _too_bent(trajectory, *bent)
         trajectory.message, span = f"{trajectory.message}; {reason}", trajectory.scene.components[bent[1]].span
@@ -224,20 +231,28 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         loop_state.SLIDING: SLIDING_HINT,
         loop_state.TOO_SMALL: "a jump of forces, or a tolerance below rounding, as near a singular pose: "
         "try a larger tolerance",
+        STALLED: "make this force smoother, such as by a larger v_s in tanh(v/v_s), or try a larger tolerance",
     }[status]
     special = declared(integration.method).diverges
     if status == loop_state.DIVERGED and system.m and special:
         hint += f"; {special}"
     law = _broken_law(integration) if status == loop_state.NOT_FINITE else None
+    if status in (loop_state.SLIDING, loop_state.TOO_SMALL, STALLED):
+        where, span = "", None  # residuals of Newton's iteration are unrelated to these
     if status == loop_state.SLIDING:
         law = law_of(system.scene, [switch.node for switch in integration.events.changing])
-    if status == loop_state.TOO_SMALL:
-        where, span = "", None  # residuals of Newton's iteration are unrelated to local errors
     if law is not None:
         where, span = f"the law of {law.kind.name} {law.name}", law.span
     message = f"{REASONS[status]} in the step to t = {t:.9g} s (h = {integration.step:g} s)"
-    message += f"; worst: {where}" if where else ""
-    if status != loop_state.SLIDING and law is None and (pose := _singular_pose(integration, t)):
+    if status == loop_state.SLIDING and law is not None:
+        what = _conditions(system, law, integration.events.changing) or "it"
+        message += f"; {what} changes in {where}"
+    elif status == STALLED:
+        more, span, hint = _of_standstill(integration, hint)
+        message += f"; {more}"
+    elif where:
+        message += f"; worst: {where}"
+    if status not in (loop_state.SLIDING, STALLED) and law is None and (pose := _singular_pose(integration, t)):
         message += f"; {pose}"
     if (bent := bending(trajectory)) is not None:
         reason, hint = _too_bent(trajectory, *bent)
@@ -255,6 +270,28 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     trajectory.message = message
     error.trajectory = trajectory
     return error
+
+
+def _conditions(system: System, law: Component, switches: Sequence[Switch]) -> str:
+    """The conditions of those switches that are in a law, as text of the model."""
+    own = [x for name, expression in laws(system) if name == law.name for x in within(expression, switches)]
+    found = dict.fromkeys(re.sub(r"\b(\d+)\.0\b", r"\1", text(x.node)) for x in own)
+    return few((f"`{x[1:-1] if x.startswith('(') and x.endswith(')') else x}`" for x in found), 2)
+
+
+def _of_standstill(integration: Integration, hint: str) -> tuple[str, Span | None, str]:
+    """What holds a run that stands still: a text, the place of the law, and the remedy."""
+    stall, system = integration.standstill.found, integration.system
+    assert stall is not None
+    so_far = f"its last {stall.steps} steps advanced it by {stall.advance:.2g} s"
+    if stall.law:
+        law = system.scene.components[stall.law]
+        changes = f" ({found} changes)" if (found := _conditions(system, law, stall.switches)) else ""
+        name = f"the law of {law.kind.name} {law.name}"
+        return f"{so_far}, and {name} jumps back and forth between them{changes}", law.span, hint
+    if stall.coordinate:
+        return f"{so_far}, and the force on {stall.coordinate} jumps back and forth between them", None, hint
+    return so_far, None, "the motion may not go on there, as at a pole of a force; else try a larger tolerance"
 
 
 def _worst_equations(integration: Integration) -> tuple[str, Span | None]:

@@ -17,6 +17,7 @@ from mbdsl.compilation import code_cache
 from mbdsl.expressions.symbolic import RATE
 from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
 from mbdsl.initial.start_conditions import check_assembled_shapes, check_loose
+from mbdsl.initial.weights import members_of
 from mbdsl.integrators import Run, backend, declared
 from mbdsl.integrators.loop import loop_state
 from mbdsl.integrators.loop.compiled_loop import loop_name
@@ -80,6 +81,8 @@ class Motion:
         The part that failed.
     trial_steps : int
         Number of steps of the other calibration runs, which were made to estimate the error of this one.
+    purpose : str
+        The purpose of the present run, if it is one of several.
 
     Raises
     ------
@@ -101,6 +104,7 @@ class Motion:
             self._systems = [build(part.scene, part.graph, size=self._size) for part in self.reduction.parts]
         self.parts: list[Moving] = []
         self.trial_steps = 0
+        self.purpose = ""
         self.failed: Moving | None = None
         self._failure = loop_state.DONE
         self._steps = round((plan.stop - plan.start) / plan.h)
@@ -145,9 +149,7 @@ class Motion:
         options = {} if part.kinematic else plan.options
         integration = _run(system, method, plan, options)
         lap("compile")
-        merged = [note.names for note in self.reduction.notes if note.action == "merged"]
-        own = system.tables.coordinates
-        members = {names[0]: [f"{name}.c" for name in names] for names in merged if names[0] in own}
+        members = members_of(self.reduction, system)
         flexible = [c for c in system.scene.bodies() if len(c.coordinates) > len(RATE)]
         static = [c.name for c in flexible if c.values["shape"] == "static"]
         relax = None

@@ -56,7 +56,7 @@ def resume(
         raise damaged(path, str(problem)) from problem
     if model is None and known is None:
         raise UsageError(f"`{path!s}` does not name the file of its model", hint="give the model to resume")
-    if model is not None and not isinstance(model, str | os.PathLike):
+    if isinstance(model, Scene) and model.origin is None:  # it can only be used as it is
         del given["parameters"], given["without"]
     on = Checkpoint(path, every, said, resumed=True)
     return simulate(model if model is not None else known, **given, progress=progress, announce=announce, checkpoint=on)

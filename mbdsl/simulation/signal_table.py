@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from mbdsl.elements.kind import BodyKind, JointKind
 from mbdsl.errors import UsageError
-from mbdsl.mechanism.scene import ENERGIES, Component, Scene
+from mbdsl.mechanism.signal_meanings import meaning
 from mbdsl.messages import count, did_you_mean, duration
 from mbdsl.results.selection import select
 
@@ -18,25 +17,6 @@ if TYPE_CHECKING:
 
 COLUMNS = ("signal", "unit", "meaning")
 MOST = 24  #: signals of a trajectory whose ranges are shown
-#: meanings of signals that a kind does not describe, by the last part of their names
-MEANINGS = {
-    "x": "position along x",
-    "y": "position along y",
-    "phi": "angle",
-    "vx": "velocity along x",
-    "vy": "velocity along y",
-    "w": "angular velocity",
-    "ax": "acceleration along x",
-    "ay": "acceleration along y",
-    "alpha": "angular acceleration",
-    "Phi": "residual of a constraint",
-    "dPhi": "residual of a constraint, its rate",
-    "Gam": "residual of a constraint of velocities",
-    "q": "elastic coordinate",
-    "dq": "elastic coordinate, its rate",
-    "friction": "friction",
-}
-OF_ENERGIES = dict(zip(ENERGIES, ("kinetic energy", "energy of gravity and springs", "total energy"), strict=True))
 
 
 class SignalInfo(NamedTuple):
@@ -158,28 +138,8 @@ def signals(trajectory: Trajectory) -> Signals:
     Signals
     """
     scene = trajectory.scene
-    named = {name: _meaning(scene, name) for name in trajectory.names}
+    named = {name: meaning(scene, name) for name in trajectory.names}
     return Signals(scene.name, {name: SignalInfo(trajectory.unit(name), doc) for name, doc in named.items()})
-
-
-def _meaning(scene: Scene, name: str) -> str:
-    """The meaning of a signal: as its kind describes it, else by the last part of its name."""
-    if name == "time" or name in OF_ENERGIES:
-        return OF_ENERGIES.get(name, "time")
-    if name in scene.variables:
-        return scene.inputs[name].doc or "input" if name in scene.inputs else "variable of the model"
-    owner, _, key = name.rpartition(".")
-    component = scene.components.get(owner)
-    said = _described(component, key) if component is not None else ""
-    return said or MEANINGS.get(key.partition("[")[0], "")
-
-
-def _described(c: Component, key: str) -> str:
-    kind = c.kind
-    reactions = kind.reactions if isinstance(kind, JointKind) else ()
-    known = {p.name: p.doc for p in kind.parameters if p.law} | {s.name: s.doc for s in (*kind.signals, *reactions)}
-    said = known.get(key, "")
-    return f"{said}, {key}" if said and isinstance(kind, BodyKind) and key in ("x", "y") else said
 
 
 def of_trajectory(trajectory: Trajectory) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from os import PathLike
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -23,7 +24,7 @@ from mbdsl.simulation.interrupts import deferred
 from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.simulation.misfits import misfits
 from mbdsl.simulation.plan import check_rounding, plan
-from mbdsl.simulation.progress import Progress
+from mbdsl.simulation.progress import Progress, announce_phase
 from mbdsl.simulation.streaming import Stream
 from mbdsl.simulation.tolerance_calibration import Found, calibrated
 from mbdsl.simulation.trajectory import Trajectory
@@ -95,7 +96,14 @@ def simulated(
         stream = None
     lap("build")
     announce_compilation(announce, lambda: motion.is_compiled)
-    motion.prepare(lap)
+    announce_phase(progress, "loading or compiling code")
+
+    def ready(phase: str) -> None:
+        lap(phase)
+        if phase == "compile":
+            announce_phase(progress, "assembling the initial state")
+
+    motion.prepare(ready)
     if run.tol is not None and run.asked:
         far = motion.distance
         check_rounding(run.tol, far, f"coordinates that are {far:.2g} times the mechanism's size (or as many radians)")
@@ -175,7 +183,7 @@ def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: S
     try:
         with deferred() as heard:
             while not heard:
-                began = perf_counter()
+                began, before_it = perf_counter(), motion.steps
                 status = motion.advance(slice_)
                 now = perf_counter()
                 if status != loop_state.RUNNING or motion.bent():
@@ -191,8 +199,11 @@ def _integrate(motion: Motion, progress, keeper: Keeper | None = None, before: S
                 if progress is not None:
                     iterations = motion.count("iterations")
                     spent = now - begun
-                    progress(Progress(motion.time, plan.start, plan.stop, motion.h, motion.steps, iterations, spent))
-                slice_ = int(min(1e9, max(1, slice_ * min(4.0, 0.1 / max(now - began, 1e-9)))))
+                    reached = Progress(motion.time, plan.start, plan.stop, motion.h, motion.steps, iterations, spent)
+                    progress(replace(reached, what=motion.purpose))
+                # a slice may end early, at an event: its time is that of the steps taken
+                taken = min(slice_, max(1, motion.steps - before_it))
+                slice_ = int(min(1e9, 4.0 * slice_, max(1.0, taken * 0.1 / max(now - began, 1e-9))))
                 if before:
                     break
     except KeyboardInterrupt:  # from the progress callback

@@ -184,6 +184,7 @@ class _Ladder:
     def _run(self, eps: float) -> Trial:
         motion = self.motion
         motion.restart(replace(self._held_to(eps), shown=self.shown))
+        motion.purpose = f"calibration run {1 + self._runs}"
         status = self.integrate()
         t, q, v = motion.states()
         trial = Trial(eps, status, motion.steps, t, q, v, motion.keep())
@@ -406,6 +407,7 @@ class _Ladder:
         if self.again:
             plan, held = self.plan, self._held_to(best.eps)
             motion.restart(replace(plan, tol=held.tol, longest=held.longest))
+            motion.purpose = "the last run again, with all outputs"
             status = self.integrate()
         if not len(best.claim):
             return status, Found()

@@ -72,6 +72,7 @@ def reach(
         search.amplify(ladder)
         verdict = search.check(ladder, budget)
         if interval == 0.0:
+            search.begin("every step of the result")
             search.result = search.run(ladder.case(), interval=0.0)
     except KeyboardInterrupt:
         if search.result is None:
@@ -99,6 +100,7 @@ class _Search:
         self.result: Trajectory | None = None
         self.estimate, self.by = math.inf, ""
         self.motions: dict[tuple[str, bool], Motion] = {}  #: the newest, by method and whether its steps are fixed
+        self.stage, self.made, self.planned = "", 0, 0  #: purpose of the present runs, and their number if it is known
         self.rounding = 0.0  #: error due to amplified rounding, which all runs may have in common
 
     def run(self, case: Case, limit: float = math.inf, **other: Any) -> Trajectory:
@@ -106,15 +108,21 @@ class _Search:
         how = {"method": case.method, "step": case.step, "tol": case.tol}
         inspect = partial(self.motions.__setitem__, (case.method, case.tol is None))
         given = {**self.given, **how, **other, "inspect": inspect}
-        begun = perf_counter()
+        begun, self.made = perf_counter(), self.made + 1
+        of = f" of {self.planned}" if self.made <= self.planned else ""
+        purpose = f"{self.stage} {self.made}{of}: {case}"
         try:
-            found = limited(self.scene, limit, self.progress, announce=self.announce, **given)
+            found = limited(self.scene, limit, self.progress, purpose, announce=self.announce, **given)
         except MbdslError:
             self.spent += min(limit, perf_counter() - begun)
             raise
         self.runs.append(str(case))
         self.spent += found.stats["seconds"]["integrate"]
         return found
+
+    def begin(self, stage: str, planned: int = 0) -> None:
+        """Name the purpose of the next runs, and their number if it is known."""
+        self.stage, self.made, self.planned = stage, 0, planned
 
     def keep(self, ladder: Ladder) -> None:
         """Take the last run of a ladder as the result if it is the best so far."""
@@ -129,6 +137,7 @@ class _Search:
         IntegrationError
             If none does.
         """
+        self.begin("comparison", 2 * len(ladders))
         for k, ladder in enumerate(ladders):
             # the first run would have been made in any case
             limit = PATIENCE * max(0.1, self.spent) if k else math.inf
@@ -139,6 +148,7 @@ class _Search:
             if self.announce is not None:
                 text = f"{ladder.method}: about {ladder.price(self.accuracy):.2g} s"
                 self.announce(f"{text} for an error of {self.accuracy:g}")
+            self.begin("refinement")
             ladder.descend(self.accuracy, self.run)
             self.keep(ladder)
             if not ladder.problem:
@@ -164,6 +174,7 @@ class _Search:
             numbers = motion.steps * sum(p.system.n + p.system.unknowns for p in motion.parts)
             with suppress(MbdslError):
                 if numbers <= MOST_NUMBERS:
+                    self.begin("sensitivity to rounding")
                     self.run(ladder.case(), interval=0.0)
                     for finer in FINER:
                         found, examined = self._amplified(ladder, finer)
@@ -188,6 +199,7 @@ class _Search:
 
     def check(self, ladder: Ladder, budget: float | None) -> Verdict:
         """The verdict of methods of other families; if none can check, runs of the ladder itself have to agree."""
+        self.begin("check")
         end = self.spent + allowance(self.spent, budget, 2.0)  # without compilation
 
         def judge(case: Case, limit: float) -> Trajectory:

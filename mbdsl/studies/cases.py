@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
@@ -11,7 +12,9 @@ import numpy as np
 
 from mbdsl.errors import UsageError
 from mbdsl.integrators import available
+from mbdsl.integrators.method_files import spelled
 from mbdsl.lang.library import Allowed, allowed_now
+from mbdsl.lang.load import chosen_now
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean
@@ -56,7 +59,7 @@ class Case:
         """The options of the command line that select the case."""
         given = "".join(f" --{name} {value!r}" for name, value in self.options)
         how = f"--step {self.step!r}" if self.tol is None else f"--tol {self.tol!r}"
-        return f"--method {self.method}{given} {how}"
+        return f"--method {shlex.quote(spelled(self.method))}{given} {how}"
 
     def __str__(self) -> str:
         return f"{self.series}, {f'h = {self.step:.4g} s' if self.tol is None else f'tol = {self.tol:.1g}'}"
@@ -74,6 +77,7 @@ class Setting:
     parameters: Mapping[str, str | float] = field(default_factory=dict)
     without: tuple[str, ...] = ()
     allow_imports: Allowed = False  #: see :func:`mbdsl.load`
+    model_name: str | None = None  #: the model of a file with several, if it was chosen by its name
 
     @property
     def span(self) -> float:
@@ -106,7 +110,8 @@ def setting(
     if not start < end < math.inf:
         raise UsageError(f"a study needs a stop time after its start, not {start:g} to {end:g} s")
     path = str(model) if isinstance(model, (str, PathLike)) else None
-    return Setting(scene, start, float(end), points, path, dict(parameters or {}), tuple(without), allowed_now())
+    changes = dict(parameters or {}), tuple(without), allowed_now(), chosen_now()
+    return Setting(scene, start, float(end), points, path, *changes)
 
 
 def assemble(of: Setting, announce: Callable[[str], None] | None = None) -> float:

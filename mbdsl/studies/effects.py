@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from statistics import median
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +14,15 @@ from numpy.typing import NDArray
 from mbdsl.elements.kind import EFFECTS
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.lang import given_values
-from mbdsl.lang.load import load
+from mbdsl.lang.model_argument import as_scene
 from mbdsl.lang.units import measure
 from mbdsl.mechanism.scene import Scene
 from mbdsl.simulation.plan import DEFAULT_STEP
 from mbdsl.simulation.simulate import simulated
 from mbdsl.simulation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from mbdsl.lang.builder import Builder
 
 Array = NDArray[np.float64]
 
@@ -91,7 +95,7 @@ class EffectsStudy:
 
 
 def effects(
-    model: str | PathLike,
+    model: Scene | Builder | str | PathLike,
     signal: str,
     *,
     tol: float | str | None = None,
@@ -107,8 +111,8 @@ def effects(
 
     Parameters
     ----------
-    model : path
-        A ``.mbd`` file.
+    model : Scene, Builder or path
+        The mechanism.
     signal : str
         Name of a signal, such as "crank.phi" or "O.fx".
     tol : float or str, optional
@@ -135,7 +139,7 @@ def effects(
     if repeats < 1:
         raise UsageError(f"repeats = {repeats}: a time needs one run or more")
     step, stop = given_values.seconds(step, "step"), given_values.seconds(stop, "stop")
-    base = load(model, parameters or {}, without=without)
+    base = as_scene(model, parameters, without)
 
     def run(scene: Scene, part: float = 1.0) -> Trajectory:
         h = step or scene.experiment.step or DEFAULT_STEP
@@ -153,7 +157,7 @@ def effects(
     allowed = None if tol is None else tolerance(tol, whole.unit(signal), float(S.max() - S.min()))
 
     out = tuple(base.without)
-    scenes = {name: load(model, parameters or {}, without=(*out, name)) for name in EFFECTS if name not in out}
+    scenes = {name: base.changed({}, (name,)) for name in EFFECTS if name not in out}
     present = {name: scene for name, scene in scenes.items() if scene.without[name]}
     rows = [_compare(run, whole, signal, (name,), scene, repeats) for name, scene in present.items()]
     together = None
@@ -162,7 +166,7 @@ def effects(
         small = [r for r in rows if r.change is not None and r.change <= allowed]
         for k in range(len(small), 0, -1):
             names = tuple(r.effects[0] for r in sorted(small, key=lambda r: r.change or 0.0)[:k])
-            scene = load(model, parameters or {}, without=(*out, *names))
+            scene = base.changed({}, names)
             together = _compare(run, whole, signal, names, scene, repeats)
             if together.change is not None and together.change <= allowed:
                 break

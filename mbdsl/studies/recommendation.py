@@ -109,7 +109,7 @@ class Recommendation:
     @property
     def command(self) -> str:
         """The shell command of the fastest case."""
-        return shlex.join(["mbdsl", "simulate", self.path, *self.best.case.arguments.split(), *self.extra])
+        return shlex.join(["mbdsl", "simulate", self.path, *shlex.split(self.best.case.arguments), *self.extra])
 
     def _head(self) -> str:
         return f"{self.model}: an error of {self.error:.3g}{f' {self.unit}' if self.unit else ''} in {self.what}"
@@ -208,7 +208,8 @@ def recommend(
     others = [(c.case.series, f"takes {_relative(c.time, best)}") for c in slow]
     rest = sorted((c for c in candidates if c.best is None), key=lambda c: (c.problem != "", c.promise(aim.target)))
     others += [(_series(c), _why(c, best, aim.target)) for c in rest if c.tried]
-    extra = [word for name, value in of.parameters.items() for word in ("--set", f"{name}={value}")]
+    extra = ["--model", of.model_name] if of.model_name else []
+    extra += [word for name, value in of.parameters.items() for word in ("--set", f"{name}={value}")]
     extra += ["--without", ",".join(of.without)] if of.without else []
     extra += ["--stop", repr(of.stop)] if given.stop is not None else []
     return Recommendation(

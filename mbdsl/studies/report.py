@@ -12,10 +12,12 @@ from datetime import datetime, timezone
 from pathlib import Path
 
 from mbdsl.errors import UsageError
+from mbdsl.integrators.method_files import spelled
 from mbdsl.messages import count, duration
 from mbdsl.plotting.figure_layout import looks_of
 from mbdsl.plotting.figures import Bars, Figure, Outcome, Page, Table
 from mbdsl.plotting.series_styles import Look
+from mbdsl.plotting.terminal_text import text_width
 from mbdsl.simulation.provenance import machine, versions
 from mbdsl.storage.output_files import write_text
 from mbdsl.studies.cases import reaches
@@ -26,7 +28,7 @@ from mbdsl.studies.survey import Row, Survey
 PICTURES = ("png", "svg")
 TROUBLES = 12  #: failed cases that are listed one by one
 LONG = 40  #: largest number of rows of a table in a terminal
-WIDTH = 100  #: characters of a line in a terminal
+WIDTH = 100  #: characters of a line where the width of the terminal is not known
 HEIGHT = 640  #: of the page in a notebook [px]
 
 
@@ -131,7 +133,8 @@ class Study:
         s, of = self.survey, self.survey.setting
         if of.path is None:
             return "none: the model is not from a file"
-        said = ["mbdsl", "study", self.kind, of.path, "--methods", ",".join(self._methods())]
+        said = ["mbdsl", "study", self.kind, of.path, "--methods", ",".join(map(spelled, self._methods()))]
+        said += ["--model", of.model_name] if of.model_name else []
         for option, sizes in (("--steps", s.asked.steps), ("--tols", s.asked.tols)):
             said += [option, ",".join(repr(float(x)) for x in sizes)] if sizes is not None else []
         said += ["--stop", repr(of.stop)]
@@ -237,7 +240,9 @@ class Study:
         for table in self.tables():
             rest = f"{table.title}: {len(table.rows)} rows, on the page (--verbose prints them)"
             parts.append(as_text(table) if len(table.rows) <= most else rest)
-        lines = [line for said in self.summary() for line in textwrap.wrap(said, WIDTH, break_long_words=False)]
+        lines = [
+            line for said in self.summary() for line in textwrap.wrap(said, text_width(WIDTH), break_long_words=False)
+        ]
         return "\n\n".join([*parts, "\n".join(lines)])
 
     def write(self, folder: str | os.PathLike, pictures: Sequence[str] = PICTURES) -> list[Path]:
@@ -300,11 +305,12 @@ def draw(study: Study, folder: str | os.PathLike, pictures: Sequence[str] = PICT
     return paths
 
 
-def as_text(table: Table, width: int = WIDTH) -> str:
-    """A table as text for a terminal, with numbers aligned to the right.
+def as_text(table: Table, width: int | None = None) -> str:
+    """A table as text for a terminal, with numbers aligned to the right; the default ``width`` is that of the terminal.
 
     Columns that do not fit are continued below, with the first two columns repeated.
     """
+    width = text_width(WIDTH) if width is None else width
     rows = [list(table.columns), *map(list, table.rows)]
     widths = [max(len(row[k]) for row in rows) for k in range(len(table.columns))]
     right = [_numbers(row[k] for row in table.rows) for k in range(len(table.columns))]

@@ -9,7 +9,7 @@ from typing import Any
 
 from mbdsl.errors import IntegrationError
 from mbdsl.messages import duration
-from mbdsl.simulation.progress import Progress
+from mbdsl.simulation.progress import Progress, Purpose
 from mbdsl.simulation.simulate import simulated
 from mbdsl.simulation.trajectory import Trajectory
 
@@ -27,11 +27,15 @@ def allowance(spent: float, budget: float | None, runs: float = 1.0) -> float:
 
 
 def limited(
-    model: Any, limit: float = math.inf, progress: Callable[[Progress], None] | None = None, **given: Any
+    model: Any,
+    limit: float = math.inf,
+    progress: Callable[[Progress], None] | None = None,
+    purpose: str = "",
+    **given: Any,
 ) -> Trajectory:
     """A run of at most ``limit`` seconds, calibration runs included; assembly and compilation are not counted.
 
-    The arguments are those of :func:`mbdsl.simulate`.
+    Its progress states the ``purpose``. The other arguments are those of :func:`mbdsl.simulate`.
 
     Raises
     ------
@@ -43,6 +47,7 @@ def limited(
         As :func:`mbdsl.simulate`.
     """
     begun, late = 0.0, False
+    shown = None if progress is None else Purpose(progress, purpose)
 
     def watch(p: Progress) -> None:
         nonlocal begun, late
@@ -50,9 +55,10 @@ def limited(
         late = perf_counter() - begun > limit
         if late:
             raise KeyboardInterrupt
-        if progress is not None:
-            progress(p)
+        if shown is not None:
+            shown(p)
 
+    watch.phase = getattr(shown, "phase", None)  # type: ignore[attr-defined]
     if limit <= SHORTEST:
         raise TooLong("there was no time left for it")
     found = simulated(model, progress=watch, **given)

@@ -154,7 +154,7 @@ def verify(
     problem, until = "", stop
     try:
         limit = allowance(stats["seconds"]["integrate"], budget)
-        other = limited(trajectory.scene, limit, progress, **how, **due)
+        other = limited(trajectory.scene, limit, progress, f"verification by {method}", **how, **due)
     except TooLong as late:
         problem, part = f"{late.message}; more time: --budget", late.trajectory
         if part is None or tol is not None or not len(part.t) > 1:  # an incomplete run may be a calibration run

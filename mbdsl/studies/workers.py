@@ -33,6 +33,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from mbdsl.compilation import code_cache
+from mbdsl.integrators import method_files
 from mbdsl.storage import cache_folder
 from mbdsl.studies.cases import Case, Setting
 from mbdsl.studies.compute import compute
@@ -172,7 +173,7 @@ class _Worker(SpawnContext):
     def __init__(self, setting: bytes, folder: Path) -> None:
         super().__init__()
         self.processes: list[_Process] = []
-        self.pool = ProcessPoolExecutor(1, self, _begin, (setting, folder))
+        self.pool = ProcessPoolExecutor(1, self, _begin, (setting, folder, method_files.paths()))
 
     def Process(self, *args: Any, **kwargs: Any) -> _Process:  # type: ignore[override]
         self.processes.append(_Process(*args, **kwargs))
@@ -233,7 +234,7 @@ def _signals_for_the_parent() -> Iterator[None]:
 _work: tuple[Setting, Store]
 
 
-def _begin(setting: bytes, folder: Path) -> None:
+def _begin(setting: bytes, folder: Path, methods: tuple[str, ...]) -> None:
     """Make this process a worker."""
     global _work
     threading.Thread(target=_end_with_the_parent, daemon=True).start()
@@ -242,6 +243,8 @@ def _begin(setting: bytes, folder: Path) -> None:
     os.dup2(nothing, 1)
     os.dup2(nothing, 2)
     code_cache.alone()
+    for path in methods:
+        method_files.load(path)
     _work = pickle.loads(setting), Store(folder)
 
 

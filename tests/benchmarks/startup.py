@@ -20,7 +20,9 @@ from statistics import median
 MODEL = Path(__file__).parents[2] / "models" / "slider_crank.mbd"
 COMMANDS = {
     "mbdsl --help": ["--help"],
+    "mbdsl check --quick": ["check", str(MODEL), "--quick"],
     "mbdsl check": ["check", str(MODEL)],
+    "mbdsl signals": ["signals", str(MODEL)],
     "mbdsl simulate, hht-si2": ["simulate", str(MODEL), "--method", "hht-si2", "--quiet", "--output", "out.csv"],
     "mbdsl simulate, hht-i3": ["simulate", str(MODEL), "--method", "hht-i3", "--quiet", "--output", "out.csv"],
 }

@@ -46,6 +46,8 @@ def test_handles():
     assert str(rod) == "bar" and str(rod.b) == "bar.b" and str(rod.tip.x) == "bar.tip.x" and str(rod.phi) == "bar.phi"
     assert {"a", "b", "c", "tip", "phi"} <= set(dir(rod)) and "Rod" in dir(b)
     assert "bar" in repr(rod)
+    wall = b.frame("post", rod.b)
+    assert str(wall.x) == "post.x" and "vx" in dir(wall) and dir(b.parameter("M", 1)) == []
     with pytest.raises(AttributeError, match="did you mean"):
         _ = rod.tipp
     with pytest.raises(AttributeError, match="did you mean `Revolute`"):

@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 import types
@@ -14,7 +15,9 @@ import mbdsl
 from mbdsl import cli, results
 from mbdsl.cli import _progress, _values, simulate
 from mbdsl.errors import InitialisationError, IntegrationError, ModelError, Span
-from mbdsl.mechanism.scene import Scene
+from mbdsl.initial.consistent import Moved
+from mbdsl.mechanism.scene import DisplayUnit, Scene
+from mbdsl.simulation.progress import Progress, Purpose
 
 
 class Trajectory:
@@ -23,7 +26,7 @@ class Trajectory:
     default_names = ("crank.x", "crank.phi")
     names = (*default_names, "energy.total")
     elastic_names = ()
-    moved = (types.SimpleNamespace(name="crank.phi", guess=0.5, value=0.25),)
+    moved = (Moved("crank.phi", np.pi / 6, np.pi / 12, DisplayUnit("deg", np.pi / 180)),)
     undetermined = ()
 
     def __init__(self, status="done"):
@@ -103,15 +106,40 @@ def test_module_runs_as_the_program():
         (["simulat", "x.mbd"], "error: there is no command `simulat`\n  = did you mean `simulate`?\n"),
         (["x.mbd"], "error: what to do with `x.mbd`?\n  = try:  mbdsl simulate x.mbd\n"),
         (["check"], "error: the following arguments are required: MODEL\n  = see mbdsl check --help\n"),
-        (["check", "x.mbd", "--sep", "k"], "error: unrecognized arguments: --sep k\n  = see mbdsl check --help\n"),
+        (["check", "x.mbd", "--sep", "k"], "error: mbdsl check has no option `--sep`\n  = did you mean `--set`?\n"),
+        (
+            ["simulate", "x.mbd", "--stpe", "1ms"],
+            "no option `--stpe`\n  = did you mean `--stop` or `--step`?\n",
+        ),
+        (["simulate", "--stpe", "1ms"], "error: mbdsl simulate has no option `--stpe`\n"),  # the model is missing, too
+        (["simulate", "x.mbd", "--stp=1ms"], "error: mbdsl simulate has no option `--stp`\n"),
+        (["simulate", "x.mbd", "--methd", "radau5"], "error: mbdsl simulate has no option `--methd`\n"),
+        (["simulate", "x.mbd", "--alhpa", "0"], "no option `--alhpa`\n  = did you mean `--alpha`?\n"),
+        (
+            ["recommend", "x.mbd", "--eror", "1mm"],
+            "mbdsl recommend has no option `--eror`\n  = did you mean `--error`?\n",
+        ),
+        (["study", "drift", "x.mbd", "--stpes", "1ms"], "error: mbdsl study drift has no option `--stpes`\n"),
+        (["study", "drfit", "x.mbd"], "error: argument KIND: there is no `drfit`\n  = did you mean `drift`?\n"),
+        (["check", "x.mbd", "more"], "error: unrecognized arguments: more\n  = see mbdsl check --help\n"),
+        (
+            ["simulate", "x.mbd", "--stop", "2", "s"],
+            "error: `2 s` after --stop is two words: the value ends at the space\n"
+            '  = write  --stop 2s  or  --stop "2 s"\n',
+        ),
+        (
+            ["simulate", "--interval", "1.5e-3", "ms", "x.mbd"],
+            '  = write  --interval 1.5e-3ms  or  --interval "1.5e-3 ms"\n',
+        ),
+        (["check", "x.mbd", "--set", "k=120", "N/mm"], '  = write  --set "k=120 N/mm"\n'),
         (["check", "x.mbd", "--set", "k"], "error: argument --set: expected NAME=VALUE, found `k`\n"),
-        (["show", "x.mbd", "--stage", "cod"], "error: argument --stage: invalid choice: 'cod' (choose from"),
+        (["show", "x.mbd", "--stage", "cod"], "error: argument --stage: there is no `cod`\n  = did you mean `code`?\n"),
         (
             ["simulate", "x.mbd", "--step", "1kg"],
             "error: argument --step: `1kg` has the wrong unit: expected s, found kg\n",
         ),
         (["simulate", "x.mbd", "--step", "1 parsec"], "error: argument --step: unknown unit `parsec` in `1 parsec`;"),
-        (["simulate", "x.mbd", "--step", "fast"], "error: argument --step: `fast` is no number"),
+        (["simulate", "x.mbd", "--step", "fast"], "error: argument --step: `fast` is not a number"),
         (["simulate", "x.mbd", "--step", "0"], "error: argument --step: `0` is 0, expected a value above 0\n"),
         (["simulate", "x.mbd", "--interval=-1ms"], "`-1ms` is -0.001, expected a value of 0 or more\n"),
         (["simulate", "x.mbd", "--tol", "2"], "error: argument --tol: `2` is 2, expected a value between 0 and 1\n"),
@@ -160,7 +188,7 @@ def test_simulate_writes_bodies_beside_the_time(say, simulation):
         "Crank: 10 steps of hht-si2 to t = 1 s, 21 iterations (2.10 a step), in 0.25 s; "
         "error not known (--tol controls it, --verify checks it)\n"
         "m.csv: 5 rows, time and 2 signals\n"
-        "1 guess moved: crank.phi from 0.5 to 0.25 (--verbose lists all)\n"
+        "1 guess moved: crank.phi from 30 deg to 15 deg (--verbose lists all)\n"
     )
     columns, meta = results.read("m.csv")
     assert list(columns) == ["time", "crank.x", "crank.phi"]
@@ -172,11 +200,11 @@ def test_verbose_tells_sizes_phases_and_how_far_guesses_moved(say, simulation):
     out = say("simulate", "m.mbd", "--verbose")[1]
     assert "n = 3, m = 2, p = 0; 0 steps rejected, 2 matrices, 2 factorisations" in out
     assert "integrate 0.25" in out
-    assert "initial value of crank.phi: guessed 0.5, found 0.25" in out
+    assert "initial value of crank.phi: guessed 30 deg, found 15 deg" in out
 
 
 def test_of_many_guesses_the_one_that_moved_furthest_is_told(say, simulation, monkeypatch):
-    moved = [types.SimpleNamespace(name=f"p.{key}", guess=0.9, value=0.9 + by) for key, by in (("x", 0.1), ("y", -0.2))]
+    moved = [Moved(f"p.{key}", 0.9, 0.9 + by) for key, by in (("x", 0.1), ("y", -0.2))]
     monkeypatch.setattr(Trajectory, "moved", moved)
     assert say("simulate", "m.mbd")[1].endswith("2 guesses moved: furthest p.y from 0.9 to 0.7 (--verbose lists all)\n")
     monkeypatch.setattr(Trajectory, "moved", ())
@@ -304,8 +332,9 @@ class Terminal(io.StringIO):
         return True
 
 
-def progress(seconds, t=0.5):
-    return types.SimpleNamespace(t=t, start=0.0, stop=2.0, h=1e-3, steps=500, iterations=1000, seconds=seconds)
+def progress(seconds, t=0.5, **given):
+    usual = {"t": t, "start": 0.0, "stop": 2.0, "h": 1e-3, "steps": 500, "iterations": 1000, "seconds": seconds}
+    return Progress(**{**usual, **given})
 
 
 def test_short_work_shows_nothing():
@@ -316,7 +345,8 @@ def test_short_work_shows_nothing():
         assert stream.getvalue() == ""
 
 
-def test_terminal_gets_one_line_that_goes_away():
+def test_terminal_gets_one_line_that_goes_away(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
     display = _progress.Display(Terminal())
     display(progress(1.5))
     shown = display.stream.getvalue()
@@ -350,8 +380,81 @@ def test_durations(seconds, text):
 
 
 def test_progress_before_the_first_step():
-    p = types.SimpleNamespace(t=0.0, start=0.0, stop=2.0, h=1e-3, steps=0, iterations=0, seconds=3.0)
-    assert "just begun" in _progress.text(p)
+    assert "just begun" in _progress.text(progress(3.0, t=0.0, steps=0))
+
+
+@pytest.mark.parametrize(
+    ("columns", "line"),
+    [
+        (80, "█████...............  25%  t = 0.5 of 2 s  h = 0.001 s  4 s left"),
+        (60, "███............  25%  t = 0.5 of 2 s  h = 0.001 s  4 s left"),
+        (50, "█....  25%  t = 0.5 of 2 s  h = 0.001 s  4 s left"),
+    ],
+)
+def test_the_time_left_is_never_cut_off(columns, line, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    display = _progress.Display(Terminal())
+    display(progress(1.5))
+    assert display.stream.getvalue() == "\r" + line.ljust(columns - 1)
+
+
+def test_a_run_that_is_one_of_several_has_its_purpose(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    display = _progress.Display(Terminal())
+    display(progress(1.5, what="check 2: scipy-dop853, tol = 3e-05; calibration run 1"))
+    line = " 25%  t = 0.5 of 2 s  h = 0.001 s  4 s left  check 2: scipy-dop853, tol = 3e..."
+    assert display.stream.getvalue() == "\r" + line.ljust(79)
+    assert _progress.text(progress(1.5, what="calibration run 2")).endswith("  4 s left  calibration run 2")
+
+
+def test_the_time_left_follows_the_recent_rate():
+    """Half of the run in 1 s, then 1e-6 of it in each second."""
+    display = _progress.Display(io.StringIO())
+    for k in range(11):
+        display(progress(k / 10, t=k / 10))
+    for k in range(1, 601):
+        display(progress(1.0 + k / 10, t=1.0 + 2e-7 * k, h=4.5e-14))
+    last = display.stream.getvalue().splitlines()[-1]
+    # (2 - 1) s at 2e-6 a second of computing take 500000 s, or 138:53 h
+    assert re.search(r"h = 4.5e-14 s \(fallen from 0.001 s\)  .*  138:5\d:\d\d left$", last)
+    for k in range(601, 1200):
+        display(progress(1.0 + k / 10, t=1.0 + 1.2e-4, h=4.5e-14))
+    assert display.stream.getvalue().splitlines()[-1].endswith("  stands still")
+
+
+def test_the_second_of_several_runs_is_shown_at_once():
+    """Its time begins at zero again."""
+    display = _progress.Display(io.StringIO())
+    for k in range(1, 301):
+        display(progress(k / 10, t=k / 150, what="calibration run 1"))
+    for k in range(1, 61):
+        display(progress(k / 10, t=k / 600, what="calibration run 2"))
+    lines = display.stream.getvalue().splitlines()
+    first = next(line for line in lines if line.endswith("  calibration run 2"))
+    assert "  1:59 min left  " in first  # of 2 min, after 1 s
+
+
+def test_work_without_progress_is_named_after_a_second(monkeypatch):
+    monkeypatch.setattr(_progress, "PATIENCE", 0.01)
+    display = _progress.Display(Terminal())
+    display.phase("assembling the initial state")
+    display._waiting.join()
+    assert display.stream.getvalue().startswith("\rassembling the initial state ...   ")
+    display.phase("compiling")
+    display.close()
+    assert display._waiting is None and "compiling" not in display.stream.getvalue()
+
+
+def test_runs_have_the_purpose_of_their_part():
+    seen = []
+    inner = Purpose(seen.append, "check 1: radau5")
+    inner(progress(1.0, what="calibration run 2"))
+    inner(progress(1.0))
+    inner.phase("compiling")  # the callback does not show it
+    assert [p.what for p in seen] == [
+        "check 1: radau5; calibration run 2",
+        "check 1: radau5",
+    ]
 
 
 # -- methods ----------------------------------------------------------------------------------------------------

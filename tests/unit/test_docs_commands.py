@@ -1,9 +1,9 @@
 """README and docs are true: their commands and Python snippets run, and print the output that is shown.
 
 In order of the page, in one folder that has the models: ``mbd`` fences whose first line is ``// NAME.mbd`` become that
-file; in ``bash`` and ``console`` fences every ``mbdsl`` command runs; the text of a ``console`` fence below ``$ ...``
-has to be the printed output, where "..." stands for any text or, in a line of its own, for any lines; ``python`` fences
-run one after the other.
+file, as do ``python`` fences whose docstring is ``NAME.py``; in ``bash`` and ``console`` fences every ``mbdsl`` command
+runs; the text of a ``console`` fence below ``$ ...`` has to be the printed output, where "..." stands for any text or,
+in a line of its own, for any lines; ``python`` fences run one after the other.
 """
 
 import contextlib
@@ -67,6 +67,8 @@ def test_page(page, tmp_path, monkeypatch):
         if language == "mbd" and (name := re.match(r"// (\w+\.mbd)\n", body)):
             Path(name[1]).write_text(body, encoding="utf-8")
         elif language == "python":
+            if name := re.match(r'"""(\w+\.py)"""\n', body):
+                Path(name[1]).write_text(body, encoding="utf-8")
             with contextlib.redirect_stdout(io.StringIO()):
                 exec(compile(body, f"{page.name}: python", "exec"), names)
         elif language in ("bash", "console"):

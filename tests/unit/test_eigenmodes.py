@@ -480,7 +480,7 @@ def test_wrong_requests(say):
     for argv, message in (
         (["--count", "0"], "`0` is no number of modes"),
         (["--at", "1kg"], "wrong unit"),
-        (["--at", "rest"], "`rest` is no number"),
+        (["--at", "rest"], "`rest` is not a number"),
         (["--output", "m.xls"], "known are .csv, .json"),
         (["--output", "no/m.csv"], "there is no folder `no`"),
     ):

@@ -241,7 +241,7 @@ def test_fixed_values_that_cannot_be():
     assert error.exit_code == 3
     text = error.render()
     assert "no consistent initial positions" in text
-    assert "rod.b.x = 5 is fixed" in text
+    assert "rod.b.x = 5 m is fixed" in text
     lines = CRANK.splitlines()
     where = {note.split(" is ")[0]: span.line for note, span in error.notes if span}
     assert error.span is not None

@@ -123,7 +123,7 @@ def test_a_slice_computes_what_the_whole_has_not():
         (slice(0.101, 0.102), "there is no output time from 0.101 to 0.102 s"),
         (slice(7, None), "there is no output time from 7 to 0.5 s"),
         (slice("1 m", None), "the start of the slice: `1 m` has the wrong unit: expected s, found m"),
-        (slice(None, "soon"), "the end of the slice: `soon` is no number"),
+        (slice(None, "soon"), "the end of the slice: `soon` is not a number"),
         (slice(None, [1]), "the end of the slice: found [1], expected a number in s"),
         (slice(np.nan, None), "found a slice from nan to 0.5 s, expected finite times"),
     ],

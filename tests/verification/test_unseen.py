@@ -242,6 +242,9 @@ def test_a_condition_that_rounding_decides_ends_the_run_at_once(tol):
     with pytest.raises(mbdsl.MbdslError, match="back and forth") as raised:
         mbdsl.simulate(model, method="radau5", tol=tol)
     assert raised.value.trajectory.stats["steps"] < 20_000
+    found = str(raised.value)
+    assert ".piston.c.vx < 0` changes in the law of Force cyl[" in found
+    assert "\n      Force gas(piston.c, fx = -A*p0*(if piston.vx < 0 then 0.1 else 1));\n            ^^^\n" in found
 
 
 def test_a_force_that_keeps_changing_its_sign(monkeypatch):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from types import ModuleType
 
 from mbdsl.compilation import code_cache
-from mbdsl.integrators import modules
+from mbdsl.integrators import method_files, modules
 from mbdsl.integrators.loop import driver, multistep, step_control
 from mbdsl.integrators.loop.run_data import Formulas, RunData, Step
 from mbdsl.system.emit import EVALUATE, INERTIA, TANGENT
@@ -48,10 +48,11 @@ def compiled(name: str, module: ModuleType) -> Callable:
         of = {f: "method" if hasattr(module, f) or f not in CONTROL else "step_control" for f in Formulas._fields}
         formulas = f"run_data.Formulas({', '.join(f'{of[f]}.{f}' for f in of)})"
         whose, used = "multistep", [driver, multistep, step_control]
+    found = f"from mbdsl.integrators.methods import {short}" if module.__package__ else f"import {short}"
     text = f'''"""Emitted by mbdsl: the step loop of {name}."""
 
 from mbdsl.integrators.loop import {", ".join(sorted(["run_data", *(m.__name__.rsplit(".", 1)[-1] for m in used)]))}
-from mbdsl.integrators.methods import {short} as method
+{found} as method
 
 
 def advance(steps, times, out, {_BUFFERS}):
@@ -59,4 +60,5 @@ def advance(steps, times, out, {_BUFFERS}):
     step = run_data.Step({", ".join(f"{whose}.{f}" for f in Step._fields)})
     return driver.advance(step, {formulas}, steps, times, out, run)
 '''
-    return code_cache.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [*used, module])[0]
+    with method_files.compiling(module):
+        return code_cache.functions(loop_name(name), text, {"advance": ADVANCE}, lambda: [*used, module])[0]

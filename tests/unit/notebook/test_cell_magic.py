@@ -51,7 +51,9 @@ def test_options_are_those_of_the_command_line(mbd, shell):
     ("line", "said"),
     [
         ("", "ModelError: <cell>:5:3: there is no kind of component or model called `PointMas`\n"),
-        ("--nonsense", "UsageError: unrecognized arguments: --nonsense\n  = see %mbd --help"),
+        ("--nonsense", "UsageError: %mbd has no option `--nonsense`\n  = see %mbd --help"),
+        ("--simulate --stpe 1ms", "UsageError: %mbd has no option `--stpe`\n  = did you mean `--stop` or `--step`?"),
+        ("--simulate --stop 2 s", "UsageError: `2 s` after --stop is two words: the value ends at the space\n"),
         ("--stop 1s", "UsageError: --stop without --simulate\n  = add --simulate, or omit them"),
         ("--simulate 2x", "UsageError: `2x` is not the name of a variable"),
         ("--set", "UsageError: argument --set: expected one argument"),
@@ -66,6 +68,11 @@ def test_an_error_is_one_message(mbd, shell, line, said):
     assert done.text.strip().startswith(said)
     assert "Traceback" not in done.text and ".py" not in done.text and "get_ipython" not in done.text
     assert "fall" not in shell.names
+
+
+def test_an_unknown_method_has_a_suggestion(mbd):
+    said = mbd("fall --simulate --method hht-s2", FALL).text.strip()
+    assert said.startswith("UsageError: there is no method `hht-s2`\n  = did you mean `hht-si2`")
 
 
 def test_the_caret_is_below_the_word(mbd):

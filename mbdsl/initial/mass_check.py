@@ -1,0 +1,81 @@
+"""Bodies without mass that can move without moving a mass: the mass matrix is singular on the motions that the
+constraints allow."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbdsl.errors import InitialisationError
+from mbdsl.messages import few
+from mbdsl.system.system import System
+
+Array = NDArray[np.float64]
+
+DEPENDENT = 1e-9  #: singular values below this part of the largest are zero
+PART = 0.1  #: a body takes part in a motion in which one of its coordinates is this part of the largest
+MOST = 400  #: largest number of massless coordinates that are examined
+
+
+def singular_mass(system: System, t: float, q: Array, v: Array, lam: Array | None = None) -> InitialisationError | None:
+    """The error of a singular mass matrix; None if it is regular on the motions that the constraints allow.
+
+    Parameters
+    ----------
+    system : System
+        The equations.
+    t : float [s]
+    q, v : (n,) [m, rad]
+        A consistent state.
+    lam : (m + p,), optional
+        Its multipliers. If they are given, motions that stiffness or damping determine are no error: a massless body
+        between springs is at their equilibrium.
+
+    Returns
+    -------
+    InitialisationError or None
+        It names the bodies.
+    """
+    M = system.M(t, q)
+    light = np.flatnonzero(np.asarray(M.diagonal()) == 0.0)
+    if not 0 < len(light) <= MOST:
+        return None
+    scale = system.tables.scale[light]
+    J = _dense(system.velocity_jacobian(t, q, v)[:, light]) / scale
+    size = np.linalg.norm(J, axis=1, keepdims=True)
+    free = _null_space(J / np.where(size > 0.0, size, 1.0))
+    if lam is not None and free.shape[1]:
+        held = [X[light][:, light] for X in (system.stiffness(t, q, v, lam), system.damping(t, q, v, lam))]
+        resistance = np.vstack([free.T @ (_dense(X) / scale / scale[:, None]) @ free for X in held])
+        free = free @ _null_space(resistance)
+    if not free.shape[1]:
+        return None
+    share = np.abs(free).max(axis=1)
+    moving = light[share > PART * share.max()]
+    owners = [body.name for body in system.scene.bodies() for _ in body.coordinates]
+    bodies = list(dict.fromkeys(owners[k] for k in moving))
+    components = [system.scene.components[name] for name in bodies]
+    notes = []
+    for c in components:
+        zero = [name for name in ("m", "I") if c.values.get(name) == 0.0]
+        notes.append(
+            (f"{c.kind.name} {c.name} has {' and '.join(f'{name} = 0' for name in zero) or 'no mass'}", c.span)
+        )
+    return InitialisationError(
+        f"the mass matrix is singular: {few(bodies)} can move without moving a mass",
+        components[0].span,
+        notes=tuple(notes),
+        hint="give it a mass and a moment of inertia, or hold it by further joints",
+    )
+
+
+def _dense(X) -> Array:
+    return X if isinstance(X, np.ndarray) else X.toarray()
+
+
+def _null_space(J: Array) -> Array:
+    """An orthonormal basis (n, k) of the x with J x = 0."""
+    if not J.any():
+        return np.eye(J.shape[1])
+    _, sizes, Vt = np.linalg.svd(J, full_matrices=True)
+    return Vt[int((sizes > DEPENDENT * sizes[0]).sum()) :].T

@@ -1,0 +1,104 @@
+"""The initial state of a model, assembled for ``mbdsl check``: without a run, and with uncompiled kernels.
+
+An assembly evaluates the equations some ten times. Python needs 10 ms for this with a slider crank; compiling its
+kernels takes ten seconds, and loading compiled ones half a second, because LLVM is imported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from time import perf_counter
+
+from mbdsl.compilation import code_cache
+from mbdsl.errors import InitialisationError
+from mbdsl.initial.consistent import InitialState, Moved, determined, initial_state
+from mbdsl.initial.mass_check import singular_mass
+from mbdsl.initial.redundancy import repeated
+from mbdsl.initial.start_conditions import check_loose
+from mbdsl.initial.weights import members_of
+from mbdsl.mechanism.extreme_numbers import blame_extremes
+from mbdsl.mechanism.graph import MechanismGraph
+from mbdsl.mechanism.reduction import Part, Reduction, reduce
+from mbdsl.mechanism.scene import Scene
+from mbdsl.messages import count
+from mbdsl.system import System, build
+
+#: wall-clock time [s] after which a search for positions is given up; four-bar linkages of 3,600 unknowns take 3 s
+LIMIT = 10.0
+#: unknowns above which a model is not assembled: one evaluation would take a second
+MOST = 10_000
+
+
+def check_start(graph: MechanismGraph) -> list[str]:
+    """Assemble a model at its start time.
+
+    Flexible bodies that have to deform for it are not brought to their static shape.
+
+    Parameters
+    ----------
+    graph : MechanismGraph
+        The structure of the model.
+
+    Returns
+    -------
+    list of str
+        Lines about the result: guesses that were changed, and redundant constraints; or why it was not assembled.
+
+    Raises
+    ------
+    InitialisationError
+        If there is no consistent initial state, or the mass matrix is singular.
+    """
+    number = graph.coordinates + graph.rows + graph.velocity_rows
+    if number > MOST:
+        return [f"not assembled: {number} unknowns, more than {MOST}; mbdsl simulate assembles the model"]
+    try:
+        with code_cache.uncompiled():
+            return _assembled(graph.scene, graph)
+    except TimeoutError as late:
+        best: InitialisationError = late.args[0]
+        worst = "; ".join(text for text, _ in best.notes)
+        more = "mbdsl simulate searches further, by compiled code"
+        return [f"no consistent initial positions found within {LIMIT:g} s; {more}", f"  the best so far: {worst}"]
+
+
+@blame_extremes
+def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
+    t, reduction = scene.experiment.start, reduce(graph)
+    whole = build(scene, graph)
+    check_loose(reduction, whole, t)
+    moved: list[Moved] = []
+    redundant: list[str] = []
+    lines: list[str] = []
+    for system, state in _states(reduction, whole, t):
+        if (problem := singular_mass(system, t, state.q, state.v, state.lam)) is not None:
+            raise problem
+        moved += state.moved
+        names = system.constraint_names()
+        redundant += [names[k] for k in state.redundant]
+        lines += [f"  {line}" for line in repeated(system, t, state.q, state.v, state.redundant)]
+    if redundant:
+        lines.insert(0, f"redundant: {', '.join(redundant)} follows from the other constraints")
+    return [f"assembled at t = {t:g} s{_guesses(moved)}", *lines]
+
+
+def _states(reduction: Reduction, whole: System, t: float) -> Iterator[tuple[System, InitialState]]:
+    """The parts of a model, as a simulation solves them, and their initial states."""
+    until = perf_counter() + LIMIT
+    for part in reduction.parts:
+        system = whole if reduction.nothing_done else build(part.scene, part.graph, size=whole.tables.size)
+        state = initial_state(system, part.graph, t, members_of(reduction, system), until=until)
+        if part.kinematic and (state.redundant or not determined(system, t, state.q)):
+            assert part.dynamic is not None
+            other = Part(part.dynamic)
+            system = build(other.scene, other.graph, size=whole.tables.size)
+            state = initial_state(system, other.graph, t, members_of(reduction, system), until=until)
+        yield system, state
+
+
+def _guesses(moved: list[Moved]) -> str:
+    if not moved:
+        return ""
+    changes = [f"{m.name} from {m.unit.text(m.guess, 4)} to {m.unit.text(m.value, 4)}" for m in moved]
+    more = f", and {len(changes) - 3} more" if len(changes) > 3 else ""
+    return f"; {count(len(moved), 'guess', 'guesses')} moved: {', '.join(changes[:3])}{more}"

@@ -1,0 +1,117 @@
+"""From calls with values of Python to declarations of the language."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from mbdsl.elements.kind import Kind
+from mbdsl.errors import UsageError
+from mbdsl.expressions.symbolic import COORDINATES
+from mbdsl.lang import python_values
+from mbdsl.lang import syntax as s
+from mbdsl.lang.draft import Draft
+from mbdsl.lang.handles import Handle, Place
+from mbdsl.lang.kind_methods import KindMethods, known
+from mbdsl.lang.load import deep
+from mbdsl.lang.parser import parse_expression
+
+
+class Declarations(KindMethods):
+    """The declarations of a Builder, and its handles."""
+
+    name: str
+
+    def __init__(self) -> None:
+        self._draft = Draft()
+
+    def _declare(
+        self,
+        name: str,
+        type_name: str,
+        kind: Kind | None,
+        doc: str,
+        frames: Sequence[Place],
+        values: Mapping[str, Any],
+        replace: bool,
+    ) -> Handle:
+        """Declare a component, frame or table by its frames and values."""
+        python_values.split_name(name, type_name)
+        if kind is not None:
+            values = {key: python_values.of_kind(kind, name, key, value) for key, value in values.items()}
+            if frames and not kind.ports:
+                hint = f"give its parameters by name: `{type_name}({name!r}, {kind.parameters[0].name}=...)`"
+                raise UsageError(f"{type_name} `{name}` takes no frames, found {frames[0]!r}", hint=hint)
+        ports = kind.ports if kind is not None and len(kind.ports) == len(frames) else ["frame"] * len(frames)
+        given = [s.Argument("", self._place(f, f"{name}.{port}")) for f, port in zip(frames, ports, strict=True)]
+        with deep():
+            given += [
+                python_values.argument(key, value, name, self._handle_name)
+                for key, value in values.items()
+                if value is not None
+            ]
+        return self._enter(name, frozenset(), type_name, doc, replace, arguments=tuple(given))
+
+    def _enter(
+        self, name: str, prefixes: frozenset[str], type_name: str, doc: str, replace: bool, **parts: Any
+    ) -> Handle:
+        what = type_name or "parameter"
+        plain, numbers = python_values.split_name(name, what)
+        value = not (type_name in ("Frame", "Table") or type_name in known())
+        if numbers and value:
+            hint = "an array of parameters is given as a sequence of values"
+            raise UsageError(f"{name!r}: only components, frames and tables have indices", hint=hint)
+        text = python_values.text(doc, f"{name}.doc")
+        if value and type_name:
+            numbers = (s.Everything(),) * _rank(parts.get("value"))
+        d = s.Declaration(prefixes, type_name, plain, numbers, doc=text, **parts)
+        serial = self._draft.declare(d, python_values.flag(replace, "replace"))
+        return Handle(self, name.replace(" ", ""), serial)
+
+    def _is_component(self, name: str) -> bool:
+        return self._draft.content.entries[name].declaration.type in known()
+
+    def names_of(self, handle: Handle) -> Sequence[str]:
+        """Names of the frames, ports and signals of a component, and of the signals of a frame."""
+        name = self._name(handle, "handle")
+        if self._is_component(name):
+            return self._draft.trial.part(name).known_names()
+        return COORDINATES if self._draft.content.entries[name].declaration.type == "Frame" else ()
+
+    def _handle_name(self, given: object) -> str | None:
+        """The name of a handle. Handles of another Builder and of removed components are refused."""
+        if not isinstance(given, Handle):
+            return None
+        if given._owner is not self:
+            raise UsageError(
+                f"`{given}` belongs to another Builder, of {given._owner.name}, and not to this one, of {self.name}",
+                hint=f"use a handle from this Builder, or give the name as a string: {str(given)!r}",
+            )
+        entry = self._draft.content.entries.get(given._root)
+        if entry is None or entry.serial != given._serial:
+            raise UsageError(
+                f"`{given}`: `{given._root}` was removed from {self.name}",
+                hint="use the handle of a component that was added later" if entry is not None else None,
+            )
+        return str(given)
+
+    def _name(self, given: Place, what: str) -> str:
+        name = self._handle_name(given)
+        return python_values.text(given, what) if name is None else name
+
+    def _place(self, frame: Place, what: str) -> s.Expression:
+        if not isinstance(frame, Handle | str):
+            raise UsageError(
+                f"{what}: found {frame!r}, expected a frame or signal",
+                hint="they are attributes of components: `rod.b`, `rod.phi`",
+            )
+        return parse_expression(self._name(frame, what), f"<{what}>")
+
+    def _node(self, value: Any, what: str) -> s.Expression:
+        with deep():
+            return python_values.expression(value, what, self._handle_name)
+
+
+def _rank(e: s.Expression | None) -> int:
+    """Number of dimensions of a sequence."""
+    return 1 + _rank(e.items[0] if e.items else None) if isinstance(e, s.Array) else 0

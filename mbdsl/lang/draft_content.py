@@ -1,0 +1,159 @@
+"""The content of a model under construction from Python, and who refers to whom in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+
+from mbdsl.elements import kinds
+from mbdsl.elements.kind import Kind
+from mbdsl.expressions import symbolic
+from mbdsl.lang import syntax as s
+from mbdsl.lang.foreign_names import KINDS as ALIASES
+from mbdsl.lang.unparse import indices, write
+from mbdsl.lang.values import Quantity
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A declaration; ``serial`` is its number, which its replacement keeps."""
+
+    declaration: s.Declaration
+    serial: int
+
+
+@dataclass
+class Content:
+    """All that was declared."""
+
+    entries: dict[str, Entry] = field(default_factory=dict)  #: by full name: ``link[3]``
+    connections: list[s.Connect] = field(default_factory=list)
+    initial: list[s.Initial] = field(default_factory=list)
+    settings: dict[str, s.Argument] = field(default_factory=dict)  #: of the experiment
+
+    def model(self, name: str, doc: str) -> s.Model:
+        """The content as the syntax tree of a model."""
+        # Elements of an array are declared one by one, as in a loop; an `If` without condition is such a block.
+        items: list[s.Item] = [
+            s.If(((None, (d,)),)) if is_element(d) else d for d in (e.declaration for e in self.entries.values())
+        ]
+        return s.Model(name, doc, (*items, experiment(self.settings)), tuple(self.connections), tuple(self.initial))
+
+
+def is_element(d: s.Declaration) -> bool:
+    """Whether the indices denote one element of an array; those of parameters are sizes."""
+    return bool(d.indices) and all(isinstance(i, s.Number) for i in d.indices)
+
+
+def full_name(d: s.Declaration) -> str:
+    """``link[1,2]``, as components are called in a Scene."""
+    return d.name + indices(d.indices).replace(" ", "") if is_element(d) else d.name
+
+
+def experiment(settings: Mapping[str, s.Argument]) -> s.Annotation:
+    """The annotation with the settings of simulations."""
+    return s.Annotation((s.Argument("experiment", None, tuple(settings.values())),))
+
+
+# -- references ---------------------------------------------------------------------------------------------------
+
+
+def _first_steps(node: object) -> Iterator[tuple[s.Step, bool]]:
+    """The first step of every reference in a syntax tree, and whether it is the whole reference."""
+    if isinstance(node, s.Reference):
+        yield node.steps[0], len(node.steps) == 1
+        for step in node.steps:
+            yield from _first_steps(step.indices)
+    elif isinstance(node, s.Literal) and isinstance(node.value, Quantity):
+        for leaf in symbolic.leaves(symbolic.expr(node.value.value)):  # type: ignore[arg-type]
+            named = leaf.value[0] if isinstance(leaf.value, tuple) else leaf.value
+            if leaf.op in ("coordinate", "multiplier", "input"):
+                first, _, index = str(named).split(".")[0].partition("[")
+                numbers = tuple(s.Number(int(i)) for i in index.rstrip("]").split(",") if i)
+                yield s.Step(first, numbers), False
+    elif isinstance(node, tuple):
+        for inner in node:
+            yield from _first_steps(inner)
+    elif isinstance(node, s.Node):
+        for f in fields(node):
+            if f.compare:
+                yield from _first_steps(getattr(node, f.name))
+
+
+def _refers(node: object, d: s.Declaration, own: Sequence[str] = ()) -> bool:
+    """Whether a syntax tree refers to ``d``; alone, names of components in ``own`` denote something else."""
+    for step, alone in _first_steps(node):
+        if step.name != d.name or (alone and step.name in own and _kind(d)):
+            continue
+        element = step.indices and all(isinstance(i, s.Number) for i in step.indices)
+        if not (element and is_element(d)) or step.indices == d.indices:
+            return True
+    return False
+
+
+def _kind(d: s.Declaration) -> Kind | None:
+    return kinds().get(ALIASES.get(d.type, d.type))
+
+
+def _has_ports(d: s.Declaration) -> bool:
+    kind = _kind(d)
+    return kind is not None and bool(kind.ports)
+
+
+def _declaration_refers(d: s.Declaration, to: s.Declaration) -> bool:
+    if _refers((d.value, d.indices, d.notes), to):
+        return True
+    kind = _kind(d)
+    if kind is None:
+        return _refers(d.arguments, to)
+    frames = tuple(a for a in d.arguments if not a.name or a.name in kind.ports)
+    values = tuple(a for a in d.arguments if a not in frames)
+    return _refers(frames, to) or _refers(values, to, [*(p.name for p in kind.parameters), *kind.formulas])
+
+
+def _attached(connections: Sequence[s.Connect], entries: Mapping[str, Entry], to: s.Declaration) -> Iterator[str]:
+    """The joints and forces that are connected with the body or frame ``to``."""
+    if _has_ports(to):
+        return
+    for item in connections:
+        for one, other in ((item.first, item.second), (item.second, item.first)):
+            if _refers(one, to):
+                found = entries.items()
+                yield from (k for k, e in found if _has_ports(e.declaration) and _refers(other, e.declaration))
+
+
+def find_dependents(content: Content, names: Sequence[str]) -> list[str]:
+    """What refers to the declarations ``names``, directly or through others, in the order of declaration."""
+    found: set[str] = set()
+    pending = [content.entries[name].declaration for name in names]
+    while pending:
+        to = pending.pop()
+        direct = {key for key, e in content.entries.items() if _declaration_refers(e.declaration, to)}
+        direct |= set(_attached(content.connections, content.entries, to))
+        direct -= {*found, *names}
+        found |= direct
+        pending += [content.entries[key].declaration for key in direct]
+    # An initial value belongs to its target, but its value may refer to another component.
+    gone = [content.entries[name].declaration for name in (*names, *found)]
+    values = [
+        f"the initial value of {write(item.target)}"
+        for item in content.initial
+        if any(_refers(item.value, d) for d in gone) and not any(_refers(item.target, d) for d in gone)
+    ]
+    settings = [f"experiment({key})" for key, a in content.settings.items() if any(_refers(a.value, d) for d in gone)]
+    return [*(key for key in content.entries if key in found), *values, *settings]
+
+
+def without(content: Content, gone: set[str]) -> Content:
+    """The content without declarations, and without what refers to them."""
+    out = [content.entries[name].declaration for name in gone if name in content.entries]
+
+    def stays(node: s.Node) -> bool:
+        return not any(_refers(node, d) for d in out)
+
+    return Content(
+        {key: e for key, e in content.entries.items() if key not in gone},
+        [item for item in content.connections if stays(item)],
+        [item for item in content.initial if stays(item)],
+        {key: a for key, a in content.settings.items() if stays(a)},
+    )

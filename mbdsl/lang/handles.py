@@ -1,0 +1,87 @@
+"""Handles: what the methods of a Builder return, for use as arguments of other methods."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol, SupportsFloat, TypeAlias, TypedDict
+
+from mbdsl.expressions.symbolic import COORDINATES, Expr
+from mbdsl.messages import did_you_mean
+
+
+class Owner(Protocol):
+    """The model that a handle belongs to."""
+
+    name: str
+
+    def names_of(self, handle: Handle) -> Sequence[str]:
+        """Names of the attributes of a component."""
+
+
+class Handle:
+    """A component, frame or signal of a model under construction.
+
+    Its attributes are its frames, ports and signals: ``rod.b``, ``rod.b.x``, ``pin.phi``. ``str()`` returns its full
+    name. Handles are made by the methods of ``Builder``; those of another Builder and those of removed components are
+    refused as arguments.
+
+    Parameters
+    ----------
+    owner : Owner
+        The model.
+    root : str
+        Name of the component.
+    serial : int
+        Number of its declaration; a component that is added after a removal has another number.
+    path : str, optional
+        Name of the frame or signal in the component, such as "b.x".
+    """
+
+    def __init__(self, owner: Owner, root: str, serial: int, path: str = "") -> None:
+        self._owner, self._root, self._serial, self._path = owner, root, serial, path
+
+    def __getattr__(self, name: str) -> Handle:
+        if name.startswith("__") or name in ("_owner", "_root", "_serial", "_path"):
+            raise AttributeError(name)
+        known = self._names()
+        if name not in known:
+            hint = did_you_mean(name, known, "it has")
+            raise AttributeError(f"`{self}` has no `{name}`" + (f"; {hint}" if hint else ""))
+        return Handle(self._owner, self._root, self._serial, f"{self._path}.{name}" if self._path else name)
+
+    def _names(self) -> Sequence[str]:
+        if not self._path:
+            return self._owner.names_of(self)
+        return () if self._path.split(".")[-1] in COORDINATES else COORDINATES
+
+    def __dir__(self) -> list[str]:
+        return list(self._names())
+
+    def __str__(self) -> str:
+        return f"{self._root}.{self._path}" if self._path else self._root
+
+    def __repr__(self) -> str:
+        return f"<{self} of {self._owner.name}>"
+
+
+class Convertible(Protocol):
+    """An array of numpy, a column of pandas."""
+
+    def tolist(self) -> Any: ...
+
+
+class Start(TypedDict, total=False):
+    """The initial value of a signal; without ``fixed``, assembly may change it."""
+
+    start: Number
+    fixed: bool | str
+
+
+#: a number in SI units, a text with its unit, or a parameter
+Number: TypeAlias = SupportsFloat | str | Handle
+#: a text or an expression of time and signals
+Law: TypeAlias = SupportsFloat | str | Handle | Expr
+Vector: TypeAlias = Sequence[SupportsFloat | str | Handle] | Convertible | str | Handle
+#: a frame or port, as a handle or by its name
+Place: TypeAlias = Handle | str
+Frames: TypeAlias = Mapping[str, Vector]

@@ -1,0 +1,143 @@
+"""One method of the Builder for each kind of component, with its signature and documentation.
+
+The methods follow from the declarations of the kinds. Editors and type checkers read them from ``kind_methods.pyi``,
+which ``python -m mbdsl.lang.kind_stub`` writes.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from textwrap import fill, indent
+from typing import Any
+
+from mbdsl.elements import kinds
+from mbdsl.elements.kind import REQUIRED, BodyKind, Kind, Parameter
+from mbdsl.errors import UsageError
+from mbdsl.lang.foreign_names import KINDS as ALIASES
+from mbdsl.lang.handles import Handle
+from mbdsl.lang.kind_reference import notes
+from mbdsl.messages import did_you_mean
+
+_WIDTH = 72  #: with the indents of `help`, 80 columns
+_FRAMES = 'Further frames: ``{"tip": (x, y)}`` [m] or ``{"tip": (x, y, phi)}`` [m, rad], from the reference point.'
+
+
+class KindMethods:
+    """The methods of a Builder that add components."""
+
+    def __getattr__(self, name: str) -> Any:
+        hint = did_you_mean(name, [*known(), *(n for n in dir(type(self)) if not n.startswith("_"))])
+        raise AttributeError(f"Builder has no `{name}`" + (f"; {hint}" if hint else ""))
+
+
+def known() -> dict[str, Kind]:
+    """Name of a method -> its kind."""
+    return dict(sorted({**kinds(), **{name: kinds()[kind] for name, kind in ALIASES.items()}}.items()))
+
+
+def signature(kind: Kind) -> inspect.Signature:
+    """The signature of the method of a kind; annotations are texts."""
+    named = inspect.Parameter.KEYWORD_ONLY
+    found = [inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)]
+    found.append(inspect.Parameter("name", inspect.Parameter.POSITIONAL_OR_KEYWORD, annotation="str"))
+    if kind.ports:
+        found.append(inspect.Parameter("frames", inspect.Parameter.VAR_POSITIONAL, annotation="Place"))
+        found += [inspect.Parameter(port, named, default=None, annotation="Place | None") for port in kind.ports]
+    both = {x.name for x in kind.signals if kind.parameter(x.name)}
+    for p in kind.parameters:
+        start = " | Start" if p.name in both else ""
+        optional = " | None" if p.default is None else ""
+        default = inspect.Parameter.empty if p.default is REQUIRED else {} if p.name == "frames" else p.default
+        found.append(inspect.Parameter(p.name, named, default=default, annotation=_type(p) + start + optional))
+    found += [
+        inspect.Parameter(x.name, named, default=None, annotation="Start | None")
+        for x in kind.signals
+        if x.name not in both
+    ]
+    found.append(inspect.Parameter("doc", named, default="", annotation="str"))
+    found.append(inspect.Parameter("replace", named, default=False, annotation="bool"))
+    return inspect.Signature(found, return_annotation="Handle")
+
+
+def _type(p: Parameter) -> str:
+    if p.name == "frames":
+        return "Frames"
+    if p.law:
+        return "Law"
+    if p.choices:
+        return f"Literal[{', '.join(map(_quoted, p.choices))}] | Handle"
+    if isinstance(p.default, bool):
+        return "bool | str | Handle"
+    return "Vector" if p.shape else "Number"
+
+
+def documentation(name: str, kind: Kind) -> str:
+    """The docstring of the method of a kind."""
+    article = "an" if name[0] in "AEIO" else "a"
+    entries = [("name : str", "Name of the component.")]
+    if kind.ports:
+        ports = [f"``{port}``" + (" (optional)" if port in kind.optional_ports else "") for port in kind.ports]
+        text = f"Frames, in this order: {', '.join(ports)}. A joint stands for its two frames."
+        entries.append(("*frames : Handle or str", text))
+        entries.append((f"{', '.join(kind.ports)} : Handle or str, optional", "The same frames by name."))
+    for p in kind.parameters:
+        optional = "" if p.default is REQUIRED else ", optional"
+        meaning = _sentence(notes(kind, p)) if p.name != "frames" else _FRAMES
+        entries.append((f"{p.name} : {_words(p)}{optional}{_unit(p.unit)}", meaning))
+    starts = [x.name for x in kind.signals if kind.parameter(x.name) is None]
+    if starts:
+        text = 'Initial values of its signals: ``{"start": value, "fixed": True}``.'
+        entries.append((f"{', '.join(starts)} : mapping, optional", text))
+    entries.append(("doc : str, optional", "Description, one line."))
+    entries.append(("replace : bool, optional", "True: replaces the component of this name, if there is one."))
+    has = [f"``{x.name}``{_unit(x.unit)}{f' ({x.doc})' if x.doc else ''}" for x in kind.signals]
+    reactions = getattr(kind, "reactions", ())
+    if reactions:
+        has += [f"``{x.name}``{_unit(x.unit)} ({x.doc} on frame_b)" for x in reactions]
+    first = "its frames, and its signals " if isinstance(kind, BodyKind) else "its ports, and its signals "
+    result = f"The component; its attributes are {first}{', '.join(has)}." if has else "The component."
+    lines = [f"Add {article} {name}: {kind.doc[:1].lower() + kind.doc[1:]}", "", "Parameters", "----------"]
+    lines[0] = fill(lines[0], _WIDTH)
+    for head, text in entries:
+        lines += [head, indent(fill(text, _WIDTH), "    ")] if text else [head]
+    lines += ["", "Returns", "-------", "Handle", indent(fill(result, _WIDTH), "    ")]
+    return "\n".join(lines)
+
+
+def _words(p: Parameter) -> str:
+    if p.name == "frames":
+        return "mapping"
+    if p.choices or isinstance(p.default, bool):
+        return "{" + ", ".join(map(_quoted, p.choices)) + "}" if p.choices else "bool"
+    if p.law:
+        return "number, str or Expr"
+    return f"({', '.join(map(str, p.shape))},) numbers or str" if p.shape else "number or str"
+
+
+def _quoted(word: str) -> str:
+    return f'"{word}"'
+
+
+def _unit(unit: str) -> str:
+    return f" [{unit}]" if unit not in ("", "1") else ""
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".") if text else ""
+
+
+def _method(name: str, kind: Kind) -> Callable[..., Handle]:
+    def method(self, *given: Any, **values: Any) -> Handle:
+        if not given and "name" not in values:
+            raise UsageError(f"{name} needs a name", hint=f'the name comes first: `{name}("{name.lower()}", ...)`')
+        return self.add(name, *given, **values)
+
+    method.__name__, method.__qualname__ = name, f"Builder.{name}"
+    method.__doc__ = documentation(name, kind)
+    method.__signature__ = signature(kind)  # type: ignore[attr-defined]
+    return method
+
+
+for _name, _kind in known().items():
+    setattr(KindMethods, _name, _method(_name, _kind))

@@ -1,0 +1,75 @@
+"""Whether a model has to be assembled to find errors in its initial state, from its structure alone."""
+
+from __future__ import annotations
+
+from mbdsl.elements.kind import JointKind
+from mbdsl.expressions.symbolic import RATE as RATES
+from mbdsl.expressions.symbolic import Expr, der, is_const
+from mbdsl.mechanism.graph import MechanismGraph
+from mbdsl.mechanism.scene import Component
+
+#: parameters of rigid bodies that are zero if a coordinate has no mass
+MASSES = ("m", "I")
+
+
+def has_to_be_assembled(graph: MechanismGraph) -> bool:
+    """Whether the initial state of a model may be inconsistent.
+
+    It cannot be if the joints form a tree, each fixed initial value is that of another degree of freedom of the tree,
+    every coordinate has a mass, and no law is evaluated.
+
+    Parameters
+    ----------
+    graph : MechanismGraph
+        The structure of the model.
+
+    Returns
+    -------
+    bool
+    """
+    return (
+        graph.loops > 0
+        or bool(graph.velocity_rows)
+        or any(_is_driven(c) or _has_a_law(c) for c in graph.scene.components.values())
+        or any(frame.motion is not None for frame in graph.scene.frames.values())
+        or not all(_has_masses(body) for body in graph.bodies.values())
+        or not _values_are_independent(graph)
+    )
+
+
+def _is_driven(c: Component) -> bool:
+    return isinstance(c.kind, JointKind) and (c.kind.driver is not None or c.friction is not None)
+
+
+def _has_a_law(c: Component) -> bool:
+    return any(isinstance(value, Expr) and not is_const(value) for value in c.values.values())
+
+
+def _has_masses(body: Component) -> bool:
+    return not body.deforms and all(body.values.get(name) != 0.0 for name in MASSES)
+
+
+def _values_are_independent(graph: MechanismGraph) -> bool:
+    """Whether every fixed initial value is that of the degree of freedom of a joint of the tree, or of a body that no
+    joint holds, and each of them is fixed once."""
+    scene, freedoms = graph.scene, dict[Expr | None, tuple[str, str, bool]]()
+    for body, _, joint in graph.tree():
+        own = scene.components[body]
+        if joint is None:
+            for key in own.coordinates:
+                freedoms[scene.signal_of(own, key)] = body, key, False
+                freedoms[scene.signal_of(own, RATES[key])] = body, key, True
+            continue
+        holder = scene.components[joint]
+        kind = holder.kind
+        if not isinstance(kind, JointKind) or kind.pose is None or "phi" not in own.coordinates:
+            return False
+        if not kind.free:
+            continue
+        targets = [scene.signal_of(holder, kind.free)]
+        targets += [scene.signal_of(own, "phi")] if kind.free in kind.angle else []
+        for target in targets:
+            assert target is not None
+            freedoms[target], freedoms[der(target)] = (joint, kind.free, False), (joint, kind.free, True)
+    fixed = [freedoms.get(x.target) for x in scene.initial if x.fixed]
+    return None not in fixed and len(set(fixed)) == len(fixed)

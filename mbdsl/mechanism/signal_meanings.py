@@ -1,0 +1,46 @@
+"""The meanings of signals in words."""
+
+from __future__ import annotations
+
+from mbdsl.elements.kind import BodyKind, JointKind
+from mbdsl.mechanism.scene import ENERGIES, Component, Scene
+
+#: meanings of signals that a kind does not describe, by the last part of their names
+MEANINGS = {
+    "x": "position along x",
+    "y": "position along y",
+    "phi": "angle",
+    "vx": "velocity along x",
+    "vy": "velocity along y",
+    "w": "angular velocity",
+    "ax": "acceleration along x",
+    "ay": "acceleration along y",
+    "alpha": "angular acceleration",
+    "Phi": "residual of a constraint",
+    "dPhi": "residual of a constraint, its rate",
+    "Gam": "residual of a constraint of velocities",
+    "q": "elastic coordinate",
+    "dq": "elastic coordinate, its rate",
+    "friction": "friction",
+}
+OF_ENERGIES = dict(zip(ENERGIES, ("kinetic energy", "energy of gravity and springs", "total energy"), strict=True))
+
+
+def meaning(scene: Scene, name: str) -> str:
+    """The meaning of a signal: as its kind describes it, else by the last part of its name."""
+    if name == "time" or name in OF_ENERGIES:
+        return OF_ENERGIES.get(name, "time")
+    if name in scene.variables:
+        return scene.inputs[name].doc or "input" if name in scene.inputs else "variable of the model"
+    owner, _, key = name.rpartition(".")
+    component = scene.components.get(owner)
+    said = _described(component, key) if component is not None else ""
+    return said or MEANINGS.get(key.partition("[")[0], "")
+
+
+def _described(c: Component, key: str) -> str:
+    kind = c.kind
+    reactions = kind.reactions if isinstance(kind, JointKind) else ()
+    known = {p.name: p.doc for p in kind.parameters if p.law} | {s.name: s.doc for s in (*kind.signals, *reactions)}
+    said = known.get(key, "").removesuffix(", a number or an expression")
+    return f"{said}, {key}" if said and isinstance(kind, BodyKind) and key in ("x", "y") else said
