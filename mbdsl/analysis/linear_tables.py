@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbdsl.messages import few
-from mbdsl.terminal import text_width
+from mbdsl.plotting.terminal_text import text_width
 
 WIDTH = 80  #: columns where the width of the terminal is not known
 LARGEST = 12  #: largest matrix that is printed

@@ -7,13 +7,14 @@ from collections.abc import Sequence
 
 from mbdsl.elements.kind import JointKind, Kind
 from mbdsl.lang.kind_reference import default_of, notes, unit_of
+from mbdsl.plotting.terminal_text import text_width
 
 COLUMNS = 80
 
 
 def kind_text(kind: Kind) -> str:
     """Tables of the parameters and signals of a kind."""
-    lines = textwrap.wrap(f"{kind.name}: {kind.doc}", COLUMNS)
+    lines = textwrap.wrap(f"{kind.name}: {kind.doc}", text_width(COLUMNS))
     if kind.ports:
         ports = [f"{p} (may be left out)" if p in kind.optional_ports else p for p in kind.ports]
         lines += ["", f"frames: {', '.join(ports)}"]
@@ -35,6 +36,5 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     for row in (head, *rows):
         start = "  " + "".join(f"{text:{width}}  " for text, width in zip(row, wide, strict=False))
         indent = " " * len(start)
-        lines += [line.rstrip() for line in textwrap.wrap(start + row[-1], COLUMNS, subsequent_indent=indent,
-                                                          drop_whitespace=True)] or [""]  # fmt: skip
+        lines += textwrap.wrap(start + row[-1], text_width(COLUMNS), subsequent_indent=indent)
     return lines

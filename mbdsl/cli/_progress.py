@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, TextIO
 
 from mbdsl.messages import visible, width
-from mbdsl.terminal import USUAL, columns
+from mbdsl.plotting.terminal_text import USUAL, columns
 
 if TYPE_CHECKING:
     from mbdsl.simulation.progress import Progress
@@ -21,7 +21,6 @@ PATIENCE = 1.0  #: seconds of work before anything is shown
 BETWEEN_LINES = 5.0  #: seconds between plain lines
 RECENT = 3.0  #: seconds of computing from which the time left is estimated, or a tenth of all
 ENDLESS = 100.0 * 86400.0  #: time left [s] above which it is not stated
-ITERATIONS = 3  #: index of the iterations among the parts of a line
 COLLAPSED = 1e-3  #: step size relative to the longest so far below which this is stated
 
 
@@ -172,18 +171,18 @@ def done(p: Progress) -> float:
     return min(1.0, max(0.0, (p.t - p.start) / (p.stop - p.start))) if p.stop > p.start else 1.0
 
 
-def text(p: Progress, pace: Pace | None = None) -> str:
-    """One line: simulated time, step size, iterations per step, time left, purpose of the run."""
-    return "  ".join(_parts(p, pace))
+def text(p: Progress, pace: Pace | None = None, iterations: bool = True) -> str:
+    """One line: simulated time, step size, iterations per step, time left, purpose of the run.
 
-
-def _parts(p: Progress, pace: Pace | None) -> list[str]:
+    Third-party integrators state neither their step size nor iterations.
+    """
     if pace is None:
         pace = Pace()
         pace.add(p)
-    per_step = p.iterations / p.steps if p.steps else 0.0
-    parts = [f"{done(p):4.0%}", f"t = {p.t:.4g} of {p.stop:.4g} s", pace.step(p), f"{per_step:.1f} iterations/step"]
-    return [*parts, pace.left(p), *([p.what] if p.what else [])]
+    known = p.h < p.stop - p.start
+    per_step = f"{p.iterations / p.steps if p.steps else 0.0:.1f} iterations/step" if known and iterations else ""
+    parts = [f"{done(p):4.0%}", f"t = {p.t:.4g} of {p.stop:.4g} s", pace.step(p) if known else "", per_step]
+    return "  ".join(part for part in (*parts, pace.left(p), p.what) if part)
 
 
 def blocks(part: float, block: str = "#", length: int = 20) -> str:
@@ -193,11 +192,9 @@ def blocks(part: float, block: str = "#", length: int = 20) -> str:
 
 def bar(p: Progress, block: str = "#", pace: Pace | None = None, size: int = 200) -> str:
     """The line with a bar, in at most ``size`` columns: iterations, the bar, and purpose are shortened in turn."""
-    parts = _parts(p, pace)
-    line = "  ".join(parts)
+    line = text(p, pace)
     if width(line) + 21 > size:
-        del parts[ITERATIONS]
-        line = "  ".join(parts)
+        line = text(p, pace, iterations=False)
     if width(line) > size and p.what:
         line = f"{line[: size - 3]}..."
     length = next((n for n in (20, 15, 10, 5) if width(line) + n + 1 <= size), 0)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
-import sys
 import textwrap
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
@@ -13,6 +11,7 @@ from mbdsl.elements.kind import BodyKind, JointKind
 from mbdsl.mechanism.scene import Scene
 from mbdsl.mechanism.signal_meanings import meaning
 from mbdsl.mechanism.signal_names import SignalNames
+from mbdsl.plotting.terminal_text import text_width
 
 COLUMNS = 80  #: if the output is no terminal
 INDEX = re.compile(r"\[(\d+)(?::\d+)?\]")
@@ -107,7 +106,7 @@ def _slices(before: str, after: str | None, runs: Sequence[Sequence[int]]) -> li
 
 
 def _wrapped(head: str, text: str, indent: int) -> list[str]:
-    width = shutil.get_terminal_size((COLUMNS, 24)).columns if sys.stdout.isatty() else COLUMNS
+    width = text_width(COLUMNS)
     indent = indent if indent < width // 2 else 4
     options = {"subsequent_indent": " " * indent, "break_long_words": False, "break_on_hyphens": False}
     return textwrap.wrap(head + text, max(40, width), **options) or [head.rstrip()]  # type: ignore[arg-type]

@@ -12,7 +12,7 @@ from typing import Any, TextIO
 
 from mbdsl.errors import MbdslError, UsageError
 from mbdsl.messages import visible
-from mbdsl.terminal import coloured, columns, painted, wrapped
+from mbdsl.plotting.terminal_text import coloured, columns, painted, wrapped
 
 BROKEN_PIPE = 141
 
@@ -20,7 +20,8 @@ BROKEN_PIPE = 141
 class Stream:
     """A text stream that escapes control characters; after its first failure, kept in ``problem``, it discards.
 
-    On a terminal it wraps and colours whole lines (:mod:`mbdsl.terminal`); with ``verbatim`` it does neither.
+    On a terminal it wraps and colours whole lines (:mod:`mbdsl.plotting.terminal_text`); with ``verbatim`` it does
+    neither.
 
     Parameters
     ----------

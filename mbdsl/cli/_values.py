@@ -239,6 +239,11 @@ def add_times(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_units(parser: argparse.ArgumentParser) -> None:
+    """The row of units of a ``.csv`` file."""
+    parser.add_argument("--units", action="store_true", help="write the units to the second row of a .csv file")
+
+
 def add_table(parser: argparse.ArgumentParser) -> None:
     """A file for the tables of a study."""
     parser.add_argument(
@@ -260,11 +265,6 @@ def check_table(args: argparse.Namespace) -> None:
 
         output_files.suffix_of(args.table, SUFFIXES)
         output_files.check([args.table], [args.model])
-
-
-def add_units(parser: argparse.ArgumentParser) -> None:
-    """The row of units of a ``.csv`` file."""
-    parser.add_argument("--units", action="store_true", help="write the units to the second row of a .csv file")
 
 
 def add_size(parser: argparse.ArgumentParser) -> None:

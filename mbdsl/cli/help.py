@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 from mbdsl.errors import UsageError
 from mbdsl.messages import did_you_mean
+from mbdsl.plotting.terminal_text import text_width
 
 COLUMNS = 80
 
@@ -54,7 +55,7 @@ def _units() -> str:
 
     prefixed, plain = ", ".join(units._PREFIXED), ", ".join(units._PLAIN)
     return "\n\n".join(
-        textwrap.fill(text, COLUMNS, break_on_hyphens=False)
+        textwrap.fill(text, text_width(COLUMNS), break_on_hyphens=False)
         for text in (
             "A unit follows its number: 3 kg, 0.3 m, 100 N/m, 5 N.s/m, 270 deg, 30 rpm, 9.81 m/s2 or 9.81 m/s^2. It "
             "contains no blanks; factors are joined by . and /. On the command line, the blank after the number may "
@@ -78,7 +79,9 @@ def _kinds() -> str:
     for title, found in groups.items():
         lines += [title]
         for kind in sorted(found, key=lambda kind: kind.name):
-            lines += textwrap.wrap(f"  {kind.name:{wide}}{kind.doc}", COLUMNS, subsequent_indent=" " * (wide + 2))
+            lines += textwrap.wrap(
+                f"  {kind.name:{wide}}{kind.doc}", text_width(COLUMNS), subsequent_indent=" " * (wide + 2)
+            )
         lines += [""]
     return "\n".join([*lines, "`mbdsl help KIND` lists parameters and signals."])
 
@@ -89,7 +92,7 @@ def _effects() -> str:
     return textwrap.fill(
         f"Effects of a model: {', '.join(EFFECTS)}. --without EFFECT,... leaves effects out, `mbdsl explain MODEL` "
         "lists those of a model with causes and costs, and `mbdsl study effects` measures the change of a signal.",
-        COLUMNS,
+        text_width(COLUMNS),
     )
 
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from mbdsl.cli import _values as values
 from mbdsl.messages import count, duration, visible
+from mbdsl.plotting.terminal_text import text_width
 from mbdsl.results.selection import select
-from mbdsl.terminal import text_width
 
 if TYPE_CHECKING:
     import numpy as np

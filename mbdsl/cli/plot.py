@@ -14,8 +14,8 @@ from mbdsl.cli import _values as values
 from mbdsl.cli._progress import Display
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.messages import once, visible
+from mbdsl.plotting.terminal_text import coloured
 from mbdsl.storage import output_files
-from mbdsl.terminal import coloured
 
 if TYPE_CHECKING:
     from mbdsl.plotting.signal_plots import Plot

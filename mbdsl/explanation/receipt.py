@@ -25,12 +25,12 @@ from mbdsl.mechanism.reduction import Note
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
 from mbdsl.messages import count, few
+from mbdsl.plotting.terminal_text import columns, fitted
 from mbdsl.simulation.mechanism_run import Motion, Moving
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, plan
 from mbdsl.storage.compilation_notice import announce_compilation
 from mbdsl.system.emit import evaluate_lines, tangent_lines
 from mbdsl.system.structure import by_law
-from mbdsl.terminal import columns, fitted
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder

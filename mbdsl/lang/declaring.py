@@ -72,7 +72,17 @@ class Declarations(KindMethods):
         return self._draft.content.entries[name].declaration.type in known()
 
     def names_of(self, handle: Handle) -> Sequence[str]:
-        """Names of the frames, ports and signals of a component, and of the signals of a frame."""
+        """Names of the frames, ports and signals of a component, or of the signals of a frame.
+
+        Parameters
+        ----------
+        handle : Handle
+            The component or frame.
+
+        Returns
+        -------
+        sequence of str
+        """
         name = self._name(handle, "handle")
         if self._is_component(name):
             return self._draft.trial.part(name).known_names()

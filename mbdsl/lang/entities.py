@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from mbdsl.lang.flat_model import Assembly
     from mbdsl.lang.scope import Signal
 
-_SMOOTHNESS = ("linear", "cubic", "monotone")
-_EXTRAPOLATION = ("hold", "linear", "periodic", "error")
+SMOOTHNESS = ("linear", "cubic", "monotone")
+EXTRAPOLATION = ("hold", "linear", "periodic", "error")
 
 
 class Namespace:
@@ -204,8 +204,8 @@ class TableMember:
                 raise ModelError(
                     f"{what}: the first column must grow, but row {k + 2} has {after:g} after {before:g}", span
                 )
-        smoothness = self._choice("smoothness", _SMOOTHNESS)
-        extrapolation = self._choice("extrapolation", _EXTRAPOLATION)
+        smoothness = self._choice("smoothness", SMOOTHNESS)
+        extrapolation = self._choice("extrapolation", EXTRAPOLATION)
         if extrapolation == "periodic" and y[0] != y[-1]:
             raise ModelError(f"{what} is periodic, but begins with {y[0]:g} and ends with {y[-1]:g}", span)
         return Table(self.name, u, y, smoothness, extrapolation), u_dimension, y_dimension

@@ -102,6 +102,7 @@ def documentation(name: str, kind: Kind) -> str:
     for head, text in entries:
         lines += [head, indent(fill(text, _WIDTH), "    ")] if text else [head]
     lines += ["", "Returns", "-------", "Handle", indent(fill(result, _WIDTH), "    ")]
+    lines += ["", "Raises", "------", "ModelError, UsageError", "    If a value is wrong; the model does not change."]
     return "\n".join(lines)
 
 

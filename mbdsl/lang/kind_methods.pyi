@@ -64,6 +64,11 @@ class KindMethods:
             of frame_b relative to frame_a), ``w`` [rad/s] (relative angular
             velocity), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force
             along y on frame_b), ``tau`` [N.m] (torque on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def Body(
@@ -116,6 +121,11 @@ class KindMethods:
             The component; its attributes are its frames, and its signals ``x`` [m]
             (centre of mass), ``y`` [m] (centre of mass), ``phi`` [rad] (angle,
             counting turns), ``vx`` [m/s], ``vy`` [m/s], ``w`` [rad/s].
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def Bushing(
@@ -169,6 +179,11 @@ class KindMethods:
         Handle
             The component; its attributes are its ports, and its signals ``x`` [m],
             ``y`` [m], ``phi`` [rad].
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def Cam(
@@ -215,6 +230,11 @@ class KindMethods:
             follower along its x axis, from the centre of the cam), ``v`` [m/s] (its
             rate), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y
             on frame_b), ``tau`` [N.m] (torque on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def CircleContact(
@@ -274,6 +294,11 @@ class KindMethods:
             (distance of the frames), ``v`` [m/s] (its rate), ``depth`` [m]
             (overlap; negative: the gap), ``force`` [N] (contact force along the
             line of centres, positive if it pushes the centres apart).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def Distance(
@@ -315,6 +340,11 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``s`` [m]
             (distance of the frames), ``v`` [m/s] (its rate), ``fx`` [N] (force
             along x on frame_b), ``fy`` [N] (force along y on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def DistanceDriver(
@@ -356,6 +386,11 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``s`` [m]
             (distance of the frames), ``v`` [m/s] (its rate), ``fx`` [N] (force
             along x on frame_b), ``fy`` [N] (force along y on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def Fixed(
@@ -393,6 +428,11 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``fx`` [N]
             (force along x on frame_b), ``fy`` [N] (force along y on frame_b),
             ``tau`` [N.m] (torque on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def FlexibleBeam(
@@ -497,6 +537,11 @@ class KindMethods:
             The component; its attributes are its frames, and its signals ``x`` [m]
             (centre of mass), ``y`` [m] (centre of mass), ``phi`` [rad] (angle,
             counting turns), ``vx`` [m/s], ``vy`` [m/s], ``w`` [rad/s].
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def Force(
@@ -538,6 +583,11 @@ class KindMethods:
         -------
         Handle
             The component.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def FreeMotion(
@@ -580,6 +630,11 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``x`` [m]
             (in world axes), ``y`` [m] (in world axes), ``phi`` [rad], ``vx`` [m/s],
             ``vy`` [m/s], ``w`` [rad/s].
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def GearPair(
@@ -634,6 +689,11 @@ class KindMethods:
             of frame_b relative to frame_a), ``w`` [rad/s] (relative angular
             velocity), ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force
             along y on frame_b), ``tau`` [N.m] (torque on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def Ground(
@@ -669,6 +729,11 @@ class KindMethods:
         -------
         Handle
             The component.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def KnifeEdge(
@@ -709,6 +774,11 @@ class KindMethods:
             (velocity along the blade), ``phi`` [rad] (angle of frame_b relative to
             frame_a), ``w`` [rad/s] (relative angular velocity), ``fx`` [N] (force
             along x on frame_b), ``fy`` [N] (force along y on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def PlanarWorld(
@@ -744,6 +814,11 @@ class KindMethods:
         -------
         Handle
             The component.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def PointMass(
@@ -782,6 +857,11 @@ class KindMethods:
             The component; its attributes are its frames, and its signals ``x`` [m]
             (centre of mass), ``y`` [m] (centre of mass), ``phi`` [rad] (always 0),
             ``vx`` [m/s], ``vy`` [m/s], ``w`` [rad/s] (always 0).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def PointOnLine(
@@ -836,6 +916,11 @@ class KindMethods:
             ``phi`` [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s]
             (relative angular velocity), ``fx`` [N] (force along x on frame_b),
             ``fy`` [N] (force along y on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def Prismatic(
@@ -890,6 +975,11 @@ class KindMethods:
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
             ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
             frame_b), ``tau`` [N.m] (torque on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def RackAndPinion(
@@ -941,6 +1031,11 @@ class KindMethods:
             (relative angular velocity), ``fx`` [N] (force along x on frame_b),
             ``fy`` [N] (force along y on frame_b), ``tau`` [N.m] (torque on
             frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def Revolute(
@@ -995,6 +1090,11 @@ class KindMethods:
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
             angular velocity), ``fx`` [N] (force along x on frame_b), ``fy`` [N]
             (force along y on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def Rod(
@@ -1040,6 +1140,11 @@ class KindMethods:
             The component; its attributes are its frames, and its signals ``x`` [m]
             (centre of mass), ``y`` [m] (centre of mass), ``phi`` [rad] (angle,
             counting turns), ``vx`` [m/s], ``vy`` [m/s], ``w`` [rad/s].
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def RollingDisc(
@@ -1086,6 +1191,11 @@ class KindMethods:
             frame_a), ``w`` [rad/s] (relative angular velocity), ``fx`` [N] (force
             along x on frame_b), ``fy`` [N] (force along y on frame_b), ``tau``
             [N.m] (torque on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def RotationalCam(
@@ -1135,6 +1245,11 @@ class KindMethods:
             (angular velocity of the follower), ``fx`` [N] (force along x on
             frame_b), ``fy`` [N] (force along y on frame_b), ``tau`` [N.m] (torque
             on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def RotationalDriver(
@@ -1175,6 +1290,11 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
             angular velocity), ``tau`` [N.m] (torque on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def RotationalSpringDamper(
@@ -1226,6 +1346,11 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
             angular velocity), ``torque`` [N.m] (resisting torque).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def RotationalStop(
@@ -1280,6 +1405,11 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
             angular velocity), ``torque`` [N.m] (resisting torque).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def RotationalVelocityDriver(
@@ -1320,6 +1450,11 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
             angular velocity), ``tau`` [N.m] (torque on frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def SpringDamper(
@@ -1371,6 +1506,11 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``s`` [m]
             (distance of the frames), ``v`` [m/s] (its rate), ``force`` [N]
             (tension).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def Torque(
@@ -1413,6 +1553,11 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``phi``
             [rad] (angle of frame_b relative to frame_a), ``w`` [rad/s] (relative
             angular velocity).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def TranslationalDriver(
@@ -1454,6 +1599,11 @@ class KindMethods:
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
             ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
             frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def TranslationalSpringDamper(
@@ -1505,6 +1655,11 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
             ``force`` [N] (resisting force).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def TranslationalStop(
@@ -1559,6 +1714,11 @@ class KindMethods:
             The component; its attributes are its ports, and its signals ``s`` [m]
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
             ``force`` [N] (resisting force).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def TranslationalVelocityDriver(
@@ -1600,6 +1760,11 @@ class KindMethods:
             (position of frame_b along the axis), ``v`` [m/s] (sliding velocity),
             ``fx`` [N] (force along x on frame_b), ``fy`` [N] (force along y on
             frame_b).
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def VelocityConstraint(
@@ -1629,6 +1794,11 @@ class KindMethods:
         -------
         Handle
             The component.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """
 
     def World(
@@ -1664,4 +1834,9 @@ class KindMethods:
         -------
         Handle
             The component.
+
+        Raises
+        ------
+        ModelError, UsageError
+            If a value is wrong; the model does not change.
         """

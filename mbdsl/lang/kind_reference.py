@@ -21,11 +21,12 @@ def reference() -> str:
     parts = [BEGIN]
     for title, family in _TITLES:
         parts.append(f"### {title}")
-        parts += [_kind(kind) for kind in kinds().values() if isinstance(kind, family)]
+        parts += [of_kind(kind) for kind in kinds().values() if isinstance(kind, family)]
     return "\n\n".join([*parts, END]) + "\n"
 
 
-def _kind(kind: Kind) -> str:
+def of_kind(kind: Kind) -> str:
+    """Description, frames, parameters and signals of a kind."""
     lines = [f"#### `{kind.name}`", "", kind.doc, ""]
     if kind.ports:
         ports = [f"`{p}`" + (" (may be left out)" if p in kind.optional_ports else "") for p in kind.ports]
@@ -45,10 +46,12 @@ def _kind(kind: Kind) -> str:
 
 
 def unit_of(p: Parameter) -> str:
+    """The unit of a parameter."""
     return p.unit or ("any" if p.law else "")
 
 
 def default_of(p: Parameter) -> str:
+    """The default of a parameter, in SI units."""
     if p.default is REQUIRED:
         return "required"
     if p.default is None or p.default == ():

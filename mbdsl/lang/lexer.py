@@ -26,7 +26,7 @@ PUNCTUATION = {
 }  # fmt: skip
 
 NUMBER = re.compile(r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
-_TOKEN = re.compile(
+TOKEN = re.compile(
     rf"(?P<skip>[{BLANKS}\r\n\f\v]+|//[^\n]*|/\*(?s:.*?)\*/)"
     r"|(?P<comment>/\*)"
     rf"|(?P<number>{NUMBER.pattern})"
@@ -56,7 +56,7 @@ def tokenize(source: Source) -> list[Token]:
     SyntaxProblem
         For characters that are not of the language, brackets that do not match, texts and comments without end.
     """
-    text, match = source.text, _TOKEN.match
+    text, match = source.text, TOKEN.match
     tokens: list[Token] = []
     brackets: list[tuple[str, int, bool]] = []  # character, offset, and whether it is a literal that takes a unit
     at, size = 0, len(text)

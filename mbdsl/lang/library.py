@@ -76,12 +76,19 @@ class Library:
     """The files of one model, each read once.
 
     A model is data, perhaps from other authors: what it imports must be models, inside the folder of the model after
-    all links are resolved, unless ``allowed`` permits more.
+    all links are resolved, unless ``allowed`` permits more. ``unsaved`` texts, which an editor has, are read instead of
+    the files of these names.
     """
 
-    def __init__(self, allowed: Allowed | None = None, texts: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self,
+        allowed: Allowed | None = None,
+        texts: Mapping[str, str] | None = None,
+        unsaved: Mapping[str, str] = {},
+    ) -> None:
         self._units: dict[str, Unit] = {}
         self._texts = texts  #: the files by name, if they are not read from the disk
+        self._unsaved = {key_of(file): text for file, text in unsaved.items()}
         self._allowed = True if texts is not None else allowed_now() if allowed is None else allowed
         self._root = ""  #: the folder that imports must not leave
 
@@ -103,7 +110,7 @@ class Library:
 
     def _parse(self, text: str, file: str) -> Unit:
         unit = Unit(parse(text, file), text)
-        self._units[_key(file)] = unit
+        self._units[key_of(file)] = unit
         seen: dict[str, s.Model] = {}
         for model in unit.file.models:
             if model.name in seen:
@@ -120,7 +127,7 @@ class Library:
         new = []
         for item in unit.file.imports:
             path = _resolve(item, unit.file.name)
-            known = self._units.get(_key(path))
+            known = self._units.get(key_of(path))
             if known is None:
                 if len(self._units) >= limits.FILES:
                     raise ModelError(f"more than {limits.FILES} files", span_of(item.at))
@@ -155,6 +162,8 @@ class Library:
         return new
 
     def _read(self, path: str) -> str:
+        if key_of(path) in self._unsaved:
+            return self._unsaved[key_of(path)]
         if self._texts is None:
             return read(path)
         if path not in self._texts:
@@ -177,7 +186,8 @@ class Library:
             )
 
 
-def _key(file: str) -> str:
+def key_of(file: str) -> str:
+    """The same text for all names of a file, as far as they can be compared without accessing it."""
     return os.path.normcase(os.path.abspath(file))
 
 

@@ -119,8 +119,20 @@ def parse_text(
     if not isinstance(text, str) or (text.endswith(".mbd") and "\n" not in text):
         hint = "`mbdsl.load(path)` reads a model from a file"
         raise UsageError(f"found {text!r}, expected the text of a model", hint=hint)
+    return read_scene(Library(allow_imports), text, file, overrides, model, without)
+
+
+def read_scene(
+    library: Library,
+    text: str,
+    file: str,
+    overrides: Mapping[str, Any] = {},
+    model: str | None = None,
+    without: Iterable[str] = (),
+) -> Scene:
+    """As :func:`parse_text`, with the imports of a library."""
     with deep():
-        return _read(Library(allow_imports), text, file, merged({}, overrides), model, check_effects(without))
+        return _read(library, text, file, merged({}, overrides), model, check_effects(without))
 
 
 @dataclass(frozen=True)

@@ -106,6 +106,13 @@ def symbol(name: str) -> tuple[float, Dimension] | None:
     return None
 
 
+def symbols() -> list[str]:
+    """All unit symbols, those with prefixes included."""
+    found = [*_PREFIXED, *_PLAIN]
+    found += (prefix + name for prefix in _PREFIX for name in _PREFIXED)
+    return sorted({name for name in found if symbol(name) is not None})
+
+
 def scan(text: str, start: int = 0) -> tuple[Unit, int] | None:
     """The longest unit that begins at ``start``, and where it ends; None where there is none."""
     found = _factor(text, start, 0)

@@ -130,7 +130,7 @@ def _model(report: Findings) -> Section:
     found = Section("model", "Model")
     files = list(report.trajectory.scene.files.items())
     for k, (name, text) in enumerate(files):
-        code = highlighted(text, name)
+        code = highlighted(text)
         title = escape(os.path.basename(name))
         found.content.append(
             f"<p><code>{title}</code></p>{code}" if k == 0 else f"<details><summary>{title}</summary>{code}</details>"

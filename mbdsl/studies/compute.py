@@ -80,7 +80,8 @@ class Deadline:
 def compute(
     of: Setting, case: Case, limit: float = math.inf, announce=None, left: float = math.inf, compiling: float = 0.0
 ) -> Computed:
-    """One run, successful or not, within the limits of a :class:`Deadline`. A kind of setting can register its own.
+    """One run, successful or not, within the limits of a :class:`Deadline`. A kind of setting can register a
+    computation of its own.
 
     Raises
     ------

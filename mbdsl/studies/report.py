@@ -17,13 +17,13 @@ from mbdsl.messages import count, duration
 from mbdsl.plotting.figure_layout import looks_of
 from mbdsl.plotting.figures import Bars, Figure, Outcome, Page, Table
 from mbdsl.plotting.series_styles import Look
+from mbdsl.plotting.terminal_text import text_width
 from mbdsl.simulation.provenance import machine, versions
 from mbdsl.storage.output_files import write_text
 from mbdsl.studies.cases import reaches
 from mbdsl.studies.figure_parts import Score, method_looks, parts
 from mbdsl.studies.records import as_csv, record
 from mbdsl.studies.survey import Row, Survey
-from mbdsl.terminal import text_width
 
 PICTURES = ("png", "svg")
 TROUBLES = 12  #: failed cases that are listed one by one

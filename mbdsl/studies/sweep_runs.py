@@ -192,7 +192,7 @@ def compute_all(
         if not helped and len(waiting) > 1 and perf_counter() - begun > runner.ALONE:
             helped, number = True, min(cores() if workers is None else workers, len(waiting))
             if number > 1:
-                side_by_side(of, store, waiting, number, lambda case: (limit, math.inf, 0.0), add)
+                side_by_side(of, store, waiting, number, lambda _: (limit, math.inf, 0.0), add)
                 continue
         point = waiting.pop(0)
         say(point)

@@ -407,6 +407,11 @@ def test_a_run_that_is_one_of_several_has_its_purpose(monkeypatch):
     assert _progress.text(progress(1.5, what="calibration run 2")).endswith("  4 s left  calibration run 2")
 
 
+def test_a_backend_states_no_steps():
+    line = _progress.text(progress(1.5, h=2.0, iterations=0))
+    assert line == " 25%  t = 0.5 of 2 s  4 s left"
+
+
 def test_the_time_left_follows_the_recent_rate():
     """Half of the run in 1 s, then 1e-6 of it in each second."""
     display = _progress.Display(io.StringIO())

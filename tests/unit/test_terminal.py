@@ -11,7 +11,7 @@ import pytest
 from mbdsl import cli
 from mbdsl.errors import ModelError, Span
 from mbdsl.messages import width
-from mbdsl.terminal import coloured, columns, fitted, painted, wrapped
+from mbdsl.plotting.terminal_text import coloured, columns, fitted, painted, wrapped
 
 ROOT = Path(__file__).parents[2]
 GOLDEN = ROOT / "tests" / "data" / "terminal"

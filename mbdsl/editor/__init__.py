@@ -1,0 +1,1 @@
+"""Support of editors: highlighting, and the language server `mbdsl lsp`."""

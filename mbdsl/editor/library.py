@@ -1,0 +1,30 @@
+"""The files that an editor shows, and those that they import, read without errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from mbdsl.editor.repair import repaired
+from mbdsl.errors import MbdslError
+from mbdsl.lang.library import Library, Unit, key_of
+
+
+class LooseLibrary(Library):
+    """Files of a model, without statements and imports that have errors; imports lead where those of a model may."""
+
+    def _parse(self, text: str, file: str) -> Unit:
+        unit = Unit(repaired(text, file).file, text)
+        self._units[key_of(file)] = unit
+        return unit
+
+    def _import(self, unit: Unit) -> list[Unit]:
+        found, file = [], unit.file
+        for item in file.imports:
+            unit.file = replace(file, imports=(item,))
+            try:
+                found += super()._import(unit)
+            except MbdslError:
+                continue
+            finally:
+                unit.file = file
+        return found

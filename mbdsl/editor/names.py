@@ -1,0 +1,287 @@
+"""The names in a file, each with what it denotes: for hover, go to definition, references and rename."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+
+from mbdsl.editor import entities as e
+from mbdsl.editor.entities import Entity, OfKind, Symbol
+from mbdsl.editor.vocabulary import class_of
+from mbdsl.expressions.symbolic import COORDINATES
+from mbdsl.lang import foreign_names
+from mbdsl.lang import loose_lexer as lexer
+from mbdsl.lang import syntax as s
+from mbdsl.lang.functions import CONSTANTS
+from mbdsl.lang.library import Unit, key_of
+from mbdsl.lang.source import At
+
+
+@dataclass(frozen=True)
+class Occurrence:
+    """A name in a text, from ``start`` to ``end``; ``found`` is what it denotes, if that has members or a type."""
+
+    start: int
+    end: int
+    symbol: Symbol
+    declares: bool = False
+    found: Entity | OfKind | tuple[s.Model, Unit] | None = field(default=None, compare=False)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where an expression stands: its model, loop variables, and the component whose law it may be."""
+
+    members: Mapping[str, Entity]
+    loops: Mapping[str, Symbol] = field(default_factory=dict)
+    own: Entity | None = None
+
+    def inside(self, own: Entity | None) -> _Place:
+        return _Place(self.members, self.loops, own)
+
+
+class Names:
+    """The names of a file.
+
+    Parameters
+    ----------
+    unit : Unit
+        The file, with the files that it imports.
+
+    Attributes
+    ----------
+    occurrences : list of Occurrence
+        In the order of the text.
+    """
+
+    def __init__(self, unit: Unit) -> None:
+        self.unit = unit
+        self._key = key_of(unit.file.name)
+        self._found: dict[int, Occurrence] = {}
+        self.occurrences: list[Occurrence] = []
+        if not unit.file.models:
+            return
+        for name, start, end in self._aliases:
+            self._add(start, end, Symbol(e.ALIAS, name, self._key), declares=True)
+        for model in unit.file.models:
+            self._model(model)
+        self.occurrences = [self._found[at] for at in sorted(self._found)]
+
+    def at(self, offset: int) -> Occurrence | None:
+        """The name at an offset, or the one that ends there."""
+        touching = [o for o in self.occurrences if o.start <= offset <= o.end]
+        return touching[-1] if touching else None
+
+    def of(self, symbol: Symbol) -> list[Occurrence]:
+        """The names that denote a symbol."""
+        return [o for o in self.occurrences if o.symbol == symbol]
+
+    # -- models ------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _words(self) -> list[lexer.Piece]:
+        return [p for p in lexer.pieces(self.unit.text) if p.kind in (lexer.KEYWORD, lexer.NAME, lexer.STRING)]
+
+    @cached_property
+    def _aliases(self) -> list[tuple[str, int, int]]:
+        aliases = [b for a, b in pairwise(self._words) if a.text == "as" and b.kind == lexer.NAME]
+        return [(b.text, b.start, b.end) for b in aliases]
+
+    @cached_property
+    def _ends(self) -> dict[str, lexer.Piece]:
+        """Model -> its name after `end`."""
+        ends = [b for a, b in pairwise(self._words) if (a.text, a.kind) == ("end", lexer.KEYWORD)]
+        return {b.text: b for b in ends if b.kind == lexer.NAME}
+
+    def _model(self, model: s.Model) -> None:
+        symbol = Symbol(e.MODEL, model.name, self._key)
+        self._name(model.at, symbol, True, (model, self.unit))
+        if (end := self._ends.get(model.name)) is not None:
+            self._add(end.start, end.end, symbol, found=(model, self.unit))
+        place = _Place(e.members(model, self.unit))
+        for item in (*model.items, *model.equations, *model.initial):
+            self._item(item, model, place)
+
+    def _item(self, item: s.Item, model: s.Model, place: _Place) -> None:
+        if isinstance(item, s.Declaration):
+            self._declaration(item, model, place)
+        elif isinstance(item, s.Extends):
+            self._type(item.base, item.at)
+            base = self.unit.find(item.base)
+            self._modifiers(item.arguments, e.members(*base) if base is not None else {}, place)
+        elif isinstance(item, s.Annotation):
+            self._values(item.arguments, place)
+        elif isinstance(item, s.Connect):
+            self._expressions((item.first, item.second), place)
+        elif isinstance(item, s.Relation):
+            self._expressions((item.left, item.right), place)
+        elif isinstance(item, s.Initial):
+            self._expressions((item.target, item.value), place)
+        elif isinstance(item, s.For):
+            inner = self._loops(item.iterators, place)
+            for part in item.items:
+                self._item(part, model, inner)
+        elif isinstance(item, s.If):
+            for condition, parts in item.branches:
+                self._expressions((condition,), place)
+                for part in parts:
+                    self._item(part, model, place)
+
+    # -- declarations ------------------------------------------------------------------------------------------
+
+    def _declaration(self, d: s.Declaration, model: s.Model, place: _Place) -> None:
+        found = e.entity(d, model, self.unit)
+        self._type(d.type, d.type_at)
+        self._name(d.at, found.symbol, True, found)
+        self._expressions((*d.indices, d.condition), place)
+        self._expressions((d.value,), place)
+        self._values(d.notes, place)
+        self._arguments(found, d.arguments, place)
+
+    def _type(self, name: str, at: At) -> None:
+        """A type or base model, which may have the name of an import before it."""
+        if at is None or not name:
+            return
+        alias, _, last = name.rpartition(".")
+        found = self.unit.find(name)
+        if found is None:
+            self._add(at[1], at[2], Symbol(e.WORD, name))
+            return
+        if alias:
+            self._add(at[1], at[1] + len(alias), Symbol(e.ALIAS, alias, self._key))
+        symbol = Symbol(e.MODEL, found[0].name, key_of(found[1].file.name))
+        self._add(at[2] - len(last), at[2], symbol, found=found)
+
+    def _arguments(self, found: Entity, arguments: Iterable[s.Argument], place: _Place) -> None:
+        """Modifiers and frames of a component, or attributes of a value."""
+        inner = place.inside(found if found.form == e.COMPONENT else None)
+        if found.form == e.SUB_MODEL and found.model is not None:
+            self._modifiers(arguments, e.members(*found.model), place)
+            return
+        known = e.of_component(found) if found.form == e.COMPONENT else {}
+        for a in arguments:
+            if a.name == "frames":
+                for frame in a.modifiers:
+                    if (declared := known.get(frame.name)) is not None and declared.argument is not None:
+                        self._name(frame.at, declared.symbol, True, declared)
+                    self._expressions((frame.value,), place)
+            if a.name:
+                member = known.get(a.name)
+                setting = Symbol(e.SETTING, a.name, owner=found.declaration.type)
+                symbol = member.symbol if member is not None else setting
+                self._name(a.at, symbol, found=member)
+            self._expressions((*a.indices, a.value), inner if a.name else place)
+            if a.name != "frames":
+                self._values(a.modifiers, place)
+
+    def _modifiers(self, arguments: Iterable[s.Argument], known: Mapping[str, Entity], place: _Place) -> None:
+        """Modifiers of a sub-model, which nest."""
+        for a in arguments:
+            member = known.get(a.name)
+            if a.name and member is not None:
+                self._name(a.at, member.symbol, found=member)
+                self._arguments(member, a.modifiers, place)
+            else:
+                self._values(a.modifiers, place)
+            self._expressions((*a.indices, a.value), place)
+
+    def _values(self, arguments: Iterable[s.Argument], place: _Place) -> None:
+        """Arguments whose names are words of the language, as in annotations."""
+        for a in arguments:
+            if a.name:
+                self._name(a.at, Symbol(e.SETTING, a.name))
+            self._expressions((a.value,), place)
+            self._values(a.modifiers, place)
+
+    # -- expressions -------------------------------------------------------------------------------------------
+
+    def _loops(self, iterators: Iterable[s.Iterator], place: _Place) -> _Place:
+        loops = dict(place.loops)
+        for iterator in iterators:
+            self._expressions((iterator.values,), _Place(place.members, loops, place.own))
+            assert iterator.at is not None
+            loops[iterator.name] = Symbol(e.LOOP_VARIABLE, iterator.name, self._key, place=iterator.at[1])
+            self._name(iterator.at, loops[iterator.name], True)
+        return _Place(place.members, loops, place.own)
+
+    def _expressions(self, expressions: Iterable[s.Expression | None], place: _Place) -> None:
+        # Long sums are deep on their left side; a stack replaces the recursion.
+        pending = [(x, place) for x in expressions if x is not None]
+        while pending:
+            x, place = pending.pop()
+            children: tuple[s.Expression | None, ...] = ()
+            if isinstance(x, s.Reference):
+                self.resolve(x, place)
+                children = tuple(i for step in x.steps for i in step.indices)
+            elif isinstance(x, s.Call):
+                self._function(x.function, place)
+                self._values(x.arguments, place)
+            elif isinstance(x, s.Unary):
+                children = (x.operand,)
+            elif isinstance(x, s.Binary):
+                children = (x.left, x.right)
+            elif isinstance(x, s.Choice):
+                children = (*(part for branch in x.branches for part in branch), x.otherwise)
+            elif isinstance(x, s.Range):
+                children = (x.start, x.step, x.stop)
+            elif isinstance(x, s.Array):
+                children = x.items
+            elif isinstance(x, s.Comprehension):
+                pending.append((x.item, self._loops(x.iterators, place)))
+            pending += [(child, place) for child in children if child is not None]
+
+    def _function(self, reference: s.Reference, place: _Place) -> None:
+        first = reference.steps[0]
+        whole = foreign_names.function(".".join(step.name for step in reference.steps))
+        if class_of(whole) == "function" and first.name not in place.members:
+            self._name(reference.at, Symbol(e.WORD, whole))
+        elif first.name in place.members:
+            self.resolve(reference, place)
+        else:
+            self._name(first.at, Symbol(e.SETTING, first.name))
+
+    def resolve(self, reference: s.Reference, place: _Place) -> Entity | OfKind | None:
+        """Note all names of a reference; return what it denotes as far as that is known."""
+        steps = reference.steps
+        first = steps[0]
+        if first.name == "Modelica":
+            self._add(first.at[1], steps[-1].at[2], Symbol(e.WORD, ".".join(x.name for x in steps)))  # type: ignore[index]
+            return None
+        found = self._first(first, len(steps) == 1, place)
+        for step in steps[1:]:
+            if found is None:
+                return None
+            before, found = found, e.inside(found).get(step.name) or e.by_other_name(found, step.name)
+            if found is not None:
+                self._name(step.at, found.symbol, found=found)
+            elif e.is_frame(before) and step.name in COORDINATES:
+                self._name(step.at, Symbol(e.COORDINATE, step.name))
+            elif isinstance(before, Entity) and before.kind is not None and step.name in e.accelerations(before.kind):
+                self._name(step.at, Symbol(e.OF_KIND, step.name, owner=before.kind.name))
+        return found
+
+    def _first(self, step: s.Step, alone: bool, place: _Place) -> Entity | OfKind | None:
+        if step.name in place.loops:
+            self._name(step.at, place.loops[step.name])
+            return None
+        found: Entity | OfKind | None = place.members.get(step.name)
+        no_value = isinstance(found, Entity) and found.form in (e.COMPONENT, e.SUB_MODEL) and not step.indices
+        if place.own is not None and (found is None or (alone and no_value)):
+            # As in the builder of scenes, a law sees the names of its component behind those of the model.
+            found = e.of_component(place.own).get(step.name, found)
+        if found is not None:
+            self._name(step.at, found.symbol, found=found)
+        elif step.name == "time" or step.name in CONSTANTS:
+            self._name(step.at, Symbol(e.WORD, step.name))
+        return found
+
+    # -- notes -------------------------------------------------------------------------------------------------
+
+    def _name(self, at: At, symbol: Symbol, declares: bool = False, found: object = None) -> None:
+        if at is not None:
+            self._add(at[1], at[2], symbol, declares, found)
+
+    def _add(self, start: int, end: int, symbol: Symbol, declares: bool = False, found: object = None) -> None:
+        self._found.setdefault(start, Occurrence(start, end, symbol, declares, found))  # type: ignore[arg-type]
