@@ -8,8 +8,8 @@ import sys
 from mbdsl.cli import _values as values
 from mbdsl.errors import UsageError
 from mbdsl.messages import count, visible
+from mbdsl.plotting.terminal_text import text_width
 from mbdsl.storage import output_files
-from mbdsl.terminal import text_width
 
 COLUMNS = 100  #: characters of a line where the output is not a terminal
 
