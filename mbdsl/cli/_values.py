@@ -70,6 +70,16 @@ def assignment(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
+def variation(text: str) -> tuple[str, str]:
+    """NAME=VALUES of a sweep, as :func:`assignment`."""
+    try:
+        return assignment(text)
+    except argparse.ArgumentTypeError:
+        name = text.partition("=")[0].strip() or "L"
+        hint = f"write {name}=1:2:11 (11 values from 1 to 2) or {name}=0.5,1,2"
+        raise UsageError(f"--vary: found `{text}`, expected NAME=VALUES", hint=hint) from None
+
+
 def named_number(name: str) -> Callable[[str], tuple[str, str]]:
     """X as ``assignment`` reads NAME=X, after a check that X is a number."""
     return lambda text: (name, f"{number(text)!r}")

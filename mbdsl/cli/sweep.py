@@ -26,7 +26,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--vary",
         metavar="NAME=VALUES",
-        type=values.assignment,
+        type=values.variation,
         action="append",
         required=True,
         help="a parameter and its values, repeatable: L=1:2:11 (start:stop:count), L=1:1000:4:log, L=0.5,1,2; a unit "

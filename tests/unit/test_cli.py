@@ -122,6 +122,10 @@ def test_module_runs_as_the_program():
         (["study", "drift", "x.mbd", "--stpes", "1ms"], "error: mbdsl study drift has no option `--stpes`\n"),
         (["study", "drfit", "x.mbd"], "error: argument KIND: there is no `drfit`\n  = did you mean `drift`?\n"),
         (["check", "x.mbd", "more"], "error: unrecognized arguments: more\n  = see mbdsl check --help\n"),
+        (["simulate", "x.mbd", "-o", "x.csv"], "error: unrecognized arguments: -o x.csv\n  = write `--output`\n"),
+        (["plot", "x.csv", "-o", "x.svg"], "error: unrecognized arguments: -o x.svg\n  = write `--out`\n"),
+        (["--versoin"], "error: mbdsl has no option `--versoin`\n  = did you mean `--version`?\n"),
+        (["sweep", "x.mbd", "--vary", "L"], "error: --vary: found `L`, expected NAME=VALUES\n  = write L=1:2:11 "),
         (
             ["simulate", "x.mbd", "--stop", "2", "s"],
             "error: `2 s` after --stop is two words: the value ends at the space\n"

@@ -220,6 +220,16 @@ def test_after(store):
     assert whole["final(mass.x)"] == later["final(mass.x)"]
 
 
+def test_times_with_units(store):
+    vary, measures = {"L": [1.0]}, "max(mass.x)"
+    plain = mbdsl.sweep(PENDULUM, vary, measures, after=1.0, interval=0.1, store=store, workers=1, **RUN)
+    texts = {"after": "1 s", "interval": "100 ms", "step": "2 ms", "stop": "4000 ms", "limit": "1 min"}
+    found = mbdsl.sweep(PENDULUM, vary, measures, store=store, workers=1, **texts)
+    np.testing.assert_array_equal(found["max(mass.x)"], plain["max(mass.x)"])
+    with pytest.raises(UsageError, match="stop: `2 m` has the wrong unit: expected s, found m"):
+        mbdsl.sweep(PENDULUM, vary, measures, store=store, stop="2 m")
+
+
 def test_parameters_share_compiled_code():
     """The name of compiled code is a digest of it."""
     names = set()
