@@ -47,6 +47,9 @@ def earlier_mistake(
     previous = before[-1] if before else None
     if previous is None:
         return None
+    if previous.text == "assert" and token.type == "LPAR" and len(statement) == 1:
+        hint = "write it below the line `equation`, after the components"
+        return _at(previous, previous, source, "an assertion belongs to the equation section", hint)
     return (
         _assignment(token, previous, expected, statement, following, source)
         or _decimal_comma(token, before, following, source)
