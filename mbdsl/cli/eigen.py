@@ -28,7 +28,7 @@ def state(text: str) -> str | float:
 
 def number_of_modes(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"`{text}` is no number of modes: 1, 2, ...")
+        raise argparse.ArgumentTypeError(f"`{text}` is not a number of modes: 1, 2, ...")
     return int(text)
 
 

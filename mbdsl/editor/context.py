@@ -72,7 +72,7 @@ def context(text: str, offset: int) -> Context:
         return Context(**{**vars(found), "expected": CHOICE if found.expected == VALUE else NOTHING})
     if unit := _UNIT.search(before) or _TOUCHING.search(before):
         began = unit.start(1) if unit[1] else offset
-        # A digit alone is no unit: nothing is offered while a number is typed.
+        # A digit alone is not a unit: nothing is offered while a number is typed.
         if unit[1] or before[-1:].isspace():
             found = _expected(before[: unit.start()], began)
             return Context(**{**vars(found), "expected": UNIT})
@@ -173,7 +173,7 @@ def _in_brackets(tokens: list[Piece], brackets: list[int], at: Context) -> Conte
     if declaration["declared"]:
         nested = calls[:1]
         for k in calls[1:]:
-            # A call inside of a value, as `sin(`, is no modifier of an inner part.
+            # A call inside a value, such as `sin(`, is not a modifier of an inner part.
             before = [t for t in _slot(tokens, nested[-1], k) if t.text not in ("each", "final")]
             if len(before) != 1:
                 break
@@ -267,7 +267,7 @@ def _path(tokens: list[Piece]) -> tuple[str, ...]:
 
 
 def _declaration(tokens: list[Piece]) -> dict[str, str]:
-    """Type and name that the statement declares; "" if it is no declaration."""
+    """Type and name that the statement declares; "" if it is not a declaration."""
     k = 0
     while k < len(tokens) and tokens[k].text in _PREFIXES:
         k += 1

@@ -129,7 +129,7 @@ def register(backend: object) -> None:
     """
     name = getattr(getattr(backend, "METHOD", None), "name", "")
     if (problem := _misfit(name, backend)) is not None:
-        raise UsageError(f"{backend!r} is no backend: {problem}")
+        raise UsageError(f"{backend!r} is not a backend: {problem}")
     _given[name] = backend
 
 

@@ -167,7 +167,7 @@ def _wrong_syntax(path: str, problem: BaseException) -> UsageError | None:
     end = problem.end_offset if problem.end_lineno == problem.lineno else None
     column = problem.offset
     return UsageError(
-        problem.msg, _span(path, problem.lineno or 1, column and column - 1, end and end - 1), "it is no valid Python"
+        problem.msg, _span(path, problem.lineno or 1, column and column - 1, end and end - 1), "it is not valid Python"
     )
 
 

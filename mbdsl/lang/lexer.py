@@ -133,7 +133,7 @@ def _glued(source: Source, at: int, end: int) -> SyntaxProblem:
         hint or f"a product is written with `*`, as in `{number}*{name}`; units are e.g. kg, m/s2, N.m/rad, deg, 1 ms"
     )
     return SyntaxProblem(
-        f"found `{source.text[at:stop]}`: `{word}` is no unit, and a name does not begin with a digit",
+        f"found `{source.text[at:stop]}`: `{word}` is not a unit, and a name does not begin with a digit",
         source.span(end, stop),
         hint,
     )

@@ -112,7 +112,7 @@ def _normal(form: np.ndarray) -> bool:
     Raises
     ------
     ValueError
-        If the file is no trajectory.
+        If the file is not a trajectory.
     """
     kind = _lines(form.T)
     if kind[:2] != ["Atrajectory", "1.1"] or kind[3] not in ("binTrans", "binNormal"):

@@ -113,7 +113,7 @@ class Sweep:
         for k, p in enumerate(self.parameters):
             if p.name == name:
                 if p.numbers is None:
-                    raise UsageError(f"the values of {name} are no numbers", hint="sweep.table() has them as texts")
+                    raise UsageError(f"the values of {name} are not numbers", hint="sweep.table() has them as texts")
                 return np.array([p.numbers[row[k]] for row in self.indices])
         return np.array([run.stats["values"][name] if run.done else math.nan for run in self.runs])
 

@@ -478,7 +478,7 @@ def test_the_command(say):
 def test_wrong_requests(say):
     pendulum = MODELS / "pendulum.mbd"
     for argv, message in (
-        (["--count", "0"], "`0` is no number of modes"),
+        (["--count", "0"], "`0` is not a number of modes"),
         (["--at", "1kg"], "wrong unit"),
         (["--at", "rest"], "`rest` is not a number"),
         (["--output", "m.xls"], "known are .csv, .json"),

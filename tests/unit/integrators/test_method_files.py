@@ -133,7 +133,7 @@ def test_a_changed_file_replaces_the_method(files):
         (
             RK4.replace("def solve(problem):", "def solve(problem)"),
             "m.py:20:19: error: expected ':'\n    def solve(problem)\n                      ^\n"
-            "  = it is no valid Python\n",
+            "  = it is not valid Python\n",
         ),
         (
             "import no_such_package\n" + RK4,

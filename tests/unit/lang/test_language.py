@@ -466,7 +466,7 @@ def test_overrides_reach_into_loops():
         ({"kk": "1"}, UsageError, "did you mean `k`"),
         ({"k": "3 kg"}, ModelError, "found a mass [kg], expected a stiffness [N/m]"),
         ({"k": "3 +"}, Exception, "--set k:1:4"),
-        ({"rod": "3"}, UsageError, "is no parameter"),
+        ({"rod": "3"}, UsageError, "is not a parameter"),
         ({"rod.mm": "3"}, ModelError, "no parameter `mm`"),
         ({"1": "3"}, UsageError, "no name"),
         ({"rod[1].m": "3"}, ModelError, "there is no `rod[1]`"),
