@@ -247,7 +247,7 @@ def add_units(parser: argparse.ArgumentParser) -> None:
 def add_table(parser: argparse.ArgumentParser) -> None:
     """A file for the tables of a study."""
     parser.add_argument(
-        "--table", metavar="FILE", help="write the tables, too: .md, .tex, or .csv (one row a run, all digits)"
+        "--table", metavar="FILE", help="write the tables, too: .md, .tex, or .csv (one row per run, all digits)"
     )
 
 

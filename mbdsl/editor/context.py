@@ -150,7 +150,7 @@ def _in_statement(tokens: list[Piece], at: Context) -> Context:
 
 
 def _in_brackets(tokens: list[Piece], brackets: list[int], at: Context) -> Context:
-    """The context inside of brackets: an argument, or a value."""
+    """The context inside brackets: an argument, or a value."""
 
     def found(expected: str, **values) -> Context:
         return Context(**{**vars(at), "expected": expected, **values})
@@ -216,7 +216,7 @@ def _open(tokens: list[Piece]) -> list[int]:
 
 
 def _slot(tokens: list[Piece], bracket: int, end: int | None = None) -> list[Piece]:
-    """The tokens behind the last comma inside of a bracket, without those of inner brackets."""
+    """The tokens behind the last comma inside a bracket, without those of inner brackets."""
     found: list[Piece] = []
     depth = 0
     for token in tokens[bracket + 1 : end]:
@@ -235,7 +235,7 @@ def _slot(tokens: list[Piece], bracket: int, end: int | None = None) -> list[Pie
 
 
 def _given(tokens: list[Piece], bracket: int) -> frozenset[str]:
-    """Names that are followed by `=` inside of a bracket."""
+    """Names that are followed by `=` inside a bracket."""
     found, depth = set(), 0
     for token, following in zip(tokens[bracket + 1 :], tokens[bracket + 2 :], strict=False):
         if token.kind == lexer.OPERATOR:

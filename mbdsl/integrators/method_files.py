@@ -59,7 +59,7 @@ def load(path: str) -> str:
     former = _module(method.name)
     if former is not None and not _is_of_a_file(former):
         raise UsageError(
-            f"there is a method of the name `{method.name}` already", _assignment(path), "give METHOD another name"
+            f"there is already a method called `{method.name}`", _assignment(path), "give METHOD another name"
         )
     integrators.modules().pop(method.name, None)
     _modules[path] = module

@@ -161,11 +161,11 @@ def _special(
         )
         return f"`{text}` is a word of the language and cannot be a name here", hint or _misspelt(before)
     if kind == "LBRACE" and "LPAR" in expected and previous is not None and previous.type == "NAME":
-        return "found `{`, expected `(`", f"values stand in parentheses: `{previous.text}(m = 1 kg)`"
+        return "found `{`, expected `(`", f"values go in parentheses: `{previous.text}(m = 1 kg)`"
     if kind == "EQUAL" and expected == {"IN"} and previous is not None:
         return "found `=`, expected `in`", f"write `for {previous.text} in ...`"
     if kind == "EQUAL" and expected <= {"NAME", "LSQB", "DOT"} and section != "EQUATION":
-        return "found an equation among the declarations", "initial values stand under `initial equation`"
+        return "found an equation among the declarations", "initial values go under `initial equation`"
     if kind == "NUMBER" and previous is not None and previous.type in ("NAME", "RSQB") and "STAR" in expected:
         return f"found {show(token)}, expected an operator before it", None
     if kind == "LSQB" and previous is not None and previous.type == "RPAR":

@@ -133,7 +133,7 @@ class Sweep:
         Returns
         -------
         (n1, n2, ...) array
-            One axis a parameter; nan where a run failed.
+            One axis per parameter; nan where a run failed.
 
         Raises
         ------
@@ -184,7 +184,7 @@ class Sweep:
         Returns
         -------
         pandas.DataFrame
-            One row a run. The column "outcome" is "done" or the reason of the failure.
+            One row per run. The column "outcome" is "done" or the reason of the failure.
         """
         import pandas
 

@@ -468,7 +468,7 @@ def test_overrides_reach_into_loops():
         ({"k": "3 +"}, Exception, "--set k:1:4"),
         ({"rod": "3"}, UsageError, "is not a parameter"),
         ({"rod.mm": "3"}, ModelError, "no parameter `mm`"),
-        ({"1": "3"}, UsageError, "no name"),
+        ({"1": "3"}, UsageError, "not the name"),
         ({"rod[1].m": "3"}, ModelError, "there is no `rod[1]`"),
         ({"c": "3"}, ModelError, "constant"),
     ],

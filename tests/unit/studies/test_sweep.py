@@ -304,7 +304,7 @@ def test_a_run_beyond_the_limit_is_not_stored(tmp_path):
         (("--vary", "L=1:2:3", "--set", "L=1"), 2, "set and varied"),
         (("--vary", "L=1:2:1000", "--vary", "m=1:2:1000"), 2, "1000 x 1000 = 1000000 runs are too many"),
         (("--vary", "L=1:2:3", "--measure", "max(mass.z)"), 2, "there is no signal `mass.z`"),
-        (("--vary", "L=1:2:3", "--output", "a.xls"), 2, "known are .md"),
+        (("--vary", "L=1:2:3", "--output", "a.xls"), 2, "known suffixes are .md"),
         (("--vary", "L=1:2:3", "--method", "hht"), 2, "did you mean"),
         (("--vary", "L=1:2:3", "--after", "9s"), 2, "the runs end at 4 s"),
         (("--vary", "L=-1:-2:3"), 2, "it must be positive"),
