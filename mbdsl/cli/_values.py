@@ -175,7 +175,7 @@ def add_model_name(parser: argparse.ArgumentParser) -> None:
         "--model",
         metavar="NAME",
         dest="model_name",
-        help="model of a file with several; default: that with the name of the file, else the last",
+        help="the model to use in a file with several; default: the one with the name of the file, else the last",
     )
 
 
