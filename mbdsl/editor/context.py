@@ -18,7 +18,7 @@ NOTHING, TOP, STATEMENT, TYPE, BASE, END, MEMBER, UNIT, ARGUMENT, VALUE, FRAME, 
 DECLARATIONS, EQUATIONS, INITIAL = "declarations", "equations", "initial values"
 
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z|\Z")
-#: a unit that is being typed, behind its number
+#: a unit that is being typed, after its number
 _UNIT = re.compile(rf"(?<![A-Za-z0-9_.])(?:{NUMBER.pattern}|\}})[ \t]+([A-Za-zµ][A-Za-zµ0-9./^()-]*)?\Z")
 _TOUCHING = re.compile(rf"(?<![A-Za-z0-9_.]){NUMBER.pattern}([A-Za-zµ][A-Za-zµ0-9./^()-]*)?\Z")
 _PREFIXES = frozenset("parameter constant input final inner outer connector".split())
@@ -110,7 +110,7 @@ def _section(tokens: list[Piece]) -> tuple[str, str]:
 
 
 def _in_statement(tokens: list[Piece], at: Context) -> Context:
-    """The context behind the tokens of an incomplete statement."""
+    """The context after the tokens of an incomplete statement."""
 
     def found(expected: str, **values) -> Context:
         return Context(**{**vars(at), "expected": expected, **values})
@@ -140,7 +140,7 @@ def _in_statement(tokens: list[Piece], at: Context) -> Context:
     declaration = _declaration(tokens)
     if at.section == DECLARATIONS and first.text not in ("for", "if", "elseif"):
         if "=" not in words:
-            # behind the type a name follows, behind the name or its arguments a value, a condition or a description
+            # after the type a name follows, after the name or its arguments a value, a condition or a description
             behind = declaration["declared"] and _ends_operand(last)
             return found(CONDITION) if behind and last.text != "if" else found(VALUE if "if" in words else NOTHING)
         return found(CONDITION, **declaration) if _ends_operand(last) else found(VALUE, **declaration)
@@ -216,7 +216,7 @@ def _open(tokens: list[Piece]) -> list[int]:
 
 
 def _slot(tokens: list[Piece], bracket: int, end: int | None = None) -> list[Piece]:
-    """The tokens behind the last comma inside a bracket, without those of inner brackets."""
+    """The tokens after the last comma inside a bracket, without those of inner brackets."""
     found: list[Piece] = []
     depth = 0
     for token in tokens[bracket + 1 : end]:

@@ -144,7 +144,7 @@ def _strange(source: Source, at: int) -> SyntaxProblem:
     if text.startswith('"', at):
         inches = re.search(r"[0-9.]+\Z", text[max(0, at - 20) : at])
         hint = f"inches are written `{inches[0]} in`" if inches else 'close it with `"`'
-        return SyntaxProblem("this text has no end", source.span(at, at + 1), hint)
+        return SyntaxProblem("this text is not closed", source.span(at, at + 1), hint)
     message, length, remedy = foreign(text, at)
     return SyntaxProblem(message, source.span(at, at + length), remedy)
 

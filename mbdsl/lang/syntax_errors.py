@@ -90,7 +90,7 @@ def _misplaced_unit(
         number = before[-3].text
         if NUMBER.fullmatch(number):
             right = f"{number} {text}*{previous.text}"
-    return f"found {show(token)} behind {show(previous)}", f"a unit follows a number only: write `{right}`"
+    return f"found {show(token)} after {show(previous)}", f"a unit follows a number only: write `{right}`"
 
 
 def _wrong_end(token: Token, blocks: list[tuple[str, Token]], source: Source, here: Span) -> SyntaxProblem:
@@ -142,7 +142,7 @@ def _special(
     if kind == "EQUAL" and "RELATION" in expected:
         return "found `=` in an expression", "a comparison is written `==`"
     if kind == "RELATION" and any(t.type == "RELATION" for t in before[-12:]) and "STAR" in expected:
-        return f"found `{text}` behind another comparison", "write e.g. `a < b and b < c`"
+        return f"found `{text}` after another comparison", "write e.g. `a < b and b < c`"
     if kind == "RELATION" and text == "==" and "EQUAL" in expected:
         return "found `==`, expected `=`", None
     if kind == "NAME" and previous is not None and "STAR" in expected:
@@ -169,7 +169,7 @@ def _special(
     if kind == "NUMBER" and previous is not None and previous.type in ("NAME", "RSQB") and "STAR" in expected:
         return f"found {show(token)}, expected an operator before it", None
     if kind == "LSQB" and previous is not None and previous.type == "RPAR":
-        return "found `[` behind `)`", "indices follow a name: `name[i](...)`"
+        return "found `[` after `)`", "indices follow a name: `name[i](...)`"
     return None
 
 
