@@ -69,7 +69,7 @@ PORTS = {"a": "frame_a", "b": "frame_b"}
 
 # -- refused: functions, constants and members -----------------------------------------------------------------------
 
-_EVENTS = "mbdsl has no events: use an `if` expression in a law"
+_EVENTS = "mbdsl has no event functions: use an `if` expression in a law"
 _SIGNALS = "signals are named directly: `rod.b.x`, `pin.phi`, `pin.w`"
 #: function -> what to write instead
 FUNCTIONS = {

@@ -127,10 +127,10 @@ def _special(
             "delete this line: names such as `SI.Mass`, `sin` and `Joints.Revolute` are known without it",
         )
     if kind == "IMPORT" and before:
-        where = "inside" if _open_blocks(before) else "behind"
-        return f"found `import` {where} a model", "imports stand at the beginning of the file"
+        where = "inside" if _open_blocks(before) else "after"
+        return f"found `import` {where} a model", "imports go at the beginning of the file"
     if kind == "CONNECT" and section != "EQUATION":
-        return "`connect` belongs into the equation section", "write `equation` on a line before it"
+        return "`connect` belongs in the equation section", "write `equation` on a line before it"
     if section == "EQUATION" and (
         kind in ("PARAMETER", "CONSTANT", "INPUT", "EXTENDS", "FINAL", "CONNECTOR", "INNER", "OUTER")
         or (kind == "NAME" and previous is not None and previous.type == "NAME")
