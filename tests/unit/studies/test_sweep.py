@@ -107,8 +107,8 @@ def test_values_of_python():
         (f"1:2:{MOST + 1}", "too many"),
         ([], "no value"),
         ([1, "2 mm"], "to all, or to none"),
-        ([math.nan], "no value of a parameter"),
-        ([[1]], "no value of a parameter"),
+        ([math.nan], "not a value of a parameter"),
+        ([[1]], "not a value of a parameter"),
     ],
 )
 def test_wrong_values(given, says):
