@@ -185,7 +185,7 @@ def add_model_name(parser: argparse.ArgumentParser) -> None:
         "--model",
         metavar="NAME",
         dest="model_name",
-        help="model of a file with several; default: that with the name of the file, else the last",
+        help="the model to use in a file with several; default: the one with the name of the file, else the last",
     )
 
 
@@ -257,7 +257,7 @@ def add_units(parser: argparse.ArgumentParser) -> None:
 def add_table(parser: argparse.ArgumentParser) -> None:
     """A file for the tables of a study."""
     parser.add_argument(
-        "--table", metavar="FILE", help="write the tables, too: .md, .tex, or .csv (one row a run, all digits)"
+        "--table", metavar="FILE", help="write the tables, too: .md, .tex, or .csv (one row per run, all digits)"
     )
 
 

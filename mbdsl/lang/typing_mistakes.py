@@ -20,14 +20,14 @@ _FOREIGN = {
     "function": "mbdsl has no user-defined functions; use expressions, or a Table",
     "record": "mbdsl has no records: write `model`, or plain parameters",
     "within": "mbdsl has no packages: leave the `within` clause out",
-    "when": "mbdsl has no events: use an `if` expression in a law",
+    "when": "mbdsl has no event clauses: use an `if` expression in a law",
     "while": "mbdsl has no algorithms: use `for i in 1:N loop ... end for;`",
     "redeclare": "components cannot be redeclared, only their values modified",
     "replaceable": "components cannot be redeclared, only their values modified",
     "output": "every quantity can be written out: use `mbdsl simulate --signals`",
     "flow": "connectors are frames: write `connector Frame name;`",
     "stream": "connectors are frames: write `connector Frame name;`",
-    "discrete": "mbdsl has no events",
+    "discrete": "mbdsl has no discrete variables: use an `if` expression in a law",
     "external": "mbdsl calls no external code",
 }
 #: terminals that begin an argument or an element of an array

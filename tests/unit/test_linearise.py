@@ -291,4 +291,4 @@ def test_command(tmp_path, capsys):
         for letter in "ABCD":
             assert np.array_equal(np.asarray(found[letter], float), getattr(wanted, letter))
     assert cli.main(["linearise", str(model), "--output", str(tmp_path / "linear.txt")]) == 2
-    assert "known are .json, .mat, .npz" in capsys.readouterr().err
+    assert "known suffixes are .json, .mat, .npz" in capsys.readouterr().err

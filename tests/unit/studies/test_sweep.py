@@ -107,8 +107,8 @@ def test_values_of_python():
         (f"1:2:{MOST + 1}", "too many"),
         ([], "no value"),
         ([1, "2 mm"], "to all, or to none"),
-        ([math.nan], "no value of a parameter"),
-        ([[1]], "no value of a parameter"),
+        ([math.nan], "not a value of a parameter"),
+        ([[1]], "not a value of a parameter"),
     ],
 )
 def test_wrong_values(given, says):
@@ -314,7 +314,7 @@ def test_a_run_beyond_the_limit_is_not_stored(tmp_path):
         (("--vary", "L=1:2:3", "--set", "L=1"), 2, "set and varied"),
         (("--vary", "L=1:2:1000", "--vary", "m=1:2:1000"), 2, "1000 x 1000 = 1000000 runs are too many"),
         (("--vary", "L=1:2:3", "--measure", "max(mass.z)"), 2, "there is no signal `mass.z`"),
-        (("--vary", "L=1:2:3", "--output", "a.xls"), 2, "known are .md"),
+        (("--vary", "L=1:2:3", "--output", "a.xls"), 2, "known suffixes are .md"),
         (("--vary", "L=1:2:3", "--method", "hht"), 2, "did you mean"),
         (("--vary", "L=1:2:3", "--after", "9s"), 2, "the runs end at 4 s"),
         (("--vary", "L=-1:-2:3"), 2, "it must be positive"),
