@@ -13,7 +13,6 @@ objects are loaded without numba, because the import of numba takes longer than 
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import importlib
 import importlib.util
@@ -29,6 +28,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
+from mbdsl.compilation.kernel_sources import digest_of, emitted, names_of, with_imports
 from mbdsl.compilation.native_call import Native, Signature
 from mbdsl.storage import cache_folder
 from mbdsl.version import __version__
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
 _kernels: dict[Callable, Callable] = {}
 _functions: dict[str, list[Callable]] = {}
-_emitted: set[str] = set()
 _alone = False
 _plain_only = False
 #: (module, name) -> the Python function of a kernel, and the one of numba that has replaced it
@@ -167,7 +166,7 @@ def import_text(name: str, text: str) -> ModuleType:
             module = ModuleType(name)
             module.__file__ = _text_file(name, text)
             exec(compile(text, module.__file__, "exec"), vars(module))  # the file on disk is never executed
-            _emitted.add(name)
+            emitted.add(name)
             sys.modules[name] = module  # other emitted modules import it by its name
         return sys.modules[name]
 
@@ -196,8 +195,8 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
         return _plain(name, text, signatures, modules)
     module = import_text(name, text)
     given = {function: getattr(module, function) for function in signatures}
-    sources = _sources(_with_imports(tuple(called)))
-    head = [_of_sources(sources) or "", " ".join(sources)]
+    sources = names_of(with_imports(tuple(called)))
+    head = [digest_of(sources) or "", " ".join(sources)]
     if not _is_ordinary(name):
         try:
             from mbdsl.compilation import object_code
@@ -232,7 +231,7 @@ def activate(*modules: ModuleType, wrap: Callable) -> None:
 
     A kernel is compiled when compiled code first calls it, so that the order of replacement does not matter.
     """
-    for module in _with_imports(modules):
+    for module in with_imports(modules):
         for name, value in list(vars(module).items()):
             if getattr(value, "__mbdsl_kernel__", False):
                 function = getattr(value, "py_func", value)
@@ -241,28 +240,6 @@ def activate(*modules: ModuleType, wrap: Callable) -> None:
                     _kernels[function] = wrap(function, forceinline=not hasattr(function, "__mbdsl_rare__"))
                 setattr(module, name, _kernels[function])
                 _replaced[module, name] = function, _kernels[function]
-
-
-def _with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:
-    """``modules`` and all modules that define the kernels in them.
-
-    Emitted modules contain no kernels of other modules, but those modules.
-    """
-    found = dict.fromkeys(modules)
-    pending = list(found)
-    while pending:
-        of = pending.pop()
-        for value in vars(of).values():
-            if getattr(value, "__mbdsl_kernel__", False):
-                module = sys.modules[value.__module__]
-            elif isinstance(value, ModuleType) and of.__name__ in _emitted:
-                module = value
-            else:
-                continue
-            if module not in found:
-                found[module] = None
-                pending.append(module)
-    return sorted(found, key=lambda module: module.__name__)
 
 
 # -- pieces --------------------------------------------------------------------------------------------------
@@ -290,7 +267,7 @@ def _assembled(name: str, text: str, signatures: Mapping[str, Signature], called
         warnings.warn(f"compiling all kernels of the model again, which is slower: {reason}", stacklevel=2)
         return None
     sources = sorted({source for x in found for source in x.sources})
-    head = [_of_sources(sources) or "", " ".join(sources), _of_text(text), " ".join(made.needs), ""]
+    head = [digest_of(sources) or "", " ".join(sources), _of_text(text), " ".join(made.needs), ""]
     return "\n".join(head).encode() + made.code
 
 
@@ -313,7 +290,7 @@ def _kept_piece(piece: Piece) -> _Sourced | None:
     except ValueError:
         return None
     sources = names.decode().split()
-    if hashlib.sha256(body).hexdigest().encode() != said or _of_sources(sources) != digest.decode():
+    if hashlib.sha256(body).hexdigest().encode() != said or digest_of(sources) != digest.decode():
         return None
     return _Sourced(Stored(settings, bitcode), sources)
 
@@ -329,8 +306,8 @@ def _made_pieces(wanted: Iterable[Piece], called: Iterable[ModuleType]) -> dict[
     for piece in wanted:
         module = sys.modules[piece.module]
         made = object_code.compile_piece(piece, getattr(module, piece.function))
-        sources = _sources(_with_imports((module,)))
-        body = "\n".join([_of_sources(sources) or "", " ".join(sources), ""]).encode()
+        sources = names_of(with_imports((module,)))
+        body = "\n".join([digest_of(sources) or "", " ".join(sources), ""]).encode()
         body += made.settings + b"\n" + made.bitcode
         cache_folder.keep(_piece_file(piece), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
         found[piece] = _Sourced(made, sources)
@@ -355,7 +332,7 @@ def _is_ordinary(name: str) -> bool:
         digest, sources, _ = (cache_folder.read(_ordinary(name)) or b"").decode().split("\n", 2)
     except ValueError:
         return False
-    return _of_sources(sources.split()) == digest
+    return digest_of(sources.split()) == digest
 
 
 def _of_text(text: str) -> str:
@@ -377,63 +354,9 @@ def _body(name: str) -> bytes | None:
         digest, sources, _ = body.split(b"\n", 2)
     except ValueError:
         return None
-    if hashlib.sha256(body).hexdigest().encode() != said or _of_sources(sources.decode().split()) != digest.decode():
+    if hashlib.sha256(body).hexdigest().encode() != said or digest_of(sources.decode().split()) != digest.decode():
         return None
     return body
-
-
-#: packages whose modules define kernels, or constants that kernels read
-_ROOMS = tuple(f"mbdsl.{room}." for room in ("bodies", "elements", "integrators", "numerics", "system"))
-#: modules that element and method files import for their declarations; no kernel reads them
-_DECLARATIONS = ("mbdsl.elements.kind", "mbdsl.integrators.method")
-
-
-def _sources(modules: Iterable[ModuleType]) -> list[str]:
-    """Names of the modules that define the kernels, or constants that the kernels read, directly or not."""
-    found = {"mbdsl.system.emit"}  # it writes the emitted loops, which are compiled too
-    pending = [module.__name__ for module in modules]
-    while pending:
-        name = pending.pop()
-        path = _source(name)
-        if name in found or name in _DECLARATIONS or path is None:
-            continue
-        found.add(name)
-        pending += _imported_kernels(path.read_text(encoding="utf-8"))
-    return sorted(found)
-
-
-def _imported_kernels(text: str) -> Iterator[str]:
-    """Names in the imports at module level of a source; a name imported from a package may be a module."""
-    for node in ast.parse(text).body:
-        names: list[str] = []
-        if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-        yield from (name for name in names if name.startswith(_ROOMS))
-
-
-def _source(name: str) -> Path | None:
-    """The file of a module; None for packages and emitted modules."""
-    if name.startswith("mbdsl."):
-        path = Path(__file__).parents[1].joinpath(*name.split(".")[1:]).with_suffix(".py")
-        if path.exists():
-            return path
-    file = getattr(sys.modules.get(name), "__file__", None)
-    if file is None or Path(file).name == "__init__.py" or name in _emitted:
-        return None
-    return Path(file)
-
-
-def _of_sources(names: Iterable[str]) -> str | None:
-    """Digest of the sources of modules; None if one is missing."""
-    digest = hashlib.sha256()
-    for name in names:
-        path = _source(name)
-        if path is None:
-            return None
-        digest.update(name.encode() + path.read_bytes())
-    return digest.hexdigest()
 
 
 def _linked(name: str, body: bytes, signatures: Mapping[str, Signature]) -> list[Callable] | None:

@@ -6,7 +6,6 @@ of the emitted code and of a whole run.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
@@ -24,8 +23,7 @@ from mbdsl.lang.model_argument import as_scene, blame_model
 from mbdsl.mechanism.reduction import Note
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.mechanism.signal_names import ACCELERATIONS, SignalNames
-from mbdsl.messages import count, few
-from mbdsl.plotting.terminal_text import columns, fitted
+from mbdsl.messages import few
 from mbdsl.simulation.mechanism_run import Motion, Moving
 from mbdsl.simulation.plan import DEFAULT_METHOD, DEFAULT_STEP, Plan, plan
 from mbdsl.storage.compilation_notice import announce_compilation
@@ -34,10 +32,6 @@ from mbdsl.system.structure import by_law
 
 if TYPE_CHECKING:
     from mbdsl.lang.builder import Builder
-
-
-#: columns for the reasons, below which each effect is a line instead of the row of a table
-LEAST_REASON = 24
 
 
 @dataclass
@@ -114,24 +108,29 @@ class Receipt:
     remainder: float | None = None
 
     def __str__(self) -> str:
-        return _text(self, columns(sys.stdout))
+        from mbdsl.explanation.receipt_text import text
+
+        return text(self)
 
     def __repr__(self) -> str:
-        return f"<Receipt of {self.scene.name}: {_solved_for(self)}>"
+        from mbdsl.explanation.receipt_text import solved_for
+
+        return f"<Receipt of {self.scene.name}: {solved_for(self)}>"
 
     def _repr_html_(self) -> str:
+        from mbdsl.explanation.receipt_text import as_written, before, cells, few_kernels, of_step, solved_for, split
         from mbdsl.plotting.figures import Table
         from mbdsl.plotting.html_tables import fragment
 
         head, *rows = cells(self)
-        code = [(e.effect, _few_kernels(e.kernels)) for e in self.entries if e.kernels]
+        code = [(e.effect, few_kernels(e.kernels)) for e in self.entries if e.kernels]
         tables = [
-            Table("", head, rows, _of_step(self)),
+            Table("", head, rows, of_step(self)),
             Table("Code", ("effect", "functions"), code),
-            Table("Before the first step", ("", ""), [_split(line) for line in _before(self)]),
+            Table("Before the first step", ("", ""), [split(line) for line in before(self)]),
             Table("Outputs, computed on access", ("signal", "computation"), self.outputs),
         ]
-        return fragment(f"{self.scene.name}: {_as_written(self)}", [f"solved for: {_solved_for(self)}"], tables)
+        return fragment(f"{self.scene.name}: {as_written(self)}", [f"solved for: {solved_for(self)}"], tables)
 
 
 @blame_model
@@ -450,115 +449,3 @@ def _rows(motion: Motion) -> dict[str, int]:
     # a pose and its rates
     found["moving frames"] = sum(6 * int(p.system.tables.layout[buffer_layout.N_MOVING]) for p in motion.parts)
     return found
-
-
-# -- as text -----------------------------------------------------------------------------------------------------
-
-
-def _text(r: Receipt, size: int | None = None) -> str:
-    """The receipt as text; if it is wider than ``size`` columns, with shorter places and wrapped reasons."""
-    rows = cells(r)
-    widths = [max(len(row[k]) for row in rows) for k in range(5)]
-    total, others = sum(widths) + 8, sum(widths) - widths[2] + 8
-    if size is None or total <= size:
-        return "\n".join([*head(r), "", *_aligned(rows), *remarks(r)])
-    file = next((e.span.file for e in r.entries if e.span is not None), "")
-    title, *lines = head(r)
-    title = title.replace(":", f" ({file}):", 1) if file else title
-    rows = cells(r, file)
-    if size - others >= LEAST_REASON:
-        table = _aligned(fitted([list(row) for row in rows], size, 2))
-    else:
-        table = [_record(*row) for row in rows[1:]]
-    return "\n".join([title, *lines, "", *table, *remarks(r)])
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    widths = [max(len(row[k]) for row in rows) for k in range(5)]
-    padded = [[row[k].ljust(widths[k]) if k != 4 else row[k].rjust(widths[k]) for k in range(5)] for row in rows]
-    return ["  ".join(row).rstrip() for row in padded]
-
-
-def _record(effect: str, present: str, why: str, unknowns: str, time: str) -> str:
-    """A row of the table as a line."""
-    costs = [f"{unknowns} unknowns"] if unknowns else []
-    costs += [f"{time} of the time"] if time else []
-    return "; ".join([f"{effect}: {present}, {why}", *costs])
-
-
-def head(r: Receipt) -> list[str]:
-    """The lines above the table."""
-    return [f"{r.scene.name}: {_as_written(r)}", f"solved for: {_solved_for(r)}"]
-
-
-def remarks(r: Receipt) -> list[str]:
-    """The lines below the table."""
-    lines = ["", said] if (said := _of_step(r)) else []
-    lines += ["", "code"]
-    lines += [f"  {e.effect}: {_few_kernels(e.kernels)}" for e in r.entries if e.kernels]
-    lines += ["", "before the first step"]
-    lines += [f"  {line}" for line in _before(r)]
-    if r.outputs:
-        lines += ["", "outputs, computed on access"]
-        lines += [f"  {name}: {text}" for name, text in r.outputs]
-    return lines
-
-
-def _as_written(r: Receipt) -> str:
-    names = {"n": "coordinate", "m": "constraint", "p": "nonholonomic constraint"}
-    return ", ".join(count(r.sizes[key][0], names[key]) for key in names if key != "p" or r.sizes[key][0])
-
-
-def _solved_for(r: Receipt) -> str:
-    return f"{', '.join(f'{key} = {after}' for key, (_, after) in r.sizes.items())}, in {count(r.parts, 'part')}"
-
-
-def cells(r: Receipt, file: str | None = None) -> list[tuple[str, str, str, str, str]]:
-    """Heading and rows: effect, whether it is in the model, why, unknowns, share of the time of a step.
-
-    Places in ``file`` are given by their line only.
-    """
-    total = sum(after for _, after in r.sizes.values())
-    rows = [("effect", "in", "why", "unknowns", "time")]
-    for e in r.entries:
-        where = ""
-        if e.span is not None:
-            where = f", line {e.span.line}" if e.span.file == file else f" ({e.span})"
-        unknowns = f"{e.unknowns} of {total}" if e.unknowns else ""
-        time = "" if e.share is None else f"{100.0 * e.share:.0f} %" if e.share >= 0.005 else "< 1 %"
-        rows.append((e.effect, "yes" if e.present else "no", e.why + where, unknowns, time))
-    return rows
-
-
-def _of_step(r: Receipt) -> str:
-    """The time of a step, "" if it was not measured."""
-    if r.step is None:
-        return ""
-    own = "the method's own formulas and its linear algebra"
-    rest = f"the share of {own} cannot be measured; the other shares are relative to their sum"
-    if r.remainder is not None:
-        rest = f"{100 * r.remainder:.0f} % of it is spent on {own}"
-    return f"a step takes {1e6 * r.step:.3g} us ({', '.join(r.methods)}, h = {r.plan.h:g} s); {rest}"
-
-
-def _before(r: Receipt) -> list[str]:
-    """What is done before the first step, and what is left out, one line each."""
-    lines = [str(note) for note in r.notes] or ["merged, moved, split: nothing"]
-    lines += [f"hoisted: {text}" for text in r.hoisted]
-    for effect, components in r.scene.without.items():
-        lines.append(f"left out on request: {effect}, of {few(components) if components else 'nothing: it has none'}")
-    return lines
-
-
-def _split(line: str) -> tuple[str, str]:
-    what, _, rest = line.partition(": ")
-    return what, rest
-
-
-def _few_kernels(names: tuple[str, ...]) -> str:
-    """``revolute.fill, .curve; loops.drive``"""
-    by_module: dict[str, list[str]] = {}
-    for name in names:
-        module, dot, function = name.partition(".")
-        by_module.setdefault(module, []).append(f".{function}" if dot else "")
-    return "; ".join(module + ", ".join(functions) for module, functions in by_module.items())

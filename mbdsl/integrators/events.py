@@ -36,6 +36,9 @@ LEFT = 1e-3
 CROWD, STANDSTILL = 10, 1e-5
 #: nor with this number within this part: it would take hours
 MANY, HARDLY = 200, 1e-4
+#: perturbation of positions and velocities, relative to the mechanism's size and the largest velocity, that may be
+#: rounding of many steps
+UNDECIDED = 1e-9
 #: message and remedy of a run without progress
 SLIDING = "a condition changes back and forth without end: on both sides of it, forces drive the motion back"
 SLIDING_HINT = (
@@ -76,10 +79,17 @@ class Events:
     @property
     def changing(self) -> list[Switch]:
         """The switches that change without progress of time."""
-        if not self._recent:
-            return self._hidden
         states = np.array([s for _, s in self._recent])
-        return _changed(self.system, states.min(axis=0), states.max(axis=0)) or self._hidden
+        seen = _changed(self.system, states.min(axis=0), states.max(axis=0)) if self._recent else []
+        return seen or self._hidden or self._undecided()
+
+    def _undecided(self) -> list[Switch]:
+        """The switches that a perturbation of the size of rounding changes at the present state."""
+        t, (q, v, lam) = self.run.time, self.run.state()
+        far, fast = UNDECIDED * self.system.tables.size, UNDECIDED * np.abs(v).max(initial=0.0)
+        near = [(q + a * far, v + b * fast) for a, b in ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))]
+        states = np.array([self.system.switches(t, *state, lam) for state in near])
+        return _changed(self.system, states.min(axis=0), states.max(axis=0))
 
     def blame(self, switches: list[Switch]) -> None:
         """Record ``switches`` that change within every step, however short; ``changing`` returns them."""

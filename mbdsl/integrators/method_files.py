@@ -116,7 +116,7 @@ def place(problem: BaseException | None) -> Span | None:
 
 
 def blamed(problem: BaseException) -> MbdslError | None:
-    """The error of an exception that a method's file raised; None if it comes from elsewhere."""
+    """The error of an exception that the file of a method raised; None for other exceptions."""
     span = place(problem)
     return None if span is None else UsageError(f"{type(problem).__name__}: {_reason(problem)}", span)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mbdsl import plotting
-from mbdsl.explanation.receipt import cells, head, remarks
+from mbdsl.explanation.receipt_text import cells, head, remarks
 from mbdsl.messages import count, duration
 from mbdsl.plotting.escaping import escape
 from mbdsl.plotting.figures import Figure, Table

@@ -36,7 +36,7 @@ def write(study: Study | EffectsStudy | Recommendation, path: str | os.PathLike)
         title = f"{study.scene.name}: {study.signal} without effects"
         table_files.write(path, [_of_effects(study)], _records(study), title, _notes(study))
     else:
-        table_files.write(path, [study._table()], _choices(study), study._head(), study._rest())
+        table_files.write(path, [study._table()], _choices(study), study._head(), [*study._answer(), *study._rest()])
 
 
 def _of_effects(s: EffectsStudy) -> Table:

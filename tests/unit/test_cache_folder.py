@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbdsl.compilation import code_cache
+from mbdsl.compilation import code_cache, kernel_sources
 from mbdsl.storage import cache_folder, trusted_files
 from mbdsl.studies.cases import Case
 from mbdsl.studies.store import Computed, Store
@@ -234,7 +234,7 @@ def test_machine_code_of_others_is_not_run(folder, give_away, monkeypatch):
     """A complete file with the right sources and the right text, but written by another user."""
     body = "\n".join(
         [
-            code_cache._of_sources(["mbdsl.compilation.marks"]),
+            kernel_sources.digest_of(["mbdsl.compilation.marks"]),
             "mbdsl.compilation.marks",
             code_cache._of_text("text"),
             "",
@@ -313,7 +313,7 @@ FULL = """
 import os, resource, sys
 resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))  # not a byte can be written into any file
 import numpy as np
-from mbdsl.compilation import code_cache
+from mbdsl.compilation import code_cache, kernel_sources
 from mbdsl.storage import cache_folder
 signatures = {"f": code_cache.Signature(("float", "vector"))}
 (f,) = code_cache.functions("full", "def f(x, v):\\n    v[0] = 2.0 * x\\n", signatures, list)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbdsl.compilation import code_cache
+from mbdsl.compilation import code_cache, kernel_sources
 from mbdsl.storage import cache_folder
 
 MODEL = Path(__file__).parents[2] / "models" / "pendulum.mbd"
@@ -145,7 +145,7 @@ from mbdsl.numerics.banded import (  # with a comment
 from mbdsl.errors import UsageError
 text = "from mbdsl.system import emit"
 """
-    found = {name for name in code_cache._imported_kernels(text) if code_cache._source(name)}
+    found = {name for name in kernel_sources.imported_kernels(text) if kernel_sources.file_of(name)}
     loop = {f"mbdsl.integrators.loop.{name}" for name in ("linear_solve", "newton")}
     assert found == {"mbdsl.system.loops", "mbdsl.numerics.banded"} | loop
 
@@ -161,7 +161,7 @@ text = "from mbdsl.system import emit"
 )
 def test_sources_of_machine_code(of, imported):
     """Also indirect imports, with or without parentheses; but no declarations."""
-    found = code_cache._sources([import_module(of)])
+    found = kernel_sources.names_of([import_module(of)])
     assert of in found and imported in found
     assert not {"mbdsl.elements.kind", "mbdsl.integrators.method"} & set(found)
 
@@ -255,7 +255,7 @@ def test_settings_of_numba_and_the_processor_are_part_of_the_digest(monkeypatch)
 THREADS = """
 import sys, threading, time
 import numpy as np
-from mbdsl.compilation import code_cache
+from mbdsl.compilation import code_cache, kernel_sources
 
 failures = []
 

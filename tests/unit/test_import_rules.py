@@ -29,6 +29,7 @@ UPWARD = {
 }
 #: the imports that close circles, with the reason; none of them is executed while a module is imported
 CIRCLES = {
+    ("mbdsl.explanation.receipt", "mbdsl.explanation.receipt_text"): "a receipt prints itself as text",
     ("mbdsl.mechanism.graph", "mbdsl.mechanism.scene_tables"): "a graph shows itself in a notebook",
     ("mbdsl.mechanism.scene", "mbdsl.mechanism.scene_tables"): "a Scene shows itself in a notebook",
     ("mbdsl.simulation.result_file", "mbdsl.simulation.trajectory"): "type: a file is written from a Trajectory",

@@ -138,7 +138,7 @@ def test_a_piece_of_changed_sources_is_not_used(fresh, monkeypatch):
     given = pieces.read((fresh / f"{name}.py").read_text(encoding="utf-8"), signatures)
     piece = given["evaluate"].calls[0].piece
     assert code_cache._kept_piece(piece) is not None
-    monkeypatch.setattr(code_cache, "_of_sources", lambda names: "another digest")
+    monkeypatch.setattr(code_cache, "digest_of", lambda names: "another digest")
     assert code_cache._kept_piece(piece) is None
 
 

@@ -1,0 +1,87 @@
+"""The sources of machine code: the modules that define kernels, or constants that kernels read, and their digest."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from types import ModuleType
+
+#: names of emitted modules, which have no source file
+emitted: set[str] = set()
+#: packages whose modules define kernels, or constants that kernels read
+_ROOMS = tuple(f"mbdsl.{room}." for room in ("bodies", "elements", "integrators", "numerics", "system"))
+#: modules that element and method files import for their declarations; no kernel reads them
+_DECLARATIONS = ("mbdsl.elements.kind", "mbdsl.integrators.method")
+
+
+def with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:
+    """``modules`` and all modules that define the kernels in them.
+
+    Emitted modules contain no kernels of other modules, but those modules.
+    """
+    found = dict.fromkeys(modules)
+    pending = list(found)
+    while pending:
+        of = pending.pop()
+        for value in vars(of).values():
+            if getattr(value, "__mbdsl_kernel__", False):
+                module = sys.modules[value.__module__]
+            elif isinstance(value, ModuleType) and of.__name__ in emitted:
+                module = value
+            else:
+                continue
+            if module not in found:
+                found[module] = None
+                pending.append(module)
+    return sorted(found, key=lambda module: module.__name__)
+
+
+def names_of(modules: Iterable[ModuleType]) -> list[str]:
+    """Names of the modules that define the kernels, or constants that the kernels read, directly or not."""
+    found = {"mbdsl.system.emit"}  # it writes the emitted loops, which are compiled too
+    pending = [module.__name__ for module in modules]
+    while pending:
+        name = pending.pop()
+        path = file_of(name)
+        if name in found or name in _DECLARATIONS or path is None:
+            continue
+        found.add(name)
+        pending += imported_kernels(path.read_text(encoding="utf-8"))
+    return sorted(found)
+
+
+def imported_kernels(text: str) -> Iterator[str]:
+    """Names in the imports at module level of a source; a name imported from a package may be a module."""
+    for node in ast.parse(text).body:
+        names: list[str] = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+        yield from (name for name in names if name.startswith(_ROOMS))
+
+
+def file_of(name: str) -> Path | None:
+    """The file of a module; None for packages and emitted modules."""
+    if name.startswith("mbdsl."):
+        path = Path(__file__).parents[1].joinpath(*name.split(".")[1:]).with_suffix(".py")
+        if path.exists():
+            return path
+    file = getattr(sys.modules.get(name), "__file__", None)
+    if file is None or Path(file).name == "__init__.py" or name in emitted:
+        return None
+    return Path(file)
+
+
+def digest_of(names: Iterable[str]) -> str | None:
+    """Digest of the sources of modules; None if one is missing."""
+    digest = hashlib.sha256()
+    for name in names:
+        path = file_of(name)
+        if path is None:
+            return None
+        digest.update(name.encode() + path.read_bytes())
+    return digest.hexdigest()
