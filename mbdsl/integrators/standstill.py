@@ -116,7 +116,8 @@ class Standstill:
         inputs = {name: np.full(len(t), run.numbers[at]) for name, at in system.tables.inputs.items()}
         expressions = [law for _, law in owners]
         found = values(system, expressions, t, q, v, lam, inputs)
-        held = values(system, expressions, t, *(np.broadcast_to(x[-1], x.shape) for x in (q, v, lam)), inputs)
+        last_q, last_v, last_lam = (np.ascontiguousarray(np.broadcast_to(x[-1], x.shape)) for x in (q, v, lam))
+        held = values(system, expressions, t, last_q, last_v, last_lam, inputs)
         often = [_of_state(force, of_time) for force, of_time in zip(found, held, strict=True)]
         if often and max(often) > OFTEN * len(t):
             law = owners[int(np.argmax(often))][0]
