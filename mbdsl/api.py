@@ -57,9 +57,9 @@ def simulate(
     method : str, optional
         Name of an integration method (`mbdsl methods` lists them). Default: the model's Method, else "hht-si2".
     step : float or str, optional [s]
-        Fixed step size, at most the duration of the run. Default: the model's Step. If the duration is no multiple of
-        it, all steps are shortened equally, so that the last one ends at ``stop``. Methods with error-controlled steps
-        by default, such as "radau5", ignore the model's Step. Methods with fixed steps only default to 1 ms.
+        Fixed step size, at most the duration of the run. Default: the model's Step. If the duration is not a multiple
+        of it, all steps are shortened equally, so that the last one ends at ``stop``. Methods with error-controlled
+        steps by default, such as "radau5", ignore the model's Step. Methods with fixed steps only default to 1 ms.
     tol : float or str, optional
         Limit of the global error, for error-controlled steps; excludes ``step``. The error is the maximum over all
         output times and coordinates: positions relative to the size of the mechanism, angles in radians, velocities

@@ -258,7 +258,7 @@ class Modes(Sequence[Mode]):
         Returns
         -------
         Table
-            One row a mode.
+            One row per mode.
         """
         from mbdsl.plotting.figures import Table
 

@@ -12,6 +12,7 @@ from mbdsl.plotting.terminal_text import text_width
 WIDTH = 80  #: columns where the width of the terminal is not known
 LARGEST = 12  #: largest matrix that is printed
 CELL = 12  #: columns of a number
+TINY = 1e-30  #: values below this are residues of the iteration for the equilibrium, in any SI unit
 
 
 def listed(what: str, names: Sequence[str], units: Sequence[str], now: np.ndarray) -> list[str]:
@@ -22,7 +23,7 @@ def listed(what: str, names: Sequence[str], units: Sequence[str], now: np.ndarra
         return [f"  {what}: {len(names)} ({few(list(names), 4)})"]
     width = max(map(len, names))
     return [
-        f"  {what}{k}  {name:{width}} {_number(x)} {unit}".rstrip()
+        f"  {what}{k}  {name:{width}} {_number(x if abs(x) > TINY else 0.0)} {unit}".rstrip()
         for k, (name, unit, x) in enumerate(zip(names, units, now, strict=True), 1)
     ]
 

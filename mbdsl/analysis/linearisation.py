@@ -131,6 +131,11 @@ class Linearisation:
         lines += matrix_rows("D", self.D, self.outputs, self.inputs)
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
+    def _repr_html_(self) -> str:
+        from mbdsl.plotting.html_tables import preformatted
+
+        return preformatted(str(self))
+
 
 @blame_model
 def linearise(

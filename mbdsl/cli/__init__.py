@@ -30,6 +30,8 @@ from mbdsl.version import __version__
 #: the start of a negative value, such as -1ms
 NEGATIVE = re.compile(r"-\.?\d")
 INTERRUPTED = 130
+#: options that may precede the command
+_OPTIONS = ("--help", "--version", "--debug")
 EPILOG = """\
 exit codes: 0 done, 2 wrong input, 3 no consistent initial state or no equilibrium, \
 4 the integration failed or did not reach the given accuracy, 130 interrupted. See also mbdsl COMMAND --help."""
@@ -124,7 +126,7 @@ def _run(argv: list[str]) -> int:
     except SystemExit as stop:  # --help and --version have been answered
         return int(stop.code or 0)
     if rest:
-        raise UsageError(f"unrecognized arguments: {' '.join(rest)}", hint=f"see mbdsl {args.command} --help")
+        raise UsageError(f"unrecognized arguments: {' '.join(rest)}", hint=_long_form(rest[0], args))
     from mbdsl.cli import _values as values
     from mbdsl.lang.library import imports_allowed
     from mbdsl.lang.load import model_chosen
@@ -146,7 +148,21 @@ def _with_values(argv: list[str]) -> list[str]:
     return joined
 
 
+def _long_form(word: str, args: argparse.Namespace) -> str:
+    """The remedy for an unknown argument: options have long names only, ``-o`` is ``--output`` or ``--out``."""
+    given = vars(args)
+    for name in ("output", "out") if word == "-o" else ():
+        if name in given:
+            return f"write `--{name}`"
+    return f"see mbdsl {args.command} --help"
+
+
 def _check_command(word: str) -> None:
+    if word.startswith("--") and word.partition("=")[0] not in _OPTIONS:
+        hint = did_you_mean(word[2:], [option[2:] for option in _OPTIONS])
+        raise UsageError(
+            f"mbdsl has no option `{word}`", hint=hint.replace(" `", " `--") if hint else "see mbdsl --help"
+        )
     if word.startswith("-") or word in commands():
         return
     if word.endswith(".mbd"):

@@ -32,8 +32,8 @@ class Parser(argparse.ArgumentParser):
         if action.choices is not None and value not in action.choices:
             name = "/".join(action.option_strings) or str(action.metavar or action.dest)
             known = list(map(str, action.choices))
-            nearest = did_you_mean(str(value), known, "known are")
-            raise UsageError(f"argument {name}: there is no `{value}`", hint=nearest or f"see {self.prog} --help")
+            nearest = did_you_mean(str(value), known, "known values")
+            raise UsageError(f"argument {name}: unknown value `{value}`", hint=nearest or f"see {self.prog} --help")
 
     def _check_options(self, words: Iterable[str]) -> None:
         """Find an unknown option before argparse reports what it lacks instead."""

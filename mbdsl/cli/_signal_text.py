@@ -13,7 +13,7 @@ from mbdsl.mechanism.signal_meanings import meaning
 from mbdsl.mechanism.signal_names import SignalNames
 from mbdsl.plotting.terminal_text import text_width
 
-COLUMNS = 80  #: if the output is no terminal
+COLUMNS = 80  #: if the output is not a terminal
 INDEX = re.compile(r"\[(\d+)(?::\d+)?\]")
 SLICE = re.compile(r"\[\d+:\d+\]")
 

@@ -70,6 +70,16 @@ def assignment(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
+def variation(text: str) -> tuple[str, str]:
+    """NAME=VALUES of a sweep, as :func:`assignment`."""
+    try:
+        return assignment(text)
+    except argparse.ArgumentTypeError:
+        name = text.partition("=")[0].strip() or "L"
+        hint = f"write {name}=1:2:11 (11 values from 1 to 2) or {name}=0.5,1,2"
+        raise UsageError(f"--vary: found `{text}`, expected NAME=VALUES", hint=hint) from None
+
+
 def named_number(name: str) -> Callable[[str], tuple[str, str]]:
     """X as ``assignment`` reads NAME=X, after a check that X is a number."""
     return lambda text: (name, f"{number(text)!r}")
@@ -175,7 +185,7 @@ def add_model_name(parser: argparse.ArgumentParser) -> None:
         "--model",
         metavar="NAME",
         dest="model_name",
-        help="model of a file with several; default: that with the name of the file, else the last",
+        help="the model to use in a file with several; default: the one with the name of the file, else the last",
     )
 
 
@@ -247,7 +257,7 @@ def add_units(parser: argparse.ArgumentParser) -> None:
 def add_table(parser: argparse.ArgumentParser) -> None:
     """A file for the tables of a study."""
     parser.add_argument(
-        "--table", metavar="FILE", help="write the tables, too: .md, .tex, or .csv (one row a run, all digits)"
+        "--table", metavar="FILE", help="write the tables, too: .md, .tex, or .csv (one row per run, all digits)"
     )
 
 

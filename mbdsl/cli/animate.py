@@ -76,7 +76,8 @@ def run(args: argparse.Namespace) -> int:
     output_files.check([out], [path for path in (args.model, args.result, args.ghost) if path])
     stored = is_result(args.model)
     if args.ghost and not is_result(args.ghost):
-        raise UsageError(f"--ghost `{args.ghost}` is no result", hint="write one: mbdsl simulate MODEL --output X.npz")
+        hint = "write one: mbdsl simulate MODEL --output X.npz"
+        raise UsageError(f"--ghost `{args.ghost}` is not a result", hint=hint)
     if stored and args.result:
         raise UsageError(f"`{args.model}` and `{args.result}` are both results", hint="give the model and one result")
     if stored or args.result:

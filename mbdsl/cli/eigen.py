@@ -28,7 +28,7 @@ def state(text: str) -> str | float:
 
 def number_of_modes(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"`{text}` is no number of modes: 1, 2, ...")
+        raise argparse.ArgumentTypeError(f"`{text}` is not a number of modes: 1, 2, ...")
     return int(text)
 
 
@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     if args.output:
         output_files.check([args.output], [args.model])
         if Path(args.output).suffix.lower() not in SUFFIXES:
-            raise UsageError(f"unknown suffix of `{args.output}`", hint=f"known are {', '.join(SUFFIXES)}")
+            raise UsageError(f"unknown suffix of `{args.output}`", hint=f"known suffixes are {', '.join(SUFFIXES)}")
     scene = values.load_model(args)
     output_files.check([args.output, out], scene.files)
 
@@ -114,7 +114,7 @@ def _animation(args: argparse.Namespace) -> str | None:
 
 
 def write(modes: Modes, path: str) -> None:
-    """One row a mode as CSV, one object a mode with its shape by coordinate as [re, im] as JSON, or the table."""
+    """One row per mode as CSV, one object per mode with its shape by coordinate as [re, im] as JSON, or the table."""
     if Path(path).suffix.lower() in TABLES:
         from mbdsl.plotting import table_files
 

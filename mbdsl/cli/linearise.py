@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     if args.output:
         check([args.output], [args.model])
         if Path(args.output).suffix.lower() not in SUFFIXES:
-            raise UsageError(f"unknown suffix of `{args.output}`", hint=f"known are {', '.join(SUFFIXES)}")
+            raise UsageError(f"unknown suffix of `{args.output}`", hint=f"known suffixes are {', '.join(SUFFIXES)}")
     scene = values.load_model(args)
     check([args.output], scene.files)
 

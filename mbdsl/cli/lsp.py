@@ -16,8 +16,8 @@ def register(subparsers) -> argparse.ArgumentParser:
         "lsp",
         help="start the language server for editors",
         description="Start the language server, which editors use for error messages, completion, documentation and "
-        "navigation. It speaks the Language Server Protocol over standard input and output; editors start it. The page "
-        "docs/editors.md describes their settings.",
+        "navigation. It speaks the Language Server Protocol over standard input and output. The page docs/editors.md "
+        "describes the settings of editors.",
     )
     parser.add_argument("--stdio", action="store_true", help="the default, for editors that add this option")
     parser.add_argument(

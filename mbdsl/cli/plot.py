@@ -96,7 +96,7 @@ def _opened(name: str) -> tuple[Result, IntegrationError | None]:
         known = {MODEL, *results.formats()}
         if Path(name).suffix.lower() not in known:
             raise UsageError(
-                f"`{name}` is no result file and no model", hint=f"known suffixes are {', '.join(sorted(known))}"
+                f"`{name}` is neither a result file nor a model", hint=f"known suffixes are {', '.join(sorted(known))}"
             )
         return open_result(name), None
     from mbdsl.api import simulated

@@ -13,8 +13,9 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "recommend",
         help="find the fastest method and step for an error",
-        description="Measure the error and the cost of every method by a cheap run, pursue those that can be the "
-        "fastest for the error, and print the command for this machine. Runs are stored: the same command continues.",
+        description="Measure the error and the cost of every method by a cheap run, refine the steps of those that "
+        "may be the fastest, and print the fastest command on this machine. Runs are stored; the same command "
+        "continues.",
     )
     values.add_model(parser)
     parser.add_argument(

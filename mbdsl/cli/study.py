@@ -194,7 +194,8 @@ def _checked(pictures: list[str] | None) -> list[str]:
     wanted = list(PICTURES) if pictures is None else list(dict.fromkeys(pictures))
     for suffix in wanted:
         if f".{suffix}" not in SUFFIXES:
-            hint = f"known are {', '.join(known[1:] for known in SUFFIXES)}; none, by itself, is the page alone"
+            listed = ", ".join(known[1:] for known in SUFFIXES)
+            hint = f"known suffixes are {listed}; none, by itself, is the page alone"
             raise UsageError(f"argument --pictures: unknown suffix `{suffix}`", hint=hint)
     if wanted and find_spec("matplotlib") is None:
         problem = UsageError("pictures are drawn by matplotlib", hint="pip install 'mbdsl[plot]', or --pictures none")

@@ -26,14 +26,14 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument(
         "--vary",
         metavar="NAME=VALUES",
-        type=values.assignment,
+        type=values.variation,
         action="append",
         required=True,
         help="a parameter and its values, repeatable: L=1:2:11 (start:stop:count), L=1:1000:4:log, L=0.5,1,2; a unit "
         'comes last: "k=1:10:5 N/mm"',
     )
-    parser.add_argument("--paired", action="store_true", help="first values together, then second values, ...; "
-                        "default: all combinations")  # fmt: skip
+    parser.add_argument("--paired", action="store_true", help="first run: the first value of each parameter; second "
+                        "run: the second values, ...; default: all combinations")  # fmt: skip
     parser.add_argument(
         "--measure",
         metavar="F(SIGNAL),...",
@@ -42,7 +42,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         help="measures of each run, repeatable: final, min, max, maxabs, mean, rms, amplitude, period, "
         "time_of_max, time_of_min of a signal or glob; default: min and max of the coordinates of the first body",
     )
-    parser.add_argument("--after", metavar="T", type=values.seconds, help="values before this time do not count")
+    parser.add_argument("--after", metavar="T", type=values.seconds, help="ignore values before this time")
     parser.add_argument("--output", metavar="FILE", action="append", default=[],
                         help="table (.csv, .md, .tex), picture (.svg, .png, .pdf) or page with both (.html); "
                         "repeatable")  # fmt: skip
@@ -55,7 +55,7 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser.add_argument("--limit", metavar="S", type=values.positive_seconds, help="time limit of a run")
     parser.add_argument("--fresh", action="store_true", help="compute everything again")
     talk = parser.add_mutually_exclusive_group()
-    talk.add_argument("--quiet", action="store_true", help="print nothing")
+    talk.add_argument("--quiet", action="store_true", help="print errors only")
     talk.add_argument("--verbose", action="store_true", help="print all rows of a long table")
     return parser
 

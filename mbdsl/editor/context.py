@@ -18,7 +18,7 @@ NOTHING, TOP, STATEMENT, TYPE, BASE, END, MEMBER, UNIT, ARGUMENT, VALUE, FRAME, 
 DECLARATIONS, EQUATIONS, INITIAL = "declarations", "equations", "initial values"
 
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z|\Z")
-#: a unit that is being typed, behind its number
+#: a unit that is being typed, after its number
 _UNIT = re.compile(rf"(?<![A-Za-z0-9_.])(?:{NUMBER.pattern}|\}})[ \t]+([A-Za-zµ][A-Za-zµ0-9./^()-]*)?\Z")
 _TOUCHING = re.compile(rf"(?<![A-Za-z0-9_.]){NUMBER.pattern}([A-Za-zµ][A-Za-zµ0-9./^()-]*)?\Z")
 _PREFIXES = frozenset("parameter constant input final inner outer connector".split())
@@ -72,7 +72,7 @@ def context(text: str, offset: int) -> Context:
         return Context(**{**vars(found), "expected": CHOICE if found.expected == VALUE else NOTHING})
     if unit := _UNIT.search(before) or _TOUCHING.search(before):
         began = unit.start(1) if unit[1] else offset
-        # A digit alone is no unit: nothing is offered while a number is typed.
+        # A digit alone is not a unit: nothing is offered while a number is typed.
         if unit[1] or before[-1:].isspace():
             found = _expected(before[: unit.start()], began)
             return Context(**{**vars(found), "expected": UNIT})
@@ -110,7 +110,7 @@ def _section(tokens: list[Piece]) -> tuple[str, str]:
 
 
 def _in_statement(tokens: list[Piece], at: Context) -> Context:
-    """The context behind the tokens of an incomplete statement."""
+    """The context after the tokens of an incomplete statement."""
 
     def found(expected: str, **values) -> Context:
         return Context(**{**vars(at), "expected": expected, **values})
@@ -140,7 +140,7 @@ def _in_statement(tokens: list[Piece], at: Context) -> Context:
     declaration = _declaration(tokens)
     if at.section == DECLARATIONS and first.text not in ("for", "if", "elseif"):
         if "=" not in words:
-            # behind the type a name follows, behind the name or its arguments a value, a condition or a description
+            # after the type a name follows, after the name or its arguments a value, a condition or a description
             behind = declaration["declared"] and _ends_operand(last)
             return found(CONDITION) if behind and last.text != "if" else found(VALUE if "if" in words else NOTHING)
         return found(CONDITION, **declaration) if _ends_operand(last) else found(VALUE, **declaration)
@@ -150,7 +150,7 @@ def _in_statement(tokens: list[Piece], at: Context) -> Context:
 
 
 def _in_brackets(tokens: list[Piece], brackets: list[int], at: Context) -> Context:
-    """The context inside of brackets: an argument, or a value."""
+    """The context inside brackets: an argument, or a value."""
 
     def found(expected: str, **values) -> Context:
         return Context(**{**vars(at), "expected": expected, **values})
@@ -173,7 +173,7 @@ def _in_brackets(tokens: list[Piece], brackets: list[int], at: Context) -> Conte
     if declaration["declared"]:
         nested = calls[:1]
         for k in calls[1:]:
-            # A call inside of a value, as `sin(`, is no modifier of an inner part.
+            # A call inside a value, such as `sin(`, is not a modifier of an inner part.
             before = [t for t in _slot(tokens, nested[-1], k) if t.text not in ("each", "final")]
             if len(before) != 1:
                 break
@@ -216,7 +216,7 @@ def _open(tokens: list[Piece]) -> list[int]:
 
 
 def _slot(tokens: list[Piece], bracket: int, end: int | None = None) -> list[Piece]:
-    """The tokens behind the last comma inside of a bracket, without those of inner brackets."""
+    """The tokens after the last comma inside a bracket, without those of inner brackets."""
     found: list[Piece] = []
     depth = 0
     for token in tokens[bracket + 1 : end]:
@@ -235,7 +235,7 @@ def _slot(tokens: list[Piece], bracket: int, end: int | None = None) -> list[Pie
 
 
 def _given(tokens: list[Piece], bracket: int) -> frozenset[str]:
-    """Names that are followed by `=` inside of a bracket."""
+    """Names that are followed by `=` inside a bracket."""
     found, depth = set(), 0
     for token, following in zip(tokens[bracket + 1 :], tokens[bracket + 2 :], strict=False):
         if token.kind == lexer.OPERATOR:
@@ -267,7 +267,7 @@ def _path(tokens: list[Piece]) -> tuple[str, ...]:
 
 
 def _declaration(tokens: list[Piece]) -> dict[str, str]:
-    """Type and name that the statement declares; "" if it is no declaration."""
+    """Type and name that the statement declares; "" if it is not a declaration."""
     k = 0
     while k < len(tokens) and tokens[k].text in _PREFIXES:
         k += 1

@@ -91,7 +91,7 @@ def rename(workspace: Workspace, path: str, offset: int, name: str) -> list[Loca
     occurrence = renamable(workspace, path, offset)
     symbol = occurrence.symbol
     if not _NAME.fullmatch(name):
-        raise UsageError(f"`{name}` is no name: names are made of letters a-z, digits and `_`")
+        raise UsageError(f"`{name}` is not a name: names are made of letters a-z, digits and `_`")
     if name in KEYWORDS or name in ("time", "guess", "fixed"):
         raise UsageError(f"`{name}` is a word of the language and cannot be a name")
     if name == symbol.name:

@@ -31,13 +31,13 @@ class Places:
         self._ends = [*(start for start, _ in ends), len(text)]
 
     def position(self, offset: int) -> tuple[int, int]:
-        """Line and column, from 0, of an offset; an offset behind the text is its end."""
+        """Line and column, from 0, of an offset; an offset after the text is its end."""
         offset = max(0, min(offset, len(self.text)))
         line = bisect_right(self._starts, offset) - 1
         return line, self._length(self.text[self._starts[line] : offset])
 
     def offset(self, line: int, column: int) -> int:
-        """The offset of a position; a column behind the line is its end, a line behind the text the end of the text."""
+        """The offset of a position; a column after the line is its end, a line after the text the end of the text."""
         if line >= len(self._starts):
             return len(self.text)
         start, end = self._starts[max(line, 0)], self._ends[max(line, 0)]

@@ -1,4 +1,4 @@
-"""The units that an editor offers behind a number."""
+"""The units that an editor offers after a number."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def singular_mass(system: System, t: float, q: Array, v: Array, lam: Array | Non
     q, v : (n,) [m, rad]
         A consistent state.
     lam : (m + p,), optional
-        Its multipliers. If they are given, motions that stiffness or damping determine are no error: a massless body
+        Its multipliers. If they are given, motions that stiffness or damping determine are not errors: a massless body
         between springs is at their equilibrium.
 
     Returns

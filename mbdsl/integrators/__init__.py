@@ -102,7 +102,7 @@ def _misfit(name: str, backend: object) -> str | None:
         return "it has no METHOD (an mbdsl.integrators.Method), or no function solve"
     if method.name != name:
         return f"the name in its METHOD is {method.name}"
-    return "there is a method of that name already" if name in modules() or name in shipped_backends() else None
+    return "there is already a method of that name" if name in modules() or name in shipped_backends() else None
 
 
 def backend(name: str) -> Any:
@@ -129,7 +129,7 @@ def register(backend: object) -> None:
     """
     name = getattr(getattr(backend, "METHOD", None), "name", "")
     if (problem := _misfit(name, backend)) is not None:
-        raise UsageError(f"{backend!r} is no backend: {problem}")
+        raise UsageError(f"{backend!r} is not a backend: {problem}")
     _given[name] = backend
 
 

@@ -59,7 +59,7 @@ def load(path: str) -> str:
     former = _module(method.name)
     if former is not None and not _is_of_a_file(former):
         raise UsageError(
-            f"there is a method of the name `{method.name}` already", _assignment(path), "give METHOD another name"
+            f"there is already a method called `{method.name}`", _assignment(path), "give METHOD another name"
         )
     integrators.modules().pop(method.name, None)
     _modules[path] = module
@@ -167,7 +167,7 @@ def _wrong_syntax(path: str, problem: BaseException) -> UsageError | None:
     end = problem.end_offset if problem.end_lineno == problem.lineno else None
     column = problem.offset
     return UsageError(
-        problem.msg, _span(path, problem.lineno or 1, column and column - 1, end and end - 1), "it is no valid Python"
+        problem.msg, _span(path, problem.lineno or 1, column and column - 1, end and end - 1), "it is not valid Python"
     )
 
 

@@ -50,7 +50,7 @@ def number(q: Quantity, what: str) -> float:
     except OverflowError:  # a large integer
         result = math.inf
     if not math.isfinite(result):
-        raise ModelError(f"{what} is no finite number")
+        raise ModelError(f"{what} is not a finite number")
     return result
 
 

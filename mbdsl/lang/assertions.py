@@ -22,7 +22,7 @@ def check(item: s.Relation, scope: Scope) -> None:
     Raises
     ------
     ModelError
-        If its condition is false, varies in time, or is no condition.
+        If its condition is false, varies in time, or is not a condition.
     """
     call = item.left
     assert isinstance(call, s.Call)

@@ -51,7 +51,7 @@ def no_type(d: s.Declaration, unit: Unit, around: Callable[[], list[s.Item]] = l
     """The error for a declaration of an unknown type."""
     if d.prefixes & {"parameter", "constant"}:
         known = [*VALUE_TYPES[1:], *quantities.TYPES]
-        return ModelError(f"`{d.type}` is no type of a parameter", span_of(d.type_at), did_you_mean(d.type, known))
+        return ModelError(f"`{d.type}` is not a type of a parameter", span_of(d.type_at), did_you_mean(d.type, known))
     message = f"there is no kind of component or model called `{d.type}`"
     instead = foreign_kinds.instead(d, lambda port: _end(d, port, around()))
     if instead is not None:

@@ -1,4 +1,4 @@
-"""The content of a model under construction from Python, and who refers to whom in it."""
+"""The content of a model under construction from Python, and the references between its declarations."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class Scope(Protocol):
         """Value of a name; raises ModelError if it has none here."""
 
     def apply(self, reference: s.Reference, argument: Value) -> Value | None:
-        """``reference`` as a table at ``argument``; None if it is no table."""
+        """``reference`` as a table at ``argument``; None if it is not a table."""
 
     def with_locals(self, names: dict[str, Value]) -> Scope:
         """The same scope with additional names, as in a loop."""

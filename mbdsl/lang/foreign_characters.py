@@ -67,5 +67,5 @@ def foreign(text: str, at: int) -> tuple[str, int, str]:
     if plain != c and plain.isascii() and plain.isprintable() and plain.strip():
         if unicodedata.category(c) == "No":
             return f"`{c}` is not part of mbdsl", 1, f"an exponent is a plain digit: `x^{plain}`, in a unit `m{plain}`"
-        return f"`{c}` is not part of mbdsl", 1, f"write `{plain}` of an English keyboard"
+        return f"`{c}` is not part of mbdsl", 1, f"write the ASCII character `{plain}`"
     return f"unexpected `{c}`", 1, "names are made of letters a-z, digits and `_`"

@@ -69,7 +69,7 @@ PORTS = {"a": "frame_a", "b": "frame_b"}
 
 # -- refused: functions, constants and members -----------------------------------------------------------------------
 
-_EVENTS = "mbdsl has no events: use an `if` expression in a law"
+_EVENTS = "mbdsl has no event functions: use an `if` expression in a law"
 _SIGNALS = "signals are named directly: `rod.b.x`, `pin.phi`, `pin.w`"
 #: function -> what to write instead
 FUNCTIONS = {
@@ -82,7 +82,7 @@ FUNCTIONS = {
     "norm": "write `hypot(x, y)`",
     "cross": "write the component along z: `x1*y2 - y1*x2`",
     "rem": "write `mod(x, y)` for positive numbers",
-    "String": "texts cannot be made of numbers",
+    "String": "numbers cannot be converted to texts",
     "pow": "a power is written `x^y`",
     "sqr": "a square is written `x^2`",
     "arctan": "write `atan(x)`",
@@ -126,7 +126,7 @@ _SAME = {
     "R": "radius",
 }
 _LEFT_OUT = "leave it out: it has no effect on the motion"
-_INITIAL = "initial values stand under `initial equation`, as in `rod.phi = 30 deg;`"
+_INITIAL = "initial values go under `initial equation`, as in `rod.phi = 30 deg;`"
 #: parameter -> what to write instead
 PARAMETERS = {
     **dict.fromkeys(
@@ -162,8 +162,8 @@ def parameter(known: Sequence[str], name: str, given: Mapping[str, s.Expression]
 def constant(name: str) -> str:
     """The remedy for an unknown name in the package Modelica."""
     if name.startswith("Modelica.Constants."):
-        return f"known are {', '.join(c.rpartition('.')[2] for c in CONSTANTS)}; for others write the number"
-    return "known are Modelica.Math, Modelica.Constants, Modelica.Units and the joints and bodies of MultiBody"
+        return f"known names are {', '.join(c.rpartition('.')[2] for c in CONSTANTS)}; for others write the number"
+    return "Modelica.Math, Modelica.Constants, Modelica.Units and the joints and bodies of MultiBody are known"
 
 
 # -- vectors ---------------------------------------------------------------------------------------------------------

@@ -65,5 +65,5 @@ def alias(argument: Positional, contexts: Contexts) -> Frame | Node:
     if isinstance(found, Part):
         found = as_frame(found, argument.e)  # type: ignore[assignment]
     if not isinstance(found, Frame | Node):
-        raise ModelError(f"`{write(argument.e)}` is no frame", span_of(argument.e.at))
+        raise ModelError(f"`{write(argument.e)}` is not a frame", span_of(argument.e.at))
     return found

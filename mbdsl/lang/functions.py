@@ -33,7 +33,7 @@ def _pure(name: str, arguments: list[Value]) -> Value:
     if a.dimension not in (None, NUMBER):
         hint = None
         if a.dimension == units.dimension("s"):
-            hint = "give the time a rate, e.g. `2 rad/s * time`"
+            hint = "multiply the time by a rate, e.g. `2 rad/s * time`"
         raise ModelError(f"{name}() takes a pure number or an angle, found {describe(a)}", hint=hint)
     operation = _PURE[name]
     return Quantity(compute(operation, _PYTHON[operation], a), NUMBER)

@@ -506,5 +506,5 @@ def _no_equation(item: s.Relation) -> ModelError:
         "mbdsl has no free equations: the equation section holds `connect(a, b);`",
         span_of(item.left.at),
         "give a variable its value where it is declared, `Real F = 2 N*sin(3*time);`; "
-        "initial values stand under `initial equation`",
+        "initial values go under `initial equation`",
     )

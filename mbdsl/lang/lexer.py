@@ -133,7 +133,7 @@ def _glued(source: Source, at: int, end: int) -> SyntaxProblem:
         hint or f"a product is written with `*`, as in `{number}*{name}`; units are e.g. kg, m/s2, N.m/rad, deg, 1 ms"
     )
     return SyntaxProblem(
-        f"found `{source.text[at:stop]}`: `{word}` is no unit, and a name does not begin with a digit",
+        f"found `{source.text[at:stop]}`: `{word}` is not a unit, and a name does not begin with a digit",
         source.span(end, stop),
         hint,
     )
@@ -144,7 +144,7 @@ def _strange(source: Source, at: int) -> SyntaxProblem:
     if text.startswith('"', at):
         inches = re.search(r"[0-9.]+\Z", text[max(0, at - 20) : at])
         hint = f"inches are written `{inches[0]} in`" if inches else 'close it with `"`'
-        return SyntaxProblem("this text has no end", source.span(at, at + 1), hint)
+        return SyntaxProblem("this text is not closed", source.span(at, at + 1), hint)
     message, length, remedy = foreign(text, at)
     return SyntaxProblem(message, source.span(at, at + length), remedy)
 

@@ -138,7 +138,7 @@ class Library:
                     raise ModelError(f"cannot import: {problem.message}", span_of(item.at), problem.hint) from None
                 if not _MODEL.match(text):
                     raise ModelError(
-                        f"cannot import: {path} is no model",
+                        f"cannot import: {path} is not a model",
                         span_of(item.at),
                         "what is imported begins with `model` or `import`; nothing of other files is shown",
                     )
@@ -215,14 +215,14 @@ def read(path: str) -> str:
         if stat.S_ISDIR(status.st_mode):
             raise UsageError(f"`{path}` is a directory, expected a .mbd file")
         if not stat.S_ISREG(status.st_mode):
-            raise UsageError(f"`{path}` is no regular file")
+            raise UsageError(f"`{path}` is not a regular file")
         if status.st_size > 4 * limits.FILE_SIZE:
             raise UsageError(f"`{path}` has {status.st_size} bytes; a model has at most {limits.FILE_SIZE} characters")
         return Path(path).read_text(encoding="utf-8-sig")
     except (FileNotFoundError, NotADirectoryError):
         raise UsageError(f"there is no file `{path}`", hint=_close_file(path)) from None
     except UnicodeDecodeError:
-        raise UsageError(f"`{path}` is no text (UTF-8), expected a .mbd file") from None
+        raise UsageError(f"`{path}` is not a text file (UTF-8), expected a .mbd file") from None
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or "not a valid path"
         raise UsageError(f"cannot read `{path}`: {reason}") from None

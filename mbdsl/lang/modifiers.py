@@ -98,7 +98,7 @@ def bind(arguments: Iterable[s.Argument], scope: Scope, level: int) -> tuple[lis
                 raise mistake
             if named:
                 raise ModelError(
-                    f"found `{text_of(argument.value)}` behind a named argument",
+                    f"found `{text_of(argument.value)}` after a named argument",
                     span_of(argument.value.at),
                     "frames come first, then `name = value`",
                 )

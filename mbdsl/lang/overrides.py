@@ -38,13 +38,13 @@ def read_overrides(overrides: Mapping[str, Any], instance: Instance) -> Modifier
         except MbdslError:
             target = None
         if not isinstance(target, s.Reference):
-            raise UsageError(f"`{name}` is no name of a parameter")
+            raise UsageError(f"`{name}` is not the name of a parameter")
         first = target.steps[0].name
         if first not in names:
             hint = did_you_mean(first, values, "parameters") or did_you_mean(first, names)
             raise UsageError(f"the model has no parameter `{first}` to set", hint=hint)
         if len(target.steps) == 1 and first not in values:
-            raise UsageError(f"`{first}` is no parameter", hint=f"set one of its parameters: `{first}.name=value`")
+            raise UsageError(f"`{first}` is not a parameter", hint=f"set one of its parameters: `{first}.name=value`")
         label = f"--set {name}"
         value = parse_expression(given, label) if isinstance(given, str) else expression(given, label)
         level = result

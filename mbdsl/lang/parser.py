@@ -192,7 +192,7 @@ class _Builders:
         if isinstance(name, list):
             if len(name) > 1:
                 raise SyntaxProblem(
-                    f"`{_dotted(name)}` is no name for a declaration; a name has no dots",
+                    f"`{_dotted(name)}` is not a name for a declaration; a name has no dots",
                     self.source.span(name[0].start, name[-1].end),
                 )
             name = name[0]

@@ -82,7 +82,7 @@ def split_name(name: Any, what: str) -> tuple[str, tuple[s.Number, ...]]:
     match = _NAME.fullmatch(name)
     if match is None:
         hint = "a name is made of letters a-z, digits and `_`, and does not begin with a digit"
-        raise UsageError(f"{what}: {name!r} is no name", hint=hint)
+        raise UsageError(f"{what}: {name!r} is not a name", hint=hint)
     if match.group(1) in KEYWORDS:
         raise UsageError(f"{what}: `{match.group(1)}` is a word of the language, not a name")
     return match.group(1), tuple(s.Number(int(i)) for i in (match.group(2) or "").split(",") if i)

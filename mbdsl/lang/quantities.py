@@ -94,7 +94,7 @@ _BY_DIMENSION = {units.dimension(unit): (words, unit) for words, unit in _WORDS}
 
 
 def type_unit(name: str) -> str | None:
-    """The unit that a type name stands for ("SI.Mass": "kg"); None if it is no quantity."""
+    """The unit that a type name stands for ("SI.Mass": "kg"); None if it is not a quantity."""
     for prefix in PREFIXES:
         if name.startswith(prefix):
             name = name[len(prefix) :]

@@ -270,7 +270,7 @@ class Scope:
             return entity.select(self._positions(step, entity.shape(), owner, "component"), owner, step.at)
         if isinstance(entity, tuple):
             return self._element(entity, step, owner)
-        raise ModelError(f"`{owner}` is no array, it has no elements", span_of(step.at))
+        raise ModelError(f"`{owner}` is not an array, it has no elements", span_of(step.at))
 
     def _element(self, value: tuple, step: s.Step, owner: str) -> Value:
         positions = self._positions(step, values.shape(value), owner, "value")

@@ -90,7 +90,7 @@ def _misplaced_unit(
         number = before[-3].text
         if NUMBER.fullmatch(number):
             right = f"{number} {text}*{previous.text}"
-    return f"found {show(token)} behind {show(previous)}", f"a unit follows a number only: write `{right}`"
+    return f"found {show(token)} after {show(previous)}", f"a unit follows a number only: write `{right}`"
 
 
 def _wrong_end(token: Token, blocks: list[tuple[str, Token]], source: Source, here: Span) -> SyntaxProblem:
@@ -127,10 +127,10 @@ def _special(
             "delete this line: names such as `SI.Mass`, `sin` and `Joints.Revolute` are known without it",
         )
     if kind == "IMPORT" and before:
-        where = "inside" if _open_blocks(before) else "behind"
-        return f"found `import` {where} a model", "imports stand at the beginning of the file"
+        where = "inside" if _open_blocks(before) else "after"
+        return f"found `import` {where} a model", "imports go at the beginning of the file"
     if kind == "CONNECT" and section != "EQUATION":
-        return "`connect` belongs into the equation section", "write `equation` on a line before it"
+        return "`connect` belongs in the equation section", "write `equation` on a line before it"
     if section == "EQUATION" and (
         kind in ("PARAMETER", "CONSTANT", "INPUT", "EXTENDS", "FINAL", "CONNECTOR", "INNER", "OUTER")
         or (kind == "NAME" and previous is not None and previous.type == "NAME")
@@ -142,7 +142,7 @@ def _special(
     if kind == "EQUAL" and "RELATION" in expected:
         return "found `=` in an expression", "a comparison is written `==`"
     if kind == "RELATION" and any(t.type == "RELATION" for t in before[-12:]) and "STAR" in expected:
-        return f"found `{text}` behind another comparison", "write e.g. `a < b and b < c`"
+        return f"found `{text}` after another comparison", "write e.g. `a < b and b < c`"
     if kind == "RELATION" and text == "==" and "EQUAL" in expected:
         return "found `==`, expected `=`", None
     if kind == "NAME" and previous is not None and "STAR" in expected:
@@ -161,15 +161,15 @@ def _special(
         )
         return f"`{text}` is a word of the language and cannot be a name here", hint or _misspelt(before)
     if kind == "LBRACE" and "LPAR" in expected and previous is not None and previous.type == "NAME":
-        return "found `{`, expected `(`", f"values stand in parentheses: `{previous.text}(m = 1 kg)`"
+        return "found `{`, expected `(`", f"values go in parentheses: `{previous.text}(m = 1 kg)`"
     if kind == "EQUAL" and expected == {"IN"} and previous is not None:
         return "found `=`, expected `in`", f"write `for {previous.text} in ...`"
     if kind == "EQUAL" and expected <= {"NAME", "LSQB", "DOT"} and section != "EQUATION":
-        return "found an equation among the declarations", "initial values stand under `initial equation`"
+        return "found an equation among the declarations", "initial values go under `initial equation`"
     if kind == "NUMBER" and previous is not None and previous.type in ("NAME", "RSQB") and "STAR" in expected:
         return f"found {show(token)}, expected an operator before it", None
     if kind == "LSQB" and previous is not None and previous.type == "RPAR":
-        return "found `[` behind `)`", "indices follow a name: `name[i](...)`"
+        return "found `[` after `)`", "indices follow a name: `name[i](...)`"
     return None
 
 

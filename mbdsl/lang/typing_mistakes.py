@@ -20,14 +20,14 @@ _FOREIGN = {
     "function": "mbdsl has no user-defined functions; use expressions, or a Table",
     "record": "mbdsl has no records: write `model`, or plain parameters",
     "within": "mbdsl has no packages: leave the `within` clause out",
-    "when": "mbdsl has no events: use an `if` expression in a law",
+    "when": "mbdsl has no event clauses: use an `if` expression in a law",
     "while": "mbdsl has no algorithms: use `for i in 1:N loop ... end for;`",
     "redeclare": "components cannot be redeclared, only their values modified",
     "replaceable": "components cannot be redeclared, only their values modified",
     "output": "every quantity can be written out: use `mbdsl simulate --signals`",
     "flow": "connectors are frames: write `connector Frame name;`",
     "stream": "connectors are frames: write `connector Frame name;`",
-    "discrete": "mbdsl has no events",
+    "discrete": "mbdsl has no discrete variables: use an `if` expression in a law",
     "external": "mbdsl calls no external code",
 }
 #: terminals that begin an argument or an element of an array
@@ -47,6 +47,9 @@ def earlier_mistake(
     previous = before[-1] if before else None
     if previous is None:
         return None
+    if previous.text == "assert" and token.type == "LPAR" and len(statement) == 1:
+        hint = "write it below the line `equation`, after the components"
+        return _at(previous, previous, source, "an assertion belongs to the equation section", hint)
     return (
         _assignment(token, previous, expected, statement, following, source)
         or _decimal_comma(token, before, following, source)

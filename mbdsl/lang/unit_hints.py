@@ -22,7 +22,7 @@ def remedy(found: Dimension, expected: Dimension, unit: str, e: s.Expression | N
     if found == NUMBER:
         return f"give it a unit: `1 {unit}*{inner(e)}`"
     if found == _TIME and expected != _TIME and "time" in write(e):
-        return f"give the time a rate: `1 {unit}/s*{inner(e)}`"
+        return f"multiply the time by a rate: `1 {unit}/s*{inner(e)}`"
     return None
 
 

@@ -109,7 +109,7 @@ def checked(value: float | int) -> float | int:
 
 
 def _overflow() -> float:
-    raise ModelError("the result is no finite number")
+    raise ModelError("the result is not a finite number")
 
 
 def compute(operation: str, now: Callable, *operands: Quantity) -> float | int | Expr:
@@ -124,7 +124,7 @@ def compute(operation: str, now: Callable, *operands: Quantity) -> float | int |
     except ZeroDivisionError:
         raise ModelError("division by zero") from None
     except (ValueError, OverflowError):
-        raise ModelError("the result is no finite number") from None
+        raise ModelError("the result is not a finite number") from None
     return result if isinstance(result, bool) else checked(result)
 
 

@@ -65,7 +65,7 @@ class MechanismGraph:
     ground : Component
         The (first) ground; as a node it is ``GROUND``.
     warnings : tuple of ModelWarning
-        Suspicious properties that are no errors.
+        Suspicious properties that are not errors.
     """
 
     scene: Scene
@@ -324,7 +324,7 @@ def _mobility(p: SubMechanism) -> str:
 def _kind(component: Component) -> BodyKind:
     kind = component.kind
     if not isinstance(kind, BodyKind):
-        raise TypeError(f"{component.name} is no body")
+        raise TypeError(f"{component.name} is not a body")
     return kind
 
 

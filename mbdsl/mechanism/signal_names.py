@@ -113,7 +113,7 @@ class SignalNames:
         Raises
         ------
         UsageError
-            If a pattern matches no name, or is no text.
+            If a pattern matches no name, or is not a text.
         """
         names, chosen = self.names, {}
         known = dict.fromkeys(names)

@@ -74,7 +74,7 @@ class Formulas:
         return formulas.evaluate(self.kind.energy, self)
 
     def law(self, name: str) -> Expr | None:
-        """The law given for the parameter ``name``; None if none is given, or if this is no law parameter."""
+        """The law given for the parameter ``name``; None if none is given, or if this is not a law parameter."""
         given = self.given(name) if name in self.kind.law_parameters else None
         return None if given is None else expr(given)  # type: ignore[arg-type]
 

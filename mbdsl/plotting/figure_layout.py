@@ -17,6 +17,7 @@ from mbdsl.plotting.series_styles import DASHES, NEUTRAL, Look, looks
 FLATTEST = 0.4  #: least ratio of height to width of the frame of equal axes
 USUAL = 0.56  #: ratio of height to width of all other frames
 TALL = 0.9  #: least ratio of narrow frames
+PANEL = 0.45  #: the same of panels with a shared axis
 ROWS = 6  #: largest number of rows of outcomes
 LONGEST = 60  #: largest number of letters of an outcome's text
 FAR = 0.3  #: part of the range, or decades: a floor that is further below is described in words instead of drawn
@@ -127,7 +128,8 @@ def _axes(figure: Figure, narrow: bool = False) -> tuple[Axis, Axis, float]:
     y = _with_floors(figure, limits(chain((b for _, b in shown), spreads), figure.y_log, pad=0.06))
     x = x if figure.x_ends is None else limits(figure.x_ends, figure.x_log, pad=0.0)
     y = y if figure.y_ends is None else limits(figure.y_ends, figure.y_log, pad=0.0)
-    aspect = max(figure.aspect or USUAL, TALL if narrow else 0.0)
+    least = 0.0 if not narrow else TALL if figure.x_ends is None else PANEL
+    aspect = max(figure.aspect or USUAL, least)
     if figure.equal:
         dx, dy = x[1] - x[0], y[1] - y[0]
         aspect = min(1.0, max(FLATTEST, dy / dx))

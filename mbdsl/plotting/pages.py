@@ -94,7 +94,9 @@ def fragments(items: Sequence[Figure | Bars | Table | HeatMap], given: Mapping[s
     figures = [item for item in drawn if isinstance(item, Figure)]
     known = {**looks_of(drawn), **given}
     classes = {name: f"c{k}" for k, name in enumerate(known)}
-    left = max((svg.Canvas(lay_out(f, known)).left for f in figures if f.x_ends is not None), default=0.0)
+    panels = [f for f in figures if f.x_ends is not None]
+    left = max((svg.Canvas(lay_out(f, known)).left for f in panels), default=0.0)
+    small = max((svg.Canvas(_narrow(f, known)).left for f in panels), default=0.0)
     parts = []
     for k, item in enumerate(items):
         if isinstance(item, HeatMap):
@@ -102,7 +104,7 @@ def fragments(items: Sequence[Figure | Bars | Table | HeatMap], given: Mapping[s
         elif isinstance(item, Bars):
             parts.append("\n".join(bars.html(item, f"figure-{k}", classes, known)))
         else:
-            part = _figure(item, f"figure-{k}", known, left) if isinstance(item, Figure) else _table(item)
+            part = _figure(item, f"figure-{k}", known, (left, small)) if isinstance(item, Figure) else _table(item)
             parts.append("\n".join(part))
     return _colours(known), parts
 
@@ -115,10 +117,17 @@ def _colours(known: dict[str, Look]) -> str:
     return f"{light}@media screen and (prefers-color-scheme: dark) {{\n{dark}}}\n"
 
 
-def _figure(figure: Figure, key: str, known: dict[str, Look], left: float) -> Iterator[str]:
-    """A figure; ``left`` is the common left margin of figures that share their axis."""
+def _narrow(figure: Figure, known: dict[str, Look]) -> Frame:
+    """A figure in a narrow window."""
+    return lay_out(figure, known, svg.letter(svg.NARROW), narrow=True)
+
+
+def _figure(figure: Figure, key: str, known: dict[str, Look], left: tuple[float, float]) -> Iterator[str]:
+    """A figure; ``left`` are the common left margins of figures that share their axis, in wide and narrow windows."""
     frame = lay_out(figure, known, svg.letter())
-    canvas = svg.Canvas(frame, left if figure.x_ends is not None else 0.0)
+    small = _narrow(figure, known)
+    wide, tight = left if figure.x_ends is not None else (0.0, 0.0)
+    canvas, place = svg.Canvas(frame, wide), svg.Canvas(small, tight, full=svg.NARROW)
     classes = {name: f"c{k}" for k, name in enumerate(known)}
     heading = f"<h2>{escape(figure.title)}</h2>" if figure.title else ""
     shared = " data-shared" if figure.x_ends is not None else ""
@@ -128,14 +137,9 @@ def _figure(figure: Figure, key: str, known: dict[str, Look], left: float) -> It
     yield "</figcaption>"
     yield from _legend(frame, classes)
     data = svg.hover(frame, canvas)
-    if shared:  # panels of one axis are compared side by side with others: in a narrow window they scroll
-        yield f'<div class="scroll">\n{svg.picture(frame, key, classes, canvas)}\n</div>'
-    else:
-        small = lay_out(figure, known, svg.letter(svg.NARROW), narrow=True)
-        place = svg.Canvas(small, full=svg.NARROW)
-        pictures = svg.picture(frame, key, classes, canvas), svg.picture(small, f"{key}-narrow", classes, place)
-        yield f'<div class="scroll both">\n{pictures[0]}\n{pictures[1]}\n</div>'
-        data["narrow"] = {name: what for name, what in svg.hover(small, place).items() if name in ("points", "failed")}
+    pictures = svg.picture(frame, key, classes, canvas), svg.picture(small, f"{key}-narrow", classes, place)
+    yield f'<div class="scroll both">\n{pictures[0]}\n{pictures[1]}\n</div>'
+    data["narrow"] = {name: what for name, what in svg.hover(small, place).items() if name in ("points", "failed")}
     yield from _outcomes(frame)
     # `<` would let a text end the element; as an escape it is the same JSON.
     text = json.dumps(seen(data), ensure_ascii=False, separators=(",", ":"), allow_nan=False)

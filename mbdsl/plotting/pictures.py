@@ -71,7 +71,8 @@ def draw(
     """
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
-        raise UsageError(f"unknown suffix `{path.suffix}` of picture `{path}`", hint=f"known are {', '.join(SUFFIXES)}")
+        hint = f"known suffixes are {', '.join(SUFFIXES)}"
+        raise UsageError(f"unknown suffix `{path.suffix}` of picture `{path}`", hint=hint)
     looks = {**looks_of([figure]), **(known or {})}
     if isinstance(figure, Bars):
         size = size[0], max(2.0, 1.1 + bars.ROW * len(figure.bars))

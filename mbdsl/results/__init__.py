@@ -77,7 +77,7 @@ def format_of(path: str | os.PathLike) -> ModuleType:
     if suffix not in formats():
         known = ", ".join(formats())
         problem = f"unknown suffix `{suffix}` of" if suffix else "no suffix on"
-        raise UsageError(f"{problem} result file `{path!s}`", hint=f"known are {known}")
+        raise UsageError(f"{problem} result file `{path!s}`", hint=f"known suffixes are {known}")
     return formats()[suffix]
 
 

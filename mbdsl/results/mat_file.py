@@ -5,8 +5,8 @@ Read by OMPlot, OMEdit, DyMat, BuildingsPy and others. The matrices that these p
 ``Aclass``     4 lines of text: "Atrajectory", "1.1", "", "binTrans"
 ``name``       the signals' names, ``description`` their texts "[unit]"; one name a column (transposed)
 ``dataInfo``   int32 (4, signals): data matrix (0: the abscissa), row in it, interpolation 0, extrapolation -1
-``data_1``     constants: start and stop time in row 1, then one row a constant, two columns
-``data_2``     trajectories: time in row 1, then one row a signal, one column a time
+``data_1``     constants: start and stop time in row 1, then one row per constant, two columns
+``data_2``     trajectories: time in row 1, then one row per signal, one column per time
 
 ``meta`` is stored in the constants ``mbdsl.KEY``: numbers as values, texts in the description.
 
@@ -112,7 +112,7 @@ def _normal(form: np.ndarray) -> bool:
     Raises
     ------
     ValueError
-        If the file is no trajectory.
+        If the file is not a trajectory.
     """
     kind = _lines(form.T)
     if kind[:2] != ["Atrajectory", "1.1"] or kind[3] not in ("binTrans", "binNormal"):

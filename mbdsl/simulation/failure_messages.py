@@ -294,7 +294,7 @@ def _of_standstill(integration: Integration, hint: str) -> tuple[str, Span | Non
         return f"{so_far}, and {name} jumps back and forth between them{changes}", law.span, hint
     if stall.coordinate:
         return f"{so_far}, and the force on {stall.coordinate} jumps back and forth between them", None, hint
-    return so_far, None, "the motion may not go on there, as at a pole of a force; else try a larger tolerance"
+    return so_far, None, "the motion may end there, as at a pole of a force; otherwise try a larger tolerance"
 
 
 def _worst_equations(integration: Integration) -> tuple[str, Span | None]:

@@ -382,8 +382,8 @@ class Motion:
     def output(self, partial: bool) -> tuple[Array, Array, Array, Array, list[tuple[Array, Array]]]:
         """Times (N,), q, v (N, n) and lam (N, m + p) from the start on, and q and v of each part.
 
-        ``partial`` includes the last step reached, even if it is no output time. Times that are not ``shown`` are left
-        out.
+        ``partial`` includes the last step reached, even if it is not an output time. Times that are not ``shown`` are
+        left out.
         """
         plan, reached = self.plan, self.time
         if plan.every and self.parts:

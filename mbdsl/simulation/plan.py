@@ -133,7 +133,7 @@ def _check_step(h: float, start: float, end: float, at_most_the_run: bool) -> No
     if at_most_the_run and end > start and h > (end - start) * (1.0 + 1e-9):
         raise UsageError(
             f"a step of {h:g} s is longer than the run, from {start:g} to {end:g} s",
-            hint="give a shorter step, or a tolerance (tol) instead",
+            hint="give a shorter step, or a tolerance instead",
         )
     if start + h == start or (end - start) / h > 1e12:
         raise UsageError(f"a step of {h:g} s is too small for times from {start:g} to {end:g} s")

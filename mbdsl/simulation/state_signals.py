@@ -157,7 +157,7 @@ class StateSignals:
         Parameters
         ----------
         values : mapping of str to (N,)
-            Name -> values; names that are no signals are ignored.
+            Name -> values; names that are not signals are ignored.
         """
         self._known.update(
             {name: np.asarray(x, float) for name, x in values.items() if name != "time" and name in self}

@@ -226,7 +226,7 @@ class Stream:
         return times, *motion.whole.state(times, states), [(q, v) for q, v, _ in states]
 
     def _last(self, motion: Motion) -> Rows | None:
-        """The last step reached, if it is no output time and all parts have reached it."""
+        """The last step reached, if it is not an output time and all parts have reached it."""
         plan, reached = motion.plan, motion.time
         assert plan.rows is not None
         last = plan.rows.part(self._released - 1, self._released)[0] if self._released > 0 else plan.start

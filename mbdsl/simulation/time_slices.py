@@ -17,7 +17,7 @@ def rows(t: NDArray[np.float64], times: slice) -> slice:
     Raises
     ------
     UsageError
-        If the slice has a step, a border is no time, or no output time is between the borders.
+        If the slice has a step, a border is not a time, or no output time is between the borders.
     """
     if times.step is not None:
         raise UsageError(

@@ -184,7 +184,7 @@ class Trajectory(StateSignals):
         Returns
         -------
         (N, k) array
-            One column a signal in SI units, without the time.
+            One column per signal in SI units, without the time.
 
         Raises
         ------
@@ -210,7 +210,7 @@ class Trajectory(StateSignals):
         Returns
         -------
         pandas.DataFrame
-            One column a signal, indexed by time.
+            One column per signal, indexed by time.
 
         Raises
         ------

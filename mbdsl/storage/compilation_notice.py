@@ -38,7 +38,7 @@ def silent() -> Iterator[None]:
 def _is_shown() -> bool:
     if _silent or sys.stderr is None or multiprocessing.parent_process() is not None:
         return False
-    if type(sys.stderr).__module__.startswith("ipykernel."):  # a notebook, which is no terminal
+    if type(sys.stderr).__module__.startswith("ipykernel."):  # a notebook, which is not a terminal
         return True
     with suppress(OSError, ValueError, AttributeError):  # a closed stream
         return sys.stderr.isatty()

@@ -135,7 +135,7 @@ def suffix_of(path: str | os.PathLike, known: Sequence[str]) -> str:
     suffix = Path(path).suffix
     if suffix.lower() not in known:
         problem = f"unknown suffix `{suffix}` of" if suffix else "no suffix on"
-        raise UsageError(f"{problem} `{path!s}`", hint=f"known are {', '.join(known)}")
+        raise UsageError(f"{problem} `{path!s}`", hint=f"known suffixes are {', '.join(known)}")
     return suffix.lower()
 
 

@@ -34,7 +34,7 @@ def has_owners() -> bool:
 def fault_of(folder: str | os.PathLike) -> str:
     """The reason why others can change the content of a folder, or the folder itself; "" if they cannot.
 
-    Missing folders are no fault; the existing ones on the path are checked.
+    Missing folders are not a fault; the existing ones on the path are checked.
     """
     if not has_owners():
         return ""
@@ -54,7 +54,7 @@ def fault_of(folder: str | os.PathLike) -> str:
         if stat.S_ISLNK(status.st_mode):
             continue
         if not stat.S_ISDIR(status.st_mode):
-            return f"`{at}` is no folder"
+            return f"`{at}` is not a folder"
         last = reached and k == len(steps) - 1
         if status.st_mode & OTHERS and (last or not status.st_mode & stat.S_ISVTX):
             return f"others can write into `{at}` (mode {stat.S_IMODE(status.st_mode):04o}; try: chmod go-w {at})"

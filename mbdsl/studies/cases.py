@@ -203,7 +203,7 @@ def cases(
     for what, sizes in (("step", steps), ("tolerance", tols)):
         for size in sizes or ():
             if not 0.0 < size < (math.inf if what == "step" else 1.0):
-                raise UsageError(f"{size:g} is no {what}")
+                raise UsageError(f"{size:g} is not a {what}")
     found: list[Case] = []
     refused: list[tuple[str, str]] = []
     for name in names:

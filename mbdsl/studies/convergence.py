@@ -139,7 +139,7 @@ def cell(s: Survey, q: Quantity, row: Row) -> str:
 
 
 def error_figures(s: Survey, q: Quantity, scaled: bool = True) -> list[Figure]:
-    """Errors of a quantity as functions of the step and of the tolerance; errors below the floor are no points.
+    """Errors of a quantity as functions of the step and of the tolerance; errors below the floor are not points.
 
     They are scaled, or else in the unit of the quantity.
     """

@@ -79,7 +79,7 @@ class Ladder:
 
     @property
     def blind(self) -> bool:
-        """Whether two tolerances have led to identical runs, whose difference is no error estimate."""
+        """Whether two tolerances have led to identical runs, whose difference is not an error estimate."""
         same = len(self.runs) > 1 and self.runs[-2].stats["steps"] == self.last.stats["steps"]
         return not self.fixed and same and self.differences[-1] == 0.0
 

@@ -120,7 +120,7 @@ def read(texts: Iterable[str], names: SignalNames) -> list[Measure]:
     Raises
     ------
     UsageError
-        If a text is no measure, or there is no such function or signal.
+        If a text is not a measure, or there is no such function or signal.
     """
     found: dict[str, Measure] = {}
     for text in texts:
@@ -137,15 +137,15 @@ def _split(text: str) -> tuple[str, str]:
     match = _CALL.fullmatch(text)
     if match is None:
         if "(" in text or ")" in text or not text.strip():
-            raise UsageError(f"`{text}` is no measure", hint=_hint())
+            raise UsageError(f"`{text}` is not a measure", hint=_hint())
         return "final", text.strip()
     function, signal = match[1], match[2].strip()
     if function not in FUNCTIONS:
         raise UsageError(
-            f"there is no measure `{function}`", hint=did_you_mean(function, FUNCTIONS, "measures") or _hint()
+            f"there is not a measure `{function}`", hint=did_you_mean(function, FUNCTIONS, "measures") or _hint()
         )
     if not signal or "(" in signal:
-        raise UsageError(f"`{text}` is no measure: expected one signal in the parentheses", hint=_hint())
+        raise UsageError(f"`{text}` is not a measure: expected one signal in the parentheses", hint=_hint())
     return function, signal
 
 

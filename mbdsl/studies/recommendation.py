@@ -256,7 +256,7 @@ def _timed(runner: Runner, found: Sequence[Choice], given: Asked) -> tuple[list[
 
 
 def _why(c: Candidate, best: float, target: float) -> str:
-    """Why a candidate that was tried is no choice; ``best`` is the time of the fastest one [s]."""
+    """Why a candidate that was tried is not a choice; ``best`` is the time of the fastest one [s]."""
     if c.problem:
         return c.problem
     last = c.trials[-1] if c.trials else None

@@ -44,7 +44,7 @@ class Scales:
         return eps * self.energy if unit == "J" else self._by_unit(name, unit, eps, eps / h, eps / h**2)
 
     def whole(self, name: str) -> bool:
-        """Whether a signal is the residual of a balance, so that its range is no scale."""
+        """Whether a signal is the residual of a balance, so that its range is not a scale."""
         return name in ENERGIES or _unit(name, "") != ""
 
     def _by_unit(self, name: str, unit: str, angle: float, rate: float, acceleration: float) -> float:

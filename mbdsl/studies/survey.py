@@ -333,5 +333,5 @@ def _affordable(runner: Runner, names: Sequence[str], steps: Sequence[float], le
 
 
 def finite(values: Sequence[float]) -> list[float]:
-    """With nan for values that are no points on a logarithmic axis."""
+    """With nan for values that are not points on a logarithmic axis."""
     return [x if math.isfinite(x) and x > 0.0 else math.nan for x in values]

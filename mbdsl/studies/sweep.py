@@ -9,6 +9,7 @@ from itertools import product
 from os import PathLike
 
 from mbdsl.errors import MbdslError, UsageError
+from mbdsl.lang.given_values import optional, seconds
 from mbdsl.lang.library import allowed_now
 from mbdsl.lang.load import load
 from mbdsl.mechanism.scene import ParameterValue, Scene
@@ -30,17 +31,17 @@ def sweep(
     measures: str | Sequence[str] | None = None,
     *,
     paired: bool = False,
-    after: float | None = None,
+    after: float | str | None = None,
     method: str | None = None,
-    step: float | None = None,
-    tol: float | None = None,
-    start: float | None = None,
-    stop: float | None = None,
-    interval: float | None = None,
+    step: float | str | None = None,
+    tol: float | str | None = None,
+    start: float | str | None = None,
+    stop: float | str | None = None,
+    interval: float | str | None = None,
     options: Mapping[str, float | None] | None = None,
     parameters: Mapping[str, str | float] | None = None,
     without: Sequence[str] = (),
-    limit: float | None = None,
+    limit: float | str | None = None,
     workers: int | None = None,
     store: str | PathLike | None = None,
     fresh: bool = False,
@@ -65,13 +66,13 @@ def sweep(
     paired : bool, optional
         Whether the first values of all parameters belong together, then the second, and so on. Default: all
         combinations.
-    after : float, optional [s]
+    after : float or str, optional [s]
         Values before this time do not count.
     method, step, tol, start, stop, options, parameters, without, announce : optional
         As for ``mbdsl.simulate``.
-    interval : float, optional [s]
+    interval : float or str, optional [s]
         Output interval. Default: (stop - start)/2000. Measures are those of the output.
-    limit : float, optional [s]
+    limit : float or str, optional [s]
         Time limit of a run. A run that exceeds it has no values and is not stored.
     workers : int, optional
         Number of processes. Default: the number of cores.
@@ -96,6 +97,9 @@ def sweep(
     """
     if not isinstance(model, (str, PathLike)):
         raise UsageError("a sweep needs the path of a model", hint="parameters belong to a .mbd file")
+    after, step, limit = seconds(after, "after"), seconds(step, "step"), seconds(limit, "limit")
+    start, stop, interval = seconds(start, "start"), seconds(stop, "stop"), seconds(interval, "interval")
+    tol = optional(tol, "1", "tol")
     ranges = [varied(name, values) for name, values in vary.items()]
     indices = _indices(ranges, paired)
     fixed = dict(parameters or {})

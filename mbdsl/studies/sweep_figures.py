@@ -139,7 +139,7 @@ class _Layout:
         self.rows = {index: k for k, index in enumerate(sweep.indices)}
 
     def panels(self) -> list[dict[int, int]]:
-        """Indices of the values of the other parameters, a frame each."""
+        """Indices of the values of the other parameters, one entry per frame."""
         return self._combinations(self.others)
 
     def _combinations(self, which: Sequence[int]) -> list[dict[int, int]]:

@@ -113,7 +113,7 @@ class Sweep:
         for k, p in enumerate(self.parameters):
             if p.name == name:
                 if p.numbers is None:
-                    raise UsageError(f"the values of {name} are no numbers", hint="sweep.table() has them as texts")
+                    raise UsageError(f"the values of {name} are not numbers", hint="sweep.table() has them as texts")
                 return np.array([p.numbers[row[k]] for row in self.indices])
         return np.array([run.stats["values"][name] if run.done else math.nan for run in self.runs])
 
@@ -133,7 +133,7 @@ class Sweep:
         Returns
         -------
         (n1, n2, ...) array
-            One axis a parameter; nan where a run failed.
+            One axis per parameter; nan where a run failed.
 
         Raises
         ------
@@ -184,7 +184,7 @@ class Sweep:
         Returns
         -------
         pandas.DataFrame
-            One row a run. The column "outcome" is "done" or the reason of the failure.
+            One row per run. The column "outcome" is "done" or the reason of the failure.
         """
         import pandas
 

@@ -29,7 +29,7 @@ class Varied:
     texts : tuple of str
         The values as the language reads them: "2.5 N/mm".
     numbers : tuple of float or None
-        The values in ``unit``; None if one of them is no number.
+        The values in ``unit``; None if one of them is not a number.
     unit : str
         The unit of the numbers; "" if none was given, or there is none.
     log : bool
@@ -131,9 +131,9 @@ def _text(x: object) -> str:
     try:
         value = float(x)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise ValueError(f"{x!r} is no value of a parameter") from None
+        raise ValueError(f"{x!r} is not a value of a parameter") from None
     if not math.isfinite(value):
-        raise ValueError(f"{value} is no value of a parameter")
+        raise ValueError(f"{value} is not a value of a parameter")
     return repr(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)
 
 
@@ -158,7 +158,7 @@ def _number(text: str) -> tuple[float, str]:
     """
     match = _NUMBER.fullmatch(text)
     if match is None:
-        raise ValueError(f"`{text}` is no number")
+        raise ValueError(f"`{text}` is not a number")
     if match[2] and units.parse(match[2]) is None:
         meant = units.meant(match[2])
         raise ValueError(f"unknown unit `{match[2]}`{f'; did you mean {meant}?' if meant else ''}")
@@ -172,12 +172,12 @@ def _in(unit: str, number: float, own: str) -> float:
 def _range(name: str, text: str) -> Varied:
     parts = _parts(text, ":")
     if len(parts) not in (3, 4):
-        raise ValueError(f"`{text}` is no range: expected start:stop:count")
+        raise ValueError(f"`{text}` is not a range: expected start:stop:count")
     spacing, unit = "lin", ""
     if len(parts) == 4:
         match = _SPACING.fullmatch(parts[3])
         if match is None:
-            raise ValueError(f"`{parts[3]}` is no spacing: expected log or lin")
+            raise ValueError(f"`{parts[3]}` is not a spacing: expected log or lin")
         spacing, unit = match[1], match[2]
     number, own = _number(parts[2])
     if number != int(number) or number < 1:

@@ -21,7 +21,7 @@ def write(study: Study | EffectsStudy | Recommendation, path: str | os.PathLike)
     study : Study, EffectsStudy or Recommendation
         The result of a study, such as ``convergence``, ``effects`` or ``recommend``.
     path : path
-        The file. Its suffix selects the format: .md or .tex for the tables as they are printed, .csv for one row a run
+        The file. Its suffix selects the format: .md or .tex for the tables as printed, .csv for one row per run
         with all digits.
 
     Raises

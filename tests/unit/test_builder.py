@@ -95,7 +95,7 @@ def test_numpy_values():
         (lambda b: b.Rod("r", mm=1), "no parameter `mm`"),
         (lambda b: b.Rod("r", m=1), "needs `length`"),
         (lambda b: b.Rod("rod", m=1, length=1), "declared twice"),
-        (lambda b: b.Rod("r[1", m=1, length=1), "is no name"),
+        (lambda b: b.Rod("r[1", m=1, length=1), "is not a name"),
         (lambda b: b.add("Rodd", "r"), "did you mean `Rod`"),
         (lambda b: b.Rod("r", m=object(), length=1), "expected a number"),
         (lambda b: b.Revolute("J", 3, "rod.a"), "expected a frame"),

@@ -74,7 +74,7 @@ def test_what_is_removed_leaves_the_model_that_never_had_it():
     assert b.scene().components["arm"].values["m"] == 3.0
 
 
-def test_a_name_that_means_something_else_is_no_reference():
+def test_a_name_with_another_meaning_is_not_a_reference():
     """In the law of the spring `q`, `s` is its length, and not the component `s`."""
     b = chain()
     law = b.scene().components["q"].values["force"]

@@ -120,8 +120,12 @@ def test_module_runs_as_the_program():
             "mbdsl recommend has no option `--eror`\n  = did you mean `--error`?\n",
         ),
         (["study", "drift", "x.mbd", "--stpes", "1ms"], "error: mbdsl study drift has no option `--stpes`\n"),
-        (["study", "drfit", "x.mbd"], "error: argument KIND: there is no `drfit`\n  = did you mean `drift`?\n"),
+        (["study", "drfit", "x.mbd"], "error: argument KIND: unknown value `drfit`\n  = did you mean `drift`?\n"),
         (["check", "x.mbd", "more"], "error: unrecognized arguments: more\n  = see mbdsl check --help\n"),
+        (["simulate", "x.mbd", "-o", "x.csv"], "error: unrecognized arguments: -o x.csv\n  = write `--output`\n"),
+        (["plot", "x.csv", "-o", "x.svg"], "error: unrecognized arguments: -o x.svg\n  = write `--out`\n"),
+        (["--versoin"], "error: mbdsl has no option `--versoin`\n  = did you mean `--version`?\n"),
+        (["sweep", "x.mbd", "--vary", "L"], "error: --vary: found `L`, expected NAME=VALUES\n  = write L=1:2:11 "),
         (
             ["simulate", "x.mbd", "--stop", "2", "s"],
             "error: `2 s` after --stop is two words: the value ends at the space\n"
@@ -133,7 +137,7 @@ def test_module_runs_as_the_program():
         ),
         (["check", "x.mbd", "--set", "k=120", "N/mm"], '  = write  --set "k=120 N/mm"\n'),
         (["check", "x.mbd", "--set", "k"], "error: argument --set: expected NAME=VALUE, found `k`\n"),
-        (["show", "x.mbd", "--stage", "cod"], "error: argument --stage: there is no `cod`\n  = did you mean `code`?\n"),
+        (["show", "x.mbd", "--stage", "cod"], "argument --stage: unknown value `cod`\n  = did you mean `code`?\n"),
         (
             ["simulate", "x.mbd", "--step", "1kg"],
             "error: argument --step: `1kg` has the wrong unit: expected s, found kg\n",
@@ -149,7 +153,7 @@ def test_module_runs_as_the_program():
         (["simulate", "x.mbd", "--start", "-.5s", "--step", "-1ms"], "argument --step: `-1ms` is -0.001"),
         (["simulate", "x.mbd", "--quiet", "-1ms"], "error: argument --quiet: ignored explicit argument"),
         (["simulate", "x.mbd", "--step", "1", "--tol", "1e-3"], "--tol: not allowed with argument --step\n"),
-        (["simulate", "x.mbd", "--output", "x.xls"], "  = known are .csv, .mat, .nc, .npz\n"),
+        (["simulate", "x.mbd", "--output", "x.xls"], "  = known suffixes are .csv, .mat, .nc, .npz\n"),
         (["simulate", "x.mbd", "--output", "no/x.csv"], "error: cannot write `no/x.csv`: there is no folder `no`\n"),
         (["simulate", "x.mbd", "--stats", "no/x.json"], "error: cannot write `no/x.json`: there is no folder `no`\n"),
     ],

@@ -28,7 +28,7 @@ class Terminal(io.StringIO):
         return True
 
 
-#: the class of standard error in a kernel of IPython, which is no terminal
+#: the class of standard error in a kernel of IPython, which is not a terminal
 Kernel = type("OutStream", (io.StringIO,), {"__module__": "ipykernel.iostream"})
 
 

@@ -478,10 +478,10 @@ def test_the_command(say):
 def test_wrong_requests(say):
     pendulum = MODELS / "pendulum.mbd"
     for argv, message in (
-        (["--count", "0"], "`0` is no number of modes"),
+        (["--count", "0"], "`0` is not a number of modes"),
         (["--at", "1kg"], "wrong unit"),
         (["--at", "rest"], "`rest` is not a number"),
-        (["--output", "m.xls"], "known are .csv, .json"),
+        (["--output", "m.xls"], "known suffixes are .csv, .json"),
         (["--output", "no/m.csv"], "there is no folder `no`"),
     ):
         code, out, err = say("eigen", pendulum, *argv)

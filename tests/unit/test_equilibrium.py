@@ -344,7 +344,7 @@ def test_wrong_requests(say, tmp_path):
     for argv, message in (
         (["p.mbd", "--signals", "rod.z"], "there is no signal `rod.z`"),
         (["p.mbd", "--output", "no/p.csv"], "there is no folder `no`"),
-        (["p.mbd", "--output", "p.xls"], "known are .csv"),
+        (["p.mbd", "--output", "p.xls"], "known suffixes are .csv"),
         (["p.mbd", "--start", "1kg"], "wrong unit"),
         (["p.mbd", "--set", "x=1"], "x"),
         (["none.mbd"], "none.mbd"),

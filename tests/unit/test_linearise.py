@@ -228,6 +228,13 @@ def test_python_control_reads_it():
     assert control.ss(*found, states=states, inputs=found.inputs).state_labels == states
 
 
+def test_a_notebook_shows_the_matrices_without_residues():
+    """The mass hangs at x = 0, which the iteration reaches but for 1e-110 m."""
+    found = mbdsl.linearise(Path(__file__).parents[2] / "models" / "pendulum.mbd")
+    assert found._repr_html_().startswith("<pre") and "e-" not in str(found)
+    assert "x1  mass.x            0 m" in found._repr_html_()
+
+
 # -- what is refused ---------------------------------------------------------------------------------------------------
 
 
@@ -284,4 +291,4 @@ def test_command(tmp_path, capsys):
         for letter in "ABCD":
             assert np.array_equal(np.asarray(found[letter], float), getattr(wanted, letter))
     assert cli.main(["linearise", str(model), "--output", str(tmp_path / "linear.txt")]) == 2
-    assert "known are .json, .mat, .npz" in capsys.readouterr().err
+    assert "known suffixes are .json, .mat, .npz" in capsys.readouterr().err

@@ -88,7 +88,7 @@ def test_list(capsys):
         (["a.npz", "--out", "no"], "no suffix on `no`"),
         (["a.npz", "--out", "no/plot.svg"], "there is no folder `no`"),
         (["a.npz", "--out", "a.svg", "--list"], "not allowed with"),
-        (["a.txt"], "no result file and no model\n  = known suffixes are .csv, .mat, .mbd, .nc, .npz"),
+        (["a.txt"], "neither a result file nor a model\n  = known suffixes are .csv, .mat, .mbd, .nc, .npz"),
         (["bad.npz"], "`bad.npz` is not a .npz result file, or is damaged"),
         ([], "required: RESULT"),
     ],
@@ -150,6 +150,9 @@ class Trajectory:
     undetermined = ()
     stats = {"warnings": ["a pulse may be passed over"]}  # noqa: RUF012
     unit = staticmethod(UNITS.__getitem__)
+
+    def select(self, patterns):
+        return self.names
 
     def __getitem__(self, name):
         return COLUMNS[name]

@@ -144,7 +144,7 @@ def test_unknown_suffix_lists_the_known_ones(name, expected):
     with pytest.raises(UsageError) as caught:
         results.write(name, {"time": np.zeros(1)})
     assert expected in caught.value.message
-    assert caught.value.hint == "known are .csv, .mat, .nc, .npz"
+    assert caught.value.hint == "known suffixes are .csv, .mat, .nc, .npz"
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

@@ -104,7 +104,7 @@ def test_when_text_has_colours(terminal, environment, colours, monkeypatch):
     assert coloured(Terminal() if terminal else io.StringIO()) is colours
 
 
-def test_the_width_of_what_is_no_terminal_is_not_known(monkeypatch):
+def test_only_terminals_have_a_width(monkeypatch):
     monkeypatch.setenv("COLUMNS", "50")
     assert columns(io.StringIO()) is None
     assert columns(Terminal()) == 50

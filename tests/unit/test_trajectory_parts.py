@@ -145,7 +145,7 @@ def test_a_part_of_a_run_cannot_be_verified(run):
 
 
 @pytest.mark.parametrize("names", [3, ["crank.phi", 3]])
-def test_names_that_are_no_texts(run, names):
+def test_names_that_are_not_texts(run, names):
     for call in (run.select, run.to_pandas, lambda names: mbdsl.simulate(MODEL, signals=names)):
         with pytest.raises(UsageError, match="found 3"):
             call(names)

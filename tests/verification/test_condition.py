@@ -161,7 +161,7 @@ def test_tiny_steps(crank, method):
     eps/2; the reactions of a step follow from velocities known to eps |v|, by m/h. hht-add's are found from q and v:
     their errors are those of q and v times (c, 2 m w, k, ...) < 100.
     Index 3: a constraint is met to a few eps, with 1/beta < 4 and gamma/beta < 3 in between, and joints add
-    up: 64 eps/h in v and, with masses, 64 eps/h^2 in the reactions, that is no digits of these.
+    up: 64 eps/h in v and, with masses, 64 eps/h^2 in the reactions, which leaves no digits of these.
     """
     scene, system, _start = crank
     h, N = 1e-7, 20_000

@@ -315,7 +315,7 @@ def test_positions_in_the_encoding_of_the_editor(client, trusting):
 
 
 def test_broken_and_huge_texts_do_not_stop_the_server(start):
-    """Each text is followed by questions, which are answered. One of them imports a file that is no text."""
+    """Each text is followed by questions, which are answered. One of them imports a file that is not text."""
     client = start()
     (client.folder / "data.mbd").write_bytes(bytes(range(256)))
     deep = "model A\n" + "for i in 1:2 loop\n" * 300 + "Rod r[i](m = " + "(" * 300

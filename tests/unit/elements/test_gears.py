@@ -225,7 +225,7 @@ def test_wrong_values_are_explained(declared, said):
     assert said in str(caught.value)
 
 
-def test_misspelled_shapes_are_no_foreign_annotations():
+def test_misspelled_shapes_are_not_foreign_annotations():
     text = "model M Ground ground; Rod rod(m = 1, length = 1) annotation(Shap(Circle(radius = 1 cm))); end M;"
     with pytest.raises(ModelError, match="there is no annotation `Shap`"):
         mbdsl.parse(text)

@@ -249,7 +249,7 @@ def test_registered_in_the_process(registered):
         1.0 - 9.81 / 2
     )
     register(backend(exact))  # twice, as in a notebook
-    with pytest.raises(UsageError, match="there is a method of that name already"):
+    with pytest.raises(UsageError, match="there is already a method of that name"):
         register(backend(exact, "hht-si2"))
     with pytest.raises(UsageError, match="no METHOD"):
         register(SimpleNamespace(solve=exact))

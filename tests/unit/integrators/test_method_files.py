@@ -102,7 +102,7 @@ def test_a_worker_loads_the_file(files, tmp_path):
     files("rk4.py", RK4)
     assert method_files.load("rk4.py") == "rk4"
     of, case, done = setting(CRANK, 0.05), Case("rk4", step=1e-3), {}
-    workers.side_by_side(of, Store(tmp_path / "store"), [case], 1, lambda: 60.0, done.__setitem__)
+    workers.side_by_side(of, Store(tmp_path / "store"), [case], 1, lambda _: (60.0, 60.0, 0.0), done.__setitem__)
     from mbdsl.studies.compute import compute
 
     assert done[case].problem == ""
@@ -133,7 +133,7 @@ def test_a_changed_file_replaces_the_method(files):
         (
             RK4.replace("def solve(problem):", "def solve(problem)"),
             "m.py:20:19: error: expected ':'\n    def solve(problem)\n                      ^\n"
-            "  = it is no valid Python\n",
+            "  = it is not valid Python\n",
         ),
         (
             "import no_such_package\n" + RK4,
@@ -153,7 +153,7 @@ def test_a_changed_file_replaces_the_method(files):
         ),
         (
             RK4.replace('"rk4"', '"newmark"'),
-            "m.py:7:1: error: there is a method of the name `newmark` already\n    METHOD = Method(\n    ^^^^^^\n"
+            "m.py:7:1: error: there is already a method called `newmark`\n    METHOD = Method(\n    ^^^^^^\n"
             "  = give METHOD another name\n",
         ),
         (

@@ -115,6 +115,7 @@ def test_translations_keep_the_pose():
         ('equation assert(L, "no condition");', "found a length"),
         ('equation assert(rod.x > 0, "far");', "varies in time"),
         ("equation assert(L > 0);", "takes a condition and a text"),
+        ('assert(L > 0, "no length");', "an assertion belongs to the equation section"),
     ],
 )
 def test_assertions(text, message):

@@ -84,14 +84,14 @@ def test_nothing_is_shown_of_what_is_no_model(name, allowed, folders):
     with pytest.raises(ModelError) as caught:
         mbdsl.load(model(name), allow_imports=allowed)
     rendered = caught.value.render()
-    assert "is no model" in rendered
+    assert "is not a model" in rendered
     assert not [word for word in ("root", "$6", "secret:") if word in rendered.replace("../secret", "")]
     assert caught.value.span.file == "main.mbd"
 
 
 def test_nothing_is_shown_of_a_script(folders):
     Path("parts/script.mbd").write_text("import secrets\n")
-    with pytest.raises(ModelError, match="is no model") as caught:
+    with pytest.raises(ModelError, match="is not a model") as caught:
         mbdsl.load(model("parts/script.mbd"))
     assert "secrets" not in caught.value.render()
 

@@ -247,8 +247,9 @@ def test_the_page_shares_its_axis_and_shows_values():
 
     text = pages.html(plot([result()], ["crank.phi", "pin.fx"]).page())
     rects = re.findall(r'<clipPath id="[^"]+"><rect x="([\d.]+)" y="[\d.]+" width="([\d.]+)"', text)
-    assert len(rects) == 2
-    assert rects[0] == rects[1]
+    assert len(rects) == 4  # each panel for wide and for narrow windows
+    assert rects[0] == rects[2] and rects[1] == rects[3]
+    assert all(float(x) + float(width) < full for (x, width), full in zip(rects, [860.0, 400.0] * 2, strict=True))
     assert '"names":["crank.phi"]' in text
     assert "default-src 'none'" in text
 

@@ -116,9 +116,9 @@ def test_commands_write_tables(say, tmp_path):
     for path in pictures:
         assert b"/FontFile2" in path.read_bytes() and b"/Type3" not in path.read_bytes(), path
     code, _, err = say(*study, "--table", "errors.xls")
-    assert code == 2 and "known are .md, .tex, .csv" in err
+    assert code == 2 and "known suffixes are .md, .tex, .csv" in err
     code, _, err = say(*study, "--pictures", "pdf,gif")
-    assert code == 2 and "known are png, svg, pdf" in err
+    assert code == 2 and "known suffixes are png, svg, pdf" in err
     assert say("eigen", crank, "--output", "modes.md")[0] == 0
     assert "damped [Hz]" in (tmp_path / "modes.md").read_text(encoding="utf-8")
     assert say("linearise", crank, "--output", "linear.tex")[0] == 0

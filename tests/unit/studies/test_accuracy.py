@@ -461,7 +461,7 @@ def test_studies_from_a_shell(say, tmp_path, monkeypatch):
         (("--steps", "1m"), "expected s, found m"),
         (("--methods", "hht-i4"), "no method `hht-i4`"),
         (("--tols", "1e-4", "--steps", "1ms", "--reference", "none.csv"), "cannot read `none.csv`"),
-        (("--pictures", "png,bmp"), "unknown suffix `bmp`\n  = known are png, svg; none, "),
+        (("--pictures", "png,bmp"), "unknown suffix `bmp`\n  = known suffixes are png, svg; none, "),
     ):
         code, out, err = say(*argv, *more)
         assert code == 2 and stated in err and out == "", err

@@ -97,7 +97,7 @@ def test_steps_are_those_that_are_taken(given):
     assert twice.fits["hht-si2"]["q"].count == 3
     with pytest.raises(UsageError, match=r"a step of 0.4 s is longer than the studied time, 0.1 s"):
         convergence(CRANK, methods=["hht-si2"], steps=[0.4, 0.1], **short)
-    with pytest.raises(UsageError, match="-1 is no step"):
+    with pytest.raises(UsageError, match="-1 is not a step"):
         convergence(CRANK, methods=["hht-si2"], steps=[-1.0, 0.1], **short)
 
 

@@ -439,9 +439,9 @@ def test_cases_of_methods():
         "nstiff, h = 0.001 s",
     ]
     assert refused == []
-    with pytest.raises(UsageError, match="no step"):
+    with pytest.raises(UsageError, match="not a step"):
         cases(["hht-si2"], [0.0], None)
-    with pytest.raises(UsageError, match="no tolerance"):
+    with pytest.raises(UsageError, match="not a tolerance"):
         cases(["hht-si2"], None, [2.0])
 
 

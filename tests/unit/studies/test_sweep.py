@@ -107,8 +107,8 @@ def test_values_of_python():
         (f"1:2:{MOST + 1}", "too many"),
         ([], "no value"),
         ([1, "2 mm"], "to all, or to none"),
-        ([math.nan], "no value of a parameter"),
-        ([[1]], "no value of a parameter"),
+        ([math.nan], "not a value of a parameter"),
+        ([[1]], "not a value of a parameter"),
     ],
 )
 def test_wrong_values(given, says):
@@ -220,6 +220,16 @@ def test_after(store):
     assert whole["final(mass.x)"] == later["final(mass.x)"]
 
 
+def test_times_with_units(store):
+    vary, measures = {"L": [1.0]}, "max(mass.x)"
+    plain = mbdsl.sweep(PENDULUM, vary, measures, after=1.0, interval=0.1, store=store, workers=1, **RUN)
+    texts = {"after": "1 s", "interval": "100 ms", "step": "2 ms", "stop": "4000 ms", "limit": "1 min"}
+    found = mbdsl.sweep(PENDULUM, vary, measures, store=store, workers=1, **texts)
+    np.testing.assert_array_equal(found["max(mass.x)"], plain["max(mass.x)"])
+    with pytest.raises(UsageError, match="stop: `2 m` has the wrong unit: expected s, found m"):
+        mbdsl.sweep(PENDULUM, vary, measures, store=store, stop="2 m")
+
+
 def test_parameters_share_compiled_code():
     """The name of compiled code is a digest of it."""
     names = set()
@@ -304,7 +314,7 @@ def test_a_run_beyond_the_limit_is_not_stored(tmp_path):
         (("--vary", "L=1:2:3", "--set", "L=1"), 2, "set and varied"),
         (("--vary", "L=1:2:1000", "--vary", "m=1:2:1000"), 2, "1000 x 1000 = 1000000 runs are too many"),
         (("--vary", "L=1:2:3", "--measure", "max(mass.z)"), 2, "there is no signal `mass.z`"),
-        (("--vary", "L=1:2:3", "--output", "a.xls"), 2, "known are .md"),
+        (("--vary", "L=1:2:3", "--output", "a.xls"), 2, "known suffixes are .md"),
         (("--vary", "L=1:2:3", "--method", "hht"), 2, "did you mean"),
         (("--vary", "L=1:2:3", "--after", "9s"), 2, "the runs end at 4 s"),
         (("--vary", "L=-1:-2:3"), 2, "it must be positive"),

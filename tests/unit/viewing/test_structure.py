@@ -236,7 +236,7 @@ def test_the_command(say, tmp_path):
         "w.svg: 5 bodies, 5 joints, 2 forces, 0 independent loops\n",
     )
     code, _, err = say("graph", "w.mbd", "--out", "w.dot")
-    assert code == 2 and "known are .svg, .html, .png, .pdf" in err
+    assert code == 2 and "known suffixes are .svg, .html, .png, .pdf" in err
     (tmp_path / "w.svg").write_text(WELDED)
     code, _, err = say("graph", "w.svg", "--quick", "--out", "w.svg")
     assert code == 2 and (tmp_path / "w.svg").read_text() == WELDED
