@@ -18,16 +18,24 @@ _DECLARATIONS = ("mbdsl.elements.kind", "mbdsl.integrators.method")
 
 
 def with_imports(modules: tuple[ModuleType, ...]) -> list[ModuleType]:
-    """``modules`` and all modules that define the kernels in them."""
+    """``modules`` and all modules that define the kernels in them.
+
+    Emitted modules contain no kernels of other modules, but those modules.
+    """
     found = dict.fromkeys(modules)
     pending = list(found)
     while pending:
-        for value in vars(pending.pop()).values():
+        of = pending.pop()
+        for value in vars(of).values():
             if getattr(value, "__mbdsl_kernel__", False):
                 module = sys.modules[value.__module__]
-                if module not in found:
-                    found[module] = None
-                    pending.append(module)
+            elif isinstance(value, ModuleType) and of.__name__ in emitted:
+                module = value
+            else:
+                continue
+            if module not in found:
+                found[module] = None
+                pending.append(module)
     return sorted(found, key=lambda module: module.__name__)
 
 

@@ -6,10 +6,12 @@ accepted, none is an event, and the run seems to go on. A run is examined after 
 
 - if their mean is below ``SHORT`` of the longest allowed step, the rest of the run would take more than ``MANY`` steps
   of that size, and a force jumps back and forth between steps, which shows that the steps do not resolve it; or
-- if they advance the run by less than ``NOTHING`` of its length, for any reason.
+- if ``PATIENCE`` examinations in succession find that steps advance it by less than ``NOTHING`` of its length, or if
+  one finds that the time has not changed.
 
-Steps that resolve a fast motion (an impact, a stiff transient, a high frequency) see no jumps, and steps after a start
-or an event grow by a factor: ``WINDOW`` of them do not remain short.
+Steps that resolve a fast motion (an impact, a stiff transient, a high frequency) see no jumps, and a fast motion that
+decays takes fewer steps than ``PATIENCE`` examinations, however long the run is. A force that jumps as a function of
+time, such as a pulsed one, is resolved at each jump: it is left out, which its values in a single state show.
 """
 
 from __future__ import annotations
@@ -35,8 +37,8 @@ STALLED = 100
 WINDOW = 5000
 #: mean step relative to the longest allowed one; number of steps for the rest of the run
 SHORT, MANY = 1e-6, 1e7
-#: part of the run's length
-NOTHING = 1e-8
+#: part of the run's length; number of examinations (200,000 steps: 3,000 periods that decay take half of them)
+NOTHING, PATIENCE = 1e-8, 40
 #: steps in which forces are compared; part of them that jumps; size of a jump relative to the range of the force
 SAMPLE, OFTEN, JUMP = 128, 0.05, 0.5
 
@@ -72,6 +74,7 @@ class Standstill:
     def __init__(self, run: RunState) -> None:
         self._run = run
         self._since = run.steps, run.time
+        self._idle = 0  # number of the last examinations in succession that have found less than NOTHING
         self.found: Stall | None = None
 
     def look(self, status: int, call: Callable[[int], int]) -> int:
@@ -83,6 +86,9 @@ class Standstill:
             return status
         self._since = run.steps, run.time
         mean = advance / taken if taken > 0 else np.inf  # the run may have returned to an earlier step
+        self._idle = self._idle + 1 if advance < NOTHING * span and taken > 0 else 0
+        if taken > 0 and run.time == t:
+            self._idle = PATIENCE  # steps below the rounding error of time
         if mean > SHORT * run.reals[loop_state.MOST_H] or run.stop - run.time < MANY * mean:
             return status
         rows = [self._row()]
@@ -93,7 +99,7 @@ class Standstill:
             if run.time > rows[-1][0]:  # no attempt that was rejected
                 rows.append(self._row())
         self.found = self._cause(np.array(rows), taken, advance)
-        if self.found.law or self.found.coordinate or advance < NOTHING * span:
+        if self.found.law or self.found.coordinate or self._idle >= PATIENCE:
             return STALLED
         return status
 
@@ -108,8 +114,11 @@ class Standstill:
         t = t[:, 0]
         owners = laws(system)
         inputs = {name: np.full(len(t), run.numbers[at]) for name, at in system.tables.inputs.items()}
-        found = values(system, [law for _, law in owners], t, q, v, lam, inputs)
-        often = [_jumps(force) for force in found]
+        expressions = [law for _, law in owners]
+        found = values(system, expressions, t, q, v, lam, inputs)
+        last_q, last_v, last_lam = (np.ascontiguousarray(np.broadcast_to(x[-1], x.shape)) for x in (q, v, lam))
+        held = values(system, expressions, t, last_q, last_v, last_lam, inputs)
+        often = [_of_state(force, of_time) for force, of_time in zip(found, held, strict=True)]
         if often and max(often) > OFTEN * len(t):
             law = owners[int(np.argmax(often))][0]
             states = np.array([system.switches(*state) for state in zip(t, q, v, lam, strict=True)])
@@ -117,7 +126,8 @@ class Standstill:
             known = zip(system.tables.switches, changing, strict=True)
             return Stall(steps, advance, law, tuple(switch for switch, changes in known if changes))
         forces = np.array([system.Q(*state) for state in zip(t, q, v, strict=True)])
-        often = [_jumps(force) for force in forces.T]
+        held = np.array([system.Q(time, q[-1], v[-1]) for time in t])
+        often = [_of_state(force, of_time) for force, of_time in zip(forces.T, held.T, strict=True)]
         name = system.names()[int(np.argmax(often))] if often and max(often) > OFTEN * len(t) else ""
         return Stall(steps, advance, coordinate=name)
 
@@ -130,6 +140,11 @@ def laws(system: System) -> list[tuple[str, Expr]]:
         for law in (*(c.values[p.name] for p in c.kind.parameters if p.law), c.friction)
     ]
     return [(name, law) for name, law in found if isinstance(law, Expr)]
+
+
+def _of_state(force: Array, held: Array) -> int:
+    """Number of jumps of a force (N,); 0 if it jumps while the state is ``held``, as a function of time."""
+    return 0 if _jumps(held) > OFTEN * len(held) else _jumps(force)
 
 
 def _jumps(force: Array) -> int:

@@ -81,12 +81,24 @@ def test_other_texts_are_not_assembled(statement):
 def test_assembled_code_gives_the_bits_of_code_compiled_as_a_whole(fresh, monkeypatch):
     assembled = evaluated(monkeypatch)
     assert list(fresh.glob("mbdsl_piece_*.bc"))
-    for path in fresh.glob("*.o"):
-        path.unlink()
+    (path,) = fresh.glob("*.o")
+    read = set(path.read_bytes().split(b"\n")[2].decode().split())
+    path.unlink()
     monkeypatch.setattr(code_cache, "_assembled", lambda *arguments: None)
     for one, other in zip(assembled, evaluated(monkeypatch), strict=True):
         assert np.isfinite(one).any()
         assert one.tobytes() == other.tobytes()
+    # an edit of any of these files must lead to a new compilation of both; expression_tape is called by no pendulum
+    whole = set(path.read_bytes().split(b"\n")[2].decode().split())
+    assert "mbdsl.elements.distance" in whole
+    assert whole - read <= {"mbdsl.system.expression_tape"}
+
+
+def test_pieces_depend_on_the_source_of_their_kind(fresh, monkeypatch):
+    evaluated(monkeypatch)
+    (path,) = fresh.glob("mbdsl_piece_mbdsl_kind_distance_fill_*.bc")
+    sources = path.read_bytes().split(b"\n")[2].decode().split()
+    assert {"mbdsl.elements.distance", "mbdsl.system.loops", "mbdsl.system.emit"} <= set(sources)
 
 
 def run(cache):

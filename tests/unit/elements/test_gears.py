@@ -290,3 +290,8 @@ def test_a_line_of_centres_turns_with_whole_turns_only():
     run = mbdsl.simulate(mbdsl.parse(swings))
     w = 2 * np.cos(2 * run.t)
     assert run["planet.w"] == pytest.approx(w - 1.3 * (run["sun.w"] - w), abs=1e-9)
+    wide = swings.replace("sin(2 rad/s*time)", "1.8 rad*cos(2 rad/s*time)")
+    # from 1.8 to -1.7 rad between two output times, by way of zero
+    run = mbdsl.simulate(mbdsl.parse(wide.replace("Interval = 5 ms", "Interval = 1.4 s")))
+    w = -3.6 * np.sin(2 * run.t)
+    assert run["planet.w"] == pytest.approx(w - 1.3 * (run["sun.w"] - w), abs=1e-9)

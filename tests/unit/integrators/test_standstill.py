@@ -6,7 +6,7 @@ import pytest
 from mbdsl import cli
 from mbdsl.integrators import standstill
 from mbdsl.integrators.loop import loop_state
-from mbdsl.integrators.standstill import STALLED, WINDOW, Stall, Standstill, _jumps
+from mbdsl.integrators.standstill import PATIENCE, STALLED, WINDOW, Stall, Standstill, _jumps, _of_state
 
 #: at rest, velocities above 1e-13 m/s change the sign of the force: x'' = -2 tanh(v/1e-13)
 STICKING = """model Sticking
@@ -77,13 +77,16 @@ def test_short_steps_that_resolve_a_motion_do_not_end_a_run(monkeypatch):
     assert not ended(start, monkeypatch, jumps=True)
     impact = np.r_[np.full(100, 1e-3), np.full(4 * WINDOW, 1e-9), np.full(100, 1e-3)]  # 20 us in 20000 steps
     assert not ended(impact, monkeypatch)
+    decay = np.r_[np.full(20 * WINDOW, 1e-13), np.full(100, 1e-3)]  # 10 ns of a motion that decays, in a run of 1 s
+    assert not ended(decay, monkeypatch)
     many = np.full(4 * WINDOW, 2e-7)  # 5 million steps in all
     assert not ended(many, monkeypatch, jumps=True)
 
 
 def test_short_steps_without_an_end_end_a_run(monkeypatch):
     assert ended(np.r_[np.full(100, 1e-3), np.full(4 * WINDOW, 1e-9)], monkeypatch, jumps=True)
-    assert ended(np.r_[np.full(100, 1e-3), np.full(4 * WINDOW, 4.5e-14)], monkeypatch)  # as in the reported run
+    assert ended(np.r_[np.full(100, 1e-3), np.full((PATIENCE + 4) * WINDOW, 4.5e-14)], monkeypatch)  # as reported
+    assert ended(np.r_[np.full(100, 1e-3), np.full(2 * WINDOW, 1e-27)], monkeypatch)  # time does not change
 
 
 def test_what_counts_as_a_jump():
@@ -93,3 +96,11 @@ def test_what_counts_as_a_jump():
     assert _jumps((-1.0) ** k) > standstill.OFTEN * 128
     assert _jumps(1e3 + (-1.0) ** k) == 0  # a small part of the force
     assert _jumps(np.full(128, np.nan)) == 0 and _jumps(np.zeros(128)) == 0
+
+
+def test_forces_that_jump_as_functions_of_time_do_not_count():
+    k = np.arange(128.0)
+    pulses, state = np.where(k % 4 < 2, 1.0, -1.0), (-1.0) ** k
+    assert _jumps(pulses) > standstill.OFTEN * 128  # steps end at each of them
+    assert _of_state(pulses, held=pulses) == 0
+    assert _of_state(state, held=np.ones(128)) == _jumps(state)
