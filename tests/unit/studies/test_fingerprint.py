@@ -18,8 +18,8 @@ from mbdsl.mechanism.scene import Component, Experiment
 
 ROOT = Path(__file__).parents[3]
 MODELS = sorted((ROOT / "models").glob("*.mbd"))
-#: properties that do not affect a run, or that a run replaces
-APART = {"span", "doc", "files", "parameters"}
+#: properties that do not affect a run, or that a run replaces; "unit" is the unit of an initial value in messages
+APART = {"span", "doc", "files", "parameters", "unit", "warnings"}
 TIMES = {"start", "stop", "interval"}
 
 TEXT = """model T
