@@ -110,8 +110,7 @@ def run(cache):
 def test_a_new_structure_of_known_kinds_needs_no_numba(tmp_path):
     cold, loaded = run(tmp_path)
     assert loaded == "True"
-    folder = tmp_path / code_cache.version()
-    emitted = list(folder.glob("mbdsl_emitted_*.o"))
+    emitted = list(tmp_path.glob("*/mbdsl_emitted_*.o"))
     assert emitted
     for path in emitted:
         path.unlink()

@@ -268,14 +268,14 @@ def test_the_pointer_line_of_plots_crosses_all_panels(browser, slider_crank, tmp
     browser.open(tmp_path / "page.html", height=1600)
     left, top, width, height = browser.value(
         "(({ left, top, width, height }) => [left, top, width, height])"
-        "(document.querySelector('figure .scroll > svg').getBoundingClientRect())"
+        "(document.querySelector('figure .scroll > svg:not(.narrow)').getBoundingClientRect())"
     )
     browser.send("Input.dispatchMouseEvent", type="mouseMoved", x=left + width / 2, y=top + height / 2)
     browser.settle()
-    read = "[...document.querySelectorAll('figure .scroll > svg %s')].map((e) => (%s))"
+    read = "[...document.querySelectorAll('figure .scroll > svg:not(.narrow) %s')].map((e) => (%s))"
     frames = browser.value(read % ("clipPath rect", "['y', 'height'].map((name) => Number(e.getAttribute(name)))"))
     lines = browser.value(read % ("path.cursor", "(({ x, y, height }) => [x, y, height])(e.getBBox())"))
-    middle = browser.value("document.querySelector('figure .scroll > svg').viewBox.baseVal.width / 2")
+    middle = browser.value("document.querySelector('figure .scroll > svg:not(.narrow)').viewBox.baseVal.width / 2")
     assert len(frames) == 2
     # coordinates of a picture of 860 units in single precision
     assert lines == [pytest.approx([middle, *frame], abs=860 * 2**-22) for frame in frames]
