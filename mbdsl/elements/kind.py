@@ -112,9 +112,9 @@ class Kind:
 
     def __reduce__(self) -> str | tuple:
         """Pickled by name: its functions are those of the process that reads it."""
-        from mbdsl.elements import kinds
+        from mbdsl.elements import find
 
-        return (_named, (self.name,)) if kinds().get(self.name) is self else object.__reduce_ex__(self, 2)
+        return (_named, (self.name,)) if find(self.name) is self else object.__reduce_ex__(self, 2)
 
 
 @dataclass(frozen=True)
@@ -220,9 +220,12 @@ class ForceKind(PairKind):
 
 def _named(name: str) -> Kind:
     """The kind with the name in a pickle."""
-    from mbdsl.elements import kinds
+    from mbdsl.elements import find
 
-    return kinds()[name]
+    found = find(name)
+    if found is None:
+        raise LookupError(f"this version of mbdsl has no kind {name}")
+    return found
 
 
 def zero(*names: str) -> Callable[[Mapping], dict]:

@@ -8,7 +8,6 @@ those of Phi first; in what follows, ``lam`` is this vector.
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -34,6 +33,8 @@ from mbdsl.system.time_events import time_events
 from mbdsl.system.workspace import Workspace
 
 if TYPE_CHECKING:
+    import subprocess
+
     from scipy.sparse import csr_array
 
 Array = NDArray[np.float64]
