@@ -95,7 +95,7 @@ def simulated(
     if not motion.plan.streamed:
         stream = None
     lap("build")
-    announce_compilation(announce, lambda: motion.is_compiled)
+    announce_compilation(announce, motion.uncompiled)
     announce_phase(progress, "loading or compiling code")
 
     def ready(phase: str) -> None:

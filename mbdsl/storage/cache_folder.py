@@ -17,7 +17,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
@@ -148,11 +148,12 @@ def say(problem: str) -> None:
     _said.append(problem)
 
 
-def compiling() -> str:
-    """The announcement of a compilation."""
+def compiling(what: Sequence[str] = ()) -> str:
+    """The announcement of a compilation of code with these descriptions."""
+    named = f": {' and '.join(what)}" if what else ""
     if own() == chosen().path and not _said:
-        return "compiling for the first time; the result is kept, later runs start at once ..."
-    return "compiling for the first time; the result cannot be kept ..."
+        return f"compiling for the first time{named}; the result is kept, later runs start at once ..."
+    return f"compiling for the first time{named}; the result cannot be kept ..."
 
 
 def environment() -> Mapping[str, str]:

@@ -7,20 +7,23 @@ printed if standard error is a file or a pipe, in worker processes, and by the c
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 
 _silent = 0
 
 
-def announce_compilation(announce: Callable[[str], None] | None, is_compiled: Callable[[], bool]) -> None:
-    """Call ``announce``, by default a function that prints, if code has to be compiled."""
+def announce_compilation(announce: Callable[[str], None] | None, uncompiled: Callable[[], Sequence[str]]) -> None:
+    """Call ``announce``, by default a function that prints, if code has to be compiled.
+
+    ``uncompiled()`` are the descriptions of this code.
+    """
     if announce is None and not _is_shown():
         return
-    if not is_compiled():
+    if what := uncompiled():
         from mbdsl.storage import cache_folder  # the command line imports this module at every start
 
-        (announce or _print)(cache_folder.compiling())
+        (announce or _print)(cache_folder.compiling(what))
 
 
 @contextmanager
