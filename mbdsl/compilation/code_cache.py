@@ -106,24 +106,44 @@ def enabled() -> bool:
     return importlib.util.find_spec("numba") is not None or numba() is not None
 
 
-@cache
 def version() -> str:
     """Name of the subfolder of the cache folder with the objects and emitted modules that this process can use."""
-    return f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{_digest()[:16]}"
+    environment = tuple(sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_")))
+    return f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{_digest(environment, _set_in_python())[:16]}"
 
 
-def _digest() -> str:
+def _set_in_python() -> tuple[tuple[str, str], ...]:
+    """The settings of numba that differ from those of the environment: programs assign to ``numba.config``."""
+    config = sys.modules.get("numba.core.config")
+    if config is None or getattr(sys.modules.get("numba"), "config", None) is not config:  # or still being imported
+        return ()
+    usual = _usual_settings(tuple(sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_"))))
+    given = {name: repr(value) for name, value in vars(config).items() if name in usual}
+    return tuple(sorted(item for item in given.items() if item[1] != usual[item[0]]))
+
+
+@cache
+def _usual_settings(environment: tuple) -> dict[str, str]:
+    """Setting of numba -> its value with these variables of the environment, from a second copy of the module."""
+    spec = importlib.util.find_spec("numba.core.config")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return {name: repr(value) for name, value in vars(module).items() if name.isupper()}
+
+
+@cache
+def _digest(environment: tuple, set_in_python: tuple) -> str:
     """Digest of the common dependencies of all machine code: this package, numba and its settings, the processor."""
     files = list(Path(__file__).parent.glob("*.py"))
-    for name in ("numba", "llvmlite"):
+    for name, written in (("numba", "_version.py"), ("llvmlite", "_version.py"), ("numpy", "version.py")):
         spec = importlib.util.find_spec(name)
         if spec is not None and spec.origin is not None:
-            files += Path(spec.origin).parent.glob("_version.py")
+            files += Path(spec.origin).parent.glob(written)
     digest = hashlib.sha256()
     for path in sorted(files):
         digest.update(path.name.encode() + path.read_bytes())
-    settings = sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_"))
-    digest.update(repr(settings).encode())
+    digest.update(repr((environment, set_in_python)).encode())
     if enabled():
         from llvmlite import binding
 

@@ -121,7 +121,8 @@ class System:
         """A description of the kernels, if they have to be compiled; [] if not."""
         if code_cache.is_compiled(self.module_name(sets)):
             return []
-        return [f"a new combination of elements ({few(dict.fromkeys(b.name for b in self.tables.blocks))})"]
+        names = dict.fromkeys(b.name.removesuffix("_kernels").replace("_", " ") for b in self.tables.blocks)
+        return [f"a new combination of elements ({few(names)})"]
 
     def compile_beside(self, sets: int = 1) -> subprocess.Popen | None:
         """Start compiling the kernels in another process; None if no process can be started."""

@@ -1,5 +1,6 @@
 """Machine code: stored as objects, loaded without numba, and replaced by a slower way if that fails."""
 
+import importlib.util
 import os
 import subprocess
 import sys
@@ -237,6 +238,30 @@ def test_what_was_compiled_is_run_without_numba(tmp_path):
     assert float(plain) == pytest.approx(float(cold), rel=1e-12)
 
 
+PUBLIC = """
+import warnings
+from mbdsl.compilation import code_cache, object_code
+
+def fail(*given):
+    raise AttributeError("forced")
+
+object_code.compile_object = object_code.compile_piece = fail
+code_cache.beside = lambda *given: None  # no other process, which would compile as usual
+warnings.simplefilter("ignore")
+"""
+
+
+@needs_numba
+def test_a_simulation_by_the_public_interface_of_numba_only(tmp_path):
+    """Of a version whose private parts are others: the same results, except for the order of operations."""
+    found, loaded = run(PUBLIC + SIMULATE, tmp_path)
+    assert loaded == "True"
+    assert len(list(tmp_path.glob("*/*.ordinary"))) == 2, "the loop of the method, and the equations"
+    assert not list(tmp_path.glob("*/*.o"))
+    plain, _ = run(SIMULATE, tmp_path, NUMBA_DISABLE_JIT="1")
+    assert float(found) == pytest.approx(float(plain), rel=1e-12)
+
+
 @needs_numba
 def test_a_broken_numba_leaves_plain_python(tmp_path):
     (tmp_path / "numba").mkdir()
@@ -246,10 +271,43 @@ def test_a_broken_numba_leaves_plain_python(tmp_path):
 
 
 def test_settings_of_numba_and_the_processor_are_part_of_the_digest(monkeypatch):
-    before = code_cache._digest()
-    assert code_cache._digest() == before
+    before = code_cache.version()
+    assert code_cache.version() == before
     monkeypatch.setenv("NUMBA_OPT", "1")
-    assert code_cache._digest() != before
+    assert code_cache.version() != before
+
+
+@needs_numba
+def test_a_setting_of_numba_in_python_is_part_of_the_digest(monkeypatch, tmp_path):
+    """The import of numba alone changes nothing: cached code is loaded without it."""
+    before = run("from mbdsl.compilation import code_cache; print(code_cache.version())", tmp_path)
+    import numba
+
+    assert [code_cache.version()] == before
+    monkeypatch.setattr(numba.config, "OPT", 1)
+    (changed,) = {code_cache.version()} - {*before}
+    monkeypatch.setattr(numba.config, "BOUNDSCHECK", 1)
+    assert code_cache.version() not in (*before, changed)
+    monkeypatch.undo()
+    assert [code_cache.version()] == before
+
+
+@pytest.mark.parametrize("package", ["numba", "llvmlite", "numpy"])
+def test_a_version_is_part_of_the_digest(monkeypatch, tmp_path, package):
+    """As after an update: the file with the version has another content."""
+    before = code_cache.version()
+    there = Path(importlib.util.find_spec(package).origin).parent
+    (tmp_path / package).mkdir()
+    for name in ("__init__.py", "_version.py", "version.py"):
+        if (there / name).exists():
+            (tmp_path / package / name).write_text((there / name).read_text() + "\n# another one\n")
+    find = importlib.util.find_spec
+    other = importlib.util.spec_from_file_location(package, tmp_path / package / "__init__.py")
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: other if name == package else find(name))
+    code_cache._digest.cache_clear()
+    changed = code_cache.version()
+    code_cache._digest.cache_clear()
+    assert changed != before
 
 
 THREADS = """

@@ -48,7 +48,7 @@ def said(monkeypatch, stream, call):
 @pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
 def test_one_line_in_a_terminal_and_in_a_notebook(uncompiled, monkeypatch, capsys, stream, call):
     text = said(monkeypatch, stream(), call)
-    assert text.startswith("mbdsl: compiling for the first time: a new combination of elements (rigid_body_kernels, ")
+    assert text.startswith("mbdsl: compiling for the first time: a new combination of elements (rigid body, ")
     assert text.count("\n") == 1
     assert capsys.readouterr().out == ""
 
@@ -73,7 +73,7 @@ def test_a_given_function_replaces_the_line(uncompiled, monkeypatch):
     assert said(monkeypatch, Terminal(), lambda: CALLS["simulate"](announce=lines.append)) == ""
     assert len(lines) == 1
     assert lines[0].startswith("compiling for the first time: a new combination of elements (")
-    assert " and method radau5; the result " in lines[0]
+    assert " and method hht-si2; the result " in lines[0]
 
 
 def test_the_command_line_says_it_once_or_not_at_all(uncompiled, monkeypatch, tmp_path):
