@@ -29,6 +29,7 @@ LARGEST = 500_000_000  #: largest size of the machine code in bytes; the least r
 ABANDONED = 600.0  #: seconds after which an incomplete file has no writer any more
 FORGOTTEN = 86400.0  #: seconds after which a temporary folder belongs to a killed process; each use renews it
 PROBE = 1 << 18  #: bytes, about the size of the largest object
+ATTEMPTS = 10  #: a file is written again if other processes clear the folder at the same time
 HANDED = "MBDSL_CACHE_OWN"  #: variable by which a process passes its temporary folder to the processes that it starts
 
 TEMPORARY = re.compile(r"mbdsl-cache-(\d{1,9})-\w+")
@@ -43,6 +44,7 @@ STUDIES = "studies"
 
 _lock = threading.RLock()
 _said: list[str] = []
+_written: dict[Path, int] = {}  #: bytes of machine code that this process has written since it last pruned a folder
 
 
 @dataclass(frozen=True)
@@ -207,7 +209,7 @@ def keep(name: str, data: bytes) -> Path | None:
     try:
         fault = _write(path, data)
         if not fault and path.suffix in MACHINE_CODE:
-            prune(folder)
+            _prune_sometimes(folder, len(data))
     except OSError as problem:
         fault = f"cannot write `{path}` ({problem.strerror or problem})"
     if fault:
@@ -215,17 +217,30 @@ def keep(name: str, data: bytes) -> Path | None:
     return None if fault else path
 
 
-def _write(path: Path, data: bytes, again: bool = True) -> str:
-    trusted_files.make(path.parent)
-    if fault := trusted_files.fault_of(path.parent):
-        return fault
+def _prune_sometimes(folder: Path, size: int) -> None:
+    """Prune at the first file that a process writes, and after each hundredth of ``LARGEST``.
+
+    A look at all files of a full cache takes longer than the compilation of a small kernel.
+    """
+    with _lock:
+        written = _written.get(folder, LARGEST) + size
+        due = written > LARGEST // 100
+        _written[folder] = 0 if due else written
+    if due:
+        prune(folder)
+
+
+def _write(path: Path, data: bytes, attempts: int = ATTEMPTS) -> str:
     try:
+        trusted_files.make(path.parent)
+        if fault := trusted_files.fault_of(path.parent):
+            return fault
         if _contents(path) != data:  # other processes look at the time of writing
             trusted_files.write(path, data)
-    except FileNotFoundError:  # another process has removed the empty folder
-        if not again:
+    except (FileNotFoundError, FileExistsError):  # another process has removed the empty folder, or is removing it
+        if attempts <= 1:
             raise
-        return _write(path, data, again=False)
+        return _write(path, data, attempts - 1)
     return ""
 
 

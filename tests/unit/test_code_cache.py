@@ -1,9 +1,13 @@
 """Machine code: stored as objects, loaded without numba, and replaced by a slower way if that fails."""
 
+import ast
+import importlib.metadata
 import importlib.util
 import os
+import re
 import subprocess
 import sys
+import warnings
 from importlib import import_module
 from pathlib import Path
 
@@ -180,6 +184,52 @@ def test_where_numba_has_changed_inside_its_surface_will_do(fresh, monkeypatch):
     assert (fresh / "scales.ordinary").read_text().endswith("\nAttributeError: not what it was")
     assert code_cache.is_compiled("scales")
     check(*functions())
+
+
+#: modules that numba's manual describes for extensions
+PUBLIC_PARTS = ("numba.extending", "numba.np.arrayobj")
+
+
+def modules_with_private_parts():
+    """Files of mbdsl that import modules of numba of which its manual does not speak."""
+    found = set()
+    for path in (Path(code_cache.__file__).parents[1]).rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            if any(name.startswith("numba.") and name not in PUBLIC_PARTS for name in names):
+                found.add(path.name)
+    return found
+
+
+def test_at_most_one_module_uses_private_parts_of_numba():
+    assert len(modules_with_private_parts()) <= 1
+
+
+@needs_numba
+def test_the_installed_numba_has_the_private_parts(fresh):
+    """A new version of numba may lack them; its public interface then replaces them with a warning."""
+    import numba
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        check(*functions())
+    slower = [str(warning.message) for warning in caught if "slower" in str(warning.message)]
+    files = " and ".join(modules_with_private_parts()) or "mbdsl/compilation"
+    assert not slower, (
+        f"{files} cannot use numba {numba.__version__}: {slower[0]}. Adapt it, or lower the bound of numba in "
+        "pyproject.toml; until then models run with code that takes longer to compile."
+    )
+
+
+@needs_numba
+@pytest.mark.parametrize("package", ["numba", "llvmlite"])
+def test_the_tested_versions_are_the_upper_bound(package):
+    """pyproject.toml allows no version beyond the one that these tests run with."""
+    text = (Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8")
+    lower, upper = re.search(rf'"{package}>=0\.(\d+),<0\.(\d+)"', text).groups()
+    minor = int(importlib.metadata.version(package).split(".")[1])
+    assert int(lower) <= minor < int(upper), f"{package} 0.{minor} is installed"
 
 
 @needs_numba
