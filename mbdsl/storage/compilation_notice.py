@@ -13,17 +13,20 @@ from contextlib import contextmanager, suppress
 _silent = 0
 
 
-def announce_compilation(announce: Callable[[str], None] | None, uncompiled: Callable[[], Sequence[str]]) -> None:
+def announce_compilation(
+    announce: Callable[[str], None] | None, uncompiled: Callable[[], Sequence[str]]
+) -> Sequence[str]:
     """Call ``announce``, by default a function that prints, if code has to be compiled.
 
-    ``uncompiled()`` are the descriptions of this code.
+    ``uncompiled()`` are the descriptions of this code. They are returned, or () if nothing can be announced.
     """
     if announce is None and not _is_shown():
-        return
+        return ()
     if what := uncompiled():
         from mbdsl.storage import cache_folder  # the command line imports this module at every start
 
         (announce or _print)(cache_folder.compiling(what))
+    return what
 
 
 @contextmanager
