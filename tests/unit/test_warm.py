@@ -47,22 +47,22 @@ class Bench:
 
 
 def test_each_code_is_compiled_once_and_two_at_a_time(monkeypatch):
-    bench, done, told = Bench(monkeypatch, "there"), [], []
+    bench, done, seen = Bench(monkeypatch, "there"), [], []
     given = [bench.code(name) for name in ("there", "a", "b", "c")]
-    prepare(given, 2, told.append, lambda code, seconds: done.append(code.name))
+    prepare(given, 2, seen.append, lambda code, seconds: done.append(code.name))
     assert sorted(done) == ["a", "b", "c"] and bench.log == [("start", name) for name in "abc"]
     assert bench.most <= 2
-    assert (told[0].done, told[0].total, told[0].what) == (1, 4, "a, b")
-    prepare(given, 2, told.append, lambda code, seconds: pytest.fail("compiled again"))
+    assert (seen[0].done, seen[0].total, seen[0].what) == (1, 4, "a, b")
+    prepare(given, 2, seen.append, lambda code, seconds: pytest.fail("compiled again"))
 
 
 def test_structures_are_compiled_one_after_the_other(monkeypatch):
     """They share kernels: the second one finds those of the first."""
-    bench, told = Bench(monkeypatch), []
+    bench, seen = Bench(monkeypatch), []
     given = [bench.code("a"), *(bench.code(name, is_structure=True) for name in ("s", "t")), bench.code("b")]
-    prepare(given, 3, told.append, lambda code, seconds: None)
+    prepare(given, 3, seen.append, lambda code, seconds: None)
     assert bench.log[0] == ("start", "s")
-    assert not [progress for progress in told if {"s", "t"} <= {*progress.what.split(", ")}]
+    assert not [progress for progress in seen if {"s", "t"} <= {*progress.what.split(", ")}]
 
 
 def test_what_no_process_can_compile_is_compiled_here(monkeypatch):
