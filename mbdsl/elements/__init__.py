@@ -15,7 +15,6 @@ from types import ModuleType
 
 from mbdsl.elements.kind import Kind
 
-
 _imported: dict[str, ModuleType] = {}  #: kind name -> its module, of those that were asked for
 
 
