@@ -26,15 +26,14 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, NamedTuple
 
+
+from mbdsl.compilation import marks
 from mbdsl.compilation.kernel_sources import digest_of, emitted, names_of, with_imports
 from mbdsl.compilation.native_call import Native, Signature
 from mbdsl.storage import cache_folder
 from mbdsl.version import __version__
 
-if TYPE_CHECKING:
-    from mbdsl.compilation.pieces import Piece, Stored
 
 _kernels: dict[Callable, Callable] = {}
 _functions: dict[str, list[Callable]] = {}
@@ -165,6 +164,7 @@ def import_text(name: str, text: str) -> ModuleType:
         if name not in sys.modules:
             module = ModuleType(name)
             module.__file__ = _text_file(name, text)
+            setattr(module, marks.TEXT, text)
             exec(compile(text, module.__file__, "exec"), vars(module))  # the file on disk is never executed
             emitted.add(name)
             sys.modules[name] = module  # other emitted modules import it by its name
@@ -186,34 +186,27 @@ def _plain(name: str, text: str, signatures: Mapping[str, Signature], modules: C
 
 def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules: Callable) -> list[Callable]:
     called = modules()
-    body = _assembled(name, text, signatures, called)
-    if body is not None and (linked := _linked(name, body, signatures)) is not None:
-        _text_file(name, text)
-        cache_folder.keep(_object(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
-        return linked
-    if numba() is None:
-        return _plain(name, text, signatures, modules)
     module = import_text(name, text)
     given = {function: getattr(module, function) for function in signatures}
     sources = names_of(with_imports(tuple(called)))
     head = [digest_of(sources) or "", " ".join(sources)]
     if not _is_ordinary(name):
         try:
-            from mbdsl.compilation import object_code
+            from mbdsl.compilation import object_code, translation
 
-            activate(*called, wrap=object_code.compile_kernel)
-            made = object_code.compile_object({f"{name}.{f}": (given[f], signatures[f]) for f in given})
+            made = object_code.compile_object(translation.translate(name, given, signatures))
             body = "\n".join([*head, _of_text(text), " ".join(made.needs), ""]).encode() + made.code
             linked = _linked(name, body, signatures)
             if linked is None:
                 raise RuntimeError(f"compiled code needs {', '.join(made.needs)}")
             cache_folder.keep(_object(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
             return linked
-        except Exception as error:
-            # numba's internals differ between versions; its public interface is slower to compile and to load.
+        except Exception as error:  # a kernel of the user's own may contain what is not translated
             reason = f"{type(error).__name__}: {error}".splitlines()[0]
             warnings.warn(f"compiling with numba's cfunc, which is slower: {reason}", stacklevel=2)
             cache_folder.keep(_ordinary(name), "\n".join([*head, reason]).encode())
+    if numba() is None:
+        return _plain(name, text, signatures, modules)
     from mbdsl.compilation import numba_cfunc
 
     _kernels.clear()
@@ -240,78 +233,6 @@ def activate(*modules: ModuleType, wrap: Callable) -> None:
                     _kernels[function] = wrap(function, forceinline=not hasattr(function, "__mbdsl_rare__"))
                 setattr(module, name, _kernels[function])
                 _replaced[module, name] = function, _kernels[function]
-
-
-# -- pieces --------------------------------------------------------------------------------------------------
-
-
-def _assembled(name: str, text: str, signatures: Mapping[str, Signature], called: Iterable[ModuleType]) -> bytes | None:
-    """The file of a module of which all functions are sequences of calls of kernels; None if it is none, or if it
-    cannot be made."""
-    from mbdsl.compilation import pieces
-
-    try:
-        given = pieces.read(text, signatures)
-    except pieces.NotStraight:
-        return None
-    wanted = dict.fromkeys(call.piece for function in given.values() for call in function.calls)
-    stored = {piece: _kept_piece(piece) for piece in wanted}
-    missing = [piece for piece, found in stored.items() if found is None]
-    try:
-        if missing:
-            stored |= _made_pieces(missing, called)
-        found: list[_Sourced] = [x for x in stored.values() if x is not None]
-        made = pieces.link(name, given, signatures, {p: x.piece for p, x in zip(stored, found, strict=True)})
-    except Exception as error:  # numba's and LLVM's interfaces differ between versions
-        reason = f"{type(error).__name__}: {error}".splitlines()[0]
-        warnings.warn(f"compiling all kernels of the model again, which is slower: {reason}", stacklevel=2)
-        return None
-    sources = sorted({source for x in found for source in x.sources})
-    head = [digest_of(sources) or "", " ".join(sources), _of_text(text), " ".join(made.needs), ""]
-    return "\n".join(head).encode() + made.code
-
-
-class _Sourced(NamedTuple):
-    piece: Stored
-    sources: list[str]  #: names of the modules that it depends on
-
-
-def _piece_file(piece: Piece) -> str:
-    return f"{version()}/{piece.file}"
-
-
-def _kept_piece(piece: Piece) -> _Sourced | None:
-    """A piece on disk; None if it is missing or damaged, or its sources have changed."""
-    from mbdsl.compilation.pieces import Stored
-
-    try:
-        said, body = (cache_folder.read(_piece_file(piece)) or b"").split(b"\n", 1)
-        digest, names, settings, bitcode = body.split(b"\n", 3)
-    except ValueError:
-        return None
-    sources = names.decode().split()
-    if hashlib.sha256(body).hexdigest().encode() != said or digest_of(sources) != digest.decode():
-        return None
-    return _Sourced(Stored(settings, bitcode), sources)
-
-
-def _made_pieces(wanted: Iterable[Piece], called: Iterable[ModuleType]) -> dict[Piece, _Sourced]:
-    """Compile pieces with numba, and keep them."""
-    if numba() is None:
-        raise ImportError("numba cannot be imported")
-    from mbdsl.compilation import object_code
-
-    activate(*called, wrap=object_code.compile_kernel)
-    found = {}
-    for piece in wanted:
-        module = sys.modules[piece.module]
-        made = object_code.compile_piece(piece, getattr(module, piece.function))
-        sources = names_of(with_imports((module,)))
-        body = "\n".join([digest_of(sources) or "", " ".join(sources), ""]).encode()
-        body += made.settings + b"\n" + made.bitcode
-        cache_folder.keep(_piece_file(piece), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
-        found[piece] = _Sourced(made, sources)
-    return found
 
 
 # -- objects on disk -----------------------------------------------------------------------------------------
