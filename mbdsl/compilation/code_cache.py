@@ -1,20 +1,18 @@
-"""Compilation of marked kernels and the cache of their machine code; without numba, kernels run as plain Python.
+"""Compilation of marked kernels and the cache of their machine code; without LLVM, kernels run as plain Python.
 
 Element files only mark their kernels (:mod:`mbdsl.compilation.marks`), because ``mbdsl check`` imports these files
-without numerics. :func:`functions` compiles an emitted module and all kernels that it calls to one object.
-
-Emitted modules that are sequences of calls of kernels are assembled from pieces, each of which is compiled once
-(:mod:`mbdsl.compilation.pieces`).
+without numerics. :func:`functions` compiles an emitted module and all kernels that it calls to one object: the kernels
+are translated to LLVM code (:mod:`mbdsl.compilation.translation`), which takes a tenth of the time that numba's type
+inference takes. Kernels of users may contain more of Python than is translated; numba compiles them
+(:mod:`mbdsl.compilation.numba_cfunc`).
 
 Objects are cached on disk with a digest of their sources, in a folder named by a digest of the compiler. After an edit
-of a kernel its old machine code is therefore never used again, and edits of other files do not invalidate it. Cached
-objects are loaded without numba, because the import of numba takes longer than the simulation of most models.
+of a kernel its old machine code is therefore never used again, and edits of other files do not invalidate it.
 """
 
 from __future__ import annotations
 
 import hashlib
-import importlib
 import importlib.util
 import os
 import subprocess
@@ -27,37 +25,25 @@ from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-
 from mbdsl.compilation import marks
 from mbdsl.compilation.kernel_sources import digest_of, emitted, names_of, with_imports
 from mbdsl.compilation.native_call import Native, Signature
 from mbdsl.storage import cache_folder
 from mbdsl.version import __version__
 
-
 _kernels: dict[Callable, Callable] = {}
 _functions: dict[str, list[Callable]] = {}
-_alone = False
 _plain_only = False
 #: (module, name) -> the Python function of a kernel, and the one of numba that has replaced it
 _replaced: dict[tuple[ModuleType, str], tuple[Callable, Callable]] = {}
-#: held while numba is imported, or code is compiled or loaded: other threads wait and use the result
+#: held while code is compiled or loaded: other threads wait and use the result
 lock = threading.RLock()
-
-
-def alone() -> None:
-    """Declare that this process runs mbdsl only, whose compiled code calls no BLAS.
-
-    numba is then imported without scipy.linalg, which saves a fifth of a second.
-    """
-    global _alone
-    _alone = True
 
 
 @contextmanager
 def uncompiled() -> Iterator[None]:
     """While the block runs, kernels that are not loaded yet run as plain Python: for a few evaluations this is faster
-    than compilation, and than the import of numba or LLVM. Systems made in the block are used only there."""
+    than compilation, and than the import of LLVM. Systems made in the block are used only there."""
     global _plain_only
     with lock:
         before, _plain_only = _plain_only, True
@@ -72,37 +58,33 @@ def uncompiled() -> Iterator[None]:
 
 
 def numba() -> ModuleType | None:
-    """The numba module, or None if it cannot be imported; kernels then run as plain Python, slowly."""
+    """The numba module, which compiles kernels that are not translated; None if it cannot be imported."""
     with lock:
-        return _imported()
-
-
-@cache
-def _imported() -> ModuleType | None:
-    blas, spared = "scipy.linalg.cython_blas", _alone and "scipy.linalg" not in sys.modules
-    try:
-        import numba
-
-        if spared and "numba.np.arraymath" not in sys.modules:
-            sys.modules[blas] = None  # type: ignore[assignment]  # its import then fails, which numba handles
-            importlib.import_module("numba.np.arraymath")
-    except ImportError as error:
-        warnings.warn(f"numba cannot be imported ({error}); running uncompiled, some 100 times slower", stacklevel=2)
-        return None
-    finally:
-        if blas in sys.modules and sys.modules[blas] is None:
-            del sys.modules[blas]
-    return numba
+        try:
+            import numba
+        except ImportError as error:
+            warnings.warn(
+                f"numba cannot be imported ({error}); running uncompiled, some 100 times slower", stacklevel=2
+            )
+            return None
+        return numba
 
 
 def enabled() -> bool:
-    """Whether kernels are compiled. numba is not imported to find out, except to warn that it is missing."""
-    if "numba" in sys.modules:  # another thread may still be importing it
-        module = numba()
-        return module is not None and not module.config.DISABLE_JIT
+    """Whether kernels are compiled."""
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         return False
-    return importlib.util.find_spec("numba") is not None or numba() is not None
+    if "numba" in sys.modules and getattr(sys.modules["numba"], "config", None) is not None:
+        return not sys.modules["numba"].config.DISABLE_JIT and _has_llvm()
+    return _has_llvm()
+
+
+@cache
+def _has_llvm() -> bool:
+    found = importlib.util.find_spec("llvmlite") is not None
+    if not found:
+        warnings.warn("llvmlite is not installed; running uncompiled, some 100 times slower", stacklevel=3)
+    return found
 
 
 @cache
