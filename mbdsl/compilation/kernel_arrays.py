@@ -17,7 +17,7 @@ from mbdsl.compilation.kernel_types import (
     join,
 )
 
-#: marks of the types of memory that :data:`mbdsl.compilation.translation.METADATA` defines
+#: marks of the types of memory that :data:`mbdsl.compilation.llvm_module.METADATA` defines
 TAG = {"double": ", !tbaa !3", "i64": ", !tbaa !4"}
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import builtins
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from mbdsl.compilation.kernel_sources import syntax_tree
 from mbdsl.compilation.kernel_types import (
@@ -24,11 +23,10 @@ from mbdsl.compilation.kernel_types import (
     join,
     literal,
 )
-
-if TYPE_CHECKING:
-    from mbdsl.compilation.translation import Module
+from mbdsl.compilation.llvm_module import Module
 
 RESULT = "return"  #: the key of the result among the types of variables, which no variable can have
+#: initial values of variables
 ZERO = {"i64": "0", "double": literal(0.0), "i1": "false", "ptr": "null"}
 
 
