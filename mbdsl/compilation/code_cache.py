@@ -87,24 +87,24 @@ def _has_llvm() -> bool:
     return found
 
 
-@cache
 def version() -> str:
     """Name of the subfolder of the cache folder with the objects and emitted modules that this process can use."""
-    return f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{_digest()[:16]}"
+    environment = tuple(sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_")))
+    return f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{_digest(environment)[:16]}"
 
 
-def _digest() -> str:
+@cache
+def _digest(environment: tuple) -> str:
     """Digest of the common dependencies of all machine code: this package, numba and its settings, the processor."""
     files = list(Path(__file__).parent.glob("*.py"))
-    for name in ("numba", "llvmlite"):
+    for name, written in (("numba", "_version.py"), ("llvmlite", "_version.py"), ("numpy", "version.py")):
         spec = importlib.util.find_spec(name)
         if spec is not None and spec.origin is not None:
-            files += Path(spec.origin).parent.glob("_version.py")
+            files += Path(spec.origin).parent.glob(written)
     digest = hashlib.sha256()
     for path in sorted(files):
         digest.update(path.name.encode() + path.read_bytes())
-    settings = sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_"))
-    digest.update(repr(settings).encode())
+    digest.update(repr(environment).encode())
     if enabled():
         from llvmlite import binding
 

@@ -1,8 +1,13 @@
 """Machine code: stored as objects, and compiled by numba where the translation fails."""
 
+import ast
+import importlib.metadata
+import importlib.util
 import os
+import re
 import subprocess
 import sys
+import warnings
 from importlib import import_module
 from pathlib import Path
 
@@ -181,6 +186,49 @@ def test_where_llvm_code_cannot_be_compiled_numba_compiles(fresh, monkeypatch):
     check(*functions())
 
 
+#: modules that numba's manual describes for extensions
+PUBLIC_PARTS = ("numba.extending", "numba.np.arrayobj")
+
+
+def modules_with_private_parts():
+    """Files of mbdsl that import modules of numba of which its manual does not speak."""
+    found = set()
+    for path in (Path(code_cache.__file__).parents[1]).rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            if any(name.startswith("numba.") and name not in PUBLIC_PARTS for name in names):
+                found.add(path.name)
+    return found
+
+
+def test_no_module_uses_private_parts_of_numba():
+    assert modules_with_private_parts() == set()
+
+
+@needs_compiler
+def test_the_installed_llvmlite_compiles(fresh):
+    """A new version may lack what :mod:`mbdsl.compilation.object_code` uses; numba then replaces it with a warning."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        check(*functions())
+    slower = [str(warning.message) for warning in caught if "slower" in str(warning.message)]
+    assert not slower, (
+        f"mbdsl/compilation cannot use llvmlite {importlib.metadata.version('llvmlite')}: {slower[0]}. Adapt it, or lower "
+        "the bound of llvmlite in pyproject.toml; until then models run with code that takes longer to compile."
+    )
+
+
+@needs_compiler
+@pytest.mark.parametrize("package", ["numba", "llvmlite"])
+def test_the_tested_versions_are_the_upper_bound(package):
+    """pyproject.toml allows no version beyond the one that these tests run with."""
+    text = (Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8")
+    lower, upper = re.search(rf'"{package}>=0\.(\d+),<0\.(\d+)"', text).groups()
+    minor = int(importlib.metadata.version(package).split(".")[1])
+    assert int(lower) <= minor < int(upper), f"{package} 0.{minor} is installed"
+
+
 @needs_compiler
 def test_only_arrays_of_the_right_kind_are_handed_over(fresh):
     scale, _ = functions()
@@ -237,6 +285,30 @@ def test_numba_is_not_loaded(tmp_path):
     assert float(plain) == pytest.approx(float(cold), rel=1e-12)
 
 
+PUBLIC = """
+import warnings
+from mbdsl.compilation import code_cache, object_code
+
+def fail(*given):
+    raise AttributeError("forced")
+
+object_code.compile_object = fail
+code_cache.beside = lambda *given: None  # no other process, which would compile as usual
+warnings.simplefilter("ignore")
+"""
+
+
+@needs_compiler
+def test_a_simulation_by_the_public_interface_of_numba_only(tmp_path):
+    """The same results, except for the rounding of mathematical functions."""
+    found, loaded = run(PUBLIC + SIMULATE, tmp_path)
+    assert loaded == "True"
+    assert len(list(tmp_path.glob("*/*.ordinary"))) == 2, "the loop of the method, and the equations"
+    assert not list(tmp_path.glob("*/*.o"))
+    plain, _ = run(SIMULATE, tmp_path, NUMBA_DISABLE_JIT="1")
+    assert float(found) == pytest.approx(float(plain), rel=1e-12)
+
+
 @needs_compiler
 def test_a_broken_numba_does_no_harm(tmp_path):
     (tmp_path / "numba").mkdir()
@@ -246,10 +318,28 @@ def test_a_broken_numba_does_no_harm(tmp_path):
 
 
 def test_settings_of_numba_and_the_processor_are_part_of_the_digest(monkeypatch):
-    before = code_cache._digest()
-    assert code_cache._digest() == before
+    before = code_cache.version()
+    assert code_cache.version() == before
     monkeypatch.setenv("NUMBA_OPT", "1")
-    assert code_cache._digest() != before
+    assert code_cache.version() != before
+
+
+@pytest.mark.parametrize("package", ["numba", "llvmlite", "numpy"])
+def test_a_version_is_part_of_the_digest(monkeypatch, tmp_path, package):
+    """As after an update: the file with the version has another content."""
+    before = code_cache.version()
+    there = Path(importlib.util.find_spec(package).origin).parent
+    (tmp_path / package).mkdir()
+    for name in ("__init__.py", "_version.py", "version.py"):
+        if (there / name).exists():
+            (tmp_path / package / name).write_text((there / name).read_text() + "\n# another one\n")
+    find = importlib.util.find_spec
+    other = importlib.util.spec_from_file_location(package, tmp_path / package / "__init__.py")
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: other if name == package else find(name))
+    code_cache._digest.cache_clear()
+    changed = code_cache.version()
+    code_cache._digest.cache_clear()
+    assert changed != before
 
 
 THREADS = """
