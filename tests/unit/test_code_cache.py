@@ -214,8 +214,8 @@ def test_the_installed_llvmlite_compiles(fresh):
         check(*functions())
     slower = [str(warning.message) for warning in caught if "slower" in str(warning.message)]
     assert not slower, (
-        f"mbdsl/compilation cannot use llvmlite {importlib.metadata.version('llvmlite')}: {slower[0]}. Adapt it, or lower "
-        "the bound of llvmlite in pyproject.toml; until then models run with code that takes longer to compile."
+        f"mbdsl/compilation cannot use llvmlite {importlib.metadata.version('llvmlite')}: {slower[0]}. Adapt it, or "
+        "lower the bound of llvmlite in pyproject.toml; until then models run with code that takes longer to compile."
     )
 
 
