@@ -321,13 +321,16 @@ class Integration(RunState):
         start = Start(self.h, nothing, nothing, jump.a, jump.lam, jump.fa, nothing, nothing, False)
         method = modules()[self.method].METHOD
         rows = {buffer_layout.FORCE0: jump.force, **method.begin(self.coefficients, start)}
+        older = len(vectors) - 2 * method.older
+        histories = {
+            buffer_layout.UNKNOWN0: older,
+            buffer_layout.UNKNOWN0 + buffer_layout.PAST: older + method.older,
+        }
         for row, part in rows.items():
-            past = (
-                buffer_layout.PAST
-                if row in (buffer_layout.UNKNOWN0, buffer_layout.UNKNOWN0 + buffer_layout.PAST)
-                else 1
-            )
+            past = buffer_layout.PAST if row in histories else 1
             vectors[row : row + past, : len(part)] += part
+            if row in histories:
+                vectors[histories[row] : histories[row] + method.older, : len(part)] += part
 
     def _cross_jump(self) -> None:
         """Continue behind a scheduled jump of forces; the last step has ended shortly before it."""

@@ -42,7 +42,10 @@ WATCHING, SIGNATURE, CORNERS, CUT, EVENTS = range(20, 25)
 NEXT_ZONE, ZONES, NOTED, NOTES = range(25, 29)
 # number of rows that must be free in the output before a step; 0: all rows of the run have room
 MARGIN = 29
-INTEGERS = 30
+# number of steps before the last ``PAST`` ones whose unknowns the prediction uses, 0 or 2; they are in the last rows
+# of ``vectors``
+OLDER = 30
+INTEGERS = 31
 #: name in the statistics -> index in ``integers``
 COUNTERS = {
     "rejected": REJECTED,
