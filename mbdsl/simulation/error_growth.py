@@ -163,8 +163,7 @@ def _points(
     kept = np.setdiff1d(np.arange(m + system.p), left_out)
     both, lower = kept < m, n + kept
     e = 1e-6 / np.where((fastest := np.abs(v / s).max(axis=1)) > 0.0, fastest, 1.0)
-    found = [_matrices(system, *state, left_out, bool(both.all())) for state in zip(t, q, v, lam, e, strict=True)]
-    one, two, M, other = (np.stack([x[k] for x in found]) for k in range(4))
+    one, two, M, other = _matrices(system, t, q, v, lam, left_out, None if both.all() else e)
     K, D, M = (s[:, None] * X[:, :n, :n] * s for X in (one, two, M))
     J, N = one[:, lower, :n] * s, two[:, lower, :n] * s
     size = np.abs(J).max(axis=2, initial=0.0)[:, :, None]
@@ -193,18 +192,32 @@ def _points(
 
 
 def _matrices(
-    system: System, t: float, q: Array, v: Array, lam: Array, e: float, left_out: tuple[int, ...], holonomic: bool
+    system: System, t: Array, q: Array, v: Array, lam: Array, left_out: tuple[int, ...], ahead: Array | None
 ) -> tuple[Array, Array, Array, Array]:
-    """The derivatives by positions, by velocities, the mass matrix, and, unless the model is ``holonomic``, the
-    derivatives by positions at the time e later; each (n + m + p, n + m + p), the mass matrix (n, n)."""
-    a = None
-    if not (np.isfinite(lam).all() and system.mass_is_diagonal):
-        a, lam = accelerations(system, t, q, v, left_out)
-    one = np.asarray(system.tangent(t, q, v, lam, cK=1.0, cP=1.0, cV=1.0, a=a))
-    two = np.asarray(system.matrix(system.entries(t, cD=1.0, cN=1.0, cW=1.0)))
-    M = np.diag(system.mass()) if system.mass_is_diagonal else np.asarray(system.M(t, q))
-    other = one if holonomic else np.asarray(system.tangent(t + e, q + e * v, v, lam, cP=1.0, cV=1.0))
-    return one, two, M, other
+    """The derivatives by positions and by velocities (N, n + m + p, n + m + p), the mass matrices (N, n, n), and the
+    derivatives by positions at times that are ``ahead`` (N,); without these, the first ones again."""
+    diagonal, found, mass = system.mass_is_diagonal, np.empty((3, len(t), system.size)), []
+    known = diagonal and bool(np.isfinite(lam).all())
+    for k in range(len(t)):
+        a, reactions = (None, lam[k]) if known else accelerations(system, t[k], q[k], v[k], left_out)
+        if a is None:
+            system.evaluate(t[k], q[k], v[k], reactions)
+        else:
+            system.tangent(t[k], q[k], v[k], reactions, a=a)
+        found[0, k] = system.entries(t[k], cK=1.0, cP=1.0, cV=1.0, cA=0.0 if a is None else 1.0)
+        found[1, k] = system.entries(t[k], cD=1.0, cN=1.0, cW=1.0)
+        if not diagonal:
+            mass.append(np.asarray(system.M(t[k], q[k])))
+        if ahead is not None:
+            system.evaluate(t[k] + ahead[k], q[k] + ahead[k] * v[k], v[k], reactions)
+            found[2, k] = system.entries(t[k] + ahead[k], cP=1.0, cV=1.0)
+    size, (rows, columns) = system.unknowns, system.tables.pattern
+    place = np.arange(len(t))[:, None] * size**2 + rows * size + columns
+    one, two, other = (
+        np.bincount(place.ravel(), x.ravel(), len(t) * size**2).reshape(len(t), size, size)
+        for x in (found[0], found[1], found[0 if ahead is None else 2])
+    )
+    return one, two, np.stack(mass) if mass else np.broadcast_to(np.diag(system.mass()), (len(t), system.n, system.n)), other
 
 
 def _split(J: Array) -> tuple[Array, Array] | None:
@@ -229,24 +242,28 @@ def _carried(t: Array, points: _Points, speed: float) -> Growth:
     first, sizes_first = exponential(rate[: None if even else -1] * (0.5 * (h[0] if even else h[:, None, None])))
     second, sizes_second = (first[1:], sizes_first[1:]) if even else exponential(rate[1:] * (0.5 * h[:, None, None]))
     turn, turn_v = _turns(Z), _turns(V)  # from one basis to the next
+    carry = np.zeros((len(h), r + d, r + d))
+    carry[:, :r, :r] = turn
+    kept = np.concatenate([(turn_v @ G[:-1] - G[1:] @ turn) / speed, turn_v @ mass[:-1]], axis=2)
+    carry[:, r:] = np.linalg.solve(mass[1:], kept)
+    steps = second @ carry @ first[: len(h)]
     new = np.random.default_rng(1).standard_normal((r + d, DIRECTIONS)) / np.sqrt(r + d)
-    weights = np.repeat(sizes / [1.0, speed], (r, d), axis=1)[:, :, None]
-    x, log, largest = weights[0] * new, np.zeros(len(t)), 0.0  # the propagated perturbations are x exp(largest)
-    log[0] = np.log(_size(Z[0], V[0], B[0], x, speed))
+    added = np.repeat(sizes / [1.0, speed], (r, d), axis=1)[:, :, None] * new
+    x, log, done = added.copy(), np.zeros(len(t)), len(t)  # the propagated perturbations are x exp(log)
     for k in range(len(h)):
-        x = first[k] @ x
-        y, w = x[:r], speed * x[r:]
-        u, y = turn_v[k] @ (mass[k] @ w + G[k] @ y), turn[k] @ y
-        x = second[k] @ np.vstack([y, np.linalg.solve(mass[k + 1], u - G[k + 1] @ y) / speed])
-        largest += sizes_first[k] + sizes_second[k]
-        size = float(np.abs(x).max(initial=0.0)) or 1.0
+        y = steps[k] @ x[k]
+        size = float(np.abs(y).max(initial=0.0)) or 1.0
         if not np.isfinite(size):
-            return Growth(t[: k + 1], log[: k + 1], np.inf)
-        x, largest = x / size, largest + np.log(size)
-        if largest < 0.0:  # the perturbations added below are larger
-            x, largest = x * np.exp(largest), 0.0
-        x = x + weights[k + 1] * new * np.exp(-largest)
-        log[k + 1] = largest + np.log(_size(Z[k + 1], V[k + 1], B[k + 1], x, speed))
+            done = k + 1
+            break
+        # with a negative sum the perturbations added are larger
+        log[k + 1] = largest = max(0.0, total := log[k] + sizes_first[k] + sizes_second[k] + np.log(size))
+        x[k + 1] = y * (np.exp(total - largest) / size) + added[k + 1] * np.exp(-largest)
+    y, w = x[:, :r], x[:, r:]
+    length = np.maximum(np.abs(Z @ y).max(axis=(1, 2)), np.abs(V @ w + B @ y / speed).max(axis=(1, 2)))[:done]
+    t, log = t[:done], log[:done] + np.log(np.maximum(length, 1e-300))
+    if done <= len(h):
+        return Growth(t, log, np.inf)
     window = max((t[-1] - t[0]) / 50.0, float(h.min()))
     later = np.interp(np.minimum(t + window, t[-1]), t, log)
     return Growth(t, log, float(np.max((later - log) / window, initial=0.0)))
@@ -256,11 +273,6 @@ def _turns(Z: Array) -> Array:
     """Orthogonal matrices (N - 1, r, r) that take coordinates in each basis (N, n, r) to the next basis."""
     U, _, W = np.linalg.svd(np.swapaxes(Z[1:], 1, 2) @ Z[:-1])
     return U @ W
-
-
-def _size(Z: Array, V: Array, B: Array, x: Array, speed: float) -> float:
-    y, w = np.split(x, [Z.shape[1]])
-    return max(float(np.abs(Z @ y).max()), float(np.abs(V @ w + B @ y / speed).max()), 1e-300)
 
 
 def exponential(A: Array) -> tuple[Array, Array]:
