@@ -114,6 +114,8 @@ class Integration(RunState):
         between = self.times[0] - self.start if len(self.times) and not self.every else span
         reals[loop_state.FORGOTTEN] = min(span / POINTS, between)
         reals[loop_state.EXPONENT] = 1.0 / (method.order + 1)
+        kept = np.array([step_control.KEPT_TO, step_control.KEPT_FROM])
+        reals[[loop_state.GOOD, loop_state.BAD]] = step_control.AIM * kept ** -(method.order + 1.0)
         reals[loop_state.LARGEST] = min(LARGEST, (100.0 * tol) ** 0.25)  # interpolation between steps has order 4
         reals[loop_state.NODE] = method.node(self.coefficients)
         reals[loop_state.MASS_WEIGHT] = method.mass_weight(self.coefficients)

@@ -85,7 +85,7 @@ def growth(
     lam: Array,
     left_out: tuple[int, ...],
     speed: float,
-    finer: int = 1,
+    finer: float = 1.0,
 ) -> Growth | None:
     """The growth along a run with the states q, v (N, n) and multipliers lam (N, m + p) at times t (N,).
 
@@ -95,7 +95,7 @@ def growth(
         Redundant constraints.
     speed : float [1/s]
         The largest scaled velocity of the run.
-    finer : int
+    finer : float
         Factor on the number of samples, as far as the run has them; less for large models.
 
     Returns
@@ -116,7 +116,7 @@ def growth(
     return None if points is None else _carried(t, points, speed)
 
 
-def along(parts: Iterable[Part], t: Array, speed: float, finer: int = 1) -> tuple[Growth, int]:
+def along(parts: Iterable[Part], t: Array, speed: float, finer: float = 1.0) -> tuple[Growth, int]:
     """The growth at times t (N,) along a motion of several parts, and the number of parts for which it is complete.
 
     ``parts`` are the system of each, its times, q, v and lam there, and its redundant constraints, as from
@@ -135,7 +135,7 @@ def along(parts: Iterable[Part], t: Array, speed: float, finer: int = 1) -> tupl
     return Growth(t, found, rate), known
 
 
-def _samples(count: int, system: System, finer: int) -> NDArray[np.int64]:
+def _samples(count: int, system: System, finer: float) -> NDArray[np.int64]:
     most = int(np.clip(NUMBERS * finer**0.5 / max(1, system.unknowns) ** 2, FEWEST, SAMPLES * finer))
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
 
