@@ -152,9 +152,7 @@ class _Points(NamedTuple):
     sizes: Array  #: (N, 2) largest scaled position (at least one) and largest scaled velocity
 
 
-def _points(
-    system: System, t: Array, q: Array, v: Array, lam: Array, left_out: tuple[int, ...]
-) -> _Points | None:
+def _points(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: tuple[int, ...]) -> _Points | None:
     """The tangent equations at these states; None if the constraints change rank or the mass matrix is ill-conditioned.
 
     The matrices of all samples are decomposed together: a call of NumPy takes longer than its work on one of them.
@@ -217,7 +215,8 @@ def _matrices(
         np.bincount(place.ravel(), x.ravel(), len(t) * size**2).reshape(len(t), size, size)
         for x in (found[0], found[1], found[0 if ahead is None else 2])
     )
-    return one, two, np.stack(mass) if mass else np.broadcast_to(np.diag(system.mass()), (len(t), system.n, system.n)), other
+    M = np.stack(mass) if mass else np.broadcast_to(np.diag(system.mass()), (len(t), system.n, system.n))
+    return one, two, M, other
 
 
 def _split(J: Array) -> tuple[Array, Array] | None:

@@ -164,9 +164,7 @@ def bars(case: Case, costs: dict[str, Cost]) -> list[str]:
     return lines
 
 
-def table(
-    repeats: int = 25, steps: int | None = None, larger: bool = True, names: Sequence[str] = METHODS
-) -> str:
+def table(repeats: int = 25, steps: int | None = None, larger: bool = True, names: Sequence[str] = METHODS) -> str:
     """Everything as text; ``steps`` shortens the runs."""
     head = f"{'':13} {'us/step':>8} {'':8}   {'ratio':5} {'':6} {'iterations':>10} {'matrices':>8}   target\n"
     head += f"{'':13} {'min':>8} {'median':>8}   {'min':>5} {'median':>6} {'a step':>10} {'a step':>8}   (min)"

@@ -7,9 +7,10 @@ velocities relative to the largest one of the run. Reference: hht-si2 with fixed
 two lengths; ``+-`` is a bound of its own error. Runs that would take more than ``MOST`` steps are left out.
 
 The second table compares run times at equal error, trial runs included: the least times of controlled runs and of fixed
-ones in turn, the fixed step being the one with the same error, by interpolation between the errors of several. The third
-table compares the time of a step in a single run with controlled steps with that of fixed steps of their mean size. All
-times are processor times of the integration, in this thread; ratios are time with controlled over time with fixed steps.
+ones in turn, the fixed step being the one with the same error, by interpolation between the errors of several. The
+third table compares the time of a step in a single run with controlled steps with that of fixed steps of their mean
+size. All times are processor times of the integration, in this thread; ratios are those with controlled steps over
+those with fixed ones.
 """
 
 from __future__ import annotations
