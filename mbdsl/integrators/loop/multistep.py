@@ -249,9 +249,7 @@ def take(t0, h, formulas, run):
         return TOO_LARGE, h, error
     if integers[STEP] % RECONSIDER == 0 or integers[HISTORY] < PAST + integers[OLDER] or integers[ORDER] == 0:
         history, n = min(integers[HISTORY], integers[SAME] + 1), layout[N_Q]
-        integers[ORDER] = (
-            best_order(history, n, run) if even(run) else best_order_uneven(integers[HISTORY], h, n, run)
-        )
+        integers[ORDER] = best_order(history, n, run) if even(run) else best_order_uneven(integers[HISTORY], h, n, run)
     return RUNNING, h, error
 
 
