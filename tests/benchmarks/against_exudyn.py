@@ -456,17 +456,22 @@ def rows(c: Comparison) -> list[str]:
     return lines
 
 
+def worst(c: Comparison) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The largest ratios at equal step and at equal error: of the minima, and the median over rounds."""
+    step = [min((c.at_step(m, k) for m in METHODS), key=lambda r: r[1]) for k in range(len(c.sizes))]
+    return (max(r[0] for r in step), max(r[1] for r in step)), c.headline()
+
+
 def verdict(c: Comparison) -> str:
     """The line of one model in the summary."""
     if c.void:
         return f"{c.case.name:14} VOID: {c.void}"
-    step = [min((c.at_step(m, k) for m in METHODS), key=lambda r: r[1]) for k in range(len(c.sizes))]
     if not len(c.errors()):
         return f"{c.case.name:14} VOID: no error that all of them reach"
-    at_step, at_error = max(r[1] for r in step), c.headline()
+    at_step, at_error = worst(c)
     met = "met" if at_error[1] <= c.case.target else "MISSED"
     return (
-        f"{c.case.name:14} {max(r[0] for r in step):8.3f} {at_step:8.3f}   {at_error[0]:8.3f} {at_error[1]:8.3f}"
+        f"{c.case.name:14} {at_step[0]:8.3f} {at_step[1]:8.3f}   {at_error[0]:8.3f} {at_error[1]:8.3f}"
         f"   {c.case.target:6.2f} {met}"
     )
 
