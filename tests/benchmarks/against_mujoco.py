@@ -230,7 +230,8 @@ def written(chain: Chain, folder: Path) -> dict[str, str]:
     folder.mkdir(parents=True, exist_ok=True)
     read_out, name = table(chain), f"chain_{chain.links}"
     draw(picture(chain.links, points(chain)), folder / f"{name}.png")
-    numbers = {"columns": list(read_out.columns), "table": [list(row) for row in read_out.rows], "points": points(chain)}
+    cells = [list(row) for row in read_out.rows]
+    numbers = {"columns": list(read_out.columns), "table": cells, "points": points(chain)}
     (folder / f"{name}.json").write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
     return {name: markdown(read_out.columns, read_out.rows)}
 
@@ -238,8 +239,8 @@ def written(chain: Chain, folder: Path) -> dict[str, str]:
 def report(chain: Chain, decades: Sequence[int] = DECADES) -> str:
     """Everything about one chain as text."""
     closest = (f"{name} {min(run.error for run in own):.0e}" for name in PROGRAMS if (own := chain.of(name)))
-    lines = [as_text(table(chain, decades)), f"references differ by {chain.floor:.0e}; least errors: {', '.join(closest)}"]
-    return "\n".join([*lines, *verdicts(chain, decades)])
+    least = f"references differ by {chain.floor:.0e}; least errors: {', '.join(closest)}"
+    return "\n".join([as_text(table(chain, decades)), least, *verdicts(chain, decades)])
 
 
 if __name__ == "__main__":

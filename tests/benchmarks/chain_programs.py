@@ -312,7 +312,7 @@ def exudyn_series(reference: Reference) -> Iterator[Series]:
 def missing() -> dict[str, str]:
     """Package -> the command that installs it, for the packages that are not installed."""
     absent = [name for name in ("mujoco", "exudyn") if importlib.util.find_spec(name) is None]
-    return {name: "pip install 'mbdsl[bench]'" for name in absent}
+    return dict.fromkeys(absent, "pip install 'mbdsl[bench]'")
 
 
 def all_series(reference: Reference, methods: Sequence[str] | None = None) -> Iterator[Series]:

@@ -16,7 +16,7 @@ WIDTH = 120  #: characters of a line of a page
 
 def parts_of(page: Path) -> list[str]:
     """The names of the parts of a page."""
-    return re.findall(r"<!-- ([^\n]+?) -->(?=(?:(?!<!--).)*<!-- end -->)", page.read_text(encoding="utf-8"), re.DOTALL)
+    return [name for name in re.findall(r"<!-- ([^\n]+?) -->", page.read_text(encoding="utf-8")) if name != "end"]
 
 
 def put(page: Path, texts: Mapping[str, str]) -> None:

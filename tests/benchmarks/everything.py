@@ -14,6 +14,7 @@ import json
 import math
 import os
 import platform
+import tempfile
 import time
 import warnings
 from collections.abc import Callable
@@ -29,7 +30,8 @@ import growth
 import sparse_solvers
 import startup
 import work_precision
-from doc_parts import ROOT, filled, markdown, put, rounded, spread
+from doc_parts import ROOT, markdown, put, rounded, spread
+from work_precision_text import conclusions
 
 import mbdsl
 from mbdsl.studies.error_measures import error, quantities
@@ -37,7 +39,11 @@ from mbdsl.studies.report import as_text
 
 Texts = dict[str, str]  #: "page: part" -> text
 FOLDER = ROOT / "docs" / "work-precision"
-PAGES = {"README": ROOT / "README.md", "speed": ROOT / "docs/speed.md", "work-precision": ROOT / "docs/work-precision.md"}
+PAGES = {
+    "README": ROOT / "README.md",
+    "speed": ROOT / "docs" / "speed.md",
+    "work-precision": ROOT / "docs" / "work-precision.md",
+}
 #: names of the rows of docs/speed.md
 NAMES = {
     "pendulum": "pendulum",
@@ -178,74 +184,6 @@ def accuracy(repeats: int) -> Texts:
     return texts
 
 
-def conclusions(known: dict[str, list[dict]]) -> str:
-    """The sentences that follow from the numbers of docs/work-precision/, by model."""
-    found: dict[str, list[tuple[int, float]]] = {}
-
-    def add(name: str, k: int, ratio: float) -> None:
-        if math.isfinite(ratio):
-            found.setdefault(name, []).append((k, ratio))
-
-    for points in known.values():
-        series: dict[str, list[dict]] = {}
-        for point in points:
-            series.setdefault(point["series"], []).append(point)
-        second = [name for name in series if work_precision.order(name) == 2]
-        for k in work_precision.DECADES:
-            times = {name: work_precision.of_points(own, 10.0**-k) for name, own in series.items()}
-            times = {name: seconds for name, seconds in times.items() if math.isfinite(seconds)}
-            ours = {name: seconds for name, seconds in times.items() if name != "Exudyn"}
-            if not ours:
-                continue
-            best, theirs = min(ours.values()), times.get("Exudyn", math.nan)
-            like = {name: ours[name] for name in second if name in ours}
-            fixed = {name: seconds for name, seconds in like.items() if "--tol" not in name}
-            add("Exudyn", k, theirs / best)
-            if like:
-                add("second order", k, min(like.values()) / best)
-                add("Exudyn of second order", k, theirs / min(like.values()))
-            if len(fixed) > 1:
-                add("methods of second order", k, max(fixed.values()) / min(fixed.values()))
-            for name, seconds in fixed.items():
-                add("controlled steps", k, times.get(f"{name} --tol", math.nan) / seconds)
-            for name, seconds in ours.items():
-                if work_precision.is_external(name):
-                    add("third-party integrators", k, seconds / best)
-
-    def of(name: str, digits: int = 2) -> str:
-        return spread([ratio for _, ratio in found[name]], digits)
-
-    said = []
-    if "second order" in found:
-        said.append(f"- Methods of second order take {of('second order')} times as long as the fastest method.")
-    if "methods of second order" in found:
-        span = of("methods of second order")
-        said.append(
-            f"- At equal error, the slowest of the methods of second order takes {span} times as long as the fastest, "
-            "with fixed steps, mostly because of their damping."
-        )
-    if "controlled steps" in found:
-        said.append(
-            f"- With `--tol`, methods of second order take {of('controlled steps')} times as long as with the fixed step "
-            "of the same error, because of the calibration runs and estimates; on the other hand, the right step need "
-            "not be found by trial."
-        )
-    if "third-party integrators" in found:
-        span = of("third-party integrators")
-        said.append(
-            f"- Third-party integrators take {span} times as long as the fastest method, because every evaluation "
-            "passes through Python."
-        )
-    if "Exudyn" in found:
-        least, most = min(found["Exudyn"]), max(found["Exudyn"])
-        said.append(
-            f"- Exudyn, with its best settings for every error, takes {of('Exudyn')} times as long as the fastest method "
-            f"of mbdsl, at 1e-{least[0]} and at 1e-{most[0]}, and {of('Exudyn of second order')} times as long as the "
-            "fastest one of the same order, 2."
-        )
-    return "\n".join(map(filled, said))
-
-
 def constraints(repeats: int) -> Texts:
     """The largest violations of constraints by the default method at its default step."""
     largest = {"Phi": 0.0, "dPhi": 0.0}
@@ -295,6 +233,8 @@ if __name__ == "__main__":
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--dry", action="store_true", help="write nothing")
     given = parser.parse_args()
+    if given.dry:
+        FOLDER = Path(tempfile.mkdtemp())  # pictures and numbers
     print(f"mbdsl {mbdsl.__version__}, {machine()}", flush=True)
     for name in given.only:
         begun = time.perf_counter()

@@ -2,10 +2,10 @@
 
     python tests/benchmarks/startup.py [--rounds 2] [--repeats 5]
 
-A round begins with an empty folder MBDSL_CACHE_DIR, as on a fresh machine (Python's own caches of compiled sources stay,
-as after an installation), and runs the commands below in their order. Before a command is repeated, the script waits
-until the folder does not change any more, because code may be compiled in other processes after a command has ended.
-Wall-clock times: a busy machine makes them longer. Nothing is asserted.
+A round begins with an empty folder MBDSL_CACHE_DIR, as on a fresh machine (Python's own caches of compiled sources
+stay, as after an installation), and runs the commands below in their order. Before a command is repeated, the script
+waits until the folder does not change any more, because code may be compiled in other processes after a command has
+ended. Wall-clock times: a busy machine makes them longer. Nothing is asserted.
 """
 
 from __future__ import annotations
@@ -73,14 +73,14 @@ def seconds(arguments: Sequence[str], cache: str, folder: str) -> float:
     return spent
 
 
-def settled(folder: str, quiet: float = QUIET) -> None:
+def settled(folder: str) -> None:
     """Wait until no file of a folder changes."""
     begun, before, since = time.perf_counter(), None, time.perf_counter()
-    while time.perf_counter() - since < quiet and time.perf_counter() - begun < LONGEST:
+    while time.perf_counter() - since < QUIET and time.perf_counter() - begun < LONGEST:
         now = {path: _size(path) for path in Path(folder).rglob("*")}
         if now != before:
             before, since = now, time.perf_counter()
-        time.sleep(quiet / 10.0)
+        time.sleep(QUIET / 10.0)
 
 
 def _size(path: Path) -> tuple[int, int]:

@@ -34,7 +34,6 @@ import numpy as np
 from against_exudyn import JUDGED, MODELS, WAYS, Ours, Theirs
 from doc_parts import ROOT, markdown, put
 
-from mbdsl.integrators import Method, available, compiled
 from mbdsl.messages import duration
 from mbdsl.plotting.figure_layout import looks_of
 from mbdsl.plotting.figures import Figure, Page, Series, Table
@@ -176,32 +175,6 @@ def ratios(study: WorkPrecision, theirs: list[Their]) -> list[tuple[float, float
         other = at(error, [r.error for r in theirs], [median(r.seconds) for r in theirs])
         found.append((error, other, near, at(error, errors, seconds)))
     return found
-
-
-def of_points(points: Sequence[dict], error: float) -> float:
-    """Seconds of a series at an error within its range; not a number outside."""
-    kept: list[dict] = []
-    for point in sorted(points, key=lambda p: (p["seconds"], p["error"])):
-        if not kept or point["error"] < kept[-1]["error"]:
-            kept.append(point)
-    if not kept or error > kept[0]["error"]:
-        return math.nan
-    return at(error, [p["error"] for p in kept], [p["seconds"] for p in kept])
-
-
-def declaration(series: str) -> Method | None:
-    """The method of a series; None for Exudyn's."""
-    return available().get(series.split(" ")[0])
-
-
-def order(series: str) -> int:
-    found = declaration(series)
-    return found.order if found is not None else 0
-
-
-def is_external(series: str) -> bool:
-    """Whether the method of a series is a third-party integrator."""
-    return declaration(series) is not None and series.split(" ")[0] not in compiled()
 
 
 def table(study: WorkPrecision, theirs: list[Their]) -> Table:
