@@ -1,6 +1,6 @@
 """All measured figures of README.md, docs/speed.md and docs/work-precision.md, by one command.
 
-    python tests/benchmarks/everything.py [--only PART ...] [--repeats 3] [--dry]
+    python tests/benchmarks/everything.py [--only PART ...] [--repeats 2] [--dry]
 
 measures on this machine, prints every table, and writes the figures into the pages, between the marks of
 :mod:`doc_parts`. It takes some minutes, and needs a machine without other work, and the extras ``bench`` and ``plot``.
@@ -18,6 +18,7 @@ import tempfile
 import time
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from statistics import median
@@ -77,7 +78,8 @@ def exudyn(repeats: int) -> Texts:
     exu = against_exudyn.load()
     found = []
     for case in against_exudyn.CASES:
-        found.append(against_exudyn.compare(exu, case, repeats))
+        shorter = replace(case, halvings=case.halvings - 1)  # the smallest step takes half of the time
+        found.append(against_exudyn.compare(exu, shorter, repeats))
         print(against_exudyn.verdict(found[-1]), flush=True)
     valid = [c for c in found if not c.void and len(c.errors())]
     ratios = {c.case.name: [r[1] for r in against_exudyn.worst(c)] for c in valid}
@@ -143,7 +145,7 @@ def matrices(repeats: int) -> Texts:
 
 def shell(repeats: int) -> Texts:
     """Waiting times of commands."""
-    found = startup.measure(2, repeats)
+    found = startup.measure(2, repeats + 1)
     print(startup.as_text(found), flush=True)
     rows = [(f"{wait.text}", f"{rounded(median(spent))} s") for wait, spent in zip(startup.WAITS, found, strict=True)]
     seconds = {wait.text: median(spent) for wait, spent in zip(startup.WAITS[:3], found[:3], strict=True)}
@@ -159,7 +161,7 @@ def chains(repeats: int) -> Texts:
     """The pendulum chain beside MuJoCo and Exudyn."""
     texts = {}
     for links in against_mujoco.LINKS:
-        chain = against_mujoco.compare(links, repeats)
+        chain = against_mujoco.compare(links, max(4, repeats))
         print(f"\n{against_mujoco.report(chain)}", flush=True)
         if all(chain.of(name) for name in against_mujoco.PROGRAMS):
             texts |= against_mujoco.written(chain, FOLDER)
@@ -230,7 +232,7 @@ def write(texts: Texts) -> None:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", nargs="+", choices=list(PARTS), default=list(PARTS), metavar="PART")
-    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--repeats", type=int, default=2)
     parser.add_argument("--dry", action="store_true", help="write nothing")
     given = parser.parse_args()
     if given.dry:
