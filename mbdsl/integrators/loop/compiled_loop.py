@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from types import ModuleType
 
@@ -25,8 +26,14 @@ _BUFFERS = ", ".join(RunData._fields)
 
 
 def loop_name(method: str) -> str:
-    """The name of the emitted module with the step loop of a method."""
-    return "mbdsl_method_" + modules()[method].__name__.rsplit(".", 1)[-1]
+    """The name of the emitted module with the step loop of a method; methods with the same kernels share it."""
+    return "mbdsl_method_" + _with_kernels(modules()[method]).__name__.rsplit(".", 1)[-1]
+
+
+def _with_kernels(module: ModuleType) -> ModuleType:
+    """The module from which a method imports all kernels of its step; its own module if it imports none or a part."""
+    found = {getattr(getattr(module, kernel, None), "__module__", "") for kernel in Step._fields}
+    return sys.modules[found.pop()] if len(found) == 1 and "" not in found else module
 
 
 def has_own_step(method: str) -> bool:
@@ -41,6 +48,7 @@ def controls_locally(method: str) -> bool:
 
 def compiled(name: str, module: ModuleType) -> Callable:
     """Compile the step loop of one method, with its kernels; the functions of the scene are arguments (pointers)."""
+    module = _with_kernels(module)
     short = module.__name__.rsplit(".", 1)[-1]
     if has_own_step(name):
         whose, formulas, used = "method", "None", [driver]
@@ -49,7 +57,7 @@ def compiled(name: str, module: ModuleType) -> Callable:
         formulas = f"run_data.Formulas({', '.join(f'{of[f]}.{f}' for f in of)})"
         whose, used = "multistep", [driver, multistep, step_control]
     found = f"from mbdsl.integrators.methods import {short}" if module.__package__ else f"import {short}"
-    text = f'''"""Emitted by mbdsl: the step loop of {name}."""
+    text = f'''"""Emitted by mbdsl: the step loop of {name if whose != "method" else short}."""
 
 from mbdsl.integrators.loop import {", ".join(sorted(["run_data", *(m.__name__.rsplit(".", 1)[-1] for m in used)]))}
 {found} as method

@@ -1,4 +1,4 @@
-"""Newton's iteration for the stages of a step of radau5."""
+"""Newton's iteration for the stages of a step of Radau IIA."""
 
 from mbdsl.compilation.buffer_layout import N_PHI, N_Q, NEW_MASS, POSITION0, SCALE, VELOCITY0
 from mbdsl.compilation.marks import kernel, rare
@@ -19,8 +19,17 @@ from mbdsl.integrators.loop.loop_state import (
 )
 from mbdsl.integrators.loop.newton import EPS, SINGULAR_NOISE, finite
 from mbdsl.integrators.loop.run_data import evaluate
-from mbdsl.integrators.methods.radau5_coefficients import NODES
-from mbdsl.integrators.methods.radau5_stages import RESIDUAL, correct, matrices, motion, predict, residual
+from mbdsl.integrators.methods.radau_coefficients import FACTOR, NODES, POWER
+from mbdsl.integrators.methods.radau_stages import (
+    RESIDUAL,
+    STAGE_ROWS,
+    correct,
+    count,
+    matrices,
+    motion,
+    predict,
+    residual,
+)
 
 #: memory: length and error of the last step; step length of the matrices; last measured contraction; largest scaled
 #: velocity so far
@@ -28,8 +37,6 @@ LAST, ERROR, OF_MATRICES, CONTRACTION, SPEED = range(5)
 MAX_ITERATIONS = 25
 #: contraction assumed of a first iteration, at least, if none was measured in the last OFTEN steps
 ASSUMED, OFTEN = 0.05, 4
-#: the tolerance of the embedded formula, of order 3, is this times the power 4/5 of that of the result
-STRICT = 0.1
 #: error left by Newton's iteration, relative to the tolerance over the whole time
 LEFT = 0.2
 #: the same where rounding limits it, relative to the allowed error of a step
@@ -39,7 +46,8 @@ STALLED = 1e-3
 @kernel
 def strict(run):
     """The tolerance of the embedded formula."""
-    return STRICT * run.reals[TOL] ** 0.8
+    c = run.coefficients
+    return c[FACTOR] * run.reals[TOL] ** c[POWER]
 
 
 @rare
@@ -47,9 +55,9 @@ def constraint_size(run):
     """Largest violation of the constraints on positions, in all stages."""
     vectors, layout = run.vectors, run.layout
     value = 0.0
-    for k in range(3):
+    for k in range(count(run)):
         for i in range(layout[N_Q], layout[N_Q] + layout[N_PHI]):
-            value = max(value, abs(vectors[RESIDUAL + k, i]))
+            value = max(value, abs(vectors[RESIDUAL + STAGE_ROWS * k, i]))
     return value
 
 
@@ -67,11 +75,13 @@ def sizes(length, run):
 
 @kernel
 def residuals(t, h, run):
-    """Residuals of all stages of a step from t; the second stage last, as the matrices are evaluated there."""
-    for stage in (0, 2, 1):
+    """Residuals of all stages of a step from t; the middle one last, as the matrices are evaluated there."""
+    stages = count(run)
+    for k in range(1, stages + 1):
+        stage = (stages // 2 + k) % stages
         motion(stage, h, run)
         run.layout[NEW_MASS] = 1
-        evaluate(t + NODES[stage] * h, run)
+        evaluate(t + run.coefficients[NODES + stage] * h, run)
         residual(stage, run)
     run.integers[ITERATIONS] += 1
 
@@ -82,7 +92,7 @@ def renew_matrices(t, h, still, run):
     memory, integers = run.memory, run.integers
     integers[MATRICES] += 1
     integers[FACTORISATIONS] += 1
-    if not matrices(t + NODES[1] * h, h, still, run):
+    if not matrices(t + run.coefficients[NODES + count(run) // 2] * h, h, still, run):
         return SINGULAR if finite(run) else NOT_FINITE
     integers[FRESH], memory[OF_MATRICES] = 1, h
     return RUNNING
