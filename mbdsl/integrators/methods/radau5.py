@@ -1,7 +1,81 @@
-"""RADAU5: Radau IIA with 3 stages on the stabilised index-2 equations, order 5, with error-controlled steps."""
+"""RADAU5: Radau IIA with three stages on the stabilised index-2 equations, order 5, with error-controlled steps.
 
-from mbdsl.integrators.methods.radau_step import interpolate, method, next_length, store, take, trial_length
+The equations and their solution: :mod:`mbdsl.integrators.methods.radau5_stages`; the loop over steps and the control of
+their lengths: :mod:`mbdsl.integrators.methods.radau_step`.
 
-__all__ = ["METHOD", "interpolate", "next_length", "store", "take", "trial_length"]
+Source: Hairer, Wanner, Solving Ordinary Differential Equations II (1996), section IV.8, on the equations of Gear,
+Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90. The splitting is our own.
+"""
 
-METHOD = method(3, factor=0.1, power=0.8)
+from mbdsl.compilation.buffer_layout import N_ALL, N_Q, POSITION, POSITION0, UNKNOWN0, VELOCITY, VELOCITY0
+from mbdsl.compilation.marks import kernel
+from mbdsl.integrators.loop.loop_state import HISTORY, NODES, NOW, STEP_END, TOL
+from mbdsl.integrators.methods.radau5_coefficients import NODES as STAGES
+from mbdsl.integrators.methods.radau5_stages import (
+    MATRICES,
+    OWN_ROWS,
+    PAST,
+    PAST2,
+    QB,
+    STAGE,
+    STAGE2,
+    VB,
+    constraint_size,
+    correct,
+    estimate,
+    finish,
+    matrices,
+    predict,
+    residuals,
+)
+from mbdsl.integrators.methods.radau_newton import LAST
+from mbdsl.integrators.methods.radau_step import method, next_length, take, trial_length
+
+__all__ = ["METHOD", "constraint_size", "correct", "estimate", "finish", "interpolate", "matrices", "next_length"]
+__all__ += ["predict", "residuals", "store", "take", "trial_length"]
+
+#: the embedded formula, of order 3, is held to 0.1 tol^{4/5}
+METHOD = method(3, OWN_ROWS, MATRICES, lambda: (0.1, 0.8, 0.25))
+
+
+@kernel
+def interpolate(k, x, h, out, run):
+    """q and v at the part x of the step, by the polynomial of degree 5 with the values of both at the ends of the last
+    two steps; in the first step, with the accelerations at both ends."""
+    vectors, n, r = run.vectors, run.layout[N_Q], run.memory[LAST] / h
+    for i in range(n):
+        q0, v0 = vectors[POSITION0, i], h * vectors[VELOCITY0, i]
+        q1, v1 = vectors[POSITION, i], h * vectors[VELOCITY, i]
+        c2, c3 = 3.0 * (q1 - q0) - 2.0 * v0 - v1, 2.0 * (q0 - q1) + v0 + v1
+        if run.integers[HISTORY] > 1:
+            g, dg = (r * (1.0 + r)) ** 2, -2.0 * r * (1.0 + r) * (1.0 + 2.0 * r)
+            off = vectors[QB, i] - (q0 - r * (v0 - r * (c2 - r * c3)))
+            slope = h * vectors[VB, i] - (v0 - r * (2.0 * c2 - r * 3.0 * c3))
+            b1 = (slope - dg * off / g) / g
+            b0 = off / g + b1 * r
+        else:
+            b0 = h * h / 2.0 * vectors[UNKNOWN0, i] - c2
+            b1 = h * h / 2.0 * vectors[STAGE + 2, i] - c2 - 3.0 * c3 - b0
+        g, dg, b = (x * (1.0 - x)) ** 2, 2.0 * x * (1.0 - x) * (1.0 - 2.0 * x), b0 + b1 * x
+        out[k, i] = q0 + x * (v0 + x * (c2 + x * c3)) + g * b
+        out[k, n + i] = (v0 + x * (2.0 * c2 + x * 3.0 * c3) + dg * b + g * b1) / h
+
+
+@kernel
+def store(h, run):
+    """The step becomes history."""
+    reals, vectors, layout = run.reals, run.vectors, run.layout
+    for i in range(layout[N_Q]):
+        vectors[QB, i], vectors[VB, i], vectors[POSITION0, i], vectors[VELOCITY0, i] = (
+            vectors[POSITION0, i],
+            vectors[VELOCITY0, i],
+            vectors[POSITION, i],
+            vectors[VELOCITY, i],
+        )
+    for i in range(layout[N_ALL]):
+        vectors[UNKNOWN0 + 1, i] = vectors[STAGE + 1, i]
+        vectors[UNKNOWN0, i] = vectors[STAGE + 2, i]
+        for k in range(3):
+            vectors[PAST + k, i], vectors[PAST2 + k, i] = vectors[STAGE + k, i], vectors[STAGE2 + k, i]
+    if reals[TOL] > 0.0:
+        reals[NODES], reals[NODES + 1] = reals[STEP_END], reals[NOW] + STAGES[1] * h

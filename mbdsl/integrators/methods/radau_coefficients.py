@@ -19,17 +19,17 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from mbdsl.integrators.methods import radau5_coefficients as three
+from mbdsl.integrators.methods.radau_newton import EXPONENT, FACTOR, POWER
 
 #: largest number of stages, and the distance of rows in tables
 MOST = 7
-#: the tolerance of the embedded formula is FACTOR times the power POWER of that of the result
-FACTOR, POWER = 0, 1
+#: the tolerance of the embedded formula, relative to that of the result
+LOOSER = 5.0
 #: nodes c; the real eigenvalue of A, re and im of each complex pair; E1, and E2 = E1 A
-NODES, EIGENVALUES, E1, E2 = range(2, 2 + 4 * MOST, MOST)
+NODES, EIGENVALUES, E1, E2 = range(3, 3 + 4 * MOST, MOST)
 #: A, A^2, A^{-1}; eigenvectors of A: rows of real and imaginary parts, columns that combine these to vectors of the
 #: stages; coefficients of x, x^2, ... in the integrals from 0 to x of the Lagrange polynomials of the nodes, by rows
-A, SQUARE, INVERSE, THERE, BACK, INTEGRALS = range(2 + 4 * MOST, 2 + 4 * MOST + 6 * MOST**2, MOST**2)
+A, SQUARE, INVERSE, THERE, BACK, INTEGRALS = range(3 + 4 * MOST, 3 + 4 * MOST + 6 * MOST**2, MOST**2)
 SIZE = INTEGRALS + MOST**2
 
 Array = NDArray[np.float64]
@@ -67,29 +67,11 @@ def tables(stages: int) -> dict[int, Array]:
     }
 
 
-@cache
-def closed_form() -> dict[int, Array]:
-    """The tables for three stages from closed forms; the results of radau5 depend on their last digits."""
-    re, im = 2.0 * np.array(three.R_RE), -2.0 * np.array(three.R_IM)
-    return {
-        **tables(3),
-        NODES: np.array(three.NODES),
-        EIGENVALUES: np.array([three.REAL, three.RE, three.IM]),
-        E1: np.array(three.E1),
-        E2: np.array(three.E2),
-        A: np.array(three.A),
-        SQUARE: np.array(three.SQUARE),
-        INVERSE: np.array(three.INVERSE),
-        THERE: np.array([three.L_REAL, three.L_RE, three.L_IM]),
-        BACK: np.array([three.R_REAL, re, im]).T,
-    }
-
-
-def coefficients(stages: int, factor: float, power: float) -> tuple[float, ...]:
+def coefficients(stages: int) -> tuple[float, ...]:
     """The vector that the kernels read."""
     found = np.zeros(SIZE)
-    found[FACTOR], found[POWER] = factor, power
-    for place, table in (closed_form() if stages == 3 else tables(stages)).items():
+    found[FACTOR], found[POWER], found[EXPONENT] = LOOSER, 1.0, 1.0 / (stages + 1)
+    for place, table in tables(stages).items():
         for k, row in enumerate(np.atleast_2d(table)):
             found[place + MOST * k : place + MOST * k + stages] = row
     return tuple(found)

@@ -1,34 +1,10 @@
-"""The stages of a step of Radau IIA: equations, iteration matrices, corrections, error estimate.
+"""The stages of a step of Radau IIA with any odd number s of stages: iteration matrices, corrections, error estimate.
 
-The unknowns of the stages i = 1 ... s at t_i are a_i = v', w_i = q' - v, lam_i, nu_i and mu_i. With the matrix A of
-Radau IIA and f = Q - Phi_q^T lam - Gam_v^T nu, their equations are
+The equations are those of :mod:`mbdsl.integrators.methods.radau5_stages`, with i = 1 ... s, and one real and (s - 1)/2
+complex eigenvalues. With three stages, the kernels there take two thirds of the time of these.
 
-    V = v_n + h A a,   Q = q_n + h A (V + w)
-    R1:  M a_i - f_i = 0
-    R2:  G w_i + Phi_q^T mu_i = 0
-    R3:  Phi(Q_i, t_i) = 0
-    R4:  Phi_q V_i + Phi_t = 0
-    R5:  Gam(V_i, Q_i, t_i) = 0
-
-G is M, with a small positive entry for each coordinate without mass. Newton's equations are decoupled, so that no
-system of s or 2 s times the size is solved. Let e = (h A)^-2 dQ, so that da = e - (h A)^-1 dw, and
-kappa = dlam + (h A)^-1 dmu. In the eigenvectors of h A, for each eigenvalue s (one real, the others complex
-pairs), with
-S = M + s^2 K' + s D and K' = K + (M a)_q:
-
-    R1 + R2/s:   S e + Phi_q^T kappa + Gam_v^T dnu = -R1 - R2/s + ...
-    R3:          Phi_q e = -R3/s^2
-    R5:          (Gam_v + s Gam_q) e = -R5/s + ...
-
-and then for every stage, with N = (Phi_q v)_q,
-
-    R2:          G dw + Phi_q^T dmu = -R2 + ...
-    R4, R3:      Phi_q dw = R4 - (h A)^-1 R3 + N dQ
-
-Because R2 is weighted with the mass, K and M drop out of the coupling, however stiff the forces. The dots stand for
-D dw and Gam_v dw/s, for which e is corrected afterwards if dampers are stiff or constraints nonholonomic; and for
-(M w)_q and (Phi_q^T mu)_q dQ, which are left to the next iteration, because w and mu vanish with the discretisation
-error.
+v within a step is the polynomial of degree s of the stages, with an error of the order h^{s+1}. It is larger than the
+error at the ends of steps, and the tolerance of the embedded formula is proportional to that of the result.
 """
 
 from __future__ import annotations
@@ -42,9 +18,9 @@ from mbdsl.compilation.buffer_layout import (
     MX,
     MX2,
     N_ALL,
-    N_GAM,
     N_PHI,
     N_Q,
+    NEW_MASS,
     POSITION,
     POSITION0,
     ROWS,
@@ -60,15 +36,29 @@ from mbdsl.compilation.buffer_layout import (
 )
 from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.complex_lu import complex_factor, complex_solve
-from mbdsl.integrators.loop.linear_solve import clear, compress, factor, has_entries, larger, multiply, solve
-from mbdsl.integrators.loop.newton import EPS
-from mbdsl.integrators.loop.run_data import inertia
+from mbdsl.integrators.loop.linear_solve import compress, factor, has_entries, larger, multiply, solve
+from mbdsl.integrators.loop.loop_state import NODES as AT
+from mbdsl.integrators.loop.loop_state import NOW, STEP_END, TOL
+from mbdsl.integrators.loop.run_data import evaluate, inertia
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix, projection_matrix, tangent_matrix
+from mbdsl.integrators.methods.radau5_stages import (
+    COMPLEX,
+    COUPLING,
+    DAMPING,
+    ERROR,
+    ERROR2,
+    METRIC,
+    PROJECTION,
+    QB,
+    VB,
+    prepare_damping,
+)
 from mbdsl.integrators.methods.radau_coefficients import (
     BACK,
     E1,
     E2,
     EIGENVALUES,
+    INTEGRALS,
     INVERSE,
     MOST,
     NODES,
@@ -77,21 +67,11 @@ from mbdsl.integrators.methods.radau_coefficients import (
 )
 from mbdsl.integrators.methods.radau_coefficients import A as W
 
-#: own rows of ``vectors``: two for intermediate results; G of the coordinates without mass, otherwise 0; q and v at the
-#: start of the last step
-ERROR, ERROR2, METRIC, QB, VB = range(ROWS, ROWS + 5)
 #: rows of the first stage, those of the others follow at distances of STAGE_ROWS: unknowns [a; lam; nu] and
 #: [w; mu; 0], their residuals [R1; R3; R5] and [R2; R4; 0], corrections in the eigenvectors and of the stages,
 #: corrections of v, and the unknowns in the last step
 STAGE, STAGE2, RESIDUAL, RESIDUAL2, SPECTRUM, CHANGE, DV, PAST, PAST2 = range(ROWS + 5, ROWS + 14)
 STAGE_ROWS = 9
-#: matrices: that of the real s (0); the projection; [K'; N; Gam_q] in the columns of q; [D; 0; Gam_v], empty if
-#: negligible; real and imaginary part of that of each complex s
-PROJECTION, COUPLING, DAMPING, COMPLEX = 1, 2, 3, 4
-#: share of the dampers in the diagonal of the matrix above which [D; 0; Gam_v] is not negligible
-DAMPED = 0.02
-#: G of a coordinate without mass, relative to the largest mass
-MASSLESS = 1e-6
 
 
 def own_rows(stages):
@@ -126,21 +106,6 @@ def clear_row(row, first, last, run):
     vectors = run.vectors
     for i in range(first, last):
         vectors[row, i] = 0.0
-
-
-@rare
-def set_metric(run):
-    """Set row METRIC: G of the coordinates without mass."""
-    vectors, numbers, layout = run.vectors, run.numbers, run.layout
-    largest = 0.0
-    for i in range(layout[N_Q]):
-        largest = max(largest, numbers[layout[MASS] + i] * vectors[SCALE, i] * vectors[SCALE, i])
-    for i in range(layout[N_Q]):
-        vectors[METRIC, i] = 0.0
-        if not numbers[layout[MASS] + i] > 0.0:
-            vectors[METRIC, i] = (
-                MASSLESS * (largest if largest > 0.0 else 1.0) / (vectors[SCALE, i] * vectors[SCALE, i])
-            )
 
 
 @rare
@@ -210,10 +175,40 @@ def residual(k, run):
         vectors[first, i], vectors[second, i] = vectors[FORCE, i], 0.0
 
 
+@kernel
+def residuals(t, h, run):
+    """Residuals of all stages of a step from t; the middle one last, as the matrices are evaluated there."""
+    stages = count(run)
+    for k in range(1, stages + 1):
+        stage = (stages // 2 + k) % stages
+        motion(stage, h, run)
+        run.layout[NEW_MASS] = 1
+        evaluate(t + run.coefficients[NODES + stage] * h, run)
+        residual(stage, run)
+
+
 @rare
-def matrices(t, h, still, run):
-    """All matrices at the state last evaluated, factorised; False if that failed. ``still``: acceptable error of scaled
-    velocities."""
+def constraint_size(run):
+    """Largest violation of the constraints on positions, in all stages."""
+    vectors, layout = run.vectors, run.layout
+    value = 0.0
+    for k in range(count(run)):
+        for i in range(layout[N_Q], layout[N_Q] + layout[N_PHI]):
+            value = max(value, abs(vectors[RESIDUAL + STAGE_ROWS * k, i]))
+    return value
+
+
+@kernel
+def finish(h, run):
+    """q and v at the end of the step, and its unknowns."""
+    motion(count(run) - 1, h, run)
+
+
+@rare
+def matrices(start, h, still, run):
+    """All matrices of a step from ``start``, at the state last evaluated, factorised; False if that failed. ``still``:
+    acceptable error of scaled velocities."""
+    t = start + run.coefficients[NODES + count(run) // 2] * h
     vectors, layout, matrices, c, good = run.vectors, run.layout, run.matrices, run.coefficients, True
     s = c[EIGENVALUES] * h
     iteration_matrix(0, t, run, M=1.0, K=s * s, D=s, Mx_q=s * s, Gam_q=s)
@@ -233,25 +228,6 @@ def matrices(t, h, still, run):
         good = good and complex_factor(matrices[real], matrices[imag], run.pivots[real], layout)
     prepare_damping(t, s, still, run)
     return good and factor(0, run) and factor(PROJECTION, run)
-
-
-@rare
-def prepare_damping(t, s, still, run):
-    """The matrix of D and Gam_v, empty if negligible.
-
-    It matters for arbitrarily short steps, too: rounding of positions divided by h is in w, and D h times that in v.
-    """
-    layout, matrices = run.layout, run.matrices
-    tangent_matrix(DAMPING, t, run, D=1.0, Gam_v=1.0)
-    matters = layout[N_GAM] > 0
-    for i in range(layout[N_Q]):
-        slot = layout[layout[SLOTS] + layout[MASS_SLOTS] + i]
-        d, a = abs(matrices[DAMPING, slot]), abs(matrices[0, slot])
-        matters = matters or s * d > DAMPED * a or 10.0 * EPS * d > still * a
-    if matters:
-        compress(DAMPING, run)
-    else:
-        clear(DAMPING, run)
 
 
 @kernel
@@ -411,3 +387,47 @@ def estimate(h, speed, run):
         of_q, of_v = vectors[ERROR, i] + s * vectors[CHANGE, i], vectors[CHANGE, i]
         largest = larger(max(abs(of_q), abs(of_v) / speed) * vectors[SCALE, i], largest)
     return largest
+
+
+# -- output and history -----------------------------------------------------------------------------------------------
+
+
+@rare
+def interpolate(k, x, h, out, run):
+    """q and v by the polynomials of the stages: v of degree s, q of degree s + 1."""
+    vectors, c, n, stages = run.vectors, run.coefficients, run.layout[N_Q], count(run)
+    for i in range(n):
+        out[k, i] = vectors[POSITION0, i] + x * h * vectors[VELOCITY0, i]
+        out[k, n + i] = vectors[VELOCITY0, i]
+    for j in range(stages):
+        once, twice = 0.0, 0.0
+        for p in range(stages - 1, -1, -1):
+            once = x * (once + c[INTEGRALS + MOST * j + p])
+            twice = x * (twice + c[INTEGRALS + MOST * j + p] / (p + 2))
+        once, twice, stage = h * once, h * h * x * twice, STAGE + STAGE_ROWS * j
+        for i in range(n):
+            out[k, n + i] += once * vectors[stage, i]
+            out[k, i] += twice * vectors[stage, i] + once * vectors[stage + 1, i]
+
+
+@kernel
+def store(h, run):
+    """The step becomes history."""
+    reals, vectors, layout = run.reals, run.vectors, run.layout
+    for i in range(layout[N_Q]):
+        vectors[QB, i], vectors[VB, i], vectors[POSITION0, i], vectors[VELOCITY0, i] = (
+            vectors[POSITION0, i],
+            vectors[VELOCITY0, i],
+            vectors[POSITION, i],
+            vectors[VELOCITY, i],
+        )
+    stages = count(run)
+    last = STAGE + STAGE_ROWS * (stages - 1)
+    for i in range(layout[N_ALL]):
+        vectors[UNKNOWN0 + 1, i], vectors[UNKNOWN0, i] = vectors[last - STAGE_ROWS, i], vectors[last, i]
+    for k in range(stages):
+        row = STAGE_ROWS * k
+        for i in range(layout[N_ALL]):
+            vectors[PAST + row, i], vectors[PAST2 + row, i] = vectors[STAGE + row, i], vectors[STAGE2 + row, i]
+    if reals[TOL] > 0.0:
+        reals[AT], reals[AT + 1] = reals[STEP_END], reals[NOW] + run.coefficients[NODES + stages - 2] * h

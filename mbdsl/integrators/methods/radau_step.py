@@ -1,25 +1,20 @@
-"""The step of Radau IIA with s stages: the lengths of steps, their repetition, and output within steps.
+"""The step of Radau IIA: the lengths of steps, and their repetition.
 
-The equations and their solution: :mod:`mbdsl.integrators.methods.radau_stages`. The end of a step is its last stage,
-where both levels of constraints hold. The length of steps is controlled by an embedded formula of order s and a digital
-filter. The methods that consist of these kernels differ in their coefficients, which determine s.
+The end of a step is its last stage, where both levels of constraints hold. The length of steps is controlled by an
+embedded formula and a digital filter. The equations: :mod:`mbdsl.integrators.methods.radau5_stages`. ``stages`` are the
+kernels of :class:`mbdsl.integrators.loop.run_data.Stages`.
 
-Source: Hairer, Wanner, Solving Ordinary Differential Equations II (1996), section IV.8, on the equations of Gear,
-Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90; controller: Soederlind, ACM Trans. Math. Softw. 29
-(2003) 1-26. The splitting is our own.
+Source: Hairer, Wanner, Solving Ordinary Differential Equations II (1996), section IV.8; controller: Soederlind, ACM
+Trans. Math. Softw. 29 (2003) 1-26.
 """
 
 from mbdsl.compilation.buffer_layout import (
     FORCE,
     FORCE0,
-    N_ALL,
     N_Q,
-    POSITION,
-    POSITION0,
     SCALE,
     SOLVER,
     UNKNOWN0,
-    VELOCITY,
     VELOCITY0,
 )
 from mbdsl.compilation.marks import kernel, rare
@@ -35,8 +30,6 @@ from mbdsl.integrators.loop.loop_state import (
     LEAST_H,
     MOST_H,
     NEXT_EVENT,
-    NODES,
-    NOW,
     REJECTED,
     RUNNING,
     SIGNATURE,
@@ -54,30 +47,13 @@ from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.integrators.loop.step_times import end_of_step
 from mbdsl.integrators.loop.switch_location import length_before_switch, until_switch
 from mbdsl.integrators.method import Method
-from mbdsl.integrators.methods.radau_coefficients import INTEGRALS, MOST, coefficients
-from mbdsl.integrators.methods.radau_coefficients import NODES as OF_STAGES
-from mbdsl.integrators.methods.radau_newton import CONTRACTION, ERROR, LAST, SPEED, solve_step, strict
-from mbdsl.integrators.methods.radau_stages import (
-    PAST,
-    PAST2,
-    QB,
-    STAGE,
-    STAGE2,
-    STAGE_ROWS,
-    VB,
-    count,
-    estimate,
-    motion,
-    own_matrices,
-    own_rows,
-    set_metric,
-)
+from mbdsl.integrators.methods.radau5_stages import set_metric
+from mbdsl.integrators.methods.radau_newton import CONTRACTION, ERROR, EXPONENT, LAST, SPEED, solve_step, strict
 from mbdsl.system.switches import signature
 
 
-def method(stages: int, factor: float, power: float) -> Method:
-    """The declaration of the method with s ``stages``, where the embedded formula is held to ``factor`` times the
-    ``power`` of the tolerance."""
+def method(stages, rows, matrices, coefficients):
+    """The declaration of the method with this number of stages, own rows and matrices."""
     order = 2 * stages - 1
     return Method(
         f"radau{order}",
@@ -87,14 +63,14 @@ def method(stages: int, factor: float, power: float) -> Method:
         enforces=("Phi", "dPhi"),
         family="Radau IIA",
         source="Hairer, Wanner (1996)",
-        coefficients=lambda options: coefficients(stages, factor, power),
+        coefficients=lambda options: coefficients(),
         memory=lambda c, start: (0.0,) * 5,
         begin=lambda c, start: {UNKNOWN0: [*start.a, *start.lam]},
         sets=2,
-        matrices=own_matrices(stages),
+        matrices=matrices,
         own_reactions=False,
         steps=("controlled", "fixed"),
-        rows=own_rows(stages),
+        rows=rows,
     )
 
 
@@ -120,7 +96,7 @@ def first_step(run):
         speed = max(speed, abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
         force = max(force, abs(vectors[UNKNOWN0, i]) * vectors[SCALE, i])
     rate = max(speed, force**0.5)
-    return min(0.01 * length, strict(run) ** (1.0 / (count(run) + 1)) / rate) if rate > 0.0 else 0.01 * length
+    return min(0.01 * length, strict(run) ** run.coefficients[EXPONENT] / rate) if rate > 0.0 else 0.01 * length
 
 
 @kernel
@@ -153,7 +129,7 @@ def fitted(t0, h, run):
 def filtered_length(h, error, run):
     """The next length by Soederlind's digital filter H211b, which smooths variations of the error; without the filter
     where the error is far from the aim."""
-    memory, power = run.memory, 1.0 / (count(run) + 1)
+    memory, power = run.memory, run.coefficients[EXPONENT]
     now = AIM / max(error, 1e-8)
     ratio = now**power
     if memory[ERROR] > 0.0 and ratio < 2.0:
@@ -197,7 +173,7 @@ def update_switches(run):
 
 
 @kernel
-def take_fixed(t0, h, run):
+def take_fixed(t0, h, stages, run):
     """Try a step of fixed length up to three times; a status."""
     reals, integers = run.reals, run.integers
     end = reals[STOP] if integers[STEP] == integers[LAST_STEP] - 1 else t0 + h
@@ -205,7 +181,7 @@ def take_fixed(t0, h, run):
     reals[STEP_END] = end - early
     status = DIVERGED
     for attempt in range(3):
-        status = solve_step(attempt, t0 - early, h, run)
+        status = solve_step(attempt, t0 - early, h, stages, run)
         if status == RUNNING or (status == SINGULAR and run.layout[SOLVER] == SPARSE_LU):
             break
         integers[FRESH] = 0
@@ -213,19 +189,19 @@ def take_fixed(t0, h, run):
 
 
 @kernel
-def take_controlled(t0, h, run):
+def take_controlled(t0, h, stages, run):
     """Try shorter and shorter steps until one is accepted; status, length and error."""
     memory, reals, integers = run.memory, run.reals, run.integers
     attempt, refused, error, former, allowed = 0, 0, 0.0, 0.0, strict(run)
     while True:
         h = fitted(t0, h, run)
         end_of_step(t0, h, run)
-        status = solve_step(attempt, t0, h, run)
+        status = solve_step(attempt, t0, h, stages, run)
         if status == SINGULAR and run.layout[SOLVER] == SPARSE_LU:
             return status, h, error  # the run continues with the dense solver
         if status == RUNNING:
-            motion(count(run) - 1, h, run)
-            error = estimate(h, memory[SPEED], run) / allowed
+            stages.finish(h, run)
+            error = stages.estimate(h, memory[SPEED], run) / allowed
         if integers[WATCHING]:
             part = before_switch(status, error, h, run)
             if part < 1.0:
@@ -238,7 +214,7 @@ def take_controlled(t0, h, run):
             if error <= 1.0 or (refused > 1 and former <= error < NOISE):
                 return RUNNING, h, error
             refused, former = refused + 1, error
-            h *= max(SHRINK, (AIM / error) ** (1.0 / (count(run) + 1))) if error < 1e300 else 0.1
+            h *= max(SHRINK, (AIM / error) ** run.coefficients[EXPONENT]) if error < 1e300 else 0.1
         else:
             h *= 0.4 if status == DIVERGED else 0.25
             integers[FRESH], attempt = 0, 1
@@ -252,84 +228,11 @@ def take(t0, h, formulas, run):
     """Take a step of about length h from t0; status, length and error relative to what is allowed."""
     status, error = RUNNING, 0.0
     if run.reals[TOL] > 0.0:
-        status, h, error = take_controlled(t0, h, run)
+        status, h, error = take_controlled(t0, h, formulas, run)
     else:
-        status = take_fixed(t0, h, run)
+        status = take_fixed(t0, h, formulas, run)
     if status == RUNNING:
-        motion(count(run) - 1, h, run)
+        formulas.finish(h, run)
         if run.integers[WATCHING]:
             update_switches(run)
     return status, h, error
-
-
-@kernel
-def interpolate(k, x, h, out, run):
-    """q and v at the part x of the step, into row k of ``out``."""
-    if count(run) == 3:
-        between_steps(k, x, h, out, run)
-    else:
-        within_step(k, x, h, out, run)
-
-
-@rare
-def within_step(k, x, h, out, run):
-    """q and v by the polynomials of the stages: v of degree s, q of degree s + 1."""
-    vectors, c, n, stages = run.vectors, run.coefficients, run.layout[N_Q], count(run)
-    for i in range(n):
-        out[k, i] = vectors[POSITION0, i] + x * h * vectors[VELOCITY0, i]
-        out[k, n + i] = vectors[VELOCITY0, i]
-    for j in range(stages):
-        once, twice = 0.0, 0.0
-        for p in range(stages - 1, -1, -1):
-            once = x * (once + c[INTEGRALS + MOST * j + p])
-            twice = x * (twice + c[INTEGRALS + MOST * j + p] / (p + 2))
-        once, twice, stage = h * once, h * h * x * twice, STAGE + STAGE_ROWS * j
-        for i in range(n):
-            out[k, n + i] += once * vectors[stage, i]
-            out[k, i] += twice * vectors[stage, i] + once * vectors[stage + 1, i]
-
-
-@rare
-def between_steps(k, x, h, out, run):
-    """q and v by the polynomial of degree 5 with the values of both at the ends of the last two steps; in the first
-    step, with the accelerations at both ends."""
-    vectors, n, r = run.vectors, run.layout[N_Q], run.memory[LAST] / h
-    for i in range(n):
-        q0, v0 = vectors[POSITION0, i], h * vectors[VELOCITY0, i]
-        q1, v1 = vectors[POSITION, i], h * vectors[VELOCITY, i]
-        c2, c3 = 3.0 * (q1 - q0) - 2.0 * v0 - v1, 2.0 * (q0 - q1) + v0 + v1
-        if run.integers[HISTORY] > 1:
-            g, dg = (r * (1.0 + r)) ** 2, -2.0 * r * (1.0 + r) * (1.0 + 2.0 * r)
-            off = vectors[QB, i] - (q0 - r * (v0 - r * (c2 - r * c3)))
-            slope = h * vectors[VB, i] - (v0 - r * (2.0 * c2 - r * 3.0 * c3))
-            b1 = (slope - dg * off / g) / g
-            b0 = off / g + b1 * r
-        else:
-            b0 = h * h / 2.0 * vectors[UNKNOWN0, i] - c2
-            b1 = h * h / 2.0 * vectors[STAGE + STAGE_ROWS * (count(run) - 1), i] - c2 - 3.0 * c3 - b0
-        g, dg, b = (x * (1.0 - x)) ** 2, 2.0 * x * (1.0 - x) * (1.0 - 2.0 * x), b0 + b1 * x
-        out[k, i] = q0 + x * (v0 + x * (c2 + x * c3)) + g * b
-        out[k, n + i] = (v0 + x * (2.0 * c2 + x * 3.0 * c3) + dg * b + g * b1) / h
-
-
-@kernel
-def store(h, run):
-    """The step becomes history."""
-    reals, vectors, layout = run.reals, run.vectors, run.layout
-    for i in range(layout[N_Q]):
-        vectors[QB, i], vectors[VB, i], vectors[POSITION0, i], vectors[VELOCITY0, i] = (
-            vectors[POSITION0, i],
-            vectors[VELOCITY0, i],
-            vectors[POSITION, i],
-            vectors[VELOCITY, i],
-        )
-    stages = count(run)
-    last = STAGE + STAGE_ROWS * (stages - 1)
-    for i in range(layout[N_ALL]):
-        vectors[UNKNOWN0 + 1, i], vectors[UNKNOWN0, i] = vectors[last - STAGE_ROWS, i], vectors[last, i]
-    for k in range(stages):
-        row = STAGE_ROWS * k
-        for i in range(layout[N_ALL]):
-            vectors[PAST + row, i], vectors[PAST2 + row, i] = vectors[STAGE + row, i], vectors[STAGE2 + row, i]
-    if reals[TOL] > 0.0:
-        reals[NODES], reals[NODES + 1] = reals[STEP_END], reals[NOW] + run.coefficients[OF_STAGES + stages - 2] * h
