@@ -68,7 +68,9 @@ def of_single_runs(name: str, stop: float, tolerances: list[float], repeats: int
             seconds, run = min(runs, key=lambda x: x[0])
             counts = [run.steps, *(run.count(x) for x in ("iterations", "factorisations"))]
             error = distance(scale, stop, end(run), exact)
-            print(f"  {tol:6.0e} {method:8} error {error:8.1e} {1e3 * seconds:9.2f} ms; steps, iterations, LU: {counts}")
+            print(
+                f"  {tol:6.0e} {method:8} error {error:8.1e} {1e3 * seconds:9.2f} ms; steps, iterations, LU: {counts}"
+            )
 
 
 def of_whole_runs(name: str, stop: float, tolerances: list[float], repeats: int) -> None:
