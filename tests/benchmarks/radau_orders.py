@@ -34,6 +34,8 @@ CASES = (
     ("hard/stiff_knee", 1.0),
     ("flexible_slider_crank", 0.5),
 )
+#: models of the second table
+WHOLE = ("slider_crank", "seven_body", "double_pendulum")
 METHODS = ("radau5", "radau9", "radau13")
 STRICTEST = 3e-13
 
@@ -102,4 +104,5 @@ if __name__ == "__main__":
     for name, stop in CASES:
         if name in given.models.split(","):
             of_single_runs(name, stop, wanted, given.repeats)
-            of_whole_runs(name, stop, [tol for tol in wanted if tol > 1e-11], given.repeats)
+            if name in WHOLE:
+                of_whole_runs(name, stop, [tol for tol in wanted if tol > 1e-11], given.repeats)
