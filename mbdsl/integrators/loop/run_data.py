@@ -1,6 +1,6 @@
 """Named groups, arguments of the kernels: the kernels of the method; the functions of the scene and the buffers.
 
-numba resolves named tuples at compilation: a kernel reads only those fields that it uses.
+Named tuples are resolved at compilation: a kernel reads only those fields that it uses.
 """
 
 from __future__ import annotations
