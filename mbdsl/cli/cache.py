@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from mbdsl.storage.cache_folder import Choice, Entry
 
 #: content of the cache -> the beginning of the names of its files
-CONTENTS = {"step loops": "mbdsl_method_", "equations": "mbdsl_emitted_", "kernels": "mbdsl_piece_"}
+CONTENTS = {"step loops": "mbdsl_method_", "equations": "mbdsl_emitted_"}
 
 
 def register(subparsers) -> argparse.ArgumentParser:

@@ -24,10 +24,9 @@ def register(subparsers) -> argparse.ArgumentParser:
         help="compile code before it is needed",
         description="Compile the step loops of all methods and the equations of models, and keep the machine code in "
         "the cache folder, so that later runs start at once: for images, for continuous integration, and after an "
-        "update. Code that is there already is not compiled again. Without models, the equations of all kinds of "
-        "elements are compiled; a new combination of them then takes less time.",
+        "update. Code that is there already is not compiled again.",
     )
-    parser.add_argument("models", metavar="MODEL", nargs="*", help="files of models (.mbd); default: all kinds")
+    parser.add_argument("models", metavar="MODEL", nargs="*", help="files of models (.mbd)")
     values.add_methods(parser, "all own methods")
     parser.add_argument(
         "--jobs", metavar="N", type=_jobs, help="number of processes at the same time; default: one for each processor"
@@ -57,8 +56,7 @@ def run(args: argparse.Namespace) -> int:
     if problem := folder.fault or cache_folder.unwritable(folder.path):
         raise UsageError(f"machine code cannot be kept: {problem}", hint="see `mbdsl cache`")
     if not code_cache.enabled():
-        raise UsageError("kernels are not compiled: NUMBA_DISABLE_JIT is set, or numba cannot be imported")
-    code_cache.alone()
+        raise UsageError("kernels are not compiled: NUMBA_DISABLE_JIT is set, or llvmlite is not installed")
     scenes = [(os.path.basename(path), load(path)) for path in args.models]
     if args.bytecode:
         _write_bytecode(args.quiet)

@@ -1,8 +1,7 @@
 """Preparation of machine code before it is needed: for images, for continuous integration, and after an update.
 
 A :class:`Code` is one emitted module: the step loop of a method, or the equations of a structure. ``prepare`` compiles
-those that are not in the cache folder, each in its own process and several at a time. Structures share the kernels of
-their kinds, which are compiled once and kept; therefore no two structures are compiled at the same time.
+those that are not in the cache folder, each in its own process and several at a time.
 """
 
 from __future__ import annotations
@@ -16,21 +15,12 @@ from mbdsl.compilation import code_cache
 from mbdsl.integrators import compiled as chosen_methods
 from mbdsl.integrators import declared, modules
 from mbdsl.integrators.loop import compiled_loop
-from mbdsl.lang.load import parse_text
 from mbdsl.mechanism import graph
 from mbdsl.mechanism.reduction import reduce
 from mbdsl.mechanism.scene import Scene
 from mbdsl.system import System, build
 
 PAUSE = 0.05  #: seconds between two looks at the other processes
-#: general code has the kernels of all kinds; the expression makes it evaluate expressions, too
-ALL_KINDS = """
-model AllKinds
-  Ground ground;
-  Rod rod(m = 1 kg, length = 1 m);
-  Force load(ground, rod.b, fx = 1 N * sin(1 rad/s * time));
-end AllKinds;
-"""
 
 
 @dataclass(frozen=True)
@@ -39,7 +29,6 @@ class Code:
 
     what: str
     name: str
-    is_structure: bool
     here: Callable[[], object]
     beside: Callable[[], subprocess.Popen | None]
 
@@ -64,7 +53,6 @@ def loop_code(method: str) -> Code:
     return Code(
         f"step loop of {method}",
         compiled_loop.loop_name(method),
-        False,
         lambda: compiled_loop.compiled(method, module),
         lambda: code_cache.beside(__name__, method),
     )
@@ -81,14 +69,13 @@ def structure_code(system: System, sets: int, whose: str) -> Code:
     return Code(
         f"equations of {whose}, {kind}",
         system.module_name(sets),
-        True,
         lambda: system.kernels(sets),
         lambda: system.compile_beside(sets),
     )
 
 
 def codes(scenes: Iterable[tuple[str, Scene]], methods: Sequence[str] = ()) -> list[Code]:
-    """The code of methods (default: all), and of models, or, without models, of all kinds of elements.
+    """The code of methods (default: all), and of models.
 
     Parameters
     ----------
@@ -112,11 +99,8 @@ def codes(scenes: Iterable[tuple[str, Scene]], methods: Sequence[str] = ()) -> l
 
 
 def _systems(scenes: Iterable[tuple[str, Scene]]) -> Iterator[tuple[str, System]]:
-    """The systems of which the code is compiled: of each model as written and of its parts; or one of all kinds."""
-    given = list(scenes)
-    if not given:
-        yield "all kinds", build(parse_text(ALL_KINDS), general=True)
-    for whose, scene in given:
+    """The systems of which the code is compiled: of each model as written and of its parts."""
+    for whose, scene in scenes:
         mechanism = graph.build(scene)
         whole = build(scene, mechanism)
         yield whose, whole
@@ -148,13 +132,12 @@ def prepare(
         If a method of a file cannot be compiled.
     """
     began = time.perf_counter()
-    # the equations of all kinds take longest
-    waiting = sorted((code for code in given if not code.is_ready), key=lambda code: not code.is_structure)
+    waiting = [code for code in given if not code.is_ready]
     running: list[tuple[Code, subprocess.Popen, float]] = []
     try:
         while waiting or running:
-            while len(running) < jobs and (code := _next(waiting, [code for code, _, _ in running])) is not None:
-                waiting.remove(code)
+            while waiting and len(running) < jobs:
+                code = waiting.pop(0)
                 process, now = code.beside(), time.perf_counter()
                 if process is not None:
                     running.append((code, process, now))
@@ -173,12 +156,6 @@ def prepare(
         for _, process, _ in running:
             process.terminate()
             process.wait()
-
-
-def _next(waiting: Sequence[Code], running: Sequence[Code]) -> Code | None:
-    """The code to be compiled next: no structure while another one is being compiled."""
-    busy = any(code.is_structure for code in running)
-    return next((code for code in waiting if not (busy and code.is_structure)), None)
 
 
 def _here(code: Code) -> None:

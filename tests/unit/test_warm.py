@@ -31,7 +31,7 @@ class Bench:
             self.ready.add(name)
         return name in self.ready
 
-    def code(self, name, is_structure=False, fails=False):
+    def code(self, name, fails=False):
         def beside():
             self.running[name] = subprocess.Popen([sys.executable, "-I", "-c", f"raise SystemExit({int(fails)})"])
             others = [n for n, process in self.running.items() if process.poll() is None]
@@ -43,7 +43,7 @@ class Bench:
             self.log.append(("here", name))
             self.ready.add(name)
 
-        return Code(name, name, is_structure, here, beside)
+        return Code(name, name, here, beside)
 
 
 def test_each_code_is_compiled_once_and_two_at_a_time(monkeypatch):
@@ -56,19 +56,10 @@ def test_each_code_is_compiled_once_and_two_at_a_time(monkeypatch):
     prepare(given, 2, seen.append, lambda code, seconds: pytest.fail("compiled again"))
 
 
-def test_structures_are_compiled_one_after_the_other(monkeypatch):
-    """They share kernels: the second one finds those of the first."""
-    bench, seen = Bench(monkeypatch), []
-    given = [bench.code("a"), *(bench.code(name, is_structure=True) for name in ("s", "t")), bench.code("b")]
-    prepare(given, 3, seen.append, lambda code, seconds: None)
-    assert bench.log[0] == ("start", "s")
-    assert not [progress for progress in seen if {"s", "t"} <= {*progress.what.split(", ")}]
-
-
 def test_what_no_process_can_compile_is_compiled_here(monkeypatch):
     """So that its error is printed; a process alone would leave nothing but an exit code."""
     bench = Bench(monkeypatch)
-    alone = Code("alone", "alone", False, lambda: bench.ready.add("alone"), lambda: None)
+    alone = Code("alone", "alone", lambda: bench.ready.add("alone"), lambda: None)
     prepare([bench.code("a", fails=True), alone], 2, lambda progress: None, lambda code, seconds: None)
     assert ("here", "a") in bench.log and {"a", "alone"} <= bench.ready
 
@@ -85,7 +76,7 @@ def test_an_interruption_ends_the_other_processes(monkeypatch):
 
     monkeypatch.setattr(code_cache, "is_compiled", lambda name: False)
     with pytest.raises(KeyboardInterrupt):
-        prepare([Code("a", "a", False, lambda: None, beside)], 1, interrupt, lambda code, seconds: None)
+        prepare([Code("a", "a", lambda: None, beside)], 1, interrupt, lambda code, seconds: None)
     assert started[0].returncode is not None
 
 
@@ -101,19 +92,16 @@ def test_a_run_of_a_prepared_model_needs_nothing_else(model):
     assert needed and needed <= names
 
 
-def test_all_methods_and_all_kinds_without_a_model():
-    found = codes([])
-    assert {f"step loop of {method}" for method in compiled()} < {code.what for code in found}
-    assert {code.what for code in found if code.is_structure} == {
-        f"equations of all kinds, {kind}" for kind in ("index 3", "index 2", "additive index 2")
-    }
-    assert len({code.name for code in found}) == len(found)
+def test_the_loops_of_all_methods_without_a_model():
+    assert {f"step loop of {method}" for method in compiled()} <= {code.what for code in codes([])}
 
 
 def test_chosen_methods_only():
-    what = {code.what for code in codes([], ["hht-i3"])}
-    assert what >= {"step loop of hht-i3", "equations of all kinds, index 3"}
+    found = codes([("pendulum", load(MODELS / "pendulum.mbd"))], ["hht-i3"])
+    what = {code.what for code in found}
+    assert what >= {"step loop of hht-i3", "equations of pendulum, index 3"}
     assert not {text for text in what if "newmark" in text or "additive" in text}
+    assert len({code.name for code in found}) == len(found)
 
 
 def test_the_command(monkeypatch, capsys, tmp_path):
