@@ -159,7 +159,7 @@ def _points(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: 
     The matrices of all samples are decomposed together: a call of NumPy takes longer than its work on one of them.
     """
     n, m, s = system.n, system.m, 1.0 / system.tables.scale
-    kept = np.setdiff1d(np.arange(m + system.p), left_out)
+    kept = np.delete(np.arange(m + system.p), np.array(left_out, int))
     both, lower = kept < m, n + kept
     e = 1e-6 / np.where((fastest := np.abs(v / s).max(axis=1)) > 0.0, fastest, 1.0)
     one, two, M, other = _matrices(system, t, q, v, lam, left_out, None if both.all() else e)
