@@ -55,7 +55,7 @@ def _module_of(name: str) -> ModuleType | None:
     if name in _imported:
         return _imported[name]
     file = file_of(name)
-    if not (name.isidentifier() and os.path.exists(os.path.join(__path__[0], f"{file}.py"))):
+    if not (name.isidentifier() and any(os.path.exists(os.path.join(folder, f"{file}.py")) for folder in __path__)):
         return None
     module = importlib.import_module(f"{__name__}.{file}")
     declared = getattr(module, "KIND", None)
