@@ -216,7 +216,7 @@ def _matrices(
         for x in (found[0], found[1], found[0 if ahead is None else 2])
     )
     M = np.stack(mass) if mass else np.broadcast_to(np.diag(system.mass()), (len(t), system.n, system.n))
-    return one, two, M, other
+    return one, two, M, other  # type: ignore[return-value]  # of bincount with weights: floats
 
 
 def _split(J: Array) -> tuple[Array, Array] | None:
