@@ -63,7 +63,7 @@ DENSE = 512
 #: relative to the run
 GROWN, RESOLVED, SHORTEST = 10.0, 0.5, 2e-4
 #: part of the samples that shows a growth below SLIGHT, far below GROWN and below any that matters for a tolerance
-COARSE, SLIGHT = 0.25, 7.0
+COARSE, SLIGHT = 0.25, 8.0
 #: how many times finer the growth of errors is sampled before it ends a run, in turn; relative change of its logarithm
 #: below which finer samples change nothing; numbers in all steps of a run above which they are not stored for that
 FINER, SETTLED, MOST_NUMBERS = (4, 32), 0.1, 5e7
