@@ -89,7 +89,7 @@ def exudyn(repeats: int) -> Texts:
     texts = {
         "speed: against Exudyn": markdown(("model", "equal step", "equal error"), rows),
         "speed: version of Exudyn": ".".join(against_exudyn.version("exudyn").split(".")[:2]),
-        "README: Exudyn": spread([other for _, other in ratios.values()]),
+        "README: Exudyn": spread([other for _, other in ratios.values()], 2),
     }
     for c in valid:
         if c.case.name == "pendulum":
@@ -153,7 +153,7 @@ def shell(repeats: int) -> Texts:
     seconds = {wait.text: median(spent) for wait, spent in zip(startup.WAITS[:3], found[:3], strict=True)}
     first, again = list(seconds.values())[1:]
     return {
-        "speed: start-up": markdown(("", "seconds from the shell"), rows),
+        "speed: start-up": markdown(("", "time from the shell"), rows),
         "README: first run": f"{rounded(first)} s",
         "README: later run": f"{rounded(again, 1)} s",
     }
