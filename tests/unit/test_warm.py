@@ -47,13 +47,13 @@ class Bench:
 
 
 def test_each_code_is_compiled_once_and_two_at_a_time(monkeypatch):
-    bench, done, told = Bench(monkeypatch, "there"), [], []
+    bench, done, seen = Bench(monkeypatch, "there"), [], []
     given = [bench.code(name) for name in ("there", "a", "b", "c")]
-    prepare(given, 2, told.append, lambda code, seconds: done.append(code.name))
+    prepare(given, 2, seen.append, lambda code, seconds: done.append(code.name))
     assert sorted(done) == ["a", "b", "c"] and bench.log == [("start", name) for name in "abc"]
     assert bench.most <= 2
-    assert (told[0].done, told[0].total, told[0].what) == (1, 4, "a, b")
-    prepare(given, 2, told.append, lambda code, seconds: pytest.fail("compiled again"))
+    assert (seen[0].done, seen[0].total, seen[0].what) == (1, 4, "a, b")
+    prepare(given, 2, seen.append, lambda code, seconds: pytest.fail("compiled again"))
 
 
 def test_what_no_process_can_compile_is_compiled_here(monkeypatch):
