@@ -7,6 +7,8 @@ Source: Hairer, Wanner, Solving Ordinary Differential Equations II (1996), secti
 Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90. The splitting is our own.
 """
 
+from math import inf
+
 from mbdsl.compilation.buffer_layout import N_ALL, N_Q, POSITION, POSITION0, UNKNOWN0, VELOCITY, VELOCITY0
 from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.loop_state import HISTORY, NODES, NOW, STEP_END, TOL
@@ -35,7 +37,7 @@ __all__ = ["METHOD", "constraint_size", "correct", "estimate", "finish", "interp
 __all__ += ["predict", "residuals", "store", "take", "trial_length"]
 
 #: the embedded formula, of order 3, is held to 0.1 tol^{4/5}
-METHOD = method(3, OWN_ROWS, MATRICES, lambda: (0.1, 0.8, 0.25))
+METHOD = method(3, OWN_ROWS, MATRICES, lambda: (0.1, 0.8, 0.25, 100.0, inf))
 
 
 @kernel

@@ -19,17 +19,17 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from mbdsl.integrators.methods.radau_newton import EXPONENT, FACTOR, POWER
+from mbdsl.integrators.methods.radau_newton import EXPONENT, FACTOR, MEASURED, POWER
 
 #: largest number of stages, and the distance of rows in tables
 MOST = 7
 #: the tolerance of the embedded formula, relative to that of the result
 LOOSER = 5.0
 #: nodes c; the real eigenvalue of A, re and im of each complex pair; E1, and E2 = E1 A
-NODES, EIGENVALUES, E1, E2 = range(3, 3 + 4 * MOST, MOST)
+NODES, EIGENVALUES, E1, E2 = range(5, 5 + 4 * MOST, MOST)
 #: A, A^2, A^{-1}; eigenvectors of A: rows of real and imaginary parts, columns that combine these to vectors of the
 #: stages; coefficients of x, x^2, ... in the integrals from 0 to x of the Lagrange polynomials of the nodes, by rows
-A, SQUARE, INVERSE, THERE, BACK, INTEGRALS = range(3 + 4 * MOST, 3 + 4 * MOST + 6 * MOST**2, MOST**2)
+A, SQUARE, INVERSE, THERE, BACK, INTEGRALS = range(5 + 4 * MOST, 5 + 4 * MOST + 6 * MOST**2, MOST**2)
 SIZE = INTEGRALS + MOST**2
 
 Array = NDArray[np.float64]
@@ -71,6 +71,7 @@ def coefficients(stages: int) -> tuple[float, ...]:
     """The vector that the kernels read."""
     found = np.zeros(SIZE)
     found[FACTOR], found[POWER], found[EXPONENT] = LOOSER, 1.0, 1.0 / (stages + 1)
+    found[MEASURED] = 1e4  # the eigenvectors magnify rounding; KNOWN is 0
     for place, table in tables(stages).items():
         for k, row in enumerate(np.atleast_2d(table)):
             found[place + MOST * k : place + MOST * k + stages] = row

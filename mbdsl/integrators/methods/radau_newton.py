@@ -29,8 +29,9 @@ MAX_ITERATIONS = 25
 #: contraction assumed of a first iteration, at least, if none was measured in the last OFTEN steps
 ASSUMED, OFTEN = 0.05, 4
 #: coefficients of the method: the tolerance of the embedded formula is FACTOR times that of the result to the power
-#: POWER; the step size is proportional to the error of this formula to the power EXPONENT
-FACTOR, POWER, EXPONENT = range(3)
+#: POWER; the step size is proportional to the error of this formula to the power EXPONENT; a contraction is measured
+#: where changes are above MEASURED times the smallest ones, and is regarded as known for KNOWN steps
+FACTOR, POWER, EXPONENT, MEASURED, KNOWN = range(5)
 #: error left by Newton's iteration, relative to the tolerance over the whole time
 LEFT = 0.2
 #: the same where rounding limits it, relative to the allowed error of a step
@@ -93,14 +94,14 @@ def newton(t, h, size, stages, run):
             return NOT_FINITE
         if k > 0:
             contraction = change / former if former > 0.0 else 0.0
-            if former > 100.0 * floor:
+            if former > run.coefficients[MEASURED] * floor:
                 memory[CONTRACTION], integers[UNSEEN] = contraction, 0
         left = change * contraction / (1.0 - contraction) if contraction < 0.9 else change
         if left <= tolerance or change <= floor or (k > 2 and contraction > 0.3 and change <= noise):
             return RUNNING
         if held and contraction > 0.3 and change <= SINGULAR_NOISE * size:
             return RUNNING  # close to a singular pose, which magnifies rounding; the constraints hold
-        if k > 0 and contraction > 0.3 and former > 100.0 * floor and (not fresh or k % 3 == 0):
+        if k > 0 and contraction > 0.3 and former > run.coefficients[MEASURED] * floor and (not fresh or k % 3 == 0):
             integers[FRESH] = 0
         if k > 2 and contraction > 0.9 and tolerance > 0.0 and change > SINGULAR_NOISE * size:
             return DIVERGED  # a shorter step is tried

@@ -41,6 +41,7 @@ from mbdsl.integrators.loop.loop_state import (
     STOP,
     TOL,
     TOO_SMALL,
+    UNSEEN,
     WATCHING,
 )
 from mbdsl.integrators.loop.run_data import evaluate
@@ -48,7 +49,7 @@ from mbdsl.integrators.loop.step_times import end_of_step
 from mbdsl.integrators.loop.switch_location import length_before_switch, until_switch
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.radau5_stages import set_metric
-from mbdsl.integrators.methods.radau_newton import CONTRACTION, ERROR, EXPONENT, LAST, SPEED, solve_step, strict
+from mbdsl.integrators.methods.radau_newton import CONTRACTION, ERROR, EXPONENT, KNOWN, LAST, SPEED, solve_step, strict
 from mbdsl.system.switches import signature
 
 
@@ -146,7 +147,7 @@ def next_length(error, h, times, formulas, run):
         keep = 0.95 <= new / h <= 1.15 and memory[CONTRACTION] < SLOW  # the matrices are good for another step
         reals[STEP_SIZE], reals[LAST_H], memory[ERROR] = h if keep else new, h, error
     memory[LAST] = h
-    if memory[CONTRACTION] > SLOW:
+    if memory[CONTRACTION] > SLOW and run.integers[UNSEEN] <= run.coefficients[KNOWN]:
         run.integers[FRESH] = 0
 
 
