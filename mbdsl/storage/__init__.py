@@ -1,1 +1,2 @@
-"""Files and folders: written completely or not at all, read only if the user or root owns them, and the cache."""
+"""Files, folders and memory: files are written completely or not at all, and read only if the user or root owns them; the
+cache; pauses of the garbage collector."""
