@@ -1,2 +1,1 @@
-"""Files, folders and memory: files are written completely or not at all, and read only if the user or root owns them; the
-cache; pauses of the garbage collector."""
+"""Files written completely or not at all, trusted files, the cache folder; pauses of the garbage collector."""
