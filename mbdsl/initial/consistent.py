@@ -26,6 +26,7 @@ from mbdsl.initial.weights import Metric
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import DisplayUnit, InitialValue
 from mbdsl.numerics.saddle_point import least_squares, row_size, scaled
+from mbdsl.storage.collection import uncollected
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import Matrix, gradients, values
 from mbdsl.system.system import System
@@ -61,6 +62,7 @@ class InitialState:
     redundant: tuple[int, ...] = ()  #: constraint rows that depend on others in all poses
 
 
+@uncollected
 def initial_state(
     system: System,
     graph: MechanismGraph,

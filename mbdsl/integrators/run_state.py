@@ -14,6 +14,7 @@ from mbdsl.integrators.loop import linear_solve, loop_state, sparse_lu, step_con
 from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
+from mbdsl.storage.collection import uncollected
 from mbdsl.system import System
 from mbdsl.system.close_approaches import Approach
 
@@ -88,6 +89,7 @@ class RunState:
         reals[loop_state.NEXT_EVENT] = np.inf
         integers[loop_state.STABILISED], integers[loop_state.OLDER] = declaration.sets > 1, declaration.older
 
+    @uncollected
     def use_solver(self, solver: int) -> None:
         """Lay out the buffers for a linear solver; ``vectors`` and the tables of the scene keep their content."""
         system, N = self.system, self.system.unknowns

@@ -22,6 +22,7 @@ from mbdsl.lang.overrides import merged, read_overrides
 from mbdsl.lang.source import span_of
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, few
+from mbdsl.storage.collection import uncollected
 
 _chosen: ContextVar[str | None] = ContextVar("name of the model to read", default=None)
 
@@ -152,6 +153,7 @@ class TextOrigin:
             return _read(library, self.files[main], main, merged(self.overrides, parameters), self.model, effects)
 
 
+@uncollected
 def _read(
     library: Library,
     text: str,

@@ -21,6 +21,7 @@ from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.elimination_order import minimum_degree
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.messages import count, few
+from mbdsl.storage.collection import uncollected
 
 if TYPE_CHECKING:
     import networkx
@@ -279,6 +280,7 @@ class MechanismGraph:
         return "\n".join(lines)
 
 
+@uncollected
 def build(scene: Scene) -> MechanismGraph:
     """The graph of ``scene``, checked.
 

@@ -1,1 +1,1 @@
-"""Files and folders: written completely or not at all, read only if the user or root owns them, and the cache."""
+"""Files written completely or not at all, trusted files, the cache folder; pauses of the garbage collector."""

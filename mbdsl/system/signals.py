@@ -83,7 +83,8 @@ def gradients(system: System, roots: Iterable[Expr], t: float, q: Array, v: Arra
     tt, qq, vv = np.array([t]), q[None, :], v[None, :]
     for i, root in enumerate(roots):
         if root.op == "coordinate" and system.scene.frames[root.value[0]].motion is None:  # type: ignore[index]
-            value[i] = frame_coordinate(system, *root.value, qq, vv, tt)[0]  # type: ignore[misc, call-arg]
+            name, key = root.value  # type: ignore[misc]
+            value[i] = frame_coordinate(system, name, key, qq, vv, tt)[0]
             _chain(system, root, 1.0, q, v, i, d_q, d_v)
             continue
         variables = [leaf for leaf in leaves(root) if leaf.op == "coordinate"]

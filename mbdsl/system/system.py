@@ -23,6 +23,7 @@ from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.graph import build as build_graph
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
+from mbdsl.storage.collection import uncollected
 from mbdsl.system import background_compilation, emit, switches
 from mbdsl.system.body_models import at_rest
 from mbdsl.system.build_tables import build_tables
@@ -466,6 +467,7 @@ class System:
 
 
 @blame_extremes
+@uncollected
 def build(
     scene: Scene, graph: MechanismGraph | None = None, general: bool = False, size: float | None = None
 ) -> System:
