@@ -4,8 +4,9 @@ from __future__ import annotations
 
 # -- status --------------------------------------------------------------------------------------------------
 # EVENT: a step has ended at a known time or shortly before a switch; LOOK: ``reals`` holds no further zone; RETRY: a
-# shorter step is to be tried; FULL: there may be too little room for the output of the next step
-RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EVENT, LOOK, RETRY, FULL = range(12)
+# shorter step is to be tried; FULL: there may be too little room for the output of the next step; STIFF: stability
+# limits the steps of an explicit method
+RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EVENT, LOOK, RETRY, FULL, STIFF = range(13)
 
 # -- reals of the run ----------------------------------------------------------------------------------------
 # times of start and stop; step size; time at the end of the step; contraction of Newton's iteration; its tolerances,
