@@ -89,8 +89,9 @@ class Method:
     for peaks of laws that depend on the state (:mod:`mbdsl.system.peaks_along_motion`).
 
     ``relative_step`` is the step size, relative to that of hht-si2, below which errors decrease with the order;
-    verification scales its steps by it. ``diverges`` is appended to the error message if Newton's iteration diverges
-    for a constrained model.
+    verification scales its steps by it. ``stable`` is the largest h |lambda| at which steps are stable, lambda an
+    eigenvalue of the equations; infinite for methods without such a limit. ``diverges`` is appended to the error
+    message if Newton's iteration diverges for a constrained model.
     """
 
     name: str
@@ -121,6 +122,7 @@ class Method:
     searches: bool = False
     family: str = ""  #: methods of one family may have similar errors; empty: a family of its own
     relative_step: float = 1.0
+    stable: float = float("inf")
     diverges: str = ""
     rows: int = 0  #: number of the method's own rows of ``vectors``, after the common ones
     acceleration_row: int = UNKNOWN  #: UNKNOWN or UNKNOWN2: its differences over steps are those of accelerations

@@ -44,6 +44,7 @@ from mbdsl.integrators.loop.loop_state import (
     NODES,
     NOT_FINITE,
     NOW,
+    RADIUS,
     REJECTED,
     RUNNING,
     SINGULAR,
@@ -73,14 +74,12 @@ from mbdsl.integrators.methods.dop853_coefficients import (
     TABLE,
 )
 from mbdsl.integrators.methods.dop853_stages import (
-    CONTRACTION,
     FRICTION,
     LAST,
     OF_Q,
     OF_V,
     OTHERS,
     OWN_ROWS,
-    RADIUS,
     READY,
     SPEED,
     STAGE,
@@ -94,6 +93,10 @@ from mbdsl.integrators.methods.dop853_stages import (
 )
 from mbdsl.integrators.methods.radau5 import before_switch, fitted, update_switches
 
+#: h |lambda| at the limit of stability; number of stiff steps after which the model is stiff, and of other steps after
+#: which these do not count; a controlled run that needs fewer further steps is not stopped
+LIMIT, STIFF_FROM, RESET, AFFORDABLE = 6.1, 15, 6, 2000
+
 METHOD = Method(
     "dop853",
     doc="explicit Runge-Kutta of order 8 by Dormand and Prince, for models that are not stiff",
@@ -103,11 +106,12 @@ METHOD = Method(
     family="Dormand-Prince",
     source="Hairer, Norsett, Wanner (1993), section II.5",
     coefficients=lambda options: TABLE,
-    memory=lambda c, start: (0.0, 0.1, *(0.0,) * 6),
+    memory=lambda c, start: (0.0, 0.1, *(0.0,) * 5),
     begin=lambda c, start: {UNKNOWN0: [*start.a, *start.lam]},
     own_reactions=False,
     steps=("controlled", "fixed"),
     rows=OWN_ROWS,
+    stable=LIMIT,
 )
 
 #: allowed error estimate of a step, relative to the tolerance
@@ -116,10 +120,6 @@ SHARE = 0.1
 NOISE = 100.0
 #: factor of the step length for safety; smallest and largest ratio of successive step lengths
 SAFE, SHRINK, GROW = 0.9, 0.333, 6.0
-#: h |lambda| at the limit of stability; number of stiff steps after which the model is stiff, and of other steps after
-#: which these do not count; a run that needs fewer further steps is not stopped
-LIMIT, STIFF_FROM, RESET, AFFORDABLE = 6.1, 15, 6, 2000
-
 
 # -- lengths of steps --------------------------------------------------------------------------------------------------
 
@@ -200,14 +200,29 @@ def is_stiff(h, run):
         rate = (vectors[STAGE + STAGES, i] - vectors[STAGE + STAGES - 1, i]) * vectors[SCALE, i]
         moved += v * v + q * q
         changed += rate * rate + v * v * speed * speed
-    memory[RADIUS] = h * sqrt(changed / moved) if moved > 0.0 else 0.0
-    if memory[RADIUS] > LIMIT:
+    reals[RADIUS] = h * sqrt(changed / moved) if moved > 0.0 else 0.0
+    if reals[RADIUS] > LIMIT:
         memory[STIFF_STEPS], memory[OTHERS] = memory[STIFF_STEPS] + 1.0, 0.0
     else:
         memory[OTHERS] += 1.0
         if memory[OTHERS] >= RESET:
             memory[STIFF_STEPS] = 0.0
-    return memory[STIFF_STEPS] >= STIFF_FROM and reals[STOP] - reals[STEP_END] > AFFORDABLE * h
+    affordable = reals[TOL] > 0.0 and reals[STOP] - reals[STEP_END] <= AFFORDABLE * h
+    return memory[STIFF_STEPS] >= STIFF_FROM and not affordable
+
+
+@rare
+def is_unstable(h, run):
+    """Whether a step of fixed length, which has failed, is unstable; from the change of a along the first stage."""
+    vectors, reals, moved, changed = run.vectors, run.reals, 0.0, 0.0
+    for i in range(run.layout[N_Q]):
+        a, b = vectors[STAGE, i] * vectors[SCALE, i], vectors[STAGE + 1, i] * vectors[SCALE, i]
+        moved = max(moved, run.coefficients[NODE + 1] * abs(a))
+        changed = max(changed, abs(b - a))
+    found = changed / moved if moved > 0.0 else 0.0  # nan if the first stage has failed, too
+    if found > reals[RADIUS]:
+        reals[RADIUS] = found
+    return reals[RADIUS] > LIMIT
 
 
 # -- the step ----------------------------------------------------------------------------------------------------------
@@ -231,7 +246,10 @@ def take_fixed(t0, h, run):
     reals[STEP_END] = end - early
     begin_step(run)
     status = solve_stages(t0 - early, h, run)
-    return finish(reals[STEP_END], run) if status == RUNNING else status
+    if status == RUNNING:
+        status = finish(reals[STEP_END], run)
+    failed = status != RUNNING and status != SINGULAR
+    return STIFF if failed and is_unstable(h, run) else status
 
 
 @kernel

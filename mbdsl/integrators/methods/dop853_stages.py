@@ -75,8 +75,8 @@ STAGE, OF_Q, OF_V = ROWS, ROWS + ALL, ROWS + ALL + 4
 OWN_ROWS = ALL + 8
 #: memory: length of the last step; contraction of the projection; largest scaled velocity so far; whether the
 #: interpolation of the step is ready; successive stiff steps; successive other steps since; whether forces depend on
-#: multipliers; h |lambda| of the last step
-LAST, CONTRACTION, SPEED, READY, STIFF_STEPS, OTHERS, FRICTION, RADIUS = range(8)
+#: multipliers
+LAST, CONTRACTION, SPEED, READY, STIFF_STEPS, OTHERS, FRICTION = range(7)
 #: most iterations of a projection; after RENEWED of them the matrix is renewed
 MOST, RENEWED = 12, 3
 #: change in a projection that may be rounding, in units of the last place, if changes do not become smaller
@@ -165,7 +165,7 @@ def in_time(run):
 @kernel
 def saddle(t, run):
     """Matrix 0 <- [[M, J^T], [J, 0]] at the state last evaluated; CORRECTION <- [Q; gamma]."""
-    vectors, layout, matrix = run.vectors, run.layout, run.matrices[0]
+    vectors, layout = run.vectors, run.layout
     n, size = layout[N_Q], layout[N_ALL]
     tangent_matrix(0, t, run, M=1.0, N=1.0, Gam_q=1.0)
     for i in range(n):
