@@ -90,8 +90,9 @@ class Method:
 
     ``relative_step`` is the step size, relative to that of hht-si2, below which errors decrease with the order;
     verification scales its steps by it. ``stable`` is the largest h |lambda| at which steps are stable, lambda an
-    eigenvalue of the equations; infinite for methods without such a limit. ``diverges`` is appended to the error
-    message if Newton's iteration diverges for a constrained model.
+    eigenvalue of the equations; infinite for methods without such a limit. ``longest`` is the longest controlled step
+    relative to the run, for models without expressions. ``diverges`` is appended to the error message if Newton's
+    iteration diverges for a constrained model.
     """
 
     name: str
@@ -123,6 +124,7 @@ class Method:
     family: str = ""  #: methods of one family may have similar errors; empty: a family of its own
     relative_step: float = 1.0
     stable: float = float("inf")
+    longest: float = 0.02
     diverges: str = ""
     rows: int = 0  #: number of the method's own rows of ``vectors``, after the common ones
     acceleration_row: int = UNKNOWN  #: UNKNOWN or UNKNOWN2: its differences over steps are those of accelerations

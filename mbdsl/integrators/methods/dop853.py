@@ -6,19 +6,17 @@ of order 5 and 3, with differences e5 and e3 from the result:
 
     error = e5^2 / sqrt(e5^2 + 0.01 e3^2) = O(h^8)
 
-Output between the ends of a step is interpolated with order 7, for which three further stages are computed. The last
-stage and the end of the step belong to the same time; h |lambda|, with the largest eigenvalue lambda of the equations,
-follows from their difference. Steps with h |lambda| > 6.1 are limited by stability, not by accuracy.
+The last stage and the end of the step belong to the same time; h |lambda|, with the largest eigenvalue lambda of the
+equations, follows from their difference. Steps with h |lambda| > 6.1 are limited by stability, not by accuracy. Output
+between steps: :mod:`mbdsl.integrators.methods.dop853_output`.
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section II.5, II.6 and the code
-DOP853 (error, interpolation); Solving Ordinary Differential Equations II (1996), section IV.2 (test for stiffness).
+DOP853; Solving Ordinary Differential Equations II (1996), section IV.2 (test for stiffness).
 """
 
 from math import sqrt
 
 from mbdsl.compilation.buffer_layout import (
-    BEFORE,
-    BEFORE2,
     N_ALL,
     N_Q,
     POSITION,
@@ -63,33 +61,25 @@ from mbdsl.integrators.loop.switch_location import length_before_switch
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.methods.dop853_coefficients import (
     ALL,
-    ENDS,
     NODE,
-    OF_D,
     OF_E3,
     OF_E5,
     SQUARE,
     STAGES,
-    SUM,
     TABLE,
 )
+from mbdsl.integrators.methods.dop853_output import interpolate as interpolate
 from mbdsl.integrators.methods.dop853_stages import (
     FRICTION,
-    LAST,
-    OF_Q,
-    OF_V,
     OTHERS,
     OWN_ROWS,
     READY,
     SPEED,
     STAGE,
     STIFF_STEPS,
-    evaluate_state,
     finish,
     has_friction,
-    motion,
     solve_stages,
-    solve_state,
 )
 from mbdsl.integrators.methods.radau5 import before_switch, fitted, update_switches
 
@@ -106,12 +96,13 @@ METHOD = Method(
     family="Dormand-Prince",
     source="Hairer, Norsett, Wanner (1993), section II.5",
     coefficients=lambda options: TABLE,
-    memory=lambda c, start: (0.0, 0.1, *(0.0,) * 5),
+    memory=lambda c, start: (0.1, *(0.0,) * 5),
     begin=lambda c, start: {UNKNOWN0: [*start.a, *start.lam]},
     own_reactions=False,
     steps=("controlled", "fixed"),
     rows=OWN_ROWS,
     stable=LIMIT,
+    longest=0.1,
 )
 
 #: allowed error estimate of a step, relative to the tolerance
@@ -175,7 +166,6 @@ def estimate(h, run):
 def next_length(error, h, times, formulas, run):
     """Set the length of the next step."""
     reals = run.reals
-    run.memory[LAST] = h
     if reals[TOL] > 0.0:
         ratio = SAFE * max(error, 1e-12) ** -0.125
         reals[STEP_SIZE], reals[LAST_H] = h * min(max(ratio, SHRINK), GROW), h
@@ -305,64 +295,6 @@ def take(t0, h, formulas, run):
         if is_stiff(h, run):
             return STIFF, h, error
     return status, h, error
-
-
-# -- interpolation -----------------------------------------------------------------------------------------------------
-
-
-@rare
-def prepare(h, run):
-    """Compute the further stages and the coefficients of the interpolation; the end of the step remains as it is.
-
-    If a stage fails, these coefficients are zero, and the interpolation has order 3.
-    """
-    vectors, c, n, size = run.vectors, run.coefficients, run.layout[N_Q], run.layout[N_ALL]
-    t0, status = run.reals[STEP_END] - h, RUNNING
-    for i in range(n):
-        vectors[BEFORE, i], vectors[BEFORE2, i] = vectors[POSITION, i], vectors[VELOCITY, i]
-    for k in range(ENDS, ALL):
-        if status == RUNNING:
-            motion(k, k, h, run)
-            s = t0 + c[NODE + k] * h
-            evaluate_state(s, run)
-            status = solve_state(s, STAGE + k, run)
-    for i in range(size):
-        vectors[UNKNOWN, i] = vectors[STAGE + STAGES, i]
-    for i in range(n):
-        vectors[POSITION, i], vectors[VELOCITY, i] = vectors[BEFORE, i], vectors[BEFORE2, i]
-        for k in range(4):
-            v, q = 0.0, 0.0
-            for j in range(ALL):
-                a = vectors[STAGE + j, i]
-                v += c[ALL * (OF_D + k) + j] * a
-                q += c[ALL * (SQUARE + OF_D + k) + j] * a
-            q = h * (c[SUM + k] * vectors[VELOCITY0, i] + h * q)
-            vectors[OF_V + k, i] = h * v if status == RUNNING else 0.0
-            vectors[OF_Q + k, i] = q if status == RUNNING else 0.0
-    run.memory[READY] = 1.0
-
-
-@kernel
-def polynomial(x, y0, y1, f0, f1, more, i, run):
-    """The value at the part x of a step with the values y and slopes f (per step) at its ends, and the coefficients in
-    four rows from ``more`` on."""
-    y, z = run.vectors, 1.0 - x
-    d = y1 - y0
-    end = y[more, i] + x * (y[more + 1, i] + z * (y[more + 2, i] + x * y[more + 3, i]))
-    return y0 + x * (d + z * (f0 - d + x * (2.0 * d - (f0 + f1) + z * end)))
-
-
-@kernel
-def interpolate(k, x, h, out, run):
-    """q and v at the part x of the step, by polynomials of degree 7."""
-    vectors, n = run.vectors, run.layout[N_Q]
-    if run.memory[READY] == 0.0:
-        prepare(h, run)
-    for i in range(n):
-        q0, v0, a0 = vectors[POSITION0, i], vectors[VELOCITY0, i], vectors[STAGE, i]
-        q1, v1, a1 = vectors[POSITION, i], vectors[VELOCITY, i], vectors[STAGE + STAGES, i]
-        out[k, i] = polynomial(x, q0, q1, h * v0, h * v1, OF_Q, i, run)
-        out[k, n + i] = polynomial(x, v0, v1, h * a0, h * a1, OF_V, i, run)
 
 
 @kernel

@@ -67,16 +67,16 @@ from mbdsl.integrators.loop.loop_state import (
 )
 from mbdsl.integrators.loop.newton import EPS, finite
 from mbdsl.integrators.loop.run_data import evaluate
+from mbdsl.integrators.loop.symmetric_lu import symmetric_factor, symmetric_solve
 from mbdsl.integrators.loop.tangent_matrices import tangent_matrix
 from mbdsl.integrators.methods.dop853_coefficients import ALL, NODE, SQUARE, STAGES
 
 #: own rows of ``vectors``: [a; lam] of all stages; coefficients of degree 4 to 7 of the interpolation of q, and of v
 STAGE, OF_Q, OF_V = ROWS, ROWS + ALL, ROWS + ALL + 4
 OWN_ROWS = ALL + 8
-#: memory: length of the last step; contraction of the projection; largest scaled velocity so far; whether the
-#: interpolation of the step is ready; successive stiff steps; successive other steps since; whether forces depend on
-#: multipliers
-LAST, CONTRACTION, SPEED, READY, STIFF_STEPS, OTHERS, FRICTION = range(7)
+#: memory: contraction of the projection; largest scaled velocity so far; whether the interpolation of the step is
+#: ready; successive stiff steps; successive other steps since; whether forces depend on multipliers
+CONTRACTION, SPEED, READY, STIFF_STEPS, OTHERS, FRICTION = range(6)
 #: most iterations of a projection; after RENEWED of them the matrix is renewed
 MOST, RENEWED = 12, 3
 #: change in a projection that may be rounding, in units of the last place, if changes do not become smaller
@@ -192,12 +192,31 @@ def saddle(t, run):
 
 
 @kernel
+def is_symmetric(run):
+    """Whether matrix 0 is factorised as a symmetric one."""
+    return run.layout[SOLVER] == SPARSE_LU and run.memory[FRICTION] == 0.0
+
+
+@kernel
 def factorised(run):
     """A status: whether matrix 0 could be factorised."""
     run.integers[FACTORISATIONS] += 1
-    if factor(0, run):
+    if is_symmetric(run):
+        done = symmetric_factor(run.matrices[0], run.layout)
+    else:
+        done = factor(0, run)
+    if done:
         return RUNNING
     return SINGULAR if finite(run) else NOT_FINITE
+
+
+@kernel
+def solve_row(row, run):
+    """vectors[row] <- A^{-1} vectors[row] with the factors of matrix 0."""
+    if is_symmetric(run):
+        symmetric_solve(run.matrices[0], run.layout, run.vectors[row])
+    else:
+        solve(0, row, run)
 
 
 @rare
@@ -236,7 +255,7 @@ def solve_state(t, row, run):
         saddle(t, run)
         status = factorised(run)
         if status == RUNNING:
-            solve(0, CORRECTION, run)
+            solve_row(CORRECTION, run)
     if status != RUNNING:
         return status
     total = 0.0
@@ -278,8 +297,8 @@ def correct(run):
         vectors[CORRECTION, i], vectors[CORRECTION2, i] = -vectors[FORCE, i], -vectors[FORCE2, i]
     for i in range(n + m, size):
         vectors[CORRECTION, i], vectors[CORRECTION2, i] = 0.0, -vectors[FORCE, i]
-    solve(0, CORRECTION, run)
-    solve(0, CORRECTION2, run)
+    solve_row(CORRECTION, run)
+    solve_row(CORRECTION2, run)
     change = 0.0
     for i in range(n):
         vectors[POSITION, i] += vectors[CORRECTION, i]
