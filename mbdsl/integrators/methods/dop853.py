@@ -103,6 +103,7 @@ METHOD = Method(
     rows=OWN_ROWS,
     stable=LIMIT,
     longest=0.1,
+    relative_step=8.0,
 )
 
 #: allowed error estimate of a step, relative to the tolerance
@@ -134,7 +135,7 @@ def trial_length(run):
     first, speed = run.integers[HISTORY] == 1, 0.0
     for i in range(run.layout[N_Q]):
         speed = max(speed, abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
-    memory[SPEED] = max(memory[SPEED], speed, 1.0 / (reals[STOP] - reals[START]))
+    memory[SPEED] = max(memory[SPEED], speed, 1.0 / (reals[STOP] - reals[START]) if reals[TOL] > 0.0 else 0.0)
     if first:
         memory[FRICTION] = 1.0 if has_friction(run) else 0.0
     if reals[TOL] == 0.0:
@@ -237,7 +238,7 @@ def take_fixed(t0, h, run):
     begin_step(run)
     status = solve_stages(t0 - early, h, run)
     if status == RUNNING:
-        status = finish(reals[STEP_END], run)
+        status = finish(reals[STEP_END], h, run)
     failed = status != RUNNING and status != SINGULAR
     return STIFF if failed and is_unstable(h, run) else status
 
@@ -259,7 +260,7 @@ def take_controlled(t0, h, run):
         # If a shorter step has no smaller error, the error is due to rounding.
         accepted = status == RUNNING and (error <= 1.0 or (refused > 1 and former <= error < NOISE))
         if accepted:
-            status = finish(reals[STEP_END], run)
+            status = finish(reals[STEP_END], h, run)
         if status == SINGULAR and run.layout[SOLVER] == SPARSE_LU:
             return status, h, error  # the run continues with the dense solver
         if integers[WATCHING]:

@@ -287,9 +287,10 @@ def solve_stages(t, h, run):
 
 
 @kernel
-def correct(run):
-    """Correct POSITION and VELOCITY by the violations last evaluated; the largest scaled change."""
-    vectors, layout, speed = run.vectors, run.layout, run.memory[SPEED]
+def correct(unit, run):
+    """Correct POSITION and VELOCITY by the violations last evaluated; the largest scaled change of a position or
+    ``unit`` times a velocity."""
+    vectors, layout = run.vectors, run.layout
     n, m, size = layout[N_Q], layout[N_PHI], layout[N_ALL]
     for i in range(n):
         vectors[CORRECTION, i], vectors[CORRECTION2, i] = 0.0, 0.0
@@ -304,14 +305,14 @@ def correct(run):
         vectors[POSITION, i] += vectors[CORRECTION, i]
         vectors[VELOCITY, i] += vectors[CORRECTION2, i]
         change = larger(abs(vectors[CORRECTION, i]) * vectors[SCALE, i], change)
-        change = larger(abs(vectors[CORRECTION2, i]) * vectors[SCALE, i] / speed, change)
+        change = larger(unit * abs(vectors[CORRECTION2, i]) * vectors[SCALE, i], change)
     return change
 
 
 @kernel
-def project(t, scale, run):
-    """Project the state onto the constraints at t, and evaluate it; a status. ``scale``: size of the mechanism."""
-    memory, former, last, floor = run.memory, 0.0, False, EPS * scale
+def project(t, size, unit, run):
+    """Project the state onto the constraints at t, and evaluate it; a status. ``size`` of the mechanism."""
+    memory, former, last, floor = run.memory, 0.0, False, EPS * size
     for k in range(MOST):
         evaluate_state(t, run)
         if last:
@@ -321,7 +322,7 @@ def project(t, scale, run):
             status = factorised(run)
             if status != RUNNING:
                 return status
-        change = correct(run)
+        change = correct(unit, run)
         if not change < 1e100:
             return NOT_FINITE
         if former > 100.0 * floor:
@@ -333,14 +334,15 @@ def project(t, scale, run):
 
 
 @kernel
-def finish(t, run):
-    """Project the end of the step, at t, onto the constraints, and compute its accelerations; a status."""
-    vectors, layout = run.vectors, run.layout
-    n, size, scale = layout[N_Q], layout[N_ALL], 1.0
+def finish(t, h, run):
+    """Project the end of a step of length h, at t, onto the constraints, and compute its accelerations; a status."""
+    memory, vectors, layout = run.memory, run.vectors, run.layout
+    n, size, largest = layout[N_Q], layout[N_ALL], 1.0
     if size > n:
         for i in range(n):
-            scale = max(scale, abs(vectors[POSITION, i]) * vectors[SCALE, i])
-        status = project(t, scale, run)
+            largest = max(largest, abs(vectors[POSITION, i]) * vectors[SCALE, i])
+            memory[SPEED] = max(memory[SPEED], abs(vectors[VELOCITY, i]) * vectors[SCALE, i])
+        status = project(t, largest, 1.0 / memory[SPEED] if memory[SPEED] > 0.0 else h, run)
         if status != RUNNING:
             return status
     else:
