@@ -15,7 +15,7 @@ from time import perf_counter
 from typing import Any
 
 from mbdsl.errors import IntegrationError, MbdslError, UsageError
-from mbdsl.integrators import available
+from mbdsl.integrators import available, compiled
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, once, together
 from mbdsl.numerics.error_norm import fastest
@@ -272,8 +272,9 @@ class _Search:
 
 
 def _ladders(scene: Scene, accuracy: float, method: str | None, given: dict) -> list[Ladder]:
-    """(Method, kind of steps) to try: the given method, or the default method and the best ones of high order."""
-    names = [method] if method else list(dict.fromkeys([scene.experiment.method or DEFAULT_METHOD, *precise()[:1]]))
+    """(Method, kind of steps) to try: the given method, or the default method and our own ones of high order."""
+    own = [name for name in precise() if name in compiled()]
+    names = [method] if method else list(dict.fromkeys([scene.experiment.method or DEFAULT_METHOD, *own]))
     for name in names:
         if name not in available():
             raise UsageError(f"there is no method `{name}`", hint=did_you_mean(name, available(), "methods"))

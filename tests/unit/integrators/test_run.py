@@ -135,7 +135,8 @@ def test_arguments_that_make_no_sense(arguments, message):
 def test_stop_times_are_hit_exactly(method, name, order, slopes):
     """All steps are shortened equally, so that the last one ends at the stop time; q, v and reactions are of order
     2."""
-    steps = [1.0 / (n + 0.3) for n in (64, 128, 256, 512)]
+    counts = (64, 128, 256, 512) if methods()[method].order < 8 else (12, 16, 24, 32)  # rounding
+    steps = [1.0 / (n + 0.3) for n in counts]
     expected, errors = dict(zip(("mass.x", "mass.vx", "rod.fy"), exact(1.0), strict=True))[name], []
     for h in steps:
         r = mbdsl.simulate(pendulum(), method=method, step=h, stop=1.0, interval=1.0)
@@ -148,15 +149,19 @@ def test_stop_times_are_hit_exactly(method, name, order, slopes):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_output_between_steps(method, order, slopes):
-    """Interpolation adds no error: errors at times that are not multiples of the step fall with order 2 as well."""
-    steps = [2.0**-k for k in (6, 7, 8, 9)]
+    """Interpolation adds no error: errors at times that are not multiples of the step fall with order 2 as well.
+
+    Interpolation of order 7 limits a method of order 8, irregularly, as the times lie anywhere in the steps.
+    """
+    precise = methods()[method].order == 8
+    steps = [2.0**-k for k in ((3, 4, 5, 6) if precise else (6, 7, 8, 9))]
     errors = []
     for h in steps:
         r = mbdsl.simulate(pendulum(), method=method, step=h, stop=1.5, interval=0.0737)
         late = r.t > 0.0
         found = [r[name] for name in ("mass.x", "mass.vx", "rod.fy")]
         errors.append([np.abs(f - e)[late].max() for f, e in zip(found, exact(r.t), strict=True)])
-    low, high = slopes(method)
+    low, high = (6.5, 8.5) if precise else slopes(method)
     for error in np.transpose(errors):
         assert low < order(steps, error) < high
 
@@ -349,6 +354,9 @@ def test_counts(method):
     r = mbdsl.simulate(pendulum(), method=method, step=1e-3, stop=2.0)
     s = r.stats
     assert (s["n"], s["m"], s["p"], s["steps"], s["h"]) == (2, 1, 0, 2000, 1e-3)
+    if methods()[method].stable < np.inf:  # explicit: 12 stages; one to three evaluations are for the projection
+        assert 13 * s["steps"] <= s["iterations"] <= 15 * s["steps"] and s["factorisations"] == 12 * s["steps"]
+        return
     # stages of order 5 are solved to rounding where steps are fixed
     assert s["steps"] <= s["iterations"] <= (4 if methods()[method].order == 5 else 3) * s["steps"]
     assert 0 < s["factorisations"] < 0.5 * s["steps"]
