@@ -85,7 +85,7 @@ from mbdsl.integrators.methods.radau5 import before_switch, fitted, update_switc
 
 #: h |lambda| at the limit of stability; number of stiff steps after which the model is stiff, and of other steps after
 #: which these do not count; a controlled run that needs fewer further steps is not stopped
-LIMIT, STIFF_FROM, RESET, AFFORDABLE = 6.1, 15, 6, 2000
+LIMIT, STIFF_FROM, RESET, AFFORDABLE = 6.1, 15, 6, 10_000
 
 METHOD = Method(
     "dop853",
