@@ -47,6 +47,7 @@ METHODS = {
     "generalized-alpha": Look("#7d1d4f", "#d4709f", "pentagon"),
     "generalized-alpha-i3": Look("#b04a80", "#eba6c4", "spark"),
     "radau5": Look("#008a64", "#35c89b", "star"),
+    "dop853": Look("#00707a", "#3fc3cf", "plus"),
     "scipy-dop853": controlled(Look("#7a6a00", "#d2c04a", "plus")),
     "scipy-radau": controlled(Look("#7a6a00", "#d2c04a", "cross")),
     "scipy-lsoda": controlled(Look("#7a6a00", "#d2c04a", "left")),
