@@ -7,7 +7,6 @@ escapes, ``\\x1b`` or ``\\u202e``, and keeps all other characters.
 
 from __future__ import annotations
 
-import difflib
 import unicodedata
 from collections.abc import Callable, Iterable
 
@@ -42,6 +41,8 @@ def duration(seconds: float) -> str:
 
 def did_you_mean(name: str, known: Iterable[str], listed: str = "") -> str | None:
     """A hint with the names closest to ``name``; if none is close and there are few, all of them after ``listed``."""
+    import difflib  # for errors only
+
     names = list(dict.fromkeys(known))[:5000]
     lower = {n.lower(): n for n in reversed(names)}
     close = [lower[c] for c in difflib.get_close_matches(name.lower(), lower, 3, 0.6)]

@@ -238,7 +238,7 @@ def prepare(
     system = build(scene, mechanism)
     # code that a simulation has compiled is used if it is in the cache
     sets = 2 if code_cache.is_compiled(system.module_name(2)) else 1
-    announce_compilation(announce, lambda: code_cache.is_compiled(system.module_name(sets)))
+    announce_compilation(announce, lambda: system.uncompiled(sets))
     system.kernels(sets)
     return system, mechanism
 

@@ -13,7 +13,6 @@ import importlib
 import pkgutil
 import re
 import sys
-import traceback
 import warnings
 from collections.abc import Sequence
 from types import ModuleType
@@ -42,20 +41,24 @@ class Help(argparse.HelpFormatter):
 
     def __init__(self, *given, **named) -> None:
         super().__init__(*given, **named)
-        self._action_max_length = 4 + max(map(len, commands()))
+        self._action_max_length = 4 + max(map(len, names()))
+
+
+def names() -> list[str]:
+    """The names of the commands; no module is imported."""
+    return sorted(info.name for info in pkgutil.iter_modules(__path__) if not info.name.startswith("_"))
 
 
 def commands() -> dict[str, ModuleType]:
     """Command name -> its module."""
-    found = {}
-    for info in pkgutil.iter_modules(__path__):
-        if not info.name.startswith("_"):
-            found[info.name] = importlib.import_module(f"{__name__}.{info.name}")
-    return dict(sorted(found.items()))
+    return {name: importlib.import_module(f"{__name__}.{name}") for name in names()}
 
 
 def make_parser(running: str = "") -> Parser:
-    """The parser of all commands, with all options of the one that is to be run."""
+    """The parser of one command with all its options, or, without a name, of all commands.
+
+    To import the modules of all commands takes longer than to check a model.
+    """
     parser = Parser(
         prog="mbdsl",
         description="Declarative multibody dynamics: models as text, simulated as differential-algebraic equations.",
@@ -67,7 +70,8 @@ def make_parser(running: str = "") -> Parser:
     debug = {"action": "store_true", "default": argparse.SUPPRESS, "help": "show a traceback of errors"}
     parser.add_argument("--debug", **debug)  # type: ignore[arg-type]
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", dest="command", required=True)
-    for name, module in commands().items():
+    for name in [running] if running in names() else names():
+        module = importlib.import_module(f"{__name__}.{name}")
         subparser = module.register(subparsers)
         if name == running and hasattr(module, "add_options"):
             module.add_options(subparser)
@@ -94,12 +98,12 @@ def _answer(argv: list[str]) -> int:
         return INTERRUPTED
     except MbdslError as problem:
         if "--debug" in argv:
-            traceback.print_exc()
+            _print_traceback()
         print_problem(problem)
         return problem.exit_code
     except Exception as problem:
         if "--debug" in argv:
-            traceback.print_exc()
+            _print_traceback()
         if found := _of_a_method(problem):
             print(found.render(), file=sys.stderr)
             return found.exit_code
@@ -107,6 +111,12 @@ def _answer(argv: list[str]) -> int:
         print(f"internal error: {type(problem).__name__}: {reason}", file=sys.stderr)
         print("  = this is a defect of mbdsl; please report it with the traceback of --debug", file=sys.stderr)
         return 1
+
+
+def _print_traceback() -> None:
+    import traceback
+
+    traceback.print_exc()
 
 
 def _of_a_method(problem: Exception) -> MbdslError | None:
@@ -163,8 +173,8 @@ def _check_command(word: str) -> None:
         raise UsageError(
             f"mbdsl has no option `{word}`", hint=hint.replace(" `", " `--") if hint else "see mbdsl --help"
         )
-    if word.startswith("-") or word in commands():
+    if word.startswith("-") or word in names():
         return
     if word.endswith(".mbd"):
         raise UsageError(f"what to do with `{word}`?", hint=f"try:  mbdsl simulate {word}")
-    raise UsageError(f"there is no command `{word}`", hint=did_you_mean(word, commands(), "commands"))
+    raise UsageError(f"there is no command `{word}`", hint=did_you_mean(word, names(), "commands"))

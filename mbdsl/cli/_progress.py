@@ -14,6 +14,7 @@ from mbdsl.messages import visible, width
 from mbdsl.plotting.terminal_text import USUAL, columns
 
 if TYPE_CHECKING:
+    from mbdsl.simulation.code_preparation import Progress as Prepared
     from mbdsl.simulation.progress import Progress
     from mbdsl.studies.runner import StudyProgress
 
@@ -165,6 +166,20 @@ class Counter(_Line):
         line = f"{study.done} of {study.total}  {study.what}"
         part = study.done / max(1, study.total)
         self.show(study.seconds, lambda: line, lambda block: f"{blocks(part, block)} {line}")
+
+
+class Preparation(_Line):
+    """Callback for the progress of ``mbdsl warm``; a file gets each line once."""
+
+    _last = ""
+
+    def __call__(self, progress: Prepared) -> None:
+        line = f"{progress.done} of {progress.total}  compiling {progress.what}"
+        if line == self._last and not self.terminal:
+            return
+        self._last = line
+        part = progress.done / max(1, progress.total)
+        self.show(progress.seconds, lambda: line, lambda block: f"{blocks(part, block)} {line}")
 
 
 def done(p: Progress) -> float:

@@ -23,9 +23,7 @@ def simulated(args: argparse.Namespace, out: str) -> tuple[Trajectory, BaseExcep
     output_files.check([out], scene.files)
 
     from mbdsl import api
-    from mbdsl.compilation import code_cache
 
-    code_cache.alone()
     display = None if args.quiet else Display(sys.stderr)
     failure: BaseException | None = None
     try:

@@ -9,7 +9,13 @@ from mbdsl.errors import UsageError
 from mbdsl.messages import count, few
 
 if TYPE_CHECKING:
-    from mbdsl.storage.cache_folder import Choice
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from mbdsl.storage.cache_folder import Choice, Entry
+
+#: content of the cache -> the beginning of the names of its files
+CONTENTS = {"step loops": "mbdsl_method_", "equations": "mbdsl_emitted_"}
 
 
 def register(subparsers) -> argparse.ArgumentParser:
@@ -35,17 +41,35 @@ def run(args: argparse.Namespace) -> int:
     if choice.fault:
         print(f"not used: {choice.fault}")
         return 0
+    from mbdsl.compilation import code_cache
     from mbdsl.studies.store import LARGEST
 
-    for what, entries, limit in (
-        ("machine code", cache_folder.code(choice.path), cache_folder.LARGEST),
-        ("runs of studies", cache_folder.runs(choice.path / cache_folder.STUDIES), LARGEST),
-    ):
-        size = sum(entry.size for entry in entries)
-        print(f"{what}: {_entries(len(entries))}, {size / 1e6:.1f} MB (limit: {limit / 1e6:.0f} MB)")
+    code = cache_folder.code(choice.path)
+    print(f"machine code: {_size(code)} (limit: {cache_folder.LARGEST / 1e6:.0f} MB)")
+    present = [entry for entry in code if _folder(entry, choice.path) == code_cache.version()]
+    for what, prefix in CONTENTS.items():
+        if found := [entry for entry in present if entry.files[0].name.startswith(prefix)]:
+            print(f"  {what}: {_size(found)}")
+            present = [entry for entry in present if entry not in found]
+    if present:
+        print(f"  other files: {_size(present)}")
+    if others := [entry for entry in code if _folder(entry, choice.path) != code_cache.version()]:
+        folders = {_folder(entry, choice.path) for entry in others}
+        print(f"  of other versions and settings: {_size(others)}, in {count(len(folders), 'folder')}")
+    runs = cache_folder.runs(choice.path / cache_folder.STUDIES)
+    print(f"runs of studies: {_size(runs)} (limit: {LARGEST / 1e6:.0f} MB)")
     if problem := cache_folder.unwritable(choice.path):
         print(f"read-only: {problem}")
     return 0
+
+
+def _size(entries: Sequence[Entry]) -> str:
+    return f"{_entries(len(entries))}, {sum(entry.size for entry in entries) / 1e6:.1f} MB"
+
+
+def _folder(entry: Entry, root: Path) -> str:
+    """The folder of a version that an entry is in."""
+    return entry.files[0].relative_to(root).parts[0]
 
 
 def _clear(choice: Choice) -> None:

@@ -77,9 +77,7 @@ def run(args: argparse.Namespace) -> int:
     output_files.check([args.output, out], scene.files)
 
     from mbdsl.analysis.eigenmodes import eigen
-    from mbdsl.compilation import code_cache
 
-    code_cache.alone()
     modes = eigen(scene, args.at, args.count, announce=lambda text: print(text, file=sys.stderr))
     print(modes)
     if args.output:

@@ -55,9 +55,7 @@ def run(args: argparse.Namespace) -> int:
     check([args.output], scene.files)
 
     from mbdsl.analysis.linearisation import linearise
-    from mbdsl.compilation import code_cache
 
-    code_cache.alone()
     found = linearise(scene, args.at, args.inputs, args.signals, announce=lambda text: print(text, file=sys.stderr))
     print(found)
     if args.output:

@@ -49,10 +49,8 @@ def run(args: argparse.Namespace) -> int:
     values.check_table(args)
 
     from mbdsl.cli._progress import Counter
-    from mbdsl.compilation import code_cache
     from mbdsl.studies.recommendation import recommend
 
-    code_cache.alone()
     counter = Counter(sys.stderr)
     given = {name: getattr(args, name) for name in ("methods", "reference", "stop", "repeats", "budget", "fresh")}
     try:

@@ -135,9 +135,7 @@ def _run(
     resumed: bool,
 ) -> int:
     from mbdsl.api import simulated
-    from mbdsl.compilation import code_cache
 
-    code_cache.alone()
     display = None if args.quiet else Display(sys.stderr)
     said: set[str] = set()
     failure, over = None, False

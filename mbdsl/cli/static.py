@@ -52,10 +52,8 @@ def run(args: argparse.Namespace) -> int:
     output_files.check([args.output, out], scene.files)
 
     from mbdsl.analysis.equilibria import listed, static
-    from mbdsl.compilation import code_cache
     from mbdsl.simulation.result_file import about
 
-    code_cache.alone()
     found = static(scene, start=args.start, announce=lambda text: print(text, file=sys.stderr))
     point = found.trajectory
     default = [*found.system.names(), *found.reactions]

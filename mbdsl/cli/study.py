@@ -132,9 +132,7 @@ def _methods(args: argparse.Namespace) -> int:
     values.check_folder(output)
 
     from mbdsl.cli._progress import Counter
-    from mbdsl.compilation import code_cache
 
-    code_cache.alone()
     study = _function(args.kind)
     counter = Counter(sys.stderr)
     given = {name: getattr(args, name) for name in ("methods", "steps", "tols", "stop", "budget", "fresh", "without")}

@@ -71,11 +71,9 @@ def run(args: argparse.Namespace) -> int:
 
     from mbdsl.cli._progress import Counter
     from mbdsl.cli.study import kept
-    from mbdsl.compilation import code_cache
     from mbdsl.studies.measures import split
     from mbdsl.studies.sweep import sweep
 
-    code_cache.alone()
     counter = Counter(sys.stderr)
     given = {name: getattr(args, name) for name in ("paired", "after", "method", "step", "tol", "start", "stop")}
     given |= {name: getattr(args, name) for name in ("interval", "without", "limit", "fresh")}

@@ -1,20 +1,18 @@
-"""Compilation of marked kernels and the cache of their machine code; without numba, kernels run as plain Python.
+"""Compilation of marked kernels and the cache of their machine code; without LLVM, kernels run as plain Python.
 
 Element files only mark their kernels (:mod:`mbdsl.compilation.marks`), because ``mbdsl check`` imports these files
-without numerics. :func:`functions` compiles an emitted module and all kernels that it calls to one object.
-
-Emitted modules that are sequences of calls of kernels are assembled from pieces, each of which is compiled once
-(:mod:`mbdsl.compilation.pieces`).
+without numerics. :func:`functions` compiles an emitted module and all kernels that it calls to one object: the kernels
+are translated to LLVM code (:mod:`mbdsl.compilation.translation`), which takes a tenth of the time that numba's type
+inference takes. Kernels of users may contain more of Python than is translated; numba compiles them
+(:mod:`mbdsl.compilation.numba_cfunc`).
 
 Objects are cached on disk with a digest of their sources, in a folder named by a digest of the compiler. After an edit
-of a kernel its old machine code is therefore never used again, and edits of other files do not invalidate it. Cached
-objects are loaded without numba, because the import of numba takes longer than the simulation of most models.
+of a kernel its old machine code is therefore never used again, and edits of other files do not invalidate it.
 """
 
 from __future__ import annotations
 
 import hashlib
-import importlib
 import importlib.util
 import os
 import subprocess
@@ -26,39 +24,26 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, NamedTuple
 
+from mbdsl.compilation import marks
 from mbdsl.compilation.kernel_sources import digest_of, emitted, names_of, with_imports
 from mbdsl.compilation.native_call import Native, Signature
 from mbdsl.storage import cache_folder
 from mbdsl.version import __version__
 
-if TYPE_CHECKING:
-    from mbdsl.compilation.pieces import Piece, Stored
-
 _kernels: dict[Callable, Callable] = {}
 _functions: dict[str, list[Callable]] = {}
-_alone = False
 _plain_only = False
 #: (module, name) -> the Python function of a kernel, and the one of numba that has replaced it
 _replaced: dict[tuple[ModuleType, str], tuple[Callable, Callable]] = {}
-#: held while numba is imported, or code is compiled or loaded: other threads wait and use the result
+#: held while code is compiled or loaded: other threads wait and use the result
 lock = threading.RLock()
-
-
-def alone() -> None:
-    """Declare that this process runs mbdsl only, whose compiled code calls no BLAS.
-
-    numba is then imported without scipy.linalg, which saves a fifth of a second.
-    """
-    global _alone
-    _alone = True
 
 
 @contextmanager
 def uncompiled() -> Iterator[None]:
     """While the block runs, kernels that are not loaded yet run as plain Python: for a few evaluations this is faster
-    than compilation, and than the import of numba or LLVM. Systems made in the block are used only there."""
+    than compilation, and than the import of LLVM. Systems made in the block are used only there."""
     global _plain_only
     with lock:
         before, _plain_only = _plain_only, True
@@ -73,57 +58,53 @@ def uncompiled() -> Iterator[None]:
 
 
 def numba() -> ModuleType | None:
-    """The numba module, or None if it cannot be imported; kernels then run as plain Python, slowly."""
+    """The numba module, which compiles kernels that are not translated; None if it cannot be imported."""
     with lock:
-        return _imported()
-
-
-@cache
-def _imported() -> ModuleType | None:
-    blas, spared = "scipy.linalg.cython_blas", _alone and "scipy.linalg" not in sys.modules
-    try:
-        import numba
-
-        if spared and "numba.np.arraymath" not in sys.modules:
-            sys.modules[blas] = None  # type: ignore[assignment]  # its import then fails, which numba handles
-            importlib.import_module("numba.np.arraymath")
-    except ImportError as error:
-        warnings.warn(f"numba cannot be imported ({error}); running uncompiled, some 100 times slower", stacklevel=2)
-        return None
-    finally:
-        if blas in sys.modules and sys.modules[blas] is None:
-            del sys.modules[blas]
-    return numba
+        try:
+            import numba
+        except ImportError as error:
+            warnings.warn(
+                f"numba cannot be imported ({error}); running uncompiled, some 100 times slower", stacklevel=2
+            )
+            return None
+        return numba
 
 
 def enabled() -> bool:
-    """Whether kernels are compiled. numba is not imported to find out, except to warn that it is missing."""
-    if "numba" in sys.modules:  # another thread may still be importing it
-        module = numba()
-        return module is not None and not module.config.DISABLE_JIT
+    """Whether kernels are compiled."""
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         return False
-    return importlib.util.find_spec("numba") is not None or numba() is not None
+    if "numba" in sys.modules and getattr(sys.modules["numba"], "config", None) is not None:
+        return not sys.modules["numba"].config.DISABLE_JIT and _has_llvm()
+    return _has_llvm()
 
 
 @cache
+def _has_llvm() -> bool:
+    found = importlib.util.find_spec("llvmlite") is not None
+    if not found:
+        warnings.warn("llvmlite is not installed; running uncompiled, some 100 times slower", stacklevel=3)
+    return found
+
+
 def version() -> str:
     """Name of the subfolder of the cache folder with the objects and emitted modules that this process can use."""
-    return f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{_digest()[:16]}"
+    environment = tuple(sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_")))
+    return f"{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{_digest(environment)[:16]}"
 
 
-def _digest() -> str:
+@cache
+def _digest(environment: tuple) -> str:
     """Digest of the common dependencies of all machine code: this package, numba and its settings, the processor."""
     files = list(Path(__file__).parent.glob("*.py"))
-    for name in ("numba", "llvmlite"):
+    for name, written in (("numba", "_version.py"), ("llvmlite", "_version.py"), ("numpy", "version.py")):
         spec = importlib.util.find_spec(name)
         if spec is not None and spec.origin is not None:
-            files += Path(spec.origin).parent.glob("_version.py")
+            files += Path(spec.origin).parent.glob(written)
     digest = hashlib.sha256()
     for path in sorted(files):
         digest.update(path.name.encode() + path.read_bytes())
-    settings = sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_"))
-    digest.update(repr(settings).encode())
+    digest.update(repr(environment).encode())
     if enabled():
         from llvmlite import binding
 
@@ -165,6 +146,7 @@ def import_text(name: str, text: str) -> ModuleType:
         if name not in sys.modules:
             module = ModuleType(name)
             module.__file__ = _text_file(name, text)
+            setattr(module, marks.TEXT, text)
             exec(compile(text, module.__file__, "exec"), vars(module))  # the file on disk is never executed
             emitted.add(name)
             sys.modules[name] = module  # other emitted modules import it by its name
@@ -186,34 +168,27 @@ def _plain(name: str, text: str, signatures: Mapping[str, Signature], modules: C
 
 def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules: Callable) -> list[Callable]:
     called = modules()
-    body = _assembled(name, text, signatures, called)
-    if body is not None and (linked := _linked(name, body, signatures)) is not None:
-        _text_file(name, text)
-        cache_folder.keep(_object(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
-        return linked
-    if numba() is None:
-        return _plain(name, text, signatures, modules)
     module = import_text(name, text)
     given = {function: getattr(module, function) for function in signatures}
     sources = names_of(with_imports(tuple(called)))
     head = [digest_of(sources) or "", " ".join(sources)]
     if not _is_ordinary(name):
         try:
-            from mbdsl.compilation import object_code
+            from mbdsl.compilation import object_code, translation
 
-            activate(*called, wrap=object_code.compile_kernel)
-            made = object_code.compile_object({f"{name}.{f}": (given[f], signatures[f]) for f in given})
+            made = object_code.compile_object(translation.translate(name, given, signatures))
             body = "\n".join([*head, _of_text(text), " ".join(made.needs), ""]).encode() + made.code
             linked = _linked(name, body, signatures)
             if linked is None:
                 raise RuntimeError(f"compiled code needs {', '.join(made.needs)}")
             cache_folder.keep(_object(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
             return linked
-        except Exception as error:
-            # numba's internals differ between versions; its public interface is slower to compile and to load.
+        except Exception as error:  # a kernel of the user's own may contain what is not translated
             reason = f"{type(error).__name__}: {error}".splitlines()[0]
             warnings.warn(f"compiling with numba's cfunc, which is slower: {reason}", stacklevel=2)
             cache_folder.keep(_ordinary(name), "\n".join([*head, reason]).encode())
+    if numba() is None:
+        return _plain(name, text, signatures, modules)
     from mbdsl.compilation import numba_cfunc
 
     _kernels.clear()
@@ -240,78 +215,6 @@ def activate(*modules: ModuleType, wrap: Callable) -> None:
                     _kernels[function] = wrap(function, forceinline=not hasattr(function, "__mbdsl_rare__"))
                 setattr(module, name, _kernels[function])
                 _replaced[module, name] = function, _kernels[function]
-
-
-# -- pieces --------------------------------------------------------------------------------------------------
-
-
-def _assembled(name: str, text: str, signatures: Mapping[str, Signature], called: Iterable[ModuleType]) -> bytes | None:
-    """The file of a module of which all functions are sequences of calls of kernels; None if it is none, or if it
-    cannot be made."""
-    from mbdsl.compilation import pieces
-
-    try:
-        given = pieces.read(text, signatures)
-    except pieces.NotStraight:
-        return None
-    wanted = dict.fromkeys(call.piece for function in given.values() for call in function.calls)
-    stored = {piece: _kept_piece(piece) for piece in wanted}
-    missing = [piece for piece, found in stored.items() if found is None]
-    try:
-        if missing:
-            stored |= _made_pieces(missing, called)
-        found: list[_Sourced] = [x for x in stored.values() if x is not None]
-        made = pieces.link(name, given, signatures, {p: x.piece for p, x in zip(stored, found, strict=True)})
-    except Exception as error:  # numba's and LLVM's interfaces differ between versions
-        reason = f"{type(error).__name__}: {error}".splitlines()[0]
-        warnings.warn(f"compiling all kernels of the model again, which is slower: {reason}", stacklevel=2)
-        return None
-    sources = sorted({source for x in found for source in x.sources})
-    head = [digest_of(sources) or "", " ".join(sources), _of_text(text), " ".join(made.needs), ""]
-    return "\n".join(head).encode() + made.code
-
-
-class _Sourced(NamedTuple):
-    piece: Stored
-    sources: list[str]  #: names of the modules that it depends on
-
-
-def _piece_file(piece: Piece) -> str:
-    return f"{version()}/{piece.file}"
-
-
-def _kept_piece(piece: Piece) -> _Sourced | None:
-    """A piece on disk; None if it is missing or damaged, or its sources have changed."""
-    from mbdsl.compilation.pieces import Stored
-
-    try:
-        said, body = (cache_folder.read(_piece_file(piece)) or b"").split(b"\n", 1)
-        digest, names, settings, bitcode = body.split(b"\n", 3)
-    except ValueError:
-        return None
-    sources = names.decode().split()
-    if hashlib.sha256(body).hexdigest().encode() != said or digest_of(sources) != digest.decode():
-        return None
-    return _Sourced(Stored(settings, bitcode), sources)
-
-
-def _made_pieces(wanted: Iterable[Piece], called: Iterable[ModuleType]) -> dict[Piece, _Sourced]:
-    """Compile pieces with numba, and keep them."""
-    if numba() is None:
-        raise ImportError("numba cannot be imported")
-    from mbdsl.compilation import object_code
-
-    activate(*called, wrap=object_code.compile_kernel)
-    found = {}
-    for piece in wanted:
-        module = sys.modules[piece.module]
-        made = object_code.compile_piece(piece, getattr(module, piece.function))
-        sources = names_of(with_imports((module,)))
-        body = "\n".join([digest_of(sources) or "", " ".join(sources), ""]).encode()
-        body += made.settings + b"\n" + made.bitcode
-        cache_folder.keep(_piece_file(piece), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
-        found[piece] = _Sourced(made, sources)
-    return found
 
 
 # -- objects on disk -----------------------------------------------------------------------------------------

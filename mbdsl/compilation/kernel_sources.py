@@ -5,9 +5,12 @@ from __future__ import annotations
 import ast
 import hashlib
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from pathlib import Path
 from types import ModuleType
+
+from mbdsl.compilation import marks
 
 #: names of emitted modules, which have no source file
 emitted: set[str] = set()
@@ -85,3 +88,14 @@ def digest_of(names: Iterable[str]) -> str | None:
             return None
         digest.update(name.encode() + path.read_bytes())
     return digest.hexdigest()
+
+
+def syntax_tree(function: Callable) -> ast.FunctionDef:
+    return _functions_of(sys.modules[function.__module__])[function.__name__]
+
+
+@cache
+def _functions_of(module: ModuleType) -> dict[str, ast.FunctionDef]:
+    """The functions of a module by name."""
+    text = vars(module).get(marks.TEXT) or Path(str(module.__file__)).read_text(encoding="utf-8")
+    return {node.name: node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)}

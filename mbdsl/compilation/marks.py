@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 Function = TypeVar("Function", bound=Callable)
+TEXT = "__mbdsl_text__"  #: attribute of emitted modules: their source
 
 
 def kernel(function: Function) -> Function:

@@ -1,16 +1,21 @@
 """The element kinds: one file each, discovered in this package.
 
-A kind is a module of this package with a ``KIND``. ``kinds()`` maps the language's names to them.
+A kind is a module of this package with a ``KIND``, and the file has its name: RotationalStop is in
+``rotational_stop.py``. ``kinds()`` maps the language's names to all kinds; ``find`` imports only the file of one kind.
 """
 
 from __future__ import annotations
 
 import importlib
+import os
 import pkgutil
+import re
 from functools import cache
 from types import ModuleType
 
 from mbdsl.elements.kind import Kind
+
+_imported: dict[str, ModuleType] = {}  #: kind name -> its module, of those that were asked for
 
 
 @cache
@@ -27,3 +32,38 @@ def modules() -> dict[str, ModuleType]:
 def kinds() -> dict[str, Kind]:
     """Kind name -> declaration, by name."""
     return {name: module.KIND for name, module in modules().items()}
+
+
+def find(name: str) -> Kind | None:
+    """The kind of this name; None if there is none."""
+    module = _module_of(name)
+    return None if module is None else module.KIND
+
+
+def declaring(kind: Kind) -> ModuleType:
+    """The module of a kind, with its kernels."""
+    module = _module_of(kind.name)
+    if module is None:
+        raise LookupError(f"no file of mbdsl.elements declares the kind {kind.name}")
+    return module
+
+
+def _module_of(name: str) -> ModuleType | None:
+    """The module that declares the kind of this name; None if there is none."""
+    if modules.cache_info().currsize:
+        return modules().get(name)
+    if name in _imported:
+        return _imported[name]
+    file = file_of(name)
+    if not (name.isidentifier() and os.path.exists(os.path.join(__path__[0], f"{file}.py"))):
+        return None
+    module = importlib.import_module(f"{__name__}.{file}")
+    declared = getattr(module, "KIND", None)
+    if not (isinstance(declared, Kind) and declared.name == name):
+        return None
+    return _imported.setdefault(name, module)
+
+
+def file_of(name: str) -> str:
+    """Name of the file of a kind: RotationalStop -> rotational_stop."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()

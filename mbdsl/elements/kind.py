@@ -8,7 +8,7 @@ there, with :mod:`mbdsl.compilation.marks`, and compiled later, by :mod:`mbdsl.c
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import FrozenInstanceError, dataclass, field
 from functools import cached_property
 
 #: effects that can be left out of a whole scene (levels of fidelity), and what a scene without them lacks
@@ -64,13 +64,16 @@ def wrench(fx: str = "", fy: str = "", tau: str = "") -> tuple[Signal, ...]:
     return tuple(Signal(name, unit, formula, doc) for name, unit, formula, doc in given if formula)
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class Kind:
     """The declaration of a kind, which is a word of the language.
 
     ``ports`` are the frames that a component is attached to, in the order of its positional arguments; those in
     ``optional_ports`` default to the origin of the ground (a single given frame then belongs to the other port).
     ``energy`` is the potential energy as a formula like those of :class:`Signal`, "" for none.
+
+    A kind is equal to itself only. Its fields cannot be assigned again; ``frozen=True`` would ensure this by methods
+    that are generated at each start, which takes longer than to read a model.
     """
 
     name: str
@@ -88,9 +91,20 @@ class Kind:
     #: values -> values that follow from them (a rod's inertia), applied after ``check``
     derive: Callable[[Mapping], dict] = lambda values: {}
     #: effect (of ``EFFECTS``) -> function from values to those that change without the effect, {} if there is none
-    effects: Mapping[str, Callable[[Mapping], dict]] = field(default_factory=dict, hash=False)
+    effects: Mapping[str, Callable[[Mapping], dict]] = field(default_factory=dict)
     #: values -> the numbers of one component that its kernels read as ``p``
     table: Callable[[Mapping], tuple[float, ...]] = lambda values: ()
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name in vars(self) or name not in self.__dataclass_fields__:
+            raise FrozenInstanceError(f"cannot assign to field {name!r}")
+        vars(self)[name] = value
+
+    def __delattr__(self, name: str) -> None:
+        raise FrozenInstanceError(f"cannot delete field {name!r}")
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.name}>"
 
     def parameter(self, name: str) -> Parameter | None:
         return next((p for p in self.parameters if p.name == name), None)
@@ -112,12 +126,12 @@ class Kind:
 
     def __reduce__(self) -> str | tuple:
         """Pickled by name: its functions are those of the process that reads it."""
-        from mbdsl.elements import kinds
+        from mbdsl.elements import find
 
-        return (_named, (self.name,)) if kinds().get(self.name) is self else object.__reduce_ex__(self, 2)
+        return (_named, (self.name,)) if find(self.name) is self else object.__reduce_ex__(self, 2)
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class BodyKind(Kind):
     """A kind with coordinates that carries frames (the ground: without coordinates).
 
@@ -137,7 +151,7 @@ class BodyKind(Kind):
     coordinates_of: Callable[[Mapping], tuple[str, ...]] | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class PairKind(Kind):
     """A kind between two frames, described by ``rows`` scalar coordinates g(z) of them.
 
@@ -151,7 +165,7 @@ class PairKind(Kind):
     ports: tuple[str, ...] = ("frame_a", "frame_b")
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class JointKind(PairKind):
     """A kind that requires g(z) = 0, or g(z) = u(t) in its last row if ``driver`` names the law parameter u, and
     Gamma = 0 for its ``velocity_rows``.
@@ -204,7 +218,7 @@ class JointKind(PairKind):
         return next((x.unit for x in self.reactions if x.name == name), None) or super().unit_of(name)
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class ForceKind(PairKind):
     """A kind that applies the wrench ``sign`` G^T s to its frames.
 
@@ -220,9 +234,12 @@ class ForceKind(PairKind):
 
 def _named(name: str) -> Kind:
     """The kind with the name in a pickle."""
-    from mbdsl.elements import kinds
+    from mbdsl.elements import find
 
-    return kinds()[name]
+    found = find(name)
+    if found is None:
+        raise LookupError(f"this version of mbdsl has no kind {name}")
+    return found
 
 
 def zero(*names: str) -> Callable[[Mapping], dict]:

@@ -178,7 +178,7 @@ def explain(
     if step is None and declared(method).steps[0] == "fixed":  # the cost of a step does not depend on its length
         step = min(scene.experiment.step or DEFAULT_STEP, stop - scene.experiment.start)
     motion = Motion(scene, plan(scene, method=method, step=step, stop=stop, interval=stop - scene.experiment.start))
-    announce_compilation(announce, lambda: motion.is_compiled)
+    announce_compilation(announce, motion.uncompiled)
     motion.prepare()
     return _receipt(motion, measured, signals)
 

@@ -290,6 +290,8 @@ def _of_nodes(nodes: list[tuple[str, tuple[int, ...], object]]) -> Expr:
 
 def leaves(*roots: Expr) -> list[Expr]:
     """The leaves of ``roots``: time, coordinates, inputs and multipliers that they depend on."""
+    if len(roots) == 1 and not roots[0].args:
+        return [roots[0]] if roots[0].op in LEAVES else []
     return [n for n in walk(*roots) if n.op in LEAVES]
 
 

@@ -82,7 +82,6 @@ def initial_state(
     InitialisationError
         If no state satisfies the constraints and fixed values, or none was found; it names them.
     """
-    given = list(system.scene.initial)
     metric = Metric(system, members)
     q, v = _assembled(system, graph, t, metric, relax, static, until)
     redundant = redundant_rows(system, t, q, v)
@@ -92,12 +91,24 @@ def initial_state(
         if (singular := singular_mass(system, t, q, v)) is not None:
             raise singular from problem
         raise
-    moved = []
-    found = values(system, [x.target for x in given], np.array([t]), q[None], v[None])
-    for item, value, size in zip(given, found, _sizes(system, given, t, q, v), strict=True):
-        if not item.fixed and abs(value[0] - item.value) > 1e-9 * max(size, abs(item.value)):
-            moved.append(Moved(item.name, item.value, float(value[0]), item.unit))
-    return InitialState(t, q, v, a, lam, tuple(moved), redundant)
+    return InitialState(t, q, v, a, lam, _moved(system, t, q, v), redundant)
+
+
+def _moved(system: System, t: float, q: Array, v: Array) -> tuple[Moved, ...]:
+    """The guesses that assembly has changed."""
+    guesses = [x for x in system.scene.initial if not x.fixed]
+    found = values(system, [x.target for x in guesses], np.array([t]), q[None], v[None])
+    pairs = [
+        (x, float(value[0]))
+        for x, value in zip(guesses, found, strict=True)
+        if abs(value[0] - x.value) > 1e-9 * abs(x.value)
+    ]
+    sizes = _sizes(system, [x for x, _ in pairs], t, q, v)
+    return tuple(
+        Moved(x.name, x.value, value, x.unit)
+        for (x, value), size in zip(pairs, sizes, strict=True)
+        if abs(value - x.value) > 1e-9 * size
+    )
 
 
 def _assembled(

@@ -35,16 +35,14 @@ def place(system: System, graph: MechanismGraph, t: float, given: list[InitialVa
     for placement in graph.tree():
         body = scene.components[placement.body]
         x, y, phi = 0.0, 0.0, 0.0
-        if placement.joint is not None:
-            x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, drivers)
         values_said = [said.get(scene.signal_of(body, key)) for key in POSITIONS]
         cx, cy, angle = values_said
         if placement.joint is not None and angle is None and cx is not None and cy is not None:
             values_said[2] = _aimed(system, placement.joint, body.name, pose, cx, cy)
         if placement.joint is not None and _driven(system, placement.joint, drivers):
             values_said = [None, None, None]  # a driver has priority over a guess
-        if values_said[2] is not None and placement.joint is not None:
-            # rotation about the joint instead of the centre of mass
+        if placement.joint is not None:
+            # a given angle is a rotation about the joint instead of the centre of mass
             x, y, phi = _by_joint(system, placement.joint, placement.body, pose, said, drivers, values_said[2])
         x, y, phi = (new if new is not None else old for new, old in zip(values_said, (x, y, phi), strict=True))
         d, model = tables.coordinates[body.name], tables.models[body.name]
@@ -120,10 +118,12 @@ def _by_joint(system, joint, body, pose, said, drivers, angle=None) -> tuple[flo
         found += [component.values.get(name) for name in names]
         return next((float(value) for value in found if value is not None), 0.0)
 
-    relative, along = known("angle"), known("along")
+    along = known("along")
     sx, sy, phi0 = _frame_pose(system, own)
-    turn = relative if forward else -relative
-    phi = angle if angle is not None else base[2] + turn - phi0
+    if angle is None:
+        relative = known("angle")
+        angle = base[2] + (relative if forward else -relative) - phi0
+    phi = angle
     axis = base[2] if forward else phi + phi0
     shift = along if forward else -along
     x, y = base[0] + shift * cos(axis), base[1] + shift * sin(axis)

@@ -75,7 +75,8 @@ class Undeformed:
         self.start, self.scale, self._names = np.array(start), np.array(scale), names
         self._of = np.array(keep, int)
         self._rigid = np.ones(len(start), bool)
-        self.angles = np.array([system.names()[k].endswith(".phi") for k in keep], bool)
+        angle = np.array([name.endswith(".phi") for name in system.names()], bool)
+        self.angles = angle[self._of]
         for _, first, _ in self.parts:
             self._rigid[first : first + 3] = False
             self.angles[first : first + 3] = False, False, True

@@ -23,6 +23,7 @@ from pathlib import Path
 from types import ModuleType
 
 from mbdsl import integrators
+from mbdsl.compilation import marks
 from mbdsl.errors import MbdslError, Span, UsageError
 from mbdsl.integrators.method import KERNELS, STEP_KERNELS, Method
 
@@ -149,6 +150,7 @@ def _executed(path: str) -> ModuleType:
         return known
     module = ModuleType(name)
     module.__file__ = os.path.abspath(path)
+    setattr(module, marks.TEXT, text.decode(errors="replace"))
     former = _modules.get(path)
     _modules[path] = sys.modules[name] = module  # numba and pickle find functions by their modules
     try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from mbdsl.elements import kinds
+from mbdsl.elements import find, kinds
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError
 from mbdsl.lang import foreign_kinds, foreign_names, quantities
@@ -40,9 +40,9 @@ def classify(d: s.Declaration, unit: Unit, around: Callable[[], list[s.Item]] = 
         return "table"
     kind = foreign_names.kind(name)
     quantity = quantities.type_unit(name) is not None
-    if quantity and (kind not in kinds() or d.value is not None or d.prefixes & {"parameter", "constant", "input"}):
+    if quantity and (find(kind) is None or d.value is not None or d.prefixes & {"parameter", "constant", "input"}):
         return "value"
-    if kind in kinds():
+    if find(kind) is not None:
         return kind
     raise no_type(d, unit, around)
 
@@ -82,5 +82,5 @@ def _end(d: s.Declaration, port: str, around: list[s.Item]) -> tuple[str, bool] 
     if not isinstance(found, s.Reference):
         return None
     owner = next((x for x in around if isinstance(x, s.Declaration) and x.name == found.steps[0].name), None)
-    known = kinds().get(foreign_names.kind(owner.type)) if owner is not None else None
+    known = find(foreign_names.kind(owner.type)) if owner is not None else None
     return write(found), isinstance(known, BodyKind)

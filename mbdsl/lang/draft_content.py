@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 
-from mbdsl.elements import kinds
+from mbdsl.elements import find
 from mbdsl.elements.kind import Kind
 from mbdsl.expressions import symbolic
 from mbdsl.lang import syntax as s
@@ -92,7 +92,7 @@ def _refers(node: object, d: s.Declaration, own: Sequence[str] = ()) -> bool:
 
 
 def _kind(d: s.Declaration) -> Kind | None:
-    return kinds().get(ALIASES.get(d.type, d.type))
+    return find(ALIASES.get(d.type, d.type))
 
 
 def _has_ports(d: s.Declaration) -> bool:

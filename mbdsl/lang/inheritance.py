@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from mbdsl.elements import kinds
+from mbdsl.elements import find
 from mbdsl.errors import ModelError
 from mbdsl.lang import foreign_names
 from mbdsl.lang import syntax as s
@@ -57,7 +57,7 @@ class Content:
         if found is None:
             if item.base.startswith(foreign_names.ICONS):
                 return
-            if foreign_names.kind(item.base) in kinds():
+            if find(foreign_names.kind(item.base)) is not None:
                 raise ModelError(f"`{item.base}` is a built-in kind, only models can be extended", span_of(item.at))
             hint = did_you_mean(item.base, unit.names(), "models here")
             raise ModelError(f"there is no model `{item.base}` to extend", span_of(item.at), hint)

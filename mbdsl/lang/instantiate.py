@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from math import prod
 
-from mbdsl.elements import kinds
+from mbdsl.elements import find
 from mbdsl.elements.kind import BodyKind
 from mbdsl.errors import ModelError
 from mbdsl.lang import functions, limits, values
@@ -222,7 +222,9 @@ class Instance:
         scope: Scope,
     ):
         """The function that makes a component of a kind."""
-        template = Template(kinds()[kind], modifiers)
+        declared = find(kind)
+        assert declared is not None
+        template = Template(declared, modifiers)
         frames = [a.e for a in arguments]
         template.unknown(d.name, frames)
 
@@ -243,7 +245,7 @@ class Instance:
         """Refuse a Shape of anything except a body or the ground at its declaration."""
         from mbdsl.lang.shapes import ICON, shapes_among
 
-        known = kinds().get(kind) if isinstance(kind, str) else None
+        known = find(kind) if isinstance(kind, str) else None
         if isinstance(known, BodyKind) and "outer" not in d.prefixes:
             return
         for shape in shapes_among(d.notes):

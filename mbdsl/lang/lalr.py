@@ -35,7 +35,7 @@ class Rule(NamedTuple):
     size: int
     name: str
     inline: bool  #: a single child replaces the node
-    splice: tuple[int, ...]  #: indices of children that are lists, from repetitions
+    splice: list[int]  #: indices of children that are lists, from repetitions
 
 
 class Tables(NamedTuple):
@@ -65,10 +65,8 @@ def tables() -> Tables:
             data = make()
     except (OSError, ValueError, KeyError):
         data = make()
-    terminals = data["symbols"]
-    states = [dict(zip((terminals[i] for i in row[::2]), row[1::2], strict=True)) for row in data["states"]]
-    rules = [Rule(r[0], r[1], r[2], r[3], tuple(r[4])) for r in data["rules"]]
-    return Tables(states, rules, data["start"], data["accept"])
+    rules = [Rule(*rule) for rule in data["rules"]]
+    return Tables(data["states"], rules, data["start"], data["accept"])
 
 
 def make() -> dict[str, Any]:
@@ -90,19 +88,16 @@ def make() -> dict[str, Any]:
     }
     used = sorted({x for row in found.values() for reduces, x in row.values() if reduces})
     number = {rule: i for i, rule in enumerate(used)}
-    symbols = sorted({symbol for row in found.values() for symbol in row})
     # States are numbered in the order in which they are reached, so that the same grammar always gives the same file.
     order = [table["start_states"][start] for start in STARTS]
     for state in order:
         following = (x for _, (reduces, x) in sorted(found[state].items()) if not reduces)
         order += [x for x in dict.fromkeys(following) if x not in order]
     position = {state: i for i, state in enumerate(order)}
-    states = []
-    for state in order:
-        row: list[int] = []
-        for symbol, (reduces, x) in sorted(found[state].items()):
-            row += [symbols.index(symbol), -1 - number[x] if reduces else position[x]]
-        states.append(row)
+    states = [
+        {symbol: -1 - number[x] if reduces else position[x] for symbol, (reduces, x) in sorted(found[state].items())}
+        for state in order
+    ]
     rules = []
     for rule in (memo[k] for k in used):
         name, alias, parts = rule["origin"]["name"], rule["alias"], rule["expansion"]
@@ -111,7 +106,6 @@ def make() -> dict[str, Any]:
         rules.append([name, len(parts), alias or name, inline, splice])
     return {
         "checksum": zlib.crc32(source),
-        "symbols": symbols,
         "states": states,
         "rules": rules,
         "start": {start: position[x] for start, x in table["start_states"].items()},

@@ -11,7 +11,6 @@ from mbdsl.lang import syntax as s
 from mbdsl.lang.lexer import NUMBER, Token, tokenize
 from mbdsl.lang.mbdyn import refuse_mbdyn
 from mbdsl.lang.source import At, Source, cover, span_of
-from mbdsl.lang.syntax_errors import explain
 from mbdsl.lang.unparse import write
 
 
@@ -36,6 +35,8 @@ def _run(source: Source, start: str) -> Any:
     try:
         return lalr.parse(tokens, start, _Builders(source).table())
     except lalr.Unexpected as e:
+        from mbdsl.lang.syntax_errors import explain
+
         raise explain(e, source, tokens, start) from None
 
 

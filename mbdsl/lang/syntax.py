@@ -6,17 +6,29 @@ Every node has its place (``at``), which comparisons ignore. :mod:`mbdsl.lang.un
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING
 
 from mbdsl.lang.source import At
 from mbdsl.lang.units import Unit
 
+if TYPE_CHECKING:
+    from typing_extensions import dataclass_transform
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+    @dataclass_transform(eq_default=False, frozen_default=True, field_specifiers=(field,))
+    def node(kind: type) -> type: ...
+
+else:
+    # Nodes are frozen for the type checker only: to generate the methods of frozen classes takes longer than all else
+    # of this file, and longer than to read a model.
+    node = dataclass(slots=True, eq=False, repr=False)
+
+
+@node
 class Node:
     """Any piece of syntax."""
 
     # Comparison and repr are written once, here: generating thirty would take a third of the start-up time.
-    at: At = field(default=None, compare=False, repr=False)
+    at: At = field(default=None, compare=False, repr=False, kw_only=True)
 
     def _content(self) -> tuple:
         return tuple(getattr(self, f.name) for f in fields(self) if f.compare)
@@ -35,14 +47,14 @@ class Node:
 # -- expressions ---------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Expression(Node):
     """A piece of syntax that has a value."""
 
     depth: int = field(default=1, compare=False, repr=False, kw_only=True)  #: operations inside each other
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Number(Expression):
     """``3 kg``"""
 
@@ -50,31 +62,31 @@ class Number(Expression):
     unit: Unit | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class String(Expression):
     """A text, ``"..."``."""
 
     value: str
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Boolean(Expression):
     """``true`` or ``false``"""
 
     value: bool
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Last(Expression):
     """``end`` as an index."""
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Everything(Expression):
     """``:`` as an index."""
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Step(Node):
     """One name of a reference with its indices."""
 
@@ -82,14 +94,14 @@ class Step(Node):
     indices: tuple[Expression, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Reference(Expression):
     """``arm.link[3].b``"""
 
     steps: tuple[Step, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Unary(Expression):
     """``-x``, ``not x``"""
 
@@ -97,7 +109,7 @@ class Unary(Expression):
     operand: Expression
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Binary(Expression):
     """``x + y``"""
 
@@ -106,7 +118,7 @@ class Binary(Expression):
     right: Expression
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Choice(Expression):
     """``if`` condition ``then`` value, ... ``else`` value"""
 
@@ -114,7 +126,7 @@ class Choice(Expression):
     otherwise: Expression
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Range(Expression):
     """``start:step:stop``"""
 
@@ -123,7 +135,7 @@ class Range(Expression):
     stop: Expression
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Array(Expression):
     """``{a, b} unit``; a matrix ``[a, b; c, d]`` is an array of arrays."""
 
@@ -131,7 +143,7 @@ class Array(Expression):
     unit: Unit | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Iterator(Node):
     """``i in 1:N``"""
 
@@ -139,7 +151,7 @@ class Iterator(Node):
     values: Expression
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Comprehension(Expression):
     """``{item for i in 1:N}``"""
 
@@ -148,7 +160,7 @@ class Comprehension(Expression):
     unit: Unit | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Argument(Node):
     """One argument of a call or modifier: a value alone, or ``name(modifiers) = value``."""
 
@@ -160,14 +172,14 @@ class Argument(Node):
     final: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Literal(Expression):
     """A value that the Builder inserts into the tree; text never creates one."""
 
     value: object
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Call(Expression):
     """``f(x)``, or modifiers after a name"""
 
@@ -178,12 +190,12 @@ class Call(Expression):
 # -- declarations --------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Item(Node):
     """An item of a model."""
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Declaration(Item):
     """``parameter Real k[3](min = 0) = {1, 2, 3} if c "doc"``"""
 
@@ -199,7 +211,7 @@ class Declaration(Item):
     type_at: At = field(default=None, compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Extends(Item):
     """``extends Base(m = 1 kg);``"""
 
@@ -207,14 +219,14 @@ class Extends(Item):
     arguments: tuple[Argument, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Annotation(Item):
     """``annotation(...);``"""
 
     arguments: tuple[Argument, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Connect(Item):
     """``connect(a, b);``"""
 
@@ -222,7 +234,7 @@ class Connect(Item):
     second: Expression
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Relation(Item):
     """Any other equation; it occurs only in error messages."""
 
@@ -230,7 +242,7 @@ class Relation(Item):
     right: Expression | None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Initial(Item):
     """``guess rod.phi = 10 deg;``"""
 
@@ -239,7 +251,7 @@ class Initial(Item):
     value: Expression
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class For(Item):
     """``for i in 1:N loop ... end for;``"""
 
@@ -247,14 +259,14 @@ class For(Item):
     items: tuple[Item, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class If(Item):
     """``if condition then ... else ... end if;``, the condition of ``else`` is None"""
 
     branches: tuple[tuple[Expression | None, tuple[Item, ...]], ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Model(Node):
     """``model Name ... end Name;``"""
 
@@ -266,7 +278,7 @@ class Model(Node):
     partial: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class Import(Node):
     """``import "parts.mbd" as parts;``"""
 
@@ -274,7 +286,7 @@ class Import(Node):
     alias: str = ""
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@node
 class File(Node):
     """A whole text: imports and models."""
 

@@ -104,4 +104,5 @@ class _LawsFirst:
 
 def names(kind: Kind, given: Iterable[str], friction: bool) -> tuple[str, ...]:
     """Names of the signals of a component with the laws ``given``, and with or without ``friction``."""
-    return tuple(dict.fromkeys([*(name for name in kind.formulas if friction or name != "friction"), *given]))
+    own = [name for name in kind.formulas if friction or name != "friction"]
+    return tuple(dict.fromkeys([*own, *given]))

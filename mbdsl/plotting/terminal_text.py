@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import sys
-import textwrap
 from contextlib import suppress
 from typing import TextIO
 
@@ -40,6 +38,8 @@ def columns(stream: TextIO, least: int = LEAST) -> int | None:
         with suppress(OSError, ValueError, AttributeError):  # shutil looks at standard output only
             if found := os.get_terminal_size(stream.fileno()).columns:
                 return max(least, found)
+    import shutil  # its import takes longer than most commands need to write their lines
+
     return max(least, shutil.get_terminal_size((USUAL, 24)).columns)
 
 
@@ -70,6 +70,8 @@ def wrapped(line: str, size: int) -> list[str]:
     if (last := LAST_COLUMN.match(line)) and last.end() <= (1.0 - ROOM) * size:
         indent = last.end()
     more = " " * indent
+    import textwrap
+
     return textwrap.wrap(line, size, subsequent_indent=more, break_long_words=False, break_on_hyphens=False)
 
 
@@ -92,6 +94,8 @@ def fitted(rows: list[list[str]], size: int, flexible: int) -> list[list[str]]:
 
     A row becomes as many rows as its text has pieces; the other cells are in the first of them.
     """
+    import textwrap
+
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     room = size - sum(widths) + widths[flexible] - 2 * (len(widths) - 1)
     found = []

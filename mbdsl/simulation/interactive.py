@@ -115,7 +115,7 @@ class Simulation:
         # no stop time: it lies 2^52 steps ahead
         plan = Plan(self.method, self.h, begin, begin + self.h * 2.0**52, np.array([]), given, general)
         self._motion = motion = Motion(scene, plan)
-        announce_compilation(None, lambda: motion.is_compiled)
+        announce_compilation(None, motion.uncompiled)
         motion.prepare()
         self.system = self._motion.system
         self._record = record

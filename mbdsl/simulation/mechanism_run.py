@@ -111,20 +111,20 @@ class Motion:
         self._own_steps = plan.tol is not None or backend(plan.method) is not None  # different for each part
         self._taken = 0
 
-    @property
-    def is_compiled(self) -> bool:
-        """Whether all necessary code is compiled."""
-        return all(self._is_compiled(part, system) for part, system in self._pairs())
+    def uncompiled(self) -> list[str]:
+        """Descriptions of the code that has to be compiled; [] if none."""
+        found = [text for part, system in self._pairs() for text in self._uncompiled(part, system)]
+        return list(dict.fromkeys(found))
 
     def _pairs(self):
         return zip(self.reduction.parts, self._systems, strict=True)
 
-    def _is_compiled(self, part: Part, system: System) -> bool:
+    def _uncompiled(self, part: Part, system: System) -> list[str]:
         method = KINEMATIC if part.kinematic else self.plan.method
-        code = system.module_name(declared(method).sets)
-        return code_cache.is_compiled(code) and (
-            backend(method) is not None or code_cache.is_compiled(loop_name(method))
-        )
+        found = system.uncompiled(declared(method).sets)
+        if backend(method) is None and not code_cache.is_compiled(loop_name(method)):
+            found.append(f"method {method}")
+        return found
 
     def prepare(self, lap: Callable[[str], None] = lambda phase: None) -> None:
         """Compile or load the code, and assemble the initial states; ``lap`` is called after each phase."""

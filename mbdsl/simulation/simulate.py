@@ -95,8 +95,8 @@ def simulated(
     if not motion.plan.streamed:
         stream = None
     lap("build")
-    announce_compilation(announce, lambda: motion.is_compiled)
-    announce_phase(progress, "loading or compiling code")
+    missing = announce_compilation(announce, motion.uncompiled)
+    announce_phase(progress, f"compiling {' and '.join(missing)}" if missing else "loading code")
 
     def ready(phase: str) -> None:
         lap(phase)

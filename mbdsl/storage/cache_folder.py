@@ -17,7 +17,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
@@ -29,12 +29,13 @@ LARGEST = 500_000_000  #: largest size of the machine code in bytes; the least r
 ABANDONED = 600.0  #: seconds after which an incomplete file has no writer any more
 FORGOTTEN = 86400.0  #: seconds after which a temporary folder belongs to a killed process; each use renews it
 PROBE = 1 << 18  #: bytes, about the size of the largest object
+ATTEMPTS = 10  #: a file is written again if other processes clear the folder at the same time
 HANDED = "MBDSL_CACHE_OWN"  #: variable by which a process passes its temporary folder to the processes that it starts
 
 TEMPORARY = re.compile(r"mbdsl-cache-(\d{1,9})-\w+")
 VERSION = re.compile(r"\d[\w.+]*-py\d+-[0-9a-f]{16}")
 CODE = re.compile(r"(\w+)\.(?:o|bc|py|ordinary)")
-MACHINE_CODE = (".o", ".bc")  #: suffixes of objects, and of pieces of them
+MACHINE_CODE = (".o",)  #: suffixes of objects
 NUMBA = re.compile(r"[0-9a-f]{16}")
 RUN = re.compile(r"[0-9a-f]{32}(?:-[0-9a-f]{12})?\.npz")
 PART = re.compile(r"\.?[\w.-]+\.\d+\.\d+\.part")
@@ -43,6 +44,7 @@ STUDIES = "studies"
 
 _lock = threading.RLock()
 _said: list[str] = []
+_written: dict[Path, int] = {}  #: bytes of machine code that this process has written since it last pruned a folder
 
 
 @dataclass(frozen=True)
@@ -148,11 +150,12 @@ def say(problem: str) -> None:
     _said.append(problem)
 
 
-def compiling() -> str:
-    """The announcement of a compilation."""
+def compiling(what: Sequence[str] = ()) -> str:
+    """The announcement of a compilation of code with these descriptions."""
+    named = f": {' and '.join(what)}" if what else ""
     if own() == chosen().path and not _said:
-        return "compiling for the first time; the result is kept, later runs start at once ..."
-    return "compiling for the first time; the result cannot be kept ..."
+        return f"compiling for the first time{named}; the result is kept, later runs start at once ..."
+    return f"compiling for the first time{named}; the result cannot be kept ..."
 
 
 def environment() -> Mapping[str, str]:
@@ -206,7 +209,7 @@ def keep(name: str, data: bytes) -> Path | None:
     try:
         fault = _write(path, data)
         if not fault and path.suffix in MACHINE_CODE:
-            prune(folder)
+            _prune_sometimes(folder, len(data))
     except OSError as problem:
         fault = f"cannot write `{path}` ({problem.strerror or problem})"
     if fault:
@@ -214,17 +217,30 @@ def keep(name: str, data: bytes) -> Path | None:
     return None if fault else path
 
 
-def _write(path: Path, data: bytes, again: bool = True) -> str:
-    trusted_files.make(path.parent)
-    if fault := trusted_files.fault_of(path.parent):
-        return fault
+def _prune_sometimes(folder: Path, size: int) -> None:
+    """Prune at the first file that a process writes, and after each hundredth of ``LARGEST``.
+
+    A look at all files of a full cache takes longer than the compilation of a small kernel.
+    """
+    with _lock:
+        written = _written.get(folder, LARGEST) + size
+        due = written > LARGEST // 100
+        _written[folder] = 0 if due else written
+    if due:
+        prune(folder)
+
+
+def _write(path: Path, data: bytes, attempts: int = ATTEMPTS) -> str:
     try:
+        trusted_files.make(path.parent)
+        if fault := trusted_files.fault_of(path.parent):
+            return fault
         if _contents(path) != data:  # other processes look at the time of writing
             trusted_files.write(path, data)
-    except FileNotFoundError:  # another process has removed the empty folder
-        if not again:
+    except (FileNotFoundError, FileExistsError):  # another process has removed the empty folder, or is removing it
+        if attempts <= 1:
             raise
-        return _write(path, data, again=False)
+        return _write(path, data, attempts - 1)
     return ""
 
 

@@ -6,22 +6,27 @@ printed if standard error is a file or a pipe, in worker processes, and by the c
 
 from __future__ import annotations
 
-import multiprocessing
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-
-from mbdsl.storage import cache_folder
 
 _silent = 0
 
 
-def announce_compilation(announce: Callable[[str], None] | None, is_compiled: Callable[[], bool]) -> None:
-    """Call ``announce``, by default a function that prints, if code has to be compiled."""
+def announce_compilation(
+    announce: Callable[[str], None] | None, uncompiled: Callable[[], Sequence[str]]
+) -> Sequence[str]:
+    """Call ``announce``, by default a function that prints, if code has to be compiled.
+
+    ``uncompiled()`` are the descriptions of this code. They are returned, or () if nothing can be announced.
+    """
     if announce is None and not _is_shown():
-        return
-    if not is_compiled():
-        (announce or _print)(cache_folder.compiling())
+        return ()
+    if what := uncompiled():
+        from mbdsl.storage import cache_folder  # the command line imports this module at every start
+
+        (announce or _print)(cache_folder.compiling(what))
+    return what
 
 
 @contextmanager
@@ -36,13 +41,19 @@ def silent() -> Iterator[None]:
 
 
 def _is_shown() -> bool:
-    if _silent or sys.stderr is None or multiprocessing.parent_process() is not None:
+    if _silent or sys.stderr is None or _is_worker():
         return False
     if type(sys.stderr).__module__.startswith("ipykernel."):  # a notebook, which is not a terminal
         return True
     with suppress(OSError, ValueError, AttributeError):  # a closed stream
         return sys.stderr.isatty()
     return False
+
+
+def _is_worker() -> bool:
+    """Whether :mod:`multiprocessing` started this process. A process that has not imported it is none."""
+    loaded = sys.modules.get("multiprocessing")
+    return loaded is not None and loaded.parent_process() is not None
 
 
 def _print(line: str) -> None:

@@ -134,6 +134,10 @@ def make(folder: Path) -> None:
             raise
         make(folder.parent)
         folder.mkdir(mode=0o700, exist_ok=True)
+    except FileExistsError:
+        if os.path.lexists(folder):  # a file
+            raise
+        make(folder)  # another process has removed the folder in the meantime
 
 
 def part_of(path: Path) -> Path:

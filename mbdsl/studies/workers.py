@@ -32,7 +32,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from mbdsl.compilation import code_cache
 from mbdsl.integrators import method_files
 from mbdsl.storage import cache_folder
 from mbdsl.studies.cases import Case, Setting
@@ -242,7 +241,6 @@ def _begin(setting: bytes, folder: Path, methods: tuple[str, ...]) -> None:
     nothing = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nothing, 1)
     os.dup2(nothing, 2)
-    code_cache.alone()
     for path in methods:
         method_files.load(path)
     _work = pickle.loads(setting), Store(folder)

@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import importlib
 import json
-import subprocess
+from typing import TYPE_CHECKING
 
 from mbdsl.compilation import code_cache
 from mbdsl.system.emit import load
 from mbdsl.system.structure import Block
+
+if TYPE_CHECKING:
+    import subprocess
 
 
 def start(blocks: list[Block], has_tape: bool, sets: int) -> subprocess.Popen | None:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from types import ModuleType
 
 from mbdsl.bodies.contract import POSITIONS, Body, Pose, model_class
-from mbdsl.elements import modules
+from mbdsl.elements import declaring
 from mbdsl.elements.kind import BodyKind
 from mbdsl.mechanism.scene import Component
 
 
 def motion_module(component: Component) -> ModuleType:
     """The module whose kernels move a body's frames; for kinds with several modules it depends on the values."""
-    found = modules()[component.kind.name].motion
+    found = declaring(component.kind).motion
     found = found(component.values) if callable(found) else found
     model_class(found)  # checks the contract
     return found

@@ -82,6 +82,10 @@ def gradients(system: System, roots: Iterable[Expr], t: float, q: Array, v: Arra
     d_v: list[tuple[int, int, float]] = []
     tt, qq, vv = np.array([t]), q[None, :], v[None, :]
     for i, root in enumerate(roots):
+        if root.op == "coordinate" and system.scene.frames[root.value[0]].motion is None:  # type: ignore[index]
+            value[i] = frame_coordinate(system, *root.value, qq, vv, tt)[0]  # type: ignore[misc]
+            _chain(system, root, 1.0, q, v, i, d_q, d_v)
+            continue
         variables = [leaf for leaf in leaves(root) if leaf.op == "coordinate"]
         found = values(system, [root, *diff(root, *variables)], tt, qq, vv)
         value[i] = found[0][0]
@@ -115,6 +119,6 @@ def _chain(system: System, leaf: Expr, partial: float, q: Array, v: Array, row: 
     B, rate = body.gradient(pose, q[d : d + body.n], v[d : d + body.n])
     velocity = key in VELOCITIES
     k = (VELOCITIES if velocity else POSITIONS).index(key)
-    (d_v if velocity else d_q).extend((row, d + int(j), partial * B[k, j]) for j in np.flatnonzero(B[k]))
+    (d_v if velocity else d_q).extend((row, d + j, partial * x) for j, x in enumerate(B[k].tolist()) if x)
     if velocity:
-        d_q.extend((row, d + int(j), partial * rate[k, j]) for j in np.flatnonzero(rate[k]))
+        d_q.extend((row, d + j, partial * x) for j, x in enumerate(rate[k].tolist()) if x)

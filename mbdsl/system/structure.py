@@ -6,7 +6,7 @@ import importlib
 from dataclasses import dataclass
 from types import ModuleType
 
-from mbdsl.elements import modules
+from mbdsl.elements import declaring, modules
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.expressions.symbolic import Expr, expr
 from mbdsl.mechanism.scene import Component, Scene
@@ -47,11 +47,10 @@ class Block:
 def find_blocks(scene: Scene, general: bool = False) -> list[Block]:
     """The blocks of ``scene``, in the order of their loops; if ``general``, with empty ones of all other kinds."""
     groups: dict[tuple, list[Component]] = {}
-    table = modules()
     if general:
-        groups = {key: [] for module in table.values() for key in _every_key(module)}
+        groups = {key: [] for module in modules().values() for key in _every_key(module)}
     for c in scene.components.values():
-        module = table[c.kind.name]
+        module = declaring(c.kind)
         if isinstance(c.kind, BodyKind) and c.kind.coordinates:
             groups.setdefault((0, "body", motion_module(c).__name__, False), []).append(c)
         elif isinstance(c.kind, JointKind):

@@ -8,7 +8,6 @@ those of Phi first; in what follows, ``lam`` is this vector.
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -17,12 +16,13 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.compilation import buffer_layout
+from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.expressions.symbolic import Expr, const, substitute
 from mbdsl.mechanism.extreme_numbers import blame_extremes
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.graph import build as build_graph
 from mbdsl.mechanism.scene import Scene
+from mbdsl.messages import few
 from mbdsl.system import background_compilation, emit, switches
 from mbdsl.system.body_models import at_rest
 from mbdsl.system.build_tables import build_tables
@@ -34,6 +34,8 @@ from mbdsl.system.time_events import time_events
 from mbdsl.system.workspace import Workspace
 
 if TYPE_CHECKING:
+    import subprocess
+
     from scipy.sparse import csr_array
 
 Array = NDArray[np.float64]
@@ -114,6 +116,13 @@ class System:
     def module_name(self, sets: int = 1) -> str:
         """The name of the emitted module of this structure."""
         return emit.module_name(emit.emit(self.tables.blocks, self.tables.has_tape, sets))
+
+    def uncompiled(self, sets: int = 1) -> list[str]:
+        """A description of the kernels, if they have to be compiled; [] if not."""
+        if code_cache.is_compiled(self.module_name(sets)):
+            return []
+        names = dict.fromkeys(b.name.removesuffix("_kernels").replace("_", " ") for b in self.tables.blocks)
+        return [f"a new combination of elements ({few(names)})"]
 
     def compile_beside(self, sets: int = 1) -> subprocess.Popen | None:
         """Start compiling the kernels in another process; None if no process can be started."""

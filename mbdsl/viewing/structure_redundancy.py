@@ -30,8 +30,8 @@ def redundancy(graph: MechanismGraph, announce: Callable[[str], None] | None) ->
 
     system = build(graph.scene, graph)
     sets = 2 if code_cache.is_compiled(system.module_name(2)) else 1
-    if announce is not None and not code_cache.is_compiled(system.module_name(sets)):
-        announce(cache_folder.compiling())
+    if announce is not None and (what := system.uncompiled(sets)):
+        announce(cache_folder.compiling(what))
     system.kernels(sets)
     t, v = float(graph.scene.experiment.start), np.zeros(system.n)
     try:

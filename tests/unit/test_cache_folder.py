@@ -439,6 +439,44 @@ def test_what_was_not_used_for_longest_goes(folder, monkeypatch):
     assert sum(entry.size for entry in cache_folder.code(folder)) == 3000
 
 
+def test_a_process_looks_at_all_files_once_and_after_much_writing(folder, monkeypatch):
+    looked = []
+    monkeypatch.setattr(cache_folder, "LARGEST", 100_000)
+    monkeypatch.setattr(cache_folder, "prune", looked.append)
+    for k in range(10):
+        cache_folder.keep(f"{VERSION}/mbdsl_{k}.o", bytes(400))
+    assert looked == [folder] * 4  # at 400, 1600, 2800 and 4000 bytes: more than 1000 since the last
+
+
+BUSY = """
+import sys
+from pathlib import Path
+from mbdsl.storage import cache_folder
+
+cache_folder.LARGEST = 20_000
+seed = int(sys.argv[1])
+for k in range(80):
+    at = (7 * k + seed) % 11
+    cache_folder.keep(f"{sys.argv[2]}/mbdsl_{at}.o", bytes([at]) * (1000 + at))
+    found = cache_folder.read(f"{sys.argv[2]}/mbdsl_{(at + seed) % 11}.o")
+    assert found is None or found == found[:1] * (1000 + found[0]), len(found)
+    if k % 20 == seed:
+        cache_folder.clear(cache_folder.chosen().path)
+    if k % 10 == seed:
+        cache_folder.prune(cache_folder.chosen().path)
+"""
+
+
+def test_processes_that_write_read_and_remove_at_the_same_time(folder):
+    """No failure, no message, and no file that is not whole."""
+    command = [sys.executable, "-c", BUSY]
+    running = [
+        subprocess.Popen([*command, str(k), VERSION], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        for k in range(4)
+    ]
+    assert [(process.communicate()[0], process.returncode) for process in running] == [("", 0)] * 4
+
+
 def test_a_folder_that_another_process_has_just_removed(folder, monkeypatch):
     """The folder is as it was when it was empty."""
     real = trusted_files.write
@@ -486,8 +524,25 @@ def test_the_command_shows_what_there_is(folder, say):
     assert say("cache") == (
         0,
         f"folder: {folder}\nmachine code: 4 entries, 0.5 MB (limit: 500 MB)\n"
+        "  of other versions and settings: 4 entries, 0.5 MB, in 1 folder\n"
         "runs of studies: 2 entries, 0.2 MB (limit: 1000 MB)\n",
         "",
+    )
+
+
+def test_the_command_shows_the_kinds_of_code(folder, say):
+    version = code_cache.version()
+    planted(folder, f"{version}/mbdsl_method_newmark.o", bytes(200_000))
+    planted(folder, f"{version}/mbdsl_method_newmark.py", bytes(100_000))
+    for name in "ab":
+        planted(folder, f"{version}/mbdsl_emitted_{name}.o", bytes(100_000))
+    planted(folder, f"{version}/mbdsl_kind_rod.py", bytes(100_000))
+    planted(folder, OBJECT, bytes(400_000))
+    assert say("cache")[1] == (
+        f"folder: {folder}\nmachine code: 5 entries, 1.0 MB (limit: 500 MB)\n"
+        "  step loops: 1 entry, 0.3 MB\n  equations: 2 entries, 0.2 MB\n  other files: 1 entry, 0.1 MB\n"
+        "  of other versions and settings: 1 entry, 0.4 MB, in 1 folder\n"
+        "runs of studies: 0 entries, 0.0 MB (limit: 1000 MB)\n"
     )
 
 

@@ -10,7 +10,6 @@ import pytest
 import mbdsl
 from mbdsl.cli import main
 from mbdsl.compilation import code_cache
-from mbdsl.simulation.mechanism_run import Motion
 from mbdsl.system import System
 
 MODEL = Path(__file__).parents[2] / "models" / "slider_crank.mbd"
@@ -35,7 +34,6 @@ Kernel = type("OutStream", (io.StringIO,), {"__module__": "ipykernel.iostream"})
 @pytest.fixture
 def uncompiled(monkeypatch):
     """As if no code were in the cache."""
-    monkeypatch.setattr(Motion, "is_compiled", False)
     monkeypatch.setattr(code_cache, "is_compiled", lambda name: False)
     monkeypatch.setattr(System, "compile_beside", lambda system, sets: None)  # it starts a process
 
@@ -50,7 +48,7 @@ def said(monkeypatch, stream, call):
 @pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
 def test_one_line_in_a_terminal_and_in_a_notebook(uncompiled, monkeypatch, capsys, stream, call):
     text = said(monkeypatch, stream(), call)
-    assert text.startswith("mbdsl: compiling for the first time; ")
+    assert text.startswith("mbdsl: compiling for the first time: a new combination of elements (rigid body, ")
     assert text.count("\n") == 1
     assert capsys.readouterr().out == ""
 
@@ -58,7 +56,6 @@ def test_one_line_in_a_terminal_and_in_a_notebook(uncompiled, monkeypatch, capsy
 @pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
 def test_nothing_if_the_code_is_compiled(monkeypatch, call):
     monkeypatch.setattr(code_cache, "is_compiled", lambda name: True)
-    monkeypatch.setattr(Motion, "is_compiled", True)
     assert said(monkeypatch, Terminal(), call) == ""
 
 
@@ -75,7 +72,8 @@ def test_a_given_function_replaces_the_line(uncompiled, monkeypatch):
     lines = []
     assert said(monkeypatch, Terminal(), lambda: CALLS["simulate"](announce=lines.append)) == ""
     assert len(lines) == 1
-    assert lines[0].startswith("compiling for the first time")
+    assert lines[0].startswith("compiling for the first time: a new combination of elements (")
+    assert " and method hht-si2; the result " in lines[0]
 
 
 def test_the_command_line_says_it_once_or_not_at_all(uncompiled, monkeypatch, tmp_path):

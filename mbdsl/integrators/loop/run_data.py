@@ -1,6 +1,6 @@
 """Named groups, arguments of the kernels: the kernels of the method; the functions of the scene and the buffers.
 
-numba resolves named tuples at compilation: a kernel reads only those fields that it uses.
+Named tuples are resolved at compilation: a kernel reads only those fields that it uses.
 """
 
 from __future__ import annotations
@@ -38,6 +38,18 @@ class Formulas(NamedTuple):
     estimate: Callable
     local_error: Callable
     change_step: Callable
+
+
+class Stages(NamedTuple):
+    """The kernels of a method with several stages that :mod:`mbdsl.integrators.methods.radau_step` calls."""
+
+    predict: Callable  #: (ratio, steps_behind, run): the unknowns from those of the last step
+    residuals: Callable  #: (t, h, run): residuals of all stages of a step from t
+    constraint_size: Callable  #: (run): largest residual of the constraints on positions
+    matrices: Callable  #: (t, h, still, run): the iteration matrices, factorised; False if that failed
+    correct: Callable  #: (h, unit, run): Newton's correction, and its size
+    finish: Callable  #: (h, run): the end of the step
+    estimate: Callable  #: (h, speed, run): the error of the embedded formula
 
 
 class RunData(NamedTuple):

@@ -81,7 +81,7 @@ from mbdsl.integrators.methods.dop853_stages import (
     has_friction,
     solve_stages,
 )
-from mbdsl.integrators.methods.radau5 import before_switch, fitted, update_switches
+from mbdsl.integrators.methods.radau_step import before_switch, fitted, update_switches
 
 #: h |lambda| at the limit of stability; number of stiff steps after which the model is stiff, and of other steps after
 #: which these do not count; a controlled run that needs fewer further steps is not stopped

@@ -8,7 +8,6 @@ from scipy.special import ellipj, ellipk
 
 import mbdsl
 from mbdsl import Builder
-from mbdsl.compilation import code_cache
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.initial.consistent import initial_state
 from mbdsl.integrators import compiled as methods
@@ -249,23 +248,6 @@ def test_the_same_twice_and_in_pieces(method):
     assert np.array_equal(runs[0].integers, runs[2].integers)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_the_loop_allocates_nothing(method):
-    """numba counts what compiled code allocates: as much in a thousand steps as in one."""
-    if not code_cache.enabled():
-        pytest.skip("nothing is compiled")
-    from numba.core.runtime import _nrt_python, rtsys
-
-    _nrt_python.memsys_enable_stats()
-    run = begun(method)
-    counts = []
-    for steps in (1, 1, 1000):
-        before = rtsys.get_allocation_stats().alloc
-        run.advance(steps)
-        counts.append(rtsys.get_allocation_stats().alloc - before)
-    assert counts[1] == counts[2]
-
-
 # -- errors ----------------------------------------------------------------------------------------------------
 
 
@@ -357,8 +339,8 @@ def test_counts(method):
     if methods()[method].stable < np.inf:  # explicit: 12 stages; one to three evaluations are for the projection
         assert 13 * s["steps"] <= s["iterations"] <= 15 * s["steps"] and s["factorisations"] == 12 * s["steps"]
         return
-    # stages of order 5 are solved to rounding where steps are fixed
-    assert s["steps"] <= s["iterations"] <= (4 if methods()[method].order == 5 else 3) * s["steps"]
+    # stages of order 5 and more are solved to rounding where steps are fixed
+    assert s["steps"] <= s["iterations"] <= (4 if methods()[method].order >= 5 else 3) * s["steps"]
     assert 0 < s["factorisations"] < 0.5 * s["steps"]
     assert set(s["seconds"]) == {"parse", "build", "compile", "initialise", "integrate", "write"}
 

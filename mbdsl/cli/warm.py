@@ -1,0 +1,103 @@
+"""mbdsl warm: compile code before it is needed."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from typing import TYPE_CHECKING
+
+from mbdsl.cli import _values as values
+from mbdsl.cli._progress import Preparation
+from mbdsl.errors import UsageError
+from mbdsl.messages import count
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from mbdsl.simulation.code_preparation import Code
+
+
+def register(subparsers) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "warm",
+        help="compile code before it is needed",
+        description="Compile the step loops of all methods and the equations of models, and keep the machine code in "
+        "the cache folder, so that later runs start at once: for images, for continuous integration, and after an "
+        "update. Code that is there already is not compiled again.",
+    )
+    parser.add_argument("models", metavar="MODEL", nargs="*", help="files of models (.mbd)")
+    values.add_methods(parser, "all own methods")
+    parser.add_argument(
+        "--jobs", metavar="N", type=_jobs, help="number of processes at the same time; default: one for each processor"
+    )
+    parser.add_argument(
+        "--bytecode",
+        action="store_true",
+        help="write the bytecode of mbdsl as well, which PYTHONDONTWRITEBYTECODE and some installers prevent",
+    )
+    parser.add_argument("--quiet", action="store_true", help="print errors only")
+    return parser
+
+
+def _jobs(text: str) -> int:
+    if not (text.isdecimal() and 0 < int(text) < 1000):
+        raise argparse.ArgumentTypeError(f"expected a number of processes above 0, found `{text}`")
+    return int(text)
+
+
+def run(args: argparse.Namespace) -> int:
+    from mbdsl.compilation import code_cache
+    from mbdsl.lang.load import load
+    from mbdsl.simulation import code_preparation
+    from mbdsl.storage import cache_folder
+
+    folder = cache_folder.chosen()
+    if problem := folder.fault or cache_folder.unwritable(folder.path):
+        raise UsageError(f"machine code cannot be kept: {problem}", hint="see `mbdsl cache`")
+    if not code_cache.enabled():
+        raise UsageError("kernels are not compiled: NUMBA_DISABLE_JIT is set, or llvmlite is not installed")
+    scenes = [(os.path.basename(path), load(path)) for path in args.models]
+    if args.bytecode:
+        _write_bytecode(args.quiet)
+    found = code_preparation.codes(scenes, args.methods or ())
+    _prepare(found, args)
+    return 0
+
+
+def _prepare(found: Sequence[Code], args: argparse.Namespace) -> None:
+    from time import perf_counter
+
+    from mbdsl.simulation import code_preparation
+    from mbdsl.storage import cache_folder
+
+    began, missing = perf_counter(), sum(not code.is_ready for code in found)
+    line = None if args.quiet else Preparation(sys.stderr)
+
+    def done(code: Code, seconds: float) -> None:
+        if line:
+            line.close()
+            print(f"{code.what}: {seconds:.1f} s", flush=True)
+
+    try:
+        jobs = args.jobs or os.cpu_count() or 1
+        code_preparation.prepare(found, jobs, line or (lambda progress: None), done)
+    finally:
+        if line:
+            line.close()
+    if not args.quiet:
+        compiled = f"{missing} compiled in {perf_counter() - began:.1f} s" if missing else "nothing to compile"
+        print(f"{count(len(found), 'module')}: {compiled}, {len(found) - missing} there already")
+        print(f"folder: {cache_folder.chosen().path}")
+
+
+def _write_bytecode(quiet: bool) -> None:
+    """Write the bytecode of the package; Python reads it also where it does not write any."""
+    import compileall
+    from pathlib import Path
+
+    package = Path(__file__).parents[1]
+    if not compileall.compile_dir(str(package), quiet=2, workers=0):
+        raise UsageError(f"cannot write the bytecode of `{package}`", hint="only its owner can")
+    if not quiet:
+        print(f"bytecode: {package}")

@@ -1,0 +1,142 @@
+"""Calls in kernels: of other kernels, of compiled functions by their address, of mathematical functions."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+from collections.abc import Callable
+
+from mbdsl.compilation import marks
+from mbdsl.compilation.kernel_arrays import Arrays
+from mbdsl.compilation.kernel_code import returned
+from mbdsl.compilation.kernel_types import (
+    BOOL,
+    FLOAT,
+    INT,
+    Array,
+    Fixed,
+    Group,
+    Pointer,
+    Scalar,
+    Untranslatable,
+    Value,
+    constant,
+    group,
+    join,
+    of_argument,
+)
+
+#: functions of floats -> the intrinsic or the function of the C library
+INTRINSICS = {"sin": "llvm.sin.f64", "cos": "llvm.cos.f64", "sqrt": "llvm.sqrt.f64", "exp": "llvm.exp.f64"}
+INTRINSICS |= {"log": "llvm.log.f64", "log10": "llvm.log10.f64", "floor": "llvm.floor.f64", "ceil": "llvm.ceil.f64"}
+LIBRARY = {name: name for name in "tan sinh cosh tanh hypot atan2 asin acos atan".split()}
+LIBRARY |= {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2"}
+
+
+class Calls(Arrays):
+    def on_Call(self, node: ast.Call) -> Value:
+        function = self.value(node.func)
+        arguments = [self.value(x) for x in node.args]
+        named = {x.arg: self.value(x.value) for x in node.keywords}
+        if isinstance(function.type, Pointer):
+            return self.pointer_call(function, arguments)
+        if not isinstance(function.type, Fixed):
+            raise Untranslatable(f"`{ast.unparse(node)}`")
+        called = function.type.value
+        if isinstance(called, type) and hasattr(called, "_fields"):
+            return group([*arguments, *(named[f] for f in called._fields[len(arguments) :])], called)
+        called = getattr(called, "py_func", called)
+        if callable(called) and getattr(called, "__mbdsl_kernel__", False):
+            return self.kernel_call(called, arguments, named)
+        if named or not callable(called):
+            raise Untranslatable(f"`{ast.unparse(node)}`")
+        return self.builtin_call(called, arguments, node)
+
+    def kernel_call(self, called: Callable, arguments: list[Value], named: dict) -> Value:
+        bound = inspect.signature(called).bind(*arguments, **named)
+        bound.apply_defaults()
+        given = [x if isinstance(x, Value) else constant(x) for x in bound.arguments.values()]
+        symbol, gives = self.module.kernel(called, tuple(x.type for x in given))
+        passed = ", ".join(f"{leaf} {x}" for v in given for leaf, x in zip(v.type.leaves, v.leaves, strict=True))
+        if not gives.leaves:
+            self.lines.append(f"  call void {symbol}({passed})")
+            return Value(gives)
+        result = self.new(f"call {returned(gives)} {symbol}({passed})")
+        if len(gives.leaves) == 1:
+            return Value(gives, (result,))
+        return Value(
+            gives,
+            tuple(self.new(f"extractvalue {returned(gives)} {result}, {k}") for k in range(len(gives.leaves))),
+        )
+
+    def pointer_call(self, function: Value, arguments: list[Value]) -> Value:
+        """The call of a compiled function by its address."""
+        assert isinstance(function.type, Pointer)
+        signature = function.type.signature
+        words: list[tuple[str, str]] = []
+        for kind, x in zip(signature.takes, arguments, strict=True):
+            wanted = of_argument(kind)
+            x = self.converted(x, wanted)
+            words += _spread(x, self.new) if isinstance(wanted, Array) else zip(wanted.leaves, x.leaves, strict=True)
+        passed = ", ".join(f"{leaf} {x}" for leaf, x in words)
+        if signature.gives == "int":
+            return Value(INT, (self.new(f"call i64 {function.leaves[0]}({passed})"),))
+        self.lines.append(f"  call void {function.leaves[0]}({passed})")
+        return constant(None)
+
+    def builtin_call(self, called: Callable, arguments: list[Value], node: ast.Call) -> Value:
+        if called is marks.square:
+            of, at = arguments
+            place = self.new(f"getelementptr inbounds double, ptr {of.leaves[0]}, i64 {at.leaves[0]}")
+            return Value(Array(2, FLOAT), (place, "6", "6"))
+        if called is len and isinstance(arguments[0].type, Array):
+            return Value(INT, (arguments[0].leaves[1],))
+        if called is len and isinstance(arguments[0].type, Group):
+            return constant(len(arguments[0].items))
+        if not arguments or not all(isinstance(x.type, Scalar) for x in arguments):
+            raise Untranslatable(f"`{ast.unparse(node)}`")
+        if called in (max, min) and len(arguments) > 1:
+            return self.extreme(ast.Gt() if called is max else ast.Lt(), arguments)
+        if called is abs:
+            (x,) = arguments
+            if x.type == FLOAT:
+                fabs = self.module.declare("llvm.fabs.f64", "double", ("double",))
+                return Value(FLOAT, (self.new(f"call double {fabs}(double {x.leaves[0]})"),))
+            x = self.number(x, INT)
+            absolute = self.module.declare("llvm.abs.i64", "i64", ("i64", "i1"))
+            return Value(INT, (self.new(f"call i64 {absolute}(i64 {x.leaves[0]}, i1 false)"),))
+        if called in (int, float, bool):
+            return self.number(arguments[0], {int: INT, float: FLOAT, bool: BOOL}[called])
+        name = getattr(called, "__name__", "")
+        of_math = getattr(called, "__module__", "") == "math" or type(called).__name__ == "ufunc"
+        if of_math and (name in INTRINSICS or name in LIBRARY):
+            words = [self.number(x, FLOAT).leaves[0] for x in arguments]
+            symbol = INTRINSICS.get(name) or LIBRARY[name]
+            symbol = self.module.declare(symbol, "double", ("double",) * len(words))
+            result = self.new(f"call double {symbol}({', '.join(f'double {x}' for x in words)})")
+            if name in ("floor", "ceil") and type(called).__name__ != "ufunc":  # those of the module math give integers
+                return self.number(Value(FLOAT, (result,)), INT)
+            return Value(FLOAT, (result,))
+        raise Untranslatable(f"`{ast.unparse(node)}`: this function is not available in kernels")
+
+    def extreme(self, op: ast.cmpop, arguments: list[Value]) -> Value:
+        """max or min, with Python's choice where values are equal or not numbers."""
+        found = arguments[0]
+        for x in arguments[1:]:
+            kind = join(found.type, x.type)
+            kind = INT if kind == BOOL else kind
+            found, x = self.converted(found, kind), self.converted(x, kind)
+            test = self.comparison(op, x, found).leaves[0]
+            leaf = kind.leaves[0]
+            found = Value(kind, (self.new(f"select i1 {test}, {leaf} {x.leaves[0]}, {leaf} {found.leaves[0]}"),))
+        return found
+
+
+def _spread(array: Value, new: Callable[[str], str]) -> list[tuple[str, str]]:
+    """The words by which an array is passed to a compiled function: those of numba's arrays, which are two pointers for
+    memory that numba manages, number of entries, size of an entry, address, shape and strides."""
+    base, *shape = array.leaves
+    count = new(f"mul i64 {shape[0]}, {shape[1]}") if len(shape) == 2 else shape[0]
+    strides = [new(f"mul i64 {shape[1]}, 8"), "8"] if len(shape) == 2 else ["8"]
+    words = [("ptr", "null"), ("ptr", "null"), ("i64", count), ("i64", "8"), ("ptr", base)]
+    return words + [("i64", x) for x in (*shape, *strides)]
