@@ -316,8 +316,10 @@ def _worst_equations(integration: Integration) -> tuple[str, Span | None]:
     system, n = integration.system, integration.system.n
     names = system.names() + system.constraint_names()
     residual = np.abs(integration.vectors[buffer_layout.RESIDUAL, : len(names)])
+    if not residual.any():  # the method has none: constraints at the last evaluation
+        residual[n:] = np.abs(integration.vectors[buffer_layout.FORCE, n : len(names)])
     if not residual.any():
-        return "", None  # the method has none
+        return "", None
     bad = np.flatnonzero(~np.isfinite(residual))
     worst = bad[:3] if len(bad) else np.argsort(-residual)[:3]
     where = ", ".join(names[k] if k >= n else f"equation of motion of {names[k]}" for k in worst)
