@@ -257,6 +257,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         message += f"; {more}"
     elif status == loop_state.STIFF:
         more, hint = _of_stiffness(integration, hint)
+        trajectory.stats["stiff"] = True
         message += f"; {more}"
     elif where:
         message += f"; worst: {where}"
