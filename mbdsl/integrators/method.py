@@ -89,8 +89,10 @@ class Method:
     for peaks of laws that depend on the state (:mod:`mbdsl.system.peaks_along_motion`).
 
     ``relative_step`` is the step size, relative to that of hht-si2, below which errors decrease with the order;
-    verification scales its steps by it. ``diverges`` is appended to the error message if Newton's iteration diverges
-    for a constrained model.
+    verification scales its steps by it. ``stable`` is the largest h |lambda| at which steps are stable, lambda an
+    eigenvalue of the equations; infinite for methods without such a limit. ``longest`` is the longest controlled step
+    relative to the run, for models without expressions. ``diverges`` is appended to the error message if Newton's
+    iteration diverges for a constrained model.
     """
 
     name: str
@@ -121,6 +123,8 @@ class Method:
     searches: bool = False
     family: str = ""  #: methods of one family may have similar errors; empty: a family of its own
     relative_step: float = 1.0
+    stable: float = float("inf")
+    longest: float = 0.02
     diverges: str = ""
     rows: int = 0  #: number of the method's own rows of ``vectors``, after the common ones
     older: int = 0  #: 2: unknowns are predicted from the last six steps instead of the last four

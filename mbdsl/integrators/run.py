@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.errors import InitialisationError, UsageError
-from mbdsl.integrators import input_jumps, modules
+from mbdsl.integrators import declared, input_jumps, modules
 from mbdsl.integrators.events import Events
 from mbdsl.integrators.loop import linear_solve, loop_state, step_control
 from mbdsl.integrators.loop.compiled_loop import compiled, controls_locally, loop_name
@@ -26,6 +26,7 @@ from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.scheduled_jumps import Jumps
 from mbdsl.integrators.standstill import WINDOW, Standstill
 from mbdsl.integrators.start_values import applied, check_stiffness, first_step, normal_part, rates
+from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.peaks_along_motion import OnTheWay
 
@@ -33,7 +34,8 @@ Array = NDArray[np.float64]
 
 #: h^3 times the initial jerk, relative to the mechanism's size, above which the jerk belongs to a transient
 TRANSIENT = 1e-4
-#: longest controlled step relative to the run, unless a shorter one is given: a longer step could pass over events
+#: longest controlled step relative to the run, unless a shorter one is given: a longer step could pass over events of
+#: expressions
 LONGEST = 0.02
 #: default number of output intervals; errors of velocities that dampers remove within one interval are not counted
 POINTS = 500
@@ -45,6 +47,11 @@ MOST_OUTPUT = 250_000_000
 ROOM = 4096
 #: largest number of unknowns for which the dense solver with pivoting may replace the sparse one
 PIVOTING_LIMIT = 2000
+
+
+def longest_part(system: System, method: str) -> float:
+    """The longest controlled step of a method relative to the run."""
+    return LONGEST if system.tables.has_tape else declared(method).longest
 
 
 class Integration(RunState):
@@ -104,7 +111,7 @@ class Integration(RunState):
         self.seen = np.zeros(len(self.system.kept(OnTheWay).terms))  # largest values of these terms so far
         reals, integers, span = self.reals, self.integers, self.stop - self.start
         integers[loop_state.EVERY], reals[loop_state.NEXT_EVENT] = self.every, np.inf
-        reals[loop_state.MOST_H] = min(self.longest, LONGEST * span)
+        reals[loop_state.MOST_H] = min(self.longest, longest_part(self.system, self.method) * span)
         reals[loop_state.LEAST_H] = max(1e-14 * span, 16.0 * np.finfo(float).eps * max(abs(self.start), abs(self.stop)))
 
     def _control(self, method: Method) -> None:

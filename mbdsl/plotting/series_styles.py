@@ -49,6 +49,7 @@ METHODS = {
     "radau5": Look("#008a64", "#35c89b", "star"),
     "radau9": Look("#006b4e", "#5fd9b3", "plus"),
     "radau13": Look("#2f7d32", "#7fd07f", "cross"),
+    "dop853": Look("#00707a", "#3fc3cf", "left"),
     "scipy-dop853": controlled(Look("#7a6a00", "#d2c04a", "plus")),
     "scipy-radau": controlled(Look("#7a6a00", "#d2c04a", "cross")),
     "scipy-lsoda": controlled(Look("#7a6a00", "#d2c04a", "left")),

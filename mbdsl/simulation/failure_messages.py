@@ -181,6 +181,7 @@ REASONS = {
     loop_state.TOO_LARGE: "the step is so large that the result means nothing",
     loop_state.TOO_SMALL: "no step is small enough for the tolerance",
     loop_state.SLIDING: SLIDING,
+    loop_state.STIFF: "the model is stiff, and stability limits the steps of this explicit method",
     STALLED: "the run stands still",
 }
 
@@ -234,13 +235,14 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         loop_state.SLIDING: SLIDING_HINT,
         loop_state.TOO_SMALL: "a jump of forces, or a tolerance below rounding, as near a singular pose: "
         "try a larger tolerance",
+        loop_state.STIFF: "take radau5, whose steps stability does not limit",
         STALLED: "make this force smoother, such as by a larger v_s in tanh(v/v_s), or try a larger tolerance",
     }[status]
     special = declared(integration.method).diverges
     if status == loop_state.DIVERGED and system.m and special:
         hint += f"; {special}"
     law = _broken_law(integration) if status == loop_state.NOT_FINITE else None
-    if status in (loop_state.SLIDING, loop_state.TOO_SMALL, STALLED):
+    if status in (loop_state.SLIDING, loop_state.TOO_SMALL, loop_state.STIFF, STALLED):
         where, span = "", None  # residuals of Newton's iteration are unrelated to these
     if status == loop_state.SLIDING:
         law = law_of(system.scene, [switch.node for switch in integration.events.changing])
@@ -253,9 +255,14 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
     elif status == STALLED:
         more, span, hint = _of_standstill(integration, hint)
         message += f"; {more}"
+    elif status == loop_state.STIFF:
+        more, hint = _of_stiffness(integration, hint)
+        trajectory.stats["stiff"] = True
+        message += f"; {more}"
     elif where:
         message += f"; worst: {where}"
-    if status not in (loop_state.SLIDING, STALLED) and law is None and (pose := _singular_pose(integration, t)):
+    regular = (loop_state.SLIDING, loop_state.STIFF, STALLED)
+    if status not in regular and law is None and (pose := _singular_pose(integration, t)):
         message += f"; {pose}"
     if (bent := bending(trajectory)) is not None:
         reason, hint = _too_bent(trajectory, *bent)
@@ -297,11 +304,23 @@ def _of_standstill(integration: Integration, hint: str) -> tuple[str, Span | Non
     return so_far, None, "the motion may end there, as at a pole of a force; otherwise try a larger tolerance"
 
 
+def _of_stiffness(integration: Integration, hint: str) -> tuple[str, str]:
+    """The product of step and largest eigenvalue, and the remedy."""
+    found, stable = integration.reals[loop_state.RADIUS], declared(integration.method).stable
+    if integration.tol is None:
+        hint = f"take a step below {integration.step * stable / found:.2g} s, or {hint.removeprefix('take ')}"
+    return f"h |lambda| = {found:.3g}, stable up to {stable:g}", hint
+
+
 def _worst_equations(integration: Integration) -> tuple[str, Span | None]:
     """The equations with the largest residuals, and where the joint of the first constraint of them is written."""
     system, n = integration.system, integration.system.n
     names = system.names() + system.constraint_names()
     residual = np.abs(integration.vectors[buffer_layout.RESIDUAL, : len(names)])
+    if not residual.any():  # the method has none: constraints at the last evaluation
+        residual[n:] = np.abs(integration.vectors[buffer_layout.FORCE, n : len(names)])
+    if not residual.any():
+        return "", None
     bad = np.flatnonzero(~np.isfinite(residual))
     worst = bad[:3] if len(bad) else np.argsort(-residual)[:3]
     where = ", ".join(names[k] if k >= n else f"equation of motion of {names[k]}" for k in worst)

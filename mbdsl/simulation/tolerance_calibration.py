@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from mbdsl.integrators import declared
 from mbdsl.integrators.loop import loop_state
-from mbdsl.integrators.run import LONGEST
+from mbdsl.integrators.run import longest_part
 from mbdsl.numerics import error_norm
 from mbdsl.numerics.tolerance import rounding
 from mbdsl.simulation.error_growth import SAMPLES, Growth, along
@@ -135,6 +135,7 @@ class _Ladder:
         self.span = plan.stop - plan.start
         self.first = max(FIRST * tol, STRICTEST) if self.order <= 2 else FIRST_OF_HIGH_ORDER * tol
         self.first = min(self.first, LOOSEST)
+        self.part = min((longest_part(p.system, plan.method) for p in motion.parts), default=1.0)
         self.times, self.shown = plan.times, None
         #: whether the best run is repeated with all its outputs, of which the calibration runs have a part or none
         self.again = plan.every or plan.count > MOST_COMPARED
@@ -179,7 +180,7 @@ class _Ladder:
     # -- runs --------------------------------------------------------------------------------------------------
     def _held_to(self, eps: float) -> Plan:
         # the longest step depends on eps, so that errors decrease with eps where steps have that length, too
-        longest = LONGEST * self.span * (eps / self.first) ** (1.0 / self.order)
+        longest = self.part * self.span * (eps / self.first) ** (1.0 / self.order)
         longest = min(longest, self.longest, self.dense)
         return replace(self.plan, tol=eps, longest=longest, times=self.times, every=False, streamed=False, rows=None)
 

@@ -15,7 +15,7 @@ from time import perf_counter
 from typing import Any
 
 from mbdsl.errors import IntegrationError, MbdslError, UsageError
-from mbdsl.integrators import available
+from mbdsl.integrators import available, compiled
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, once, together
 from mbdsl.numerics.error_norm import fastest
@@ -28,7 +28,7 @@ from mbdsl.simulation.tolerance_calibration import FINER, MOST_NUMBERS
 from mbdsl.simulation.trajectory import Trajectory
 from mbdsl.studies.cases import Case, own_step, setting
 from mbdsl.studies.cross_check import Verdict, ask
-from mbdsl.studies.families import precise
+from mbdsl.studies.families import family, precise
 from mbdsl.studies.ladder import Ladder
 from mbdsl.studies.time_limits import allowance, limited
 
@@ -272,8 +272,13 @@ class _Search:
 
 
 def _ladders(scene: Scene, accuracy: float, method: str | None, given: dict) -> list[Ladder]:
-    """(Method, kind of steps) to try: the given method, or the default method and the best ones of high order."""
-    names = [method] if method else list(dict.fromkeys([scene.experiment.method or DEFAULT_METHOD, *precise()[:1]]))
+    """(Method, kind of steps) to try: the given method, or the default method and the best of each of our own families
+    of high order."""
+    best: dict[str, str] = {}
+    for name in precise():
+        if name in compiled():
+            best.setdefault(family(name), name)
+    names = [method] if method else list(dict.fromkeys([scene.experiment.method or DEFAULT_METHOD, *best.values()]))
     for name in names:
         if name not in available():
             raise UsageError(f"there is no method `{name}`", hint=did_you_mean(name, available(), "methods"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from mbdsl.integrators import available, compiled
 
 #: methods of order 2 to extrapolate if there is none of high order
@@ -15,10 +17,11 @@ def family(method: str) -> str:
 
 
 def precise() -> list[str]:
-    """Methods of high order with error control, the best reference first: mbdsl's own, then those without an extra."""
+    """Methods of high order with error control, the best reference first: mbdsl's own, then those without an extra;
+    among these, those that stiff models do not stop."""
     own = compiled()
     high = {name: m for name, m in available().items() if m.order > 4 and "controlled" in m.steps}
-    return sorted(high, key=lambda name: (name not in own, high[name].needs != ""))
+    return sorted(high, key=lambda name: (name not in own, high[name].needs != "", high[name].stable < math.inf))
 
 
 def of_another_family(method: str, kind: str) -> str | None:

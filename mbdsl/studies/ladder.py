@@ -143,6 +143,8 @@ class Ladder:
                     return
                 if problem.trajectory is not None and problem.trajectory.stats.get("horizon") is not None:
                     return  # the end is unknown
+                if problem.trajectory is not None and problem.trajectory.stats.get("stiff"):
+                    return  # stable steps take far longer than those of implicit methods
             sizes = [size / (8.0 if self.fixed else 100.0) for size in sizes]
 
     def descend(self, target: float, run: Run) -> None:

@@ -364,7 +364,10 @@ def constraint_tangents(cK, cP, cN, vectors, gradients, numbers, layout, matrix)
             matrix[layout[slot]] += 1.0
             continue
         slot += 1
-        if layout[o + SECOND_DERIVATIVE] >= 0:
+        if layout[o + SECOND_DERIVATIVE] >= 0 and cK == 0.0:
+            a, b = layout[layout[FRAMES] + 2 * layout[o + FRAME_A]], layout[layout[FRAMES] + 2 * layout[o + FRAME_B]]
+            slot += (a + b) * (a + b)  # as pair_blocks
+        elif layout[o + SECOND_DERIVATIVE] >= 0:
             slot = pair_blocks(
                 slot,
                 layout[o + FRAME_A],
@@ -402,6 +405,8 @@ def constraint_tangents(cK, cP, cN, vectors, gradients, numbers, layout, matrix)
 @rare
 def spring_tangents(cK, cD, gradients, numbers, layout, matrix):
     """matrix += the derivatives of -f: s H + G (k G + c w^T H) with respect to z, c G G with respect to w."""
+    if cK == 0.0 and cD == 0.0:
+        return
     scratch = numbers.size - TANGENT_SCRATCH
     for r in range(layout[N_PHI], layout[N_PHI] + layout[N_SPRINGS]):
         o = layout[PAIRS] + PAIR * r
@@ -425,6 +430,8 @@ def law_tangents(cK, cD, cL, gradients, numbers, layout, matrix):
 
     (The s of s H already has the sign.)
     """
+    if cK == 0.0 and cD == 0.0 and cL == 0.0:
+        return
     scratch = numbers.size - TANGENT_SCRATCH
     first = layout[N_PHI] + layout[N_SPRINGS]
     for r in range(first, first + layout[N_LAWS]):

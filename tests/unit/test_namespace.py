@@ -51,7 +51,7 @@ def test_methods():
     assert found["radau5"].order == 5  # Hairer and Wanner, Solving ODEs II, IV.8
     for name in found:
         assert f">{name}<" in found._repr_html_()
-    assert repr(found).startswith(f"<{len(found)} methods: generalized-alpha, ")
+    assert repr(found).startswith(f"<{len(found)} methods: dop853, ")
     with pytest.raises(UsageError, match="there is no method `hht-si3`") as caught:
         found["hht-si3"]
     assert "hht-si2" in caught.value.hint

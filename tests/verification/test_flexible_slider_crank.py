@@ -20,6 +20,7 @@ STOP, POINTS = 0.05, 10
 #: where their errors are as large. radau5 reaches the reference's last digit at 50 us.
 SPECIAL = {
     "radau5": [STOP / POINTS / k for k in (20, 25, 40, 50)],
+    "dop853": [STOP / POINTS / k for k in (3, 4, 5)],
     **{method: [8e-5 / 2**k for k in range(4)] for method in ("hht-i3", "generalized-alpha-i3")},
 }
 L1, L2, M2 = 0.3, 0.6, 0.9

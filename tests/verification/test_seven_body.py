@@ -116,6 +116,7 @@ LONGEST = 1e-2 / 160
 SPECIAL = {
     **{method: [1e-2 / 125 / 2**k for k in range(6)] for method in ("hht-i3", "generalized-alpha-i3")},
     "radau5": [1e-2 / n for n in (50, 75, 100, 150)],
+    "dop853": [1e-2 / n for n in (6, 8, 11)],
 }
 
 

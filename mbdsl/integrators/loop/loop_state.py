@@ -4,8 +4,10 @@ from __future__ import annotations
 
 # -- status --------------------------------------------------------------------------------------------------
 # EVENT: a step has ended at a known time or shortly before a switch; LOOK: ``reals`` holds no further zone; RETRY: a
-# shorter step is to be tried; FULL: there may be too little room for the output of the next step
+# shorter step is to be tried; FULL: there may be too little room for the output of the next step; STIFF: stability
+# limits the steps of an explicit method
 RUNNING, DONE, SINGULAR, DIVERGED, NOT_FINITE, TOO_LARGE, TOO_SMALL, SLIDING, EVENT, LOOK, RETRY, FULL = range(12)
+STIFF = 12
 
 # -- reals of the run ----------------------------------------------------------------------------------------
 # times of start and stop; step size; time at the end of the step; contraction of Newton's iteration; its tolerances,
@@ -23,8 +25,9 @@ RAW, REDUCED = 32, 33
 GOOD, BAD = 34, 35  #: errors, relative to the allowed one, between which the step size is kept
 # of switches: next known time of an event; step size before the step was cut short
 NEXT_EVENT, UNCUT = 30, 31
+RADIUS = 36  #: h |lambda| of the last step, lambda the largest eigenvalue; of explicit methods
 #: start and end of the next zones, and the number of zones held (:mod:`mbdsl.integrators.loop.zone_landing`)
-ZONE, ROOM = 36, 32
+ZONE, ROOM = 37, 32
 REALS = ZONE + 2 * ROOM
 
 # -- integers of the run -------------------------------------------------------------------------------------

@@ -1,0 +1,310 @@
+"""DOP853: explicit Runge-Kutta of order 8 on the index-1 form, with projection and error-controlled steps.
+
+The accelerations of a stage and the projection: :mod:`mbdsl.integrators.methods.dop853_stages`. The step has 12 stages;
+the accelerations at its projected end are the first stage of the next step. The error is estimated by embedded formulas
+of order 5 and 3, with differences e5 and e3 from the result:
+
+    error = e5^2 / sqrt(e5^2 + 0.01 e3^2) = O(h^8)
+
+The last stage and the end of the step belong to the same time; h |lambda|, with the largest eigenvalue lambda of the
+equations, follows from their difference. Steps with h |lambda| > 6.1 are limited by stability, not by accuracy. Output
+between steps: :mod:`mbdsl.integrators.methods.dop853_output`.
+
+Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section II.5, II.6 and the code
+DOP853; Solving Ordinary Differential Equations II (1996), section IV.2 (test for stiffness).
+"""
+
+from math import sqrt
+
+from mbdsl.compilation.buffer_layout import (
+    N_ALL,
+    N_Q,
+    POSITION,
+    POSITION0,
+    SCALE,
+    SOLVER,
+    UNKNOWN,
+    UNKNOWN0,
+    VELOCITY,
+    VELOCITY0,
+)
+from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop.linear_solve import SPARSE_LU, larger
+from mbdsl.integrators.loop.loop_state import (
+    CUT,
+    EVENT,
+    HISTORY,
+    LAST_H,
+    LAST_STEP,
+    LEAST_H,
+    MOST_H,
+    NEXT_EVENT,
+    NODES,
+    NOT_FINITE,
+    NOW,
+    RADIUS,
+    REJECTED,
+    RUNNING,
+    SINGULAR,
+    START,
+    STEP,
+    STEP_END,
+    STEP_SIZE,
+    STIFF,
+    STOP,
+    TOL,
+    TOO_SMALL,
+    WATCHING,
+)
+from mbdsl.integrators.loop.step_times import end_of_step
+from mbdsl.integrators.loop.switch_location import length_before_switch
+from mbdsl.integrators.method import Method
+from mbdsl.integrators.methods.dop853_coefficients import (
+    ALL,
+    NODE,
+    OF_E3,
+    OF_E5,
+    SQUARE,
+    STAGES,
+    TABLE,
+)
+from mbdsl.integrators.methods.dop853_output import interpolate as interpolate
+from mbdsl.integrators.methods.dop853_stages import (
+    FRICTION,
+    OTHERS,
+    OWN_ROWS,
+    READY,
+    SPEED,
+    STAGE,
+    STIFF_STEPS,
+    finish,
+    has_friction,
+    solve_stages,
+)
+from mbdsl.integrators.methods.radau_step import before_switch, fitted, update_switches
+
+#: h |lambda| at the limit of stability; number of stiff steps after which the model is stiff, and of other steps after
+#: which these do not count; a controlled run that needs fewer further steps is not stopped
+LIMIT, STIFF_FROM, RESET, AFFORDABLE = 6.1, 15, 6, 10_000
+
+METHOD = Method(
+    "dop853",
+    doc="explicit Runge-Kutta of order 8 by Dormand and Prince, for models that are not stiff",
+    order=8,
+    index=1,
+    enforces=("Phi", "dPhi"),
+    family="Dormand-Prince",
+    source="Hairer, Norsett, Wanner (1993), section II.5",
+    coefficients=lambda options: TABLE,
+    memory=lambda c, start: (0.1, *(0.0,) * 5),
+    begin=lambda c, start: {UNKNOWN0: [*start.a, *start.lam]},
+    own_reactions=False,
+    steps=("controlled", "fixed"),
+    rows=OWN_ROWS,
+    stable=LIMIT,
+    longest=0.1,
+    relative_step=8.0,
+)
+
+#: allowed error estimate of a step, relative to the tolerance
+SHARE = 0.1
+#: largest error that may be due to rounding, relative to what is allowed
+NOISE = 100.0
+#: factor of the step length for safety; smallest and largest ratio of successive step lengths
+SAFE, SHRINK, GROW = 0.9, 0.333, 6.0
+
+# -- lengths of steps --------------------------------------------------------------------------------------------------
+
+
+@rare
+def first_step(run):
+    """A length within which the motion at the start changes little [s]."""
+    vectors, layout, length = run.vectors, run.layout, run.reals[STOP] - run.reals[START]
+    speed, force = 0.0, 0.0
+    for i in range(layout[N_Q]):
+        speed = max(speed, abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
+        force = max(force, abs(vectors[UNKNOWN0, i]) * vectors[SCALE, i])
+    rate = max(speed, force**0.5)
+    return min(0.01 * length, run.reals[TOL] ** 0.125 / rate) if rate > 0.0 else 0.01 * length
+
+
+@kernel
+def trial_length(run):
+    """The length to try [s]."""
+    memory, reals, vectors = run.memory, run.reals, run.vectors
+    first, speed = run.integers[HISTORY] == 1, 0.0
+    for i in range(run.layout[N_Q]):
+        speed = max(speed, abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
+    memory[SPEED] = max(memory[SPEED], speed, 1.0 / (reals[STOP] - reals[START]) if reals[TOL] > 0.0 else 0.0)
+    if first:
+        memory[FRICTION] = 1.0 if has_friction(run) else 0.0
+    if reals[TOL] == 0.0:
+        return reals[STEP_SIZE]
+    if first:
+        reals[STEP_SIZE] = min(reals[STEP_SIZE], first_step(run))
+    return min(reals[STEP_SIZE], reals[MOST_H])
+
+
+@kernel
+def estimate(h, run):
+    """The error of the step just tried: the largest of scaled q, and of scaled v relative to the speed."""
+    vectors, c, speed, five, three = run.vectors, run.coefficients, run.memory[SPEED], 0.0, 0.0
+    for i in range(run.layout[N_Q]):
+        v5, q5, v3, q3 = 0.0, 0.0, 0.0, 0.0
+        for j in range(STAGES):
+            a = vectors[STAGE + j, i]
+            v5 += c[ALL * OF_E5 + j] * a
+            q5 += c[ALL * (SQUARE + OF_E5) + j] * a
+            v3 += c[ALL * OF_E3 + j] * a
+            q3 += c[ALL * (SQUARE + OF_E3) + j] * a
+        scale = h * vectors[SCALE, i]
+        five = larger(scale * abs(v5) / speed, larger(scale * h * abs(q5), five))
+        three = larger(scale * abs(v3) / speed, larger(scale * h * abs(q3), three))
+    return five * five / sqrt(five * five + 0.01 * three * three) if five > 0.0 else five
+
+
+@kernel
+def next_length(error, h, times, formulas, run):
+    """Set the length of the next step."""
+    reals = run.reals
+    if reals[TOL] > 0.0:
+        ratio = SAFE * max(error, 1e-12) ** -0.125
+        reals[STEP_SIZE], reals[LAST_H] = h * min(max(ratio, SHRINK), GROW), h
+
+
+# -- stiffness ---------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def is_stiff(h, run):
+    """Whether the steps are limited by stability, and many more of them are needed to the end."""
+    memory, vectors, c, reals = run.memory, run.vectors, run.coefficients, run.reals
+    speed, moved, changed = memory[SPEED], 0.0, 0.0
+    b, a = ALL * STAGES, ALL * (STAGES - 1)
+    for i in range(run.layout[N_Q]):
+        v, q = 0.0, 0.0
+        for j in range(STAGES):
+            x = vectors[STAGE + j, i]
+            v += (c[b + j] - c[a + j]) * x
+            q += (c[ALL * SQUARE + b + j] - c[ALL * SQUARE + a + j]) * x
+        v, q = h * v * vectors[SCALE, i], h * h * q * vectors[SCALE, i] * speed
+        rate = (vectors[STAGE + STAGES, i] - vectors[STAGE + STAGES - 1, i]) * vectors[SCALE, i]
+        moved += v * v + q * q
+        changed += rate * rate + v * v * speed * speed
+    reals[RADIUS] = h * sqrt(changed / moved) if moved > 0.0 else 0.0
+    if reals[RADIUS] > LIMIT:
+        memory[STIFF_STEPS], memory[OTHERS] = memory[STIFF_STEPS] + 1.0, 0.0
+    else:
+        memory[OTHERS] += 1.0
+        if memory[OTHERS] >= RESET:
+            memory[STIFF_STEPS] = 0.0
+    affordable = reals[TOL] > 0.0 and reals[STOP] - reals[STEP_END] <= AFFORDABLE * h
+    return memory[STIFF_STEPS] >= STIFF_FROM and not affordable
+
+
+@rare
+def is_unstable(h, run):
+    """Whether a step of fixed length, which has failed, is unstable; from the change of a along the first stage."""
+    vectors, reals, moved, changed = run.vectors, run.reals, 0.0, 0.0
+    for i in range(run.layout[N_Q]):
+        a, b = vectors[STAGE, i] * vectors[SCALE, i], vectors[STAGE + 1, i] * vectors[SCALE, i]
+        moved = max(moved, run.coefficients[NODE + 1] * abs(a))
+        changed = max(changed, abs(b - a))
+    found = changed / moved if moved > 0.0 else 0.0  # nan if the first stage has failed, too
+    if found > reals[RADIUS]:
+        reals[RADIUS] = found
+    return reals[RADIUS] > LIMIT
+
+
+# -- the step ----------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def begin_step(run):
+    """The accelerations at the start of the step are those of the first stage."""
+    vectors = run.vectors
+    for i in range(run.layout[N_ALL]):
+        vectors[STAGE, i], vectors[UNKNOWN, i] = vectors[UNKNOWN0, i], vectors[UNKNOWN0, i]
+    run.memory[READY] = 0.0
+
+
+@kernel
+def take_fixed(t0, h, run):
+    """Take a step of fixed length; a status."""
+    reals, integers = run.reals, run.integers
+    end = reals[STOP] if integers[STEP] == integers[LAST_STEP] - 1 else t0 + h
+    early = max(0.0, end - reals[NEXT_EVENT])  # some units in the last place
+    reals[STEP_END] = end - early
+    begin_step(run)
+    status = solve_stages(t0 - early, h, run)
+    if status == RUNNING:
+        status = finish(reals[STEP_END], h, run)
+    failed = status != RUNNING and status != SINGULAR
+    return STIFF if failed and is_unstable(h, run) else status
+
+
+@kernel
+def take_controlled(t0, h, run):
+    """Try shorter and shorter steps until one is accepted; status, length and error."""
+    reals, integers = run.reals, run.integers
+    refused, error, former, allowed = 0, 0.0, 0.0, SHARE * reals[TOL]
+    while True:
+        h = fitted(t0, h, run)
+        end_of_step(t0, h, run)
+        begin_step(run)
+        status, error = solve_stages(t0, h, run), 0.0
+        if status == RUNNING:
+            error = estimate(h, run) / allowed
+            if not error < 1e300:
+                status = NOT_FINITE
+        # If a shorter step has no smaller error, the error is due to rounding.
+        accepted = status == RUNNING and (error <= 1.0 or (refused > 1 and former <= error < NOISE))
+        if accepted:
+            status = finish(reals[STEP_END], h, run)
+        if status == SINGULAR and run.layout[SOLVER] == SPARSE_LU:
+            return status, h, error  # the run continues with the dense solver
+        if integers[WATCHING]:
+            part = before_switch(status, error, h, run)
+            if part < 1.0:
+                h = length_before_switch(part, h, run)
+                if h == 0.0:
+                    return EVENT, h, error
+                continue
+        if status == RUNNING:
+            if accepted:
+                return RUNNING, h, error
+            refused, former = refused + 1, error
+            h *= max(SHRINK, SAFE * error**-0.125)
+        else:
+            h *= 0.25
+        integers[REJECTED], integers[CUT] = integers[REJECTED] + 1, 0
+        if h < reals[LEAST_H]:
+            return status if status != RUNNING else TOO_SMALL, h, error
+
+
+@kernel
+def take(t0, h, formulas, run):
+    """Take a step of about length h from t0; status, length and error relative to what is allowed."""
+    status, error = RUNNING, 0.0
+    if run.reals[TOL] > 0.0:
+        status, h, error = take_controlled(t0, h, run)
+    else:
+        status = take_fixed(t0, h, run)
+    if status == RUNNING:
+        if run.integers[WATCHING]:
+            update_switches(run)
+        if is_stiff(h, run):
+            return STIFF, h, error
+    return status, h, error
+
+
+@kernel
+def store(h, run):
+    """The step becomes history."""
+    reals, vectors, layout = run.reals, run.vectors, run.layout
+    for i in range(layout[N_Q]):
+        vectors[POSITION0, i], vectors[VELOCITY0, i] = vectors[POSITION, i], vectors[VELOCITY, i]
+    for i in range(layout[N_ALL]):
+        vectors[UNKNOWN0 + 1, i], vectors[UNKNOWN0, i] = vectors[UNKNOWN0, i], vectors[STAGE + STAGES, i]
+    if reals[TOL] > 0.0:
+        reals[NODES], reals[NODES + 1] = reals[STEP_END], reals[NOW]

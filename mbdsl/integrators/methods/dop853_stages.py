@@ -1,0 +1,354 @@
+"""Stages of dop853: accelerations from the index-1 form, and projection of the end of a step onto the constraints.
+
+With J = [Phi_q; Gam_v], the accelerations and multipliers of a state are the solution of
+
+    [[M, J^T], [J, 0]] [a; lam] = [Q; gamma],   gamma = -(Phi_q v)_q v - Gam_q v - Phi_tt - ...
+
+One evaluation of the tangent gives all of it: with the factors M = 1, N = 1 and Gam_q = 1, its rows of the constraints
+contain [(Phi_q v)_q; Gam_q], from which gamma follows, and its columns of the multipliers contain J^T. The rows are
+then overwritten with the transpose of the columns. Where Q depends on lam (friction in joints), it is linearised about
+the last multipliers, and the solution is repeated.
+
+At the end of a step, Newton's method with the matrix of the last stage, which belongs to the same time, projects q and
+v onto Phi = 0, Phi_q v + Phi_t = 0 and Gam = 0 in the metric of M.
+
+Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration (2006), section IV.4 (projection).
+"""
+
+from __future__ import annotations
+
+from mbdsl.compilation.buffer_layout import (
+    CORRECTION,
+    CORRECTION2,
+    DETAIL,
+    FORCE,
+    FORCE2,
+    FRAME_A,
+    GAMMAS,
+    GRADIENT_RATE,
+    LEAF,
+    LEAVES,
+    LEFT_OUT,
+    MOVED,
+    MOVING,
+    N_ALL,
+    N_GAM,
+    N_LAWS,
+    N_MOVING,
+    N_PHI,
+    N_Q,
+    N_SPRINGS,
+    NEW_MASS,
+    PAIR,
+    PAIRS,
+    POSE,
+    POSITION,
+    POSITION0,
+    RATE,
+    REGISTERS,
+    ROWS,
+    SCALE,
+    SOLVER,
+    SPARSE,
+    UNKNOWN,
+    VELOCITY,
+    VELOCITY0,
+)
+from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop.linear_solve import SPARSE_LU, factor, larger, solve
+from mbdsl.integrators.loop.loop_state import (
+    DIVERGED,
+    FACTORISATIONS,
+    ITERATIONS,
+    MATRICES,
+    NOT_FINITE,
+    RUNNING,
+    SINGULAR,
+)
+from mbdsl.integrators.loop.newton import EPS, finite
+from mbdsl.integrators.loop.run_data import evaluate
+from mbdsl.integrators.loop.symmetric_lu import symmetric_factor, symmetric_solve
+from mbdsl.integrators.loop.tangent_matrices import tangent_matrix
+from mbdsl.integrators.methods.dop853_coefficients import ALL, NODE, SQUARE, STAGES
+
+#: own rows of ``vectors``: [a; lam] of all stages; coefficients of degree 4 to 7 of the interpolation of q, and of v
+STAGE, OF_Q, OF_V = ROWS, ROWS + ALL, ROWS + ALL + 4
+OWN_ROWS = ALL + 8
+#: memory: contraction of the projection; largest scaled velocity so far; whether the interpolation of the step is
+#: ready; successive stiff steps; successive other steps since; whether forces depend on multipliers
+CONTRACTION, SPEED, READY, STIFF_STEPS, OTHERS, FRICTION = range(6)
+#: most iterations of a projection; after RENEWED of them the matrix is renewed
+MOST, RENEWED = 12, 3
+#: change in a projection that may be rounding, in units of the last place, if changes do not become smaller
+NOISE = 1e4
+#: most solutions for accelerations where forces depend on multipliers; relative change of these that is accepted
+REPEATED, AGREED = 20, 1e-13
+
+
+@rare
+def has_friction(run):
+    """Whether a force law depends on multipliers."""
+    layout, found = run.layout, False
+    first = layout[N_PHI] + layout[N_SPRINGS]
+    for r in range(first, first + layout[N_LAWS]):
+        leaves = layout[layout[PAIRS] + PAIR * r + DETAIL]
+        found = found or layout[leaves + LEAVES + LEAF * layout[leaves + 2]] > 0
+    return found
+
+
+@kernel
+def motion(row, stages, h, run):
+    """POSITION and VELOCITY of the stage with this row of the table, from the accelerations of the first ``stages``."""
+    c, vectors = run.coefficients, run.vectors
+    s, one, two = h * c[NODE + row], ALL * row, ALL * (SQUARE + row)
+    for i in range(run.layout[N_Q]):
+        v, q = 0.0, 0.0
+        for j in range(stages):
+            a = vectors[STAGE + j, i]
+            v += c[one + j] * a
+            q += c[two + j] * a
+        vectors[VELOCITY, i] = vectors[VELOCITY0, i] + h * v
+        vectors[POSITION, i] = vectors[POSITION0, i] + (s * vectors[VELOCITY0, i] + h * h * q)
+
+
+# -- accelerations -----------------------------------------------------------------------------------------------------
+
+
+@kernel
+def evaluate_state(t, run):
+    """Forces without constraint forces, and constraints, at the state in POSITION and VELOCITY."""
+    vectors, layout = run.vectors, run.layout
+    if run.memory[FRICTION] == 0.0:
+        for i in range(layout[N_ALL]):
+            vectors[UNKNOWN, i] = 0.0
+    layout[NEW_MASS] = 1
+    evaluate(t, run)
+    run.integers[ITERATIONS] += 1
+
+
+@kernel
+def mirror(at, mirrored, row, column, run):
+    """CORRECTION <- CORRECTION - (entry at ``at``) v in this row; the entry <- that at ``mirrored``."""
+    matrix, vectors = run.matrices[0], run.vectors
+    vectors[CORRECTION, row] -= matrix[at] * vectors[VELOCITY, column]
+    matrix[at] = matrix[mirrored]
+
+
+@rare
+def in_time(run):
+    """CORRECTION, in the rows of constraints, -= partial derivatives with respect to time; see
+    :mod:`mbdsl.system.time_derivatives`."""
+    vectors, gradients, frames, numbers, layout = run.vectors, run.gradients, run.frames, run.numbers, run.layout
+    n, m, registers = layout[N_Q], layout[N_PHI], layout[REGISTERS]
+    for r in range(m):
+        o = layout[PAIRS] + PAIR * r
+        if layout[o + LEFT_OUT]:
+            continue
+        if layout[o + DETAIL] >= 0:
+            vectors[CORRECTION, n + r] += numbers[registers + layout[layout[o + DETAIL] + 2]]
+        for k in range(layout[N_MOVING]):
+            moving = layout[MOVING] + MOVED * k
+            frame = layout[moving]
+            for side in range(2):
+                if layout[o + FRAME_A + side] == frame:
+                    for j in range(POSE):
+                        vectors[CORRECTION, n + r] -= (
+                            gradients[r, GRADIENT_RATE + POSE * side + j] * frames[frame, RATE + j]
+                            + gradients[r, POSE * side + j] * numbers[registers + layout[moving + 1 + 2 * POSE + j]]
+                        )
+    for k in range(layout[N_GAM]):
+        o = layout[layout[GAMMAS] + k]
+        if not layout[o + 3]:
+            vectors[CORRECTION, n + m + k] -= numbers[registers + layout[o + 1]]
+
+
+@kernel
+def saddle(t, run):
+    """Matrix 0 <- [[M, J^T], [J, 0]] at the state last evaluated; CORRECTION <- [Q; gamma]."""
+    vectors, layout = run.vectors, run.layout
+    n, size = layout[N_Q], layout[N_ALL]
+    tangent_matrix(0, t, run, M=1.0, N=1.0, Gam_q=1.0)
+    for i in range(n):
+        vectors[CORRECTION, i] = vectors[FORCE, i]
+    for i in range(n, size):
+        vectors[CORRECTION, i] = 0.0
+    if layout[SOLVER] == SPARSE_LU:
+        o = layout[SPARSE]
+        count = layout[o + 2 * size]
+        table = o + 2 * size + 1
+        for e in range(count):
+            i, j, lower, upper = layout[table + e], layout[table + count + e], size + e, size + count + e
+            if i >= n > j:
+                mirror(lower, upper, i, j, run)
+            elif j >= n > i:
+                mirror(upper, lower, j, i, run)
+    else:
+        for i in range(n, size):
+            for j in range(n):
+                mirror(i * size + j, j * size + i, i, j, run)
+    if size > n:
+        in_time(run)
+    run.integers[MATRICES] += 1
+
+
+@kernel
+def is_symmetric(run):
+    """Whether matrix 0 is factorised as a symmetric one."""
+    return run.layout[SOLVER] == SPARSE_LU and run.memory[FRICTION] == 0.0
+
+
+@kernel
+def factorised(run):
+    """A status: whether matrix 0 could be factorised."""
+    run.integers[FACTORISATIONS] += 1
+    if is_symmetric(run):
+        done = symmetric_factor(run.matrices[0], run.layout)
+    else:
+        done = factor(0, run)
+    if done:
+        return RUNNING
+    return SINGULAR if finite(run) else NOT_FINITE
+
+
+@kernel
+def solve_row(row, run):
+    """vectors[row] <- A^{-1} vectors[row] with the factors of matrix 0."""
+    if is_symmetric(run):
+        symmetric_solve(run.matrices[0], run.layout, run.vectors[row])
+    else:
+        solve(0, row, run)
+
+
+@rare
+def with_friction(t, run):
+    """CORRECTION <- [a; lam] at the state last evaluated, whose forces depend on lam; a status."""
+    vectors, layout = run.vectors, run.layout
+    n, size, largest = layout[N_Q], layout[N_ALL], 0.0
+    for _ in range(REPEATED):
+        saddle(t, run)  # CORRECTION <- [Q - J^T lam; gamma]
+        tangent_matrix(0, t, run, M=1.0, f_lam=1.0, Phi_q=1.0, Gam_v=1.0)
+        status = factorised(run)
+        if status != RUNNING:
+            return status
+        solve(0, CORRECTION, run)
+        change = 0.0
+        for i in range(n, size):
+            change = larger(abs(vectors[CORRECTION, i]), change)
+            vectors[UNKNOWN, i] += vectors[CORRECTION, i]
+            vectors[CORRECTION, i] = vectors[UNKNOWN, i]
+            largest = max(largest, abs(vectors[UNKNOWN, i]))
+        if not change < 1e300:
+            return NOT_FINITE
+        if change <= AGREED * largest:
+            return RUNNING
+        evaluate_state(t, run)
+    return DIVERGED
+
+
+@kernel
+def solve_state(t, row, run):
+    """Row ``row`` <- [a; lam] at the state last evaluated; a status."""
+    vectors, size = run.vectors, run.layout[N_ALL]
+    if run.memory[FRICTION] > 0.0:
+        status = with_friction(t, run)
+    else:
+        saddle(t, run)
+        status = factorised(run)
+        if status == RUNNING:
+            solve_row(CORRECTION, run)
+    if status != RUNNING:
+        return status
+    total = 0.0
+    for i in range(size):
+        vectors[row, i] = vectors[CORRECTION, i]
+        total += abs(vectors[CORRECTION, i])
+    return RUNNING if total < 1e300 else NOT_FINITE
+
+
+@kernel
+def solve_stages(t, h, run):
+    """All stages of a step from t, and its end before projection, in POSITION, VELOCITY and UNKNOWN; a status."""
+    vectors, c = run.vectors, run.coefficients
+    size = run.layout[N_ALL]
+    for k in range(1, STAGES):
+        motion(k, k, h, run)
+        s = t + c[NODE + k] * h
+        evaluate_state(s, run)
+        status = solve_state(s, STAGE + k, run)
+        if status != RUNNING:
+            return status
+    motion(STAGES, STAGES, h, run)
+    for i in range(size):
+        vectors[UNKNOWN, i] = vectors[STAGE + STAGES - 1, i]
+    return RUNNING
+
+
+# -- the end of a step -------------------------------------------------------------------------------------------------
+
+
+@kernel
+def correct(unit, run):
+    """Correct POSITION and VELOCITY by the violations last evaluated; the largest scaled change of a position or
+    ``unit`` times a velocity."""
+    vectors, layout = run.vectors, run.layout
+    n, m, size = layout[N_Q], layout[N_PHI], layout[N_ALL]
+    for i in range(n):
+        vectors[CORRECTION, i], vectors[CORRECTION2, i] = 0.0, 0.0
+    for i in range(n, n + m):
+        vectors[CORRECTION, i], vectors[CORRECTION2, i] = -vectors[FORCE, i], -vectors[FORCE2, i]
+    for i in range(n + m, size):
+        vectors[CORRECTION, i], vectors[CORRECTION2, i] = 0.0, -vectors[FORCE, i]
+    solve_row(CORRECTION, run)
+    solve_row(CORRECTION2, run)
+    change = 0.0
+    for i in range(n):
+        vectors[POSITION, i] += vectors[CORRECTION, i]
+        vectors[VELOCITY, i] += vectors[CORRECTION2, i]
+        change = larger(abs(vectors[CORRECTION, i]) * vectors[SCALE, i], change)
+        change = larger(unit * abs(vectors[CORRECTION2, i]) * vectors[SCALE, i], change)
+    return change
+
+
+@kernel
+def project(t, size, unit, run):
+    """Project the state onto the constraints at t, and evaluate it; a status. ``size`` of the mechanism."""
+    memory, former, last, floor = run.memory, 0.0, False, EPS * size
+    for k in range(MOST):
+        evaluate_state(t, run)
+        if last:
+            return RUNNING
+        if k == RENEWED:
+            saddle(t, run)
+            status = factorised(run)
+            if status != RUNNING:
+                return status
+        change = correct(unit, run)
+        if not change < 1e100:
+            return NOT_FINITE
+        if former > 100.0 * floor:
+            memory[CONTRACTION] = min(max(change / former, 0.5 * memory[CONTRACTION]), 0.5)
+        stalled = k > RENEWED and change > 0.3 * former and change <= NOISE * floor
+        last = change <= floor or 10.0 * memory[CONTRACTION] * change <= floor or stalled
+        former = change
+    return DIVERGED
+
+
+@kernel
+def finish(t, h, run):
+    """Project the end of a step of length h, at t, onto the constraints, and compute its accelerations; a status."""
+    memory, vectors, layout = run.memory, run.vectors, run.layout
+    n, size, largest = layout[N_Q], layout[N_ALL], 1.0
+    if size > n:
+        for i in range(n):
+            largest = max(largest, abs(vectors[POSITION, i]) * vectors[SCALE, i])
+            memory[SPEED] = max(memory[SPEED], abs(vectors[VELOCITY, i]) * vectors[SCALE, i])
+        status = project(t, largest, 1.0 / memory[SPEED] if memory[SPEED] > 0.0 else h, run)
+        if status != RUNNING:
+            return status
+    else:
+        evaluate_state(t, run)
+    status = solve_state(t, STAGE + STAGES, run)
+    if status == RUNNING:
+        for i in range(size):
+            vectors[UNKNOWN, i] = vectors[STAGE + STAGES, i]
+    return status
