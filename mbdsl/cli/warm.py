@@ -96,9 +96,7 @@ def _write_bytecode(quiet: bool) -> None:
     import compileall
     from pathlib import Path
 
-    import mbdsl
-
-    package = Path(str(mbdsl.__file__)).parent
+    package = Path(__file__).parents[1]
     if not compileall.compile_dir(str(package), quiet=2, workers=0):
         raise UsageError(f"cannot write the bytecode of `{package}`", hint="only its owner can")
     if not quiet:

@@ -15,6 +15,8 @@ from types import ModuleType
 
 from mbdsl.elements.kind import Kind
 
+_imported: dict[str, ModuleType] = {}  #: kind name -> its module, of those that were asked for
+
 
 @cache
 def modules() -> dict[str, ModuleType]:
@@ -50,12 +52,16 @@ def _module_of(name: str) -> ModuleType | None:
     """The module that declares the kind of this name; None if there is none."""
     if modules.cache_info().currsize:
         return modules().get(name)
+    if name in _imported:
+        return _imported[name]
     file = file_of(name)
-    if not (name.isidentifier() and os.path.exists(os.path.join(__path__[0], f"{file}.py"))):
+    if not (name.isidentifier() and any(os.path.exists(os.path.join(folder, f"{file}.py")) for folder in __path__)):
         return None
     module = importlib.import_module(f"{__name__}.{file}")
     declared = getattr(module, "KIND", None)
-    return module if isinstance(declared, Kind) and declared.name == name else None
+    if not (isinstance(declared, Kind) and declared.name == name):
+        return None
+    return _imported.setdefault(name, module)
 
 
 def file_of(name: str) -> str:

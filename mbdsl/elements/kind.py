@@ -72,8 +72,8 @@ class Kind:
     ``optional_ports`` default to the origin of the ground (a single given frame then belongs to the other port).
     ``energy`` is the potential energy as a formula like those of :class:`Signal`, "" for none.
 
-    A kind is equal to itself only. Its fields cannot be assigned again; ``frozen=True`` would ensure this by methods that
-    are generated at each start, which takes longer than to read a model.
+    A kind is equal to itself only. Its fields cannot be assigned again; ``frozen=True`` would ensure this by methods
+    that are generated at each start, which takes longer than to read a model.
     """
 
     name: str

@@ -123,6 +123,7 @@ class Method:
     relative_step: float = 1.0
     diverges: str = ""
     rows: int = 0  #: number of the method's own rows of ``vectors``, after the common ones
+    older: int = 0  #: 2: unknowns are predicted from the last six steps instead of the last four
     acceleration_row: int = UNKNOWN  #: UNKNOWN or UNKNOWN2: its differences over steps are those of accelerations
     node: Callable[[Array], float] = lambda c: 1.0  #: time within a step that this acceleration belongs to [steps]
     mass_weight: Callable[[Array], float] = lambda c: 1.0  #: factor on M in the (first) iteration matrix

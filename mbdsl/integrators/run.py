@@ -114,6 +114,8 @@ class Integration(RunState):
         between = self.times[0] - self.start if len(self.times) and not self.every else span
         reals[loop_state.FORGOTTEN] = min(span / POINTS, between)
         reals[loop_state.EXPONENT] = 1.0 / (method.order + 1)
+        kept = np.array([step_control.KEPT_TO, step_control.KEPT_FROM])
+        reals[[loop_state.GOOD, loop_state.BAD]] = step_control.AIM * kept ** -(method.order + 1.0)
         reals[loop_state.LARGEST] = min(LARGEST, (100.0 * tol) ** 0.25)  # interpolation between steps has order 4
         reals[loop_state.NODE] = method.node(self.coefficients)
         reals[loop_state.MASS_WEIGHT] = method.mass_weight(self.coefficients)
@@ -321,13 +323,16 @@ class Integration(RunState):
         start = Start(self.h, nothing, nothing, jump.a, jump.lam, jump.fa, nothing, nothing, False)
         method = modules()[self.method].METHOD
         rows = {buffer_layout.FORCE0: jump.force, **method.begin(self.coefficients, start)}
+        older = len(vectors) - 2 * method.older
+        histories = {
+            buffer_layout.UNKNOWN0: older,
+            buffer_layout.UNKNOWN0 + buffer_layout.PAST: older + method.older,
+        }
         for row, part in rows.items():
-            past = (
-                buffer_layout.PAST
-                if row in (buffer_layout.UNKNOWN0, buffer_layout.UNKNOWN0 + buffer_layout.PAST)
-                else 1
-            )
+            past = buffer_layout.PAST if row in histories else 1
             vectors[row : row + past, : len(part)] += part
+            if row in histories:
+                vectors[histories[row] : histories[row] + method.older, : len(part)] += part
 
     def _cross_jump(self) -> None:
         """Continue behind a scheduled jump of forces; the last step has ended shortly before it."""

@@ -87,7 +87,7 @@ class RunState:
         integers[loop_state.LAST_STEP] = round((self.stop - self.start) / self.h)
         integers[loop_state.SAME] = step_control.LONG_AGO
         reals[loop_state.NEXT_EVENT] = np.inf
-        integers[loop_state.STABILISED] = declaration.sets > 1
+        integers[loop_state.STABILISED], integers[loop_state.OLDER] = declaration.sets > 1, declaration.older
 
     @uncollected
     def use_solver(self, solver: int) -> None:
@@ -101,7 +101,7 @@ class RunState:
             slots, size, table = rows * N + columns, N * N, np.empty(0, np.int64)
             length = size + 2 * N  # with the scales of rows and columns
         method = modules()[self.method].METHOD
-        work = system.workspace(slots, buffer_layout.ROWS + method.rows)
+        work = system.workspace(slots, buffer_layout.ROWS + method.rows + 2 * method.older)
         kept = self.layout[buffer_layout.KEEP] if hasattr(self, "layout") else 0
         if hasattr(self, "vectors"):
             work.vectors[:], work.frames[:] = self.vectors, self.frames

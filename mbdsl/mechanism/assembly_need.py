@@ -53,6 +53,7 @@ def _values_are_independent(graph: MechanismGraph) -> bool:
     """Whether every fixed initial value is that of the degree of freedom of a joint of the tree, or of a body that no
     joint holds, and each of them is fixed once."""
     scene, freedoms = graph.scene, dict[Expr | None, tuple[str, str, bool]]()
+    of_joints: list[tuple[Expr, str, str]] = []
     for body, _, joint in graph.tree():
         own = scene.components[body]
         if joint is None:
@@ -66,10 +67,15 @@ def _values_are_independent(graph: MechanismGraph) -> bool:
             return False
         if not kind.free:
             continue
-        targets = [scene.signal_of(holder, kind.free)]
-        targets += [scene.signal_of(own, "phi")] if kind.free in kind.angle else []
-        for target in targets:
-            assert target is not None
-            freedoms[target], freedoms[der(target)] = (joint, kind.free, False), (joint, kind.free, True)
-    fixed = [freedoms.get(x.target) for x in scene.initial if x.fixed]
-    return None not in fixed and len(set(fixed)) == len(fixed)
+        target = scene.signal_of(holder, kind.free)
+        assert target is not None
+        freedoms[target] = joint, kind.free, False
+        of_joints.append((target, joint, kind.free))
+        if kind.free in kind.angle:
+            freedoms[scene.signal_of(own, "phi")] = joint, kind.free, False
+            freedoms[scene.signal_of(own, RATES["phi"])] = joint, kind.free, True
+    fixed = [x.target for x in scene.initial if x.fixed]
+    if any(target not in freedoms for target in fixed):  # perhaps velocities of joints; derivatives take long
+        freedoms |= {der(target): (joint, free, True) for target, joint, free in of_joints}
+    found = [freedoms.get(target) for target in fixed]
+    return None not in found and len(set(found)) == len(found)

@@ -47,6 +47,8 @@ METHODS = {
     "generalized-alpha": Look("#7d1d4f", "#d4709f", "pentagon"),
     "generalized-alpha-i3": Look("#b04a80", "#eba6c4", "spark"),
     "radau5": Look("#008a64", "#35c89b", "star"),
+    "radau9": Look("#006b4e", "#5fd9b3", "plus"),
+    "radau13": Look("#2f7d32", "#7fd07f", "cross"),
     "scipy-dop853": controlled(Look("#7a6a00", "#d2c04a", "plus")),
     "scipy-radau": controlled(Look("#7a6a00", "#d2c04a", "cross")),
     "scipy-lsoda": controlled(Look("#7a6a00", "#d2c04a", "left")),

@@ -22,6 +22,7 @@ from mbdsl.system import System, build
 
 PAUSE = 0.05  #: seconds between two looks at the other processes
 
+
 @dataclass(frozen=True)
 class Code:
     """One emitted module: its description, its name in the cache, and how it is made here and in another process."""

@@ -28,12 +28,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
-from mbdsl.numerics.saddle_point import RANK, row_size
+from mbdsl.numerics.saddle_point import RANK
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 
@@ -84,7 +85,7 @@ def growth(
     lam: Array,
     left_out: tuple[int, ...],
     speed: float,
-    finer: int = 1,
+    finer: float = 1.0,
 ) -> Growth | None:
     """The growth along a run with the states q, v (N, n) and multipliers lam (N, m + p) at times t (N,).
 
@@ -94,7 +95,7 @@ def growth(
         Redundant constraints.
     speed : float [1/s]
         The largest scaled velocity of the run.
-    finer : int
+    finer : float
         Factor on the number of samples, as far as the run has them; less for large models.
 
     Returns
@@ -111,15 +112,11 @@ def growth(
         return None
     chosen = _samples(len(t), system, finer)
     t, q, v, lam = t[chosen], q[chosen], v[chosen], lam[chosen]
-    points = [_point(system, *state, left_out) for state in zip(t, q, v, lam, strict=True)]
-    if not points[0].Z.shape[1] or len({p.Z.shape + p.V.shape for p in points}) > 1:
-        return None  # no degrees of freedom, or the constraints change rank along the run
-    if max(np.linalg.cond(p.mass) for p in points) > MOST_CONDITION:
-        return None
-    return _carried(t, points, speed)
+    points = _points(system, t, q, v, lam, left_out)
+    return None if points is None else _carried(t, points, speed)
 
 
-def along(parts: Iterable[Part], t: Array, speed: float, finer: int = 1) -> tuple[Growth, int]:
+def along(parts: Iterable[Part], t: Array, speed: float, finer: float = 1.0) -> tuple[Growth, int]:
     """The growth at times t (N,) along a motion of several parts, and the number of parts for which it is complete.
 
     ``parts`` are the system of each, its times, q, v and lam there, and its redundant constraints, as from
@@ -138,14 +135,14 @@ def along(parts: Iterable[Part], t: Array, speed: float, finer: int = 1) -> tupl
     return Growth(t, found, rate), known
 
 
-def _samples(count: int, system: System, finer: int) -> NDArray[np.int64]:
+def _samples(count: int, system: System, finer: float) -> NDArray[np.int64]:
     most = int(np.clip(NUMBERS * finer**0.5 / max(1, system.unknowns) ** 2, FEWEST, SAMPLES * finer))
-    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
+    rows = np.linspace(0, count - 1, min(count, most)).round().astype(np.int64)
+    return rows[np.diff(rows, prepend=-1) > 0]  # each once; np.unique imports numpy.ma, which takes 14 ms
 
 
-@dataclass
-class _Point:
-    """The tangent equations at a sample: bases, u = mass x + G y, and the rate of [y; x]."""
+class _Points(NamedTuple):
+    """The tangent equations at all samples: bases, u = mass x + G y, and the rate of [y; x]."""
 
     Z: Array
     V: Array
@@ -153,73 +150,120 @@ class _Point:
     mass: Array
     G: Array
     rate: Array
-    size: Array  #: largest scaled position (at least one) and largest scaled velocity
+    sizes: Array  #: (N, 2) largest scaled position (at least one) and largest scaled velocity
 
 
-def _point(system: System, t: float, q: Array, v: Array, lam: Array, left_out: tuple[int, ...]) -> _Point:
+def _points(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: tuple[int, ...]) -> _Points | None:
+    """The tangent equations at these states; None if the constraints change rank or the mass matrix is ill-conditioned.
+
+    The matrices of all samples are decomposed together: a call of NumPy takes longer than its work on one of them.
+    """
     n, m, s = system.n, system.m, 1.0 / system.tables.scale
-    a = None
-    if not (np.isfinite(lam).all() and system.mass_is_diagonal):
-        a, lam = accelerations(system, t, q, v, left_out)
-    one = np.asarray(system.tangent(t, q, v, lam, cK=1.0, cP=1.0, cV=1.0, a=a))
-    two = np.asarray(system.tangent(t, q, v, lam, cD=1.0, cN=1.0, cW=1.0))
-    M = np.diag(system.mass()) if system.mass_is_diagonal else np.asarray(system.M(t, q))
-    K, D, M = (s[:, None] * X[:n, :n] * s for X in (one, two, M))
-    kept = np.setdiff1d(np.arange(m + system.p), left_out)
-    J, N, both = one[n:, :n][kept] * s, two[n:, :n][kept] * s, kept < m
-    size = row_size(J)
-    J, N = J / size[:, None], N / size[:, None]
-    V, inverse = _split(J)
-    Z, turned = V, N
+    kept = np.delete(np.arange(m + system.p), np.array(left_out, int))
+    both, lower = kept < m, n + kept
+    e = 1e-6 / np.where((fastest := np.abs(v / s).max(axis=1)) > 0.0, fastest, 1.0)
+    one, two, M, other = _matrices(system, t, q, v, lam, left_out, None if both.all() else e)
+    K, D, M = (s[:, None] * X[:, :n, :n] * s for X in (one, two, M))
+    J, N = one[:, lower, :n] * s, two[:, lower, :n] * s
+    size = np.abs(J).max(axis=2, initial=0.0)[:, :, None]
+    size[size == 0.0] = 1.0
+    J, N = J / size, N / size
+    whole = _split(J)
+    part = whole if both.all() else _split(J[:, both])
+    if whole is None or part is None or not part[0].shape[2]:
+        return None  # no degrees of freedom, or the constraints change rank along the run
+    V, inverse = whole
+    Z, turned = part[0], N
     if not both.all():
-        Z, e = _split(J[both])[0], 1e-6 / (float(np.abs(v / s).max()) or 1.0)
-        other = np.asarray(system.tangent(t + e, q + e * v, v, lam, cP=1.0, cV=1.0))[n:, :n][kept] * s / size[:, None]
-        turned = np.where(both[:, None], N, (other - J) / e)
+        turned = np.where(both[:, None], N, (other[:, lower, :n] * s / size - J) / e[:, None, None])
     B, V1 = -inverse @ (N @ Z), -inverse @ (turned @ V)
-    mass = V.T @ M @ V
-    mass += MASSLESS * (np.abs(mass).max(initial=0.0) or 1.0) * np.eye(len(mass))
-    G, drive = V.T @ M @ B, V1.T @ M - V.T @ D
-    y = np.hstack([Z.T @ B, Z.T @ V])
-    u = np.hstack([drive @ B - V.T @ (K @ Z), drive @ V])
-    size = np.array([max(1.0, float(np.abs(q / s).max())), float(np.abs(v / s).max())])
-    return _Point(Z, V, B, mass, G, np.vstack([y, np.linalg.solve(mass, u - G @ y)]), size)
+    Vt, Zt = np.swapaxes(V, 1, 2), np.swapaxes(Z, 1, 2)
+    mass = Vt @ M @ V
+    largest = np.abs(mass).max(axis=(1, 2), initial=0.0)[:, None, None]
+    mass += MASSLESS * np.where(largest > 0.0, largest, 1.0) * np.eye(mass.shape[1])
+    if np.linalg.cond(mass).max() > MOST_CONDITION:
+        return None
+    G, drive = Vt @ M @ B, np.swapaxes(V1, 1, 2) @ M - Vt @ D
+    y = np.concatenate([Zt @ B, Zt @ V], axis=2)
+    u = np.concatenate([drive @ B - Vt @ (K @ Z), drive @ V], axis=2)
+    sizes = np.stack([np.maximum(1.0, np.abs(q / s).max(axis=1)), fastest], axis=1)
+    return _Points(Z, V, B, mass, G, np.concatenate([y, np.linalg.solve(mass, u - G @ y)], axis=1), sizes)
 
 
-def _split(J: Array) -> tuple[Array, Array]:
-    """An orthonormal basis of the null space of J (k, n), as columns, and the pseudo-inverse (n, k) of J."""
-    if not len(J):
-        return np.eye(J.shape[1]), np.zeros(J.shape[::-1])
+def _matrices(
+    system: System, t: Array, q: Array, v: Array, lam: Array, left_out: tuple[int, ...], ahead: Array | None
+) -> tuple[Array, Array, Array, Array]:
+    """The derivatives by positions and by velocities (N, n + m + p, n + m + p), the mass matrices (N, n, n), and the
+    derivatives by positions at times that are ``ahead`` (N,); without these, the first ones again."""
+    diagonal, found, mass = system.mass_is_diagonal, np.empty((3, len(t), system.size)), []
+    known = diagonal and bool(np.isfinite(lam).all())
+    for k in range(len(t)):
+        a, reactions = (None, lam[k]) if known else accelerations(system, t[k], q[k], v[k], left_out)
+        if a is None:
+            system.evaluate(t[k], q[k], v[k], reactions)
+        else:
+            system.tangent(t[k], q[k], v[k], reactions, a=a)
+        found[0, k] = system.entries(t[k], cK=1.0, cP=1.0, cV=1.0, cA=0.0 if a is None else 1.0)
+        found[1, k] = system.entries(t[k], cD=1.0, cN=1.0, cW=1.0)
+        if not diagonal:
+            mass.append(np.asarray(system.M(t[k], q[k])))
+        if ahead is not None:
+            system.evaluate(t[k] + ahead[k], q[k] + ahead[k] * v[k], v[k], reactions)
+            found[2, k] = system.entries(t[k] + ahead[k], cP=1.0, cV=1.0)
+    size, (rows, columns) = system.unknowns, system.tables.pattern
+    place = np.arange(len(t))[:, None] * size**2 + rows * size + columns
+    one, two, other = (
+        np.bincount(place.ravel(), x.ravel(), len(t) * size**2).reshape(len(t), size, size)
+        for x in (found[0], found[1], found[0 if ahead is None else 2])
+    )
+    M = np.stack(mass) if mass else np.broadcast_to(np.diag(system.mass()), (len(t), system.n, system.n))
+    return one, two, M, other  # type: ignore[return-value]  # of bincount with weights: floats
+
+
+def _split(J: Array) -> tuple[Array, Array] | None:
+    """Orthonormal bases of the null spaces of J (N, k, n), as columns, and the pseudo-inverses (N, n, k) of J; None if
+    the ranks differ."""
+    if not J.shape[1]:
+        return np.broadcast_to(np.eye(J.shape[2]), (len(J), J.shape[2], J.shape[2])), np.zeros((len(J), J.shape[2], 0))
     U, s, Vt = np.linalg.svd(J)
-    rank = int((s > RANK * s.max(initial=0.0)).sum())
-    return Vt[rank:].T, Vt[:rank].T @ (U[:, :rank] / s[:rank]).T
+    ranks = (s > RANK * s.max(axis=1, keepdims=True, initial=0.0)).sum(axis=1)
+    rank = int(ranks[0])
+    if (ranks != rank).any():
+        return None
+    inverse = np.swapaxes(Vt[:, :rank], 1, 2) @ np.swapaxes(U[:, :, :rank] / s[:, None, :rank], 1, 2)
+    return np.swapaxes(Vt[:, rank:], 1, 2), inverse
 
 
-def _carried(t: Array, points: list[_Point], speed: float) -> Growth:
-    (_, r), d, h = points[0].Z.shape, points[0].V.shape[1], np.diff(t)
-    Z, V, _, mass, G, rate, sizes = (np.array([getattr(p, key) for p in points]) for key in _Point.__annotations__)
+def _carried(t: Array, points: _Points, speed: float) -> Growth:
+    (Z, V, B, mass, G, rate, sizes), h = points, np.diff(t)
+    r, d = Z.shape[2], V.shape[2]
     rate[:, :r, r:], rate[:, r:, :r] = speed * rate[:, :r, r:], rate[:, r:, :r] / speed  # of velocities over the speed
     even = bool(np.ptp(h) <= 1e-6 * h.max())
     first, sizes_first = exponential(rate[: None if even else -1] * (0.5 * (h[0] if even else h[:, None, None])))
     second, sizes_second = (first[1:], sizes_first[1:]) if even else exponential(rate[1:] * (0.5 * h[:, None, None]))
     turn, turn_v = _turns(Z), _turns(V)  # from one basis to the next
+    carry = np.zeros((len(h), r + d, r + d))
+    carry[:, :r, :r] = turn
+    kept = np.concatenate([(turn_v @ G[:-1] - G[1:] @ turn) / speed, turn_v @ mass[:-1]], axis=2)
+    carry[:, r:] = np.linalg.solve(mass[1:], kept)
+    steps = second @ carry @ first[: len(h)]
     new = np.random.default_rng(1).standard_normal((r + d, DIRECTIONS)) / np.sqrt(r + d)
-    weights = np.repeat(sizes / [1.0, speed], (r, d), axis=1)[:, :, None]
-    x, log, largest = weights[0] * new, np.zeros(len(t)), 0.0  # the propagated perturbations are x exp(largest)
-    log[0] = np.log(_size(points[0], x, speed))
+    added = np.repeat(sizes / [1.0, speed], (r, d), axis=1)[:, :, None] * new
+    x, log, done = added.copy(), np.zeros(len(t)), len(t)  # the propagated perturbations are x exp(log)
     for k in range(len(h)):
-        x = first[k] @ x
-        y, w = x[:r], speed * x[r:]
-        u, y = turn_v[k] @ (mass[k] @ w + G[k] @ y), turn[k] @ y
-        x = second[k] @ np.vstack([y, np.linalg.solve(mass[k + 1], u - G[k + 1] @ y) / speed])
-        largest += sizes_first[k] + sizes_second[k]
-        size = float(np.abs(x).max(initial=0.0)) or 1.0
+        y = steps[k] @ x[k]
+        size = float(np.abs(y).max(initial=0.0)) or 1.0
         if not np.isfinite(size):
-            return Growth(t[: k + 1], log[: k + 1], np.inf)
-        x, largest = x / size, largest + np.log(size)
-        if largest < 0.0:  # the perturbations added below are larger
-            x, largest = x * np.exp(largest), 0.0
-        x = x + weights[k + 1] * new * np.exp(-largest)
-        log[k + 1] = largest + np.log(_size(points[k + 1], x, speed))
+            done = k + 1
+            break
+        # with a negative sum the perturbations added are larger
+        log[k + 1] = largest = max(0.0, total := log[k] + sizes_first[k] + sizes_second[k] + np.log(size))
+        x[k + 1] = y * (np.exp(total - largest) / size) + added[k + 1] * np.exp(-largest)
+    y, w = x[:, :r], x[:, r:]
+    length = np.maximum(np.abs(Z @ y).max(axis=(1, 2)), np.abs(V @ w + B @ y / speed).max(axis=(1, 2)))[:done]
+    t, log = t[:done], log[:done] + np.log(np.maximum(length, 1e-300))
+    if done <= len(h):
+        return Growth(t, log, np.inf)
     window = max((t[-1] - t[0]) / 50.0, float(h.min()))
     later = np.interp(np.minimum(t + window, t[-1]), t, log)
     return Growth(t, log, float(np.max((later - log) / window, initial=0.0)))
@@ -229,11 +273,6 @@ def _turns(Z: Array) -> Array:
     """Orthogonal matrices (N - 1, r, r) that take coordinates in each basis (N, n, r) to the next basis."""
     U, _, W = np.linalg.svd(np.swapaxes(Z[1:], 1, 2) @ Z[:-1])
     return U @ W
-
-
-def _size(point: _Point, x: Array, speed: float) -> float:
-    y, w = np.split(x, [point.Z.shape[1]])
-    return max(float(np.abs(point.Z @ y).max()), float(np.abs(point.V @ w + point.B @ y / speed).max()), 1e-300)
 
 
 def exponential(A: Array) -> tuple[Array, Array]:

@@ -140,28 +140,47 @@ def one(n: int, method: str) -> None:
     print(json.dumps([seconds, peak(), int(run.integers[loop_state.STEP])]))
 
 
-def processes(sizes: Iterable[int], repeats: int) -> list[str]:
-    """The table of memory and set-up."""
+@dataclass
+class Fresh:
+    """Measurements of processes that load, build and integrate one chain: peak memory [MB] and set-up [s] of each."""
+
+    memory: list[float]
+    seconds: list[float]
+    steps: set[int]
+
+
+def processes(sizes: Iterable[int], repeats: int) -> dict[str, dict[int, Fresh]]:
+    """Method -> number of links -> measurements."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-    lines = []
+    found: dict[str, dict[int, Fresh]] = {method: {} for method in METHODS}
     for method in METHODS:
-        used, begun_in = {}, {}
         for n in sizes:
             command = [sys.executable, __file__, "--one", str(n), method]
             ran = [subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE) for _ in range(repeats)]
             seconds, memory, steps = zip(*(json.loads(r.stdout) for r in ran), strict=True)
-            used[n], begun_in[n] = max(memory), min(seconds)
-            failed = "" if set(steps) == {STEPS} else "   VOID: stopped early"
+            found[method][n] = Fresh(list(memory), list(seconds), set(steps))
+    return found
+
+
+def of_processes(found: dict[str, dict[int, Fresh]]) -> list[str]:
+    """The table of memory and set-up."""
+    lines = []
+    for method, sizes in found.items():
+        used = {n: max(fresh.memory) for n, fresh in sizes.items()}
+        for n, fresh in sizes.items():
+            failed = "" if fresh.steps == {STEPS} else "   VOID: stopped early"
             lines.append(
-                f"chain     {n:6d} {method:8} {max(memory):8.0f} {min(seconds):8.2f} {median(seconds):8.2f}{failed}"
+                f"chain     {n:6d} {method:8} {used[n]:8.0f} {min(fresh.seconds):8.2f} {median(fresh.seconds):8.2f}"
+                f"{failed}"
             )
         first, *rest = used
         power = exponent([n - first for n in rest], [max(used[n] - used[first], 1e-3) for n in rest])
+        begun_in = {n: min(fresh.seconds) for n, fresh in sizes.items()}
         setup = exponent([n - first for n in rest], [max(begun_in[n] - begun_in[first], 1e-3) for n in rest])
         lines += [
             f"{'':16} {method:8} memory: {met(used[n], MEMORY)}; it grows with the power {power:.2f}:"
             f" {met(power, EXPONENT)}",
-            f"{'':16} {method:8} set-up: {met(median(seconds), SETUP)}; it grows with the power {setup:.2f}:"
+            f"{'':16} {method:8} set-up: {met(median(fresh.seconds), SETUP)}; it grows with the power {setup:.2f}:"
             f" {met(setup, EXPONENT)}",
         ]
     return lines
@@ -180,7 +199,7 @@ def table(repeats: int = 5, sizes: dict[str, tuple[int, ...]] = SIZES, fresh: tu
         "Fresh processes, everything compiled before",
         f"{'':25} {'memory':>8} {'set-up, s':>8}",
         f"{'model':9} {'N':>6} {'method':8} {'MB':>8} {'min':>8} {'median':>8}",
-        *processes(fresh, repeats),
+        *of_processes(processes(fresh, repeats)),
     ]
     return "\n".join(lines)
 

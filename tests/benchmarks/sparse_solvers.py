@@ -15,6 +15,7 @@ import argparse
 import os
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # idle BLAS threads spin, which counts as processor time
@@ -55,6 +56,26 @@ def solve(count, matrix, layout, vector):
 """
 
 
+@dataclass(frozen=True)
+class Cost:
+    """Microseconds of a factorisation and of a solution by one solver, and its largest residual."""
+
+    matrix: str
+    unknowns: int
+    solver: str
+    entries: int
+    factor: float
+    solve: float
+    residual: float
+
+    def __str__(self) -> str:
+        solver = f"{self.solver}, {self.entries} entries" if self.entries else self.solver
+        return (
+            f"{self.matrix:14} {self.unknowns:6d} {solver:28} {self.factor:10.2f} {self.solve:10.2f} "
+            f"{self.residual:9.1e}"
+        )
+
+
 def compiled() -> list[Callable]:
     signatures = {
         "factor": code_cache.Signature(("int", "vector", "vector", "ints"), gives="int"),
@@ -87,8 +108,8 @@ def times(call: Callable[[], object]) -> Callable[[int], None]:
     return often
 
 
-def compare(model: str, n: int, repeats: int) -> list[str]:
-    """Rows of the table for one matrix."""
+def compare(model: str, n: int, repeats: int) -> list[Cost]:
+    """All solvers on one matrix."""
     scene = mbdsl.load(MODELS / f"{model}.mbd", {"N": n} if n else {})
     mechanism = graph.build(scene)
     system = build(scene, mechanism)
@@ -112,14 +133,15 @@ def compare(model: str, n: int, repeats: int) -> list[str]:
     x[:] = b
     solve(1, A, I, x)
     name, other = f"{model} {n}" if n else model, b.copy()
-    lines = []
+    found: list[Cost] = []
 
-    def row(what: str, one: float, other: float, x: np.ndarray) -> None:
-        residual = np.abs(M @ x - b).max() / np.abs(b).max()
-        lines.append(f"{name:14} {N:6d} {what:28} {1e6 * one:10.2f} {1e6 * other:10.2f} {residual:9.1e}")
+    def row(what: str, entries: int, one: float, other: float, x: np.ndarray) -> None:
+        residual = float(np.abs(M @ x - b).max() / np.abs(b).max())
+        found.append(Cost(name, N, what, entries, 1e6 * one, 1e6 * other, residual))
 
     row(
-        f"ours, {pattern.size} entries",
+        "ours",
+        pattern.size,
         seconds(lambda count: factor(count, B, A, I), repeats),
         seconds(lambda count: solve(count, A, I, other), repeats),
         x,
@@ -132,18 +154,18 @@ def compare(model: str, n: int, repeats: int) -> list[str]:
         x = np.zeros(N)
         x[order if own else slice(None)] = lu.solve(b[order] if own else b)
         factoring = seconds(times(lambda m=matrix, o=options: splu(m, **o)), repeats)
-        row(f"{what}, {lu.nnz} entries", factoring, seconds(times(lambda lu=lu: lu.solve(b)), repeats), x)
+        row(what, lu.nnz, factoring, seconds(times(lambda lu=lu: lu.solve(b)), repeats), x)
     if N <= DENSE:
         dense = M.toarray()
         lu = lu_factor(dense)
         factoring = seconds(times(lambda: lu_factor(dense)), repeats)
-        row("LAPACK, dense", factoring, seconds(times(lambda: lu_solve(lu, b)), repeats), lu_solve(lu, b))
-    return lines
+        row("LAPACK, dense", 0, factoring, seconds(times(lambda: lu_solve(lu, b)), repeats), lu_solve(lu, b))
+    return found
 
 
 def table(repeats: int = 7, cases=CASES) -> str:
     head = f"{'matrix':14} {'N':>6} {'':28} {'factor us':>10} {'solve us':>10} {'residual':>9}"
-    return "\n".join([head, *(line for model, n in cases for line in compare(model, n, repeats))])
+    return "\n".join([head, *(str(cost) for model, n in cases for cost in compare(model, n, repeats))])
 
 
 if __name__ == "__main__":

@@ -81,10 +81,13 @@ def test_sparse_solvers():
     assert all(float(line.split()[-1]) < 1e-12 for line in lines)
 
 
-def test_startup():
+def test_startup(monkeypatch):
     benchmark = script("startup")
-    text = benchmark.table(1, {"mbdsl --help": ["--help"]})
+    monkeypatch.setattr(benchmark, "QUIET", 0.1)
+    text = benchmark.table(1, 2, [benchmark.Wait("--help", ["--help"], True)])
     assert len(text.splitlines()) == 2
+    with pytest.raises(RuntimeError, match="returned 2"):
+        benchmark.measure(1, 1, [benchmark.Wait("no model", ["check", "no_model.mbd"])])
 
 
 def test_method_costs():
@@ -99,16 +102,16 @@ def test_method_costs():
 
 
 def test_ratios_of_method_costs():
-    """Of the minima, and the median over rounds; a target is met by the median."""
+    """Of the least times of the slices, and the median over rounds; a target is met by the former."""
     benchmark = script("method_costs")
-    costs = {name: benchmark.Cost([1.0, 2.0, 4.0]) for name in benchmark.METHODS}
-    costs["hht-si2"] = benchmark.Cost([2.0, 2.2, 4.4])
-    assert benchmark.ratios(costs, "hht-si2") == (2.0, 1.1)
+    costs = {name: benchmark.Cost([[1.0, 1.0], [0.5, 3.5], [2.0, 8.0]]) for name in benchmark.METHODS}
+    costs["hht-si2"] = benchmark.Cost([[0.5, 1.5], [0.4, 3.6], [3.0, 0.8]])
+    assert benchmark.ratios(costs, "hht-si2") == (1.2 / 1.5, 1.0)
     case = benchmark.CASES[0]
     line = next(line for line in benchmark.rows(case, costs) if "hht-si2" in line and "nstiff" not in line)
-    assert line.endswith("1.15 met")
-    costs["hht-si2"] = benchmark.Cost([1.0, 2.4, 4.8])
-    assert "1.15 MISSED" in "".join(benchmark.rows(case, costs))
+    assert line.endswith("1.00 met")
+    costs["hht-si2"] = benchmark.Cost([[1.0, 1.2], [0.6, 1.0], [2.0, 8.0]])
+    assert "1.00 MISSED" in "".join(benchmark.rows(case, costs))
 
 
 def test_general_path():
@@ -182,6 +185,78 @@ def test_what_accuracy_costs_is_what_was_measured(monkeypatch):
     assert benchmark.at(1e-3, [1e-2, 1e-4], [1.0, 4.0]) == pytest.approx(2.0)
     assert benchmark.at(1e-1, [1e-2, 1e-4], [1.0, 4.0]) == 1.0
     assert benchmark.at(1e-5, [1e-2, 1e-4], [1.0, 4.0]) != benchmark.at(1e-5, [1e-2, 1e-4], [1.0, 4.0])  # unknown
+
+
+@pytest.mark.filterwarnings("ignore")  # of the other program
+def test_against_mujoco(monkeypatch):
+    """All programs come to the same reference."""
+    if importlib.util.find_spec("mujoco") is None:
+        pytest.skip("MuJoCo is not installed: pip install 'mbdsl[bench]'")
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    benchmark = script("against_mujoco")
+    decades = (3, 4)
+    chain = benchmark.compare(2, 1, ["radau5"], decades)
+    text = benchmark.report(chain, decades)
+    assert text.count("\n 1e-") == len(decades) and "time over MuJoCo's" in text
+    for program in ("mbdsl", "MuJoCo"):
+        assert min(run.error for run in chain.of(program)) < 1e-4
+    if importlib.util.find_spec("exudyn") is not None:
+        for program in ("Exudyn explicit", "Exudyn implicit"):
+            assert min(run.error for run in chain.of(program)) < 1e-4
+
+
+def test_reference_of_chains(monkeypatch):
+    """A chain of one link is a pendulum, whose energy is known."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    programs = script("chain_programs")
+    reference = programs.Reference(1)
+    phi, w = reference._solution.sol(reference.times)
+    # m L^2/3 w^2/2 = -m g L/2 sin(phi), to the tolerance of 1e-13 with some digits lost over the run
+    assert w**2 / 3.0 == pytest.approx(-programs.GRAVITY * programs.np.sin(phi) / programs.LENGTH, rel=1e-11)
+    assert reference.error(reference.angles) == 0.0
+    assert reference.error(reference.angles[:2]) == float("inf")
+
+
+def test_page_has_what_was_measured_on_chains(monkeypatch):
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    benchmark = script("against_mujoco")
+    page = benchmark.PAGE.read_text(encoding="utf-8")
+    for links in benchmark.LINKS:
+        kept = json.loads((benchmark.PAGE.with_suffix("") / f"chain_{links}.json").read_text(encoding="utf-8"))
+        assert len(kept["table"]) == len(benchmark.DECADES)
+        assert all(f"| {' | '.join(row)} |" in page for row in kept["table"])
+
+
+def test_everything(monkeypatch):
+    """Every part of a page is measured by the command; conclusions follow from the stored numbers."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    benchmark = script("everything")
+    source = Path(benchmark.__file__).read_text(encoding="utf-8")
+    parts = script("doc_parts")
+    tables = [*benchmark.work_precision.CASES, *(f"chain_{n}" for n in benchmark.against_mujoco.LINKS)]
+    for name, page in benchmark.PAGES.items():
+        for part in parts.parts_of(page):
+            assert f'"{name}: {part}"' in source or (name == "work-precision" and part in tables), part
+    known = {
+        name: json.loads((benchmark.FOLDER / f"{name}.json").read_text(encoding="utf-8"))["points"]
+        for name in benchmark.work_precision.CASES
+    }
+    assert benchmark.conclusions(known) in benchmark.PAGES["work-precision"].read_text(encoding="utf-8")
+    monkeypatch.setattr(benchmark, "CONSTRAINED", ("slider_crank",))
+    found = benchmark.constraints(1)
+    assert 1e-17 < float(found["README: positions"]) < 1e-12 and 1e-17 < float(found["README: velocities"]) < 1e-9
+
+
+def test_parts_of_pages(monkeypatch, tmp_path):
+    parts, page = script("doc_parts"), tmp_path / "page.md"
+    page.write_text("It takes <!-- a -->1 s<!-- end -->, and\n<!-- b -->\n\nold\n\n<!-- end -->\n", encoding="utf-8")
+    assert parts.parts_of(page) == ["a", "b"]
+    parts.put(page, {"a": "2 s", "b": "new"})
+    expected = "It takes <!-- a -->2 s<!-- end -->, and\n<!-- b -->\n\nnew\n\n<!-- end -->\n"
+    assert page.read_text(encoding="utf-8") == expected
+    with pytest.raises(ValueError, match="0 parts `<!-- c -->`"):
+        parts.put(page, {"c": "3"})
+    assert parts.spread([0.0712, 0.168]) == "0.07 to 0.2" and parts.spread([2340.0], 2) == "2,300"
 
 
 def test_long_results(tmp_path, capsys):

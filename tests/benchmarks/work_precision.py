@@ -32,6 +32,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # idle BLAS threads spin, wh
 import against_exudyn
 import numpy as np
 from against_exudyn import JUDGED, MODELS, WAYS, Ours, Theirs
+from doc_parts import ROOT, markdown, put
 
 from mbdsl.messages import duration
 from mbdsl.plotting.figure_layout import looks_of
@@ -45,7 +46,7 @@ from mbdsl.studies.survey import Asked, Row, measure, prepare
 from mbdsl.studies.work_precision import WorkPrecision
 
 CASES = ("slider_crank", "seven_body")
-PAGE = Path(__file__).parents[2] / "docs" / "work-precision.md"
+PAGE = ROOT / "docs" / "work-precision.md"
 DECADES = tuple(range(3, 11))  #: errors 1e-3 ... 1e-10
 TIGHTER = (1.0, 1e-2)  #: factors on Exudyn's tolerances
 SOLVERS = ("GeneralizedAlpha", "TrapezoidalIndex2")
@@ -135,9 +136,9 @@ def at(error: float, errors: list[float], seconds: list[float]) -> float:
 
 
 def compare(
-    name: str, repeats: int, budget: float, stop: float | None = None, **asked: Any
+    name: str, repeats: int, budget: float, stop: float | None = None, longest: float = math.inf, **asked: Any
 ) -> tuple[WorkPrecision, list[Their]]:
-    """The study of one model, and Exudyn's runs, timed in turn."""
+    """The study of one model, and Exudyn's runs, timed in turn; runs longer than ``longest`` [s] are timed once."""
     study = WorkPrecision(
         measure(
             prepare(
@@ -153,11 +154,13 @@ def compare(
     done = [row for row in survey.rows if row.run.done]
     survey.runner.budget = math.inf  # the budget limits the runs, not the timing
     for k in range(repeats):
-        times = survey.runner.time([row.case for row in done], k + 1, lambda case: 0.0)
-        for row in done:
+        timed = [row for row in done if k == 0 or median(row.seconds) <= longest]
+        times = survey.runner.time([row.case for row in timed], k + 1, lambda case: 0.0)
+        for row in timed:
             row.seconds = times.get(row.case, [])
         for run in theirs:
-            run.seconds.append(program.time(run))
+            if k == 0 or run.seconds[0] <= longest:
+                run.seconds.append(program.time(run))
     return study, front(theirs)
 
 
@@ -225,19 +228,6 @@ def numbers(study: WorkPrecision, theirs: list[Their]) -> dict:
     return {"table": [list(row) for row in table(study, theirs).rows], "points": points, "facts": study.facts()}
 
 
-def markdown(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table of docs/work-precision.md."""
-    lines = [columns, ["---"] * len(columns), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def tell(page: Path, name: str, text: str) -> None:
-    """Replace the text between the marks of a model in a page."""
-    before, rest = page.read_text(encoding="utf-8").split(f"<!-- {name} -->\n")
-    _, after = rest.split("<!-- end -->\n", 1)
-    page.write_text(f"{before}<!-- {name} -->\n\n{text}\n\n<!-- end -->\n{after}", encoding="utf-8")
-
-
 def draw_best(points: Sequence[dict], path: Path) -> None:
     """The picture of docs/work-precision.md."""
     drawn = pictures(points)
@@ -264,7 +254,7 @@ def main(arguments: argparse.Namespace) -> None:
         draw_best(numbers(study, theirs)["points"], folder / f"{name}.png")
         (folder / f"{name}.json").write_text(json.dumps(numbers(study, theirs), indent=1) + "\n", encoding="utf-8")
         if folder.resolve() == PAGE.with_suffix(""):
-            tell(PAGE, name, markdown(read_out.columns, read_out.rows))
+            put(PAGE, {name: markdown(read_out.columns, read_out.rows)})
 
 
 if __name__ == "__main__":

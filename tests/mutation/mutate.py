@@ -74,6 +74,7 @@ RADAU5 = (
     "-k",
     "not test_a_step and not pieces and not statistics and not corrections",
 )
+RADAU = (f"{INTEGRATORS}/test_radau.py",)
 BACKENDS = f"{INTEGRATORS}/test_backends.py"
 JUMPS = "tests/verification/test_jumps_at_steps.py"
 #: tests of a method, selected by its name; tests of its order take minutes uncompiled
@@ -186,7 +187,10 @@ NEAREST = {
     "mbdsl/integrators/missed_peaks": PEAKS,
     "mbdsl/integrators/methods/radau5": RADAU5,
     "mbdsl/integrators/loop/sparse_lu": ("tests/unit/test_reductions.py", *FULL),
-    "mbdsl/integrators/methods/radau5_newton": RADAU5,
+    "mbdsl/integrators/methods/radau_newton": RADAU5,
+    "mbdsl/integrators/methods/radau_step": RADAU5,
+    "mbdsl/integrators/methods/radau_stages": RADAU,
+    "mbdsl/integrators/methods/radau_coefficients": RADAU,
     "mbdsl/integrators/methods/radau5_stages": RADAU5,
     "mbdsl/integrators/loop/switch_location": ("tests/unit/test_switches.py", "tests/unit/integrators/test_events.py"),
     "mbdsl/integrators/loop/turn_counting": ("tests/unit/bodies/test_turns.py",),

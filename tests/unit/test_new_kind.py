@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 import mbdsl
+from mbdsl import elements
 from mbdsl.compilation import code_cache
 from mbdsl.storage import cache_folder
 
@@ -150,3 +151,10 @@ def test_a_scene_with_it_has_it(folder, tmp_path):
     assert NAME not in twin["codes"][0]
     assert found["q"] == twin["q"]
     assert found["names"] != twin["names"]
+
+
+def test_the_file_of_a_kind_has_its_name():
+    """A model imports the files of its own kinds only; they are found by their names."""
+    assert {name: module.__name__.rpartition(".")[2] for name, module in elements.modules().items()} == {
+        name: elements.file_of(name) for name in elements.kinds()
+    }

@@ -130,11 +130,29 @@ def test_order_of_radau5(model, soft, order):
     assert all(4.75 < slope < 7.0 for slope in slopes[:2]), slopes
 
 
+MORE = [("radau9", (8, 12, 16, 24), 8.5), ("radau13", (4, 6, 8, 12), 11)]
+
+
+@pytest.mark.parametrize(("method", "parts", "least"), MORE)
+def test_order_of_more_stages(model, data, soft, order, method, parts, least):
+    """In angles, rates and forces in the pins. Steps that are short enough for the slope 13 have errors of rounding."""
+    _, O, A = newton_euler({**data["parameters"], **SOFT}, *soft)
+    exact = dict(zip((*SIGNALS, "O.fx", "O.fy", "A.fx", "A.fy"), (*soft, *O, *A), strict=True))
+    errors = []
+    for part in parts:
+        how = {"step": 1 / part, "stop": 1.0, "interval": 1.0}
+        end = mbdsl.simulate(model("double_pendulum"), method=method, parameters=SOFT, **how)
+        errors.append([abs(end[name][-1] - x) for name, x in exact.items()])
+    slopes = [order([1 / part for part in parts], error) for error in np.transpose(errors)]
+    assert all(least < slope < least + 2 for slope in slopes), slopes
+
+
+@pytest.mark.parametrize("method", ["radau5", "radau9", "radau13"])
 @pytest.mark.parametrize("tol", [1e-4, 1e-6, 1e-8, 1e-10])
-def test_tolerance_of_radau5(model, data, soft, tol):
+def test_tolerance_of_radau(model, data, soft, tol, method):
     """Errors follow the tolerance: angles in radians, rates relative to the largest one; stiff or not."""
     for parameters, stop, exact in ((SOFT, 1.0, soft), ({}, 0.2, data["y"][data["t"].index(0.2)])):
         end = mbdsl.simulate(
-            model("double_pendulum"), method="radau5", tol=tol, stop=stop, interval=stop, parameters=parameters
+            model("double_pendulum"), method=method, tol=tol, stop=stop, interval=stop, parameters=parameters
         )
         assert max(abs(end[name][-1] - x) for name, x in zip(SIGNALS, exact, strict=True)) < 10 * tol

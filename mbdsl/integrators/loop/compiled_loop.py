@@ -8,7 +8,7 @@ from types import ModuleType
 from mbdsl.compilation import code_cache
 from mbdsl.integrators import method_files, modules
 from mbdsl.integrators.loop import driver, multistep, step_control
-from mbdsl.integrators.loop.run_data import Formulas, RunData, Step
+from mbdsl.integrators.loop.run_data import Formulas, RunData, Stages, Step
 from mbdsl.system.emit import EVALUATE, INERTIA, TANGENT
 
 #: advance(steps, times, out, *RunData)
@@ -25,8 +25,18 @@ _BUFFERS = ", ".join(RunData._fields)
 
 
 def loop_name(method: str) -> str:
-    """The name of the emitted module with the step loop of a method."""
-    return "mbdsl_method_" + modules()[method].__name__.rsplit(".", 1)[-1]
+    """The name of the emitted module with the step loop of a method; methods with the same kernels share it."""
+    return "mbdsl_method_" + _with_kernels_of(modules()[method]).__name__.rsplit(".", 1)[-1]
+
+
+def _with_kernels_of(module: ModuleType) -> ModuleType:
+    """The first module of a method with the kernels of ``module``."""
+    return next((other for other in modules().values() if _kernels(other) == _kernels(module)), module)
+
+
+def _kernels(module: ModuleType) -> list[tuple[str, str]]:
+    found = [value for value in vars(module).values() if hasattr(value, "__mbdsl_kernel__")]
+    return sorted((value.__module__, value.__name__) for value in found)
 
 
 def has_own_step(method: str) -> bool:
@@ -41,15 +51,18 @@ def controls_locally(method: str) -> bool:
 
 def compiled(name: str, module: ModuleType) -> Callable:
     """Compile the step loop of one method, with its kernels; the functions of the scene are arguments (pointers)."""
+    module = _with_kernels_of(module)
     short = module.__name__.rsplit(".", 1)[-1]
     if has_own_step(name):
-        whose, formulas, used = "method", "None", [driver]
+        staged = all(hasattr(module, f) for f in Stages._fields)
+        formulas = f"run_data.Stages({', '.join(f'method.{f}' for f in Stages._fields)})" if staged else "None"
+        whose, used = "method", [driver]
     else:
         of = {f: "method" if hasattr(module, f) or f not in CONTROL else "step_control" for f in Formulas._fields}
         formulas = f"run_data.Formulas({', '.join(f'{of[f]}.{f}' for f in of)})"
         whose, used = "multistep", [driver, multistep, step_control]
     found = f"from mbdsl.integrators.methods import {short}" if module.__package__ else f"import {short}"
-    text = f'''"""Emitted by mbdsl: the step loop of {name}."""
+    text = f'''"""Emitted by mbdsl: the step loop of {short}."""
 
 from mbdsl.integrators.loop import {", ".join(sorted(["run_data", *(m.__name__.rsplit(".", 1)[-1] for m in used)]))}
 {found} as method

@@ -15,7 +15,7 @@ The loop is compiled once per method and allocates nothing.
 
 from __future__ import annotations
 
-from mbdsl.compilation.buffer_layout import N_ALL, N_Q, POSITION, UNKNOWN, UNKNOWN0, VELOCITY
+from mbdsl.compilation.buffer_layout import N_ALL, N_Q, PAST, POSITION, UNKNOWN, UNKNOWN0, VELOCITY
 from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.loop_state import (
     CUT,
@@ -29,6 +29,7 @@ from mbdsl.integrators.loop.loop_state import (
     NEXT_EVENT,
     NOTES,
     NOW,
+    OLDER,
     OUTPUT,
     RETRY,
     RUNNING,
@@ -88,7 +89,7 @@ def advance(step, formulas, steps, times, out, run):
         count_turns(run)
         if integers[NOTES] > 0:
             note(run)
-        integers[HISTORY], integers[STEP] = min(integers[HISTORY] + 1, 4), integers[STEP] + 1
+        integers[HISTORY], integers[STEP] = min(integers[HISTORY] + 1, PAST + integers[OLDER]), integers[STEP] + 1
         reals[NOW] = reals[STEP_END]
         step.next_length(error, h, times, formulas, run)
         if integers[CUT] > 0 or reals[NOW] >= reals[NEXT_EVENT]:

@@ -18,10 +18,13 @@ START, STOP, STEP_SIZE, STEP_END, CONTRACTION, VELOCITY_TOL, RELATIVE_TOL, LOOSE
 # h D in the iteration matrix
 NOW, TOL, SPEED, LAST_H, LEAST_H, MOST_H, EXPONENT, NODE, MASS_WEIGHT, LARGEST, FORGOTTEN, DAMPING = range(10, 22)
 NODES, TIMES = 22, 26  #: times of the accelerations, and of the multipliers, of the last four steps, newest first
+# of estimates of the error: the raw error of the last complete estimate, and the part of it that counts
+RAW, REDUCED = 32, 33
+GOOD, BAD = 34, 35  #: errors, relative to the allowed one, between which the step size is kept
 # of switches: next known time of an event; step size before the step was cut short
 NEXT_EVENT, UNCUT = 30, 31
 #: start and end of the next zones, and the number of zones held (:mod:`mbdsl.integrators.loop.zone_landing`)
-ZONE, ROOM = 32, 32
+ZONE, ROOM = 36, 32
 REALS = ZONE + 2 * ROOM
 
 # -- integers of the run -------------------------------------------------------------------------------------
@@ -42,7 +45,11 @@ WATCHING, SIGNATURE, CORNERS, CUT, EVENTS = range(20, 25)
 NEXT_ZONE, ZONES, NOTED, NOTES = range(25, 29)
 # number of rows that must be free in the output before a step; 0: all rows of the run have room
 MARGIN = 29
-INTEGERS = 30
+# number of steps before the last ``PAST`` ones whose unknowns the prediction uses, 0 or 2; they are in the last rows
+# of ``vectors``
+OLDER = 30
+TRUSTED = 31  #: steps for which the part of the raw error that counts may be taken from the last complete estimate
+INTEGERS = 32
 #: name in the statistics -> index in ``integers``
 COUNTERS = {
     "rejected": REJECTED,

@@ -40,6 +40,7 @@ from mbdsl.integrators.loop.loop_state import (
     FRESH,
     HISTORY,
     IN_A_ROW,
+    OLDER,
     ORDER,
     REJECTED,
     RETRY,
@@ -73,9 +74,26 @@ from mbdsl.integrators.loop.switch_location import length_before_switch, until_s
 
 #: steps after which the order of extrapolation is chosen again, since it seldom changes
 RECONSIDER = 4
+#: orders above 3 amplify what the iteration leaves: they are chosen only if they reduce the error to this part
+CLEARLY = 0.5
 
 
 # -- prediction --------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def older_rows(unknown, run):
+    """The first of the rows with UNKNOWN (unknown 0) or UNKNOWN2 (unknown 1) of the steps before the last four."""
+    return run.vectors.shape[0] - (2 - unknown) * run.integers[OLDER]
+
+
+@kernel
+def older_differences(unknown, i, run):
+    """The fourth and fifth difference of the last steps, which raise the order of an extrapolation to 4 and to 5."""
+    y, a, b = run.vectors, UNKNOWN0 + PAST * unknown, older_rows(unknown, run)
+    fourth = y[a, i] - 4.0 * (y[a + 1, i] + y[a + 3, i]) + 6.0 * y[a + 2, i] + y[b, i]
+    before = y[a + 1, i] - 4.0 * (y[a + 2, i] + y[b, i]) + 6.0 * y[a + 3, i] + y[b + 1, i]
+    return fourth, fourth - before
 
 
 @kernel
@@ -92,6 +110,10 @@ def predict(unknown, order, n, run):
             vectors[x, i] = 3.0 * (vectors[a, i] - vectors[a + 1, i]) + vectors[a + 2, i]
         else:
             vectors[x, i] = 4.0 * (vectors[a, i] + vectors[a + 2, i]) - 6.0 * vectors[a + 1, i] - vectors[a + 3, i]
+    if order > 3:
+        for i in range(n):
+            d4, d5 = older_differences(unknown, i, run)
+            vectors[x, i] += d4 if order == 4 else d4 + d5
 
 
 @kernel
@@ -114,6 +136,23 @@ def best_order(history, n, run):
         best, error = 2, e2
     if history > 3 and e3 < error:
         best, error = 3, e3
+    return best_of_older(best, error, history, n, run) if history > 4 else best
+
+
+@kernel
+def best_of_older(best, error, history, n, run):
+    """``best``, or order 4 or 5 if its error is below ``error``."""
+    vectors, e4, e5 = run.vectors, 0.0, 0.0
+    x, a = UNKNOWN, UNKNOWN0
+    for i in range(n):
+        fourth, fifth = older_differences(0, i, run)
+        third = 4.0 * (vectors[a, i] + vectors[a + 2, i]) - 6.0 * vectors[a + 1, i] - vectors[a + 3, i]
+        d4, s = vectors[x, i] - third - fourth, vectors[SCALE, i]
+        e4, e5 = max(e4, s * abs(d4)), max(e5, s * abs(d4 - fifth))
+    if e4 < CLEARLY * error:
+        best, error = 4, e4
+    if history > 5 and e5 < CLEARLY * error:
+        best = 5
     return best
 
 
@@ -132,9 +171,9 @@ def solve_step(t, h, formulas, run):
     for attempt in range(3):
         for k in range(1 + integers[STABILISED]):
             if even(run):
-                predict(k, integers[ORDER], layout[N_ALL], run)
+                predict(k, min(integers[ORDER], integers[SAME]), layout[N_ALL], run)
             else:
-                predict_uneven(k, integers[ORDER], h, run)
+                predict_uneven(k, min(integers[ORDER], 3), h, run)
         status = newton(attempt == 2, t, h, formulas, run)
         if status == RUNNING or (controlled and attempt == 1):
             break
@@ -208,9 +247,9 @@ def take(t0, h, formulas, run):
     formulas.finish(h, run)
     if not controlled and leaps(run):
         return TOO_LARGE, h, error
-    if integers[STEP] % RECONSIDER == 0 or integers[HISTORY] < 4 or integers[ORDER] == 0:
-        history, n = integers[HISTORY], layout[N_Q]
-        integers[ORDER] = best_order(history, n, run) if even(run) else best_order_uneven(history, h, n, run)
+    if integers[STEP] % RECONSIDER == 0 or integers[HISTORY] < PAST + integers[OLDER] or integers[ORDER] == 0:
+        history, n = min(integers[HISTORY], integers[SAME] + 1), layout[N_Q]
+        integers[ORDER] = best_order(history, n, run) if even(run) else best_order_uneven(integers[HISTORY], h, n, run)
     return RUNNING, h, error
 
 
@@ -238,6 +277,10 @@ def store(h, run):
         )
     for k in range(1 + integers[STABILISED]):
         a = UNKNOWN0 + PAST * k
+        if integers[OLDER] > 0:
+            b = older_rows(k, run)
+            for i in range(layout[N_ALL]):
+                vectors[b + 1, i], vectors[b, i] = vectors[b, i], vectors[a + 3, i]
         for i in range(layout[N_ALL]):
             vectors[a + 3, i], vectors[a + 2, i], vectors[a + 1, i], vectors[a, i] = (
                 vectors[a + 2, i],

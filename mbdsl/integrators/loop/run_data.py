@@ -40,6 +40,18 @@ class Formulas(NamedTuple):
     change_step: Callable
 
 
+class Stages(NamedTuple):
+    """The kernels of a method with several stages that :mod:`mbdsl.integrators.methods.radau_step` calls."""
+
+    predict: Callable  #: (ratio, steps_behind, run): the unknowns from those of the last step
+    residuals: Callable  #: (t, h, run): residuals of all stages of a step from t
+    constraint_size: Callable  #: (run): largest residual of the constraints on positions
+    matrices: Callable  #: (t, h, still, run): the iteration matrices, factorised; False if that failed
+    correct: Callable  #: (h, unit, run): Newton's correction, and its size
+    finish: Callable  #: (h, run): the end of the step
+    estimate: Callable  #: (h, speed, run): the error of the embedded formula
+
+
 class RunData(NamedTuple):
     """The compiled functions of the scene, and the buffers of a run.
 

@@ -88,6 +88,7 @@ METHOD = Method(
     mass_weight=lambda c: 1 / (1 + c[2]),
     damping_weight=lambda c: c[1],
     steps=("fixed", "controlled"),
+    older=2,
 )
 
 

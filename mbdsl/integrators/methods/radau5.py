@@ -1,61 +1,18 @@
 """RADAU5: Radau IIA with three stages on the stabilised index-2 equations, order 5, with error-controlled steps.
 
-The equations and their solution: :mod:`mbdsl.integrators.methods.radau5_stages`. The end of a step is its third stage,
-where both levels of constraints hold. The length of steps is controlled by an embedded formula of order 3 and a digital
-filter.
+The equations and their solution: :mod:`mbdsl.integrators.methods.radau5_stages`; the loop over steps and the control of
+their lengths: :mod:`mbdsl.integrators.methods.radau_step`.
 
 Source: Hairer, Wanner, Solving Ordinary Differential Equations II (1996), section IV.8, on the equations of Gear,
-Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90; controller: Soederlind, ACM Trans. Math. Softw. 29
-(2003) 1-26. The splitting is our own.
+Gupta, Leimkuhler, J. Comput. Appl. Math. 12 & 13 (1985) 77-90. The splitting is our own.
 """
 
-from mbdsl.compilation.buffer_layout import (
-    FORCE,
-    FORCE0,
-    N_ALL,
-    N_Q,
-    POSITION,
-    POSITION0,
-    SCALE,
-    SOLVER,
-    UNKNOWN0,
-    VELOCITY,
-    VELOCITY0,
-)
-from mbdsl.compilation.marks import kernel, rare
-from mbdsl.integrators.loop.linear_solve import SPARSE_LU
-from mbdsl.integrators.loop.loop_state import (
-    CUT,
-    DIVERGED,
-    EVENT,
-    FRESH,
-    HISTORY,
-    LAST_H,
-    LAST_STEP,
-    LEAST_H,
-    MOST_H,
-    NEXT_EVENT,
-    NODES,
-    NOW,
-    REJECTED,
-    RUNNING,
-    SIGNATURE,
-    SINGULAR,
-    START,
-    STEP,
-    STEP_END,
-    STEP_SIZE,
-    STOP,
-    TOL,
-    TOO_SMALL,
-    WATCHING,
-)
-from mbdsl.integrators.loop.run_data import evaluate
-from mbdsl.integrators.loop.step_times import end_of_step
-from mbdsl.integrators.loop.switch_location import length_before_switch, until_switch
-from mbdsl.integrators.method import Method
+from math import inf
+
+from mbdsl.compilation.buffer_layout import N_ALL, N_Q, POSITION, POSITION0, UNKNOWN0, VELOCITY, VELOCITY0
+from mbdsl.compilation.marks import kernel
+from mbdsl.integrators.loop.loop_state import HISTORY, NODES, NOW, STEP_END, TOL
 from mbdsl.integrators.methods.radau5_coefficients import NODES as STAGES
-from mbdsl.integrators.methods.radau5_newton import CONTRACTION, ERROR, LAST, SPEED, solve_step, strict
 from mbdsl.integrators.methods.radau5_stages import (
     MATRICES,
     OWN_ROWS,
@@ -65,191 +22,22 @@ from mbdsl.integrators.methods.radau5_stages import (
     STAGE,
     STAGE2,
     VB,
+    constraint_size,
+    correct,
     estimate,
-    motion,
-    set_metric,
+    finish,
+    matrices,
+    predict,
+    residuals,
 )
-from mbdsl.system.switches import signature
+from mbdsl.integrators.methods.radau_newton import LAST
+from mbdsl.integrators.methods.radau_step import method, next_length, take, trial_length
 
-METHOD = Method(
-    "radau5",
-    doc="Radau IIA of order 5, stabilised: positions and velocities on their constraints",
-    order=5,
-    index=2,
-    enforces=("Phi", "dPhi"),
-    family="Radau IIA",
-    source="Hairer, Wanner (1996)",
-    memory=lambda c, start: (0.0,) * 5,
-    begin=lambda c, start: {UNKNOWN0: [*start.a, *start.lam]},
-    sets=2,
-    matrices=MATRICES,
-    own_reactions=False,
-    steps=("controlled", "fixed"),
-    rows=OWN_ROWS,
-)
+__all__ = ["METHOD", "constraint_size", "correct", "estimate", "finish", "interpolate", "matrices", "next_length"]
+__all__ += ["predict", "residuals", "store", "take", "trial_length"]
 
-#: contraction above which the next step starts with new matrices
-SLOW = 0.02
-#: largest error that may be due to rounding, relative to what is allowed
-NOISE = 100.0
-#: error, relative to what is allowed, up to which a step may pass a corner of a force
-UNNOTICED = 0.05
-#: error aimed at, relative to what is allowed; smallest and largest ratio of successive step lengths
-AIM, SHRINK, GROW = 0.5, 0.15, 6.0
-
-
-# -- lengths of steps --------------------------------------------------------------------------------------------------
-
-
-@rare
-def first_step(run):
-    """A length within which the motion at the start changes little [s]."""
-    vectors, layout, length = run.vectors, run.layout, run.reals[STOP] - run.reals[START]
-    speed, force = 0.0, 0.0
-    for i in range(layout[N_Q]):
-        speed = max(speed, abs(vectors[VELOCITY0, i]) * vectors[SCALE, i])
-        force = max(force, abs(vectors[UNKNOWN0, i]) * vectors[SCALE, i])
-    rate = max(speed, force**0.5)
-    return min(0.01 * length, strict(run) ** 0.25 / rate) if rate > 0.0 else 0.01 * length
-
-
-@kernel
-def trial_length(run):
-    """The length to try [s]."""
-    memory, reals = run.memory, run.reals
-    first = run.integers[HISTORY] == 1
-    if first:
-        set_metric(run)
-    if reals[TOL] == 0.0:
-        return reals[STEP_SIZE]
-    if first:
-        memory[CONTRACTION], memory[ERROR] = 1.0, 0.0
-        reals[STEP_SIZE] = min(reals[STEP_SIZE], first_step(run))
-    return min(reals[STEP_SIZE], reals[MOST_H])
-
-
-@kernel
-def fitted(t0, h, run):
-    """The length, at most about h, with which the end is reached without a short last step [s]."""
-    reals = run.reals
-    end = min(reals[STOP], reals[NEXT_EVENT])
-    if end - (t0 + h) < h:
-        left = end - t0
-        h = left if left <= 1.01 * h else min(h, 0.5 * left)
-    return h
-
-
-@kernel
-def filtered_length(h, error, run):
-    """The next length by Soederlind's digital filter H211b, which smooths variations of the error; without the filter
-    where the error is far from the aim."""
-    memory = run.memory
-    now = AIM / max(error, 1e-8)
-    ratio = now**0.25
-    if memory[ERROR] > 0.0 and ratio < 2.0:
-        ratio = (now * AIM / max(memory[ERROR], 1e-8)) ** (1.0 / 16.0) * (h / memory[LAST]) ** -0.25
-    return h * min(max(ratio, SHRINK), GROW)
-
-
-@kernel
-def next_length(error, h, times, formulas, run):
-    """Set the length of the next step; decide whether it starts with new matrices."""
-    memory, reals = run.memory, run.reals
-    if reals[TOL] > 0.0:
-        new = filtered_length(h, error, run)
-        keep = 0.95 <= new / h <= 1.15 and memory[CONTRACTION] < SLOW  # the matrices are good for another step
-        reals[STEP_SIZE], reals[LAST_H], memory[ERROR] = h if keep else new, h, error
-    memory[LAST] = h
-    if memory[CONTRACTION] > SLOW:
-        run.integers[FRESH] = 0
-
-
-# -- the step ----------------------------------------------------------------------------------------------------------
-
-
-@rare
-def before_switch(status, error, h, run):
-    """The part of the step just tried after which a switch changes that makes a difference; 1 if none does."""
-    reals = run.reals
-    if status == RUNNING:
-        evaluate(reals[STEP_END], run)
-    return until_switch(status, status == RUNNING and error <= UNNOTICED, h, run)
-
-
-@rare
-def update_switches(run):
-    """Switches and forces at the end of an accepted step."""
-    integers, vectors, numbers, layout = run.integers, run.vectors, run.numbers, run.layout
-    evaluate(run.reals[STEP_END], run)
-    integers[SIGNATURE] = signature(numbers, layout)
-    for i in range(layout[N_Q]):
-        vectors[FORCE0, i] = vectors[FORCE, i]
-
-
-@kernel
-def take_fixed(t0, h, run):
-    """Try a step of fixed length up to three times; a status."""
-    reals, integers = run.reals, run.integers
-    end = reals[STOP] if integers[STEP] == integers[LAST_STEP] - 1 else t0 + h
-    early = max(0.0, end - reals[NEXT_EVENT])  # some units in the last place
-    reals[STEP_END] = end - early
-    status = DIVERGED
-    for attempt in range(3):
-        status = solve_step(attempt, t0 - early, h, run)
-        if status == RUNNING or (status == SINGULAR and run.layout[SOLVER] == SPARSE_LU):
-            break
-        integers[FRESH] = 0
-    return status
-
-
-@kernel
-def take_controlled(t0, h, run):
-    """Try shorter and shorter steps until one is accepted; status, length and error."""
-    memory, reals, integers = run.memory, run.reals, run.integers
-    attempt, refused, error, former, allowed = 0, 0, 0.0, 0.0, strict(run)
-    while True:
-        h = fitted(t0, h, run)
-        end_of_step(t0, h, run)
-        status = solve_step(attempt, t0, h, run)
-        if status == SINGULAR and run.layout[SOLVER] == SPARSE_LU:
-            return status, h, error  # the run continues with the dense solver
-        if status == RUNNING:
-            motion(2, h, run)
-            error = estimate(h, memory[SPEED], run) / allowed
-        if integers[WATCHING]:
-            part = before_switch(status, error, h, run)
-            if part < 1.0:
-                h = length_before_switch(part, h, run)
-                if h == 0.0:
-                    return EVENT, h, error
-                continue
-        if status == RUNNING:
-            # If a shorter step has no smaller error, the error is due to rounding.
-            if error <= 1.0 or (refused > 1 and former <= error < NOISE):
-                return RUNNING, h, error
-            refused, former = refused + 1, error
-            h *= max(SHRINK, (AIM / error) ** 0.25) if error < 1e300 else 0.1
-        else:
-            h *= 0.4 if status == DIVERGED else 0.25
-            integers[FRESH], attempt = 0, 1
-        integers[REJECTED], integers[CUT] = integers[REJECTED] + 1, 0
-        if h < reals[LEAST_H]:
-            return status if status != RUNNING else TOO_SMALL, h, error
-
-
-@kernel
-def take(t0, h, formulas, run):
-    """Take a step of about length h from t0; status, length and error relative to what is allowed."""
-    status, error = RUNNING, 0.0
-    if run.reals[TOL] > 0.0:
-        status, h, error = take_controlled(t0, h, run)
-    else:
-        status = take_fixed(t0, h, run)
-    if status == RUNNING:
-        motion(2, h, run)
-        if run.integers[WATCHING]:
-            update_switches(run)
-    return status, h, error
+#: the embedded formula, of order 3, is held to 0.1 tol^{4/5}
+METHOD = method(3, OWN_ROWS, MATRICES, lambda: (0.1, 0.8, 0.25, 100.0, inf))
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""The stages of a step of radau5: equations, iteration matrices, corrections, error estimate.
+"""The three stages of a step of radau5: equations, iteration matrices, corrections, error estimate.
 
 The unknowns of the stages i = 1, 2, 3 at t_i are a_i = v', w_i = q' - v, lam_i, nu_i and mu_i. With the matrix A of
 Radau IIA and f = Q - Phi_q^T lam - Gam_v^T nu, their equations are
@@ -44,6 +44,7 @@ from mbdsl.compilation.buffer_layout import (
     N_GAM,
     N_PHI,
     N_Q,
+    NEW_MASS,
     POSITION,
     POSITION0,
     ROWS,
@@ -61,7 +62,7 @@ from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.complex_lu import complex_factor, complex_solve
 from mbdsl.integrators.loop.linear_solve import clear, compress, factor, has_entries, larger, multiply, solve
 from mbdsl.integrators.loop.newton import EPS
-from mbdsl.integrators.loop.run_data import inertia
+from mbdsl.integrators.loop.run_data import evaluate, inertia
 from mbdsl.integrators.loop.tangent_matrices import iteration_matrix, projection_matrix, tangent_matrix
 from mbdsl.integrators.methods.radau5_coefficients import (
     E1,
@@ -81,18 +82,16 @@ from mbdsl.integrators.methods.radau5_coefficients import (
 )
 from mbdsl.integrators.methods.radau5_coefficients import A as W
 
-#: own rows of ``vectors``, three each: stages [a; lam; nu] and [w; mu; 0], their residuals [R1; R3; R5] and
-#: [R2; R4; 0], corrections, and the stages of the last step
-STAGE, STAGE2, RESIDUAL, RESIDUAL2, CHANGE, PAST, PAST2 = range(ROWS, ROWS + 21, 3)
-#: two rows for intermediate results; G of the coordinates without mass, otherwise 0; q and v at the start of the last
-#: step
-ERROR, ERROR2, METRIC, QB, VB = range(ROWS + 21, ROWS + 26)
-#: corrections of v, three rows
-DV = ROWS + 26
+#: own rows of ``vectors``: two for intermediate results; G of the coordinates without mass, otherwise 0; q and v at the
+#: start of the last step
+ERROR, ERROR2, METRIC, QB, VB = range(ROWS, ROWS + 5)
+#: three rows each: stages [a; lam; nu] and [w; mu; 0], their residuals [R1; R3; R5] and [R2; R4; 0], corrections, the
+#: stages of the last step, and corrections of v
+STAGE, STAGE2, RESIDUAL, RESIDUAL2, CHANGE, PAST, PAST2, DV = range(ROWS + 5, ROWS + 29, 3)
 OWN_ROWS = 29
-#: matrices: that of the real s (0); the projection; [K'; N; Gam_q] in the columns of q; real and imaginary part of that
-#: of the complex s; [D; 0; Gam_v], empty if negligible
-PROJECTION, COUPLING, COMPLEX, DAMPING = 1, 2, 3, 5
+#: matrices: that of the real s (0); the projection; [K'; N; Gam_q] in the columns of q; [D; 0; Gam_v], empty if
+#: negligible; real and imaginary part of that of the complex s
+PROJECTION, COUPLING, DAMPING, COMPLEX = 1, 2, 3, 4
 MATRICES = 6
 #: share of the dampers in the diagonal of the matrix above which [D; 0; Gam_v] is not negligible
 DAMPED = 0.02
@@ -174,11 +173,38 @@ def residual(k, run):
         vectors[RESIDUAL + k, i], vectors[RESIDUAL2 + k, i] = vectors[FORCE, i], 0.0
 
 
+@kernel
+def residuals(t, h, run):
+    """Residuals of all stages of a step from t; the second stage last, as the matrices are evaluated there."""
+    for stage in (0, 2, 1):
+        motion(stage, h, run)
+        run.layout[NEW_MASS] = 1
+        evaluate(t + NODES[stage] * h, run)
+        residual(stage, run)
+
+
 @rare
-def matrices(t, h, still, run):
-    """All matrices at the state last evaluated, factorised; False if that failed. ``still``: acceptable error of scaled
-    velocities."""
-    vectors, layout, matrices = run.vectors, run.layout, run.matrices
+def constraint_size(run):
+    """Largest violation of the constraints on positions, in all stages."""
+    vectors, layout = run.vectors, run.layout
+    value = 0.0
+    for k in range(3):
+        for i in range(layout[N_Q], layout[N_Q] + layout[N_PHI]):
+            value = max(value, abs(vectors[RESIDUAL + k, i]))
+    return value
+
+
+@kernel
+def finish(h, run):
+    """q and v at the end of the step, and its unknowns."""
+    motion(2, h, run)
+
+
+@rare
+def matrices(start, h, still, run):
+    """All matrices of a step from ``start``, at the state last evaluated, factorised; False if that failed. ``still``:
+    acceptable error of scaled velocities."""
+    vectors, layout, matrices, t = run.vectors, run.layout, run.matrices, start + NODES[1] * h
     s, x, y = REAL * h, RE * h, IM * h
     k, l = x * x - y * y, 2.0 * x * y
     iteration_matrix(0, t, run, M=1.0, K=s * s, D=s, Mx_q=s * s, Gam_q=s)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from mbdsl.elements.body import KIND as BODY
+from mbdsl.elements import find
 from mbdsl.elements.kind import BodyKind, JointKind
 from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.graph import GROUND, MechanismGraph
@@ -158,4 +158,6 @@ def _sum(root: Component, members: list[tuple[Component, Pose]]) -> Component:
     inertia = sum(I + m * ((cx - x) ** 2 + (cy - y) ** 2) for m, cx, cy, I in parts)
     values = {"m": mass, "I": inertia, "length": root.values.get(root.kind.size), "com": (x, y), "frames": ()}
     # its coordinates are those of the common centre of mass, for which there is no signal
-    return replace(root, kind=BODY, values=values, signals=("phi", "w"))
+    rigid = find("Body")
+    assert rigid is not None
+    return replace(root, kind=rigid, values=values, signals=("phi", "w"))
