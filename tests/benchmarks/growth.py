@@ -176,6 +176,7 @@ def of_processes(found: dict[str, dict[int, Fresh]]) -> list[str]:
             )
         first, *rest = used
         power = exponent([n - first for n in rest], [max(used[n] - used[first], 1e-3) for n in rest])
+        begun_in = {n: min(fresh.seconds) for n, fresh in sizes.items()}
         setup = exponent([n - first for n in rest], [max(begun_in[n] - begun_in[first], 1e-3) for n in rest])
         lines += [
             f"{'':16} {method:8} memory: {met(used[n], MEMORY)}; it grows with the power {power:.2f}:"

@@ -263,8 +263,7 @@ def newton(damped, t, h, formulas, run):
             if worn:
                 integers[FRESH] = 0  # the next step starts with a new matrix
             return RUNNING
-        # Between changes at rounding level, a ratio says nothing about the matrix: two more iterations are allowed.
-        if k > 0 and contraction > 0.3 and not fresh and (former > 100.0 * limit.floor or last_digit):
+        if k > 0 and contraction > 0.3 and not fresh:
             integers[FRESH], fresh = 0, True  # an old matrix that contracts badly is renewed at once
             if last_digit:
                 integers[ROUNDING] = LONG
