@@ -26,9 +26,10 @@ def second_order(request):
     return request.param
 
 
-@pytest.fixture(params=compiled(), scope="session")
+@pytest.fixture(params=[name for name in compiled() if declared(name).order <= 5], scope="session")
 def any_method(request):
-    """Each compiled method in turn, with fixed steps."""
+    """Each compiled method in turn, with fixed steps. With these steps, errors of order 9 and 13 are those of rounding:
+    test_double_pendulum.py and test_run.py measure these orders with longer ones."""
     return request.param
 
 
