@@ -92,7 +92,7 @@ SHARE = 0.05
 #: error that the next step aims at, relative to the allowed error
 AIM = 0.5
 #: the step size is kept if it would change by a factor between these: the iteration matrix can then be kept as well
-KEPT_FROM, KEPT_TO = 0.85, 1.35
+KEPT_FROM, KEPT_TO = 0.9, 1.2
 #: largest and smallest factor by which the step size changes
 MOST, LEAST = 2.0, 0.2
 #: the effect of stiff dampers on the error is evaluated in every step if it reduces the error below the factor USEFUL,
