@@ -62,7 +62,7 @@ DENSE = 512
 #: logarithm of the amplification above which steps have to resolve its rate; rate times step; the shortest such step,
 #: relative to the run
 GROWN, RESOLVED, SHORTEST = 10.0, 0.5, 2e-4
-#: part of the samples that shows a growth below SLIGHT, far below GROWN and below any that matters for a tolerance
+#: fraction of the samples that suffices if the growth is below SLIGHT, which is too small to affect any tolerance
 COARSE, SLIGHT = 0.25, 8.0
 #: how many times finer the growth of errors is sampled before it ends a run, in turn; relative change of its logarithm
 #: below which finer samples change nothing; numbers in all steps of a run above which they are not stored for that
