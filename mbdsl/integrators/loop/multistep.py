@@ -76,7 +76,7 @@ from mbdsl.integrators.loop.switch_location import length_before_switch, until_s
 RECONSIDER = 4
 #: orders above 3 amplify the remaining error of the iteration: they are chosen only if they reduce the error of the
 #: prediction to this fraction
-CLEARLY = 0.5
+CLEARLY = 0.1
 
 
 # -- prediction --------------------------------------------------------------------------------------------------------
