@@ -27,6 +27,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         "update. Code that is there already is not compiled again.",
     )
     parser.add_argument("models", metavar="MODEL", nargs="*", help="files of models (.mbd)")
+    values.add_model_name(parser)
     values.add_methods(parser, "all own methods")
     parser.add_argument(
         "--jobs", metavar="N", type=_jobs, help="number of processes at the same time; default: one for each processor"
