@@ -62,8 +62,6 @@ DENSE = 512
 #: logarithm of the amplification above which steps have to resolve its rate; rate times step; the shortest such step,
 #: relative to the run
 GROWN, RESOLVED, SHORTEST = 10.0, 0.5, 2e-4
-#: part of the samples that shows a growth below SLIGHT, far below GROWN and below any that matters for a tolerance
-COARSE, SLIGHT = 0.25, 8.0
 #: how many times finer the growth of errors is sampled before it ends a run, in turn; relative change of its logarithm
 #: below which finer samples change nothing; numbers in all steps of a run above which they are not stored for that
 FINER, SETTLED, MOST_NUMBERS = (4, 32), 0.1, 5e7
@@ -329,9 +327,7 @@ class _Ladder:
 
     def _hopeless(self, last: Trial) -> bool:
         """Whether amplified rounding alone exceeds the tolerance."""
-        found = self._growth(last, last.kept, COARSE)
-        if found[0].log.max() > SLIGHT:
-            found = self._growth(last, last.kept)
+        found = self._growth(last, last.kept)
         self.growth = found[0]
         if float(self._rounding(last)[-1]) > self.tol:
             self._refine(last, *found)

@@ -77,7 +77,6 @@ METHOD = Method(
     sets=2,
     matrices=3,
     steps=("fixed", "controlled"),
-    older=2,
     relative_step=0.5,
 )
 
