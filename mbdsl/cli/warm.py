@@ -27,6 +27,7 @@ def register(subparsers) -> argparse.ArgumentParser:
         "after an update. Code in the cache is not compiled again.",
     )
     parser.add_argument("models", metavar="MODEL", nargs="*", help="files of models (.mbd)")
+    values.add_model_name(parser)
     values.add_methods(parser, "all own methods")
     parser.add_argument(
         "--jobs", metavar="N", type=_jobs, help="number of parallel processes; default: one for each processor"

@@ -13,6 +13,7 @@ from mbdsl.compilation.kernel_types import (
     Scalar,
     Untranslatable,
     Value,
+    constant,
     describe,
     join,
 )
@@ -78,22 +79,29 @@ class Arrays(Expressions):
         return a if not b or a == "0" else self.new(f"mul nsw i64 {a}, {b}")
 
     def index(self, x: Value, length: str) -> str:
-        """An index; a literal may count from the end."""
+        """An index; it may count from the end if it is a literal, and always in the kernels of users: the check takes
+        time, and mbdsl's own kernels have no such indices."""
         if x.type not in (INT, BOOL):
             raise Untranslatable(f"{describe(x.type)} as an index")
         at = self.number(x, INT).leaves[0]
         if x.known is not None:
             return at if x.known >= 0 else self.new(f"add nsw i64 {length}, {at}")
-        return at
+        if not self.of_user:
+            return at
+        negative, from_end = self.new(f"icmp slt i64 {at}, 0"), self.new(f"add nsw i64 {length}, {at}")
+        return self.new(f"select i1 {negative}, i64 {from_end}, i64 {at}")
 
     def _bounds(self, node: ast.Slice, length: str) -> tuple[str, str]:
         """First index and length of a slice."""
         if node.step is not None:
             raise Untranslatable(f"`{ast.unparse(node)}`: a slice with a step")
-        first = "0" if node.lower is None else self.index(self.value(node.lower), length)
         last = length
         smaller = self.module.declare("llvm.smin.i64", "i64", ("i64", "i64"))
         larger = self.module.declare("llvm.smax.i64", "i64", ("i64", "i64"))
+        lower = self.value(node.lower) if node.lower is not None else constant(0)
+        first = self.index(lower, length)
+        if lower.known < 0 if lower.known is not None else self.of_user:
+            first = self.new(f"call i64 {larger}(i64 {first}, i64 0)")
         if node.upper is not None:
             last = self.index(self.value(node.upper), length)
             last = self.new(f"call i64 {smaller}(i64 {last}, i64 {length})")
@@ -105,7 +113,7 @@ class Arrays(Expressions):
         items = of.items
         if index.known is not None:
             return items[int(index.known)]
-        at = self.index(index, "")
+        at = self.index(index, str(len(items)))
         kind = items[0].type
         for x in items[1:]:
             kind = join(kind, x.type)

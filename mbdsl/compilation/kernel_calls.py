@@ -31,6 +31,7 @@ INTRINSICS = {"sin": "llvm.sin.f64", "cos": "llvm.cos.f64", "sqrt": "llvm.sqrt.f
 INTRINSICS |= {"log": "llvm.log.f64", "log10": "llvm.log10.f64", "floor": "llvm.floor.f64", "ceil": "llvm.ceil.f64"}
 LIBRARY = {name: name for name in "tan sinh cosh tanh hypot atan2 asin acos atan".split()}
 LIBRARY |= {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2"}
+OF_TWO = ("hypot", "atan2", "arctan2")
 
 
 class Calls(Arrays):
@@ -109,7 +110,7 @@ class Calls(Arrays):
             return self.number(arguments[0], {int: INT, float: FLOAT, bool: BOOL}[called])
         name = getattr(called, "__name__", "")
         of_math = getattr(called, "__module__", "") == "math" or type(called).__name__ == "ufunc"
-        if of_math and (name in INTRINSICS or name in LIBRARY):
+        if of_math and (name in INTRINSICS or name in LIBRARY) and len(arguments) == 1 + (name in OF_TWO):
             words = [self.number(x, FLOAT).leaves[0] for x in arguments]
             symbol = INTRINSICS.get(name) or LIBRARY[name]
             symbol = self.module.declare(symbol, "double", ("double",) * len(words))

@@ -6,7 +6,7 @@ import ast
 import builtins
 from collections.abc import Callable
 
-from mbdsl.compilation.kernel_sources import syntax_tree
+from mbdsl.compilation.kernel_sources import emitted, syntax_tree
 from mbdsl.compilation.kernel_types import (
     BOOL,
     FLOAT,
@@ -47,6 +47,8 @@ class Code:
         self.module, self.function, self.types = module, function, types
         self.tree = syntax_tree(function)
         self.node: ast.AST = self.tree
+        #: whether the kernel is in no module of mbdsl and in no emitted one
+        self.of_user = not f"{function.__module__}.".startswith(("mbdsl.", *(f"{x}." for x in emitted)))
         self.variables: list[str] = []  # allocations, at the start of the function
         self.lines: list[str] = []
         self.count = 0
@@ -157,7 +159,10 @@ class Code:
         step = {("bool", "int"): "zext i1", ("bool", "float"): "uitofp i1", ("int", "float"): "sitofp i64"}.get(
             (value.type.name, kind.name), "fptosi double"
         )
-        return Value(kind, (self.new(f"{step} {value.leaves[0]} to {kind.leaf}"),))
+        found = self.new(f"{step} {value.leaves[0]} to {kind.leaf}")
+        if step == "fptosi double":  # of inf and nan: some integer instead of undefined behaviour
+            found = self.new(f"freeze i64 {found}")
+        return Value(kind, (found,))
 
     def truth(self, value: Value) -> str:
         if value.type == BOOL:

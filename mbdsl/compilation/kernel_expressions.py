@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Callable
+from functools import partial
 from types import ModuleType
 
 from mbdsl.compilation.kernel_code import Code
@@ -10,7 +12,6 @@ from mbdsl.compilation.kernel_types import (
     BOOL,
     FLOAT,
     INT,
-    NOTHING,
     Array,
     Fixed,
     Group,
@@ -36,6 +37,11 @@ class Expressions(Code):
             raise Untranslatable(f"`{ast.unparse(node)}`")
         return method(node)
 
+    def condition(self, node: ast.expr) -> Value:
+        """The truth of an expression; known if it is a constant."""
+        x = self.on_BoolOp(node, True) if isinstance(node, ast.BoolOp) else self.value(node)
+        return constant(bool(x.type.value)) if isinstance(x.type, Fixed) else x
+
     def on_Constant(self, node: ast.Constant) -> Value:
         return constant(node.value)
 
@@ -59,9 +65,9 @@ class Expressions(Code):
         raise Untranslatable(f"`{ast.unparse(node)}`")
 
     def on_UnaryOp(self, node: ast.UnaryOp) -> Value:
-        x = self.value(node.operand)
+        x = self.condition(node.operand) if isinstance(node.op, ast.Not) else self.value(node.operand)
         if isinstance(node.op, ast.Not):
-            if x.known is not None or x.type == NOTHING:
+            if x.known is not None:
                 return constant(not x.known)
             return Value(BOOL, (self.new(f"xor i1 {self.truth(x)}, true"),))
         if x.known is not None and isinstance(node.op, ast.USub):
@@ -141,15 +147,16 @@ class Expressions(Code):
         return Value(FLOAT, (self.new(f"call double {pow}(double {a.leaves[0]}, double {b.leaves[0]})"),))
 
     def on_Compare(self, node: ast.Compare) -> Value:
-        left, tests = self.value(node.left), []
-        for op, right_node in zip(node.ops, node.comparators, strict=True):
-            right = self.value(right_node)  # kernels have no side effects in comparisons: all are evaluated
-            tests.append(self.comparison(op, left, right))
-            left = right
-        found = tests[0]
-        for test in tests[1:]:
-            found = Value(BOOL, (self.new(f"and i1 {found.leaves[0]}, {test.leaves[0]}"),))
-        return found
+        left = self.value(node.left)
+
+        def test(op: ast.cmpop, right_node: ast.expr) -> Value:
+            nonlocal left
+            right = self.value(right_node)
+            found, left = self.comparison(op, left, right), right
+            return found
+
+        tests = [partial(test, op, x) for op, x in zip(node.ops, node.comparators, strict=True)]
+        return tests[0]() if len(tests) == 1 else self.decided(False, tests)
 
     def comparison(self, op: ast.cmpop, x: Value, y: Value) -> Value:
         if isinstance(op, (ast.Is, ast.IsNot)):
@@ -167,22 +174,32 @@ class Expressions(Code):
         name = name if name in ("eq", "ne") else f"s{name}"
         return Value(BOOL, (self.new(f"icmp {name} i64 {x.leaves[0]}, {y.leaves[0]}"),))
 
-    def on_BoolOp(self, node: ast.BoolOp) -> Value:
-        """``and``, ``or``: later operands are evaluated only if the earlier ones do not decide."""
-        decides = isinstance(node.op, ast.Or)
+    def on_BoolOp(self, node: ast.BoolOp, as_condition: bool = False) -> Value:
+        """``and``, ``or``. Their result is a truth; in Python it is an operand: all operands have to be truths, too."""
+
+        def truth(operand: ast.expr) -> Value:
+            x = self.condition(operand) if as_condition else self.value(operand)
+            if not as_condition and x.type != BOOL:
+                raise Untranslatable(f"`{ast.unparse(node)}` gives {describe(x.type)}; use `... if ... else ...`")
+            return x
+
+        return self.decided(isinstance(node.op, ast.Or), [partial(truth, x) for x in node.values])
+
+    def decided(self, decides: bool, operands: list[Callable[[], Value]]) -> Value:
+        """Whether an operand has the truth that ``decides``; later operands are not evaluated then."""
         after, arrivals = self.label(), []
-        for k, operand in enumerate(node.values):
-            x = self.value(operand)
-            if x.known is not None or x.type == NOTHING:
+        for k, operand in enumerate(operands):
+            x = operand()
+            if x.known is not None:
                 if bool(x.known) == decides:
                     arrivals.append(("true" if decides else "false", self.block))
                     self.go(after)
                     break
-                if k < len(node.values) - 1:
+                if k < len(operands) - 1:
                     continue
             test = self.truth(x)
             arrivals.append((test, self.block))
-            if k == len(node.values) - 1:
+            if k == len(operands) - 1:
                 self.go(after)
                 break
             following = self.label()
@@ -197,8 +214,8 @@ class Expressions(Code):
         return Value(BOOL, (self.new("phi i1 " + ", ".join(f"[{x}, %{b}]" for x, b in arrivals)),))
 
     def on_IfExp(self, node: ast.IfExp) -> Value:
-        test = self.value(node.test)
-        if test.known is not None or isinstance(test.type, Fixed):
+        test = self.condition(node.test)
+        if test.known is not None:
             return self.value(node.body if test.known else node.orelse)
         yes, no, after = self.label(), self.label(), self.label()
         self.branch(test, yes, no)

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import ModuleType
 
 from mbdsl.compilation import marks
+from mbdsl.compilation.kernel_types import Untranslatable
 
 #: names of emitted modules, which have no source file
 emitted: set[str] = set()
@@ -91,11 +92,22 @@ def digest_of(names: Iterable[str]) -> str | None:
 
 
 def syntax_tree(function: Callable) -> ast.FunctionDef:
-    return _functions_of(sys.modules[function.__module__])[function.__name__]
+    """The definition of a function. A module may define several functions of one name.
+
+    Raises
+    ------
+    Untranslatable
+        If the function is not defined at the level of its module, as one that reads variables of another function.
+    """
+    found = _functions_of(sys.modules[function.__module__]).get(function.__code__.co_firstlineno)
+    if found is None or found.name != function.__code__.co_name:
+        raise Untranslatable(f"`{function.__name__}` is not defined at the level of its module")
+    return found
 
 
 @cache
-def _functions_of(module: ModuleType) -> dict[str, ast.FunctionDef]:
-    """The functions of a module by name."""
-    text = vars(module).get(marks.TEXT) or Path(str(module.__file__)).read_text(encoding="utf-8")
-    return {node.name: node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)}
+def _functions_of(module: ModuleType) -> dict[int, ast.FunctionDef]:
+    """The functions of a module by their first line, which may be that of a decorator."""
+    text = vars(module).get(marks.TEXT) or Path(str(module.__file__)).read_text(encoding="utf-8-sig")
+    functions = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)]
+    return {min(x.lineno for x in (node, *node.decorator_list)): node for node in functions}

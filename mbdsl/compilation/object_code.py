@@ -17,7 +17,7 @@ class Object(NamedTuple):
 
 def compile_object(text: str) -> Object:
     """Optimise a module and generate its machine code."""
-    machine = _machine()
+    machine = _machine(os.environ.get("NUMBA_CPU_NAME"), os.environ.get("NUMBA_CPU_FEATURES"))
     module = binding.parse_assembly(text)
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
     module.verify()
@@ -35,15 +35,13 @@ def _needs(module) -> Iterator[str]:
 
 
 @cache
-def _machine():
+def _machine(name: str | None, features: str | None):
     """The processor of this machine, or the one that NUMBA_CPU_NAME and NUMBA_CPU_FEATURES name."""
     binding.initialize_native_target()
     binding.initialize_native_asmprinter()
-    name = os.environ.get("NUMBA_CPU_NAME") or binding.get_host_cpu_name()
-    features = os.environ.get("NUMBA_CPU_FEATURES")
     if features is None:
-        features = "" if "NUMBA_CPU_NAME" in os.environ else binding.get_host_cpu_features().flatten()
-    target = binding.Target.from_default_triple()
+        features = "" if name is not None else binding.get_host_cpu_features().flatten()
+    target, cpu = binding.Target.from_default_triple(), name or binding.get_host_cpu_name()
     return target.create_target_machine(
-        cpu=name, features=features, opt=3, reloc="static", codemodel="jitdefault", jit=True
+        cpu=cpu, features=features, opt=3, reloc="static", codemodel="jitdefault", jit=True
     )

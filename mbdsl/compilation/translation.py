@@ -122,9 +122,8 @@ class Kernel(Calls):
             self.assign_name(node.target.id, self.operation(node.op, old, self.value(node.value)))
         elif isinstance(node.target, ast.Subscript):
             kind, place = self.place(node.target)
-            value = self.value(node.value)
             old = Value(kind, (self.load(kind, place),))
-            self.store(kind, place, self.operation(node.op, old, value))
+            self.store(kind, place, self.operation(node.op, old, self.value(node.value)))
         else:
             raise Untranslatable(f"`{ast.unparse(node)}`")
 
@@ -157,8 +156,8 @@ class Kernel(Calls):
             self.end(f"ret {returned(kind)} {whole}")
 
     def do_If(self, node: ast.If) -> None:
-        test = self.value(node.test)
-        if test.known is not None or isinstance(test.type, Fixed):
+        test = self.condition(node.test)
+        if test.known is not None:
             self.statements(node.body if test.known else node.orelse)
             return
         yes, no, after = self.label(), self.label(), self.label()
@@ -183,7 +182,7 @@ class Kernel(Calls):
         again, body, after = self.label(), self.label(), self.label()
         self.go(again)
         self.start(again)
-        test = self.value(node.test)
+        test = self.condition(node.test)
         self.branch(test, body, after)
         self.start(body)
         self.loops.append((again, after))

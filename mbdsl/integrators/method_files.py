@@ -150,7 +150,7 @@ def _executed(path: str) -> ModuleType:
         return known
     module = ModuleType(name)
     module.__file__ = os.path.abspath(path)
-    setattr(module, marks.TEXT, text.decode(errors="replace"))
+    setattr(module, marks.TEXT, text.decode("utf-8-sig", errors="replace"))
     former = _modules.get(path)
     _modules[path] = sys.modules[name] = module  # numba and pickle find functions by their modules
     try:

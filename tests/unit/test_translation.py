@@ -2,12 +2,13 @@
 
 import math
 import sys
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 import mbdsl
-from mbdsl.compilation import code_cache, translation
+from mbdsl.compilation import code_cache, marks, translation
 from mbdsl.compilation.kernel_types import Untranslatable
 from mbdsl.compilation.native_call import Signature
 from mbdsl.storage import cache_folder
@@ -51,6 +52,30 @@ def sign(x):
 @kernel
 def apply(function, x):
     return function(x) + function(1)
+
+
+@kernel
+def chosen(function, x):
+    if function:
+        return function(x)
+    return 5.0 if not function and function is None else 7.0
+
+
+@kernel
+def moves(x, y):
+    x[0] += 1.0
+    return y * x[0]
+
+
+def twins():
+    @kernel
+    def twice(x):
+        return 3 * x
+
+    return twice
+
+
+thrice = twins()
 
 
 @kernel
@@ -128,6 +153,11 @@ def same(one, other):
         "x = a % 1.0 if abs(a) < 1e6 else 0.0\nb[0] = x\nb[1] = b[1] % -2.0\nb[2] = -b[2] % 0.75",
         "b[-1] = a\nb[1:3][0] = 5.0\nv = b[1:]\nv[2] = v.size\nb[0] = v[1:2].size + b[3:9].size + b[5:].size",
         "both = Both(twice, b, (a, 1))\nb[2] = group(both) + both.k[1]",
+        "b[-9:][0] = a; b[:-9]; b[1] = b[-9:2].size + 10 * b[-2:9].size + 100 * b[:-1].size; b[2] = b[-9:-9].size",
+        "b[0] = 1.0 if -1 < a < b[2] else 2.0\nb[1] = 1.0 if 0.0 < a != a < 3 else 2.0",
+        "b[0] = chosen(sign, a); b[1] = chosen(None, a); b[2] = 1.0 if sign and not None else 2.0",
+        "b[0] = 1.0 if -1 < moves(b, a) < b[0] != moves(b, 2) else 2.0",
+        "b[0] += moves(b, a)\nb[1] *= moves(b[1:], 3)",
         "return",
         "'''A docstring.'''\npass",
     ],
@@ -157,6 +187,8 @@ def test_numbers(compiled, body):
         "if a > b:\n    return 1\nelse:\n    return -1",
         "return 1 if a == b or a != -b and not a else 0",
         "return bool(a) + (a > 1) * 2",
+        "x = 1 if a and b > 1 or not (a or b) else 0\nwhile x < 3 and (a or x):\n    x += 1\nreturn x",
+        "k = 0\nif -2 < a < b <= 3 != a:\n    k = 1\nreturn k + 2 * (a < b)",
         "x = 0\nif a > 2:\n    x = 2.5\nreturn int(x * b)",
         "for i in range(5):\n    if i == a:\n        return i\n    elif i == b:\n        return -i\nreturn 99",
     ],
@@ -193,6 +225,34 @@ def test_square_is_a_view(compiled):
     same(outcome(f, x, 7), outcome(interpreted, x, 7))
 
 
+USER = """
+from mbdsl.compilation.marks import kernel
+
+@kernel
+def last(x, k):
+    return x[-k] + 10.0 * (1.0, 2.0, 3.0)[-k] + 100.0 * x[-k:].size + 1000.0 * x[k - 4 : -k].size
+"""
+
+
+@needs_compiler
+def test_kernels_of_users_count_from_the_end(compiled, monkeypatch):
+    """Any index may be negative, not only literals as in mbdsl's own kernels; slices may begin before the array."""
+    module = ModuleType("mbdsl_user_kernels")
+    setattr(module, marks.TEXT, USER)
+    exec(USER, vars(module))
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    name = "mbdsl_test_user"
+    monkeypatch.delitem(sys.modules, name, raising=False)
+    (f,) = code_cache.functions(
+        name,
+        "from mbdsl_user_kernels import last\n\ndef f(x, k):\n    x[0] = last(x, k)\n",
+        {"f": Signature(("vector", "int"))},
+        lambda: [module],
+    )
+    for k in (1, 2, 3):
+        same(outcome(f, X, k), outcome(sys.modules[name].f, X, k))
+
+
 @needs_compiler
 def test_compiled_functions_are_called_by_their_address(compiled):
     inner = Signature(("float", "vector", "matrix", "ints", "int matrix"), "int")
@@ -212,6 +272,9 @@ def test_compiled_functions_are_called_by_their_address(compiled):
         ("a[1:] = 0.0", "assign its entries in a loop"),
         ("x = 1\nif a[0] > 0:\n    x = a", "a variable is both int and an array with 1 axes of float"),
         ("x = print(a[0])", "this function is not available in kernels"),
+        ("a[0] = len(a) or 2", r"`len\(a\) or 2` gives int; use `... if ... else ...`"),
+        ("a[0] = hypot(a[0], a[1], a[2])", "this function is not available in kernels"),
+        ("a[0] = thrice(a[0])", "`twice` is not defined at the level of its module"),
         ("a[0] = unknown", "`unknown` is not defined"),
         ("if a[0] > 0:\n    return 1", "one end of the function returns a value, and another does not"),
         ("for x in a:\n    pass", "a loop over an array"),

@@ -105,10 +105,10 @@ def by_step(results):
     return {name: [result[name] for result in results] for name in results[0]}
 
 
-def test_order(run, exact, steps, any_method, wrong_orders):
-    errors = by_step([rms(run(any_method, h), exact) for h in steps(any_method)])
+def test_order(run, exact, steps, any_order, wrong_orders):
+    errors = by_step([rms(run(any_order, h), exact) for h in steps(any_order)])
     assert len(errors) == 15
-    assert not wrong_orders(any_method, steps(any_method), errors)
+    assert not wrong_orders(any_order, steps(any_order), errors)
 
 
 @pytest.mark.parametrize("alpha", [-1 / 3, -0.2, -0.05])

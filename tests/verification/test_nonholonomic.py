@@ -82,9 +82,9 @@ def test_closed_form_of_the_disc():
 LONGEST = 2.0**-5
 
 
-def test_chaplygin_sleigh(model, any_method, halved, wrong_orders):
+def test_chaplygin_sleigh(model, any_order, halved, wrong_orders):
     """At 2 s, after most of the turn: velocities, angle, place, and the blade's side force m (v w + a w')."""
-    method = any_method
+    method = any_order
     m, I, a, t = 1.0, 0.1, 0.1, 2.0
     v, w, phi = sleigh(t)
     force = m * (v * w + a * (-m * a * v * w / (I + m * a**2)))
@@ -111,8 +111,8 @@ def test_sleigh_keeps_its_energy_and_does_not_slip(model, method):
     assert np.abs(energy - energy[0]).max() < (1e-2 if method == "newmark" else 1e-5) * energy[0]
 
 
-def test_rolling_disc(model, any_method, halved, wrong_orders):
-    method, t = any_method, 2.0
+def test_rolling_disc(model, any_order, halved, wrong_orders):
+    method, t = any_order, 2.0
     s, v, along, normal = disc(t)
     scene, steps = mbdsl.load(model("rolling_disc")), halved(method, LONGEST)
     errors = {name: [] for name in ("s", "v", "w", "along")}

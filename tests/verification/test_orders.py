@@ -81,8 +81,8 @@ def errors(model, exact, steps):
     return find
 
 
-def test_order_of_positions_velocities_and_reactions(errors, steps, any_method, wrong_orders):
-    assert not wrong_orders(any_method, steps(any_method), errors(any_method))
+def test_order_of_positions_velocities_and_reactions(errors, steps, any_order, wrong_orders):
+    assert not wrong_orders(any_order, steps(any_order), errors(any_order))
 
 
 @pytest.mark.parametrize("method", HHT)

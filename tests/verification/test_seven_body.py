@@ -120,20 +120,20 @@ SPECIAL = {
 }
 
 
-def test_order(data, scene, any_method, halved, wrong_orders):
+def test_order(data, scene, any_order, halved, wrong_orders):
     """Every angle, every angular velocity, and all forces of the pins."""
     q, v = state(data["samples"]["0.01"])
     _, forces = newton_euler(data, q, v)
-    errors, steps = {}, SPECIAL.get(any_method) or halved(any_method, LONGEST)
+    errors, steps = {}, SPECIAL.get(any_order) or halved(any_order, LONGEST)
     for h in steps:
-        end = mbdsl.simulate(scene, method=any_method, step=h, stop=0.01, interval=0.01)
+        end = mbdsl.simulate(scene, method=any_order, step=h, stop=0.01, interval=0.01)
         for k, body in enumerate(BODIES):
             errors.setdefault(f"{body}.phi", []).append(abs(end[f"{body}.phi"][-1] - q[k, 2]))
             errors.setdefault(f"{body}.w", []).append(abs(end[f"{body}.w"][-1] - v[k, 2]))
         for k, pin in enumerate(PINS):
             error = np.hypot(end[f"{pin}.fx"][-1] - forces[k, 0], end[f"{pin}.fy"][-1] - forces[k, 1])
             errors.setdefault(pin, []).append(error)
-    assert not wrong_orders(any_method, steps, errors)
+    assert not wrong_orders(any_order, steps, errors)
 
 
 def published(data):

@@ -34,9 +34,9 @@ def _with_kernels_of(module: ModuleType) -> ModuleType:
     return next((other for other in modules().values() if _kernels(other) == _kernels(module)), module)
 
 
-def _kernels(module: ModuleType) -> list[tuple[str, str]]:
-    found = [value for value in vars(module).values() if hasattr(value, "__mbdsl_kernel__")]
-    return sorted((value.__module__, value.__name__) for value in found)
+def _kernels(module: ModuleType) -> list[tuple[str, str, str]]:
+    found = [(name, value) for name, value in vars(module).items() if hasattr(value, "__mbdsl_kernel__")]
+    return sorted((name, value.__module__, value.__name__) for name, value in found)
 
 
 def has_own_step(method: str) -> bool:

@@ -133,7 +133,7 @@ def until_switch(status, accepted, h, run):
             low = middle
         else:
             high = middle
-    corner = integers[CORNERS] and not jumps(motion, low, high, h, run)
+    corner = integers[CORNERS] > 0 and not jumps(motion, low, high, h, run)
     if not corner or (not accepted and low > WORTH):
         return low
     if not accepted:
