@@ -127,6 +127,6 @@ def test_why_there_is_no_reference(runner, monkeypatch):
         monkeypatch.setattr(
             Runner, "compute", lambda self, cases, *_, why=why, **__: {c: Computed(c, problem=why) for c in cases}
         )
-        with pytest.raises(IntegrationError, match="no reference solution was found: .*radau5, ") as no:
+        with pytest.raises(IntegrationError, match="no reference solution was found: radau5, ") as no:
             automatic(runner(), ["hht-i3"], None)
         assert no.value.message.count(why) == 1 and hint in no.value.hint
