@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from types import ModuleType
 
@@ -185,7 +185,7 @@ class Expressions(Code):
 
         return self.decided(isinstance(node.op, ast.Or), [partial(truth, x) for x in node.values])
 
-    def decided(self, decides: bool, operands: list[Callable[[], Value]]) -> Value:
+    def decided(self, decides: bool, operands: Sequence[Callable[[], Value]]) -> Value:
         """Whether an operand has the truth that ``decides``; later operands are not evaluated then."""
         after, arrivals = self.label(), []
         for k, operand in enumerate(operands):

@@ -110,4 +110,4 @@ def _functions_of(module: ModuleType) -> dict[int, ast.FunctionDef]:
     """The functions of a module by their first line, which may be that of a decorator."""
     text = vars(module).get(marks.TEXT) or Path(str(module.__file__)).read_text(encoding="utf-8-sig")
     functions = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)]
-    return {min(x.lineno for x in (node, *node.decorator_list)): node for node in functions}
+    return {min([node.lineno, *(x.lineno for x in node.decorator_list)]): node for node in functions}
