@@ -59,15 +59,15 @@ def simulate(
     step : float or str, optional [s]
         Fixed step size, at most the duration of the run. Default: the model's Step. If the duration is not a multiple
         of it, all steps are shortened equally, so that the last one ends at ``stop``. Methods with error-controlled
-        steps by default, such as "radau5", ignore the model's Step. Methods with fixed steps only default to 1 ms.
+        steps by default, those of high order, ignore the model's Step. Methods with fixed steps only default to 1 ms.
     tol : float or str, optional
         Limit of the global error, for error-controlled steps; excludes ``step``. The error is the maximum over all
         output times and coordinates: positions relative to the size of the mechanism, angles in radians, velocities
         relative to the largest velocity of the run (at least the size of the mechanism, or one radian, per duration
         of the run). Default, if neither the caller nor the model gives a step: the model's Tolerance, else 1e-4. With
-        "radau5" and third-party integrators: the model's Tolerance, else 1e-6, even if the model has a Step.
-        Calibration runs with larger tolerances come first. ``stats["error"]`` is the error estimate that they give;
-        ``stats["horizon"]`` is the time up to which the tolerance holds (None: up to the end).
+        methods of high order and third-party integrators: the model's Tolerance, else 1e-6, even if the model has a
+        Step. Calibration runs with larger tolerances come first. ``stats["error"]`` is the error estimate that they
+        give; ``stats["horizon"]`` is the time up to which the tolerance holds (None: up to the end).
     accuracy : float or str, optional
         Limit of the error of positions, relative to the size of the mechanism, and of velocities, relative to the
         largest velocity; excludes ``step`` and ``tol``. Several runs determine the step and, unless it is given, the

@@ -1,7 +1,7 @@
 """Figure 16: what a run of each method costs, relative to hht-i3.
 
-The methods alternate within a round, so that whatever slows the machine down meets all of them, and a ratio compares
-runs of the same round. Times are of the integration alone, warm; they belong to a machine and an hour.
+The methods alternate within a round, so that disturbances of the machine affect all of them, and a ratio compares runs
+of the same round. Times are of the integration alone, warm; they belong to a machine and an hour.
 """
 
 from __future__ import annotations

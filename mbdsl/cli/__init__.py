@@ -45,7 +45,7 @@ class Help(argparse.HelpFormatter):
 
 
 def names() -> list[str]:
-    """The names of the commands; no module is imported."""
+    """The names of the commands, without importing their modules."""
     return sorted(info.name for info in pkgutil.iter_modules(__path__) if not info.name.startswith("_"))
 
 
@@ -57,7 +57,7 @@ def commands() -> dict[str, ModuleType]:
 def make_parser(running: str = "") -> Parser:
     """The parser of one command with all its options, or, without a name, of all commands.
 
-    To import the modules of all commands takes longer than to check a model.
+    Importing the modules of all commands takes longer than checking a model.
     """
     parser = Parser(
         prog="mbdsl",

@@ -169,7 +169,7 @@ class Counter(_Line):
 
 
 class Preparation(_Line):
-    """Callback for the progress of ``mbdsl warm``; a file gets each line once."""
+    """Callback for the progress of ``mbdsl warm``; in a file or a pipe, each line appears once."""
 
     _last = ""
 

@@ -231,8 +231,8 @@ def add_steps(parser: argparse.ArgumentParser) -> argparse._MutuallyExclusiveGro
         "--tol",
         metavar="TOL",
         type=tolerance,
-        help="error-controlled steps, to this tolerance; default without a step: the model's, else 1e-4 (radau5 and "
-        "backends: 1e-6)",
+        help="error-controlled steps, to this tolerance; default without a step: the model's, else 1e-4 (methods of "
+        "high order and backends: 1e-6)",
     )
     return step
 

@@ -22,19 +22,20 @@ def register(subparsers) -> argparse.ArgumentParser:
     parser = subparsers.add_parser(
         "warm",
         help="compile code before it is needed",
-        description="Compile the step loops of all methods and the equations of models, and keep the machine code in "
-        "the cache folder, so that later runs start at once: for images, for continuous integration, and after an "
-        "update. Code that is there already is not compiled again.",
+        description="Compile the step loops of methods and the equations of models, and store the machine code in the "
+        "cache folder, so that later runs start at once. This is useful in images, in continuous integration, and "
+        "after an update. Code in the cache is not compiled again.",
     )
     parser.add_argument("models", metavar="MODEL", nargs="*", help="files of models (.mbd)")
+    values.add_model_name(parser)
     values.add_methods(parser, "all own methods")
     parser.add_argument(
-        "--jobs", metavar="N", type=_jobs, help="number of processes at the same time; default: one for each processor"
+        "--jobs", metavar="N", type=_jobs, help="number of parallel processes; default: one for each processor"
     )
     parser.add_argument(
         "--bytecode",
         action="store_true",
-        help="write the bytecode of mbdsl as well, which PYTHONDONTWRITEBYTECODE and some installers prevent",
+        help="also write Python's bytecode of mbdsl, which is missing with PYTHONDONTWRITEBYTECODE and some installers",
     )
     parser.add_argument("--quiet", action="store_true", help="print errors only")
     return parser
@@ -54,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
 
     folder = cache_folder.chosen()
     if problem := folder.fault or cache_folder.unwritable(folder.path):
-        raise UsageError(f"machine code cannot be kept: {problem}", hint="see `mbdsl cache`")
+        raise UsageError(f"machine code cannot be stored: {problem}", hint="see `mbdsl cache`")
     if not code_cache.enabled():
         raise UsageError("kernels are not compiled: NUMBA_DISABLE_JIT is set, or llvmlite is not installed")
     scenes = [(os.path.basename(path), load(path)) for path in args.models]
@@ -87,7 +88,7 @@ def _prepare(found: Sequence[Code], args: argparse.Namespace) -> None:
             line.close()
     if not args.quiet:
         compiled = f"{missing} compiled in {perf_counter() - began:.1f} s" if missing else "nothing to compile"
-        print(f"{count(len(found), 'module')}: {compiled}, {len(found) - missing} there already")
+        print(f"{count(len(found), 'module')}: {compiled}, {len(found) - missing} already in the cache")
         print(f"folder: {cache_folder.chosen().path}")
 
 
@@ -98,6 +99,6 @@ def _write_bytecode(quiet: bool) -> None:
 
     package = Path(__file__).parents[1]
     if not compileall.compile_dir(str(package), quiet=2, workers=0):
-        raise UsageError(f"cannot write the bytecode of `{package}`", hint="only its owner can")
+        raise UsageError(f"cannot write the bytecode of `{package}`", hint="run it as the owner of this folder")
     if not quiet:
         print(f"bytecode: {package}")

@@ -2,8 +2,8 @@
 
 Element files only mark their kernels (:mod:`mbdsl.compilation.marks`), because ``mbdsl check`` imports these files
 without numerics. :func:`functions` compiles an emitted module and all kernels that it calls to one object: the kernels
-are translated to LLVM code (:mod:`mbdsl.compilation.translation`), which takes a tenth of the time that numba's type
-inference takes. Kernels of users may contain more of Python than is translated; numba compiles them
+are translated to LLVM code (:mod:`mbdsl.compilation.translation`), which takes a tenth of the time of numba's type
+inference. Kernels of users may contain Python that is not translated; numba compiles them
 (:mod:`mbdsl.compilation.numba_cfunc`).
 
 Objects are cached on disk with a digest of their sources, in a folder named by a digest of the compiler. After an edit
@@ -95,7 +95,8 @@ def version() -> str:
 
 @cache
 def _digest(environment: tuple) -> str:
-    """Digest of the common dependencies of all machine code: this package, numba and its settings, the processor."""
+    """Digest of the common dependencies of all machine code: this package, versions of numba, llvmlite and numpy,
+    settings of numba, the processor."""
     files = list(Path(__file__).parent.glob("*.py"))
     for name, written in (("numba", "_version.py"), ("llvmlite", "_version.py"), ("numpy", "version.py")):
         spec = importlib.util.find_spec(name)
@@ -183,7 +184,7 @@ def _compiled(name: str, text: str, signatures: Mapping[str, Signature], modules
                 raise RuntimeError(f"compiled code needs {', '.join(made.needs)}")
             cache_folder.keep(_object(name), hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
             return linked
-        except Exception as error:  # a kernel of the user's own may contain what is not translated
+        except Exception as error:  # a kernel of a user may contain Python that is not translated
             reason = f"{type(error).__name__}: {error}".splitlines()[0]
             warnings.warn(f"compiling with numba's cfunc, which is slower: {reason}", stacklevel=2)
             cache_folder.keep(_ordinary(name), "\n".join([*head, reason]).encode())

@@ -121,7 +121,7 @@ class Calls(Arrays):
         raise Untranslatable(f"`{ast.unparse(node)}`: this function is not available in kernels")
 
     def extreme(self, op: ast.cmpop, arguments: list[Value]) -> Value:
-        """max or min, with Python's choice where values are equal or not numbers."""
+        """max or min; if values are equal or NaN, the same one as in Python."""
         found = arguments[0]
         for x in arguments[1:]:
             kind = join(found.type, x.type)
@@ -134,8 +134,8 @@ class Calls(Arrays):
 
 
 def _spread(array: Value, new: Callable[[str], str]) -> list[tuple[str, str]]:
-    """The words by which an array is passed to a compiled function: those of numba's arrays, which are two pointers for
-    memory that numba manages, number of entries, size of an entry, address, shape and strides."""
+    """The words that pass an array to a compiled function, as in numba: two pointers for memory that numba manages,
+    number of entries, size of an entry, address, shape and strides."""
     base, *shape = array.leaves
     count = new(f"mul i64 {shape[0]}, {shape[1]}") if len(shape) == 2 else shape[0]
     strides = [new(f"mul i64 {shape[1]}, 8"), "8"] if len(shape) == 2 else ["8"]

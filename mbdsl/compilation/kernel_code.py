@@ -1,4 +1,4 @@
-"""The code of one kernel in the making: lines, blocks, variables and conversions of values."""
+"""Code of a kernel during its translation: lines, blocks, variables and conversions of values."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from mbdsl.compilation.native_call import ARRAYS, Signature
 
 
 class Untranslatable(Exception):
-    """A kernel contains what :mod:`mbdsl.compilation.translation` does not know."""
+    """A kernel contains Python that :mod:`mbdsl.compilation.translation` does not translate."""
 
 
 class Scalar(NamedTuple):

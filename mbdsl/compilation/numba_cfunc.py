@@ -1,6 +1,7 @@
-"""Compilation with numba's public interface only: the fallback if :mod:`mbdsl.compilation.object_code` fails.
+"""Compilation with numba's public interface only: the fallback if :mod:`mbdsl.compilation.translation` or
+:mod:`mbdsl.compilation.object_code` fails.
 
-It returns functions of the same kind, but compiles more slowly, and every run imports numba.
+It returns functions of the same kind, but compilation takes longer, and every run imports numba.
 """
 
 from __future__ import annotations

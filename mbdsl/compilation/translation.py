@@ -1,13 +1,14 @@
 """Kernels to LLVM code: a translator for the part of Python in which kernels are written.
 
 Kernels are functions of numbers and arrays without allocation: assignments, arithmetic, comparisons, ``if``, ``while``,
-``for`` over ``range`` or a tuple, calls of kernels and of the functions in :mod:`mbdsl.compilation.kernel_types`,
+``for`` over ``range`` or a tuple, calls of kernels and of the functions in :mod:`mbdsl.compilation.kernel_calls`,
 views of arrays, tuples and named tuples. A kernel is translated once for each combination of argument types; functions
 among the arguments are constants of that translation. Variables are memory on the stack, which LLVM turns into
-registers. The types of variables follow from the assignments: if one is found to be wider than the code so far assumed,
-the kernel is translated again.
+registers. The types of variables follow from their assignments; if an assignment requires a wider type than the code
+before it assumes, the kernel is translated again.
 
-Arithmetic is that of Python without its errors: a division by zero gives inf or nan, an index is not checked.
+Arithmetic is that of Python without its errors: a division by zero gives inf or nan (of integers: 0), and indices are
+not checked.
 The code has the same results with every level of optimisation, because LLVM does not reorder floating-point operations.
 """
 

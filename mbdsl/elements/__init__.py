@@ -1,6 +1,6 @@
 """The element kinds: one file each, discovered in this package.
 
-A kind is a module of this package with a ``KIND``, and the file has its name: RotationalStop is in
+A kind is a module of this package with a ``KIND``, and the file is named after it: RotationalStop is in
 ``rotational_stop.py``. ``kinds()`` maps the language's names to all kinds; ``find`` imports only the file of one kind.
 """
 
@@ -15,7 +15,7 @@ from types import ModuleType
 
 from mbdsl.elements.kind import Kind
 
-_imported: dict[str, ModuleType] = {}  #: kind name -> its module, of those that were asked for
+_imported: dict[str, ModuleType] = {}  #: kind name -> its module, of the kinds used so far
 
 
 @cache

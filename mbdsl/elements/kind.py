@@ -73,7 +73,7 @@ class Kind:
     ``energy`` is the potential energy as a formula like those of :class:`Signal`, "" for none.
 
     A kind is equal to itself only. Its fields cannot be assigned again; ``frozen=True`` would ensure this by methods
-    that are generated at each start, which takes longer than to read a model.
+    that are generated at each start, which takes longer than reading a model.
     """
 
     name: str

@@ -17,6 +17,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.collection import uncollected
 from mbdsl.errors import InitialisationError, Span
 from mbdsl.expressions.symbolic import is_velocity_level
 from mbdsl.initial.mass_check import singular_mass
@@ -26,7 +27,6 @@ from mbdsl.initial.weights import Metric
 from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.scene import DisplayUnit, InitialValue
 from mbdsl.numerics.saddle_point import least_squares, row_size, scaled
-from mbdsl.storage.collection import uncollected
 from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import Matrix, gradients, values
 from mbdsl.system.system import System

@@ -15,6 +15,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import pkgutil
+import re
 from functools import cache
 from types import ModuleType
 from typing import Any
@@ -35,7 +36,12 @@ def _found(package: str, path) -> dict[str, ModuleType]:
         module = importlib.import_module(f"{package}.{info.name}")
         if isinstance(getattr(module, "METHOD", None), Method):
             found[module.METHOD.name] = module
-    return dict(sorted(found.items()))
+    return {name: found[name] for name in sorted(found, key=_words_and_numbers)}
+
+
+def _words_and_numbers(name: str) -> list[str | int]:
+    """The parts of a name, by which radau5 comes before radau13."""
+    return [int(part) if part.isdecimal() else part for part in re.split(r"([0-9]+)", name)]
 
 
 @cache

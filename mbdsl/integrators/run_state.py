@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.collection import uncollected
 from mbdsl.compilation import buffer_layout
 from mbdsl.integrators import modules
 from mbdsl.integrators.loop import linear_solve, loop_state, sparse_lu, step_control
 from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.options import check_options
 from mbdsl.integrators.output_times import OutputTimes
-from mbdsl.storage.collection import uncollected
 from mbdsl.system import System
 from mbdsl.system.close_approaches import Approach
 

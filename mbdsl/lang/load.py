@@ -11,6 +11,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any
 
+from mbdsl.collection import uncollected
 from mbdsl.errors import ModelError, UsageError
 from mbdsl.lang import syntax as s
 from mbdsl.lang.entities import Namespace
@@ -22,7 +23,6 @@ from mbdsl.lang.overrides import merged, read_overrides
 from mbdsl.lang.source import span_of
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import did_you_mean, few
-from mbdsl.storage.collection import uncollected
 
 _chosen: ContextVar[str | None] = ContextVar("name of the model to read", default=None)
 

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     def node(kind: type) -> type: ...
 
 else:
-    # Nodes are frozen for the type checker only: to generate the methods of frozen classes takes longer than all else
-    # of this file, and longer than to read a model.
+    # Nodes are frozen for the type checker only: generating the methods of frozen classes would take longer than the
+    # rest of the import of this file, and longer than reading a model.
     node = dataclass(slots=True, eq=False, repr=False)
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
+from mbdsl.collection import uncollected
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.errors import ModelWarning, UsageError
 from mbdsl.expressions.symbolic import Expr, leaves
@@ -21,7 +22,6 @@ from mbdsl.mechanism.edge import Edge
 from mbdsl.mechanism.elimination_order import minimum_degree
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.messages import count, few
-from mbdsl.storage.collection import uncollected
 
 if TYPE_CHECKING:
     import networkx

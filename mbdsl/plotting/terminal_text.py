@@ -38,7 +38,7 @@ def columns(stream: TextIO, least: int = LEAST) -> int | None:
         with suppress(OSError, ValueError, AttributeError):  # shutil looks at standard output only
             if found := os.get_terminal_size(stream.fileno()).columns:
                 return max(least, found)
-    import shutil  # its import takes longer than most commands need to write their lines
+    import shutil  # the import takes longer than the output of most commands
 
     return max(least, shutil.get_terminal_size((USUAL, 24)).columns)
 

@@ -1,4 +1,4 @@
-"""Preparation of machine code before it is needed: for images, for continuous integration, and after an update.
+"""Compilation of machine code before it is needed: for images, for continuous integration, and after an update.
 
 A :class:`Code` is one emitted module: the step loop of a method, or the equations of a structure. ``prepare`` compiles
 those that are not in the cache folder, each in its own process and several at a time.
@@ -20,7 +20,7 @@ from mbdsl.mechanism.reduction import reduce
 from mbdsl.mechanism.scene import Scene
 from mbdsl.system import System, build
 
-PAUSE = 0.05  #: seconds between two looks at the other processes
+PAUSE = 0.05  #: seconds between two checks of the other processes
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def codes(scenes: Iterable[tuple[str, Scene]], methods: Sequence[str] = ()) -> l
     scenes : iterable of (str, Scene)
         Name and content of each model.
     methods : sequence of str
-        Names of methods; third-party integrators have no code of their own but need that of the equations.
+        Names of methods; third-party integrators need only the code of the equations.
 
     Returns
     -------
@@ -99,7 +99,7 @@ def codes(scenes: Iterable[tuple[str, Scene]], methods: Sequence[str] = ()) -> l
 
 
 def _systems(scenes: Iterable[tuple[str, Scene]]) -> Iterator[tuple[str, System]]:
-    """The systems of which the code is compiled: of each model as written and of its parts."""
+    """The systems whose code is compiled: of each model as written, and of its parts."""
     for whose, scene in scenes:
         mechanism = graph.build(scene)
         whole = build(scene, mechanism)
@@ -159,6 +159,6 @@ def prepare(
 
 
 def _here(code: Code) -> None:
-    """Compile in this process what another process could not: its errors are reported here."""
+    """Compile in this process if another process could not, so that the error is reported."""
     if not code.is_ready:
         code.here()

@@ -154,7 +154,8 @@ class _Points(NamedTuple):
 
 
 def _points(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: tuple[int, ...]) -> _Points | None:
-    """The tangent equations at these states; None if the constraints change rank or the mass matrix is ill-conditioned.
+    """The tangent equations at these states; None if the constraints change rank, the mass matrix is ill-conditioned,
+    or a derivative is not finite.
 
     The matrices of all samples are decomposed together: a call of NumPy takes longer than its work on one of them.
     """
@@ -187,7 +188,8 @@ def _points(system: System, t: Array, q: Array, v: Array, lam: Array, left_out: 
     y = np.concatenate([Zt @ B, Zt @ V], axis=2)
     u = np.concatenate([drive @ B - Vt @ (K @ Z), drive @ V], axis=2)
     sizes = np.stack([np.maximum(1.0, np.abs(q / s).max(axis=1)), fastest], axis=1)
-    return _Points(Z, V, B, mass, G, np.concatenate([y, np.linalg.solve(mass, u - G @ y)], axis=1), sizes)
+    rate = np.concatenate([y, np.linalg.solve(mass, u - G @ y)], axis=1)
+    return _Points(Z, V, B, mass, G, rate, sizes) if np.isfinite(rate).all() else None
 
 
 def _matrices(

@@ -235,7 +235,7 @@ def failure(motion: Motion, trajectory: Trajectory, status: int) -> IntegrationE
         loop_state.SLIDING: SLIDING_HINT,
         loop_state.TOO_SMALL: "a jump of forces, or a tolerance below rounding, as near a singular pose: "
         "try a larger tolerance",
-        loop_state.STIFF: "take radau5, whose steps stability does not limit",
+        loop_state.STIFF: "take radau5, whose steps are not limited by stability",
         STALLED: "make this force smoother, such as by a larger v_s in tanh(v/v_s), or try a larger tolerance",
     }[status]
     special = declared(integration.method).diverges

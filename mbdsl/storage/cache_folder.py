@@ -29,7 +29,7 @@ LARGEST = 500_000_000  #: largest size of the machine code in bytes; the least r
 ABANDONED = 600.0  #: seconds after which an incomplete file has no writer any more
 FORGOTTEN = 86400.0  #: seconds after which a temporary folder belongs to a killed process; each use renews it
 PROBE = 1 << 18  #: bytes, about the size of the largest object
-ATTEMPTS = 10  #: a file is written again if other processes clear the folder at the same time
+ATTEMPTS = 10  #: number of attempts to write a file while other processes clear the folder
 HANDED = "MBDSL_CACHE_OWN"  #: variable by which a process passes its temporary folder to the processes that it starts
 
 TEMPORARY = re.compile(r"mbdsl-cache-(\d{1,9})-\w+")
@@ -218,9 +218,9 @@ def keep(name: str, data: bytes) -> Path | None:
 
 
 def _prune_sometimes(folder: Path, size: int) -> None:
-    """Prune at the first file that a process writes, and after each hundredth of ``LARGEST``.
+    """Prune when a process writes its first file, and again after each hundredth of ``LARGEST`` that it writes.
 
-    A look at all files of a full cache takes longer than the compilation of a small kernel.
+    Listing all files of a full cache takes longer than the compilation of a small kernel.
     """
     with _lock:
         written = _written.get(folder, LARGEST) + size

@@ -18,7 +18,7 @@ def announce_compilation(
 ) -> Sequence[str]:
     """Call ``announce``, by default a function that prints, if code has to be compiled.
 
-    ``uncompiled()`` are the descriptions of this code. They are returned, or () if nothing can be announced.
+    ``uncompiled()`` returns descriptions of this code. The result is the same; () if nothing would be printed.
     """
     if announce is None and not _is_shown():
         return ()
@@ -51,7 +51,7 @@ def _is_shown() -> bool:
 
 
 def _is_worker() -> bool:
-    """Whether :mod:`multiprocessing` started this process. A process that has not imported it is none."""
+    """Whether :mod:`multiprocessing` started this process; not if this process has not imported it."""
     loaded = sys.modules.get("multiprocessing")
     return loaded is not None and loaded.parent_process() is not None
 

@@ -32,6 +32,8 @@ from mbdsl.studies.families import family, precise
 from mbdsl.studies.ladder import Ladder
 from mbdsl.studies.time_limits import allowance, limited
 
+#: accuracy from which on radau5 is as fast as the methods of its family with higher order (docs/methods.md)
+FINE = 1e-7
 PATIENCE = 20.0  #: most time of a first run, relative to all runs before it, or in tenths of a second
 HINT = "the motion may be chaotic or jump (see `mbdsl study convergence`), or the check needs more time (--budget)"
 
@@ -272,13 +274,12 @@ class _Search:
 
 
 def _ladders(scene: Scene, accuracy: float, method: str | None, given: dict) -> list[Ladder]:
-    """(Method, kind of steps) to try: the given method, or the default method and the best of each of our own families
-    of high order."""
-    best: dict[str, str] = {}
-    for name in precise():
-        if name in compiled():
-            best.setdefault(family(name), name)
-    names = [method] if method else list(dict.fromkeys([scene.experiment.method or DEFAULT_METHOD, *best.values()]))
+    """(Method, kind of steps) to try: the given method, or the default method and our own methods of high order, for
+    accuracies from ``FINE`` on only the first one of each family."""
+    own = [name for name in precise() if name in compiled()]
+    if accuracy >= FINE:
+        own = [name for name in own if name == next(other for other in own if family(other) == family(name))]
+    names = [method] if method else list(dict.fromkeys([scene.experiment.method or DEFAULT_METHOD, *own]))
     for name in names:
         if name not in available():
             raise UsageError(f"there is no method `{name}`", hint=did_you_mean(name, available(), "methods"))

@@ -17,8 +17,8 @@ def family(method: str) -> str:
 
 
 def precise() -> list[str]:
-    """Methods of high order with error control, the best reference first: mbdsl's own, then those without an extra;
-    among these, those that stiff models do not stop."""
+    """Methods of high order with error control, the best reference first: mbdsl's own, then those without an extra; in
+    each group those without a limit of stability first."""
     own = compiled()
     high = {name: m for name, m in available().items() if m.order > 4 and "controlled" in m.steps}
     return sorted(high, key=lambda name: (name not in own, high[name].needs != "", high[name].stable < math.inf))

@@ -69,7 +69,8 @@ def _solve_motion(
             f"the forces at t = {t:g} s are not finite numbers",
             hint="an expression divides by zero or leaves the domain of a function there",
         )
-    if not all(np.isfinite(X if isinstance(X, np.ndarray) else X.data).all() for X in (M, J, U)):
+    derivatives = system.tangent(t, q, v, lam, cK=1.0, cD=1.0)  # which every implicit method needs
+    if not all(np.isfinite(X if isinstance(X, np.ndarray) else X.data).all() for X in (M, J, U, derivatives)):
         raise InitialisationError(
             f"the derivatives of the forces or constraints at t = {t:g} s are not finite numbers",
             hint="a function has no derivative there, as sqrt(x) at x = 0",

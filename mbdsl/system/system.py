@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.collection import uncollected
 from mbdsl.compilation import buffer_layout, code_cache
 from mbdsl.expressions.symbolic import Expr, const, substitute
 from mbdsl.mechanism.extreme_numbers import blame_extremes
@@ -23,7 +24,6 @@ from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.graph import build as build_graph
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
-from mbdsl.storage.collection import uncollected
 from mbdsl.system import background_compilation, emit, switches
 from mbdsl.system.body_models import at_rest
 from mbdsl.system.build_tables import build_tables

@@ -154,7 +154,7 @@ def compare(links: int, repeats: int, methods: Sequence[str] | None = None, deca
 
 
 def table(chain: Chain, decades: Sequence[int] = DECADES) -> Table:
-    """The read-out; the times of the other programs, and how many times ours they are."""
+    """The table: times of mbdsl, and of the other programs with their ratios to these."""
     rows = []
     others = [name for name in PROGRAMS[1:] if chain.of(name)]
     for error in (10.0**-k for k in decades):
@@ -167,7 +167,7 @@ def table(chain: Chain, decades: Sequence[int] = DECADES) -> Table:
             ratio = f" ({bound}{float(f'{seconds / own:.2g}'):,.4g})" if math.isfinite(own) else ""
             cells.append(f"{bound}{duration(seconds)}{ratio}")
         rows.append(tuple(cells))
-    title = f"Least time for an error in angles, chain of {chain.links} links, 1 s (in brackets: times ours)"
+    title = f"Least time for an error in angles, chain of {chain.links} links, 1 s (in brackets: relative to mbdsl)"
     return Table(title, ("error", "mbdsl, by", "takes", *others), rows)
 
 

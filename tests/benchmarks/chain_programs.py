@@ -11,8 +11,8 @@ hinges, which start horizontally and at rest. Compared are the absolute angles o
   cannot solve for joints between bodies.
 - Exudyn, implicit: the same tree, and bodies with ``RevoluteJoint2D``.
 
-Times are of one thread of the processor. They begin with the first step in mbdsl and MuJoCo, and with the second in
-Exudyn: the time of a run of one step is subtracted.
+Times are processor times of one thread. They begin with the first step in mbdsl and MuJoCo, and with the second in
+Exudyn, because the time of a run of one step is subtracted.
 """
 
 from __future__ import annotations

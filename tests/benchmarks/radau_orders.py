@@ -5,7 +5,7 @@
 First table: one run with the local tolerance, without calibration; error at the end. Second table: runs with --tol,
 calibration runs included; the largest error of all outputs. Errors are those of angles and of positions in the size of
 the mechanism, and of velocities relative to the largest one. Reference: radau13 with the smallest tolerance; its own
-error, in the heading, is the difference from the tolerance three times as large. One process; the methods alternate,
+error, in the heading, is its difference from a run with three times this tolerance. One process; the methods alternate,
 and the least processor time of several repetitions is printed.
 """
 

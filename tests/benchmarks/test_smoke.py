@@ -61,7 +61,8 @@ def test_ratios_against_exudyn():
 def test_growth():
     benchmark = script("growth")
     text = benchmark.table(repeats=1, sizes={"chain": (2, 8), "four_bar": (1, 4)}, fresh=(2, 4, 8))
-    assert text.count("grows with the power") == 6
+    assert text.count("memory: ") == text.count("set-up: ") == len(benchmark.METHODS)
+    assert text.count("grows with the power") == 2 * len(benchmark.METHODS) + 4  # and the steps of two models
     assert text.count("set-up:") == len(benchmark.METHODS)
     assert "VOID" not in text
 

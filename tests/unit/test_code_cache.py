@@ -191,7 +191,7 @@ PUBLIC_PARTS = ("numba.extending", "numba.np.arrayobj")
 
 
 def modules_with_private_parts():
-    """Files of mbdsl that import modules of numba of which its manual does not speak."""
+    """Files of mbdsl that import modules of numba that its manual does not describe."""
     found = set()
     for path in (Path(code_cache.__file__).parents[1]).rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -292,7 +292,7 @@ from mbdsl.compilation import code_cache, object_code
 def fail(*given):
     raise AttributeError("forced")
 
-def compiled(name, *given):  # numba takes 20 s for the loop of a method: it runs as plain Python
+def compiled(name, *given):  # numba takes 20 s for the loop of a method, which runs as plain Python here
     return (code_cache._plain if name.startswith("mbdsl_method_") else as_usual)(name, *given)
 
 object_code.compile_object = fail

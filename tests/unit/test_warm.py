@@ -21,7 +21,7 @@ MODELS = Path(__file__).parents[2] / "models"
 
 
 class Bench:
-    """Codes whose compilation starts a process that does nothing, and a log of what happened."""
+    """Codes whose compilation starts a process that does nothing, and a log of the calls."""
 
     def __init__(self, monkeypatch, *ready):
         self.ready, self.log, self.running, self.most = set(ready), [], {}, 0
@@ -115,10 +115,10 @@ def test_the_command(monkeypatch, capsys, tmp_path):
     assert main(["warm"]) == 0
     out = capsys.readouterr().out.splitlines()
     assert out[0].startswith("step loop of newmark: ") and out[0].endswith(" s")
-    assert out[1].startswith("2 modules: 1 compiled in ") and out[1].endswith(" s, 1 there already")
+    assert out[1].startswith("2 modules: 1 compiled in ") and out[1].endswith(" s, 1 already in the cache")
     assert out[2] == f"folder: {tmp_path}"
     assert main(["warm", "--jobs", "1"]) == 0
-    assert capsys.readouterr().out.startswith("2 modules: nothing to compile, 2 there already\n")
+    assert capsys.readouterr().out.startswith("2 modules: nothing to compile, 2 already in the cache\n")
     assert main(["warm", "--quiet"]) == 0
     assert capsys.readouterr() == ("", "")
 
@@ -127,7 +127,7 @@ def test_without_a_folder_or_a_compiler_it_fails(monkeypatch, capsys, tmp_path):
     """An image must not be built without the code."""
     monkeypatch.setenv("MBDSL_CACHE_DIR", "relative")
     assert main(["warm"]) == 2
-    assert "machine code cannot be kept: MBDSL_CACHE_DIR is `relative`" in capsys.readouterr().err
+    assert "machine code cannot be stored: MBDSL_CACHE_DIR is `relative`" in capsys.readouterr().err
     monkeypatch.setenv("MBDSL_CACHE_DIR", str(tmp_path))
     cache_folder._chosen.cache_clear()
     monkeypatch.setattr(code_cache, "enabled", lambda: False)

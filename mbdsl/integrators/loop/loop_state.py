@@ -51,7 +51,7 @@ MARGIN = 29
 # number of steps before the last ``PAST`` ones whose unknowns the prediction uses, 0 or 2; they are in the last rows
 # of ``vectors``
 OLDER = 30
-TRUSTED = 31  #: steps for which the part of the raw error that counts may be taken from the last complete estimate
+TRUSTED = 31  #: number of further steps for which the part that counts may be that of the last complete estimate
 INTEGERS = 32
 #: name in the statistics -> index in ``integers``
 COUNTERS = {

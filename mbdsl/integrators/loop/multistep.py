@@ -74,7 +74,8 @@ from mbdsl.integrators.loop.switch_location import length_before_switch, until_s
 
 #: steps after which the order of extrapolation is chosen again, since it seldom changes
 RECONSIDER = 4
-#: orders above 3 amplify what the iteration leaves: they are chosen only if they reduce the error to this part
+#: orders above 3 amplify the remaining error of the iteration: they are chosen only if they reduce the error of the
+#: prediction to this fraction
 CLEARLY = 0.1
 
 

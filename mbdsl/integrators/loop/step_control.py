@@ -100,8 +100,8 @@ MOST, LEAST = 2.0, 0.2
 USEFUL, SELDOM = 0.9, 20
 #: change of a velocity within a step, relative to the largest velocity, above which the step contains an impact
 BLOW = 0.5
-#: steps after a complete estimate whose error may be the raw one, reduced as in that estimate; how much the raw error
-#: may have changed since, as a factor; the largest such error, relative to the allowed one
+#: number of steps after a complete estimate whose raw error may be reduced as in that estimate; largest ratio of the
+#: raw errors; largest error estimated in this way, relative to the allowed one
 TRUST, ALIKE, CALM = 3, 1.25, 0.75
 #: number of steps that stands for infinitely many
 LONG_AGO = 1 << 20
@@ -320,9 +320,9 @@ def estimate(h, formulas, run):
     """The error of the step just tried, relative to the allowed error. Writes E_Q, E_V and E_X.
 
     If a force stops a motion within the step (BLOW), the step has not resolved it, and no part of the error is removed.
-    The part that constraints and forces remove takes two solutions of linear systems or more. It changes slowly:
-    between complete estimates, which are made in one of four steps of equal size, the raw error is reduced by the same
-    factor.
+    To find the part that constraints and forces remove, two or more linear systems have to be solved. This part changes
+    slowly: the estimate is complete in one of four steps of equal size, and in the others the raw error is reduced by
+    the same factor.
     """
     reals, integers, vectors, layout = run.reals, run.integers, run.vectors, run.layout
     n, x = layout[N_Q], layout[ACCELERATION]
@@ -435,7 +435,7 @@ def change(new, formulas, run):
     h, a = reals[STEP_SIZE], UNKNOWN0 + PAST * (layout[ACCELERATION] - UNKNOWN)
     moved, d = (reals[NODE] - 1.0) * (new - h), reals[NODES] - reals[NODES + 1]
     if new != h:
-        integers[FRESH] = 0  # with the old matrix the iteration contracts badly, and it would be renewed after that
+        integers[FRESH] = 0  # with the old matrix, the iteration would contract slowly, and then renew it
     formulas.change_step(new, run)
     if moved != 0.0:
         for i in range(layout[N_Q]):

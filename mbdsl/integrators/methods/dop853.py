@@ -83,8 +83,9 @@ from mbdsl.integrators.methods.dop853_stages import (
 )
 from mbdsl.integrators.methods.radau_step import before_switch, fitted, update_switches
 
-#: h |lambda| at the limit of stability; number of stiff steps after which the model is stiff, and of other steps after
-#: which these do not count; a controlled run that needs fewer further steps is not stopped
+#: h |lambda| at the limit of stability; number of stiff steps after which the model counts as stiff; number of other
+#: steps in succession after which the stiff ones are forgotten; number of further steps up to which a controlled run
+#: continues nevertheless
 LIMIT, STIFF_FROM, RESET, AFFORDABLE = 6.1, 15, 6, 10_000
 
 METHOD = Method(

@@ -135,7 +135,6 @@ METHOD = Method(
     node=lambda c: 0.5,
     damping_weight=lambda c: c[1] * (1 + c[2]),
     steps=("fixed", "controlled"),
-    older=2,
     diverges="hht-add does not pass all singular poses: its iteration diverges if a singular value of Phi_q falls "
     "by more than half within a step; hht-si2 or hht-i3 may pass",
 )

@@ -1,7 +1,7 @@
-"""Python's collector of cyclic garbage, paused while a model is set up.
+"""Python's cyclic garbage collector, paused while a model is set up.
 
-Reading and assembling a model makes many objects that stay, and hardly any cycle. Each collection visits all of them
-again: with 16,384 bodies a third of the time until the first step.
+Reading and assembling a model creates many objects that persist, and hardly any cycles. Each collection visits all of
+them again, which takes a third of the time until the first step of a model with 16,384 bodies.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Found = TypeVar("Found")
 
 @contextmanager
 def paused() -> Iterator[None]:
-    """No collection inside the block; nested blocks leave the collector as they found it."""
+    """No collection inside the block; afterwards the collector is enabled if it was before."""
     enabled = gc.isenabled()
     gc.disable()
     try:
