@@ -1,5 +1,7 @@
 """Redundant constraints are left out with a message, and the motion is right."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -69,13 +71,14 @@ def test_parallelogram(any_order):
 def test_stages_of_high_order_in_a_singular_pose(method, tol):
     """Newton's iteration for five and seven stages, which magnifies rounding more than that for three, may fail close
     to the pose at t = 0.545 s, and then the message says so: no result has a larger error than the tolerance."""
+    said = "the motion is right"
     try:
         found = mbdsl.simulate(mbdsl.parse(PARALLELOGRAM), method=method, tol=tol)
-    except IntegrationError as problem:
-        assert "Newton's iteration does not converge" in str(problem) and "t = 0.54" in str(problem)
-    else:
         ends = np.array([found["R[1].phi"], found["R[1].w"]])[:, -1]
-        assert np.abs(ends - motion()) == pytest.approx([0.0, 0.0], abs=10.0 * tol)
+        assert ends == pytest.approx(motion(), rel=0.0, abs=10.0 * tol)
+    except IntegrationError as problem:
+        said = str(problem)
+    assert re.search("the motion is right|Newton's iteration does not converge.* t = 0.54", said)
 
 
 def test_start_in_a_singular_pose(any_method):
