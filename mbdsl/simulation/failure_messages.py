@@ -181,7 +181,7 @@ REASONS = {
     loop_state.TOO_LARGE: "the step is so large that the result means nothing",
     loop_state.TOO_SMALL: "no step is small enough for the tolerance",
     loop_state.SLIDING: SLIDING,
-    loop_state.STIFF: "the model is stiff, and stability limits the steps of this explicit method",
+    loop_state.STIFF: "the model is stiff, and stability limits this explicit method",
     STALLED: "the run stands still",
 }
 

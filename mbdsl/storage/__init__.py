@@ -1,1 +1,1 @@
-"""Files written completely or not at all, trusted files, the cache folder; pausing the garbage collector."""
+"""Files written completely or not at all, trusted files, the cache folder."""

@@ -63,7 +63,7 @@ def method(stages, rows, matrices, coefficients):
         index=2,
         enforces=("Phi", "dPhi"),
         family="Radau IIA",
-        source="Hairer, Wanner (1996)",
+        source="Hairer, Wanner (1996)" if stages == 3 else "Hairer, Wanner (1999)",
         coefficients=lambda options: coefficients(),
         memory=lambda c, start: (0.0,) * 5,
         begin=lambda c, start: {UNKNOWN0: [*start.a, *start.lam]},
