@@ -13,6 +13,7 @@ equations solved by Radau methods, J. Comput. Appl. Math. 111 (1999) 93-111.
 
 from __future__ import annotations
 
+from fractions import Fraction
 from functools import cache
 
 import numpy as np
@@ -41,10 +42,7 @@ def tables(stages: int) -> dict[int, Array]:
     s, one = stages, np.eye(stages)
     c = (1.0 + np.sort(legendre.legroots([0.0] * (s - 1) + [-1.0, 1.0]))) / 2.0
     c[-1] = 1.0
-    k = np.arange(1, s + 1)
-    lagrange = np.linalg.inv(np.vander(c, increasing=True)).T  # coefficients of 1, x, ... by rows
-    integrals = lagrange / k
-    a = c[:, None] ** k @ integrals.T
+    lagrange, integrals, a = _of_nodes(c)
     values, vectors = np.linalg.eig(a)
     chosen = np.argsort(np.where(values.imag < 0.0, np.inf, values.imag))[: (s + 1) // 2]
     values, back = values[chosen], vectors[:, chosen]
@@ -65,6 +63,25 @@ def tables(stages: int) -> dict[int, Array]:
         BACK: np.array(columns).T,
         INTEGRALS: integrals,
     }
+
+
+def _of_nodes(c: Array) -> tuple[Array, Array, Array]:
+    """Coefficients of the Lagrange polynomials, by rows, and of their integrals; A.
+
+    In rational arithmetic: the Vandermonde matrix of seven nodes magnifies rounding to 1e-12.
+    """
+    x, zero = [Fraction(value) for value in c.tolist()], Fraction(0)
+    lagrange: list[list[Fraction]] = []
+    for one in x:
+        row = [Fraction(1)]
+        for other in x:
+            if other is not one:  # times (X - other)/(one - other)
+                pairs = zip([zero, *row], [*row, zero], strict=True)
+                row = [(low - other * high) / (one - other) for low, high in pairs]
+        lagrange.append(row)
+    integrals = [[value / (k + 1) for k, value in enumerate(row)] for row in lagrange]
+    a = [[sum((value * at ** (k + 1) for k, value in enumerate(row)), zero) for row in integrals] for at in x]
+    return np.array(lagrange, float), np.array(integrals, float), np.array(a, float)
 
 
 def coefficients(stages: int) -> tuple[float, ...]:

@@ -240,7 +240,7 @@ def test_recommended_is_exact_enough(tmp_path, exact):
         run = mbdsl.simulate(CRANK, **how, stop=0.5, interval=0.005)
         assert difference(run, exact(0.005)) == pytest.approx(choice.error, rel=1e-3)
         assert choice.error <= 1e-5
-    # the fastest one is searched until longer steps would gain little; a slower one as long as it may become the fastest
+    # the fastest one is searched until longer steps would gain little, others as long as they may become the fastest
     assert found.best.error > 2.5e-6
     assert [c.time for c in found.choices] == sorted(c.time for c in found.choices)
     command = shlex.split(found.command)
