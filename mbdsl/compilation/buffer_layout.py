@@ -43,6 +43,8 @@ LEVER = 9  #: l_x, l_y of frames on rigid bodies
 MU_WRENCH = 11  #: wrench of mu, 11 .. 13
 PAST_WRENCH, PAST_LEVER = 14, 17  #: wrench of psi and lever, both for the pose at the start of the step
 COLUMNS = 19
+CARRIED = 6  #: pose and rates, of frames that are functions of time
+LEVERS = 2  #: entries of a lever
 
 # -- columns of gradients: dg/dz, value g, magnitude s (of forces), rate of the gradient w^T d^2g/dz^2 -------------
 PAIR_POSE = 2 * POSE  #: entries of z (the poses of both frames), and therefore of dg/dz
@@ -98,7 +100,11 @@ SWITCHES, N_SWITCHES = 40, 41  #: offset in layout of a list with the offset of 
 TURNS, N_TURNS = 42, 43  #: offset in layout of (offset in numbers, coordinate) of each angle with counted turns; number
 COUPLED, N_COUPLED = 44, 45  #: offset in layout of the records of couplings, and their number
 COUPLING = 4  #: ints of such a record: offset in numbers of (f, f', f''), and their registers
-BLOCKS = 46  #: first block header
+# rotations of bodies in space: offset in layout of (first coordinate, offset in numbers) of each; number
+ROTATIONS, N_ROTATIONS = 46, 47
+CHART = 48  #: 1 in a run of a method, whose unknowns are changes of rotation vectors
+PAST_POSITIONS = 49  #: row with the position at the start of the previous step, of methods that have one; else 0
+BLOCKS = 50  #: first block header
 BLOCK = 4  #: ints of a header. Bodies: count, offset in layout. Pairs: count, first row, offset and stride in numbers
 
 # -- tasks of the emitted function ``inertia`` -----------------------------------------------------------------

@@ -87,9 +87,9 @@ class Calls(Arrays):
 
     def builtin_call(self, called: Callable, arguments: list[Value], node: ast.Call) -> Value:
         if called is marks.square:
-            of, at = arguments
+            of, at, size = arguments
             place = self.new(f"getelementptr inbounds double, ptr {of.leaves[0]}, i64 {at.leaves[0]}")
-            return Value(Array(2, FLOAT), (place, "6", "6"))
+            return Value(Array(2, FLOAT), (place, size.leaves[0], size.leaves[0]))
         if called is len and isinstance(arguments[0].type, Array):
             return Value(INT, (arguments[0].leaves[1],))
         if called is len and isinstance(arguments[0].type, Group):

@@ -24,6 +24,6 @@ def rare(function: Function) -> Function:
     return kernel(function)
 
 
-def square(numbers, at):
-    """The 6 x 6 matrix in ``numbers`` that begins at index ``at``: a view."""
-    return numbers[at : at + 36].reshape((6, 6))
+def square(numbers, at, size):
+    """The square matrix in ``numbers`` that begins at index ``at``: a view."""
+    return numbers[at : at + size * size].reshape((size, size))

@@ -40,16 +40,17 @@ def numba_type(kind: str | Signature):
 
 @type_callable(marks.square)
 def _type_square(context):
-    return lambda F, at: TYPES["matrix"]
+    return lambda F, at, size: TYPES["matrix"]
 
 
-@lower_builtin(marks.square, types.Array, types.Integer)
+@lower_builtin(marks.square, types.Array, types.Integer, types.Integer)
 def _square(context, builder, signature, arguments):
     """Code for ``marks.square`` as a view; ``reshape`` would call a function of numba's library."""
     F = context.make_array(signature.args[0])(context, builder, arguments[0])
-    six, row, entry = (context.get_constant(types.intp, k) for k in (6, 48, 8))
+    entry, size = context.get_constant(types.intp, 8), arguments[2]
+    row = builder.mul(size, entry)
     view = context.make_array(signature.return_type)(context, builder)
-    populate_array(view, builder.gep(F.data, [arguments[1]]), (six, six), (row, entry), entry, None)
+    populate_array(view, builder.gep(F.data, [arguments[1]]), (size, size), (row, entry), entry, None)
     return view._getvalue()
 
 

@@ -86,6 +86,7 @@ class Kind:
     coordinates: tuple[str, ...] = ()  #: names of the generalised coordinates, of bodies
     size: str = ""  #: the parameter that is a length of its components, from which the size of the mechanism follows
     rows: int = 0  #: scalar coordinates g(z) of two frames, of joints and forces
+    spatial: bool = False  #: whether it belongs to models in space
     #: values (with defaults; of laws only: None or not) -> error text or None, for conditions that declarations lack
     check: Callable[[Mapping], str | None] = lambda values: None
     #: values -> values that follow from them (a rod's inertia), applied after ``check``
@@ -128,7 +129,7 @@ class Kind:
         """Pickled by name: its functions are those of the process that reads it."""
         from mbdsl.elements import find
 
-        return (_named, (self.name,)) if find(self.name) is self else object.__reduce_ex__(self, 2)
+        return (_named, (self.name, self.spatial)) if find(self.name, self.spatial) is self else object.__reduce_ex__(self, 2)
 
 
 @dataclass(eq=False, repr=False)
@@ -232,11 +233,11 @@ class ForceKind(PairKind):
     springs: Callable[[Mapping], tuple[tuple[float, float, float], ...]] | None = None
 
 
-def _named(name: str) -> Kind:
+def _named(name: str, spatial: bool = False) -> Kind:
     """The kind with the name in a pickle."""
     from mbdsl.elements import find
 
-    found = find(name)
+    found = find(name, spatial)
     if found is None:
         raise LookupError(f"this version of mbdsl has no kind {name}")
     return found

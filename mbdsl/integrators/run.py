@@ -174,10 +174,11 @@ class Integration(RunState):
             jerk, fa_rate = np.zeros(n), np.zeros(n)
         if t is None:
             self.numbers[self.counters] = system.tables.numbers[self.counters]
-        vectors[buffer_layout.POSITION0, :n] = vectors[buffer_layout.POSITION, :n] = q
+        in_charts = system.into_charts(q, self.numbers)
+        vectors[buffer_layout.POSITION0, :n] = vectors[buffer_layout.POSITION, :n] = in_charts
         vectors[buffer_layout.VELOCITY0, :n] = vectors[buffer_layout.VELOCITY, :n] = v
         vectors[buffer_layout.FORCE0, :n] = system.M(t0, q) @ a
-        self._begin_method(method, Start(self.h, q, v, a, lam, fa, jerk, fa_rate, stiff), t is None or controlled)
+        self._begin_method(method, Start(self.h, in_charts, v, a, lam, fa, jerk, fa_rate, stiff), t is None or controlled)
         if controlled:
             self._begin_control(t0, q, v, jerk)
         elif self.tol is not None:

@@ -119,6 +119,7 @@ class RunState:
         layout[buffer_layout.ACCELERATION] = method.acceleration_row
         layout[buffer_layout.PSI_ROW] = buffer_layout.UNKNOWN
         layout[buffer_layout.KEEP] = kept
+        layout[buffer_layout.CHART], layout[buffer_layout.PAST_POSITIONS] = 1, method.past_positions
         count = method.matrices + 2 * self.controlled
         self.matrices = np.zeros((count, length + 1))  # the method may use the last entry of each
         self.pivots = np.zeros((count, max(N, 2 * size + 1)), np.int64)  # pivots, or rows and columns of entries
@@ -191,7 +192,7 @@ class RunState:
         """The present q, v (n,) and lam (m + p,), as views."""
         n, vectors = self.system.n, self.vectors
         return (
-            vectors[buffer_layout.POSITION0, :n],
+            self.system.out_of_charts(vectors[buffer_layout.POSITION0, :n], self.numbers),
             vectors[buffer_layout.VELOCITY0, :n],
             vectors[buffer_layout.UNKNOWN0, n : self.system.unknowns],
         )

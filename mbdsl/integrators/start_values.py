@@ -41,7 +41,7 @@ def rates(
     """fa, the rate of a and the rate of fa, (n,) each; the rates by differences over the time e."""
 
     def motion(s: float) -> tuple[Array, Array]:
-        return q + s * v + s * s / 2 * a, v + s * a
+        return system.moved(q, s * v, s * s / 2 * a), v + s * a
 
     def forced(s: float) -> Array:
         return applied(system, t + s, *motion(s), lam)
@@ -93,7 +93,7 @@ def onto_constraints(system: System, t: float, q: Array, v: Array, left_out: tup
     right = np.zeros(system.unknowns)
     right[n : n + m] = -system.Phi(t, q)
     change = _projected(system, t, q, v, right, left_out)
-    q = q if change is None else q + change
+    q = q if change is None else system.moved(q, change)
     right[n:] = -np.concatenate([system.evaluate(t, q, v)[2], system.Gam(t, q, v)])
     change = _projected(system, t, q, v, right, left_out)
     return q, v if change is None else v + change

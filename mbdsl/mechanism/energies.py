@@ -10,15 +10,13 @@ from mbdsl.expressions.symbolic import Expr, const, coordinate
 from mbdsl.mechanism.scene import Scene
 
 
-def gravity(scene: Scene) -> tuple[float, float]:
-    """The gravity field (x, y) [m/s2]."""
+def gravity(scene: Scene) -> tuple[float, ...]:
+    """The gravity field (x, y), in space (x, y, z) [m/s2]."""
     ground = next((c for c in scene.components.values() if c.kind.name == "Ground"), None)
-    if ground is None:
-        return 0.0, 0.0
-    x, y = ground.values["n"]
-    length = hypot(x, y)
-    g = float(ground.values["g"])
-    return (g * x / length, g * y / length) if length else (0.0, 0.0)
+    n = (0.0,) * (3 if scene.spatial else 2) if ground is None else ground.values["n"]
+    length = hypot(*n)
+    g = 0.0 if ground is None else float(ground.values["g"])
+    return tuple(g * x / length if length else 0.0 for x in n)
 
 
 def energies(scene: Scene, excluded: Collection[str] = ()) -> tuple[Expr, Expr, Expr]:

@@ -62,6 +62,31 @@ class Frame:
     span: Span | None = field(default=None, compare=False)
     motion: tuple[Expr, Expr, Expr] | None = None
 
+    @property
+    def pose(self) -> tuple[float, ...]:
+        """(x, y, phi)."""
+        return self.x, self.y, self.phi
+
+
+@dataclass(frozen=True)
+class SpatialFrame:
+    """A frame fixed to a body or to the ground of a model in space.
+
+    Its origin [m] and its axes x, y, z are relative to the body's reference point, in the body's axes.
+    """
+
+    name: str
+    body: str
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    axes: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    span: Span | None = field(default=None, compare=False)
+    motion: tuple[Expr, ...] | None = None
+
+    @property
+    def pose(self) -> tuple[float, ...]:
+        """Origin and axes."""
+        return *self.origin, *self.axes
+
 
 @dataclass(frozen=True, repr=False)
 class Component:
@@ -221,6 +246,7 @@ class Scene:
     aliases: Mapping[str, str] = field(default_factory=dict)
     shapes: Mapping[str, tuple[DrawnShape, ...]] = field(default_factory=dict)
     warnings: tuple[ModelWarning, ...] = field(default=(), compare=False)
+    spatial: bool = False  #: whether it is a model in space; its frames are of the type SpatialFrame
     #: None for scenes of other origin; ``dataclasses.replace`` does not copy it, as it would not describe the result
     _origin: Origin | None = field(default=None, init=False, compare=False)
 

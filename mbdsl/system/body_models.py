@@ -7,6 +7,7 @@ from types import ModuleType
 from mbdsl.bodies.contract import POSITIONS, Body, Pose, model_class
 from mbdsl.elements import declaring
 from mbdsl.elements.kind import BodyKind
+from mbdsl.expressions import spatial_coordinates
 from mbdsl.mechanism.scene import Component
 
 
@@ -29,11 +30,16 @@ def model(component: Component) -> Body:
 
 
 def body_pose(component: Component, frame) -> Pose:
-    """A frame's (x, y, phi) from the centre of mass (of a beam: from its centre), in the body's axes."""
+    """A frame's (x, y, phi) from the centre of mass (of a beam: from its centre), in the body's axes; of bodies in
+    space the origin and the axes (12 numbers)."""
+    if component.kind.spatial:
+        com = component.kind.com(component.values)
+        return (*(x - c for x, c in zip(frame.origin, com, strict=True)), *frame.axes)
     cx, cy = component.kind.com(component.values) if isinstance(component.kind, BodyKind) else (0.0, 0.0)
     return frame.x - cx, frame.y - cy, frame.phi
 
 
 def at_rest(component: Component, frame, key: str) -> float:
     """A coordinate of a frame on a body that does not move: "x", "y" [m], "phi" [rad] or a rate."""
-    return dict(zip(POSITIONS, body_pose(component, frame), strict=True)).get(key, 0.0)
+    keys = spatial_coordinates.POSITIONS if component.kind.spatial else POSITIONS
+    return dict(zip(keys, body_pose(component, frame), strict=True)).get(key, 0.0)

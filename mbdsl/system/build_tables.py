@@ -16,6 +16,7 @@ from mbdsl.numerics.piecewise_cubic import piecewise
 from mbdsl.system import gradient_rows, moving_frames, nonholonomic, switches
 from mbdsl.system.body_models import body_pose, model
 from mbdsl.system.expression_tape import Tape
+from mbdsl.system.in_space import layout_of
 from mbdsl.system.structure import Block, expressions, find_blocks, frame_of, law_expressions
 from mbdsl.system.tables import Buffers, Tables, gravity
 
@@ -76,6 +77,7 @@ def _used_frames(scene: Scene, blocks: list[Block]) -> dict[str, int]:
 
 def _fill(tables: Tables, size: float | None) -> None:
     scene, frames, n, m, p = tables.scene, tables.frames, tables.n, tables.m, tables.p
+    sizes = layout_of(scene.spatial)
     buffers = Buffers(buffer_layout.BLOCKS + buffer_layout.BLOCK * len(tables.blocks))
     layout = buffers.layout
     layout[buffer_layout.N_Q], layout[buffer_layout.N_PHI], layout[buffer_layout.N_ALL] = n, m, n + m + p
@@ -83,7 +85,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     for row in (buffer_layout.LAM_ROW, buffer_layout.LAW_ROW, buffer_layout.PSI_ROW):
         layout[row] = buffer_layout.UNKNOWN
     layout[buffer_layout.MU_ROW] = buffer_layout.UNKNOWN2
-    Z = np.zeros((max(1, len(frames)), buffer_layout.COLUMNS))
+    Z = np.zeros((max(1, len(frames)), sizes.COLUMNS))
     dofs, lengths = _fill_frames(tables, buffers, Z)
     ground = layout[buffer_layout.GROUND_FRAMES]
 
@@ -99,6 +101,8 @@ def _fill(tables: Tables, size: float | None) -> None:
     tape = Tape(frames, tables.multipliers, starts)
     later: list[Callable[[], None]] = []
     _fill_bodies(tables, buffers, g)
+    layout[buffer_layout.ROTATIONS] = buffers.ints(x for rotation in buffers.rotations for x in rotation)
+    layout[buffer_layout.N_ROTATIONS] = len(buffers.rotations)
     gradient_rows.tabulate(tables, buffers, dofs, tape, later)
     found = [g for b in tables.blocks if b.role == "gamma" for c in b.components for g in c.velocity_constraints]
     nonholonomic.tabulate(found, frames, dofs, n + m, buffers, tape, later)
@@ -115,7 +119,8 @@ def _fill(tables: Tables, size: float | None) -> None:
 
     requests = np.array(buffers.requests, dtype=np.int64).reshape(-1, 2)
     tables.pattern = (requests[:, 0], requests[:, 1])
-    tables.numbers = np.array(buffers.numbers + [0.0] * buffer_layout.TANGENT_SCRATCH)
+    tables.numbers = np.array(buffers.numbers + [0.0] * sizes.TANGENT_SCRATCH)
+    tables.rotations = np.array(buffers.rotations, np.int64).reshape(-1, 2)
     tables.layout = np.array(layout, dtype=np.int64)
     tables.frame_table = Z
 
@@ -130,24 +135,25 @@ def _fill_frames(tables: Tables, buffers: Buffers, Z: NDArray[np.float64]) -> tu
     for name, f in tables.frames.items():
         frame = scene.frames[name]
         body = scene.components[frame.body]
-        x, y, phi = body_pose(body, frame)
+        pose = body_pose(body, frame)
         own: tuple[int, ...] = ()
         if frame.motion is not None:
             ground += 1
         elif frame.body not in tables.models:
-            Z[f, :3] = x, y, phi
+            Z[f, : len(pose)] = pose
             ground += 1
         else:
-            lengths.append(float(np.hypot(x, y)))
+            lengths.append(float(np.linalg.norm(pose[:3] if scene.spatial else pose[:2])))
             first = tables.coordinates[frame.body]
             try:
-                own = tuple(first + i for i in tables.models[frame.body].dofs((x, y, phi)))
+                own = tuple(first + i for i in tables.models[frame.body].dofs(pose))
             except ValueError as problem:
                 raise ModelError(f"frame `{name}`: {problem}", frame.span) from None
         dofs.append(own)
     layout[buffer_layout.GROUND_FRAMES] = ground
+    entries = 2 * layout_of(scene.spatial).POSE  # rows of B and (B v)_q
     layout[buffer_layout.FRAMES] = buffers.ints(
-        [v for d in dofs for v in (len(d), buffers.floats([0.0] * (6 * len(d))))]
+        [v for d in dofs for v in (len(d), buffers.floats([0.0] * (entries * len(d))))]
     )
     return dofs, lengths
 
@@ -155,7 +161,8 @@ def _fill_frames(tables: Tables, buffers: Buffers, Z: NDArray[np.float64]) -> tu
 def _extent(scene: Scene, ground: NDArray[np.float64]) -> float:
     """The size [m] of a mechanism of point masses: the distance between the frames on the ground (k, 6), else the
     largest length parameter of a component; 0 if there is none."""
-    apart = float(np.hypot(*(ground[:, :2] - ground[:1, :2]).T).max(initial=0.0))
+    axes = 3 if scene.spatial else 2
+    apart = float(np.linalg.norm(ground[:, :axes] - ground[:1, :axes], axis=1).max(initial=0.0))
     parameters = [(c, p.name) for c in scene.components.values() for p in c.kind.parameters if p.unit == "m"]
     values = [c.values[name] for c, name in parameters]
     return apart or max((abs(x) for x in values if isinstance(x, float)), default=0.0)

@@ -16,7 +16,8 @@ from types import ModuleType
 from typing import NamedTuple
 
 from mbdsl.compilation import buffer_layout, code_cache
-from mbdsl.system import expression_tape, loops
+from mbdsl.system import expression_tape
+from mbdsl.system.in_space import loops_of
 from mbdsl.system.structure import Block
 
 KIND_PREFIX = "mbdsl_kind_"
@@ -145,6 +146,11 @@ def tangent_lines(blocks: list[Block], has_tape: bool) -> list[Line]:
     ]
 
 
+def in_space(blocks: list[Block]) -> bool:
+    """Whether a structure is that of a model in space."""
+    return any(b.spatial or b.name.startswith("spatial_") for b in blocks)
+
+
 def _loops(blocks: list[Block]) -> tuple[list[tuple[int, Block]], list[tuple[int, Block]], set[str]]:
     """Blocks of bodies, and of rows of the gradient table, with their headers; roles of all."""
     numbered = [(header(k), b) for k, b in enumerate(blocks)]
@@ -175,16 +181,25 @@ def emit(blocks: list[Block], has_tape: bool, sets: int) -> str:
     return "\n".join(lines)
 
 
+def _kind_module(block: Block) -> str:
+    """The name of the emitted module of a kind."""
+    return f"{KIND_PREFIX}{'in_space_' if block.spatial else ''}{block.name}"
+
+
 def _head(blocks: list[Block], has_tape: bool, title: str) -> list[str]:
     bodies, pairs, _ = _loops(blocks)
+    spatial = in_space(blocks)
     return [
         f'"""{title}: {", ".join(dict.fromkeys(b.name for b in blocks))}."""',
         "",
-        *dict.fromkeys(f"import {KIND_PREFIX}{b.name} as {b.name}" for _, b in pairs),
+        *dict.fromkeys(f"import {_kind_module(b)} as {b.name}" for _, b in pairs),
         "",
         *(f"from mbdsl.bodies import {b.name}" for _, b in bodies),
         *_names(bodies, has_tape),
-        f"from mbdsl.system import {'expression_tape, ' if has_tape else ''}loops",
+        *(["from mbdsl.system import expression_tape"] if has_tape and spatial else []),
+        "import mbdsl.system.loops_in_space as loops"
+        if spatial
+        else f"from mbdsl.system import {'expression_tape, ' if has_tape else ''}loops",
         "",
         "",
     ]
@@ -220,6 +235,7 @@ def header(block: int) -> int:
 def emit_kind(block: Block) -> str:
     """The text of the module of one kind: its kernels within the loops, the same in every scene."""
     name, rows = block.name, block.rows
+    of_loops = "import mbdsl.system.loops_in_space as loops" if block.spatial else "from mbdsl.system import loops"
     curve = f"""
 
 @rare
@@ -228,9 +244,9 @@ def curve(block, frames, gradients, numbers, layout):
 """
     return f'''"""Emitted by mbdsl: the loops of {name}."""
 
-from mbdsl.elements import {name}
+from {block.module.__package__} import {name}
 from mbdsl.compilation.marks import rare
-from mbdsl.system import loops
+{of_loops}
 
 
 @rare
@@ -258,7 +274,8 @@ def load(blocks: list[Block], has_tape: bool, sets: int) -> Kernels:
 def _modules(blocks: list[Block]) -> list[ModuleType]:
     """The source of the kernels of a structure."""
     kinds = {b.name: b for b in blocks if b.role in ("joint", "spring", "law")}.values()
-    loops_of_kinds = [code_cache.import_text(KIND_PREFIX + b.name, emit_kind(b)) for b in kinds]
+    loops = loops_of(in_space(blocks))
+    loops_of_kinds = [code_cache.import_text(_kind_module(b), emit_kind(b)) for b in kinds]
     return [loops, expression_tape, *dict.fromkeys(b.module for b in blocks), *loops_of_kinds]
 
 

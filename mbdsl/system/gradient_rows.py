@@ -8,6 +8,7 @@ from mbdsl.compilation import buffer_layout
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.expressions.symbolic import COORDINATES, Expr, coordinate, der, diff, expr, leaves
 from mbdsl.system.expression_tape import Tape
+from mbdsl.system.in_space import layout_of
 from mbdsl.system.structure import frame_of, law_expressions
 from mbdsl.system.tables import Buffers, Tables
 
@@ -61,7 +62,7 @@ def tabulate(tables: Tables, buffers: Buffers, dofs, tape: Tape, later: list[Cal
                 else:
                     leaf = _law(tables, buffers, dofs, c, j, (a, b), tape, later)
                     details.append((len(ints) + buffer_layout.DETAIL, leaf))
-                hessian = buffers.floats([0.0] * buffer_layout.SQUARE) if block.curved else -1
+                hessian = buffers.floats([0.0] * layout_of(tables.scene.spatial).SQUARE) if block.curved else -1
                 ints += [a, b, first, hessian, detail, 0]
                 row += 1
             counts[block.role] += rows

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from mbdsl.compilation.buffer_layout import (
     BLOCK_SIZE,
+    CARRIED,
     CONSTANT_FORCE,
     COUPLED,
     COUPLING,
@@ -38,6 +39,7 @@ from mbdsl.compilation.buffer_layout import (
     LEAVES,
     LEFT_OUT,
     LEVER,
+    LEVERS,
     MAGNITUDE,
     MASS,
     MASS_SLOTS,
@@ -76,6 +78,7 @@ from mbdsl.compilation.buffer_layout import (
     WRENCH,
 )
 from mbdsl.compilation.marks import kernel, rare, square
+from mbdsl.system.frame_block import frame_block
 
 
 @kernel
@@ -103,7 +106,7 @@ def curve(block, rows, hessian, frames, gradients, numbers, layout):
             a, b, h = layout[o + FRAME_A], layout[o + FRAME_B], layout[o + SECOND_DERIVATIVE]
             if h < 0:
                 continue
-            H = square(numbers, h)
+            H = square(numbers, h, PAIR_POSE)
             for j in range(SQUARE):
                 numbers[h + j] = 0.0
             unit = gradients[r, GRADIENT_RATE:]
@@ -137,7 +140,7 @@ def carry(frames, numbers, layout):
     """Write pose and rates of the frames that drivers move from the registers, in numbers, to frames."""
     for k in range(layout[N_MOVING]):
         o = layout[MOVING] + MOVED * k
-        for j in range(PAIR_POSE):
+        for j in range(CARRIED):
             frames[layout[o], j] = numbers[layout[REGISTERS] + layout[o + 1 + j]]
 
 
@@ -215,7 +218,7 @@ def keep(vectors, frames, gradients, layout):
             for j in range(PAIR_POSE):
                 gradients[r, PAST_GRADIENT + j] = gradients[r, j]
         for f in range(layout[N_FRAMES]):
-            for j in range(2):
+            for j in range(LEVERS):
                 frames[f, PAST_LEVER + j] = frames[f, LEVER + j]
     for i in range(layout[N_Q]):
         vectors[PAST_FORCE, i] = 0.0
@@ -320,26 +323,6 @@ def begin_matrix(cM, numbers, layout, matrix):
         matrix[i] = 0.0
     for i in range(layout[N_Q]):
         matrix[layout[layout[SLOTS] + layout[MASS_SLOTS] + i]] += cM * numbers[layout[MASS] + i]
-
-
-@rare
-def frame_block(slot, fr, fc, cT, T, cTd, Td, numbers, layout, matrix):
-    """matrix, at the slots, += B_r^T (cT T B_c + cTd Td (B v)_q,c), with 3 x 3 blocks T and Td in ``numbers``, whose
-    rows have the stride PAIR_POSE."""
-    nr, kr = layout[layout[FRAMES] + 2 * fr], layout[layout[FRAMES] + 2 * fr + 1]
-    nc, kc = layout[layout[FRAMES] + 2 * fc], layout[layout[FRAMES] + 2 * fc + 1]
-    for j in range(nc):
-        t0, t1, t2 = 0.0, 0.0, 0.0
-        for l in range(POSE):
-            bl, dl = cT * numbers[kc + l * nc + j], cTd * numbers[kc + (POSE + l) * nc + j]
-            t0 += numbers[T + l] * bl + numbers[Td + l] * dl
-            t1 += numbers[T + PAIR_POSE + l] * bl + numbers[Td + PAIR_POSE + l] * dl
-            t2 += numbers[T + 2 * PAIR_POSE + l] * bl + numbers[Td + 2 * PAIR_POSE + l] * dl
-        for i in range(nr):
-            matrix[layout[slot + i * nc + j]] += (
-                numbers[kr + i] * t0 + numbers[kr + nr + i] * t1 + numbers[kr + 2 * nr + i] * t2
-            )
-    return slot + nr * nc
 
 
 @rare

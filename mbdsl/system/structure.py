@@ -31,6 +31,11 @@ class Block:
         return self.module.KIND.rows
 
     @property
+    def spatial(self) -> bool:
+        """Whether it belongs to a model in space."""
+        return self.module.__package__.endswith(".in_space")
+
+    @property
     def name(self) -> str:
         return self.module.__name__.rsplit(".", 1)[-1]
 
@@ -48,7 +53,7 @@ def find_blocks(scene: Scene, general: bool = False) -> list[Block]:
     """The blocks of ``scene``, in the order of their loops; if ``general``, with empty ones of all other kinds."""
     groups: dict[tuple, list[Component]] = {}
     if general:
-        groups = {key: [] for module in modules().values() for key in _every_key(module)}
+        groups = {key: [] for module in modules(scene.spatial).values() for key in _every_key(module)}
     for c in scene.components.values():
         module = declaring(c.kind)
         if isinstance(c.kind, BodyKind) and c.kind.coordinates:

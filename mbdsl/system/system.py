@@ -24,10 +24,13 @@ from mbdsl.mechanism.graph import MechanismGraph
 from mbdsl.mechanism.graph import build as build_graph
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
+from mbdsl.numerics import rotation_arrays
+from mbdsl.numerics.rotation import BASE
 from mbdsl.system import background_compilation, emit, switches
 from mbdsl.system.body_models import at_rest
 from mbdsl.system.build_tables import build_tables
 from mbdsl.system.emit import Kernels
+from mbdsl.system.in_space import layout_of
 from mbdsl.system.peaks_in_time import Kept, Zone, time_zones
 from mbdsl.system.tables import Tables
 from mbdsl.system.time_derivatives import Clock
@@ -138,8 +141,50 @@ class System:
         layout[buffer_layout.SLOTS], layout[buffer_layout.SIZE] = len(t.layout), self.size
         vectors = np.zeros((rows, max(1, self.unknowns)))
         vectors[buffer_layout.SCALE, : self.n] = t.scale
-        C = np.zeros((max(1, t.pair_rows), buffer_layout.GRADIENT_COLUMNS))
+        C = np.zeros((max(1, t.pair_rows), layout_of(self.scene.spatial).GRADIENT_COLUMNS))
         return Workspace(vectors, t.frame_table.copy(), C, t.numbers.copy(), layout)
+
+    # -- rotations in space ----------------------------------------------------------------------------------
+    def into_charts(self, q: Array, numbers: Array) -> Array:
+        """Make the attitudes of q (n,) the origins of the charts in ``numbers``; q with zeros for rotation vectors."""
+        if not len(self.tables.rotations):
+            return q
+        d, at = self.tables.rotations.T
+        numbers[at[:, None] + BASE + np.arange(4)] = rotation_arrays.quaternions(q[d[:, None] + np.arange(3)])
+        q = np.array(q, float)
+        q[d[:, None] + np.arange(3)] = 0.0
+        return q
+
+    def out_of_charts(self, q: Array, numbers: Array) -> Array:
+        """Coordinates (n,) with the rotation vectors of attitudes, of coordinates in the charts of ``numbers``."""
+        if not len(self.tables.rotations):
+            return q
+        d, at = self.tables.rotations.T
+        base = rotation_arrays.vectors(numbers[at[:, None] + BASE + np.arange(4)])
+        q = np.array(q, float)
+        q[d[:, None] + np.arange(3)] = rotation_arrays.turned(base, q[d[:, None] + np.arange(3)])
+        return q
+
+    def moved(self, q: Array, *changes: Array) -> Array:
+        """q (n,) after the sum of ``changes`` (n,): q + change, but rotations of bodies in space are composed."""
+        found = q
+        for change in changes:
+            found = found + change
+        if len(self.tables.rotations):
+            own = self.tables.rotations[:, :1] + np.arange(3)
+            found[own] = rotation_arrays.turned(q[own], sum(change[own] for change in changes))
+        return found
+
+    def _in_body_axes(self, A):
+        """A matrix over unknowns, from the world axes of compiled code to the axes of bodies."""
+        if not len(self.tables.rotations):
+            return A
+        assert self._work is not None
+        for d, at in self.tables.rotations:
+            R, own = self._work.numbers[at : at + 9].reshape(3, 3), slice(d, d + 3)
+            A[own] = R.T @ A[own]
+            A[:, own] = A[:, own] @ R
+        return A
 
     # -- single quantities -----------------------------------------------------------------------------------
     def _at(self, t: float, q, v=None, lam=None, mu=None) -> Workspace:
@@ -147,7 +192,7 @@ class System:
             self._work = self.workspace()
         w = self._work
         n = self.n
-        w.vectors[buffer_layout.POSITION, :n] = q
+        w.vectors[buffer_layout.POSITION, :n] = self.into_charts(q, w.numbers)
         w.vectors[buffer_layout.VELOCITY, :n] = 0.0 if v is None else v
         w.vectors[buffer_layout.UNKNOWN, n : self.unknowns] = 0.0 if lam is None else lam
         w.vectors[buffer_layout.UNKNOWN2, n : n + self.m] = 0.0 if mu is None else mu
@@ -303,10 +348,18 @@ class System:
         size = self.unknowns
         rows, columns = self.tables.pattern
         if size <= DENSE_LIMIT:
-            return np.bincount(rows * size + columns, entries, size * size).reshape(size, size)
+            return self._in_body_axes(np.bincount(rows * size + columns, entries, size * size).reshape(size, size))
         from scipy.sparse import csr_array
 
-        return csr_array((entries.copy(), (rows, columns)), shape=(size, size))
+        A = csr_array((entries.copy(), (rows, columns)), shape=(size, size))
+        if not len(self.tables.rotations):
+            return A
+        from scipy.sparse import eye_array
+
+        W = eye_array(size, format="lil")
+        for d, at in self.tables.rotations:
+            W[d : d + 3, d : d + 3] = self._work.numbers[at : at + 9].reshape(3, 3)
+        return csr_array(W.T @ A @ W.tocsr())
 
     def Phi_q(self, t: float, q) -> Array | csr_array:
         """Constraint Jacobian (m, n)."""

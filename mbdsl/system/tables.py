@@ -45,6 +45,7 @@ class Tables:
     pattern: tuple[NDArray[np.int64], NDArray[np.int64]] = (np.empty(0, np.int64), np.empty(0, np.int64))
     multipliers: dict[tuple[str, int], int] = field(default_factory=dict)  #: (joint, k) -> entry in a row of vectors
     inputs: dict[str, int] = field(default_factory=dict)  #: name -> offset in numbers, of inputs that are used
+    rotations: NDArray[np.int64] = field(default_factory=lambda: np.empty((0, 2), np.int64))  #: see Buffers
     switches: list[switches.Switch] = field(default_factory=list)
     values: list[Expr] = field(default_factory=list)  #: expressions of laws, drivers and nonholonomic constraints
 
@@ -84,6 +85,7 @@ class Buffers:
         self.numbers: list[float] = []
         self.layout: list[int] = [0] * header
         self.requests: list[tuple[int, int]] = []
+        self.rotations: list[tuple[int, int]] = []  #: (first coordinate, offset in numbers), of bodies in space
 
     def floats(self, values) -> int:
         offset = len(self.numbers)

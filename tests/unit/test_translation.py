@@ -220,7 +220,7 @@ def test_arrays(compiled, body):
 
 @needs_compiler
 def test_square_is_a_view(compiled):
-    f, interpreted = compiled("H = square(a, b)\nH[1, 2] = 5.0\nH[5, 5] += H[0, 0]", ("vector", "int"))
+    f, interpreted = compiled("H = square(a, b, 6)\nH[1, 2] = 5.0\nH[5, 5] += H[0, 0]", ("vector", "int"))
     x = np.arange(50.0)
     same(outcome(f, x, 7), outcome(interpreted, x, 7))
 

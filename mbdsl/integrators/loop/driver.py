@@ -37,6 +37,7 @@ from mbdsl.integrators.loop.loop_state import (
     STEP_END,
     ZONES,
 )
+from mbdsl.integrators.loop.rotation_chart import leave_chart, move_charts
 from mbdsl.integrators.loop.step_times import finished, start_of_step
 from mbdsl.integrators.loop.turn_counting import count_turns
 from mbdsl.integrators.loop.zone_landing import note, until_zone
@@ -58,6 +59,7 @@ def record(t0, h, times, out, step, run):
             step.interpolate(k, x, h, out, run)
         for i in range(n, size):
             out[k, n + i] = vectors[UNKNOWN0, i] + x * (vectors[UNKNOWN, i] - vectors[UNKNOWN0, i])
+        leave_chart(k, out, run)
         integers[OUTPUT] += 1
 
 
@@ -87,6 +89,7 @@ def advance(step, formulas, steps, times, out, run):
             record(t0, h, times, out, step, run)
         step.store(h, run)
         count_turns(run)
+        move_charts(run)
         if integers[NOTES] > 0:
             note(run)
         integers[HISTORY], integers[STEP] = min(integers[HISTORY] + 1, PAST + integers[OLDER]), integers[STEP] + 1

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from mbdsl.compilation.buffer_layout import CORRECTION, CORRECTION2, N_ALL, N_Q, SIZE, SOLVER, SPARSE
 from mbdsl.compilation.marks import kernel, rare
+from mbdsl.integrators.loop.rotation_chart import to_body, to_world
 from mbdsl.integrators.loop.sparse_lu import sparse_factor, sparse_solve, sparse_solve_both
 
 DENSE, SPARSE_LU = 0, 1  #: values of layout[SOLVER]
@@ -23,21 +24,27 @@ def factor(k, run):
 @kernel
 def solve(k, row, run):
     """vectors[row] <- A^{-1} vectors[row], where A is the factorised matrix k."""
+    to_world(row, run)
     if run.layout[SOLVER] == SPARSE_LU:
         sparse_solve(run.matrices[k], run.layout, run.vectors[row])
     else:
         dense_solve(run.matrices[k], run.pivots[k], run.layout, run.vectors[row])
+    to_body(row, run)
 
 
 @kernel
 def solve_both(run):
     """``solve`` with matrix 0 for row CORRECTION, and with matrix 1 for row CORRECTION2."""
     first, second = run.vectors[CORRECTION], run.vectors[CORRECTION2]
+    to_world(CORRECTION, run)
+    to_world(CORRECTION2, run)
     if run.layout[SOLVER] == SPARSE_LU:
         sparse_solve_both(run.matrices, run.layout, first, second)
     else:
         dense_solve(run.matrices[0], run.pivots[0], run.layout, first)
         dense_solve(run.matrices[1], run.pivots[1], run.layout, second)
+    to_body(CORRECTION, run)
+    to_body(CORRECTION2, run)
 
 
 @rare
@@ -82,8 +89,12 @@ def has_entries(k, run):
 def multiply(k, row, target, run):
     """vectors[target] <- vectors[target] + A vectors[row], where A is the compressed matrix k."""
     matrix, places, x, y = run.matrices[k], run.pivots[k], run.vectors[row], run.vectors[target]
+    to_world(row, run)
+    to_world(target, run)
     for e in range(places[places.size - 1]):
         y[places[2 * e]] += matrix[e] * x[places[2 * e + 1]]
+    to_body(row, run)
+    to_body(target, run)
 
 
 @kernel

@@ -20,6 +20,7 @@ from mbdsl.compilation.buffer_layout import (
 )
 from mbdsl.compilation.marks import kernel, rare
 from mbdsl.integrators.loop.linear_solve import clear, compress, has_entries, larger, multiply, solve, solve_both
+from mbdsl.integrators.loop.rotation_chart import to_rates
 
 #: largest effect of CORRECTION2 on CORRECTION, relative to CORRECTION, that is left to the next iteration: in the first
 #: two iterations of a step, and in later ones
@@ -37,6 +38,7 @@ def correct_one(run):
     for i in range(layout[N_ALL]):
         correction[i] = -residual[i]
     solve(0, CORRECTION, run)
+    to_rates(CORRECTION, run)
     for i in range(layout[N_ALL]):
         unknown[i] += correction[i]
     change = 0.0
@@ -58,6 +60,8 @@ def solve_two(k, run):
     solve_both(run)
     if has_entries(2, run):
         add_coupling(k, run)
+    to_rates(CORRECTION, run)
+    to_rates(CORRECTION2, run)
 
 
 @rare

@@ -31,6 +31,7 @@ from mbdsl.compilation.buffer_layout import (
 )
 from mbdsl.compilation.marks import kernel
 from mbdsl.integrators.loop.linear_solve import factor, larger, solve
+from mbdsl.integrators.loop.rotation_chart import to_rates
 from mbdsl.integrators.loop.loop_state import LARGEST, STEP_SIZE
 from mbdsl.integrators.loop.tangent_matrices import projection_matrix
 from mbdsl.integrators.method import Method
@@ -110,6 +111,7 @@ def correct(k, h, run):
     for i in range(run.layout[N_ALL]):
         of_d[i], of_v[i] = -r[i], -r2[i]
     solve(0, CORRECTION, run)
+    to_rates(CORRECTION, run)
     solve(0, CORRECTION2, run)
     change = 0.0
     for i in range(run.layout[N_Q]):

@@ -81,6 +81,7 @@ METHOD = Method(
     memory=memory,
     begin=begin,
     steps=("fixed", "controlled"),
+    past_positions=POSITION1,
     relative_step=0.5,
 )
 

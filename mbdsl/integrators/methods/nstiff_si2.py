@@ -77,6 +77,7 @@ METHOD = Method(
     sets=2,
     matrices=3,
     steps=("fixed", "controlled"),
+    past_positions=POSITION1,
     relative_step=0.5,
 )
 

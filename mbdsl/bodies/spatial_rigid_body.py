@@ -1,0 +1,106 @@
+"""The body model of a rigid body in space: see :mod:`mbdsl.bodies.spatial_rigid_body_kernels`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mbdsl.bodies.contract import Array, Described
+from mbdsl.bodies.spatial_rigid_body_kernels import ROTATION
+from mbdsl.expressions.spatial_coordinates import POSITIONS, VELOCITIES
+from mbdsl.numerics.rotation_arrays import cross_matrix, matrices, of_matrix
+
+Pose = tuple[float, ...]
+
+
+class SpatialRigid:
+    """A rigid body with the position x of its centre of mass and the rotation vector of its attitude R.
+
+    A pose has 12 entries: the position s of a frame, and its axes x, y, z, in the body's axes.
+    """
+
+    deforms = False
+    turn, counter = 0.0, -1
+    n = 6
+
+    def __init__(self, component: Described) -> None:
+        m, *J = component.kind.table(component.values)
+        self._m, self._J = float(m), np.array(J, float).reshape(3, 3)
+
+    def mass(self) -> Array:
+        return np.concatenate([np.full(3, self._m), np.diag(self._J)])
+
+    def couplings(self) -> list[tuple[int, int, float]]:
+        return []  # they depend on the attitude in world axes: the kernels contain them
+
+    def M(self, q: Array) -> Array:
+        M = np.zeros((6, 6))
+        M[:3, :3], M[3:, 3:] = self._m * np.eye(3), self._J
+        return M
+
+    def weight(self, g: Array) -> Array:
+        return np.concatenate([self._m * g, np.zeros(3)])
+
+    def scale(self, size: float) -> Array:
+        return np.array([1.0 / size] * 3 + [1.0] * 3)
+
+    def eliminate(self) -> Sequence[int]:
+        return range(6)
+
+    def dofs(self, pose: Pose) -> tuple[int, ...]:
+        return tuple(range(6))
+
+    def record(self, buffers, d: int, first: int, poses: Sequence[Pose], g: Array) -> list[int]:
+        """First coordinate, first frame, number of frames, offsets of their poses and of the rotation, first slot."""
+        offset = buffers.floats(value for pose in poses for value in pose)
+        singular = np.linalg.matrix_rank(self._J) < 3
+        inverse = np.zeros((3, 3)) if singular else np.linalg.inv(self._J)
+        rotation = [*np.eye(3).ravel(), 1.0, 0.0, 0.0, 0.0, *np.eye(3).ravel(), *self._J.ravel(), *inverse.ravel()]
+        at = buffers.floats([*rotation, *[0.0] * (ROTATION - len(rotation))])
+        buffers.rotations.append((d + 3, at))
+        rows = range(d + 3, d + 6)
+        return [d, first, len(poses), offset, at, buffers.slots(rows, rows)]
+
+    def frame(self, pose: Pose, key: str, q: Array, v: Array, t: Array | None = None) -> Array:
+        """Entry of a frame's pose or rate, in world axes."""
+        k = (VELOCITIES if key in VELOCITIES else POSITIONS).index(key)
+        i = k % 3
+        if key in VELOCITIES[:3]:
+            return v[:, i] + (matrices(q[:, 3:])[:, i] * np.cross(v[:, 3:], pose[:3])).sum(axis=1)
+        row = matrices(q[:, 3:])[:, i]
+        if key in VELOCITIES:
+            return (row * v[:, 3:]).sum(axis=1)
+        found = row @ np.array(pose[k - i : k - i + 3])
+        return q[:, i] + found if k < 3 else found
+
+    def gradient(self, pose: Pose, q: Array, v: Array) -> tuple[Array, Array, Array]:
+        """Derivatives of a frame's position and axes (12, 6) with respect to displacements of the body and rotations in
+        its axes; of its velocities (6, 6) with respect to those of the body; of its velocities (6, 6) with respect to
+        displacements and rotations."""
+        R = matrices(q[None, 3:])[0]
+        B, G, rate = np.zeros((12, 6)), np.zeros((6, 6)), np.zeros((6, 6))
+        B[:3, :3] = G[:3, :3] = np.eye(3)
+        for k in range(4):
+            B[3 * k : 3 * k + 3, 3:] = -R @ cross_matrix(pose[3 * k : 3 * k + 3])
+        G[:3, 3:], G[3:, 3:] = B[:3, 3:], R
+        rate[:3, 3:] = -R @ cross_matrix(np.cross(v[3:], pose[:3]))
+        rate[3:, 3:] = -R @ cross_matrix(v[3:])
+        return B, G, rate
+
+    def placed(self, pose: Pose) -> tuple[Array, Array]:
+        axes = np.array(pose[3:]).reshape(3, 3).T
+        return np.concatenate([pose[:3], of_matrix(axes)]), np.eye(6)
+
+    def rigid(self, q: Array) -> Array:
+        return np.eye(6)
+
+    def energies(self, q: Array, v: Array, g: Array) -> tuple[Array, Array]:
+        kinetic = 0.5 * self._m * (v[:, :3] ** 2).sum(axis=1) + 0.5 * np.einsum("ki,ij,kj->k", v[:, 3:], self._J, v[:, 3:])
+        return kinetic, -self._m * (q[:, :3] @ g)
+
+    def bend(self, q: Array) -> Array:
+        return np.zeros(len(q))
+
+
+MODEL = SpatialRigid

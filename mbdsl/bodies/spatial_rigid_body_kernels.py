@@ -1,0 +1,260 @@
+"""Motion of frames on a rigid body in space, with the position x of its centre of mass and its attitude R.
+
+R maps body axes to world axes; the velocities are v = x' in world axes and Omega in body axes, R' = R Omega~, where a~
+is the matrix of the cross product a x. For a frame at s with axes R_m, both in body axes, l = R s:
+
+    r = x + l,   A = R R_m,   r' = v + omega x l,   omega = R Omega
+    B = [[I, -l~], [0, I]],   (B v)_q = [[0, -(omega x l)~], [0, -omega~]]      for displacements and rotations in world axes
+    d(B^T F)/dtheta of the torque, in body axes: tau~ + l~ F~, turned to world axes
+
+Equations of motion and unknowns are in body axes (residuals J Omega' + Omega x J Omega = ...), matrices in world axes:
+a matrix then changes by the motion of the mechanism alone, and not by the spin of its bodies. :mod:`mbdsl.system.rotations`
+turns residuals and corrections. The attitude is R = R_0 exp(psi~), with psi in the coordinates and R_0, as a
+quaternion, in numbers.
+
+Record of a body in layout: first coordinate, first frame, number of frames, offset in numbers of the frames' (s, R_m),
+offset in numbers of the rotation (see the names below), first of nine slots of the rotations in the iteration matrix.
+
+Source: O. Bruels, A. Cardona, M. Arnold, Mech. Mach. Theory 48 (2012) 121-137, for the formulation on R^3 x SO(3).
+"""
+
+from mbdsl.compilation.buffer_layout_in_space import (
+    AXES,
+    CHART,
+    FORCE,
+    FORCE2,
+    FRAMES,
+    KEEP,
+    LEVER,
+    MU_WRENCH,
+    PAST_FORCE,
+    PAST_LEVER,
+    PAST_WRENCH,
+    POSITION,
+    RATE,
+    SLOTS,
+    TIMES,
+    VELOCITY,
+    WRENCH,
+)
+from mbdsl.compilation.marks import kernel, rare
+from mbdsl.numerics.rotation import BASE, attitude, inverse_tangent, product, turned, turned_back
+
+RECORD = 6  #: ints of a body in layout
+POINT = 12  #: floats of a frame in numbers: s, then the columns of R_m
+#: floats of a rotation in numbers: R, row by row; the quaternion of R_0; R at the start of the step; moments of inertia
+#: J, row by row, and their inverse; scratch
+R, PAST, J, INVERSE_J, SCRATCH = 0, 13, 22, 31, 40
+ROTATION = SCRATCH + 27
+MASS = 1  #: the mass matrix is constant
+MODEL = "mbdsl.bodies.spatial_rigid_body"
+
+
+@kernel
+def move(block, vectors, frames, numbers, layout):
+    """Write pose, rate and lever of every frame, and zero wrenches, to frames. Reads the rows POSITION and VELOCITY."""
+    for e in range(layout[block]):
+        o = layout[block + 1] + RECORD * e
+        d, f0, k = layout[o], layout[o + 1], layout[o + 3]
+        own = numbers[layout[o + 4] :]
+        attitude(vectors[POSITION, d + 3 :], own[BASE:], own)
+        wx, wy, wz = turned(own, vectors[VELOCITY, d + 3], vectors[VELOCITY, d + 4], vectors[VELOCITY, d + 5])
+        for f in range(f0, f0 + layout[o + 2]):
+            lx, ly, lz = turned(own, numbers[k], numbers[k + 1], numbers[k + 2])
+            frames[f, LEVER], frames[f, LEVER + 1], frames[f, LEVER + 2] = lx, ly, lz
+            frames[f, 0], frames[f, 1], frames[f, 2] = (
+                vectors[POSITION, d] + lx,
+                vectors[POSITION, d + 1] + ly,
+                vectors[POSITION, d + 2] + lz,
+            )
+            for j in range(3):
+                ax, ay, az = turned(own, numbers[k + 3 + 3 * j], numbers[k + 4 + 3 * j], numbers[k + 5 + 3 * j])
+                frames[f, AXES + 3 * j], frames[f, AXES + 3 * j + 1], frames[f, AXES + 3 * j + 2] = ax, ay, az
+            frames[f, RATE], frames[f, RATE + 1], frames[f, RATE + 2] = (
+                vectors[VELOCITY, d] + (wy * lz - wz * ly),
+                vectors[VELOCITY, d + 1] + (wz * lx - wx * lz),
+                vectors[VELOCITY, d + 2] + (wx * ly - wy * lx),
+            )
+            frames[f, RATE + 3], frames[f, RATE + 4], frames[f, RATE + 5] = wx, wy, wz
+            for j in range(6):
+                frames[f, WRENCH + j], frames[f, MU_WRENCH + j] = 0.0, 0.0
+            k += POINT
+
+
+@kernel
+def keep(block, numbers, layout):
+    """At the start of a step, store R for ``collect_past``."""
+    for e in range(layout[block] if layout[KEEP] else 0):
+        own = numbers[layout[layout[block + 1] + RECORD * e + 4] :]
+        for j in range(9):
+            own[PAST + j] = own[R + j]
+
+
+@kernel
+def gather(d, f0, count, wrench, lever, attitude_of, row, vectors, frames):
+    """vectors[row] += B^T F of ``count`` frames from f0 on, with F and l in the columns of frames from ``wrench`` and
+    ``lever`` on; the torque is turned to body axes by the matrix ``attitude_of``."""
+    x, y, z, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for f in range(f0, f0 + count):
+        fx, fy, fz = frames[f, wrench], frames[f, wrench + 1], frames[f, wrench + 2]
+        lx, ly, lz = frames[f, lever], frames[f, lever + 1], frames[f, lever + 2]
+        x, y, z = x + fx, y + fy, z + fz
+        tx += frames[f, wrench + 3] + (ly * fz - lz * fy)
+        ty += frames[f, wrench + 4] + (lz * fx - lx * fz)
+        tz += frames[f, wrench + 5] + (lx * fy - ly * fx)
+    tx, ty, tz = turned_back(attitude_of, tx, ty, tz)
+    vectors[row, d] += x
+    vectors[row, d + 1] += y
+    vectors[row, d + 2] += z
+    vectors[row, d + 3] += tx
+    vectors[row, d + 4] += ty
+    vectors[row, d + 5] += tz
+
+
+@kernel
+def collect(block, vectors, frames, numbers, layout):
+    """vectors[FORCE] += B^T F with the accumulated wrenches F."""
+    for e in range(layout[block]):
+        o = layout[block + 1] + RECORD * e
+        own = numbers[layout[o + 4] :]
+        gather(layout[o], layout[o + 1], layout[o + 2], WRENCH, LEVER, own, FORCE, vectors, frames)
+
+
+@kernel
+def collect_with_mu(block, vectors, frames, numbers, layout):
+    """As ``collect``; also vectors[FORCE2] += B^T F with the wrenches of Phi_q^T mu."""
+    for e in range(layout[block]):
+        o = layout[block + 1] + RECORD * e
+        own = numbers[layout[o + 4] :]
+        gather(layout[o], layout[o + 1], layout[o + 2], WRENCH, LEVER, own, FORCE, vectors, frames)
+        gather(layout[o], layout[o + 1], layout[o + 2], MU_WRENCH, LEVER, own, FORCE2, vectors, frames)
+
+
+@kernel
+def collect_past(block, vectors, frames, numbers, layout):
+    """vectors[PAST_FORCE] += B^T F with the wrenches of psi, at the pose of the start of the step."""
+    for e in range(layout[block]):
+        o = layout[block + 1] + RECORD * e
+        own = numbers[layout[o + 4] + PAST :]
+        gather(layout[o], layout[o + 1], layout[o + 2], PAST_WRENCH, PAST_LEVER, own, PAST_FORCE, vectors, frames)
+
+
+@kernel
+def jacobians(block, vectors, frames, numbers, layout):
+    """Write B, then (B v)_q, of every frame, 6 x 6 each, to numbers. Entries that are always zero keep their initial
+    value, zero."""
+    for e in range(layout[block]):
+        o = layout[block + 1] + RECORD * e
+        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+            B = numbers[layout[layout[FRAMES] + 2 * f + 1] :]
+            lx, ly, lz = frames[f, LEVER], frames[f, LEVER + 1], frames[f, LEVER + 2]
+            wx, wy, wz = frames[f, RATE + 3], frames[f, RATE + 4], frames[f, RATE + 5]
+            for j in range(6):
+                B[7 * j] = 1.0
+            minus_cross(lx, ly, lz, B, 3)
+            minus_cross(wy * lz - wz * ly, wz * lx - wx * lz, wx * ly - wy * lx, B, 36 + 3)
+            minus_cross(wx, wy, wz, B, 36 + 21)
+
+
+@kernel
+def minus_cross(x, y, z, B, k):
+    """Write -(x, y, z)~ to the matrix B with six columns, from entry k on."""
+    B[k + 1], B[k + 2] = z, -y
+    B[k + 6], B[k + 8] = -z, x
+    B[k + 12], B[k + 13] = y, -x
+
+
+@kernel
+def stiffness(block, cK, frames, numbers, layout, matrix):
+    """matrix += cK * (-d(B^T F)/dq) = -cK (tau~ + l~ F~) with the accumulated wrenches F, from frames."""
+    for e in range(layout[block]):
+        o = layout[block + 1] + RECORD * e
+        tx, ty, tz, lf = 0.0, 0.0, 0.0, 0.0
+        xx, xy, xz, yx, yy, yz, zx, zy, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for f in range(layout[o + 1], layout[o + 1] + layout[o + 2]):
+            fx, fy, fz = frames[f, WRENCH], frames[f, WRENCH + 1], frames[f, WRENCH + 2]
+            lx, ly, lz = frames[f, LEVER], frames[f, LEVER + 1], frames[f, LEVER + 2]
+            tx, ty, tz = tx + frames[f, WRENCH + 3], ty + frames[f, WRENCH + 4], tz + frames[f, WRENCH + 5]
+            lf += lx * fx + ly * fy + lz * fz
+            # l~ F~ = F l^T - (l . F) I
+            xx, xy, xz = xx + fx * lx, xy + fx * ly, xz + fx * lz
+            yx, yy, yz = yx + fy * lx, yy + fy * ly, yz + fy * lz
+            zx, zy, zz = zx + fz * lx, zy + fz * ly, zz + fz * lz
+        slots = layout[layout[SLOTS] + layout[o + 5] :]
+        matrix[slots[0]] -= cK * (xx - lf)
+        matrix[slots[1]] -= cK * (xy - tz)
+        matrix[slots[2]] -= cK * (xz + ty)
+        matrix[slots[3]] -= cK * (yx + tz)
+        matrix[slots[4]] -= cK * (yy - lf)
+        matrix[slots[5]] -= cK * (yz - tx)
+        matrix[slots[6]] -= cK * (zx - ty)
+        matrix[slots[7]] -= cK * (zy + tx)
+        matrix[slots[8]] -= cK * (zz - lf)
+
+
+@kernel
+def angular_momentum(own, x, y, z):
+    """J (x, y, z), in body axes."""
+    return turned(own[J:], x, y, z)
+
+
+@kernel
+def forces(block, vectors, numbers, layout):
+    """vectors[FORCE] -= Omega x J Omega."""
+    for e in range(layout[block]):
+        o = layout[block + 1] + RECORD * e
+        d, own = layout[o] + 3, numbers[layout[o + 4] :]
+        x, y, z = vectors[VELOCITY, d], vectors[VELOCITY, d + 1], vectors[VELOCITY, d + 2]
+        hx, hy, hz = angular_momentum(own, x, y, z)
+        vectors[FORCE, d] -= y * hz - z * hy
+        vectors[FORCE, d + 1] -= z * hx - x * hz
+        vectors[FORCE, d + 2] -= x * hy - y * hx
+
+
+@kernel
+def inertia(block, task, row, target, vectors, numbers, layout):
+    """vectors[target] += (J without its diagonal) vectors[row], or = J^{-1} vectors[row], of rotations in body axes."""
+    for e in range(layout[block]):
+        o = layout[block + 1] + RECORD * e
+        d, own = layout[o] + 3, numbers[layout[o + 4] :]
+        x, y, z = vectors[row, d], vectors[row, d + 1], vectors[row, d + 2]
+        if task == TIMES:
+            vectors[target, d] += own[J + 1] * y + own[J + 2] * z
+            vectors[target, d + 1] += own[J + 3] * x + own[J + 5] * z
+            vectors[target, d + 2] += own[J + 6] * x + own[J + 7] * y
+        else:
+            ax, ay, az = turned(own[INVERSE_J:], x, y, z)
+            vectors[target, d], vectors[target, d + 1], vectors[target, d + 2] = ax, ay, az
+
+
+@rare
+def tangents(block, cM, cK, cD, cA, vectors, numbers, layout, matrix):
+    """matrix += R [cM J + cD (Omega~ J - (J Omega)~)] T^{-1} R^T - cM diag(J), of rotations in world axes.
+
+    T(psi), the tangent of the exponential, relates the rotation to the change of psi. In matrices without forces (cK and
+    cD are zero), which have to be symmetric, and outside of a step, T is the unit matrix.
+    """
+    for e in range(layout[block]):
+        o = layout[block + 1] + RECORD * e
+        d, own = layout[o] + 3, numbers[layout[o + 4] :]
+        S, P = own[SCRATCH:], own[SCRATCH + 9 :]
+        x, y, z = vectors[VELOCITY, d], vectors[VELOCITY, d + 1], vectors[VELOCITY, d + 2]
+        hx, hy, hz = angular_momentum(own, x, y, z)
+        for j in range(3):
+            a, b, c = own[J + j], own[J + 3 + j], own[J + 6 + j]
+            S[j] = cM * a + cD * (y * c - z * b)
+            S[3 + j] = cM * b + cD * (z * a - x * c)
+            S[6 + j] = cM * c + cD * (x * b - y * a)
+        S[1], S[2] = S[1] + cD * hz, S[2] - cD * hy
+        S[3], S[5] = S[3] - cD * hz, S[5] + cD * hx
+        S[6], S[7] = S[6] + cD * hy, S[7] - cD * hx
+        if layout[CHART] and (cK != 0.0 or cD != 0.0):
+            inverse_tangent(vectors[POSITION, d:], own[SCRATCH + 18 :])
+            product(S, own[SCRATCH + 18 :], P)
+            S, P = own[SCRATCH + 9 :], own[SCRATCH:]
+        product(own[R:], S, P)
+        slots = layout[layout[SLOTS] + layout[o + 5] :]
+        for i in range(3):
+            for j in range(3):
+                value = P[3 * i] * own[R + 3 * j] + P[3 * i + 1] * own[R + 3 * j + 1] + P[3 * i + 2] * own[R + 3 * j + 2]
+                matrix[slots[3 * i + j]] += value - cM * own[J + 4 * i] if i == j else value

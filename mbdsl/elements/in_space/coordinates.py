@@ -1,0 +1,129 @@
+"""Scalar coordinates of two frames in space, from which joints, drivers and forces are made.
+
+d = r_b - r_a; a is an axis of frame a, b one of frame b, given by their first columns in the frame table. Virtual
+motions are z = (dr_a, dphi_a, dr_b, dphi_b) in world axes. Each coordinate g has a function that fills row k of G with
+dg/dz and, in column VALUE, g itself, and one that adds factor * d(G^T)/dz to H. With a~ the matrix of a x:
+
+    point   d (3 rows)   G = [-I, 0, I, 0]
+    dot1    a . b        G = [0, (a x b)^T, 0, -(a x b)^T]    H = [[b~ a~, -a~ b~], [-b~ a~, a~ b~]] at (dphi_a, dphi_b)
+    dot2    a . d        G = [-a^T, (a x d)^T, a^T, 0]        H = a~ at (r_a, phi_a), [-a~, d~ a~, a~] at phi_a, -a~ at (r_b, phi_a)
+    length  |d|          G = [-u^T, 0, u^T, 0], u = d/|d|     H = +-(I - u u^T)/|d|
+
+H is not symmetric, as rotations do not commute. Source: the gradients are classical; E. J. Haug, *Computer Aided
+Kinematics and Dynamics of Mechanical Systems* (1989), section 9.2.
+"""
+
+from math import sqrt
+
+from mbdsl.compilation.buffer_layout_in_space import AXES, VALUE
+from mbdsl.compilation.marks import kernel
+
+#: first columns of the axes of a frame
+X, Y, Z = AXES, AXES + 3, AXES + 6
+#: first columns of G of the virtual motions
+R_A, PHI_A, R_B, PHI_B = 0, 3, 6, 9
+
+
+@kernel
+def point(frames, a, b, G, k):
+    """g = d, the position of b relative to a, in rows k, k + 1, k + 2 [m]."""
+    for i in range(3):
+        G[k + i, VALUE] = frames[b, i] - frames[a, i]
+        G[k + i, R_A + i], G[k + i, R_B + i] = -1.0, 1.0
+
+
+@kernel
+def dot1(frames, a, u, b, w, G, k):
+    """g = a . b of the axes at columns u of frame a and w of frame b."""
+    ax, ay, az = frames[a, u], frames[a, u + 1], frames[a, u + 2]
+    bx, by, bz = frames[b, w], frames[b, w + 1], frames[b, w + 2]
+    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    G[k, VALUE] = ax * bx + ay * by + az * bz
+    G[k, PHI_A], G[k, PHI_A + 1], G[k, PHI_A + 2] = x, y, z
+    G[k, PHI_B], G[k, PHI_B + 1], G[k, PHI_B + 2] = -x, -y, -z
+
+
+@kernel
+def dot1_hessian(frames, a, u, b, w, factor, H):
+    """H += factor * d(G^T)/dz."""
+    dot = frames[a, u] * frames[b, w] + frames[a, u + 1] * frames[b, w + 1] + frames[a, u + 2] * frames[b, w + 2]
+    for i in range(3):
+        for j in range(3):
+            ab = factor * frames[a, u + i] * frames[b, w + j]  # b~ a~ = a b^T - (a . b) I
+            ba = factor * frames[b, w + i] * frames[a, u + j]  # a~ b~ = b a^T - (a . b) I
+            if i == j:
+                ab, ba = ab - factor * dot, ba - factor * dot
+            H[PHI_A + i, PHI_A + j] += ab
+            H[PHI_A + i, PHI_B + j] -= ba
+            H[PHI_B + i, PHI_A + j] -= ab
+            H[PHI_B + i, PHI_B + j] += ba
+
+
+@kernel
+def dot2(frames, a, u, b, G, k):
+    """g = a . d, the position of b along the axis at column u of frame a [m]."""
+    ax, ay, az = frames[a, u], frames[a, u + 1], frames[a, u + 2]
+    dx, dy, dz = frames[b, 0] - frames[a, 0], frames[b, 1] - frames[a, 1], frames[b, 2] - frames[a, 2]
+    G[k, VALUE] = ax * dx + ay * dy + az * dz
+    G[k, R_A], G[k, R_A + 1], G[k, R_A + 2] = -ax, -ay, -az
+    G[k, PHI_A], G[k, PHI_A + 1], G[k, PHI_A + 2] = ay * dz - az * dy, az * dx - ax * dz, ax * dy - ay * dx
+    G[k, R_B], G[k, R_B + 1], G[k, R_B + 2] = ax, ay, az
+
+
+@kernel
+def dot2_hessian(frames, a, u, b, factor, H):
+    """H += factor * d(G^T)/dz."""
+    ax, ay, az = factor * frames[a, u], factor * frames[a, u + 1], factor * frames[a, u + 2]
+    dot = 0.0
+    for i in range(3):
+        dot += factor * frames[a, u + i] * (frames[b, i] - frames[a, i])
+    add_cross(ax, ay, az, H, R_A, PHI_A)
+    add_cross(-ax, -ay, -az, H, PHI_A, R_A)
+    add_cross(ax, ay, az, H, PHI_A, R_B)
+    add_cross(-ax, -ay, -az, H, R_B, PHI_A)
+    for i in range(3):
+        for j in range(3):
+            H[PHI_A + i, PHI_A + j] += factor * frames[a, u + i] * (frames[b, j] - frames[a, j])
+        H[PHI_A + i, PHI_A + i] -= dot
+
+
+@kernel
+def add_cross(x, y, z, H, i, j):
+    """H[i : i + 3, j : j + 3] += (x, y, z)~."""
+    H[i, j + 1] -= z
+    H[i, j + 2] += y
+    H[i + 1, j] += z
+    H[i + 1, j + 2] -= x
+    H[i + 2, j] -= y
+    H[i + 2, j + 1] += x
+
+
+@kernel
+def length(frames, a, b, G, k):
+    """g = |d| [m]; at zero length the direction is undefined, and the force is zero."""
+    dx, dy, dz = frames[b, 0] - frames[a, 0], frames[b, 1] - frames[a, 1], frames[b, 2] - frames[a, 2]
+    l = sqrt(dx * dx + dy * dy + dz * dz)
+    G[k, VALUE] = l
+    if l > 0.0:
+        dx, dy, dz = dx / l, dy / l, dz / l
+    G[k, R_A], G[k, R_A + 1], G[k, R_A + 2] = -dx, -dy, -dz
+    G[k, R_B], G[k, R_B + 1], G[k, R_B + 2] = dx, dy, dz
+
+
+@kernel
+def length_hessian(frames, a, b, factor, H):
+    """H += factor * d(G^T)/dz."""
+    square = 0.0
+    for i in range(3):
+        square += (frames[b, i] - frames[a, i]) * (frames[b, i] - frames[a, i])
+    if square > 0.0:
+        c = factor / sqrt(square)
+        for i in range(3):
+            for j in range(3):
+                h = -c * (frames[b, i] - frames[a, i]) * (frames[b, j] - frames[a, j]) / square
+                if i == j:
+                    h += c
+                H[R_A + i, R_A + j] += h
+                H[R_A + i, R_B + j] -= h
+                H[R_B + i, R_A + j] -= h
+                H[R_B + i, R_B + j] += h

@@ -1,0 +1,75 @@
+"""Rotations of bodies in space within a step: charts at its start, and axes of linear systems.
+
+The coordinates of a rotation are the rotation vector psi from the attitude at the start of the step, so that the
+formulas of a method are the same in the plane and in space, and one exponential a step gives the new attitude. When a
+step is accepted, its attitude becomes the origin of the chart.
+
+Matrices are in world axes, and residuals and corrections in body axes (:mod:`mbdsl.bodies.spatial_rigid_body_kernels`).
+All loops here are empty for models in the plane.
+
+Source: O. Bruels, A. Cardona, M. Arnold, Mech. Mach. Theory 48 (2012) 121-137; the axes of the linear systems are our own.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from mbdsl.compilation.buffer_layout import N_ROTATIONS, PAST_POSITIONS, POSITION, POSITION0, ROTATIONS
+from mbdsl.compilation.marks import kernel
+from mbdsl.numerics.rotation import BASE, composed, logarithm, turned, turned_back, untangled
+
+
+@kernel
+def to_world(row, run):
+    """Turn the rotational entries of a row of ``vectors`` from body to world axes."""
+    layout, y = run.layout, run.vectors[row]
+    for k in range(layout[N_ROTATIONS]):
+        d, at = layout[layout[ROTATIONS] + 2 * k], layout[layout[ROTATIONS] + 2 * k + 1]
+        y[d], y[d + 1], y[d + 2] = turned(run.numbers[at:], y[d], y[d + 1], y[d + 2])
+
+
+@kernel
+def to_body(row, run):
+    """Turn the rotational entries of a row of ``vectors`` from world to body axes."""
+    layout, y = run.layout, run.vectors[row]
+    for k in range(layout[N_ROTATIONS]):
+        d, at = layout[layout[ROTATIONS] + 2 * k], layout[layout[ROTATIONS] + 2 * k + 1]
+        y[d], y[d + 1], y[d + 2] = turned_back(run.numbers[at:], y[d], y[d + 1], y[d + 2])
+
+
+@kernel
+def to_rates(row, run):
+    """Convert small rotations in a row of ``vectors`` to changes of psi: multiply them by T(psi)^{-1}."""
+    layout, y = run.layout, run.vectors[row]
+    for k in range(layout[N_ROTATIONS]):
+        d = layout[layout[ROTATIONS] + 2 * k]
+        y[d], y[d + 1], y[d + 2] = untangled(run.vectors[POSITION, d:], y[d], y[d + 1], y[d + 2])
+
+
+@kernel
+def move_charts(run):
+    """Make the attitude of the accepted step the origin of each chart."""
+    layout, vectors = run.layout, run.vectors
+    before = layout[PAST_POSITIONS]
+    for k in range(layout[N_ROTATIONS]):
+        d, at = layout[layout[ROTATIONS] + 2 * k], layout[layout[ROTATIONS] + 2 * k + 1]
+        base, psi = run.numbers[at + BASE :], vectors[POSITION, d:]
+        p0, p1, p2, p3 = composed(base, psi[0], psi[1], psi[2])
+        size = sqrt(p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
+        base[0], base[1], base[2], base[3] = p0 / size, p1 / size, p2 / size, p3 / size
+        for j in range(3):
+            if before > 0:
+                # it is the start of this step by now: log(R_{n+1}^T R_n) = -psi
+                vectors[before, d + j] = -psi[j]
+            vectors[POSITION0, d + j] = 0.0
+            psi[j] = 0.0
+
+
+@kernel
+def leave_chart(k, out, run):
+    """In row k of ``out``, replace psi by the rotation vector of the attitude, of a length up to pi."""
+    layout = run.layout
+    for i in range(layout[N_ROTATIONS]):
+        d, at = layout[layout[ROTATIONS] + 2 * i], layout[layout[ROTATIONS] + 2 * i + 1]
+        p0, p1, p2, p3 = composed(run.numbers[at + BASE :], out[k, d], out[k, d + 1], out[k, d + 2])
+        out[k, d], out[k, d + 1], out[k, d + 2] = logarithm(p0, p1, p2, p3)

@@ -1,0 +1,129 @@
+"""Rotations: quaternions, the exponential of a rotation vector, and its tangent; kernels, and the same for arrays.
+
+With t = |psi|, and psi~ the matrix of the cross product psi x:
+
+    exp(psi~) as a quaternion:  (cos(t/2), sin(t/2)/t psi)
+    exp((psi + d)~) = exp(psi~) exp((T d)~) to first order in d
+    T(psi)      = I - (1 - cos t)/t^2 psi~ + (t - sin t)/t^3 psi~^2
+    T(psi)^{-1} = I + psi~/2 + (1 - t/2 cot(t/2))/t^2 psi~^2
+
+Matrices in flat arrays are stored row by row. Quaternions p = (p0, p1, p2, p3) have the scalar part first.
+
+Source: O. Bruels, A. Cardona, M. Arnold, Mech. Mach. Theory 48 (2012) 121-137.
+"""
+
+from __future__ import annotations
+
+from math import atan2, cos, sin, sqrt
+
+from mbdsl.compilation.marks import kernel
+
+#: below this angle [rad], series replace quotients of small numbers
+SMALL = 1e-2
+#: offset of the quaternion of R_0 from R = R_0 exp(psi~), of a rotation in the buffer ``numbers``
+BASE = 9
+
+
+@kernel
+def half(x, y, z):
+    """cos(t/2) and sin(t/2)/t of a rotation vector."""
+    t2 = x * x + y * y + z * z
+    if t2 < SMALL * SMALL:
+        return 1.0 - t2 / 8.0 * (1.0 - t2 / 48.0 * (1.0 - t2 / 120.0)), 0.5 - t2 / 48.0 * (1.0 - t2 / 80.0)
+    t = sqrt(t2)
+    return cos(0.5 * t), sin(0.5 * t) / t
+
+
+@kernel
+def composed(p, x, y, z):
+    """The quaternion of R(p) exp((x, y, z)~)."""
+    c, s = half(x, y, z)
+    x, y, z = s * x, s * y, s * z
+    return (
+        p[0] * c - (p[1] * x + p[2] * y + p[3] * z),
+        p[1] * c + p[0] * x + (p[2] * z - p[3] * y),
+        p[2] * c + p[0] * y + (p[3] * x - p[1] * z),
+        p[3] * c + p[0] * z + (p[1] * y - p[2] * x),
+    )
+
+
+@kernel
+def logarithm(p0, p1, p2, p3):
+    """The rotation vector, of a length up to pi, of a unit quaternion."""
+    size = sqrt(p1 * p1 + p2 * p2 + p3 * p3)
+    if p0 < 0.0:
+        size = -size
+    # sin(t/2) = size and cos(t/2) = |p0|, as p and -p are the same rotation
+    k = 2.0 * atan2(size, abs(p0)) / size if abs(size) > 1e-150 else (2.0 if p0 > 0.0 else -2.0)
+    return k * p1, k * p2, k * p3
+
+
+@kernel
+def attitude(psi, base, R):
+    """Write the matrix R(base) exp(psi~), row by row, to R."""
+    w, x, y, z = composed(base, psi[0], psi[1], psi[2])
+    R[0], R[1], R[2] = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
+    R[3], R[4], R[5] = 2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)
+    R[6], R[7], R[8] = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
+
+
+@kernel
+def turned(R, x, y, z):
+    """R (x, y, z)."""
+    return (
+        R[0] * x + R[1] * y + R[2] * z,
+        R[3] * x + R[4] * y + R[5] * z,
+        R[6] * x + R[7] * y + R[8] * z,
+    )
+
+
+@kernel
+def turned_back(R, x, y, z):
+    """R^T (x, y, z)."""
+    return (
+        R[0] * x + R[3] * y + R[6] * z,
+        R[1] * x + R[4] * y + R[7] * z,
+        R[2] * x + R[5] * y + R[8] * z,
+    )
+
+
+@kernel
+def product(A, B, C):
+    """C <- A B, 3 x 3."""
+    for i in range(3):
+        for j in range(3):
+            C[3 * i + j] = A[3 * i] * B[j] + A[3 * i + 1] * B[3 + j] + A[3 * i + 2] * B[6 + j]
+
+
+@kernel
+def square_coefficient(t2):
+    """(1 - t/2 cot(t/2))/t^2, the factor of psi~^2 in T^{-1}, from t^2."""
+    if t2 < SMALL * SMALL:
+        return 1.0 / 12.0 + t2 / 720.0 * (1.0 + t2 / 42.0)
+    t = sqrt(t2)
+    return (1.0 - 0.5 * t * cos(0.5 * t) / sin(0.5 * t)) / t2
+
+
+@kernel
+def inverse_tangent(psi, T):
+    """Write T(psi)^{-1}, row by row, to T."""
+    x, y, z = psi[0], psi[1], psi[2]
+    t2 = x * x + y * y + z * z
+    c = square_coefficient(t2)
+    T[0], T[4], T[8] = 1.0 + c * (x * x - t2), 1.0 + c * (y * y - t2), 1.0 + c * (z * z - t2)
+    T[1], T[3] = c * x * y - 0.5 * z, c * x * y + 0.5 * z
+    T[2], T[6] = c * x * z + 0.5 * y, c * x * z - 0.5 * y
+    T[5], T[7] = c * y * z - 0.5 * x, c * y * z + 0.5 * x
+
+
+@kernel
+def untangled(psi, x, y, z):
+    """T(psi)^{-1} (x, y, z) = d + psi x d/2 + c psi x (psi x d)."""
+    a, b, c = psi[0], psi[1], psi[2]
+    k = square_coefficient(a * a + b * b + c * c)
+    u, v, w = b * z - c * y, c * x - a * z, a * y - b * x
+    return (
+        x + 0.5 * u + k * (b * w - c * v),
+        y + 0.5 * v + k * (c * u - a * w),
+        z + 0.5 * w + k * (a * v - b * u),
+    )
