@@ -1,0 +1,119 @@
+"""Every derivative of every kind in space, compared with differences of its function.
+
+As ``test_derivatives.py``: kinds are discovered, each pair kind is set between turned frames off the centres of mass of
+two bodies, of a body and the ground, and of a body and itself. Displacements and rotations are those of the body axes,
+``System.moved``. TOLERANCE: truncation of five-point differences, 1e-12 times fifth derivatives of up to 1e2 here, and
+rounding, 2e-13 times values of up to 1e2.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mbdsl.elements import find, modules
+from mbdsl.elements.kind import PairKind
+from mbdsl.mechanism.graph import MechanismGraph
+from mbdsl.mechanism.scene import Component, Scene, SpatialFrame
+from mbdsl.numerics import rotation_arrays
+from mbdsl.system import build
+
+H = 1e-3
+TOLERANCE = 1e-9
+NO_GRAPH = MechanismGraph.__new__(MechanismGraph)
+PAIRS = [m.KIND for m in modules(True).values() if isinstance(m.KIND, PairKind)]
+
+
+def component(name, kind, values, **ports):
+    declared = find(kind, True)
+    return Component(name, declared, {p.name: p.default for p in declared.parameters} | values, ports)
+
+
+def system(kind, count=4):
+    rng = np.random.default_rng(sum(map(ord, kind.name)))
+    frames, components = [], [component("ground", "Ground", {})]
+    for body in ("ground", "a", "b"):
+        for f in "pq":
+            axes = rotation_arrays.matrices(rng.uniform(-1.5, 1.5, (1, 3)))[0].T
+            frames.append(SpatialFrame(f"{body}.{f}", body, tuple(rng.uniform(-1, 1, 3)), tuple(axes.ravel())))
+        if body != "ground":
+            A = rng.uniform(-1, 1, (3, 3))
+            J = A @ A.T + np.eye(3)
+            values = {"m": rng.uniform(1, 2), "I": tuple(J.ravel()), "com": tuple(rng.uniform(-1, 1, 3))}
+            components.append(component(body, "Body", values))
+    ends = (("ground.p", "a.p"), ("a.q", "b.p"), ("b.q", "ground.q"), ("a.p", "a.q"))
+    for k, (a, b) in enumerate(ends[:count]):
+        components.append(component(f"c{k}", kind.name, {}, frame_a=a, frame_b=b))
+    scene = Scene("Test", {c.name: c for c in components}, {f.name: f for f in frames}, spatial=True)
+    return build(scene, NO_GRAPH)
+
+
+def states(s, rng):
+    q, v = rng.uniform(-1.5, 1.5, s.n), rng.uniform(-1.5, 1.5, s.n)
+    return q, v, rng.uniform(-1.5, 1.5, s.m + s.p)
+
+
+def difference(f, n):
+    """The derivative of f(d) at d = 0, with d (n,)."""
+    columns = []
+    for i in range(n):
+        e = np.eye(n)[i]
+        columns.append((8 * (f(H * e) - f(-H * e)) - f(2 * H * e) + f(-2 * H * e)) / (12 * H))
+    return np.array(columns).T
+
+
+def close(found, expected):
+    np.testing.assert_allclose(found, expected, rtol=0, atol=TOLERANCE * max(1.0, np.abs(expected).max()))
+
+
+@pytest.mark.parametrize("kind", PAIRS, ids=lambda kind: kind.name)
+def test_tangents_are_derivatives(kind):
+    s = system(kind)
+    for seed in range(2):
+        q, v, lam = states(s, np.random.default_rng(seed))
+        at = lambda d: s.moved(q, d)  # noqa: E731
+        close(s.Phi_q(0.0, q), difference(lambda d: s.Phi(0.0, at(d)), s.n))
+        close(s.Phi_v_q(0.0, q, v), difference(lambda d: s.evaluate(0.0, at(d), v)[2], s.n))
+        close(s.stiffness(0.0, q, v, lam), difference(lambda d: -s.evaluate(0.0, at(d), v, lam)[0], s.n))
+        close(s.damping(0.0, q, v, lam), difference(lambda d: -s.evaluate(0.0, q, v + d, lam)[0], s.n))
+        close(s.evaluate(0.0, q, v)[2], s.Phi_q(0.0, q) @ v)
+        close(s.constraint_force(0.0, q, lam[: s.m]), s.Phi_q(0.0, q).T @ lam[: s.m])
+
+
+@pytest.mark.parametrize("kind", PAIRS, ids=lambda kind: kind.name)
+def test_acceleration_level_is_the_derivative_along_a_motion(kind):
+    """Phi of a motion with constant velocities has the second derivative -gamma_c."""
+    s = system(kind)
+    q, v, _ = states(s, np.random.default_rng(3))
+    rates = lambda t: s.evaluate(0.0, s.moved(q, t * v), v)[2]  # noqa: E731  constant Omega: psi' = Omega along psi
+    found = (8 * (rates(H) - rates(-H)) - rates(2 * H) + rates(-2 * H)) / (12 * H)
+    close(-s.gamma_c(0.0, q, v), found)
+
+
+def test_a_turned_scene_has_turned_forces():
+    """Gravity and constraints of a scene turned as a whole: accelerations in body axes are the same."""
+    from mbdsl.system.accelerations import accelerations
+
+    s = system(find("Spherical", True), 3)  # no joint of a body with itself, which leaves no motion
+    turn = rotation_arrays.matrices(np.array([[0.3, -0.8, 0.5]]))[0]
+    scene = s.scene
+    frames = dict(scene.frames)
+    for name, frame in scene.frames.items():
+        if frame.body == "ground":
+            axes = (turn @ np.array(frame.axes).reshape(3, 3).T).T
+            frames[name] = replace(frame, origin=tuple(turn @ frame.origin), axes=tuple(axes.ravel()))
+    ground = scene.components["ground"]
+    ground = replace(ground, values=dict(ground.values) | {"n": tuple(turn @ ground.values["n"])})
+    turned = build(replace(scene, frames=frames, components=dict(scene.components) | {"ground": ground}), NO_GRAPH)
+    q, v, _ = states(s, np.random.default_rng(4))
+    p, w = q.copy(), v.copy()
+    for d in range(0, s.n, 6):
+        p[d : d + 3], w[d : d + 3] = turn @ q[d : d + 3], turn @ v[d : d + 3]
+        attitude = turn @ rotation_arrays.matrices(q[None, d + 3 : d + 6])[0]
+        p[d + 3 : d + 6] = rotation_arrays.of_matrix(attitude)
+    a, lam = accelerations(s, 0.0, q, v)
+    b, mu = accelerations(turned, 0.0, p, w)
+    for d in range(0, s.n, 6):
+        close(b[d : d + 3], turn @ a[d : d + 3])
+        close(b[d + 3 : d + 6], a[d + 3 : d + 6])
+    close(np.linalg.norm(mu.reshape(-1, 3), axis=1), np.linalg.norm(lam.reshape(-1, 3), axis=1))
